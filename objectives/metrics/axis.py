@@ -1,0 +1,153 @@
+"""Metrics of one axis: of its error e = reference - actual, and of the step that it makes.
+
+Every bound follows from |e| <= E, the limit at which a flight ends, and from its duration T = N h: for instance 2/T^2
+h sum k h |e| <= E (N - 1)/N. For overshoot it holds where the reference stays between the two levels of the step.
+"""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.meters import TIME_TOLERANCE
+from objectives.metrics.metric import AxisView, Metric
+
+
+def _step(view: AxisView) -> NDArray[Any]:
+    return np.abs(np.asarray(view.target.final) - view.target.start)
+
+
+def _at_end(view: AxisView, last: float) -> NDArray[Any]:
+    """Return where the last period outside a band is the last one of the flight; times of instants differ by h."""
+    return np.asarray(last) > view.context.duration - 0.5 * view.context.h
+
+
+def _per_cent_of_step(view: AxisView, size: float, without_step: float) -> NDArray[Any]:
+    step = _step(view)
+    return np.where(step > 0.0, 100.0 * size / np.where(step > 0.0, step, 1.0), without_step)
+
+
+def _risen(view: AxisView) -> NDArray[Any]:
+    return np.asarray(view.meter.rise_high_time) >= 0.0
+
+
+def _rise(view: AxisView) -> NDArray[Any]:
+    left = np.maximum(view.context.duration - np.asarray(view.target.time), 0.0)
+    return np.where(_risen(view), view.meter.rise_high_time - view.meter.rise_low_time, left)
+
+
+def _steady_error(view: AxisView) -> NDArray[Any]:
+    first = np.ceil(np.asarray(view.target.steady_from) / view.context.h - TIME_TOLERANCE)
+    periods = view.context.periods - np.maximum(first, 0.0)
+    return np.where(periods > 0.0, np.abs(view.meter.steady_sum) / (view.context.h * np.maximum(periods, 1.0)), 0.0)
+
+
+AXIS_METRICS = (
+    Metric(
+        name="itae",
+        symbol="ITAE*",
+        unit="{}",
+        scope="axis",
+        definition="time-weighted mean of |e|: integral of t|e| over T^2/2, t from the start of the flight",
+        value=lambda view: 2.0 * view.meter.itae / view.context.duration**2,
+        bound=lambda view: view.limit,
+    ),
+    Metric(
+        name="iae",
+        symbol="IAE",
+        unit="{} s",
+        scope="axis",
+        definition="integral of |e|",
+        value=lambda view: view.meter.iae,
+        bound=lambda view: view.limit * view.context.duration,
+    ),
+    Metric(
+        name="ise",
+        symbol="ISE",
+        unit="{}^2 s",
+        scope="axis",
+        definition="integral of e^2",
+        value=lambda view: view.meter.ise,
+        bound=lambda view: view.limit**2 * view.context.duration,
+    ),
+    Metric(
+        name="rms",
+        symbol="e_rms",
+        unit="{}",
+        scope="axis",
+        definition="root of the mean of e^2 over the flight",
+        value=lambda view: np.sqrt(view.meter.ise / view.context.duration),
+        bound=lambda view: view.limit,
+        combine="rss",
+    ),
+    Metric(
+        name="peak",
+        symbol="e_max",
+        unit="{}",
+        scope="axis",
+        definition="largest |e|, including that of a step at its first instant",
+        value=lambda view: view.meter.peak,
+        bound=lambda view: view.limit,
+        combine="max",
+    ),
+    Metric(
+        name="overshoot",
+        symbol="M_p",
+        unit="%",
+        scope="axis",
+        definition="furthest excursion past the final level, in per cent of the step; 0 if never past it",
+        value=lambda view: _per_cent_of_step(view, view.meter.overshoot_extreme, 0.0),
+        bound=lambda view: _per_cent_of_step(view, view.limit, 100.0),
+        combine="max",
+        window="time",
+        needs_step=True,
+    ),
+    Metric(
+        name="rise",
+        symbol="t_r",
+        unit="s",
+        scope="axis",
+        definition="time between first passing 10 % and 90 % of the step; the time left after the step if it never did",
+        value=_rise,
+        bound=lambda view: view.context.duration,
+        combine="max",
+        window="time",
+        needs_step=True,
+        censored=lambda view: ~_risen(view),
+    ),
+    Metric(
+        name="settling",
+        symbol="t_s",
+        unit="s",
+        scope="axis",
+        definition="time from the step until |e| stays within the band; the time left after the step if it never did",
+        value=lambda view: view.meter.last_outside - view.target.time,
+        bound=lambda view: view.context.duration,
+        combine="max",
+        window="time",
+        censored=lambda view: _at_end(view, view.meter.last_outside),
+    ),
+    Metric(
+        name="recovery",
+        symbol="t_rec",
+        unit="s",
+        scope="axis",
+        definition="time from the end of the gust until |e| stays within the band; the time left if it never did",
+        value=lambda view: view.meter.last_unrecovered - view.target.recovery_from,
+        bound=lambda view: view.context.duration,
+        combine="max",
+        window="recovery_from",
+        censored=lambda view: _at_end(view, view.meter.last_unrecovered),
+    ),
+    Metric(
+        name="steady_error",
+        symbol="e_ss",
+        unit="{}",
+        scope="axis",
+        definition="|mean of e| over the steady-state window",
+        value=_steady_error,
+        bound=lambda view: view.limit,
+        combine="rss",
+        window="steady_from",
+    ),
+)

@@ -1,0 +1,60 @@
+"""Metrics of a whole flight: what the rotors were asked for, and whether the flight reached its end.
+
+Commands are in hover thrusts of one rotor, between 0 and the peak P of the limits: a period moves the four by at most
+4 P, and none is further from hover than max(P - 1, 1).
+"""
+
+import numpy as np
+
+from objectives.metrics.metric import Metric
+
+ROTORS = 4
+
+FLIGHT_METRICS = (
+    Metric(
+        name="travel",
+        symbol="TV",
+        unit="1/s",
+        scope="flight",
+        definition="total variation of the rotor commands per second, summed over rotors, in hover thrusts",
+        value=lambda view: view.meters.travel / view.context.duration,
+        bound=lambda view: ROTORS * view.context.limits.command_peak / view.context.h,
+    ),
+    Metric(
+        name="effort",
+        symbol="J_u",
+        unit="1",
+        scope="flight",
+        definition="mean over the flight of the squared departure of the rotor commands from hover, summed over rotors",
+        value=lambda view: view.meters.effort / view.context.duration,
+        bound=lambda view: ROTORS * np.maximum(view.context.limits.command_peak - 1.0, 1.0) ** 2,
+    ),
+    Metric(
+        name="saturation",
+        symbol="D_sat",
+        unit="1",
+        scope="flight",
+        definition="share of the flight with any rotor at a limit",
+        value=lambda view: view.meters.saturated / view.context.duration,
+        bound=lambda view: 1.0,
+    ),
+    Metric(
+        name="command_peak",
+        symbol="u_max",
+        unit="1",
+        scope="flight",
+        definition="largest rotor command, in hover thrusts",
+        value=lambda view: view.meters.command_peak,
+        bound=lambda view: view.context.limits.command_peak,
+    ),
+    Metric(
+        name="failure",
+        symbol="p_fail",
+        unit="1",
+        scope="flight",
+        definition="1 if the flight failed, else 0; its mean over scenarios is the failure rate",
+        value=lambda view: np.zeros_like(view.meters.travel),
+        bound=lambda view: 1.0,
+        graded=False,
+    ),
+)

@@ -1,0 +1,68 @@
+"""What a metric is: a number per flight, in a known unit, that is better when smaller."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, Literal, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.meters import AxisMeter, Meters
+from objectives.metrics.context import FlightContext
+from plant.targets import Target
+
+Scope = Literal["axis", "flight"]
+Combine = Literal["sum", "max", "rss"]
+Window = Literal["time", "recovery_from", "steady_from"]
+
+COMBINE: Mapping[str, Callable[[NDArray[Any]], NDArray[Any]]] = {
+    "sum": lambda values: np.sum(values, axis=0),
+    "max": lambda values: np.max(values, axis=0),
+    "rss": lambda values: np.sqrt(np.sum(np.square(values), axis=0)),
+}
+"""How the values (axes, ...) of a group of axes with one unit become one value (...). Each rule is increasing in each
+axis and scales with its argument, so the combined bounds bound the combined values."""
+
+
+class AxisView(NamedTuple):
+    """What a metric of one axis sees: arrays (...) in meter, levels in target, limit of |e| in the axis's unit."""
+
+    meter: AxisMeter
+    target: Target
+    limit: float
+    context: FlightContext
+
+
+class FlightView(NamedTuple):
+    """What a metric of the whole flight sees."""
+
+    meters: Meters
+    context: FlightContext
+
+
+@dataclass(frozen=True)
+class Metric:
+    """One way to judge a flight. Smaller is better, for every metric.
+
+    name, symbol: in addresses and in reports. unit: SI, "{}" standing for the unit of the axis, "1" for none. scope:
+    "axis" metrics are addressed per axis or group, "flight" metrics are not. definition: one sentence for reports.
+    value(view): the metric of a completed flight, from an `AxisView` or a `FlightView` according to scope.
+    bound(view): what no completed flight exceeds, above 0. combine: rule for groups of axes (see `COMBINE`). window:
+    the field of the target from which on the metric looks at the flight, if not from its start. needs_step:
+    meaningless on an axis that makes no step. censored(view): where the flight ended before the awaited event, for
+    metrics that are times. graded: a failed flight costs the more, the earlier it failed; otherwise it costs the
+    bound.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    scope: Scope
+    definition: str
+    value: Callable[[Any], Any]
+    bound: Callable[[Any], Any]
+    combine: Combine = "sum"
+    window: Window | None = None
+    needs_step: bool = False
+    censored: Callable[[Any], Any] | None = None
+    graded: bool = True

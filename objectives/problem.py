@@ -1,0 +1,185 @@
+"""The problem a search solves: points of the unit cube in, risks of metrics over scenarios out."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from objectives import meters
+from objectives.decisions import DecisionSpace
+from objectives.metrics import FlightContext, MetricAddress, evaluate
+from objectives.metrics import Limits as MetricLimits
+from objectives.risk import Risk
+from plant.cascade import Cascade
+from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
+from plant.flights import FlightInputs, Flyer, result_parts
+from plant.nominal import Nominal
+from plant.scenarios import ScenarioSpec, sample_scenarios
+from plant.vehicle import Vehicle
+
+# Scenarios in memory at once; at 10 s and 250 Hz one takes about 0.3 MB of wind and noise.
+CHUNK = 512
+
+
+@dataclass(frozen=True)
+class Objective:
+    """A metric's risk over the flights of some scenarios, to be made small. scenario: a name, or None for all pooled."""
+
+    metric: MetricAddress
+    risk: Risk
+    scenario: str | None = None
+
+    @property
+    def label(self) -> str:
+        """Short name, unique within a study."""
+        level = "" if self.risk.level is None else f"{100 * self.risk.level:g}"
+        where = "" if self.scenario is None else f"@{self.scenario}"
+        return f"{self.risk.name}{level}({self.metric}){where}"
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """An objective's value that must not exceed `most`."""
+
+    objective: Objective
+    most: float
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """values (n, objectives) in the metrics' units; violations (n, constraints), 0 where kept; failures (n,): share of
+    flights that did not complete; scores (n, quantities, flights): the per-flight metrics that all of it came from.
+    """
+
+    values: np.ndarray
+    violations: np.ndarray
+    failures: np.ndarray
+    scores: np.ndarray
+
+
+@dataclass(frozen=True)
+class System:
+    """What flies: vehicle, cascade bound to its laws, what the controller knows, limits and timing."""
+
+    vehicle: Vehicle
+    cascade: Cascade
+    nominal: Nominal
+    limits: Limits
+    timing: Timing
+
+    @cached_property
+    def loop(self) -> ClosedLoop:
+        """The closed loop with the meters of this package."""
+        return close_loop(self.cascade, MeterModel(meters.Meters, meters.start, meters.update))
+
+    def metric_limits(self) -> MetricLimits:
+        """Return what no completed flight exceeds."""
+        return MetricLimits(self.limits.position, self.nominal.thrust_max / self.nominal.hover)
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """The flights of one scenario: which stream they are drawn from and how many."""
+
+    spec: ScenarioSpec
+    stream: str
+    count: int
+
+
+class Scenarios:
+    """The drawn scenarios of a study, kept while they fit in one chunk and redrawn chunk by chunk where they do not."""
+
+    def __init__(self, system: System, root: int) -> None:
+        self._system = system
+        self._root = root
+        self._kept: dict[tuple[str, str, int, int], FlightInputs] = {}
+
+    def chunks(self, fleet: Fleet) -> Iterator[FlightInputs]:
+        """Yield the fleet's scenarios in order, at most CHUNK at a time."""
+        for first in range(0, fleet.count, CHUNK):
+            last = min(first + CHUNK, fleet.count)
+            key = (fleet.spec.name, fleet.stream, first, last)
+            if key in self._kept:
+                yield self._kept[key]
+                continue
+            inputs = sample_scenarios(
+                fleet.spec, self._system.vehicle, self._system.timing, self._root, fleet.stream, range(first, last)
+            )
+            if fleet.count <= CHUNK:
+                self._kept[key] = inputs
+            yield inputs
+
+
+class Problem:
+    """Evaluates points of the unit cube: every candidate through every scenario, metrics, then risks.
+
+    fleets: one for each scenario of the study. progress(n) is called as n more flights have landed.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        space: DecisionSpace,
+        objectives: tuple[Objective, ...],
+        constraints: tuple[Constraint, ...],
+        root: int,
+        threads: int | None = None,
+    ) -> None:
+        self.system = system
+        self.space = space
+        self.objectives = objectives
+        self.constraints = constraints
+        self.flyer = Flyer(system.loop, system.limits, system.timing, threads)
+        self._scenarios = Scenarios(system, root)
+
+    @property
+    def quantities(self) -> tuple[Objective, ...]:
+        """Objectives first, then what is constrained."""
+        return (*self.objectives, *(constraint.objective for constraint in self.constraints))
+
+    def evaluate(
+        self, points: np.ndarray, fleets: tuple[Fleet, ...], landed: Callable[[int], None] | None = None
+    ) -> Evaluation:
+        """Evaluate points (n, d) of the unit cube."""
+        return self.evaluate_gains(self.space.gains(points), fleets, landed)
+
+    def evaluate_gains(
+        self, gains: np.ndarray, fleets: tuple[Fleet, ...], landed: Callable[[int], None] | None = None
+    ) -> Evaluation:
+        """Evaluate gains rows (n, gains); scores are ordered by fleet, then by scenario index."""
+        quantities = self.quantities
+        scores, failed, origin = [], [], []
+        for fleet in fleets:
+            for part, status in self._fly(gains, fleet, landed):
+                scores.append(part)
+                failed.append(status)
+                origin += [fleet.spec.name] * part.shape[-1]
+        all_scores = np.concatenate(scores, axis=-1)
+        risks = np.empty((len(gains), len(quantities)))
+        names = np.array(origin)
+        for i, quantity in enumerate(quantities):
+            seen = np.full(len(names), True) if quantity.scenario is None else names == quantity.scenario
+            risks[:, i] = quantity.risk.apply(all_scores[:, i][:, seen])
+        n = len(self.objectives)
+        most = np.array([constraint.most for constraint in self.constraints])
+        violations = np.maximum(risks[:, n:] - most, 0.0)
+        return Evaluation(risks[:, :n], violations, np.concatenate(failed, axis=-1).mean(axis=-1), all_scores)
+
+    def _fly(
+        self, gains: np.ndarray, fleet: Fleet, landed: Callable[[int], None] | None
+    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
+        system = self.system
+        for inputs in self._scenarios.chunks(fleet):
+            results = self.flyer.fly(gains, system.nominal, inputs, landed)
+            yield self.score(results, fleet.spec, inputs)
+
+    def score(self, results: np.ndarray, spec: ScenarioSpec, inputs: FlightInputs) -> tuple[np.ndarray, np.ndarray]:
+        """Turn result rows (n, flights, rows) into scores (n, quantities, flights) and failures (n, flights)."""
+        values, status, end_time = result_parts(results)
+        h = self.system.timing.control_period
+        context = FlightContext(
+            len(inputs.references) * h, h, inputs.targets, status, end_time, self.system.metric_limits()
+        )
+        scores = evaluate([quantity.metric for quantity in self.quantities], values, context).values
+        return np.moveaxis(scores, 0, 1), status != 0

@@ -1,0 +1,94 @@
+"""Reads an airframe: one of the bundled TOML files by name, or a user's file of the same form by path."""
+
+import tomllib
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from plant.airframes.geometry import FRAMES, SPINS
+from plant.airframes.rules import broken_rules
+from plant.airframes.schema import GROUPS, SCALARS, Sourced, read_flag, read_numbers, read_text
+from plant.errors import InputError, UnknownNameError, UnphysicalError
+from plant.vectors import Vec3
+from plant.vehicle import Vehicle
+
+_BUNDLED = Path(__file__).parent
+
+
+@dataclass(frozen=True)
+class Airframe:
+    """One vehicle as its file describes it.
+
+    name: the file's stem. title: one line for people. frame: a key of `geometry.FRAMES`. vehicle: the numbers as the
+    kernels read them. sources: dotted key -> (value, unit, source) of every number in the file. path: the file.
+    """
+
+    name: str
+    title: str
+    frame: str
+    vehicle: Vehicle
+    sources: dict[str, Sourced]
+    path: Path
+
+
+def names() -> tuple[str, ...]:
+    """Return the names of the bundled airframes, sorted."""
+    return tuple(sorted(path.stem for path in _BUNDLED.glob("*.toml")))
+
+
+def load(name_or_path: str | Path, *, allow_unphysical: bool = False) -> Airframe:
+    """Return the airframe of a bundled name ("hummingbird") or of a TOML file (a Path, or a text with "/" or ".toml").
+
+    allow_unphysical: accept numbers that break `plant.airframes.rules`; the file must say `allow_unphysical = true`
+    too. Raises UnknownNameError on a name that is not bundled, InputError naming file and key on anything wrong in the
+    file, and UnphysicalError listing every broken rule.
+    """
+    path = _located(name_or_path)
+    table = _parsed(path)
+    title = read_text(table, "title", path)
+    frame = read_text(table, "frame", path, tuple(FRAMES))
+    spin = read_text(table, "spin", path, tuple(SPINS))
+    sources = read_numbers(table, FRAMES[frame].lengths, path)
+    vehicle = _vehicle({key: number.value for key, number in sources.items()}, frame, spin)
+    _judge(vehicle, path, in_file=read_flag(table, "allow_unphysical", path), by_caller=allow_unphysical)
+    return Airframe(path.stem, title, frame, vehicle, sources, path)
+
+
+def _located(name_or_path: str | Path) -> Path:
+    text = str(name_or_path)
+    if isinstance(name_or_path, Path) or text.endswith(".toml") or "/" in text or "\\" in text:
+        return Path(name_or_path)
+    if text not in names():
+        raise UnknownNameError("airframe", text, names())
+    return _BUNDLED / f"{text}.toml"
+
+
+def _parsed(path: Path) -> Mapping[str, object]:
+    try:
+        return tomllib.loads(path.read_text(encoding="utf-8"))
+    except OSError as error:
+        message = f"cannot be read ({error.strerror}); give a TOML file or a bundled airframe: {', '.join(names())}"
+        raise InputError(message, file=path) from error
+    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
+        raise InputError(f"is not valid TOML: {error}", file=path) from error
+
+
+def _vehicle(values: Mapping[str, float], frame: str, spin: str) -> Vehicle:
+    rotors = FRAMES[frame].positions(values)
+    numbers: dict[str, Any] = {key: values[key] for key in SCALARS}
+    numbers |= {key: Vec3(values[f"{key}.x"], values[f"{key}.y"], values[f"{key}.z"]) for key in GROUPS}
+    return Vehicle(rotor_x=rotors.x, rotor_y=rotors.y, spin=SPINS[spin], **numbers)
+
+
+def _judge(vehicle: Vehicle, path: Path, *, in_file: bool, by_caller: bool) -> None:
+    broken = broken_rules(vehicle)
+    if not broken or (in_file and by_caller):
+        return
+    if in_file:
+        remedy = "the file says so itself: to fly it all the same, load it with allow_unphysical = true"
+    elif by_caller:
+        remedy = "correct the file, or have it say allow_unphysical = true as well"
+    else:
+        remedy = "correct the file, or allow it both in the file and when loading it: allow_unphysical = true"
+    raise UnphysicalError(f"no real airframe has these numbers: {'; '.join(broken)}. What to do: {remedy}", file=path)

@@ -1,0 +1,109 @@
+"""Sanity rules that the numbers of any real quadrotor obey: they catch shifted rows and wrong units, not bad designs.
+
+The bounds leave room around every bundled vehicle but `paper-literal`: thrust to weight 1.33..3.68, k_m / k_f
+0.006..0.060 m, lag 5..25 ms, Iz / mean(Ix, Iy) 1.55..1.92. The last has no upper bound of its own: Iz <= Ix + Iy, the
+triangle inequality, already says 2.
+"""
+
+from collections.abc import Callable
+from math import inf, sqrt
+
+from plant.vehicle import Vehicle
+
+THRUST_TO_WEIGHT = (1.2, 5.0)
+TORQUE_RATIO = (0.005, 0.07)
+"""k_m / k_f [m]"""
+HOVER_SPEED_SHARE = 0.9
+"""Largest hover speed as a share of the maximum speed: thrust must leave room to control with."""
+LAG = (0.005, 0.100)
+"""[s]"""
+YAW_INERTIA_RATIO = 1.2
+"""Smallest Iz / mean(Ix, Iy): rotors on arms in one plane put their mass far from z. A lamina has exactly 2."""
+
+Rule = Callable[[Vehicle], str | None]
+
+
+def hover_speed(vehicle: Vehicle) -> float:
+    """Return the rotor speed [rad/s] at which four equal rotors carry the weight."""
+    return sqrt(vehicle.mass * vehicle.gravity / (4.0 * vehicle.thrust_coefficient))
+
+
+def thrust_to_weight(vehicle: Vehicle) -> float:
+    """Return the thrust of all rotors at speed_max over the weight."""
+    return (vehicle.speed_max / hover_speed(vehicle)) ** 2
+
+
+def broken_rules(vehicle: Vehicle) -> tuple[str, ...]:
+    """Return one sentence with numbers per broken rule; empty where all hold. Non-finite numbers break rules."""
+    wrong_sign = _signs(vehicle)
+    if wrong_sign is not None:  # the other rules divide by these numbers
+        return (wrong_sign,)
+    return tuple(sentence for rule in RULES if (sentence := rule(vehicle)) is not None)
+
+
+def _signs(vehicle: Vehicle) -> str | None:
+    numbers = {
+        "mass": vehicle.mass,
+        **{f"inertia.{axis}": value for axis, value in vehicle.inertia._asdict().items()},
+        "thrust_coefficient": vehicle.thrust_coefficient,
+        "torque_ratio": vehicle.torque_ratio,
+        "lag_up": vehicle.lag_up,
+        "lag_down": vehicle.lag_down,
+        "speed_max": vehicle.speed_max,
+        "gravity": vehicle.gravity,
+    }
+    wrong = [f"{name} = {value:g}" for name, value in numbers.items() if not 0.0 < value < inf]
+    return f"must be positive and finite: {', '.join(wrong)}" if wrong else None
+
+
+def _triangle(vehicle: Vehicle) -> str | None:
+    axes = vehicle.inertia._asdict()
+    largest = max(axes, key=lambda axis: axes[axis])
+    rest = sum(axes.values()) - axes[largest]
+    # The allowance of a few ulp lets a lamina through, for which equality holds.
+    if axes[largest] <= rest * (1.0 + 1e-12):
+        return None
+    others = " + ".join(f"I{axis}" for axis in axes if axis != largest)
+    return f"triangle inequality: I{largest} = {axes[largest]:g} exceeds {others} = {rest:g} kg m2"
+
+
+def _yaw_inertia(vehicle: Vehicle) -> str | None:
+    ratio = 2.0 * vehicle.inertia.z / (vehicle.inertia.x + vehicle.inertia.y)
+    if ratio >= YAW_INERTIA_RATIO:
+        return None
+    return f"yaw inertia: Iz / mean(Ix, Iy) = {ratio:.3g}, a quadrotor has {YAW_INERTIA_RATIO:g} to 2"
+
+
+def _thrust_to_weight(vehicle: Vehicle) -> str | None:
+    ratio = thrust_to_weight(vehicle)
+    low, high = THRUST_TO_WEIGHT
+    if low <= ratio <= high:
+        return None
+    return f"thrust to weight: {ratio:.3g} at speed_max = {vehicle.speed_max:g} rad/s, allowed {low:g} to {high:g}"
+
+
+def _torque_ratio(vehicle: Vehicle) -> str | None:
+    low, high = TORQUE_RATIO
+    if low <= vehicle.torque_ratio <= high:
+        return None
+    return f"torque ratio: k_m / k_f = {vehicle.torque_ratio:.3g} m, propellers have {low:g} to {high:g} m"
+
+
+def _hover_speed(vehicle: Vehicle) -> str | None:
+    hover, highest = hover_speed(vehicle), HOVER_SPEED_SHARE * vehicle.speed_max
+    if vehicle.speed_min < hover < highest:
+        return None
+    return (
+        f"hover speed: {hover:.4g} rad/s must lie between speed_min = {vehicle.speed_min:.4g} and "
+        f"{HOVER_SPEED_SHARE:g} speed_max = {highest:.4g} rad/s"
+    )
+
+
+def _lag(vehicle: Vehicle) -> str | None:
+    low, high = LAG
+    if low <= vehicle.lag_up <= high and low <= vehicle.lag_down <= high:
+        return None
+    return f"motor lag: up {vehicle.lag_up:g} s, down {vehicle.lag_down:g} s, allowed {low:g} to {high:g} s"
+
+
+RULES: tuple[Rule, ...] = (_triangle, _yaw_inertia, _thrust_to_weight, _torque_ratio, _hover_speed, _lag)

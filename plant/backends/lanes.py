@@ -1,0 +1,213 @@
+"""The lanes backend: scenarios side by side in SIMD lanes, candidates on threads. Every study runs on it.
+
+A block holds LANES scenarios of one candidate. Its whole state lives in one workspace (row, lane); the innermost loop runs over
+lanes and is turned into vector code by LLVM. Wind, noise and dynamics are copied into the workspace too: read from their own
+arrays they exceed the compiler's run-time alias checks and the loop stays scalar, six times slower.
+
+The composed kernel is written as a module into the kernel cache and compiled there once (`plant.backends.cache`).
+"""
+
+import math
+from collections.abc import Callable
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+
+from plant import records
+from plant.backends import vector_math
+from plant.backends.cache import load_kernel
+from plant.backends.rebind import Rebinder
+from plant.closed_loop import ClosedLoop, Limits, hover_body, place
+from plant.disturbance import Disturbance
+from plant.nominal import Nominal
+from plant.records import build_source, paths, rows, size
+from plant.references.track import Reference
+from plant.sensors import Noise
+from plant.targets import Targets
+from plant.rigid_body import Dynamics
+
+# 16 doubles fill two AVX-512 or four AVX2 registers; with 8, LLVM unrolls the lane loop whole and leaves it scalar.
+LANES = 16
+# Never nnan or ninf: they would delete the test for a diverged flight.
+FAST_MATH = {"contract", "reassoc", "arcp", "nsz", "afn"}
+
+
+def _inline(function: Callable[..., Any]) -> Any:
+    options = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    return numba.njit(fastmath=FAST_MATH, error_model="numpy", **options)(function)
+
+
+def _names() -> dict[str, Any]:
+    def absolute(a):  # noqa: ANN001, ANN202
+        return abs(a)
+
+    def minimum(a, b):  # noqa: ANN001, ANN202
+        return min(a, b)
+
+    def maximum(a, b):  # noqa: ANN001, ANN202
+        return max(a, b)
+
+    def clip(a, low, high):  # noqa: ANN001, ANN202
+        return min(max(a, low), high)
+
+    def select(condition, if_true, if_false):  # noqa: ANN001, ANN202
+        return if_true if condition else if_false
+
+    def both(a, b):  # noqa: ANN001, ANN202
+        return a & b
+
+    def either(a, b):  # noqa: ANN001, ANN202
+        return a | b
+
+    def sign(a):  # noqa: ANN001, ANN202
+        return (1.0 if a > 0.0 else 0.0) - (1.0 if a < 0.0 else 0.0)
+
+    functions = (absolute, minimum, maximum, clip, select, both, either, sign)
+    names: dict[str, Any] = {function.__name__: _inline(function) for function in functions}
+    names |= {"sqrt": math.sqrt, "floor": np.floor, "exp": math.exp, "sin": math.sin, "cos": math.cos}
+    inner = Rebinder(names, _inline)
+    names |= {"atan2": inner(vector_math.atan2), "asin": inner(vector_math.asin)}
+    return names
+
+
+def rebinder() -> Rebinder:
+    """Return a rebinder to inlined, compiled functions."""
+    return Rebinder(_names(), _inline)
+
+
+@dataclass(frozen=True)
+class Layout:
+    """Rows of the workspace: the flight first, then dynamics, disturbance and noise."""
+
+    flight: int
+    dynamics: int
+    disturbance: int
+    noise: int
+    total: int
+
+
+def layout(loop: ClosedLoop) -> Layout:
+    """Return where each record starts in the workspace of a loop."""
+    flight, dynamics = size(loop.Flight), size(Dynamics)
+    disturbance = flight + dynamics
+    noise = disturbance + size(Disturbance)
+    return Layout(0, flight, disturbance, noise, noise + size(Noise))
+
+
+def _load(kind: Any, name: str, expression: str, offset: int, names: dict[str, Any]) -> str:
+    """Source of a function that builds a record from consecutive rows of one lane, or entries of a vector."""
+    leaves = [expression.format(offset + i) for i in range(size(kind))]
+    return f"@inline\ndef {name}(a, l):\n    return {build_source(kind, leaves, names)}\n"
+
+
+def _store(kind: Any, name: str, offset: int) -> str:
+    lines = [f"    a[{offset + i}, l] = s.{path}" for i, path in enumerate(paths(kind))]
+    return f"@inline\ndef {name}(a, l, s):\n" + "\n".join(lines) + "\n"
+
+
+LANE, ENTRY = "a[{}, l]", "a[{}]"
+
+RUN = '''
+@jit(nogil=True, cache=CACHE, fastmath=FAST_MATH, error_model="numpy")
+def run(gains, nominal_row, dynamicss, disturbances, noises, references, targets_row, limits_row, h, plant_step, substeps,
+        out, trace, every):
+    nominal = load_nominal(nominal_row, 0)
+    targets = load_targets(targets_row, 0)
+    limits = load_limits(limits_row, 0)
+    n_disturbance, n_noise = disturbances.shape[2], noises.shape[2]
+    for i in range(gains.shape[0] * dynamicss.shape[0]):
+        candidate, block = i // dynamicss.shape[0], i % dynamicss.shape[0]
+        constants = prepare(load_gains(gains[candidate], 0), h)
+        reference = load_reference(references[0], 0)
+        a = np.zeros((TOTAL, LANES))
+        a[DYNAMICS:DYNAMICS + N_DYNAMICS] = dynamicss[block]
+        a[NOISE:NOISE + n_noise] = noises[block, 0]
+        body = place(hover_body(nominal), reference)
+        for l in range(LANES):
+            store_flight(a, l, start(body, constants, nominal, reference, load_noise(a, l), targets))
+        for k in range(references.shape[0]):
+            a[DISTURBANCE:DISTURBANCE + n_disturbance] = disturbances[block, k]
+            a[NOISE:NOISE + n_noise] = noises[block, k]
+            reference = load_reference(references[k], 0)
+            time = k * h
+            for l in range(LANES):
+                store_flight(a, l, decide(load_flight(a, l), constants, nominal, reference, load_noise(a, l), targets,
+                                          limits, time, h))
+            if every > 0 and k % every == 0:
+                trace[candidate, block, k // every] = a
+            for j in range(substeps):
+                for l in range(LANES):
+                    store_body(a, l, advance(load_body(a, l), load_speed(a, l), load_disturbance(a, l),
+                                             load_dynamics(a, l), plant_step))
+        out[candidate, block] = a[RESULT:RESULT + N_RESULT]
+'''
+
+
+def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
+    """Return the source of the kernel module of a loop; collects the record types it names."""
+    place_of = layout(loop)
+    flight = loop.Flight
+    body, speed = rows(flight, "body"), rows(flight, "speed")
+    types = flight.__annotations__
+    parts = [
+        _load(flight, "load_flight", LANE, place_of.flight, names),
+        _store(flight, "store_flight", place_of.flight),
+        _load(types["body"], "load_body", LANE, body.start, names),
+        _store(types["body"], "store_body", body.start),
+        _load(types["speed"], "load_speed", LANE, speed.start, names),
+        _load(Dynamics, "load_dynamics", LANE, place_of.dynamics, names),
+        _load(Disturbance, "load_disturbance", LANE, place_of.disturbance, names),
+        _load(Noise, "load_noise", LANE, place_of.noise, names),
+        _load(loop.cascade.Gains, "load_gains", ENTRY, 0, names),
+        _load(Nominal, "load_nominal", ENTRY, 0, names),
+        _load(Reference, "load_reference", ENTRY, 0, names),
+        _load(Targets, "load_targets", ENTRY, 0, names),
+        _load(Limits, "load_limits", ENTRY, 0, names),
+    ]
+    result = result_rows(loop)
+    constants = {
+        "TOTAL": place_of.total, "DYNAMICS": place_of.dynamics, "N_DYNAMICS": size(Dynamics), "NOISE": place_of.noise,
+        "DISTURBANCE": place_of.disturbance, "RESULT": result.start, "N_RESULT": result.stop - result.start,
+        "LANES": LANES,
+    }  # fmt: skip
+    header = "\n".join(f"{name} = {value}" for name, value in constants.items())
+    return "\n".join([header, *parts, RUN])
+
+
+def result_rows(loop: ClosedLoop) -> slice:
+    """Rows of the flight that a kernel returns: meters, status, end time (they stand last)."""
+    return slice(rows(loop.Flight, "meters").start, size(loop.Flight))
+
+
+@dataclass(frozen=True)
+class Kernel:
+    """A kernel: run is its entry, cached says whether an earlier process compiled it (else the first call takes long)."""
+
+    run: Callable[..., None]
+    cached: bool
+
+
+def kernel_of(loop: ClosedLoop) -> Kernel:
+    """Return the kernel of a loop, from the cache or written there to be compiled by its first call."""
+    bind = rebinder()
+    names: dict[str, Any] = {
+        "np": np,
+        "jit": numba.njit,
+        "inline": _inline,
+        "FAST_MATH": FAST_MATH,
+        "CACHE": True,
+        "prepare": bind(loop.cascade.prepare),
+        "start": bind(loop.start),
+        "decide": bind(loop.decide),
+        "advance": bind(loop.advance),
+        "hover_body": bind(hover_body),
+        "place": bind(place),
+    }
+    source = kernel_source(loop, names)
+    files = bind.sources | {Path(__file__), Path(records.__file__)}
+    name = f"{loop.cascade.position.name}_{loop.cascade.attitude.name}"
+    module, cached = load_kernel(name, source, names, files)
+    return Kernel(module.run, cached)

@@ -1,0 +1,241 @@
+"""The control cascade, written once for any two laws: position -> thrust direction -> attitude -> rotor thrusts.
+
+Six scalar channels y'' = f + b0 u. The position loops give an acceleration; it is limited to the tilt cone, turned into roll,
+pitch and thrust in the heading frame, and the attitude loops give torques. Wu et al. 2025, section 2.3, leaves the map from
+position to attitude open; this is the usual inverse of the thrust direction.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from plant.allocation import allocate
+from plant.attitude import nearest_turn
+from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.laws.law import Law
+from plant.nominal import Nominal
+from plant.primitives import atan2, maximum, minimum, select, sqrt
+from plant.records import record_type
+from plant.references.track import Reference
+from plant.rigid_body import rotor_torque
+from plant.sensors import Measurement
+from plant.vectors import Rotors, Vec3, axpy3, axpy_rotors, rotors_sum
+from plant.vehicle import Vehicle
+
+AXES = ("x", "y", "z", "roll", "pitch", "yaw")
+POSITION_AXES, ATTITUDE_AXES = AXES[:3], AXES[3:]
+# The commanded vertical specific force stays above this share of gravity, so a thrust direction always exists.
+LEAST_LIFT = 0.2
+# Thrust is divided by the measured cosine of tilt to hold altitude, but never by less than this (60 deg).
+LEAST_COSINE = 0.5
+
+
+class Tilt(NamedTuple):
+    """Roll and pitch that the position loop asks for [rad]."""
+
+    roll: float
+    pitch: float
+
+
+class ActuatorModel(NamedTuple):
+    """thrust: modelled rotor thrusts at the last control instant [N]; acceleration_excess [m/s2] and torque_excess [N m]:
+    last command after limits minus the command asked for.
+    """
+
+    thrust: Rotors
+    acceleration_excess: Vec3
+    torque_excess: Vec3
+
+
+def limit_to_cone(demand: Vec3, gravity: float, tangent: float) -> Vec3:
+    """Shorten the horizontal part of an acceleration demand [m/s2] so that the thrust stays in the tilt cone; bound sink."""
+    vertical = maximum(demand.z, (LEAST_LIFT - 1.0) * gravity)
+    length = sqrt(demand.x * demand.x + demand.y * demand.y + 1e-12)
+    scale = minimum(1.0, tangent * (vertical + gravity) / length)
+    return Vec3(scale * demand.x, scale * demand.y, vertical)
+
+
+def tilt_for(acceleration: Vec3, heading: Vec3, gravity: float) -> Tilt:
+    """Roll and pitch whose thrust direction gives the acceleration [m/s2], at the given heading."""
+    ahead = heading.x * acceleration.x + heading.y * acceleration.y
+    left = heading.x * acceleration.y - heading.y * acceleration.x
+    up = acceleration.z + gravity
+    return Tilt(atan2(-left, sqrt(ahead * ahead + up * up)), atan2(ahead, up))
+
+
+def applied_acceleration(command: Rotors, average: Rotors, direction: Vec3, asked: Vec3, nominal: Nominal) -> Vec3:
+    """Acceleration [m/s2] that the position observers take as their input over the last period.
+
+    Achieved: modelled mean thrust along the measured thrust direction. Commanded: what was asked for after limits, with the
+    thrust that the rotor commands sum to.
+    """
+    vehicle = nominal.vehicle
+    lift = rotors_sum(average) / vehicle.mass
+    achieved = Vec3(lift * direction.x, lift * direction.y, lift * direction.z - vehicle.gravity)
+    commanded_z = rotors_sum(command) / vehicle.mass * direction.z - vehicle.gravity
+    as_modelled = nominal.position_achieved > 0.5
+    return Vec3(
+        select(as_modelled, achieved.x, asked.x),
+        select(as_modelled, achieved.y, asked.y),
+        select(as_modelled, achieved.z, commanded_z),
+    )
+
+
+def commanded_torque(thrust: Rotors, vehicle: Vehicle) -> Vec3:
+    """Torque [N m] of rotor thrusts [N] on the nominal vehicle."""
+    return rotor_torque(thrust, vehicle.rotor_x, vehicle.rotor_y, vehicle.spin, vehicle.torque_ratio)
+
+
+@dataclass(frozen=True)
+class Cascade:
+    """A cascade bound to its laws: record types and model functions.
+
+    prepare(gains, h) -> Constants; start(constants, measurement, nominal) -> Memory;
+    step(memory, constants, nominal, reference, measurement, in_force, h) -> (rotor thrusts [N], Memory).
+    """
+
+    position: Law
+    attitude: Law
+    Gains: Any
+    Constants: Any
+    Memory: Any
+    prepare: Callable[..., Any]
+    start: Callable[..., Any]
+    step: Callable[..., Any]
+
+
+def close_cascade(position: Law, attitude: Law) -> Cascade:
+    """Bind the cascade to the law of the position loops and the law of the attitude loops."""
+    laws = dict.fromkeys(POSITION_AXES, position) | dict.fromkeys(ATTITUDE_AXES, attitude)
+    Gains = record_type("CascadeGains", {axis: law.Gains for axis, law in laws.items()})
+    Constants = record_type("CascadeConstants", {axis: law.Constants for axis, law in laws.items()})
+    memory_parts = {axis: law.Memory for axis, law in laws.items()}
+    Memory = record_type(
+        "CascadeMemory", memory_parts | {"actuators": ActuatorModel, "acceleration": Vec3, "tilt": Tilt}
+    )
+    position_prepare, attitude_prepare = position.prepare, attitude.prepare
+    position_start, attitude_start = position.start, attitude.start
+    position_step, attitude_step = position.step, attitude.step
+
+    def prepare(gains: Any, h: float) -> Any:
+        return Constants(
+            position_prepare(gains.x, h),
+            position_prepare(gains.y, h),
+            position_prepare(gains.z, h),
+            attitude_prepare(gains.roll, h),
+            attitude_prepare(gains.pitch, h),
+            attitude_prepare(gains.yaw, h),
+        )
+
+    def start(constants: Any, m: Measurement, nominal: Nominal) -> Any:
+        angles = m.angles
+        hover = nominal.hover
+        still = Vec3(0.0, 0.0, 0.0)
+        return Memory(
+            position_start(constants.x, Measured(m.position.x, m.velocity.x)),
+            position_start(constants.y, Measured(m.position.y, m.velocity.y)),
+            position_start(constants.z, Measured(m.position.z, m.velocity.z)),
+            attitude_start(constants.roll, Measured(angles.x, m.rate.x)),
+            attitude_start(constants.pitch, Measured(angles.y, m.rate.y)),
+            attitude_start(constants.yaw, Measured(angles.z, m.rate.z)),
+            ActuatorModel(Rotors(hover, hover, hover, hover), still, still),
+            still,
+            Tilt(0.0, 0.0),
+        )
+
+    def step(
+        memory: Any,
+        constants: Any,
+        nominal: Nominal,
+        reference: Reference,
+        m: Measurement,
+        in_force: Rotors,
+        h: float,
+    ) -> tuple[Rotors, Any]:
+        vehicle = nominal.vehicle
+        gravity = vehicle.gravity
+        # What the rotors delivered over the last period, as far as the controller can know.
+        lagging = axpy_rotors(in_force, -1.0, memory.actuators.thrust)
+        average = axpy_rotors(in_force, -nominal.lag_missing, lagging)
+        thrust_now = axpy_rotors(memory.actuators.thrust, nominal.lag_step, lagging)
+        direction = m.thrust_direction
+        felt = applied_acceleration(in_force, average, direction, memory.acceleration, nominal)
+        torque_felt = commanded_torque(average, vehicle)
+        # Position loops; in attitude mode x and y are asked for nothing.
+        unit = Channel(1.0, nominal.position_observer)
+        tracked = reference.hold > 0.5
+        over = memory.actuators.acceleration_excess
+        goal, speed, push = reference.position, reference.velocity, reference.acceleration
+        u_x, x = position_step(
+            memory.x,
+            constants.x,
+            unit,
+            Setpoint(select(tracked, goal.x, m.position.x), select(tracked, speed.x, m.velocity.x), push.x),
+            Measured(m.position.x, m.velocity.x),
+            Applied(felt.x, over.x),
+            h,
+        )
+        u_y, y = position_step(
+            memory.y,
+            constants.y,
+            unit,
+            Setpoint(select(tracked, goal.y, m.position.y), select(tracked, speed.y, m.velocity.y), push.y),
+            Measured(m.position.y, m.velocity.y),
+            Applied(felt.y, over.y),
+            h,
+        )
+        u_z, z = position_step(
+            memory.z,
+            constants.z,
+            unit,
+            Setpoint(goal.z, speed.z, push.z),
+            Measured(m.position.z, m.velocity.z),
+            Applied(felt.z, over.z),
+            h,
+        )
+        demand = limit_to_cone(Vec3(u_x, u_y, u_z), gravity, nominal.tilt_tangent)
+        asked = tilt_for(demand, m.heading, gravity)
+        tilt = Tilt(select(tracked, asked.roll, reference.roll), select(tracked, asked.pitch, reference.pitch))
+        # Attitude loops.
+        angles = m.angles
+        yaw_now = nearest_turn(angles.z, reference.yaw)
+        inertia = vehicle.inertia
+        slip = memory.actuators.torque_excess
+        observed = nominal.attitude_observer
+        t_x, roll = attitude_step(
+            memory.roll,
+            constants.roll,
+            Channel(1.0 / inertia.x, observed),
+            Setpoint(tilt.roll, 0.0, 0.0),
+            Measured(angles.x, m.rate.x),
+            Applied(torque_felt.x, slip.x),
+            h,
+        )
+        t_y, pitch = attitude_step(
+            memory.pitch,
+            constants.pitch,
+            Channel(1.0 / inertia.y, observed),
+            Setpoint(tilt.pitch, 0.0, 0.0),
+            Measured(angles.y, m.rate.y),
+            Applied(torque_felt.y, slip.y),
+            h,
+        )
+        t_z, yaw = attitude_step(
+            memory.yaw,
+            constants.yaw,
+            Channel(1.0 / inertia.z, observed),
+            Setpoint(reference.yaw, reference.yaw_rate, 0.0),
+            Measured(yaw_now, m.rate.z),
+            Applied(torque_felt.z, slip.z),
+            h,
+        )
+        # Rotor thrusts, and what the limits took away.
+        lift = vehicle.mass * (demand.z + gravity) / maximum(direction.z, LEAST_COSINE)
+        torque = Vec3(t_x, t_y, t_z)
+        command = allocate(lift, torque, nominal)
+        lift_excess = (rotors_sum(command) - lift) / vehicle.mass
+        excess = Vec3(demand.x - u_x, demand.y - u_y, demand.z - u_z + lift_excess)
+        actuators = ActuatorModel(thrust_now, excess, axpy3(commanded_torque(command, vehicle), -1.0, torque))
+        return command, Memory(x, y, z, roll, pitch, yaw, actuators, demand, tilt)
+
+    return Cascade(position, attitude, Gains, Constants, Memory, prepare, start, step)

@@ -1,0 +1,216 @@
+"""One flight as a sampled system: sense, decide, hold, fly, judge. Written once; every backend runs these functions.
+
+At t = k h the controller measures, decides and the meters look; the command that is in force is held for the period while
+the plant is integrated in sub-steps. With compute delay, the command decided at k comes into force at k + 1.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from enum import Enum
+from typing import Any, NamedTuple
+
+from plant.allocation import saturated, speed_commands
+from plant.attitude import euler_angles, nearest_turn, thrust_direction
+from plant.cascade import Cascade, Tilt
+from plant.disturbance import Disturbance
+from plant.integrator import runge_kutta_step
+from plant.nominal import Nominal
+from plant.primitives import absolute, both, either, select, sqrt
+from plant.records import record_type, selector
+from plant.references.track import Reference
+from plant.rigid_body import Body, Dynamics
+from plant.sample import AxisSample, Sample
+from plant.sensors import Noise, measure
+from plant.targets import Targets
+from plant.vectors import Quaternion, Rotors, Vec3
+
+
+class Status(Enum):
+    """How a flight ended. The first that is met, in the order non-finite, tilt, position, is kept for ever."""
+
+    COMPLETED = "the flight was completed"
+    TILTED = "the vehicle tilted beyond the limit"
+    LOST = "the vehicle left the position limit"
+    NON_FINITE = "the state became non-finite or absurdly large"
+
+    @property
+    def code(self) -> int:
+        """Number that kernels and result files carry for this status."""
+        return list(Status).index(self)
+
+
+COMPLETED, TILTED, LOST, NON_FINITE = (float(status.code) for status in Status)
+# Squared size of the state beyond which a flight counts as non-finite; comparisons with NaN are false.
+LARGEST_STATE = 1e12
+
+
+class Limits(NamedTuple):
+    """Largest |position error| of each tracked axis [m] and cosine of the largest tilt [1]; beyond either a flight ends."""
+
+    position: float
+    cosine_tilt: float
+
+
+class Timing(NamedTuple):
+    """Control period [s] and plant step [s]."""
+
+    control_period: float
+    plant_step: float
+
+
+def hover_body(nominal: Nominal) -> Body:
+    """Hover at the origin, level, at rest, with the rotors at the nominal hover speed."""
+    speed = sqrt(nominal.hover / nominal.vehicle.thrust_coefficient)
+    still = Vec3(0.0, 0.0, 0.0)
+    return Body(still, still, Quaternion(1.0, 0.0, 0.0, 0.0), still, Rotors(speed, speed, speed, speed))
+
+
+def place(body: Body, reference: Reference) -> Body:
+    """The same body at the position where the reference starts."""
+    return Body(reference.position, body.velocity, body.attitude, body.rate, body.rotor_speed)
+
+
+def status_of(body: Body, reference: Reference, limits: Limits) -> float:
+    """Status code of a state: 0 while the flight may go on."""
+    p, v, w, goal = body.position, body.velocity, body.rate, reference.position
+    size = p.x * p.x + p.y * p.y + p.z * p.z + v.x * v.x + v.y * v.y + v.z * v.z + w.x * w.x + w.y * w.y + w.z * w.z
+    free = reference.hold < 0.5
+    near_x = either(absolute(p.x - goal.x) < limits.position, free)
+    near_y = either(absolute(p.y - goal.y) < limits.position, free)
+    inside = both(both(near_x, near_y), absolute(p.z - goal.z) < limits.position)
+    level = thrust_direction(body.attitude).z > limits.cosine_tilt
+    return select(size < LARGEST_STATE, select(level, select(inside, COMPLETED, LOST), TILTED), NON_FINITE)
+
+
+def relative_to_hover(thrust: Rotors, nominal: Nominal) -> Rotors:
+    """Rotor thrusts over the hover thrust of one rotor [1]."""
+    s = 1.0 / nominal.hover
+    return Rotors(s * thrust.r1, s * thrust.r2, s * thrust.r3, s * thrust.r4)
+
+
+def free_or(tracked: bool, reference: float, actual: float) -> AxisSample:
+    """Sample of an axis that may be free: then it has no error."""
+    return AxisSample(select(tracked, reference, actual), actual)
+
+
+def sample_of(
+    body: Body, angles: Vec3, reference: Reference, tilt: Tilt, command: Rotors, previous: Rotors, nominal: Nominal,
+    time: float,
+) -> Sample:  # fmt: skip
+    """What the meters see at this instant; angles: true roll, pitch, yaw [rad]; tilt: the roll and pitch asked for."""
+    goal, actual = reference.position, body.position
+    tracked = reference.hold > 0.5
+    return Sample(
+        time,
+        free_or(tracked, goal.x, actual.x),
+        free_or(tracked, goal.y, actual.y),
+        AxisSample(goal.z, actual.z),
+        AxisSample(tilt.roll, angles.x),
+        AxisSample(tilt.pitch, angles.y),
+        AxisSample(reference.yaw, nearest_turn(angles.z, reference.yaw)),
+        relative_to_hover(command, nominal),
+        relative_to_hover(previous, nominal),
+        saturated(command, nominal),
+    )
+
+
+def select_rotors(condition: bool, a: Rotors, b: Rotors) -> Rotors:
+    """Return a where the condition holds, else b."""
+    return Rotors(
+        select(condition, a.r1, b.r1),
+        select(condition, a.r2, b.r2),
+        select(condition, a.r3, b.r3),
+        select(condition, a.r4, b.r4),
+    )
+
+
+@dataclass(frozen=True)
+class MeterModel:
+    """Streaming accumulators of a flight, supplied by whoever judges it.
+
+    Meters: record type; start(sample, targets) -> Meters; update(meters, sample, targets, h) -> Meters.
+    """
+
+    Meters: Any
+    start: Callable[..., Any]
+    update: Callable[..., Any]
+
+
+@dataclass(frozen=True)
+class ClosedLoop:
+    """A closed loop bound to a cascade and to meters.
+
+    Flight: record of everything that changes. start(body, constants, nominal, reference, noise, targets) -> Flight.
+    decide(flight, constants, nominal, reference, noise, targets, limits, time, h) -> Flight at a control instant.
+    advance(body, speed, disturbance, dynamics, plant_step) -> Body over one plant step.
+    """
+
+    cascade: Cascade
+    meter: MeterModel
+    Flight: Any
+    start: Callable[..., Any]
+    decide: Callable[..., Any]
+    advance: Callable[..., Any]
+
+
+def advance(body: Body, speed: Rotors, disturbance: Disturbance, dynamics: Dynamics, plant_step: float) -> Body:
+    """Fly one plant step with the rotor speeds in force [rad/s]."""
+    return runge_kutta_step(body, speed, disturbance, dynamics, plant_step)
+
+
+def close_loop(cascade: Cascade, meter: MeterModel) -> ClosedLoop:
+    """Bind the closed loop to a cascade and to the meters that judge it."""
+    Flight = record_type(
+        "Flight",
+        {
+            "body": Body,
+            "speed": Rotors,
+            "in_force": Rotors,
+            "pending": Rotors,
+            "control": cascade.Memory,
+            "meters": meter.Meters,
+            "status": float,
+            "end_time": float,
+        },
+    )
+    Meters = meter.Meters
+    cascade_start, cascade_step = cascade.start, cascade.step
+    meter_start, meter_update = meter.start, meter.update
+    keep_meters = selector(Meters)
+
+    def start(
+        body: Body, constants: Any, nominal: Nominal, reference: Reference, noise: Noise, targets: Targets
+    ) -> Any:
+        hover = nominal.hover
+        level = Rotors(hover, hover, hover, hover)
+        angles = euler_angles(body.attitude)
+        control = cascade_start(constants, measure(body, angles, noise), nominal)
+        sample = sample_of(body, angles, reference, Tilt(0.0, 0.0), level, level, nominal, 0.0)
+        return Flight(body, body.rotor_speed, level, level, control, meter_start(sample, targets), 0.0, 0.0)
+
+    def decide(
+        flight: Any,
+        constants: Any,
+        nominal: Nominal,
+        reference: Reference,
+        noise: Noise,
+        targets: Targets,
+        limits: Limits,
+        time: float,
+        h: float,
+    ) -> Any:
+        body = flight.body
+        angles = euler_angles(body.attitude)
+        m = measure(body, angles, noise)
+        command, control = cascade_step(flight.control, constants, nominal, reference, m, flight.in_force, h)
+        delayed = nominal.delay > 0.5
+        in_force = select_rotors(delayed, flight.pending, command)
+        flying = flight.status < 0.5
+        status = select(flying, status_of(body, reference, limits), flight.status)
+        alive = status < 0.5
+        sample = sample_of(body, angles, reference, control.tilt, command, flight.pending, nominal, time)
+        meters = keep_meters(alive, meter_update(flight.meters, sample, targets, h), flight.meters)
+        end_time = select(alive, time + h, flight.end_time)
+        return Flight(body, speed_commands(in_force, nominal), in_force, command, control, meters, status, end_time)
+
+    return ClosedLoop(cascade, meter, Flight, start, decide, advance)

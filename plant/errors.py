@@ -1,0 +1,61 @@
+"""The one error tree of the project.
+
+    ToolError                  anything this tool reports to its user; the command line catches this root and nothing else
+    ├── InputError             something the user gave cannot be used: names file and key, what was given, what is allowed
+    │   ├── UnknownNameError   a name that no schema or registry has, with the nearest valid ones
+    │   └── UnphysicalError    numbers that no real airframe can have
+    └── StoreError             a results folder that exists, is missing, or cannot be trusted
+
+A failed flight is not in this tree: it is a result with a status (`plant.closed_loop.Status`).
+"""
+
+from collections.abc import Iterable
+from difflib import get_close_matches
+from pathlib import Path
+
+
+class ToolError(Exception):
+    """Root of all errors a user can cause or meet."""
+
+
+class InputError(ToolError):
+    """What the user gave cannot be used.
+
+    message: what was given, what is allowed and what to do.
+    file: the file the value came from. key: the dotted key inside that file.
+    """
+
+    def __init__(self, message: str, *, file: str | Path | None = None, key: str | None = None) -> None:
+        self.message = message
+        self.file = None if file is None else str(file)
+        self.key = key
+        super().__init__(": ".join(part for part in (self.file, key, message) if part))
+
+    def located(self, *, file: str | Path | None = None, key: str | None = None) -> "InputError":
+        """Return the same error with file and key filled in where they were still unknown."""
+        copy = type(self).__new__(type(self))
+        InputError.__init__(copy, self.message, file=self.file or file, key=self.key or key)
+        return copy
+
+
+class UnknownNameError(InputError):
+    """A name that is not among the valid ones; the message ends with the nearest of them.
+
+    kind: what the name stands for ("law", "metric", "key"). name: as given. valid: all valid names.
+    """
+
+    def __init__(
+        self, kind: str, name: str, valid: Iterable[str], *, file: str | Path | None = None, key: str | None = None
+    ) -> None:
+        names = sorted(valid)
+        near = get_close_matches(name, names, n=1, cutoff=0.5)
+        hint = f"did you mean '{near[0]}'? " if near else ""
+        super().__init__(f"unknown {kind} '{name}'; {hint}valid: {', '.join(names)}", file=file, key=key)
+
+
+class UnphysicalError(InputError):
+    """An airframe whose numbers contradict physics or break a sanity rule."""
+
+
+class StoreError(ToolError):
+    """A results folder that exists already, is missing, or holds a file that cannot be trusted."""

@@ -1,0 +1,110 @@
+"""Fly many candidates through many scenarios on the lanes backend: blocks of SIMD lanes, threads over candidates.
+
+The bits of a flight depend on its gains and its scenario alone, not on the lane, block, batch or thread that it flew in:
+lanes never mix, a block is always full (spare lanes repeat the last scenario), and nothing is summed across flights.
+"""
+
+import os
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plant.backends.lanes import LANES, kernel_of, layout, result_rows
+from plant.closed_loop import ClosedLoop, Limits, Timing
+from plant.nominal import Nominal
+from plant.records import flatten
+from plant.targets import Targets
+
+
+@dataclass(frozen=True)
+class FlightInputs:
+    """Scenarios of a batch in blocks of lanes.
+
+    dynamics: (blocks, rows, lanes); disturbances: (blocks, K, rows, lanes); noises: the same; references: (K, 14);
+    count: number of scenarios, the rest of the last block is padding.
+    """
+
+    dynamics: np.ndarray
+    disturbances: np.ndarray
+    noises: np.ndarray
+    references: np.ndarray
+    targets: Targets
+    count: int
+
+
+def to_lanes(per_scenario: np.ndarray) -> np.ndarray:
+    """Turn (scenarios, ...) into (blocks, ..., lanes), repeating the last scenario to fill the last block."""
+    blocks = -(-len(per_scenario) // LANES)
+    spare = blocks * LANES - len(per_scenario)
+    padded = np.concatenate([per_scenario, np.repeat(per_scenario[-1:], spare, axis=0)], axis=0)
+    grouped = padded.reshape(blocks, LANES, *per_scenario.shape[1:])
+    return np.ascontiguousarray(np.moveaxis(grouped, 1, -1))
+
+
+def available_threads() -> int:
+    """Return the number of cores this process may use."""
+    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
+
+
+class Flyer:
+    """A closed loop compiled for the lanes backend.
+
+    cached: whether the kernel was compiled by an earlier process; if not, the first flight waits for the compiler.
+    fly(gains (candidates, n), nominal, inputs) -> results (candidates, scenarios, rows): the meters of each flight in leaf
+    order, then status and end time.
+    """
+
+    def __init__(self, loop: ClosedLoop, limits: Limits, timing: Timing, threads: int | None = None) -> None:
+        self.loop = loop
+        self.threads = threads or available_threads()
+        self._limits = np.array(flatten(limits))
+        self._timing = timing
+        kernel = kernel_of(loop)
+        self._kernel = kernel.run
+        self.cached = kernel.cached
+        rows = result_rows(loop)
+        self._n_rows = rows.stop - rows.start
+
+    def fly(
+        self, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, landed: Callable[[int], None] | None = None
+    ) -> np.ndarray:
+        """Fly every candidate through every scenario; landed(n) is called as n more flights end."""
+        blocks = len(inputs.dynamics)
+        out = np.empty((len(gains), blocks, self._n_rows, LANES))
+        empty = np.empty((1, 1, 1, 1, 1))
+
+        def task(candidate: int) -> None:
+            one = slice(candidate, candidate + 1)
+            self._run(gains[one], nominal, inputs, out[one], empty, 0)
+            if landed is not None:
+                landed(inputs.count)
+
+        with ThreadPoolExecutor(self.threads) as pool:
+            list(pool.map(task, range(len(gains))))
+        return np.moveaxis(out, -1, 2).reshape(len(gains), blocks * LANES, self._n_rows)[:, : inputs.count]
+
+    def trace(self, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, every: int = 1) -> np.ndarray:
+        """Fly one candidate, gains (n,), and return every `every`-th instant: (scenarios, instants, workspace rows)."""
+        blocks, steps = len(inputs.dynamics), len(inputs.references)
+        out = np.empty((1, blocks, self._n_rows, LANES))
+        trace = np.empty((1, blocks, -(-steps // every), layout(self.loop).total, LANES))
+        self._run(gains[None], nominal, inputs, out, trace, every)
+        return np.moveaxis(trace[0], -1, 1).reshape(blocks * LANES, *trace.shape[2:4])[: inputs.count]
+
+    def _run(
+        self, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, out: np.ndarray, trace: np.ndarray, every: int
+    ) -> None:
+        h, plant_step = self._timing
+        self._kernel(
+            np.ascontiguousarray(gains, dtype=float), np.array(flatten(nominal), dtype=float), inputs.dynamics,
+            inputs.disturbances, inputs.noises, inputs.references, np.array(flatten(inputs.targets), dtype=float),
+            self._limits, h, plant_step, round(h / plant_step), out, trace, every,
+        )  # fmt: skip
+
+
+def result_parts(results: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Split results (..., rows) into meters (..., n), status codes (...) as integers and end times (...) [s]."""
+    return results[..., :-2], results[..., -2].astype(np.int64), results[..., -1]

@@ -1,0 +1,41 @@
+"""What every control law sees: one second-order channel y'' = f + b0 u."""
+
+from typing import NamedTuple
+
+
+class Channel(NamedTuple):
+    """What the controller knows of the channel it acts on.
+
+    b0: acceleration of y for one unit of u (1/I for an attitude axis with u in N m, 1 for a position axis with u in m/s2).
+    rate_from_observer: 1 where the law takes the rate of y from its own observer (or by differencing y), 0 where it takes
+    the measured rate (gyro, velocity).
+    """
+
+    b0: float
+    rate_from_observer: float
+
+
+class Setpoint(NamedTuple):
+    """Reference of y with its first and second derivative (rad or m, per s, per s2)."""
+
+    value: float
+    rate: float
+    acceleration: float
+
+
+class Measured(NamedTuple):
+    """Measured y and its rate."""
+
+    value: float
+    rate: float
+
+
+class Applied(NamedTuple):
+    """What became of the last commands, in units of u.
+
+    effect: mean over the last period of what the actuators delivered, as modelled (clipped, lagged, delayed). excess: the
+    last command after clipping minus the command asked for; 0 where nothing saturates.
+    """
+
+    effect: float
+    excess: float

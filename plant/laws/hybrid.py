@@ -1,0 +1,106 @@
+"""ADRC with a power-rate and a proportional sliding term: the paper's A-ST-SMC, corrected.
+
+    e = y - r,   S = e' + lambda e
+    b0 u = -z3 + r'' - lambda e' - k1 |S|^(1/2) sat(S/delta) - k2 S
+
+Wu et al., Appl. Sci. 2025, 15(9), 5124, section 2.3.3, with the signs, the equivalent-control terms r'' - lambda e' and the
+second case of sat restored, and z3 alone as the estimate of f + d (z2 estimates the rate). It is no super-twisting law: the
+integral of the sign is replaced by -k2 S, so S is driven into a band, not to zero in finite time. Linear in S it is a PD law
+with kp = lambda k, kd = lambda + k, where k grows from k2 at small amplitude to at most k2 + 0.93 k1/sqrt(delta).
+"""
+
+from typing import NamedTuple
+
+from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.laws.ladrc import OMEGA_O
+from plant.laws.law import GainInfo, Law, Span
+from plant.laws.observer import Observer, ObserverConstants, observe, observer_constants
+from plant.primitives import absolute, clip, select, sqrt
+
+SOURCE = "Wu et al., Appl. Sci. 2025, 15(9), 5124"
+
+
+class Gains(NamedTuple):
+    """omega_o [rad/s], lambda_ [1/s], k1 [y^(1/2) s^(-3/2)], k2 [1/s], delta [y/s]."""
+
+    omega_o: float
+    lambda_: float
+    k1: float
+    k2: float
+    delta: float
+
+
+class Constants(NamedTuple):
+    """The gains, with those of the observer sampled."""
+
+    observer: ObserverConstants
+    lambda_: float
+    k1: float
+    k2: float
+    per_delta: float
+
+
+def prepare(gains: Gains, h: float) -> Constants:
+    """Sample the observer."""
+    observer = observer_constants(gains.omega_o, h)
+    return Constants(observer, gains.lambda_, gains.k1, gains.k2, 1.0 / gains.delta)
+
+
+def start(constants: Constants, measured: Measured) -> Observer:
+    """Rest: the observer at the measurement, no disturbance yet."""
+    return Observer(measured.value, measured.rate, 0.0)
+
+
+def sliding_term(s: float, constants: Constants) -> float:
+    """k1 |S|^(1/2) sat(S/delta) + k2 S."""
+    return constants.k1 * sqrt(absolute(s)) * clip(s * constants.per_delta, -1.0, 1.0) + constants.k2 * s
+
+
+def step(
+    memory: Observer,
+    constants: Constants,
+    channel: Channel,
+    setpoint: Setpoint,
+    measured: Measured,
+    applied: Applied,
+    h: float,
+) -> tuple[float, Observer]:
+    """One control period."""
+    z = observe(memory, constants.observer, measured.value, channel.b0 * applied.effect, h)
+    rate = select(channel.rate_from_observer > 0.5, z.z2, measured.rate)
+    error_rate = rate - setpoint.rate
+    s = error_rate + constants.lambda_ * (measured.value - setpoint.value)
+    demand = setpoint.acceleration - constants.lambda_ * error_rate - sliding_term(s, constants)
+    return (demand - z.z3) / channel.b0, z
+
+
+LAW = Law(
+    name="hybrid",
+    title="ADRC with power-rate and proportional sliding term (A-ST-SMC, corrected)",
+    source=SOURCE,
+    Gains=Gains,
+    Constants=Constants,
+    Memory=Observer,
+    prepare=prepare,
+    start=start,
+    step=step,
+    gains=(
+        OMEGA_O,
+        GainInfo(
+            "lambda_", "lambda", "s^-1", Span(5.0, 0.5, 20.0), Span(1.0, 0.2, 5.0), "log", SOURCE,
+            "slope of the sliding surface; open in the source", exclusive=True,
+        ),
+        GainInfo(
+            "k1", "k1", "{y}^(1/2) s^(-3/2)", Span(20.0, 0.0, 40.0), Span(0.5, 0.0, 5.0), "linear", SOURCE,
+            "power-rate gain",
+        ),
+        GainInfo(
+            "k2", "k2", "s^-1", Span(5.0, 0.5, 80.0), Span(1.0, 0.1, 8.0), "log", SOURCE,
+            "proportional gain on the sliding variable; open in the source",
+        ),
+        GainInfo(
+            "delta", "delta", "{y}/s", Span(0.1, 0.01, 1.0), Span(0.2, 0.02, 2.0), "log", SOURCE,
+            "half-width of the saturation; open in the source", exclusive=True,
+        ),
+    ),
+)  # fmt: skip

@@ -1,0 +1,70 @@
+"""What a control law is: its tuple types, its three functions and the description of its gains."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+
+@dataclass(frozen=True)
+class Span:
+    """Default and search range of one gain in one loop."""
+
+    default: float
+    low: float
+    high: float
+
+
+@dataclass(frozen=True)
+class GainInfo:
+    """One gain of a law.
+
+    symbol: as in the source. unit: UCUM-like, with {y} for the unit of the channel (rad or m). attitude, position: default
+    and search range in each loop. scale: "log" or "linear", how a search should walk the range. least: the smallest value
+    that is meaningful at all; exclusive: whether that value itself is excluded. observer: a pole whose product with the
+    control period is limited. source: where definition and range come from.
+    """
+
+    name: str
+    symbol: str
+    unit: str
+    attitude: Span
+    position: Span
+    scale: str
+    source: str
+    meaning: str
+    least: float = 0.0
+    exclusive: bool = False
+    observer: bool = False
+
+    def span(self, loop: str) -> Span:
+        """Return default and range for the loop "attitude" or "position"."""
+        return self.attitude if loop == "attitude" else self.position
+
+    def unit_in(self, loop: str) -> str:
+        """Return the unit in the loop "attitude" (y in rad) or "position" (y in m)."""
+        return self.unit.replace("{y}", "rad" if loop == "attitude" else "m")
+
+
+@dataclass(frozen=True)
+class Law:
+    """A single-input single-output control law for y'' = f + b0 u.
+
+    Gains, Constants, Memory: NamedTuples of floats. prepare(gains, h) -> Constants runs once a flight. start(constants,
+    measured) -> Memory is the state of a loop at rest at the measured value. step(memory, constants, channel, setpoint,
+    measured, applied, h) -> (command, Memory) runs every control period. gains: one entry for each field of Gains.
+    """
+
+    name: str
+    title: str
+    source: str
+    Gains: Any
+    Constants: Any
+    Memory: Any
+    prepare: Callable[..., Any]
+    start: Callable[..., Any]
+    step: Callable[..., Any]
+    gains: tuple[GainInfo, ...]
+
+    def defaults(self, loop: str) -> dict[str, float]:
+        """Return the default gains in the loop "attitude" or "position"."""
+        return {gain.name: gain.span(loop).default for gain in self.gains}

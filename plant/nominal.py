@@ -1,0 +1,114 @@
+"""What the controller knows of the vehicle: nominal numbers, rotor allocation, actuator model and options."""
+
+from dataclasses import dataclass
+from math import exp, tan
+from typing import NamedTuple
+
+import numpy as np
+
+from plant.errors import InputError
+from plant.vectors import Rotors, Vec3
+from plant.vehicle import Vehicle
+
+
+class Allocation(NamedTuple):
+    """Thrust of each rotor [N] for one unit of: total thrust [N]; roll, pitch, yaw torque [N m]. Inverse of the mixer."""
+
+    thrust: Rotors
+    roll: Rotors
+    pitch: Rotors
+    yaw: Rotors
+
+
+class Nominal(NamedTuple):
+    """vehicle: nominal numbers. allocation: see there. yaw_reach: yaw torque for one unit of
+    thrust of each rotor [m]. hover: thrust of one rotor at hover [N]; thrust_min, thrust_max of
+    one rotor [N]; lag_step: share of a rotor-thrust step that is reached after one control period; lag_missing: mean
+    missing share over that period; tilt_tangent: tangent of the largest commanded tilt; attitude_observer,
+    position_observer: 1 where that loop takes rates from its observer; position_achieved: 1 where the position observers
+    are fed with the acceleration that the measured tilt and modelled thrust achieve, 0 for the one commanded; delay: 1 for
+    one period of compute delay.
+    """
+
+    vehicle: Vehicle
+    allocation: Allocation
+    yaw_reach: Rotors
+    hover: float
+    thrust_min: float
+    thrust_max: float
+    lag_step: float
+    lag_missing: float
+    tilt_tangent: float
+    attitude_observer: float
+    position_observer: float
+    position_achieved: float
+    delay: float
+
+
+@dataclass(frozen=True)
+class ControlOptions:
+    """Choices that are not gains.
+
+    attitude_rate, position_rate: "measured" (gyro, velocity) or "observer". lag_aware: the observers are fed with the
+    modelled (lagged, clipped) actuator output instead of the clipped command. delay: the command acts one control period
+    after its measurement. tilt_limit: largest commanded tilt [rad].
+    """
+
+    attitude_rate: str = "measured"
+    position_rate: str = "measured"
+    lag_aware: bool = True
+    delay: bool = False
+    tilt_limit: float = 0.5236
+
+    def __post_init__(self) -> None:
+        for key in ("attitude_rate", "position_rate"):
+            if getattr(self, key) not in ("measured", "observer"):
+                raise InputError(f"given '{getattr(self, key)}'; allowed: 'measured', 'observer'", key=key)
+        if not 0.05 <= self.tilt_limit <= 1.05:
+            raise InputError(f"given {self.tilt_limit} rad; allowed: 0.05 to 1.05 rad (3 to 60 deg)", key="tilt_limit")
+
+
+def mixer_matrix(vehicle: Vehicle) -> np.ndarray:
+    """Matrix (4, 4) from rotor thrusts [N] to total thrust [N] and roll, pitch, yaw torque [N m]."""
+    return np.array(
+        [
+            np.ones(4),
+            np.array(vehicle.rotor_y),
+            -np.array(vehicle.rotor_x),
+            vehicle.torque_ratio * np.array(vehicle.spin),
+        ]
+    )
+
+
+def nominal(vehicle: Vehicle, options: ControlOptions, h: float) -> Nominal:
+    """Work out everything the cascade needs to know of the vehicle at control period h [s]."""
+    inverse = np.linalg.inv(mixer_matrix(vehicle))
+    lag = 0.5 * (vehicle.lag_up + vehicle.lag_down)
+    reached = 1.0 - exp(-h / lag)
+    k_f = vehicle.thrust_coefficient
+    return Nominal(
+        vehicle=vehicle,
+        allocation=Allocation(*[Rotors(*map(float, inverse[:, column])) for column in range(4)]),
+        yaw_reach=Rotors(*[1.0 / abs(float(entry)) for entry in inverse[:, 3]]),
+        hover=0.25 * vehicle.mass * vehicle.gravity,
+        thrust_min=k_f * vehicle.speed_min**2,
+        thrust_max=k_f * vehicle.speed_max**2,
+        lag_step=reached if options.lag_aware else 1.0,
+        lag_missing=reached * lag / h if options.lag_aware else 0.0,
+        tilt_tangent=tan(options.tilt_limit),
+        attitude_observer=float(options.attitude_rate == "observer"),
+        position_observer=float(options.position_rate == "observer"),
+        position_achieved=float(options.lag_aware),
+        delay=float(options.delay),
+    )
+
+
+def vary(vehicle: Vehicle, mass: float, inertia: float, thrust: float, lag: float) -> Vehicle:
+    """Return the vehicle with mass, inertia, thrust coefficient and rotor lags multiplied by the given factors."""
+    return vehicle._replace(
+        mass=vehicle.mass * mass,
+        inertia=Vec3(*[inertia * part for part in vehicle.inertia]),
+        thrust_coefficient=vehicle.thrust_coefficient * thrust,
+        lag_up=vehicle.lag_up * lag,
+        lag_down=vehicle.lag_down * lag,
+    )

@@ -1,0 +1,52 @@
+"""The mathematical names that model functions may use, in their plain-Python meaning.
+
+A model function is a plain function of scalars. It takes its mathematics from here and from nowhere else, so that a
+backend turns it into array, SIMD or symbolic code by rebinding these names (`plant.backends`). There is no `if` on a
+value in a model function: `select` chooses, and both choices are always evaluated.
+"""
+
+from math import asin, atan2, cos, exp, floor, sin, sqrt
+
+__all__ = [
+    "absolute", "asin", "atan2", "both", "clip", "cos", "either", "exp", "floor", "maximum", "minimum", "select", "sign", "sin", "sqrt",
+]  # fmt: skip
+
+
+def absolute(a: float) -> float:
+    """Return |a|."""
+    return abs(a)
+
+
+def minimum(a: float, b: float) -> float:
+    """Return the smaller of a and b."""
+    return min(a, b)
+
+
+def maximum(a: float, b: float) -> float:
+    """Return the larger of a and b."""
+    return max(a, b)
+
+
+def select(condition: bool, if_true: float, if_false: float) -> float:
+    """Return if_true where condition holds, else if_false; both are evaluated."""
+    return if_true if condition else if_false
+
+
+def clip(a: float, low: float, high: float) -> float:
+    """Return a limited to [low, high]."""
+    return min(max(a, low), high)
+
+
+def both(a: bool, b: bool) -> bool:
+    """Return whether both conditions hold."""
+    return a & b
+
+
+def either(a: bool, b: bool) -> bool:
+    """Return whether at least one condition holds."""
+    return a | b
+
+
+def sign(a: float) -> float:
+    """Return -1, 0 or 1 with the sign of a."""
+    return (a > 0.0) - (a < 0.0)

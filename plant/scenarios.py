@@ -1,0 +1,143 @@
+"""Scenarios: what is asked of the vehicle, what the air does, what the sensors add, and how far the vehicle varies.
+
+Scenario i of a stream is a pure function of (root seed, stream, scenario name, i). Every candidate meets the same scenarios.
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field, fields
+from math import isfinite
+
+import numpy as np
+
+from plant.air.air import AirSpec, sample_air
+from plant.closed_loop import Timing
+from plant.errors import InputError
+from plant.flights import FlightInputs, to_lanes
+from plant.nominal import vary
+from plant.records import flatten
+from plant.references import ReferenceSpec, Track, build
+from plant.references.hover import Hover
+from plant.rigid_body import dynamics
+from plant.seeds import generator
+from plant.sensors import SensorSpec, sample_noise
+from plant.targets import Target, Targets
+from plant.vehicle import Vehicle
+
+SEARCH, HELD_OUT = "search", "held-out"
+# Columns of the air that are always there: the wind. Gust rates and injections come behind and are left out when all zero.
+WIND_COLUMNS = 3
+
+
+@dataclass(frozen=True)
+class Spread:
+    """Relative half-widths of the uniform spread of the vehicle around its nominal numbers, e.g. 0.1 for +-10 %."""
+
+    mass: float = 0.0
+    inertia: float = 0.0
+    thrust: float = 0.0
+    lag: float = 0.0
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if not (isfinite(value) and 0.0 <= value <= 0.5):
+                raise InputError(f"given {value}; allowed: 0 to 0.5 (+-50 %)", key=entry.name)
+
+
+@dataclass(frozen=True)
+class Bands:
+    """Half-widths of the bands that settling and recovery are judged by.
+
+    settling: share of the step on an axis that makes one. position [m], attitude [rad]: half-width on an axis without a
+    step, and of the recovery band on every axis.
+    """
+
+    settling: float = 0.05
+    position: float = 0.1
+    attitude: float = 0.035
+
+    def __post_init__(self) -> None:
+        for entry in fields(self):
+            value = getattr(self, entry.name)
+            if not (isfinite(value) and value > 0.0):
+                raise InputError(f"given {value}; a band must be finite and positive", key=entry.name)
+
+
+@dataclass(frozen=True)
+class ScenarioSpec:
+    """One kind of flight; a study flies it through many draws.
+
+    name: unique in a study, part of the random streams. duration [s]. recovery_from: when the gust is over [s], by default
+    the end of the air's gating window. steady_share: share of the flight, at its end, that the steady-state error looks at.
+    """
+
+    name: str
+    duration: float = 10.0
+    reference: ReferenceSpec = field(default_factory=Hover)
+    air: AirSpec = field(default_factory=AirSpec)
+    sensors: SensorSpec = field(default_factory=SensorSpec)
+    spread: Spread = field(default_factory=Spread)
+    bands: Bands = field(default_factory=Bands)
+    recovery_from: float | None = None
+    steady_share: float = 0.2
+
+    def __post_init__(self) -> None:
+        if not (isfinite(self.duration) and self.duration > 0.0):
+            raise InputError(f"given {self.duration} s; a flight must last a finite, positive time", key="duration")
+        if not 0.0 < self.steady_share <= 1.0:
+            raise InputError(f"given {self.steady_share}; allowed: above 0, at most 1", key="steady_share")
+        if self.recovery_from is not None and not 0.0 <= self.recovery_from < self.duration:
+            raise InputError(
+                f"given {self.recovery_from} s; allowed: 0 s up to the duration of {self.duration} s", key="recovery_from"
+            )
+
+    def steps(self, timing: Timing) -> int:
+        """Return the number of control periods of a flight."""
+        return round(self.duration / timing.control_period)
+
+    def track(self, timing: Timing) -> Track:
+        """Return the sampled reference."""
+        return build(self.reference, timing.control_period, self.steps(timing))
+
+    def targets(self, timing: Timing) -> Targets:
+        """Return what step and recovery metrics are measured against."""
+        track = self.track(timing)
+        window = self.air.window
+        after = self.recovery_from if self.recovery_from is not None else (window[1] if window else 0.0)
+        steady = self.duration * (1.0 - self.steady_share)
+        targets = []
+        for axis, (start, final) in enumerate(zip(track.start.tolist(), track.final.tolist(), strict=True)):
+            band = self.bands.position if axis < 3 else self.bands.attitude
+            step = abs(final - start)
+            settling = self.bands.settling * step if step > 0.0 else band
+            targets.append(Target(start, final, track.step_time, settling, min(after, self.duration), band, steady))
+        return Targets(*targets)
+
+
+def sample_scenarios(
+    spec: ScenarioSpec, vehicle: Vehicle, timing: Timing, root: int, stream: str, indices: Iterable[int]
+) -> FlightInputs:
+    """Draw the scenarios with the given indices of a stream and lay them out in lanes."""
+    steps, h = spec.steps(timing), timing.control_period
+    airs, noises, bodies = [], [], []
+    for index in indices:
+        airs.append(sample_air(spec.air, h, steps, generator(root, f"{stream}/{spec.name}/air", index)))
+        noises.append(sample_noise(spec.sensors, steps, generator(root, f"{stream}/{spec.name}/sensors", index)))
+        bodies.append(_dynamics_row(spec.spread, vehicle, generator(root, f"{stream}/{spec.name}/vehicle", index)))
+    air = np.stack(airs)
+    if not air[..., WIND_COLUMNS:].any():
+        air = air[..., :WIND_COLUMNS]
+    noise = np.stack(noises)[..., :0] if spec.sensors.silent() else np.stack(noises)
+    return FlightInputs(
+        dynamics=to_lanes(np.array(bodies)),
+        disturbances=to_lanes(air),
+        noises=to_lanes(noise),
+        references=np.ascontiguousarray(spec.track(timing).samples),
+        targets=spec.targets(timing),
+        count=len(airs),
+    )
+
+
+def _dynamics_row(spread: Spread, vehicle: Vehicle, draw: np.random.Generator) -> list[float]:
+    mass, inertia, thrust, lag = (1.0 + draw.uniform(-1.0, 1.0, 4) * [spread.mass, spread.inertia, spread.thrust, spread.lag])
+    return flatten(dynamics(vary(vehicle, float(mass), float(inertia), float(thrust), float(lag))))

@@ -1,0 +1,31 @@
+"""The constants of a scenario that step and recovery metrics are measured against."""
+
+from typing import NamedTuple
+
+
+class Target(NamedTuple):
+    """One axis, in m or rad and s.
+
+    start, final: step levels r0 and r1 (equal where the axis makes no step); time: when the step happens; band: half-width
+    of the settling band; recovery_from: when the gust or the gating window ends; recovery_band: half-width of the recovery
+    band; steady_from: start of the window whose mean error is the steady-state error.
+    """
+
+    start: float
+    final: float
+    time: float
+    band: float
+    recovery_from: float
+    recovery_band: float
+    steady_from: float
+
+
+class Targets(NamedTuple):
+    """Targets of the six axes."""
+
+    x: Target
+    y: Target
+    z: Target
+    roll: Target
+    pitch: Target
+    yaw: Target

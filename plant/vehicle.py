@@ -1,0 +1,35 @@
+"""The numbers of one quadrotor, as the model's kernels read them. Files and their checks: `plant.airframes`."""
+
+from typing import NamedTuple
+
+from plant.vectors import Rotors, Vec3
+
+
+class Vehicle(NamedTuple):
+    """Physical parameters of one airframe.
+
+    mass [kg]; inertia about the body axes [kg m2]; rotor_x, rotor_y: rotor positions in body FLU [m];
+    spin: +1 where the reaction torque on the body is about +z, else -1; thrust_coefficient k_f [N s2]: T = k_f w2;
+    torque_ratio k_m / k_f [m]; rotor_inertia of one rotor about its axis [kg m2]; lag_up, lag_down: first-order time
+    constants of rotor speed rising and falling [s]; speed_min, speed_max [rad/s]; drag_linear [N s/m] and drag_quadratic
+    [N s2/m2] along body axes; drag_height: centre of pressure above the centre of mass [m]; rate_damping [N m s];
+    gravity [m/s2].
+    """
+
+    mass: float
+    inertia: Vec3
+    rotor_x: Rotors
+    rotor_y: Rotors
+    spin: Rotors
+    thrust_coefficient: float
+    torque_ratio: float
+    rotor_inertia: float
+    lag_up: float
+    lag_down: float
+    speed_min: float
+    speed_max: float
+    drag_linear: Vec3
+    drag_quadratic: Vec3
+    drag_height: float
+    rate_damping: Vec3
+    gravity: float

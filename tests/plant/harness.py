@@ -1,0 +1,85 @@
+"""What the tests of the plant share: airframes, random records, closed loops and batches of flights as plain arrays."""
+
+from functools import cache
+from math import cos, radians
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives import meters
+from plant.airframes import load, names
+from plant.backends.stepping import Inputs
+from plant.cascade import close_cascade
+from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
+from plant.disturbance import Disturbance
+from plant.flights import FlightInputs, to_lanes
+from plant.gains import default_row
+from plant.laws import LAWS
+from plant.records import flatten, pack, size
+from plant.rigid_body import dynamics
+from plant.targets import Target, Targets
+from plant.vectors import Quaternion, Vec3
+from plant.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+VEHICLES: dict[str, Vehicle] = {name: load(name, allow_unphysical=True).vehicle for name in names()}
+HUMMINGBIRD = VEHICLES["hummingbird"]
+H = 0.004
+TIMING = Timing(H, 0.001)
+LIMITS = Limits(5.0, cos(radians(80.0)))
+ZERO = Vec3(0.0, 0.0, 0.0)
+CALM = Disturbance(ZERO, ZERO, ZERO, ZERO)
+TARGETS = Targets(*[Target(0.0, step, 0.1, 0.05, 0.3, 0.1, 0.4) for step in (1.0, 1.0, 1.0, 0.0, 0.0, 0.5)])
+
+
+@cache
+def loop_of(position: str, attitude: str) -> ClosedLoop:
+    """Return the closed loop of two laws, judged by the meters that every study uses."""
+    model = MeterModel(meters.Meters, meters.start, meters.update)
+    return close_loop(close_cascade(LAWS[position], LAWS[attitude]), model)
+
+
+def default_gains(loop: ClosedLoop) -> Any:
+    """Return the default gains of a loop as a record."""
+    return pack(loop.cascade.Gains, default_row(loop.cascade))
+
+
+def random_quaternion(rng: np.random.Generator) -> Quaternion:
+    """Return a uniformly distributed attitude."""
+    q = rng.standard_normal(4)
+    return Quaternion(*map(float, q / np.linalg.norm(q)))
+
+
+def random_record(kind: Any, rng: np.random.Generator) -> Any:
+    """Return a record with standard normal leaves."""
+    return pack(kind, map(float, rng.standard_normal(size(kind))))
+
+
+def references(steps: int, hold: float = 1.0, **values: float) -> Array:
+    """Return the rows (steps, 14) of a constant reference; values: x, y, z [m], roll, pitch, yaw [rad]."""
+    columns = {"x": 0, "y": 1, "z": 2, "roll": 9, "pitch": 10, "yaw": 11}
+    rows = np.zeros((steps, 14))
+    rows[:, 13] = hold
+    for name, value in values.items():
+        rows[:, columns[name]] = value
+    return rows
+
+
+def batch(vehicles: list[Vehicle], disturbances: Array, noises: Array, reference: Array) -> Inputs:
+    """Return what a batch of flights meets from arrays (scenarios, K, 12), as the steppers read it: lanes last."""
+    rows = np.array([flatten(dynamics(vehicle)) for vehicle in vehicles])
+    return Inputs(rows.T, np.moveaxis(disturbances, 0, -1), np.moveaxis(noises, 0, -1), reference)
+
+
+def scenario(inputs: Inputs, lane: int) -> Inputs:
+    """Return one lane of a batch as floats."""
+    return Inputs(inputs.dynamics[:, lane], inputs.disturbances[..., lane], inputs.noises[..., lane], inputs.references)
+
+
+def in_blocks(inputs: Inputs, order: list[int] | None = None) -> FlightInputs:
+    """Return a batch as blocks of lanes for the compiled kernel; order: which scenario flies in which place."""
+    order = list(range(inputs.dynamics.shape[-1])) if order is None else order
+    parts = [to_lanes(np.moveaxis(part, -1, 0)[order]) for part in inputs[:3]]
+    return FlightInputs(parts[0], parts[1], parts[2], inputs.references, TARGETS, len(order))

@@ -1,0 +1,82 @@
+"""Monte Carlo fans: what the axes and rotors do over many scenarios, as 5 %, 50 % and 95 % at every instant."""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plant.closed_loop import ClosedLoop
+from plant.flights import FlightInputs, Flyer
+from plant.nominal import Nominal
+from plant.records import rows
+
+SIGNALS = ("x", "y", "z", "roll", "pitch", "yaw", "rotor1", "rotor2", "rotor3", "rotor4")
+UNITS = ("m", "m", "m", "rad", "rad", "rad", "1", "1", "1", "1")
+LEVELS = (0.05, 0.5, 0.95)
+# Instants of a fan; more do not show on a screen.
+INSTANTS = 400
+
+
+@dataclass(frozen=True)
+class Responses:
+    """time (instants,) [s]; actual and reference (scenarios, instants, signals); a rotor's reference is NaN."""
+
+    time: np.ndarray
+    actual: np.ndarray
+    reference: np.ndarray
+
+    def fans(self) -> np.ndarray:
+        """Return low, median, high (3, instants, signals) over the scenarios."""
+        return np.quantile(self.actual, LEVELS, axis=0)
+
+
+def fly_responses(
+    flyer: Flyer, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, control_period: float
+) -> Responses:
+    """Fly one candidate, gains (n,), through the scenarios and return what its axes and rotors did."""
+    steps = len(inputs.references)
+    every = max(1, steps // INSTANTS)
+    trace = flyer.trace(gains, nominal, inputs, every)
+    actual = signals(flyer.loop, trace, nominal)
+    reference = np.full_like(actual, np.nan)
+    asked = inputs.references[::every]
+    reference[..., 0:3] = asked[None, :, 0:3]
+    reference[..., 3:5] = trace[..., rows(flyer.loop.Flight, "control.tilt")]
+    reference[..., 5] = asked[None, :, 11]
+    return Responses(np.arange(0, steps, every) * control_period, actual, reference)
+
+
+def signals(loop: ClosedLoop, trace: np.ndarray, nominal: Nominal) -> np.ndarray:
+    """Return the signals (scenarios, instants, 10) of a trace: positions [m], angles [rad], rotor commands over hover."""
+    flight = loop.Flight
+    q = trace[..., rows(flight, "body.attitude")]
+    commands = trace[..., rows(flight, "pending")] / nominal.hover
+    return np.concatenate([trace[..., rows(flight, "body.position")], _euler(q), commands], axis=-1)
+
+
+def _euler(q: np.ndarray) -> np.ndarray:
+    from plant.attitude import euler_angles
+    from plant.backends.array import rebinder
+    from plant.vectors import Quaternion
+
+    angles = rebinder()(euler_angles)(Quaternion(*np.moveaxis(q, -1, 0)))
+    return np.stack([angles.x, angles.y, np.unwrap(angles.z, axis=1)], axis=-1)
+
+
+def fan_table(responses: Responses, point: str, scenario: str) -> Any:
+    """Return the fans as a long table (pandas): one row for each signal and instant."""
+    import pandas as pd
+
+    low, median, high = responses.fans()
+    reference = responses.reference.mean(axis=0)
+    n = len(responses.time)
+    parts = [
+        pd.DataFrame(
+            {
+                "point": point, "scenario": scenario, "signal": signal, "unit": unit, "time": responses.time,
+                "reference": reference[:n, i], "low": low[:, i], "median": median[:, i], "high": high[:, i],
+            }
+        )
+        for i, (signal, unit) in enumerate(zip(SIGNALS, UNITS, strict=True))
+    ]  # fmt: skip
+    return pd.concat(parts, ignore_index=True)
