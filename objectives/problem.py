@@ -49,13 +49,24 @@ class Constraint:
 @dataclass(frozen=True)
 class Evaluation:
     """values (n, objectives) in the metrics' units; violations (n, constraints), 0 where kept; failures (n,): share of
-    flights that did not complete; scores (n, quantities, flights): the per-flight metrics that all of it came from.
+    flights that did not complete; scores (n, quantities, flights): the per-flight metrics that all of it came from;
+    origin (flights,): name of the scenario of each flight.
     """
 
     values: np.ndarray
     violations: np.ndarray
     failures: np.ndarray
     scores: np.ndarray
+    origin: np.ndarray
+
+    def samples(self, index: int, scenario: str | None) -> np.ndarray:
+        """Return one quantity of the flights that count for it (n, flights); scenario: a name, or None for all."""
+        return seen_scores(self.scores, index, self.origin, scenario)
+
+
+def seen_scores(scores: np.ndarray, index: int, origin: np.ndarray, scenario: str | None) -> np.ndarray:
+    """Return scores (n, flights) of one quantity on the flights of a scenario, or of all for None."""
+    return scores[:, index] if scenario is None else scores[:, index][:, origin == scenario]
 
 
 @dataclass(frozen=True)
@@ -159,12 +170,11 @@ class Problem:
         risks = np.empty((len(gains), len(quantities)))
         names = np.array(origin)
         for i, quantity in enumerate(quantities):
-            seen = np.full(len(names), True) if quantity.scenario is None else names == quantity.scenario
-            risks[:, i] = quantity.risk.apply(all_scores[:, i][:, seen])
+            risks[:, i] = quantity.risk.apply(seen_scores(all_scores, i, names, quantity.scenario))
         n = len(self.objectives)
         most = np.array([constraint.most for constraint in self.constraints])
         violations = np.maximum(risks[:, n:] - most, 0.0)
-        return Evaluation(risks[:, :n], violations, np.concatenate(failed, axis=-1).mean(axis=-1), all_scores)
+        return Evaluation(risks[:, :n], violations, np.concatenate(failed, axis=-1).mean(axis=-1), all_scores, names)
 
     def _fly(
         self, gains: np.ndarray, fleet: Fleet, landed: Callable[[int], None] | None

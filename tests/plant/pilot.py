@@ -19,7 +19,7 @@ from plant.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 SPEED = slice(18, 22)
-KP,KD=12.0,6.0
+KP, KD = 12.0, 6.0
 
 
 class Period(NamedTuple):

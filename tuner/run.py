@@ -1,0 +1,214 @@
+"""A study from beginning to end: search, re-fly the finalists on held-out scenarios, pick, write everything down."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from objectives.problem import Evaluation, Fleet, Problem
+from objectives.risk import minimum_samples
+from plant.scenarios import HELD_OUT, SEARCH
+from plant.seeds import generator
+from tuner.held_out import Comparison, Finalists, compare, judge
+from tuner.search.first_generation import first_generation
+from tuner.search.front import pick
+from tuner.search.loop import Archive, Generation, archive, search_generations
+from tuner.search.nsga2 import Nsga2
+from tuner.store.environment import environment
+from tuner.store.folder import Folder
+from tuner.store.tables import front_table, generation_table, history_table
+from tuner.study.study import Study
+from tuner.summary import summary_document
+from tuner.watcher import Watcher
+
+SEARCHES = {"nsga2": Nsga2}
+# Finalists re-flown at most; a longer front is thinned evenly along its first objective.
+MOST_FINALISTS = 48
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run found. candidates: archive indices of the finalists behind the default; tuned: row in the finalists."""
+
+    study: Study
+    problem: Problem
+    generations: list[Generation]
+    candidates: np.ndarray
+    finalists: Finalists
+    tuned: int
+    why: str
+    table: list[Comparison]
+    warnings: list[str]
+    seconds: float
+
+    @property
+    def flights(self) -> int:
+        """Number of flights of the search and of the held-out check."""
+        return self.generations[-1].flights + self.finalists.evaluation.scores[:, 0].size
+
+    @property
+    def archive(self) -> Archive:
+        """All candidates of the search."""
+        return archive(self.generations)
+
+    def gains(self, row: int) -> np.ndarray:
+        """Return the gains row (gains,) of a finalist; row 0 is the default."""
+        return finalist_gains(self.problem, self.study, self.archive, self.candidates)[row]
+
+
+def run_study(study: Study, folder: Folder, watcher: Watcher, threads: int | None = None) -> Outcome:
+    """Run a study into a new results folder; every generation is on disk before the next one flies."""
+    begin = perf_counter()
+    problem = Problem(study.system, study.space, study.objectives, study.constraints, study.seed, threads)
+    write_inputs(study, folder, problem.flyer.threads)
+    warm_up(problem, study, watcher)
+    generations = search(problem, study, folder, watcher)
+    outcome = conclude(problem, study, generations, watcher, begin)
+    write_outcome(outcome, folder, watcher)
+    return outcome
+
+
+def fleets(study: Study, stream: str) -> tuple[Fleet, ...]:
+    """Return the flights of a study in the search or in the held-out stream."""
+    return tuple(
+        Fleet(entry.spec, stream, entry.search if stream == SEARCH else entry.held_out) for entry in study.scenarios
+    )
+
+
+def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
+    """Have the kernel compiled (once for a combination of laws) before anything is timed."""
+    if problem.flyer.cached:
+        return
+    watcher.compiling()
+    begin = perf_counter()
+    first = study.scenarios[0].spec
+    problem.evaluate_gains(study.default_row[None], (Fleet(first, SEARCH, 1),))
+    watcher.compiled(perf_counter() - begin)
+
+
+def search(problem: Problem, study: Study, folder: Folder, watcher: Watcher) -> list[Generation]:
+    """Run the search and record each generation."""
+    spec, d = study.search, len(study.space.variables)
+    start = study.space.point(study.default_row)[None]
+    first = first_generation(start, spec.population, generator(study.seed, "search/initial", 0))
+    seed = int(generator(study.seed, "search/algorithm", 0).integers(2**31))
+    algorithm = SEARCHES[spec.algorithm](first, len(study.objectives), len(study.constraints), seed)
+    flown = fleets(study, SEARCH)
+    watcher.searching(spec.generations, spec.generations * spec.population * sum(fleet.count for fleet in flown))
+    generations: list[Generation] = []
+    assert d == first.shape[1]
+
+    def evaluate(points: np.ndarray) -> Evaluation:
+        return problem.evaluate(points, flown, watcher.landed)
+
+    for record in search_generations(algorithm, evaluate, spec.generations):
+        generations.append(record)
+        folder.write_table(f"generations/{record.number:04d}.parquet", generation_table(study, generations, record))
+        folder.write_table("history.csv", history_table(generations))
+        watcher.generation(record)
+    return generations
+
+
+def conclude(
+    problem: Problem, study: Study, generations: list[Generation], watcher: Watcher, begin: float
+) -> Outcome:
+    """Re-fly the default and the front on held-out scenarios and pick the recommended point."""
+    found = archive(generations)
+    candidates, warnings = finalists_of(found, study)
+    flown = fleets(study, HELD_OUT)
+    gains = finalist_gains(problem, study, found, candidates)
+    watcher.verifying(len(gains) * sum(fleet.count for fleet in flown))
+    finalists = judge(problem, problem.evaluate_gains(gains, flown, watcher.landed), study.seed)
+    tuned, why = recommend(study, finalists)
+    table = compare(problem, finalists, tuned, study.seed)
+    if not finalists.feasible[tuned]:
+        warnings.append("The recommended point breaks a constraint on the held-out scenarios; see the table.")
+    seconds = perf_counter() - begin
+    return Outcome(study, problem, generations, candidates, finalists, tuned, why, table, warnings, seconds)
+
+
+def finalist_gains(problem: Problem, study: Study, found: Archive, candidates: np.ndarray) -> np.ndarray:
+    """Return the gains rows of the default and of the finalists."""
+    return np.concatenate([study.default_row[None], problem.space.gains(found.points[candidates])], axis=0)
+
+
+def finalists_of(found: Archive, study: Study) -> tuple[np.ndarray, list[str]]:
+    """Return the archive indices to re-fly and what to warn of."""
+    warnings = few_scenarios(study)
+    front = found.front()
+    if len(front) == 0:
+        total = found.violations.sum(axis=1)
+        warnings.append(
+            "No candidate kept every constraint. The one that breaks them least is shown; relax a constraint, widen the "
+            "ranges of the gains, or give the search more generations."
+        )
+        return np.array([int(np.argmin(total))]), warnings
+    front = front[np.argsort(found.values[front, 0], kind="stable")]
+    if len(front) > MOST_FINALISTS:
+        keep = np.unique(np.linspace(0, len(front) - 1, MOST_FINALISTS).round().astype(int))
+        front = front[keep]
+    return front, warnings
+
+
+def few_scenarios(study: Study) -> list[str]:
+    """Return warnings for risks that ask more of the scenarios than there are."""
+    warnings = []
+    for objective in study.objectives:
+        for stream in (SEARCH, HELD_OUT):
+            seen = [fleet for fleet in fleets(study, stream) if objective.scenario in (None, fleet.spec.name)]
+            have, need = sum(fleet.count for fleet in seen), minimum_samples(objective.risk)
+            if have < need:
+                warnings.append(
+                    f"{objective.label} rests on {have} {stream} scenarios; {need} would put five into its tail, so expect "
+                    f"its {stream} value to be optimistic."
+                )
+    return warnings
+
+
+def recommend(study: Study, finalists: Finalists) -> tuple[int, str]:
+    """Return the row of the recommended finalist and why: the pick rule, among those that beat the default everywhere."""
+    values = finalists.evaluation.values
+    rows = np.flatnonzero(finalists.non_dominated)
+    if len(rows) == 0:
+        least = int(np.argmin(finalists.evaluation.violations[1:].sum(axis=1))) + 1
+        return least, "no finalist keeps every constraint on the held-out scenarios; this one breaks them least"
+    beating = rows[np.all(values[rows] < values[0], axis=1)]
+    among = beating if len(beating) else rows
+    chosen, why = pick(study.pick, values[among], [objective.label for objective in study.objectives])
+    where = (
+        "among the points of the held-out front that beat the default in every objective"
+        if len(beating)
+        else "on the held-out front, where no point beats the default in every objective"
+    )
+    return int(among[chosen]), f"{why}, {where}"
+
+
+def write_inputs(study: Study, folder: Folder, threads: int) -> None:
+    """Write what the run starts from."""
+    folder.write_text("study.toml", study.path.read_text(encoding="utf-8"))
+    folder.write_json("resolved.json", study.resolved())
+    folder.write_json("environment.json", environment(threads))
+
+
+def write_outcome(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:
+    """Write front, summary, gains, responses, figures and report."""
+    from tuner.report import write_figures, write_report
+    from tuner.run_responses import response_table
+
+    document: dict[str, Any] = summary_document(outcome)
+    folder.write_table("front.csv", front_table(outcome))
+    folder.write_json("gains.json", document.pop("gains_document"))
+    folder.write_json("summary.json", document)
+    watcher.writing("responses")
+    folder.write_table("responses.parquet", response_table(outcome))
+    watcher.writing("figures")
+    write_figures(folder.path)
+    watcher.writing("report")
+    write_report(folder.path)
+
+
+def default_folder(study: Study) -> Path:
+    """Return the folder a study's results go to unless another is given: results/NAME."""
+    return Path("results") / study.path.stem

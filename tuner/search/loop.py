@@ -1,0 +1,83 @@
+"""The search loop, written once: ask a generation, fly it, tell, record."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Protocol
+
+import numpy as np
+
+from objectives.problem import Evaluation
+from tuner.search.front import feasible_front, hypervolume
+
+
+class Search(Protocol):
+    """A search over the unit cube, a whole generation at a time."""
+
+    def ask(self) -> np.ndarray:
+        """Return the next generation (n, d)."""
+        ...
+
+    def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
+        """Tell objectives (n, m) and constraint violations (n, c) of the generation asked for."""
+        ...
+
+
+@dataclass(frozen=True)
+class Generation:
+    """One generation and the state of the search after it.
+
+    points (n, d); evaluation: of these points; flights, seconds: from the start of the search; feasible_share: of all
+    candidates so far; hypervolume: of the front of all candidates so far, see `tuner.search.front`.
+    """
+
+    number: int
+    points: np.ndarray
+    evaluation: Evaluation
+    flights: int
+    seconds: float
+    feasible_share: float
+    hypervolume: float
+
+
+@dataclass(frozen=True)
+class Archive:
+    """All candidates of a search in the order they were flown: points (n, d), values (n, m), violations (n, c)."""
+
+    points: np.ndarray
+    values: np.ndarray
+    violations: np.ndarray
+
+    def front(self) -> np.ndarray:
+        """Return the indices of the feasible, non-dominated candidates."""
+        return feasible_front(self.values, self.violations)
+
+
+def archive(generations: list[Generation]) -> Archive:
+    """Return all candidates of the generations."""
+    return Archive(
+        np.concatenate([entry.points for entry in generations], axis=0),
+        np.concatenate([entry.evaluation.values for entry in generations], axis=0),
+        np.concatenate([entry.evaluation.violations for entry in generations], axis=0),
+    )
+
+
+def search_generations(
+    search: Search, evaluate: Callable[[np.ndarray], Evaluation], generations: int
+) -> Iterator[Generation]:
+    """Run the search and yield every generation; the first candidate of all is the baseline of the hypervolume."""
+    begin = perf_counter()
+    done: list[Generation] = []
+    flights = 0
+    for number in range(generations):
+        points = search.ask()
+        evaluation = evaluate(points)
+        search.tell(evaluation.values, evaluation.violations)
+        flights += len(points) * evaluation.scores.shape[-1]
+        draft = Generation(number, points, evaluation, flights, perf_counter() - begin, 0.0, 0.0)
+        so_far = archive([*done, draft])
+        feasible = np.all(so_far.violations <= 0.0, axis=1).mean(axis=0)
+        volume = hypervolume(so_far.values[so_far.front()], so_far.values[0])
+        record = Generation(number, points, evaluation, flights, draft.seconds, float(feasible), volume)
+        done.append(record)
+        yield record

@@ -1,0 +1,70 @@
+"""The tables of a results folder: generations, history, front. Column names are told in results/README.md."""
+
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from tuner.search.loop import Generation
+
+if TYPE_CHECKING:
+    from tuner.run import Outcome
+    from tuner.study.study import Study
+
+
+def point_name(candidate: int) -> str:
+    """Return the name of a candidate in tables and reports."""
+    return f"p{candidate:04d}"
+
+
+def generation_table(study: "Study", generations: list[Generation], record: Generation) -> Any:
+    """Return one generation as a pandas table, a row for each candidate."""
+    import pandas as pd
+
+    before = sum(len(entry.points) for entry in generations) - len(record.points)
+    values = study.space.values(record.points)
+    evaluation = record.evaluation
+    columns: dict[str, Any] = {"candidate": before + np.arange(len(record.points))}
+    columns |= {f"gain:{v.name}": values[:, i] for i, v in enumerate(study.space.variables)}
+    columns |= {f"objective:{o.label}": evaluation.values[:, i] for i, o in enumerate(study.objectives)}
+    columns |= {f"violation:{c.objective.label}": evaluation.violations[:, i] for i, c in enumerate(study.constraints)}
+    columns |= {"failures": evaluation.failures, "feasible": np.all(evaluation.violations <= 0.0, axis=1)}
+    return pd.DataFrame(columns)
+
+
+def history_table(generations: list[Generation]) -> Any:
+    """Return the progress of a search as a pandas table, a row for each generation."""
+    import pandas as pd
+
+    return pd.DataFrame(
+        {
+            "generation": [entry.number for entry in generations],
+            "flights": [entry.flights for entry in generations],
+            "seconds": [entry.seconds for entry in generations],
+            "feasible_share": [entry.feasible_share for entry in generations],
+            "hypervolume": [entry.hypervolume for entry in generations],
+        }
+    )
+
+
+def front_table(outcome: "Outcome") -> Any:
+    """Return the finalists as a pandas table: default first, then the front of the search along its first objective."""
+    import pandas as pd
+
+    study, finalists, found = outcome.study, outcome.finalists, outcome.archive
+    names = ["default", *[point_name(int(candidate)) for candidate in outcome.candidates]]
+    rows = [0, *[int(candidate) for candidate in outcome.candidates]]
+    roles = ["default"] + ["tuned" if row == outcome.tuned else "" for row in range(1, len(names))]
+    columns: dict[str, Any] = {
+        "point": names, "candidate": rows, "role": roles,
+        "non_dominated": finalists.non_dominated, "feasible": finalists.feasible,
+    }  # fmt: skip
+    gains = np.stack([outcome.gains(row) for row in range(len(names))], axis=0)
+    columns |= {f"gain:{v.name}": gains[:, c[0]] for v, c in zip(study.space.variables, study.space.columns, strict=True)}
+    for i, objective in enumerate(study.objectives):
+        columns |= {
+            f"search:{objective.label}": found.values[rows, i],
+            f"held_out:{objective.label}": finalists.evaluation.values[:, i],
+            f"low:{objective.label}": finalists.low[:, i],
+            f"high:{objective.label}": finalists.high[:, i],
+        }
+    return pd.DataFrame(columns)

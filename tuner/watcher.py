@@ -1,0 +1,28 @@
+"""What a long run tells whoever watches it; the terminal display is one watcher, silence another."""
+
+from tuner.search.loop import Generation
+
+
+class Watcher:
+    """Hears of the progress of a run, and by default says nothing."""
+
+    def compiling(self) -> None:
+        """Hear that the closed loop is being compiled, once for this combination of laws."""
+
+    def compiled(self, seconds: float) -> None:
+        """Hear how long it took."""
+
+    def searching(self, generations: int, flights: int) -> None:
+        """Hear how many generations and flights are to come."""
+
+    def landed(self, flights: int) -> None:
+        """Hear that so many more flights have ended; called from worker threads."""
+
+    def generation(self, record: Generation) -> None:
+        """Hear of a finished generation."""
+
+    def verifying(self, flights: int) -> None:
+        """Hear that the finalists are re-flown on held-out scenarios."""
+
+    def writing(self, what: str) -> None:
+        """Hear what is being written."""
