@@ -1,0 +1,238 @@
+"""From the tables of a study file to what runs; every value is checked here or by the type that it becomes."""
+
+from collections.abc import Callable, Iterator, Mapping
+from contextlib import contextmanager
+from math import cos, isfinite, radians
+from pathlib import Path
+from typing import Any, TypeVar
+
+from objectives.metrics import check, parse
+from objectives.problem import Constraint, Objective, System
+from objectives.risk import Risk
+from plant.air.gust import Gust
+from plant.air.injection import Injection
+from plant.air.spec import AirSpec
+from plant.airframes import Airframe, load
+from plant.cascade import Cascade, close_cascade
+from plant.closed_loop import Limits, Timing
+from plant.errors import InputError, UnknownNameError
+from plant.laws import law
+from plant.nominal import ControlOptions, nominal
+from plant.references import from_mapping
+from plant.scenarios import Bands, ScenarioSpec, Spread
+from plant.sensors import SensorSpec
+from tuner.search.front import PICKS
+from tuner.search.names import ALGORITHMS, STARTS
+from tuner.study.gains import decision_space
+from tuner.study.reading import read_study_table
+from tuner.study.schema import AirframeTable, ControllerTable, LimitsTable, ObjectiveTable, ScenarioTable, SearchTable
+from tuner.study.study import SearchSpec, Study, StudyScenario
+
+T = TypeVar("T")
+# Periods are multiples if they are so within rounding.
+MULTIPLE = 1e-9
+SMALLEST_POPULATION = 8
+
+
+def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
+    """Read and check a study file; overrides: dotted keys that replace values of the file.
+
+    Raises InputError naming file and key.
+    """
+    table = read_study_table(path, overrides or {})
+    with located(path, ""):
+        with located(path, "airframe"):
+            airframe = _airframe(table.airframe, path)
+        with located(path, "controller"):
+            timing = _timing(table.controller)
+            cascade = _cascade(table.controller)
+            options = _options(table.controller)
+        with located(path, "limits"):
+            limits = _limits(table.limits)
+        knowledge = nominal(airframe.vehicle, options, timing.control_period)
+        system = System(airframe.vehicle, cascade, knowledge, limits, timing)
+        with located(path, "gains"):
+            space = decision_space(table.gains, cascade, timing.control_period)
+        scenarios = tuple(_listed("scenario", path, table.scenario, lambda entry: _scenario(entry, timing, path)))
+        _unique("scenario", [entry.spec.name for entry in scenarios])
+        objectives = tuple(
+            _listed("objective", path, table.objective, lambda entry: _objective(entry, scenarios, timing))
+        )
+        _unique("objective", [objective.label for objective in objectives])
+        constraints = tuple(
+            _listed(
+                "constraint",
+                path,
+                table.constraint,
+                lambda entry: Constraint(_objective(entry, scenarios, timing), _finite(entry.most, "most")),
+            )
+        )
+        with located(path, "search"):
+            search = _search(table.search)
+        with located(path, "pick"):
+            rule = _pick(table.pick.rule, objectives)
+    return Study(
+        path, table.title, table.description, table.seed, airframe, options, system, space, scenarios, objectives,
+        constraints, search, rule, table,
+    )  # fmt: skip
+
+
+@contextmanager
+def located(path: Path, key: str) -> Iterator[None]:
+    """Put file and table in front of the key of an error raised inside."""
+    try:
+        yield
+    except InputError as error:
+        if error.file is not None:
+            raise
+        inner = error.key or ""
+        joined = f"{key}.{inner}" if key and inner else key or inner
+        raise _moved(error, path, joined) from None
+
+
+def _moved(error: InputError, path: Path, key: str) -> InputError:
+    copy = type(error).__new__(type(error))
+    InputError.__init__(copy, error.message, file=path, key=key or None)
+    return copy
+
+
+def _listed(name: str, path: Path, entries: list[Any], make: Callable[[Any], T]) -> Iterator[T]:
+    for i, entry in enumerate(entries):
+        with located(path, f"{name}[{i}]"):
+            yield make(entry)
+
+
+def _unique(name: str, labels: list[str]) -> None:
+    for i, label in enumerate(labels):
+        if label in labels[:i]:
+            raise InputError(f"'{label}' stands here twice; give each its own", key=f"{name}[{i}]")
+
+
+def _airframe(table: AirframeTable, path: Path) -> Airframe:
+    if (table.name is None) == (table.file is None):
+        raise InputError('give either name = "hummingbird" (a bundled airframe) or file = "my_quad.toml"')
+    source: str | Path = table.name if table.name is not None else path.parent / str(table.file)
+    return load(source, allow_unphysical=table.allow_unphysical)
+
+
+def _timing(table: ControllerTable) -> Timing:
+    for key in ("control_period", "plant_step"):
+        value = getattr(table, key)
+        if not (isfinite(value) and 0.0 < value <= 0.1):
+            raise InputError(f"given {value} s; allowed: above 0 s, at most 0.1 s", key=key)
+    _multiple(table.control_period, table.plant_step, "control_period", "plant_step")
+    return Timing(table.control_period, table.plant_step)
+
+
+def _multiple(whole: float, part: float, key: str, of: str) -> None:
+    count = round(whole / part)
+    if count < 1 or abs(count * part - whole) > MULTIPLE * whole:
+        near = max(count, 1) * part
+        raise InputError(f"given {whole:g} s; this must be a multiple of {of} = {part:g} s, for instance {near:g} s", key=key)
+
+
+def _cascade(table: ControllerTable) -> Cascade:
+    laws = []
+    for key in ("position", "attitude"):
+        try:
+            laws.append(law(getattr(table, key)))
+        except UnknownNameError as error:
+            raise error.located(key=key) from None
+    return close_cascade(*laws)
+
+
+def _options(table: ControllerTable) -> ControlOptions:
+    if not 3.0 <= table.tilt_limit_deg <= 60.0:
+        raise InputError(f"given {table.tilt_limit_deg} deg; allowed: 3 to 60 deg", key="tilt_limit_deg")
+    tilt = radians(table.tilt_limit_deg)
+    return ControlOptions(table.attitude_rate, table.position_rate, table.lag_aware, table.delay, tilt)
+
+
+def _limits(table: LimitsTable) -> Limits:
+    if not (isfinite(table.position) and table.position > 0.0):
+        raise InputError(f"given {table.position} m; must be above 0 m", key="position")
+    if not 10.0 <= table.tilt_deg < 90.0:
+        raise InputError(f"given {table.tilt_deg} deg; allowed: 10 to below 90 deg", key="tilt_deg")
+    return Limits(table.position, cos(radians(table.tilt_deg)))
+
+
+def _scenario(table: ScenarioTable, timing: Timing, path: Path) -> StudyScenario:
+    air = table.air.model_dump()
+    for key, kind in (("gust", Gust), ("injection", Injection)):
+        if air[key] is not None:
+            air[key] = kind(**{k: tuple(v) if isinstance(v, list) else v for k, v in air[key].items()})
+    air["window"] = None if air["window"] is None else tuple(air["window"])
+    parts: dict[str, Any] = {}
+    for key, kind, values in (
+        ("air", AirSpec, air),
+        ("sensors", SensorSpec, table.sensors.model_dump()),
+        ("spread", Spread, table.spread.model_dump()),
+        ("bands", Bands, table.bands.model_dump()),
+    ):
+        with _keyed(key):
+            parts[key] = kind(**values)
+    reference = from_mapping(table.reference, base=path.parent)
+    spec = ScenarioSpec(
+        name=table.name, duration=table.duration, reference=reference, recovery_from=table.recovery_from,
+        steady_share=table.steady_share, **parts,
+    )  # fmt: skip
+    _multiple(spec.duration, timing.control_period, "duration", "controller.control_period")
+    with _keyed("reference"):
+        spec.track(timing)
+    return StudyScenario(spec, table.search, table.held_out)
+
+
+@contextmanager
+def _keyed(key: str) -> Iterator[None]:
+    try:
+        yield
+    except InputError as error:
+        if error.file is not None:
+            raise
+        copy = type(error).__new__(type(error))
+        InputError.__init__(copy, error.message, key=f"{key}.{error.key}" if error.key else key)
+        raise copy from None
+
+
+def _objective(table: ObjectiveTable, scenarios: tuple[StudyScenario, ...], timing: Timing) -> Objective:
+    names = [entry.spec.name for entry in scenarios]
+    if table.scenario is not None and table.scenario not in names:
+        raise UnknownNameError("scenario", table.scenario, names, key="scenario")
+    with _keyed("metric"):
+        metric = parse(table.metric)
+        for entry in scenarios:
+            if table.scenario in (None, entry.spec.name):
+                check(metric, entry.spec.targets(timing), entry.spec.duration)
+    with _keyed("risk"):
+        risk = Risk(table.risk, table.level)
+    return Objective(metric, risk, table.scenario)
+
+
+def _finite(value: float, key: str) -> float:
+    if not isfinite(value):
+        raise InputError(f"given {value}; this must be a finite number", key=key)
+    return value
+
+
+def _search(table: SearchTable) -> SearchSpec:
+    if table.algorithm not in ALGORITHMS:
+        raise UnknownNameError("algorithm", table.algorithm, ALGORITHMS, key="algorithm")
+    if table.population < SMALLEST_POPULATION or table.population % 2:
+        raise InputError(
+            f"given {table.population}; the population must be even and at least {SMALLEST_POPULATION}", key="population"
+        )
+    for start in table.initial:
+        if start not in STARTS:
+            raise UnknownNameError("starting point", start, STARTS, key="initial")
+    return SearchSpec(table.algorithm, table.population, table.generations, tuple(table.initial))
+
+
+def _pick(rule: str, objectives: tuple[Objective, ...]) -> str:
+    if rule in PICKS:
+        return rule
+    asked = rule.removeprefix("min:")
+    for objective in objectives:
+        if rule.startswith("min:") and asked in (objective.label, objective.metric.text):
+            return f"min:{objective.label}"
+    allowed = [*PICKS, *[f"min:{objective.metric.text}" for objective in objectives]]
+    raise UnknownNameError("pick rule", rule, allowed, key="rule")

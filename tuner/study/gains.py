@@ -1,0 +1,126 @@
+"""The [gains] table: which gains are searched, tied or fixed; the rest stand at their defaults."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+
+from objectives.decisions import DecisionSpace, Variable
+from plant.cascade import Cascade
+from plant.errors import InputError, UnknownNameError
+from plant.gains import GROUPS, GainAddress, gain_addresses
+from tuner.study.schema import GainTable
+
+# Largest product of an observer's bandwidth and the control period: beyond it the sampled loop's margins leave those of the
+# continuous design, and measurement noise passes straight through.
+MOST_OBSERVER = 0.3
+
+Entry = float | GainTable
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A key of the table and the gains that it speaks for; a more specific key takes gains from a wider one."""
+
+    key: str
+    entry: Entry
+    gains: tuple[GainAddress, ...]
+
+
+def decision_space(table: Mapping[str, Entry], cascade: Cascade, control_period: float) -> DecisionSpace:
+    """Return the decision space of a [gains] table; raises InputError with the key inside the table."""
+    known = gain_addresses(cascade)
+    claims = [claim for claim in _settled(_claims(table, known)) if claim.gains]
+    base = [gain.default for gain in known]
+    owners: dict[str, Claim] = {claim.key: claim for claim in claims}
+    tied: dict[str, list[GainAddress]] = {}
+    for claim in claims:
+        if isinstance(claim.entry, GainTable):
+            if claim.entry.tie is not None:
+                owner = _owner(claim, owners)
+                tied.setdefault(owner.key, []).extend(claim.gains)
+        else:
+            for gain in claim.gains:
+                _check_value(claim.key, gain, float(claim.entry), control_period)
+                base[gain.column] = float(claim.entry)
+    variables, columns = [], []
+    for claim in claims:
+        if isinstance(claim.entry, GainTable) and claim.entry.tie is None:
+            gains = (*claim.gains, *tied.get(claim.key, []))
+            variables.append(_variable(claim, gains, control_period))
+            columns.append(tuple(gain.column for gain in gains))
+    for gain in known:
+        _check_value(gain.address, gain, base[gain.column], control_period)
+    return DecisionSpace(tuple(variables), tuple(columns), tuple(base))
+
+
+def _claims(table: Mapping[str, Entry], known: tuple[GainAddress, ...]) -> list[Claim]:
+    claims = []
+    for key, entry in table.items():
+        group, _, name = key.partition(".")
+        if group not in GROUPS:
+            raise UnknownNameError("axis or group", group, GROUPS, key=key)
+        gains = tuple(gain for gain in known if gain.address in {f"{axis}.{name}" for axis in GROUPS[group]})
+        if not gains:
+            valid = {gain.address.split(".")[1] for gain in known if gain.axis in GROUPS[group]}
+            raise UnknownNameError("gain", name, valid, key=key)
+        claims.append(Claim(key, entry, gains))
+    return claims
+
+
+def _settled(claims: list[Claim]) -> list[Claim]:
+    """Take from each claim the gains that a narrower one claims; two claims of one width on a gain are an error."""
+    settled = []
+    for claim in claims:
+        others = [other for other in claims if other is not claim]
+        for other in others:
+            shared = {gain.address for gain in other.gains} & {gain.address for gain in claim.gains}
+            if shared and len(other.gains) == len(claim.gains):
+                raise InputError(f"'{sorted(shared)[0]}' is given by '{other.key}' too; leave one out", key=claim.key)
+        narrower = {g.address for o in others if len(o.gains) < len(claim.gains) for g in o.gains}
+        settled.append(Claim(claim.key, claim.entry, tuple(g for g in claim.gains if g.address not in narrower)))
+    return settled
+
+
+def _owner(claim: Claim, owners: Mapping[str, Claim]) -> Claim:
+    """Follow a tie to the searched entry at its end."""
+    seen, here = [claim.key], claim
+    while isinstance(here.entry, GainTable) and here.entry.tie is not None:
+        if {here.entry.low, here.entry.high, here.entry.scale} != {None}:
+            raise InputError("a tie has no range of its own; leave low, high and scale out", key=here.key)
+        target = here.entry.tie
+        if target not in owners:
+            raise UnknownNameError("entry of [gains] to tie to", target, [k for k in owners if k != claim.key], key=claim.key)
+        if target in seen:
+            raise InputError(f"the ties go in a circle: {' -> '.join([*seen, target])}", key=claim.key)
+        seen.append(target)
+        here = owners[target]
+    if not isinstance(here.entry, GainTable):
+        raise InputError(f"'{here.key}' is fixed, not searched; write {claim.key} = {here.entry} instead", key=claim.key)
+    return here
+
+
+def _variable(claim: Claim, gains: tuple[GainAddress, ...], control_period: float) -> Variable:
+    assert isinstance(claim.entry, GainTable)
+    first = gains[0]
+    usual = first.info.span(first.loop)
+    low = usual.low if claim.entry.low is None else claim.entry.low
+    high = usual.high if claim.entry.high is None else claim.entry.high
+    scale = claim.entry.scale or first.info.scale
+    variable = Variable(claim.key, tuple(gain.address for gain in gains), low, high, scale)
+    for gain in gains:
+        _check_value(claim.key, gain, low, control_period)
+        _check_value(claim.key, gain, high, control_period)
+    return variable
+
+
+def _check_value(key: str, gain: GainAddress, value: float, control_period: float) -> None:
+    info, unit = gain.info, gain.unit
+    if value < info.least or (info.exclusive and value == info.least):
+        bound = "above" if info.exclusive else "at least"
+        raise InputError(f"given {value:g} {unit}; {info.meaning}: must be {bound} {info.least:g} {unit}", key=key)
+    if info.observer and value * control_period > MOST_OBSERVER:
+        raise InputError(
+            f"given {value:g} {unit}; at a control period of {control_period:g} s an observer faster than "
+            f"{MOST_OBSERVER / control_period:g} rad/s (bandwidth times period above {MOST_OBSERVER}) is no longer the one "
+            "designed and may go unstable in the loop; lower it or shorten controller.control_period",
+            key=key,
+        )

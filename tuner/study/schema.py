@@ -1,0 +1,154 @@
+"""The shape of a study file: which tables and keys there are, of which type, with which default.
+
+Ranges and meanings are checked where the values are used, by the domain's own types; here a misspelt key or a text in the place
+of a number is found. Lengths in m, times in s, angles in rad unless a key ends in `_deg`.
+"""
+
+from dataclasses import MISSING, fields
+from typing import Annotated, Any
+
+from pydantic import BaseModel, ConfigDict, Field, create_model
+
+from plant.air.gust import Gust
+from plant.air.injection import Injection
+from plant.air.spec import AirSpec
+from plant.scenarios import Bands, Spread
+from plant.sensors import SensorSpec
+
+
+class Table(BaseModel):
+    """A table that knows all its keys and does not turn one type into another."""
+
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+class AirframeTable(Table):
+    """[airframe]: a bundled name, or a file beside the study."""
+
+    name: str | None = None
+    file: str | None = None
+    allow_unphysical: bool = False
+
+
+class ControllerTable(Table):
+    """[controller]: the law of each loop and what is no gain."""
+
+    attitude: str
+    position: str = "ladrc"
+    control_period: float = 0.004
+    plant_step: float = 0.001
+    attitude_rate: str = "measured"
+    position_rate: str = "measured"
+    lag_aware: bool = True
+    delay: bool = False
+    tilt_limit_deg: float = 30.0
+
+
+class LimitsTable(Table):
+    """[limits]: a flight that leaves these has failed."""
+
+    position: float = 5.0
+    tilt_deg: float = 80.0
+
+
+class GainTable(Table):
+    """A searched or tied gain: range and scale, by default the gain's own; or tie = another entry's key."""
+
+    low: float | None = None
+    high: float | None = None
+    scale: str | None = None
+    tie: str | None = None
+
+
+def mirror(kind: Any, doc: str, **nested: Any) -> Any:
+    """Return the table of a domain dataclass: its fields, types and defaults; nested: tables of its own dataclasses."""
+    columns: dict[str, Any] = {}
+    for entry in fields(kind):
+        default = MISSING if entry.default is MISSING else entry.default
+        shape = nested.get(entry.name) or _TYPES.get(str(entry.type), entry.type)
+        columns[entry.name] = (shape, ... if default is MISSING else _listed(default))
+    return create_model(f"{kind.__name__}Table", __base__=Table, __doc__=doc, **columns)
+
+
+# Tuples are lists in TOML.
+_TYPES: dict[str, Any] = {
+    "plant.air.injection.Triple": list[float],
+    "tuple[float, ...]": list[float],
+    "tuple[float, float] | None": list[float] | None,
+    "str | tuple[float, ...]": str | list[float],
+}
+
+
+def _listed(default: Any) -> Any:
+    return list(default) if isinstance(default, tuple) else default
+
+
+SensorsTable = mirror(SensorSpec, "[scenario.sensors]")
+SpreadTable = mirror(Spread, "[scenario.spread]")
+BandsTable = mirror(Bands, "[scenario.bands]")
+GustTable = mirror(Gust, "[scenario.air.gust]")
+InjectionTable = mirror(Injection, "[scenario.air.injection]")
+AirTable = mirror(AirSpec, "[scenario.air]", gust=GustTable | None, injection=InjectionTable | None)
+
+
+class ScenarioTable(Table):
+    """[[scenario]]: one kind of flight, how long, and how many draws of it the search and the held-out check fly."""
+
+    name: str
+    duration: float = 10.0
+    search: Annotated[int, Field(ge=1)] = 32
+    held_out: Annotated[int, Field(ge=2)] = 256
+    steady_share: float = 0.2
+    recovery_from: float | None = None
+    reference: dict[str, Any] = Field(default={"kind": "hover"})
+    air: AirTable = Field(default=AirTable())  # pyright: ignore[reportInvalidTypeForm]
+    sensors: SensorsTable = Field(default=SensorsTable())  # pyright: ignore[reportInvalidTypeForm]
+    spread: SpreadTable = Field(default=SpreadTable())  # pyright: ignore[reportInvalidTypeForm]
+    bands: BandsTable = Field(default=BandsTable())  # pyright: ignore[reportInvalidTypeForm]
+
+
+class ObjectiveTable(Table):
+    """[[objective]]: a metric's risk over scenarios, to be made small."""
+
+    metric: str
+    risk: str = "mean"
+    level: float | None = None
+    scenario: str | None = None
+
+
+class ConstraintTable(ObjectiveTable):
+    """[[constraint]]: the same, not to exceed `most`."""
+
+    most: float
+
+
+class SearchTable(Table):
+    """[search]: how the gains are looked for."""
+
+    algorithm: str = "nsga2"
+    population: int = 48
+    generations: Annotated[int, Field(ge=1)] = 15
+    initial: list[str] = Field(default=["default"])
+
+
+class PickTable(Table):
+    """[pick]: which point of the front is recommended."""
+
+    rule: str = "knee"
+
+
+class StudyTable(Table):
+    """A whole study file."""
+
+    title: str
+    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    controller: ControllerTable
+    scenario: Annotated[list[ScenarioTable], Field(min_length=1)]
+    objective: Annotated[list[ObjectiveTable], Field(min_length=1)]
+    airframe: AirframeTable = AirframeTable(name="hummingbird")
+    description: str = ""
+    limits: LimitsTable = LimitsTable()
+    gains: dict[str, float | GainTable] = Field(default={})
+    constraint: list[ConstraintTable] = Field(default=[])
+    search: SearchTable = SearchTable()
+    pick: PickTable = PickTable()
