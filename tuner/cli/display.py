@@ -1,0 +1,136 @@
+"""The terminal side of a long run: progress while it runs, tables when it is done."""
+
+from time import perf_counter
+from typing import Any
+
+from rich.console import Console
+from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TextColumn, TimeRemainingColumn
+from rich.table import Table
+from rich.text import Text
+
+from tuner.search.loop import Generation
+from tuner.watcher import Watcher
+
+
+class FlightRate(ProgressColumn):
+    """Flights per second of a task."""
+
+    def render(self, task: Task) -> Text:
+        """Return the rate, or nothing before there is one."""
+        speed = task.finished_speed or task.speed
+        return Text("" if speed is None else f"{speed:,.0f} flights/s")
+
+
+class TerminalWatcher(Watcher):
+    """Shows a run: a live display on a terminal, one line for each event elsewhere. Use as a context manager."""
+
+    def __init__(self, console: Console) -> None:
+        self._console = console
+        self._live = console.is_terminal
+        self._progress = Progress(
+            SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), FlightRate(), TimeRemainingColumn(),
+            TextColumn("{task.fields[note]}"), console=console, transient=True, disable=not self._live,
+        )  # fmt: skip
+        self._task: Any = None
+        self._generations = 0
+        self._begin = perf_counter()
+
+    def __enter__(self) -> "TerminalWatcher":
+        self._progress.start()
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._progress.stop()
+
+    def _begin_task(self, what: str, total: int | None) -> None:
+        if self._task is not None:
+            self._progress.remove_task(self._task)
+        self._task = self._progress.add_task(what, total=total, note="")
+        self._begin = perf_counter()
+
+    def compiling(self) -> None:
+        """Announce the one-time compilation."""
+        self._console.print("Compiling the closed loop for this machine; once for these laws, 15 to 40 s.")
+        self._begin_task("Compiling", None)
+
+    def compiled(self, seconds: float) -> None:
+        """Say how long it took."""
+        self._console.print(f"Compiled in {seconds:.1f} s; the next run starts at once.")
+
+    def searching(self, generations: int, flights: int) -> None:
+        """Start the bar of the search."""
+        self._generations = generations
+        self._begin_task("Searching", flights)
+
+    def landed(self, flights: int) -> None:
+        """Advance the bar."""
+        if self._live and self._task is not None:
+            self._progress.advance(self._task, flights)
+
+    def generation(self, record: Generation) -> None:
+        """Show generation, hypervolume and feasible share."""
+        note = (
+            f"generation {record.number + 1}/{self._generations}  hypervolume {record.hypervolume:.4f}  "
+            f"feasible {100 * record.feasible_share:.0f} %"
+        )
+        if self._live:
+            self._progress.update(self._task, note=note)
+            return
+        rate = record.flights / record.seconds
+        left = record.seconds / (record.number + 1) * (self._generations - record.number - 1)
+        self._console.print(f"{note}  {rate:,.0f} flights/s  {left:.0f} s left")
+
+    def verifying(self, flights: int) -> None:
+        """Start the bar of the held-out check."""
+        if not self._live:
+            self._console.print(f"Re-flying the finalists on held-out scenarios: {flights:,} flights")
+        self._begin_task("Held-out check", flights)
+
+    def writing(self, what: str) -> None:
+        """Say what is being written."""
+        if self._live:
+            self._begin_task(f"Writing {what}", None)
+
+
+def digits(value: float, other: float) -> str:
+    """Return a number with as many digits as the scale of its neighbour (an interval's width, a companion) gives sense to."""
+    scale = max(abs(other), 1e-3 * abs(value), 1e-12)
+    places = 0
+    while places < 8 and scale * 10**places < 10.0:
+        places += 1
+    return f"{value:,.{places}f}"
+
+
+def estimate(entry: dict[str, float]) -> str:
+    """Return "value [low, high]"."""
+    width = entry["high"] - entry["low"] or entry["value"]
+    return f"{digits(entry['value'], width)} [{digits(entry['low'], width)}, {digits(entry['high'], width)}]"
+
+
+def comparison_table(summary: dict[str, Any]) -> Table:
+    """Return the Default / Tuned table of a summary."""
+    table = Table(title=f"Default / Tuned on {summary['held_out']} held-out scenarios, 95 % intervals", title_justify="left")
+    for name, justify in (
+        ("", "left"), ("unit", "left"), ("default", "right"), ("tuned", "right"), ("tuned - default", "right"), ("verdict", "left"),
+    ):  # fmt: skip
+        table.add_column(name, justify=justify)  # pyright: ignore[reportArgumentType]
+    for row in summary["table"]:
+        limit = "" if row["limit"] is None else f" <= {row['limit']:g}"
+        table.add_row(
+            row["label"] + limit, row["unit"], estimate(row["default"]), estimate(row["tuned"]),
+            estimate(row["difference"]), row["verdict"],
+        )  # fmt: skip
+    return table
+
+
+def gains_table(summary: dict[str, Any]) -> Table:
+    """Return the searched gains, default and tuned."""
+    table = Table(title="Gains", title_justify="left")
+    for name in ("gain", "unit", "default", "tuned", "range"):
+        table.add_column(name, justify="left" if name in ("gain", "unit") else "right")
+    for entry in summary["variables"]:
+        table.add_row(
+            entry["name"], entry["unit"], f"{entry['default']:.4g}", f"{entry['tuned']:.4g}",
+            f"{entry['low']:g} to {entry['high']:g}",
+        )  # fmt: skip
+    return table

@@ -1,0 +1,27 @@
+"""How errors reach the user: one message, exit code 2, no traceback unless asked for."""
+
+import sys
+from collections.abc import Callable
+from typing import Any
+
+from plant.errors import ToolError
+
+USER_ERROR = 2
+INTERRUPTED = 130
+
+
+def guarded(run: Callable[[], Any]) -> int:
+    """Run the command line and return its exit code; --debug anywhere lets the traceback through."""
+    debug = "--debug" in sys.argv
+    if debug:
+        sys.argv.remove("--debug")
+    try:
+        return int(run() or 0)
+    except ToolError as error:
+        if debug:
+            raise
+        print(f"Error: {error}", file=sys.stderr)
+        return USER_ERROR
+    except KeyboardInterrupt:
+        print("Interrupted; what was written so far is kept.", file=sys.stderr)
+        return INTERRUPTED

@@ -1,0 +1,179 @@
+"""`tuner fly`: fly given gains through turbulence, print metrics over the flights and a plot."""
+
+import json
+from dataclasses import dataclass
+from math import cos, radians
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+from rich.console import Console
+from rich.table import Table
+
+from objectives.decisions import DecisionSpace
+from objectives.metrics import METRICS, parse
+from objectives.problem import Fleet, Objective, Problem, System
+from objectives.risk import Risk
+from plant.air.spec import AirSpec
+from plant.airframes import load
+from plant.cascade import close_cascade
+from plant.closed_loop import Limits, Timing
+from plant.errors import InputError
+from plant.gains import default_row
+from plant.laws import law as find_law
+from plant.nominal import ControlOptions, nominal
+from plant.references.steps import Steps
+from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
+from tuner.cli.display import digits
+from tuner.gains_file import Controller, read_gains
+from tuner.responses import Responses, fly_responses
+from tuner.study import load_study
+
+# Without a study: one metre steps in moderate turbulence at 10 m for 10 s, default limits.
+DURATION, POSITION_LIMIT, TILT_LIMIT = 10.0, 5.0, 80.0
+SHOWN_GROUPS = ("position", "attitude")
+SPARKS = "▁▂▃▄▅▆▇█"
+FAN_FLIGHTS = 64
+
+
+@dataclass(frozen=True)
+class Sortie:
+    """What is flown: a system, its gains row, a scenario and the root seed."""
+
+    system: System
+    gains: np.ndarray
+    spec: ScenarioSpec
+    root: int
+
+
+def fly_command(
+    gains: Path | None, law: str | None, position_law: str, airframe: str | None, study: Path | None, scenario: int,
+    seeds: int, seed: int, plot: Path | None, threads: int | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Fly and print."""
+    if (gains is None) == (law is None):
+        raise InputError("give either a gains.json or --law NAME, for instance: tuner fly --law hybrid")
+    sortie = prepare(controller_of(gains, law, position_law, airframe), study, scenario, seed)
+    addresses = shown_addresses(sortie)
+    problem = Problem(
+        sortie.system, DecisionSpace((), (), tuple(sortie.gains.tolist())),
+        tuple(Objective(parse(address), Risk("mean")) for address in addresses), (), sortie.root, threads,
+    )  # fmt: skip
+    if not problem.flyer.cached and not as_json:
+        print("Compiling the closed loop for this machine; once for these laws, 15 to 40 s.")
+    evaluation = problem.evaluate_gains(sortie.gains[None], (Fleet(sortie.spec, HELD_OUT, seeds),))
+    figures = statistics(problem.objectives, evaluation.scores[0])
+    if as_json:
+        print(json.dumps({"scenario": sortie.spec.name, "flights": seeds, "metrics": figures}, indent=2))
+    else:
+        print_table(figures, sortie, seeds)
+    if plot is not None or not as_json:
+        responses = responses_of(problem, sortie, min(seeds, FAN_FLIGHTS))
+        if not as_json:
+            print_sparks(responses)
+        if plot is not None:
+            from tuner.report.responses_figure import write_responses
+
+            write_responses(responses, sortie.spec.name, plot)
+
+
+def controller_of(gains: Path | None, law: str | None, position_law: str, airframe: str | None) -> Controller:
+    """Return the controller to fly: from a file, or a law's defaults."""
+    if gains is not None:
+        controller = read_gains(gains)
+        frame = controller.airframe if airframe is None else load(airframe)
+        return Controller(
+            frame, controller.cascade, controller.options, controller.control_period, controller.plant_step,
+            controller.gains,
+        )  # fmt: skip
+    cascade = close_cascade(find_law(position_law), find_law(str(law)))
+    row = tuple(default_row(cascade))
+    return Controller(load(airframe or "hummingbird"), cascade, ControlOptions(), 0.004, 0.001, row)
+
+
+def prepare(controller: Controller, study: Path | None, scenario: int, seed: int) -> Sortie:
+    """Return what to fly: the study's scenario and limits where a study is given, the usual ones else."""
+    vehicle = controller.airframe.vehicle
+    knowledge = nominal(vehicle, controller.options, controller.control_period)
+    timing = Timing(controller.control_period, controller.plant_step)
+    limits = Limits(POSITION_LIMIT, cos(radians(TILT_LIMIT)))
+    spec = ScenarioSpec(
+        "steps in moderate turbulence", DURATION, Steps(x=1.0, y=-1.0, z=0.5, yaw_deg=20.0, time=0.5),
+        AirSpec(intensity="moderate", mean_wind=False),
+    )  # fmt: skip
+    if study is not None:
+        asked = load_study(study)
+        if scenario >= len(asked.scenarios):
+            raise InputError(
+                f"given scenario {scenario}; allowed: 0 to {len(asked.scenarios) - 1}", file=study, key="--scenario"
+            )
+        spec, limits, seed = asked.scenarios[scenario].spec, asked.system.limits, asked.seed
+    system = System(vehicle, controller.cascade, knowledge, limits, timing)
+    return Sortie(system, np.array(controller.gains), spec, seed)
+
+
+def shown_addresses(sortie: Sortie) -> list[str]:
+    """Return the metrics that a flight of this scenario can be judged by, position and attitude."""
+    track = sortie.spec.track(sortie.system.timing)
+    steps = track.start != track.final
+    stepping = {"position": steps[:3].any(), "attitude": steps[3:].any()}
+    addresses = []
+    for metric in METRICS.values():
+        if metric.scope == "flight":
+            addresses.append(metric.name)
+        else:
+            addresses += [f"{metric.name}.{g}" for g in SHOWN_GROUPS if stepping[g] or not metric.needs_step]
+    return addresses
+
+
+def statistics(objectives: tuple[Objective, ...], scores: np.ndarray) -> list[dict[str, Any]]:
+    """Return mean with a 95 % interval (normal), median, 95 % quantile and worst of each metric (metrics, flights)."""
+    n = scores.shape[1]
+    rows = []
+    for objective, values in zip(objectives, scores, strict=True):
+        half = 1.96 * float(values.std(ddof=1)) / n**0.5 if n > 1 else 0.0
+        mean = float(values.mean())
+        rows.append(
+            {
+                "metric": objective.metric.text, "unit": objective.metric.unit, "mean": mean, "low": mean - half,
+                "high": mean + half, "median": float(np.median(values)), "q95": float(np.quantile(values, 0.95)),
+                "worst": float(values.max()),
+            }
+        )  # fmt: skip
+    return rows
+
+
+def print_table(figures: list[dict[str, Any]], sortie: Sortie, seeds: int) -> None:
+    """Print the metrics."""
+    laws = f"{sortie.system.cascade.position.name} / {sortie.system.cascade.attitude.name}"
+    table = Table(title=f"{laws}: {sortie.spec.name}, {seeds} flights of {sortie.spec.duration:g} s", title_justify="left")
+    for name in ("metric", "unit", "mean", "95 % interval", "median", "95 % of flights", "worst"):
+        table.add_column(name, justify="left" if name in ("metric", "unit") else "right")
+    for row in figures:
+        scale = row["high"] - row["low"] or row["mean"]
+        low, high = digits(row["low"], scale), digits(row["high"], scale)
+        table.add_row(
+            row["metric"], row["unit"], digits(row["mean"], scale), f"{low} to {high}", digits(row["median"], scale),
+            digits(row["q95"], scale), digits(row["worst"], scale),
+        )  # fmt: skip
+    Console().print(table)
+
+
+def responses_of(problem: Problem, sortie: Sortie, count: int) -> Responses:
+    """Fly again with a recorder on."""
+    system = sortie.system
+    inputs = sample_scenarios(sortie.spec, system.vehicle, system.timing, sortie.root, HELD_OUT, range(count))
+    return fly_responses(problem.flyer, sortie.gains, system.nominal, inputs, system.timing.control_period)
+
+
+def print_sparks(responses: Responses) -> None:
+    """Print the median response of each axis as a line of blocks, with its range."""
+    _, median, _ = responses.fans()
+    columns = np.linspace(0, len(median) - 1, 64).astype(int)
+    for i, (name, unit, factor) in enumerate(
+        [("x", "m", 1.0), ("y", "m", 1.0), ("z", "m", 1.0), ("roll", "deg", 57.29578), ("pitch", "deg", 57.29578), ("yaw", "deg", 57.29578)]
+    ):  # fmt: skip
+        line = median[columns, i] * factor
+        low, high = float(line.min()), float(line.max())
+        level = np.zeros(len(line), dtype=int) if high <= low else ((line - low) / (high - low) * 7.999).astype(int)
+        print(f"{name:>6} {''.join(SPARKS[k] for k in level)}  {low:.2f} to {high:.2f} {unit} (median)")

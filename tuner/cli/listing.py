@@ -1,0 +1,116 @@
+"""`tuner list`: every registry as a table, or as JSON."""
+
+import json
+from collections.abc import Callable
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+
+from plant.errors import UnknownNameError
+
+Rows = list[dict[str, Any]]
+
+
+def laws() -> Rows:
+    """Control laws and their gains."""
+    from plant.laws import LAWS
+
+    return [
+        {
+            "law": law.name, "title": law.title, "gain": gain.name.rstrip("_"), "symbol": gain.symbol, "loop": loop,
+            "unit": gain.unit_in(loop), "default": gain.span(loop).default, "low": gain.span(loop).low,
+            "high": gain.span(loop).high, "scale": gain.scale, "meaning": gain.meaning, "source": gain.source,
+        }
+        for law in LAWS.values() for loop in ("attitude", "position") for gain in law.gains
+    ]  # fmt: skip
+
+
+def airframes() -> Rows:
+    """Bundled airframes and what follows from their numbers."""
+    from plant.airframes import load, names
+    from plant.airframes.derived import quantities
+
+    rows = []
+    for name in names():
+        airframe = load(name, allow_unphysical=True)
+        derived = quantities(airframe.vehicle)
+        rows.append(
+            {
+                "airframe": name, "title": airframe.title, "frame": airframe.frame, "mass [kg]": airframe.vehicle.mass,
+                "hover [rad/s]": derived["hover_speed"].value, "thrust:weight": derived["thrust_to_weight"].value,
+                "lag [s]": airframe.vehicle.lag_up,
+            }
+        )  # fmt: skip
+    return rows
+
+
+def metrics() -> Rows:
+    """Metrics; those with axes are addressed as NAME.AXIS or NAME.GROUP."""
+    from objectives.metrics import AXES, METRICS
+
+    return [
+        {
+            "metric": metric.name, "unit": metric.unit.format("m|rad"), "definition": metric.definition,
+            "address": f"{metric.name}.AXIS, AXIS: {', '.join(AXES)}" if metric.scope == "axis" else metric.name,
+        }
+        for metric in METRICS.values()
+    ]  # fmt: skip
+
+
+def risks() -> Rows:
+    """Risk measures over scenarios."""
+    from objectives.risk import RISKS
+
+    return [{"risk": name, "definition": risk.definition, "level": risk.has_level} for name, risk in RISKS.items()]
+
+
+def references() -> Rows:
+    """References and their parameters."""
+    from plant.references import REFERENCES, parameters
+
+    return [
+        {
+            "reference": name, "about": (kind.__doc__ or "").strip().splitlines()[0],
+            "parameters": ", ".join(f"{p.name} [{p.unit}]" for p in parameters(kind)) or "none",
+        }
+        for name, kind in REFERENCES.items()
+    ]  # fmt: skip
+
+
+def studies() -> Rows:
+    """Study files in ./studies and in the current folder."""
+    import tomllib
+
+    rows = []
+    for path in sorted([*Path("studies").glob("*.toml"), *Path().glob("*.toml")]):
+        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        if "scenario" in table and "objective" in table:
+            rows.append({"study": str(path), "title": table.get("title", ""), "seed": table.get("seed")})
+    return rows
+
+
+LISTINGS: dict[str, Callable[[], Rows]] = {
+    "airframes": airframes, "laws": laws, "metrics": metrics, "references": references, "risks": risks, "studies": studies,
+}  # fmt: skip
+# Columns that --json carries and a terminal has no room for.
+WIDE = {"laws": {"title", "source", "scale", "symbol"}}
+
+
+def list_command(what: str, as_json: bool) -> None:
+    """Print one registry."""
+    if what not in LISTINGS:
+        raise UnknownNameError("listing", what, LISTINGS)
+    rows = LISTINGS[what]()
+    if as_json:
+        print(json.dumps(rows, indent=2))
+        return
+    if not rows:
+        print(f"no {what} here")
+        return
+    columns = [column for column in rows[0] if column not in WIDE.get(what, set())]
+    table = Table(*columns)
+    for row in rows:
+        table.add_row(*[f"{row[c]:.4g}" if isinstance(row[c], float) else str(row[c]) for c in columns])
+    Console().print(table)

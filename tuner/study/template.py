@@ -1,0 +1,85 @@
+"""The study file that `tuner new NAME` writes: every table, the usual values, a comment on each line."""
+
+TEMPLATE = '''# A tuning study. Check it with `tuner check FILE`, run it with `tuner run FILE`.
+# Everything that is commented out stands at its default; remove the # to change it.
+title = "@TITLE@"
+seed = 2025                     # every random number follows from this one
+
+[airframe]
+name = "hummingbird"            # bundled: `tuner list airframes`
+# file = "my_quad.toml"         # or your own, instead of name
+
+[controller]
+attitude = "hybrid"             # law of roll, pitch, yaw: `tuner list laws`
+position = "ladrc"              # law of x, y, z
+# control_period = 0.004        # s, a multiple of plant_step
+# plant_step = 0.001            # s, Runge-Kutta step of the plant
+# attitude_rate = "measured"    # "observer": the law takes the rate from its own observer
+# position_rate = "measured"
+# lag_aware = true              # observers are fed with the modelled actuator output
+# delay = false                 # true: the command acts one period after its measurement
+# tilt_limit_deg = 30
+
+# [limits]                      # a flight that leaves these has failed
+# position = 5.0                # m
+# tilt_deg = 80
+
+# AXIS.GAIN or GROUP.GAIN; groups: attitude, tilt (roll, pitch), position, horizontal (x, y).
+[gains]
+"tilt.omega_o" = {}                                  # searched in its usual range
+"tilt.lambda" = { low = 1.0, high = 15.0 }           # searched in this range
+"tilt.k1" = { low = 0.0, high = 30.0, scale = "linear" }
+"tilt.k2" = {}
+"yaw.lambda" = { tie = "tilt.lambda" }               # always the same as that one
+"yaw.k1" = 5.0                                       # fixed
+"position.omega_c" = {}
+"position.omega_o" = {}
+
+[[scenario]]
+name = "gusts"
+duration = 10.0                 # s
+search = 32                     # flights of each candidate while searching
+held_out = 256                  # flights that only the final check sees
+
+[scenario.reference]
+kind = "steps"                  # hover, steps, ramp, figure_eight, helix, waypoints: `tuner list references`
+x = 1.0                         # m
+time = 1.0                      # s
+
+[scenario.air]
+intensity = "light"             # none, light, moderate, severe, or the wind at 20 ft in m/s
+altitude = 10.0                 # m above ground
+mean_wind = false               # true: the mean wind blows too
+# window = [1.0, 6.0]           # s, turbulence only then
+
+# [scenario.air.gust]           # one 1-cos pulse of wind
+# amplitude = 5.0               # m/s
+# start = 4.0                   # s
+# length = 2.0                  # s
+
+# [scenario.sensors]            # RMS noise: position 0.002 m, velocity 0.01 m/s, attitude 0.002 rad, rate 0.01 rad/s
+# rate = 0.02
+
+[scenario.spread]               # uniform, as a share of the nominal value
+mass = 0.05
+inertia = 0.10
+
+[[objective]]
+metric = "itae.position"        # `tuner list metrics`
+risk = "cvar"                   # mean, quantile, cvar, worst: `tuner list risks`
+level = 0.9
+
+[[objective]]
+metric = "travel"               # how much the rotor commands move
+
+[[constraint]]
+metric = "failure"
+most = 0.0
+
+[search]
+population = 32
+generations = 15
+
+[pick]
+rule = "knee"                   # knee, closest, or min:METRIC
+'''
