@@ -97,8 +97,8 @@ def layout(loop: ClosedLoop) -> Layout:
     return Layout(0, flight, disturbance, noise, noise + size(Noise))
 
 
-def _load(kind: Any, name: str, expression: str, offset: int, names: dict[str, Any]) -> str:
-    """Source of a function that builds a record from consecutive rows of one lane, or entries of a vector."""
+def loader(kind: Any, name: str, expression: str, offset: int, names: dict[str, Any]) -> str:
+    """Return the source of a function that builds a record from consecutive rows of one lane, or entries of a vector."""
     leaves = [expression.format(offset + i) for i in range(size(kind))]
     return f"@inline\ndef {name}(a, l):\n    return {build_source(kind, leaves, names)}\n"
 
@@ -153,19 +153,15 @@ def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
     body, speed = rows(flight, "body"), rows(flight, "speed")
     types = flight.__annotations__
     parts = [
-        _load(flight, "load_flight", LANE, place_of.flight, names),
+        loader(flight, "load_flight", LANE, place_of.flight, names),
         _store(flight, "store_flight", place_of.flight),
-        _load(types["body"], "load_body", LANE, body.start, names),
+        loader(types["body"], "load_body", LANE, body.start, names),
         _store(types["body"], "store_body", body.start),
-        _load(types["speed"], "load_speed", LANE, speed.start, names),
-        _load(Dynamics, "load_dynamics", LANE, place_of.dynamics, names),
-        _load(Disturbance, "load_disturbance", LANE, place_of.disturbance, names),
-        _load(Noise, "load_noise", LANE, place_of.noise, names),
-        _load(loop.cascade.Gains, "load_gains", ENTRY, 0, names),
-        _load(Nominal, "load_nominal", ENTRY, 0, names),
-        _load(Reference, "load_reference", ENTRY, 0, names),
-        _load(Targets, "load_targets", ENTRY, 0, names),
-        _load(Limits, "load_limits", ENTRY, 0, names),
+        loader(types["speed"], "load_speed", LANE, speed.start, names),
+        loader(Dynamics, "load_dynamics", LANE, place_of.dynamics, names),
+        loader(Disturbance, "load_disturbance", LANE, place_of.disturbance, names),
+        loader(Noise, "load_noise", LANE, place_of.noise, names),
+        vector_loaders(loop, names),
     ]
     result = result_rows(loop)
     constants = {
@@ -175,6 +171,14 @@ def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
     }  # fmt: skip
     header = "\n".join(f"{name} = {value}" for name, value in constants.items())
     return "\n".join([header, *parts, RUN])
+
+
+def vector_loaders(loop: ClosedLoop, names: dict[str, Any]) -> str:
+    """Return the sources of the functions that build the records that all lanes share from vectors of numbers."""
+    shared = {
+        "gains": loop.cascade.Gains, "nominal": Nominal, "reference": Reference, "targets": Targets, "limits": Limits,
+    }  # fmt: skip
+    return "\n".join(loader(kind, f"load_{name}", ENTRY, 0, names) for name, kind in shared.items())
 
 
 def result_rows(loop: ClosedLoop) -> slice:
@@ -190,8 +194,8 @@ class Kernel:
     cached: bool
 
 
-def kernel_of(loop: ClosedLoop) -> Kernel:
-    """Return the kernel of a loop, from the cache or written there to be compiled by its first call."""
+def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
+    """Return the globals that kernel modules of a loop need, and the source files that they came from."""
     bind = rebinder()
     names: dict[str, Any] = {
         "np": np,
@@ -206,8 +210,13 @@ def kernel_of(loop: ClosedLoop) -> Kernel:
         "hover_body": bind(hover_body),
         "place": bind(place),
     }
+    return names, bind.sources | {Path(__file__), Path(records.__file__)}
+
+
+def kernel_of(loop: ClosedLoop) -> Kernel:
+    """Return the kernel of a loop, from the cache or written there to be compiled by its first call."""
+    names, sources = kernel_names(loop)
     source = kernel_source(loop, names)
-    files = bind.sources | {Path(__file__), Path(records.__file__)}
     name = f"{loop.cascade.position.name}_{loop.cascade.attitude.name}"
-    module, cached = load_kernel(name, source, names, files)
+    module, cached = load_kernel(name, source, names, sources)
     return Kernel(module.run, cached)

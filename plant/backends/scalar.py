@@ -1,0 +1,115 @@
+"""The closed loop compiled for one flight at a time: what the lanes backend is measured against, never used by a study.
+
+Same model functions, same compiler and flags, threads over flights by `prange`; only the lanes are missing.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numba
+import numpy as np
+
+from plant.backends import lanes
+from plant.backends.cache import load_kernel
+from plant.closed_loop import ClosedLoop, Limits, Timing
+from plant.disturbance import Disturbance
+from plant.flights import FlightInputs
+from plant.nominal import Nominal
+from plant.records import build_source, flatten, size
+from plant.rigid_body import Dynamics
+from plant.sensors import Noise
+
+# The flight is a function of its own because `prange` cannot carry records into a thread, only arrays and numbers.
+RUN = '''
+@jit(fastmath=FAST_MATH, error_model="numpy")
+def fly_one(gains, nominal_row, dynamics_row, disturbances, noises, references, targets_row, limits_row, h, plant_step,
+            substeps, out):
+    nominal = load_nominal(nominal_row, 0)
+    targets = load_targets(targets_row, 0)
+    limits = load_limits(limits_row, 0)
+    constants = prepare(load_gains(gains, 0), h)
+    dynamics = load_dynamics(dynamics_row, 0)
+    reference = load_reference(references[0], 0)
+    body = place(hover_body(nominal), reference)
+    flight = start(body, constants, nominal, reference, load_noise(noises[0], 0), targets)
+    for k in range(references.shape[0]):
+        reference = load_reference(references[k], 0)
+        disturbance = load_disturbance(disturbances[k], 0)
+        flight = decide(flight, constants, nominal, reference, load_noise(noises[k], 0), targets, limits, k * h, h)
+        body = flight.body
+        for j in range(substeps):
+            body = advance(body, flight.speed, disturbance, dynamics, plant_step)
+        flight = with_body(flight, body)
+    store_result(out, flight)
+
+
+@jit(parallel=True, cache=CACHE, fastmath=FAST_MATH, error_model="numpy")
+def run(gains, nominal_row, dynamics_rows, disturbances, noises, references, targets_row, limits_row, h, plant_step,
+        substeps, out):
+    flights = dynamics_rows.shape[0]
+    for i in prange(gains.shape[0] * flights):
+        fly_one(gains[i // flights], nominal_row, dynamics_rows[i % flights], disturbances[i % flights],
+                noises[i % flights], references, targets_row, limits_row, h, plant_step, substeps,
+                out[i // flights, i % flights])
+'''
+
+
+@dataclass(frozen=True)
+class ScalarKernel:
+    """A compiled loop that flies one flight at a time."""
+
+    run: Any
+    rows: int
+
+    def fly(
+        self, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, limits: Limits, timing: Timing, threads: int
+    ) -> np.ndarray:
+        """Fly every candidate through every scenario: results (candidates, scenarios, rows) as those of `Flyer.fly`."""
+        numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))  # pyright: ignore[reportAttributeAccessIssue]
+        out = np.empty((len(gains), inputs.count, self.rows))
+        h, plant_step = timing
+        self.run(
+            gains, np.array(flatten(nominal), dtype=float), _flat(inputs.dynamics, size(Dynamics))[: inputs.count],
+            _flat(inputs.disturbances, size(Disturbance))[: inputs.count], _flat(inputs.noises, size(Noise))[: inputs.count],
+            inputs.references, np.array(flatten(inputs.targets), dtype=float), np.array(flatten(limits)), h, plant_step,
+            round(h / plant_step), out,
+        )  # fmt: skip
+        return out
+
+
+def _flat(blocks: np.ndarray, rows: int) -> np.ndarray:
+    """Turn (blocks, ..., rows, lanes) into (scenarios, ..., rows), missing rows zero."""
+    moved = np.moveaxis(blocks, -1, 1)
+    flat = moved.reshape(-1, *moved.shape[2:])
+    missing = rows - flat.shape[-1]
+    return np.ascontiguousarray(np.pad(flat, [(0, 0)] * (flat.ndim - 1) + [(0, missing)]))
+
+
+def scalar_kernel(loop: ClosedLoop) -> ScalarKernel:
+    """Return the scalar kernel of a loop, compiled by its first call or loaded from the cache."""
+    names, sources = lanes.kernel_names(loop)
+    flight = loop.Flight
+    result = lanes.result_rows(loop)
+    parts = [
+        lanes.vector_loaders(loop, names),
+        lanes.loader(Dynamics, "load_dynamics", lanes.ENTRY, 0, names),
+        lanes.loader(Disturbance, "load_disturbance", lanes.ENTRY, 0, names),
+        lanes.loader(Noise, "load_noise", lanes.ENTRY, 0, names),
+        _with_body(flight, names),
+        _store_result(flight, result),
+        RUN,
+    ]
+    names["prange"] = numba.prange
+    name = f"scalar_{loop.cascade.position.name}_{loop.cascade.attitude.name}"
+    module, _ = load_kernel(name, "\n".join(parts), names, sources)
+    return ScalarKernel(module.run, result.stop - result.start)
+
+
+def _with_body(flight: Any, names: dict[str, Any]) -> str:
+    leaves = [f"body.{p[5:]}" if p.startswith("body.") else f"s.{p}" for p in lanes.paths(flight)]
+    return f"@inline\ndef with_body(s, body):\n    return {build_source(flight, leaves, names)}\n"
+
+
+def _store_result(flight: Any, result: slice) -> str:
+    lines = [f"    a[{i}] = s.{path}" for i, path in enumerate(lanes.paths(flight)[result])]
+    return "@inline\ndef store_result(a, s):\n" + "\n".join(lines) + "\n"

@@ -1,0 +1,119 @@
+"""`tuner bench`: closed-loop plant steps per second of the backends, measured side by side in one run.
+
+The full hybrid cascade with motor lag, noise, metrics, RK4 at 1 kHz and control at 250 Hz, flights of 10 s. Backends are
+measured in turn, several rounds, and the median is reported, because machines are shared and noisy: compare ratios.
+"""
+
+from dataclasses import replace
+from statistics import median
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from objectives import meters
+from plant.air.air import AirSpec
+from plant.airframes import load
+from plant.backends.array import rebinder as numpy_rebinder
+from plant.backends.scalar import scalar_kernel
+from plant.backends.stepping import Inputs, fly_steps
+from plant.cascade import close_cascade
+from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
+from plant.flights import FlightInputs, Flyer, available_threads
+from plant.gains import default_row
+from plant.laws import law
+from plant.nominal import ControlOptions, Nominal, nominal
+from plant.records import flatten, pack
+from plant.references.steps import Steps
+from plant.scenarios import SEARCH, ScenarioSpec, sample_scenarios
+from tuner.store.environment import simd
+
+DURATION, SCENARIOS, ROUNDS = 10.0, 64, 3
+# NumPy needs many flights at once to hide its call overhead, and few steps because it is slow; its speed does not depend on
+# the length of the flight.
+NUMPY_FLIGHTS, NUMPY_DURATION = 1024, 0.2
+# The scalar kernel flies a share of the flights, enough for a second or so.
+SCALAR_SHARE = 4
+
+
+def bench(flights: int, threads: int | None = None) -> dict[str, Any]:
+    """Return steps per second of lanes, scalar (one flight at a time, same functions and threads) and numpy, and ratios."""
+    timing, limits = Timing(0.004, 0.001), Limits(5.0, 0.17)
+    vehicle = load("hummingbird").vehicle
+    knowledge = nominal(vehicle, ControlOptions(), timing.control_period)
+    cascade = close_cascade(law("hybrid"), law("hybrid"))
+    loop = close_loop(cascade, MeterModel(meters.Meters, meters.start, meters.update))
+    spec = ScenarioSpec("bench", DURATION, Steps(x=1.0, time=1.0), AirSpec(intensity="moderate", mean_wind=False))
+    inputs = sample_scenarios(spec, vehicle, timing, 1, SEARCH, range(SCENARIOS))
+    count = threads or available_threads()
+    gains = np.tile(np.array(default_row(cascade)), (max(1, flights // SCENARIOS), 1))
+    steps = len(inputs.references) * round(timing.control_period / timing.plant_step)
+    flyer = Flyer(loop, limits, timing, count)
+    scalar = scalar_kernel(loop)
+
+    def lanes() -> float:
+        return _rate(lambda: flyer.fly(gains, knowledge, inputs), len(gains) * SCENARIOS * steps)
+
+    def one_by_one() -> float:
+        few = gains[: max(1, len(gains) // SCALAR_SHARE)]
+        return _rate(
+            lambda: scalar.fly(few, knowledge, inputs, limits, timing, count), len(few) * SCENARIOS * steps
+        )
+
+    def arrays() -> float:
+        return _numpy_rate(loop, gains[0], knowledge, spec, limits, timing)
+
+    flyer.fly(gains[:1], knowledge, _head(inputs, 2))
+    scalar.fly(gains[:1], knowledge, _head(inputs, 2), limits, timing, count)
+    rounds = [(lanes(), one_by_one(), arrays()) for _ in range(ROUNDS)]
+    lanes_rate, scalar_rate, numpy_rate = (median(column) for column in zip(*rounds, strict=True))
+    return {
+        "lanes_steps_per_s": lanes_rate,
+        "scalar_steps_per_s": scalar_rate,
+        "numpy_steps_per_s": numpy_rate,
+        "threads": count,
+        "simd": simd(),
+        "flights": len(gains) * SCENARIOS,
+        "flight_seconds": DURATION,
+        "lanes_per_thread_steps_per_s": lanes_rate / count,
+        "lanes_over_scalar": median(entry[0] / entry[1] for entry in rounds),
+        "lanes_per_thread_over_numpy": median(entry[0] / count / entry[2] for entry in rounds),
+    }
+
+
+def _rate(work: Any, steps: int) -> float:
+    begin = perf_counter()
+    work()
+    return steps / (perf_counter() - begin)
+
+
+def _head(inputs: FlightInputs, steps: int) -> FlightInputs:
+    return replace(
+        inputs,
+        disturbances=np.ascontiguousarray(inputs.disturbances[:, :steps]),
+        noises=np.ascontiguousarray(inputs.noises[:, :steps]),
+        references=inputs.references[:steps],
+    )
+
+
+def _numpy_rate(
+    loop: ClosedLoop, gains: np.ndarray, knowledge: Nominal, spec: ScenarioSpec, limits: Limits, timing: Timing
+) -> float:
+    """Return plant steps per second of the numpy backend over many flights at once, on one thread."""
+    vehicle = knowledge.vehicle
+    short = ScenarioSpec("bench", NUMPY_DURATION, spec.reference.__class__(x=1.0, time=0.1), spec.air)  # pyright: ignore[reportCallIssue]
+    blocks = sample_scenarios(short, vehicle, timing, 1, SEARCH, range(NUMPY_FLIGHTS))
+    flat = Inputs(
+        np.concatenate(list(blocks.dynamics), axis=-1),
+        np.concatenate(list(blocks.disturbances), axis=-1),
+        np.concatenate(list(blocks.noises), axis=-1),
+        blocks.references,
+    )
+    record = pack(loop.cascade.Gains, gains.tolist())
+    steps = NUMPY_FLIGHTS * len(blocks.references) * round(timing.control_period / timing.plant_step)
+    bind = numpy_rebinder()
+    assert len(flatten(record)) == len(gains)
+    with np.errstate(all="ignore"):
+        return _rate(
+            lambda: fly_steps(loop, bind, record, knowledge, flat, blocks.targets, limits, timing), steps
+        )
