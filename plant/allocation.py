@@ -10,6 +10,8 @@ from plant.vectors import Rotors, Vec3, axpy_rotors
 
 # Keeps the quotient finite where no yaw torque is asked for [N m].
 LEAST_TORQUE = 1e-15
+# A command this close to a limit, as a share of the range, stands at it: where yaw is scaled to fit, rounding would decide else.
+AT_LIMIT = 1e-6
 
 
 def headroom(base: float, extra: float, low: float, high: float) -> float:
@@ -22,20 +24,14 @@ def allocate(thrust: float, torque: Vec3, nominal: Nominal) -> Rotors:
     inverse: Allocation = nominal.allocation
     low, high = nominal.thrust_min, nominal.thrust_max
     base = axpy_rotors(
-        axpy_rotors(
-            axpy_rotors(Rotors(0.0, 0.0, 0.0, 0.0), thrust, inverse.thrust), torque.x, inverse.roll
-        ),
+        axpy_rotors(axpy_rotors(Rotors(0.0, 0.0, 0.0, 0.0), thrust, inverse.thrust), torque.x, inverse.roll),
         torque.y,
         inverse.pitch,
     )
     yaw = axpy_rotors(Rotors(0.0, 0.0, 0.0, 0.0), torque.z, inverse.yaw)
     reach = nominal.yaw_reach
-    front = minimum(
-        reach.r1 * headroom(base.r1, yaw.r1, low, high), reach.r2 * headroom(base.r2, yaw.r2, low, high)
-    )
-    rear = minimum(
-        reach.r3 * headroom(base.r3, yaw.r3, low, high), reach.r4 * headroom(base.r4, yaw.r4, low, high)
-    )
+    front = minimum(reach.r1 * headroom(base.r1, yaw.r1, low, high), reach.r2 * headroom(base.r2, yaw.r2, low, high))
+    rear = minimum(reach.r3 * headroom(base.r3, yaw.r3, low, high), reach.r4 * headroom(base.r4, yaw.r4, low, high))
     share = minimum(front, rear) / maximum(absolute(torque.z), LEAST_TORQUE)
     wanted = axpy_rotors(base, clip(share, 0.0, 1.0), yaw)
     return Rotors(
@@ -53,4 +49,6 @@ def saturated(thrust: Rotors, nominal: Nominal) -> float:
     """1 where any rotor command stands at a limit, else 0."""
     lowest = minimum(minimum(thrust.r1, thrust.r2), minimum(thrust.r3, thrust.r4))
     highest = maximum(maximum(thrust.r1, thrust.r2), maximum(thrust.r3, thrust.r4))
-    return select(either(lowest <= nominal.thrust_min, highest >= nominal.thrust_max), 1.0, 0.0)
+    margin = AT_LIMIT * (nominal.thrust_max - nominal.thrust_min)
+    low, high = nominal.thrust_min + margin, nominal.thrust_max - margin
+    return select(either(lowest <= low, highest >= high), 1.0, 0.0)

@@ -17,9 +17,7 @@ def euler_angles(q: Quaternion) -> Vec3:
 
 def thrust_direction(q: Quaternion) -> Vec3:
     """Body z axis in world coordinates: third column of R(q)."""
-    return Vec3(
-        2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x), 1.0 - 2.0 * (q.x * q.x + q.y * q.y)
-    )
+    return Vec3(2.0 * (q.x * q.z + q.w * q.y), 2.0 * (q.y * q.z - q.w * q.x), 1.0 - 2.0 * (q.x * q.x + q.y * q.y))
 
 
 def heading_direction(q: Quaternion) -> Vec3:

@@ -8,7 +8,8 @@ value in a model function: `select` chooses, and both choices are always evaluat
 from math import asin, atan2, cos, exp, floor, sin, sqrt
 
 __all__ = [
-    "absolute", "asin", "atan2", "both", "clip", "cos", "either", "exp", "floor", "maximum", "minimum", "select", "sign", "sin", "sqrt",
+    "absolute", "asin", "atan2", "both", "clip", "cos", "either", "exp", "floor", "maximum", "minimum", "select",
+    "sign", "sin", "sqrt",
 ]  # fmt: skip
 
 

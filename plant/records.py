@@ -77,7 +77,8 @@ def _build_source(kind: RecordType, leaves: Iterator[str], classes: dict[str, Re
     while classes.setdefault(name, kind) is not kind:
         name += "_"
     parts = [
-        next(leaves) if part is float else _build_source(part, leaves, classes) for part in kind.__annotations__.values()
+        next(leaves) if part is float else _build_source(part, leaves, classes)
+        for part in kind.__annotations__.values()
     ]
     return f"{name}({', '.join(parts)})"
 

@@ -71,7 +71,11 @@ def dynamics(vehicle: Vehicle) -> Dynamics:
     return Dynamics(
         1.0 / vehicle.mass,
         Vec3(1.0 / inertia.x, 1.0 / inertia.y, 1.0 / inertia.z),
-        Vec3((inertia.z - inertia.y) / inertia.x, (inertia.x - inertia.z) / inertia.y, (inertia.y - inertia.x) / inertia.z),
+        Vec3(
+            (inertia.z - inertia.y) / inertia.x,
+            (inertia.x - inertia.z) / inertia.y,
+            (inertia.y - inertia.x) / inertia.z,
+        ),
         vehicle.rotor_x,
         vehicle.rotor_y,
         vehicle.spin,

@@ -88,7 +88,8 @@ class ScenarioSpec:
             raise InputError(f"given {self.steady_share}; allowed: above 0, at most 1", key="steady_share")
         if self.recovery_from is not None and not 0.0 <= self.recovery_from < self.duration:
             raise InputError(
-                f"given {self.recovery_from} s; allowed: 0 s up to the duration of {self.duration} s", key="recovery_from"
+                f"given {self.recovery_from} s; allowed: 0 s up to the duration of {self.duration} s",
+                key="recovery_from",
             )
 
     def steps(self, timing: Timing) -> int:
@@ -139,5 +140,10 @@ def sample_scenarios(
 
 
 def _dynamics_row(spread: Spread, vehicle: Vehicle, draw: np.random.Generator) -> list[float]:
-    mass, inertia, thrust, lag = (1.0 + draw.uniform(-1.0, 1.0, 4) * [spread.mass, spread.inertia, spread.thrust, spread.lag])
+    mass, inertia, thrust, lag = 1.0 + draw.uniform(-1.0, 1.0, 4) * [
+        spread.mass,
+        spread.inertia,
+        spread.thrust,
+        spread.lag,
+    ]
     return flatten(dynamics(vary(vehicle, float(mass), float(inertia), float(thrust), float(lag))))

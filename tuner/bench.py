@@ -56,9 +56,7 @@ def bench(flights: int, threads: int | None = None) -> dict[str, Any]:
 
     def one_by_one() -> float:
         few = gains[: max(1, len(gains) // SCALAR_SHARE)]
-        return _rate(
-            lambda: scalar.fly(few, knowledge, inputs, limits, timing, count), len(few) * SCENARIOS * steps
-        )
+        return _rate(lambda: scalar.fly(few, knowledge, inputs, limits, timing, count), len(few) * SCENARIOS * steps)
 
     def arrays() -> float:
         return _numpy_rate(loop, gains[0], knowledge, spec, limits, timing)
@@ -114,6 +112,4 @@ def _numpy_rate(
     bind = numpy_rebinder()
     assert len(flatten(record)) == len(gains)
     with np.errstate(all="ignore"):
-        return _rate(
-            lambda: fly_steps(loop, bind, record, knowledge, flat, blocks.targets, limits, timing), steps
-        )
+        return _rate(lambda: fly_steps(loop, bind, record, knowledge, flat, blocks.targets, limits, timing), steps)

@@ -58,9 +58,7 @@ def read_gains(path: Path) -> Controller:
     if document.get("format") != FORMAT:
         raise InputError(f"given '{document.get('format')}'; this must be '{FORMAT}'", file=path, key="format")
     structure = _section(document, "controller", path)
-    cascade = close_cascade(
-        _law(structure, "position", path), _law(structure, "attitude", path)
-    )
+    cascade = close_cascade(_law(structure, "position", path), _law(structure, "attitude", path))
     options = ControlOptions(
         attitude_rate=_text(structure, "attitude_rate", path),
         position_rate=_text(structure, "position_rate", path),

@@ -111,9 +111,7 @@ def search(problem: Problem, study: Study, folder: Folder, watcher: Watcher) -> 
     return generations
 
 
-def conclude(
-    problem: Problem, study: Study, generations: list[Generation], watcher: Watcher, begin: float
-) -> Outcome:
+def conclude(problem: Problem, study: Study, generations: list[Generation], watcher: Watcher, begin: float) -> Outcome:
     """Re-fly the default and the front on held-out scenarios and pick the recommended point."""
     found = archive(generations)
     candidates, warnings = finalists_of(found, study)

@@ -8,6 +8,7 @@ The composed kernel is written as a module into the kernel cache and compiled th
 """
 
 import math
+import sys
 from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
@@ -25,9 +26,9 @@ from plant.disturbance import Disturbance
 from plant.nominal import Nominal
 from plant.records import build_source, paths, rows, size
 from plant.references.track import Reference
+from plant.rigid_body import Dynamics
 from plant.sensors import Noise
 from plant.targets import Targets
-from plant.rigid_body import Dynamics
 
 # 16 doubles fill two AVX-512 or four AVX2 registers; with 8, LLVM unrolls the lane loop whole and leaves it scalar.
 LANES = 16
@@ -36,7 +37,8 @@ FAST_MATH = {"contract", "reassoc", "arcp", "nsz", "afn"}
 
 
 def _inline(function: Callable[..., Any]) -> Any:
-    options = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+    # Wrappers for calls from Python would box nested records and take longer to compile than the function.
+    options: dict[str, Any] = {"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
     return numba.njit(fastmath=FAST_MATH, error_model="numpy", **options)(function)
 
 
@@ -74,8 +76,18 @@ def _names() -> dict[str, Any]:
 
 
 def rebinder() -> Rebinder:
-    """Return a rebinder to inlined, compiled functions."""
+    """Return a rebinder to inlined, compiled functions; only compiled code may call them (see `compiled`)."""
     return Rebinder(_names(), _inline)
+
+
+def compiled(function: Callable[..., Any]) -> Callable[..., Any]:
+    """Return one model function compiled with the lanes' flags, for calls from Python: to look at, to compare."""
+    inner = rebinder()(function)
+
+    def call(*arguments):  # noqa: ANN002, ANN202
+        return inner(*arguments)
+
+    return numba.njit(fastmath=FAST_MATH, error_model="numpy")(call)
 
 
 @dataclass(frozen=True)
@@ -110,7 +122,7 @@ def _store(kind: Any, name: str, offset: int) -> str:
 
 LANE, ENTRY = "a[{}, l]", "a[{}]"
 
-RUN = '''
+RUN = """
 @jit(nogil=True, cache=CACHE, fastmath=FAST_MATH, error_model="numpy")
 def run(gains, nominal_row, dynamicss, disturbances, noises, references, targets_row, limits_row, h, plant_step, substeps,
         out, trace, every):
@@ -143,7 +155,7 @@ def run(gains, nominal_row, dynamicss, disturbances, noises, references, targets
                     store_body(a, l, advance(load_body(a, l), load_speed(a, l), load_disturbance(a, l),
                                              load_dynamics(a, l), plant_step))
         out[candidate, block] = a[RESULT:RESULT + N_RESULT]
-'''
+"""
 
 
 def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
@@ -210,7 +222,7 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
         "hover_body": bind(hover_body),
         "place": bind(place),
     }
-    return names, bind.sources | {Path(__file__), Path(records.__file__)}
+    return names, bind.sources | {Path(str(part.__file__)) for part in (records, vector_math, sys.modules[__name__])}
 
 
 def kernel_of(loop: ClosedLoop) -> Kernel:

@@ -20,7 +20,7 @@ from plant.rigid_body import Dynamics
 from plant.sensors import Noise
 
 # The flight is a function of its own because `prange` cannot carry records into a thread, only arrays and numbers.
-RUN = '''
+RUN = """
 @jit(fastmath=FAST_MATH, error_model="numpy")
 def fly_one(gains, nominal_row, dynamics_row, disturbances, noises, references, targets_row, limits_row, h, plant_step,
             substeps, out):
@@ -51,7 +51,7 @@ def run(gains, nominal_row, dynamics_rows, disturbances, noises, references, tar
         fly_one(gains[i // flights], nominal_row, dynamics_rows[i % flights], disturbances[i % flights],
                 noises[i % flights], references, targets_row, limits_row, h, plant_step, substeps,
                 out[i // flights, i % flights])
-'''
+"""
 
 
 @dataclass(frozen=True)
@@ -65,7 +65,7 @@ class ScalarKernel:
         self, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, limits: Limits, timing: Timing, threads: int
     ) -> np.ndarray:
         """Fly every candidate through every scenario: results (candidates, scenarios, rows) as those of `Flyer.fly`."""
-        numba.set_num_threads(min(threads, numba.config.NUMBA_NUM_THREADS))  # pyright: ignore[reportAttributeAccessIssue]
+        numba.set_num_threads(threads)
         out = np.empty((len(gains), inputs.count, self.rows))
         h, plant_step = timing
         self.run(

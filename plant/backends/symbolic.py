@@ -32,8 +32,6 @@ NAMES: dict[str, Any] = {
 }
 
 
-
-
 def rebinder() -> Rebinder:
     """Return a rebinder to CasADi operations."""
     return Rebinder(NAMES)

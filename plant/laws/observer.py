@@ -31,9 +31,7 @@ def observer_constants(omega_o: float, h: float) -> ObserverConstants:
     """Place all poles of the sampled estimator at beta = exp(-omega_o h)."""
     beta = exp(-omega_o * h)
     gap = 1.0 - beta
-    return ObserverConstants(
-        1.0 - beta * beta * beta, 1.5 * gap * gap * (1.0 + beta) / h, gap * gap * gap / (h * h)
-    )
+    return ObserverConstants(1.0 - beta * beta * beta, 1.5 * gap * gap * (1.0 + beta) / h, gap * gap * gap / (h * h))
 
 
 def observe(z: Observer, constants: ObserverConstants, measured: float, acceleration: float, h: float) -> Observer:

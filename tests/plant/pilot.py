@@ -2,8 +2,8 @@
 
     p' = v,   m v' = R (F + T e3) - m g e3,   R' = R [w]x,   I w' = -w x I w + torques,   W' = (command - W)/tau
 
-State as a flat vector: p 0:3, v 3:6, R 6:15 (row by row, body FLU -> world ENU), w 15:18, rotor speeds W 18:22. Attitude is a rotation
-matrix, integration is DOP853 at rtol 1e-11. A rotor whose reaction on the body is about +z turns about -z.
+State as a flat vector: p 0:3, v 3:6, R 6:15 (row by row, body FLU -> world ENU), w 15:18, rotor speeds W 18:22. Attitude
+is a rotation matrix, integration is DOP853 at rtol 1e-11. A rotor whose reaction on the body is about +z turns about -z.
 """
 
 from dataclasses import dataclass
@@ -14,7 +14,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
+from scipy.spatial.transform import Rotation
 
+from plant.rigid_body import Body
+from plant.vectors import Quaternion, Rotors, Vec3
 from plant.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -30,6 +33,23 @@ class Period(NamedTuple):
     gust: Array
     push: Array
     twist: Array
+
+
+def vec3(a: Array) -> Vec3:
+    """Return three numbers as a Vec3."""
+    return Vec3(*a.tolist())
+
+
+def body_of(state: Array) -> Body:
+    """Return a flat state as the model's record."""
+    x, y, z, w = Rotation.from_matrix(state[6:15].reshape(3, 3)).as_quat().tolist()
+    attitude = Quaternion(w, x, y, z)
+    return Body(vec3(state[:3]), vec3(state[3:6]), attitude, vec3(state[15:18]), Rotors(*state[18:].tolist()))
+
+
+def matrix_of(q: Quaternion) -> Array:
+    """Return the rotation matrix of a quaternion."""
+    return Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
 
 
 def skew(a: Array) -> Array:

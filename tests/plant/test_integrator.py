@@ -4,23 +4,28 @@ from math import exp, log2, sqrt
 
 import numpy as np
 import pytest
-from harness import CALM, HUMMINGBIRD, VEHICLES, ZERO
-from pilot import Period, Quadrotor
-from test_rigid_body import body_of, matrix_of
 
 from plant.disturbance import Disturbance
 from plant.integrator import runge_kutta_step
 from plant.rigid_body import Body, dynamics
 from plant.vectors import Quaternion, Rotors, Vec3, axpy_quaternion, quaternion_rate, renormalised
+from tests.plant.harness import CALM, HUMMINGBIRD, VEHICLES, ZERO
+from tests.plant.pilot import Period, Quadrotor, body_of, matrix_of
 
-# One lag for up and down: two lags make a kink where the command crosses the speed, and no method keeps its order across it.
+# One lag for up and down: two lags make a kink where the command crosses the speed, and no method keeps its order
+# across it.
 SMOOTH = HUMMINGBIRD._replace(
-    lag_up=0.05, lag_down=0.05, rotor_inertia=1e-5, drag_quadratic=Vec3(0.05, 0.04, 0.06), rate_damping=Vec3(0.003, 0.004, 0.005)
+    lag_up=0.05,
+    lag_down=0.05,
+    rotor_inertia=1e-5,
+    drag_quadratic=Vec3(0.05, 0.04, 0.06),
+    rate_damping=Vec3(0.003, 0.004, 0.005),
 )
 
 
 def test_halving_the_step_divides_the_error_by_sixteen() -> None:
-    # Steps 16, 8 and 4 ms against a lag of 50 ms and rates of 6 rad/s: far above rounding and inside the asymptotic range.
+    # Steps 16, 8 and 4 ms against a lag of 50 ms and rates of 6 rad/s: far above rounding and inside the asymptotic
+    # range.
     twin = Quadrotor(SMOOTH)
     start = twin.at_rest()
     start[3:6], start[15:18] = [2.0, -1.0, 0.5], [5.0, -4.0, 3.0]
@@ -35,7 +40,13 @@ def test_halving_the_step_divides_the_error_by_sixteen() -> None:
         for _ in range(round(0.48 / h)):
             body = runge_kutta_step(body, Rotors(*command.tolist()), disturbance, f, h)
         found = np.concatenate(
-            [body.position, body.velocity, matrix_of(body.attitude).ravel(), body.rate, np.array(body.rotor_speed) / 100.0]
+            [
+                body.position,
+                body.velocity,
+                matrix_of(body.attitude).ravel(),
+                body.rate,
+                np.array(body.rotor_speed) / 100.0,
+            ]
         )
         exact_scaled = np.concatenate([exact[:18], exact[18:] / 100.0])
         errors.append(np.linalg.norm(found - exact_scaled, axis=0))
@@ -46,7 +57,8 @@ def test_halving_the_step_divides_the_error_by_sixteen() -> None:
 @pytest.mark.parametrize("name", VEHICLES)
 @pytest.mark.parametrize("factor", [1.2, 0.8])
 def test_a_rotor_follows_a_step_of_its_command_exponentially(name: str, factor: float) -> None:
-    # Relative error of RK4 on x' = -x/tau over one tau: (h/tau)^4/120, 1.4e-5 at the shortest lag of 5 ms; doubled as a margin.
+    # Relative error of RK4 on x' = -x/tau over one tau: (h/tau)^4/120, 1.4e-5 at the shortest lag of 5 ms; doubled as
+    # a margin.
     vehicle = VEHICLES[name]
     tau = vehicle.lag_up if factor > 1.0 else vehicle.lag_down
     speed = 0.5 * vehicle.speed_max
@@ -61,10 +73,15 @@ def test_a_rotor_follows_a_step_of_its_command_exponentially(name: str, factor: 
 
 
 def test_quaternion_keeps_unit_length_over_a_long_tumbling_flight() -> None:
-    # Each step ends with a Newton step from |d| < 1e-13, after which only the rounding of the step itself is left: a few eps.
+    # Each step ends with a Newton step from |d| < 1e-13, after which only the rounding of the step itself is left: a
+    # few eps.
     free = HUMMINGBIRD._replace(drag_linear=ZERO, drag_quadratic=ZERO, gravity=0.0)
     still = Rotors(0.0, 0.0, 0.0, 0.0)
-    body, f, worst = Body(ZERO, ZERO, Quaternion(1.0, 0.0, 0.0, 0.0), Vec3(15.0, 1.0, -12.0), still), dynamics(free), 0.0
+    body, f, worst = (
+        Body(ZERO, ZERO, Quaternion(1.0, 0.0, 0.0, 0.0), Vec3(15.0, 1.0, -12.0), still),
+        dynamics(free),
+        0.0,
+    )
     for _ in range(15_000):
         body = runge_kutta_step(body, still, CALM, f, 0.001)
         worst = max(worst, abs(sqrt(sum(part * part for part in body.attitude)) - 1.0))
@@ -73,7 +90,7 @@ def test_quaternion_keeps_unit_length_over_a_long_tumbling_flight() -> None:
 
 @pytest.mark.parametrize("d", [0.1, 1e-2, 1e-4, 1e-6, -1e-6, -1e-4, -1e-2, -0.1])
 def test_renormalisation_leaves_the_error_that_it_claims(d: float) -> None:
-    """A quaternion with |q|^2 = 1 + d gets length 1 - 3 d^2/8; the next term of the series is d^3/8 + ..., so |d|^3 bounds the rest."""
+    # |q|^2 = 1 + d becomes length 1 - 3 d^2/8; the next term of the series is of size d^3/8, so |d|^3 bounds the rest.
     direction = np.array([0.5, -0.1, 0.7, 0.5])
     direction /= np.linalg.norm(direction, axis=0)
     q = Quaternion(*(sqrt(1.0 + d) * direction).tolist())

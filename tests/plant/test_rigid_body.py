@@ -4,9 +4,6 @@ from math import exp, sin
 
 import numpy as np
 import pytest
-from harness import CALM, HUMMINGBIRD, VEHICLES, ZERO, random_quaternion
-from pilot import Array, Period, Quadrotor
-from scipy.spatial.transform import Rotation
 
 from plant.closed_loop import hover_body
 from plant.disturbance import Disturbance
@@ -15,9 +12,12 @@ from plant.nominal import ControlOptions, nominal
 from plant.rigid_body import Body, axpy_body, body_rate, drag_force, dynamics, gyroscopic_torque
 from plant.vectors import Quaternion, Rotors, Vec3
 from plant.vehicle import Vehicle
+from tests.plant.harness import CALM, HUMMINGBIRD, VEHICLES, ZERO, random_quaternion
+from tests.plant.pilot import Array, Period, Quadrotor, body_of, matrix_of, vec3
 
-# Every term of the equations at a size that matters; the gyroscopic torque of unequal rotors is ten times that of the airframe. Drag acts
-# 2 cm high, not 5: flown open loop, a higher one is so unstable that it multiplies any error by a thousand in 10 s.
+# Every term of the equations at a size that matters; the gyroscopic torque of unequal rotors is ten times that of the
+# airframe. Drag acts 2 cm high, not 5: flown open loop, a higher one is so unstable that it multiplies any error by a
+# thousand in 10 s.
 RICH = HUMMINGBIRD._replace(
     drag_height=0.02,
     inertia=Vec3(0.0034, 0.0040, 0.0060),
@@ -32,10 +32,6 @@ RICH = HUMMINGBIRD._replace(
 FREE = RICH._replace(drag_linear=ZERO, drag_quadratic=ZERO, rate_damping=ZERO, gravity=0.0)
 STOPPED = Rotors(0.0, 0.0, 0.0, 0.0)
 PERIOD, PERIODS = 0.01, 1000
-
-
-def vec3(a: Array) -> Vec3:
-    return Vec3(*a.tolist())
 
 
 def held_air(k: int) -> tuple[Array, Array, Array, Array]:
@@ -55,19 +51,9 @@ def steered(twin: Quadrotor, state: Array, k: int) -> Array:
     return twin.steer(state, lean, 1.4 * sin(0.8 * t), 0.7 * sin(1.1 * t))
 
 
-def body_of(state: Array) -> Body:
-    x, y, z, w = Rotation.from_matrix(state[6:15].reshape(3, 3)).as_quat().tolist()
-    attitude = Quaternion(w, x, y, z)
-    return Body(vec3(state[:3]), vec3(state[3:6]), attitude, vec3(state[15:18]), Rotors(*state[18:].tolist()))
-
-
-def matrix_of(q: Quaternion) -> Array:
-    return Rotation.from_quat([q.x, q.y, q.z, q.w]).as_matrix()
-
-
 def test_ten_seconds_of_manoeuvre_agree_with_an_independent_integration() -> None:
-    # What is left is the error of RK4 at 1 ms: 6.5e-9 m after 10 s, and 3.9e-10 m (16 times less) at 0.5 ms. A wrong sign or a lost term
-    # shows as centimetres to metres.
+    # What is left is the error of RK4 at 1 ms: 6.5e-9 m after 10 s, and 3.9e-10 m (16 times less) at 0.5 ms. A wrong
+    # sign or a lost term shows as centimetres to metres.
     twin, f = Quadrotor(RICH), dynamics(RICH)
     state, tilt, speeds = twin.at_rest(), 0.0, 0.0
     body = body_of(state)
@@ -127,7 +113,8 @@ def matrix_unscaled(q: Quaternion) -> Array:
 
 @pytest.mark.parametrize("name", VEHICLES)
 def test_hover_is_an_equilibrium(name: str) -> None:
-    # Rounding only: the sum of four thrusts against the weight, relative 1e-15, and of their moments over a small inertia.
+    # Rounding only: the sum of four thrusts against the weight, relative 1e-15, and of their moments over a small
+    # inertia.
     vehicle = VEHICLES[name]
     body = hover_body(nominal(vehicle, ControlOptions(), 0.004))
     rate = body_rate(body, body.rotor_speed, CALM, dynamics(vehicle))

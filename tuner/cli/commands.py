@@ -32,7 +32,9 @@ def run_command(study: Path, out: Path | None, threads: int | None, changes: lis
     asked = load_study(study, overrides(changes))
     if not asked.space.variables:
         raise InputError(
-            'no gain is searched; give at least one a range, for instance "attitude.lambda" = {}', file=study, key="gains"
+            'no gain is searched; give at least one a range, for instance "attitude.lambda" = {}',
+            file=study,
+            key="gains",
         )
     from tuner.run import default_folder, run_study
     from tuner.store.folder import Folder

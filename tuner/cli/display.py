@@ -94,7 +94,9 @@ class TerminalWatcher(Watcher):
 
 def digits(value: float, other: float) -> str:
     """Return a number with as many digits as the scale of its neighbour (an interval's width, a companion) gives sense to."""
-    scale = max(abs(other), 1e-3 * abs(value), 1e-12)
+    scale = max(abs(other), 1e-3 * abs(value))
+    if scale == 0.0:
+        return "0"
     places = 0
     while places < 8 and scale * 10**places < 10.0:
         places += 1
@@ -109,11 +111,14 @@ def estimate(entry: dict[str, float]) -> str:
 
 def comparison_table(summary: dict[str, Any]) -> Table:
     """Return the Default / Tuned table of a summary."""
-    table = Table(title=f"Default / Tuned on {summary['held_out']} held-out scenarios, 95 % intervals", title_justify="left")
+    table = Table(
+        title=f"Default / Tuned on {summary['held_out']} held-out scenarios, 95 % intervals", title_justify="left"
+    )
     for name, justify in (
-        ("", "left"), ("unit", "left"), ("default", "right"), ("tuned", "right"), ("tuned - default", "right"), ("verdict", "left"),
+        ("", "left"), ("unit", "left"), ("default", "right"), ("tuned", "right"), ("tuned - default", "right"),
+        ("verdict", "left"),
     ):  # fmt: skip
-        table.add_column(name, justify=justify)  # pyright: ignore[reportArgumentType]
+        table.add_column(name, justify=justify, no_wrap=name == "unit")  # pyright: ignore[reportArgumentType]
     for row in summary["table"]:
         limit = "" if row["limit"] is None else f" <= {row['limit']:g}"
         table.add_row(

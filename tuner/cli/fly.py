@@ -2,7 +2,7 @@
 
 import json
 from dataclasses import dataclass
-from math import cos, radians
+from math import cos, degrees, radians
 from pathlib import Path
 from typing import Any
 
@@ -26,7 +26,7 @@ from plant.references.steps import Steps
 from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
 from tuner.cli.display import digits
 from tuner.gains_file import Controller, read_gains
-from tuner.responses import Responses, fly_responses
+from tuner.responses import SIGNALS, UNITS, Responses, fly_responses
 from tuner.study import load_study
 
 # Without a study: one metre steps in moderate turbulence at 10 m for 10 s, default limits.
@@ -146,15 +146,17 @@ def statistics(objectives: tuple[Objective, ...], scores: np.ndarray) -> list[di
 def print_table(figures: list[dict[str, Any]], sortie: Sortie, seeds: int) -> None:
     """Print the metrics."""
     laws = f"{sortie.system.cascade.position.name} / {sortie.system.cascade.attitude.name}"
-    table = Table(title=f"{laws}: {sortie.spec.name}, {seeds} flights of {sortie.spec.duration:g} s", title_justify="left")
-    for name in ("metric", "unit", "mean", "95 % interval", "median", "95 % of flights", "worst"):
-        table.add_column(name, justify="left" if name in ("metric", "unit") else "right")
+    table = Table(
+        title=f"{laws}: {sortie.spec.name}, {seeds} flights of {sortie.spec.duration:g} s", title_justify="left"
+    )
+    for name in ("metric", "unit", "mean +- 95 %", "median", "95 % of them", "worst"):
+        table.add_column(name, justify="left" if name in ("metric", "unit") else "right", no_wrap=True)
     for row in figures:
         scale = row["high"] - row["low"] or row["mean"]
-        low, high = digits(row["low"], scale), digits(row["high"], scale)
+        half = 0.5 * (row["high"] - row["low"])
         table.add_row(
-            row["metric"], row["unit"], digits(row["mean"], scale), f"{low} to {high}", digits(row["median"], scale),
-            digits(row["q95"], scale), digits(row["worst"], scale),
+            row["metric"], row["unit"], f"{digits(row['mean'], scale)} +- {digits(half, scale)}",
+            digits(row["median"], scale), digits(row["q95"], scale), digits(row["worst"], scale),
         )  # fmt: skip
     Console().print(table)
 
@@ -170,9 +172,8 @@ def print_sparks(responses: Responses) -> None:
     """Print the median response of each axis as a line of blocks, with its range."""
     _, median, _ = responses.fans()
     columns = np.linspace(0, len(median) - 1, 64).astype(int)
-    for i, (name, unit, factor) in enumerate(
-        [("x", "m", 1.0), ("y", "m", 1.0), ("z", "m", 1.0), ("roll", "deg", 57.29578), ("pitch", "deg", 57.29578), ("yaw", "deg", 57.29578)]
-    ):  # fmt: skip
+    for i, name in enumerate(SIGNALS[:6]):
+        unit, factor = ("deg", degrees(1.0)) if UNITS[i] == "rad" else (UNITS[i], 1.0)
         line = median[columns, i] * factor
         low, high = float(line.min()), float(line.max())
         level = np.zeros(len(line), dtype=int) if high <= low else ((line - low) / (high - low) * 7.999).astype(int)

@@ -32,7 +32,8 @@ def run(
     out: Annotated[Path | None, typer.Option(help="Results folder; must not exist. Default: results/NAME.")] = None,
     threads: Threads = None,
     change: Annotated[
-        list[str] | None, typer.Option("--set", help="KEY=VALUE: replace a value of the study, e.g. search.generations=3.")
+        list[str] | None,
+        typer.Option("--set", help="KEY=VALUE: replace a value of the study, e.g. search.generations=3."),
     ] = None,
     as_json: AsJson = False,
 ) -> None:

@@ -1,1 +1,20 @@
-"""Reports of a results folder: one offline HTML page, and figures for a paper."""
+"""The report of a results folder: one offline HTML page, and figures for a paper.
+
+Both read nothing but the folder. What draws is imported when it is asked for: matplotlib alone takes a second.
+"""
+
+from pathlib import Path
+
+
+def write_report(folder: Path) -> Path:
+    """Write report.html into a results folder and return its path; StoreError names a missing or damaged file."""
+    from tuner.report.page import write_page
+
+    return write_page(folder)
+
+
+def write_figures(folder: Path) -> list[Path]:
+    """Write figures/*.png and *.pdf into a results folder and return their paths; StoreError as in `write_report`."""
+    from tuner.report.figures import write_all
+
+    return write_all(folder)

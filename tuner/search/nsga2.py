@@ -21,17 +21,17 @@ class Nsga2:
     """
 
     def __init__(self, first: np.ndarray, n_objectives: int, n_constraints: int, seed: int) -> None:
-        self._problem = Problem(
-            n_var=first.shape[1], n_obj=n_objectives, n_ieq_constr=n_constraints, xl=0.0, xu=1.0
-        )
-        self._algorithm = NSGA2(pop_size=len(first), sampling=first.copy())
+        self._problem = Problem(n_var=first.shape[1], n_obj=n_objectives, n_ieq_constr=n_constraints, xl=0.0, xu=1.0)
+        self._algorithm = NSGA2(pop_size=len(first), sampling=first.copy())  # pyright: ignore[reportArgumentType]
         self._algorithm.setup(self._problem, termination=NoTermination(), seed=seed, verbose=False)
         self._asked: Population | None = None
 
     def ask(self) -> np.ndarray:
         """Return the next generation (n, d), points of the unit cube."""
-        self._asked = self._algorithm.ask()
-        return np.array(self._asked.get("X"), dtype=float)
+        asked = self._algorithm.ask()
+        assert asked is not None, "the search has no end of its own"
+        self._asked = asked
+        return np.array(asked.get("X"), dtype=float)
 
     def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
         """Tell the objectives (n, m) and constraint violations (n, c) of the generation asked for."""

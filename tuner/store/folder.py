@@ -56,4 +56,6 @@ class Folder:
             aside.replace(file)
         except OSError as error:
             aside.unlink(missing_ok=True)
-            raise StoreError(f"{file} cannot be written ({error.strerror}); what was written before it is kept") from error
+            raise StoreError(
+                f"{file} cannot be written ({error.strerror}); what was written before it is kept"
+            ) from error

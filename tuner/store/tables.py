@@ -59,7 +59,9 @@ def front_table(outcome: "Outcome") -> Any:
         "non_dominated": finalists.non_dominated, "feasible": finalists.feasible,
     }  # fmt: skip
     gains = np.stack([outcome.gains(row) for row in range(len(names))], axis=0)
-    columns |= {f"gain:{v.name}": gains[:, c[0]] for v, c in zip(study.space.variables, study.space.columns, strict=True)}
+    columns |= {
+        f"gain:{v.name}": gains[:, c[0]] for v, c in zip(study.space.variables, study.space.columns, strict=True)
+    }
     for i, objective in enumerate(study.objectives):
         columns |= {
             f"search:{objective.label}": found.values[rows, i],

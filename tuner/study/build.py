@@ -128,7 +128,9 @@ def _multiple(whole: float, part: float, key: str, of: str) -> None:
     count = round(whole / part)
     if count < 1 or abs(count * part - whole) > MULTIPLE * whole:
         near = max(count, 1) * part
-        raise InputError(f"given {whole:g} s; this must be a multiple of {of} = {part:g} s, for instance {near:g} s", key=key)
+        raise InputError(
+            f"given {whole:g} s; this must be a multiple of {of} = {part:g} s, for instance {near:g} s", key=key
+        )
 
 
 def _cascade(table: ControllerTable) -> Cascade:
@@ -160,17 +162,19 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path) -> StudyScenario
     air = table.air.model_dump()
     for key, kind in (("gust", Gust), ("injection", Injection)):
         if air[key] is not None:
-            air[key] = kind(**{k: tuple(v) if isinstance(v, list) else v for k, v in air[key].items()})
+            values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in air[key].items()}
+            with _keyed("air"):
+                air[key] = kind(**values)
     air["window"] = None if air["window"] is None else tuple(air["window"])
     parts: dict[str, Any] = {}
-    for key, kind, values in (
+    for key, kind, fields in (
         ("air", AirSpec, air),
         ("sensors", SensorSpec, table.sensors.model_dump()),
         ("spread", Spread, table.spread.model_dump()),
         ("bands", Bands, table.bands.model_dump()),
     ):
         with _keyed(key):
-            parts[key] = kind(**values)
+            parts[key] = kind(**fields)
     reference = from_mapping(table.reference, base=path.parent)
     spec = ScenarioSpec(
         name=table.name, duration=table.duration, reference=reference, recovery_from=table.recovery_from,
@@ -219,7 +223,8 @@ def _search(table: SearchTable) -> SearchSpec:
         raise UnknownNameError("algorithm", table.algorithm, ALGORITHMS, key="algorithm")
     if table.population < SMALLEST_POPULATION or table.population % 2:
         raise InputError(
-            f"given {table.population}; the population must be even and at least {SMALLEST_POPULATION}", key="population"
+            f"given {table.population}; the population must be even and at least {SMALLEST_POPULATION}",
+            key="population",
         )
     for start in table.initial:
         if start not in STARTS:

@@ -88,13 +88,17 @@ def _owner(claim: Claim, owners: Mapping[str, Claim]) -> Claim:
             raise InputError("a tie has no range of its own; leave low, high and scale out", key=here.key)
         target = here.entry.tie
         if target not in owners:
-            raise UnknownNameError("entry of [gains] to tie to", target, [k for k in owners if k != claim.key], key=claim.key)
+            raise UnknownNameError(
+                "entry of [gains] to tie to", target, [k for k in owners if k != claim.key], key=claim.key
+            )
         if target in seen:
             raise InputError(f"the ties go in a circle: {' -> '.join([*seen, target])}", key=claim.key)
         seen.append(target)
         here = owners[target]
     if not isinstance(here.entry, GainTable):
-        raise InputError(f"'{here.key}' is fixed, not searched; write {claim.key} = {here.entry} instead", key=claim.key)
+        raise InputError(
+            f"'{here.key}' is fixed, not searched; write {claim.key} = {here.entry} instead", key=claim.key
+        )
     return here
 
 

@@ -1,6 +1,6 @@
 """The study file that `tuner new NAME` writes: every table, the usual values, a comment on each line."""
 
-TEMPLATE = '''# A tuning study. Check it with `tuner check FILE`, run it with `tuner run FILE`.
+TEMPLATE = """# A tuning study. Check it with `tuner check FILE`, run it with `tuner run FILE`.
 # Everything that is commented out stands at its default; remove the # to change it.
 title = "@TITLE@"
 seed = 2025                     # every random number follows from this one
@@ -82,4 +82,4 @@ generations = 15
 
 [pick]
 rule = "knee"                   # knee, closest, or min:METRIC
-'''
+"""

@@ -1,0 +1,52 @@
+"""Closed loops and inputs that several tests fly; the full kernel of one combination of laws is compiled once and cached."""
+
+from functools import cache
+from math import cos, radians
+
+import numpy as np
+
+from objectives import meters
+from plant.air.spec import AirSpec
+from plant.airframes import load
+from plant.cascade import close_cascade
+from plant.closed_loop import Limits, MeterModel, Timing, close_loop
+from plant.flights import Flyer
+from plant.gains import default_row
+from plant.laws import LAWS
+from plant.nominal import ControlOptions, nominal
+from plant.references.steps import Steps
+from plant.scenarios import ScenarioSpec, Spread, sample_scenarios
+
+TIMING = Timing(0.004, 0.001)
+LIMITS = Limits(5.0, cos(radians(80.0)))
+VEHICLE = load("hummingbird").vehicle
+NOMINAL = nominal(VEHICLE, ControlOptions(delay=True), TIMING.control_period)
+
+
+@cache
+def loop(position="ladrc", attitude="hybrid"):
+    cascade = close_cascade(LAWS[position], LAWS[attitude])
+    return close_loop(cascade, MeterModel(meters.Meters, meters.start, meters.update))
+
+
+@cache
+def flyer(threads=2, limits=LIMITS):
+    return Flyer(loop(), limits, TIMING, threads)
+
+
+def gains(position="ladrc", attitude="hybrid"):
+    return np.array(default_row(loop(position, attitude).cascade))
+
+
+def spec(duration=0.4, **air):
+    return ScenarioSpec(
+        "test",
+        duration,
+        Steps(x=1.0, y=-0.5, z=0.3, yaw_deg=20.0, time=0.1),
+        AirSpec(intensity="moderate", mean_wind=False, **air),
+        spread=Spread(mass=0.1, inertia=0.1, thrust=0.05, lag=0.1),
+    )
+
+
+def inputs(indices, duration=0.4, stream="search", **air):
+    return sample_scenarios(spec(duration, **air), VEHICLE, TIMING, 7, stream, indices)

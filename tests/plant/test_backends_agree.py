@@ -1,0 +1,168 @@
+"""One source, four backends: python, numpy, compiled lanes and casadi give the same numbers on random states."""
+
+from functools import cache
+
+import numpy as np
+import pytest
+
+from plant.airframes import load, names
+from plant.backends import array, lanes, symbolic
+from plant.cascade import close_cascade
+from plant.closed_loop import advance
+from plant.disturbance import Disturbance
+from plant.laws import LAWS
+from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.nominal import ControlOptions, Nominal, nominal
+from plant.records import flatten, pack, size
+from plant.references.track import Reference
+from plant.rigid_body import Body, Dynamics, dynamics
+from plant.sensors import Measurement
+from plant.vectors import Rotors
+
+H = 0.004
+SAMPLES = 6
+# 1e-12 relative, of each number or of the size of the numbers it is a difference of (SCALE: accelerations of some 10 m/s2,
+# thrusts of some N, rotor speeds of some 100 rad/s are formed on the way).
+RELATIVE = 1e-12
+
+
+def close(actual, wanted, scale):
+    np.testing.assert_allclose(actual, wanted, rtol=RELATIVE, atol=RELATIVE * scale)
+
+
+def airframe(name):
+    return load(name, allow_unphysical=name == "paper-literal").vehicle
+
+
+def random_body(draw, vehicle):
+    q = np.array([1.0, 0.0, 0.0, 0.0]) + 0.3 * draw.normal(size=4)
+    q /= np.linalg.norm(q, axis=0)
+    hover = (vehicle.mass * vehicle.gravity / 4 / vehicle.thrust_coefficient) ** 0.5
+    speed = hover * draw.uniform(0.5, 1.5, 4)
+    return pack(Body, np.concatenate([draw.normal(size=6), q, 2.0 * draw.normal(size=3), speed]).tolist())
+
+
+def columns(records):
+    """Leaves of several records of one type as arrays over them."""
+    return [np.array(leaf) for leaf in zip(*[flatten(record) for record in records], strict=True)]
+
+
+@cache
+def compiled(function):
+    return lanes.compiled(function)
+
+
+@pytest.mark.parametrize("name", names())
+def test_plant_step(name):
+    draw = np.random.default_rng(1)
+    vehicle = airframe(name)
+    f = dynamics(vehicle)
+    bodies = [random_body(draw, vehicle) for _ in range(SAMPLES)]
+    commands = [Rotors(*(flatten(body.rotor_speed)[0] * draw.uniform(0.5, 1.5, 4)).tolist()) for body in bodies]
+    airs = [pack(Disturbance, draw.normal(size=12).tolist()) for _ in bodies]
+    plain = [advance(*case, f, 1e-3) for case in zip(bodies, commands, airs, strict=True)]
+    wanted = np.array([flatten(body) for body in plain])
+    scale = np.maximum(np.abs(wanted), 10.0)
+
+    on_arrays = array.rebinder()(advance)
+    result = on_arrays(
+        pack(Body, columns(bodies)), pack(Rotors, columns(commands)), pack(Disturbance, columns(airs)), f, 1e-3
+    )
+    close(np.stack(flatten(result), axis=1) / scale, wanted / scale, 1.0)
+
+    expression = symbolic.symbolic_function("advance", advance, (Body, Rotors, Disturbance, Dynamics, float))
+    native = compiled(advance)
+    for body, command, air, row, size_of in zip(bodies, commands, airs, wanted, scale, strict=True):
+        symbols = expression(flatten(body), flatten(command), flatten(air), flatten(f), 1e-3)
+        close(np.array(symbols).ravel() / size_of, row / size_of, 1.0)
+        close(np.array(flatten(native(body, command, air, f, 1e-3))) / size_of, row / size_of, 1.0)
+
+
+def law_case(law, loop, draw):
+    """Random constants, memory and inputs of a law, as far from rest as flights go."""
+    gains = law.Gains(*[draw.uniform(g.span(loop).low, g.span(loop).high) for g in law.gains])
+    b0 = 300.0 if loop == "attitude" else 1.0
+    memory = pack(law.Memory, draw.normal(size=size(law.Memory)).tolist())
+    inputs = (
+        Channel(b0, float(draw.integers(2))),
+        Setpoint(*draw.normal(size=3).tolist()),
+        Measured(*draw.normal(size=2).tolist()),
+        Applied(*(draw.normal(size=2) / b0).tolist()),
+    )
+    return gains, memory, inputs
+
+
+@pytest.mark.parametrize("loop", ["attitude", "position"])
+@pytest.mark.parametrize("name", LAWS)
+def test_laws(name, loop):
+    law = LAWS[name]
+    draw = np.random.default_rng(2)
+    cases = [law_case(law, loop, draw) for _ in range(SAMPLES)]
+
+    def run(bind, gains, memory, inputs):
+        command, memory = bind(law.step)(memory, bind(law.prepare)(gains, H), *inputs, H)
+        return [command, *flatten(memory)]
+
+    wanted = np.array([run(lambda f: f, *case) for case in cases])
+    scale = np.maximum(np.abs(wanted), 1.0)
+    on_arrays = array.rebinder()
+    gains, memory = (pack(kind, columns([case[i] for case in cases])) for i, kind in enumerate((law.Gains, law.Memory)))
+    inputs = [
+        pack(kind, columns([case[2][i] for case in cases]))
+        for i, kind in enumerate((Channel, Setpoint, Measured, Applied))
+    ]
+    close(np.stack(run(on_arrays, gains, memory, inputs), axis=1) / scale, wanted / scale, 1.0)
+    expression = symbolic.symbolic_function(
+        "step", law.step, (law.Memory, law.Constants, Channel, Setpoint, Measured, Applied, float)
+    )
+    prepare = symbolic.symbolic_function("prepare", law.prepare, (law.Gains, float))
+    for case, row, size_of in zip(cases, wanted, scale, strict=True):
+        constants = prepare(flatten(case[0]), H)
+        symbols = expression(flatten(case[1]), constants, *[flatten(part) for part in case[2]], H)
+        close(np.array(symbols).ravel() / size_of, row / size_of, 1.0)
+        close(np.array(run(compiled, *case)) / size_of, row / size_of, 1.0)
+
+
+def cascade_case(cascade, vehicle, draw):
+    gains = pack(cascade.Gains, [draw.uniform(0.5, 2.0) for _ in range(size(cascade.Gains))])
+    constants = cascade.prepare(gains, H)
+    direction = np.array([*draw.uniform(-0.3, 0.3, 2), 1.0])
+    direction /= np.linalg.norm(direction, axis=0)
+    turn = draw.uniform(-3.0, 3.0)
+    m = pack(
+        Measurement,
+        [*draw.normal(size=6), *draw.uniform(-0.4, 0.4, 2), turn, *draw.normal(size=3), *direction,
+         np.cos(turn), np.sin(turn), 0.0],
+    )  # fmt: skip
+    reference = pack(Reference, [*draw.normal(size=9), *draw.uniform(-0.3, 0.3, 2), draw.normal(), 0.1, draw.integers(2)])
+    hover = vehicle.mass * vehicle.gravity / 4
+    memory = pack(cascade.Memory, (hover * draw.uniform(0.5, 1.5, size(cascade.Memory))).tolist())
+    in_force = Rotors(*(hover * draw.uniform(0.5, 1.5, 4)).tolist())
+    return memory, constants, reference, m, in_force
+
+
+PAIRS = [(name, name) for name in LAWS] + [("ladrc", "hybrid"), ("pid", "ladrc")]
+
+
+@pytest.mark.parametrize("pair", PAIRS, ids="-".join)
+@pytest.mark.parametrize("frame", ["hummingbird", "iris", "crazyflie-pybullet", "paper-literal"])
+def test_cascade(pair, frame):
+    cascade = close_cascade(*[LAWS[name] for name in pair])
+    vehicle = airframe(frame)
+    knowledge = nominal(vehicle, ControlOptions(), H)
+    draw = np.random.default_rng(3)
+    expression = symbolic.symbolic_function(
+        "step", cascade.step, (cascade.Memory, cascade.Constants, Nominal, Reference, Measurement, Rotors, float)
+    )
+    on_arrays = array.rebinder()(cascade.step)
+    native = lanes.compiled(cascade.step) if frame == "hummingbird" and pair == ("ladrc", "hybrid") else None
+    for _ in range(SAMPLES):
+        memory, constants, reference, m, in_force = cascade_case(cascade, vehicle, draw)
+        arguments = (memory, constants, knowledge, reference, m, in_force, H)
+        wanted = np.array(flatten(cascade.step(*arguments)))
+        scale = np.maximum(np.abs(wanted), 10.0)
+        symbols = expression(*[flatten(part) if isinstance(part, tuple) else part for part in arguments])
+        close(np.array(symbols).ravel() / scale, wanted / scale, 1.0)
+        close(np.array([float(leaf) for leaf in flatten(on_arrays(*arguments))]) / scale, wanted / scale, 1.0)
+        if native is not None:
+            close(np.array(flatten(native(*arguments))) / scale, wanted / scale, 1.0)

@@ -1,0 +1,181 @@
+"""From the files of a results folder to `Results`. Numbers are turned into shown units here and nowhere else."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pyarrow as pa
+
+from plant.errors import StoreError
+from tuner.report.files import Columns, Node, numbers, read_table, read_text, refuse
+from tuner.report.results import Candidates, Estimate, Fan, Front, History, Quantity, Results, Variable
+from tuner.report.units import in_degrees
+
+KINDS = ("objective", "constraint")
+FAN_KEYS = ["point", "scenario", "signal", "unit"]
+FAN_NUMBERS = ["time", "reference", "low", "median", "high"]
+
+
+def load(folder: Path) -> Results:
+    """Read a results folder; StoreError names the file that is missing or damaged. Responses may be missing."""
+    if not folder.is_dir():
+        raise StoreError(f"{folder}: there is no such results folder; give a folder that `tuner run` wrote")
+    summary = Node.read(folder / "summary.json")
+    resolved, environment, gains = (Node.read(folder / f"{name}.json") for name in ("resolved", "environment", "gains"))
+    _check(summary, resolved, gains)
+    quantities = [_quantity(row) for row in summary["table"].entries()]
+    objectives = [quantity for quantity in quantities if not quantity.constrained]
+    if not objectives:
+        raise refuse(summary.file, "'table' holds no objective")
+    variables = [_variable(row) for row in summary["variables"].entries()]
+    front = _front(folder / "front.csv", objectives, variables)
+    return Results(
+        folder=folder,
+        summary=summary.value,
+        resolved=resolved.value,
+        environment=environment.value,
+        gains=gains.value,
+        study=read_text(folder / "study.toml"),
+        quantities=quantities,
+        variables=variables,
+        front=front,
+        candidates=_candidates(folder / "generations", objectives, variables),
+        history=_history(folder / "history.csv"),
+        fans=_fans(folder / "responses.parquet"),
+    )
+
+
+def _check(summary: Node, resolved: Node, gains: Node) -> None:
+    """Touch every key that the report reads from the bare documents, so that a missing one is named here."""
+    for key in ("title", "study", "tuned"):
+        summary[key].text()
+    for key in ("flights", "wall_seconds", "held_out", "front_size", "hypervolume"):
+        summary[key].number()
+    summary["pick"]["rule"].text(), summary["pick"]["why"].text()
+    for row in summary["air"].entries():
+        row["scenario"].text()
+    for warning in summary["warnings"].entries():
+        warning.text()
+    resolved["airframe"]["name"].text(), resolved["search"]["algorithm"].text()
+    for loop in ("position", "attitude"):
+        resolved["controller"][loop].text()
+    resolved["seed"].number()
+    for _, gain in gains["gains"].items():
+        gain["value"].number(), gain["unit"].text()
+
+
+def _quantity(row: Node) -> Quantity:
+    unit, factor = in_degrees(row["unit"].text())
+    kind, scenario = row["kind"].text(), row.get("scenario")
+    if kind not in KINDS:
+        raise refuse(row.file, f"'{row.key}.kind' is '{kind}' and neither of {', '.join(KINDS)}")
+    return Quantity(
+        label=row["label"].text(),
+        metric=row["metric"].text(),
+        definition=row["definition"].text(),
+        risk=row["risk"].text(),
+        scenario=None if scenario is None else str(scenario),
+        unit=unit,
+        factor=factor,
+        constrained=kind == "constraint",
+        limit=None if row.get("limit") is None else row["limit"].number() * factor,
+        default=_estimate(row["default"], factor),
+        tuned=_estimate(row["tuned"], factor),
+        difference=_estimate(row["difference"], factor),
+        verdict=row["verdict"].text(),
+    )
+
+
+def _estimate(node: Node, factor: float) -> Estimate:
+    return Estimate(
+        *[None if node.get(name) is None else node[name].number() * factor for name in ("value", "low", "high")]
+    )
+
+
+def _variable(row: Node) -> Variable:
+    return Variable(
+        name=row["name"].text(),
+        symbol=str(row.get("symbol") or ""),
+        meaning=str(row.get("meaning") or ""),
+        unit=row["unit"].text(),
+        low=row["low"].number(),
+        high=row["high"].number(),
+        scale=row["scale"].text(),
+        default=row["default"].number(),
+        tuned=row["tuned"].number(),
+    )
+
+
+def _front(file: Path, objectives: list[Quantity], variables: list[Variable]) -> Front:
+    table = Columns.read(file)
+    factors = np.array([objective.factor for objective in objectives])
+
+    def values(prefix: str) -> np.ndarray:
+        return np.stack([table.numbers(f"{prefix}:{entry.label}") for entry in objectives], axis=1) * factors
+
+    gains = [table.numbers(f"gain:{variable.name}") for variable in variables]
+    return Front(
+        points=table.text("point"),
+        roles=table.text("role"),
+        candidates=table.numbers("candidate"),
+        non_dominated=table.flags("non_dominated"),
+        feasible=table.flags("feasible"),
+        gains=np.stack(gains, axis=1) if gains else np.empty((len(table.text("point")), 0)),
+        search=values("search"),
+        held_out=values("held_out"),
+        low=values("low"),
+        high=values("high"),
+    )
+
+
+def _candidates(folder: Path, objectives: list[Quantity], variables: list[Variable]) -> Candidates:
+    gains = [f"gain:{variable.name}" for variable in variables]
+    values = [f"objective:{objective.label}" for objective in objectives]
+    files = sorted(folder.glob("*.parquet"))
+    if not files:
+        raise refuse(folder, "there is no generation in it")
+    columns = ["candidate", "feasible", *gains, *values]
+    parts = [numbers(read_table(file, columns), columns, file) for file in files]
+    rows = np.concatenate(parts, axis=0)
+    split = 2 + len(gains)
+    factors = np.array([objective.factor for objective in objectives])
+    return Candidates(rows[:, 0].astype(int), rows[:, 2:split], rows[:, split:] * factors, rows[:, 1] > 0.5)
+
+
+def _history(file: Path) -> History:
+    table = Columns.read(file)
+    names = ("generation", "flights", "seconds", "feasible_share", "hypervolume")
+    return History(*[table.numbers(name) for name in names])
+
+
+def _fans(file: Path) -> list[Fan]:
+    """Return the fans of every point, scenario and signal, none where the file is missing."""
+    if not file.exists():
+        return []
+    table = read_table(file, FAN_KEYS + FAN_NUMBERS)
+    if table.num_rows == 0:
+        return []
+    codes, names = zip(*[_encoded(table.column(key), file) for key in FAN_KEYS], strict=True)
+    # Rows of one fan are neighbours in the file, but nothing promises it: sort by group, keeping the order of time.
+    group = np.ravel_multi_index(codes, [len(entry) for entry in names])
+    order = np.argsort(group, kind="stable")
+    starts = np.flatnonzero(np.diff(group[order], prepend=-1))
+    values = numbers(table, FAN_NUMBERS, file)
+    fans = []
+    for rows in np.split(order, starts[1:]):
+        point, scenario, signal, unit = (names[k][codes[k][rows[0]]] for k in range(len(FAN_KEYS)))
+        shown, factor = in_degrees(unit)
+        time, *series = values[rows].T
+        fans.append(Fan(point, scenario, signal, shown, time, *[entry * factor for entry in series]))
+    return fans
+
+
+def _encoded(column: Any, file: Path) -> tuple[np.ndarray, list[str]]:
+    """Return a text column as codes (rows,) into a list of names, which are in order of appearance."""
+    try:
+        encoded = column.cast(pa.string()).combine_chunks().dictionary_encode()
+    except pa.ArrowException as error:
+        raise refuse(file, f"a column holds no text ({error})") from None
+    if encoded.null_count:
+        raise refuse(file, "a name is missing")
+    return encoded.indices.to_numpy(), encoded.dictionary.to_pylist()

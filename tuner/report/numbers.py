@@ -1,0 +1,92 @@
+"""Numbers as text: as many digits as the interval around a number supports, no more.
+
+Two significant digits of the interval's width are shown, of the value and of both ends alike: 0.43217 in [0.4112,
+0.4507] reads "0.432 [0.411, 0.451]". Minus is U+2212, groups of three are set apart by U+202F from five digits on.
+"""
+
+from math import floor, isfinite, log10
+
+MISSING = "–"
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+# Beyond these a fixed-point number is mostly zeros.
+_MOST_DECIMALS, _LARGEST = 5, 1e6
+
+
+def estimate(value: float | None, low: float | None, high: float | None, signed: bool = False) -> tuple[str, str]:
+    """Return value and "[low, high]"; signed: with a plus on positive numbers. Missing numbers are dashes."""
+    if value is None or low is None or high is None or not all(isfinite(v) for v in (value, low, high)):
+        return (significant(value), MISSING)
+    decimals, power = _layout(value, low, high)
+    scale, tail = 10.0**-power, _times_ten(power)
+    middle, bottom, top = (fixed(v * scale, decimals, signed) for v in (value, low, high))
+    return middle + tail, f"[{bottom}, {top}]{tail}"
+
+
+def significant(value: float | None, digits: int = 4) -> str:
+    """Return a number to so many significant digits, without trailing zeros."""
+    if value is None or not isfinite(value):
+        return MISSING
+    if value == 0.0:
+        return "0"
+    power = floor(log10(abs(value)))
+    if -4 <= power < 6:
+        text = fixed(value, max(digits - 1 - power, 0))
+        return text.rstrip("0").rstrip(".") if "." in text else text
+    return significant(value / 10.0**power, digits) + _times_ten(power)
+
+
+def fixed(value: float, decimals: int, signed: bool = False) -> str:
+    """Return a number to so many decimals."""
+    value = round(value, decimals) + 0.0
+    text = f"{value:{'+' if signed and value > 0.0 else ''},.{decimals}f}"
+    return text.replace("-", "−").replace(",", "\u202f" if abs(value) >= 1e4 else "")
+
+
+def count(value: float) -> str:
+    """Return a whole number."""
+    return fixed(value, 0)
+
+
+def per_cent(share: float | None) -> str:
+    """Return a share as a percentage, "38 %"; below ten per cent with one decimal."""
+    if share is None or not isfinite(share):
+        return MISSING
+    value = 100.0 * share
+    return f"{fixed(value, 1 if 0.0 < abs(value) < 9.95 else 0)} %"
+
+
+def duration(seconds: float) -> str:
+    """Return a time span in the units a person would use: "0.84 s", "42 s", "4 min 12 s", "2 h 5 min"."""
+    if seconds < 9.95:
+        return f"{significant(seconds, 2)} s"
+    whole = round(seconds)
+    if whole < 60:
+        return f"{whole} s"
+    if whole < 3600:
+        return f"{whole // 60} min {whole % 60} s"
+    return f"{whole // 3600} h {whole % 3600 // 60} min"
+
+
+def compact(value: float | None, digits: int = 5) -> float | None:
+    """Return a number rounded to so many significant digits, for data embedded in a page; None where it is not finite."""
+    if value is None or not isfinite(value):
+        return None
+    return float(f"{value:.{digits}g}")
+
+
+def _layout(value: float, low: float, high: float) -> tuple[int, int]:
+    """Return decimals and common power of ten of a value and its interval."""
+    largest = max(abs(value), abs(low), abs(high))
+    if largest == 0.0:
+        return 0, 0
+    top = floor(log10(largest))
+    width = high - low
+    # An interval without width supports any number of digits; four are enough to compare.
+    finest = floor(log10(width)) - 1 if width > 0.0 else top - 3
+    if -finest > _MOST_DECIMALS or largest >= _LARGEST:
+        return max(top - finest, 0), top
+    return max(-finest, 0), 0
+
+
+def _times_ten(power: int) -> str:
+    return f" × 10{str(power).translate(_RAISED)}" if power else ""

@@ -1,0 +1,160 @@
+"""What a report knows of a results folder. Objectives, limits and responses are in shown units: angles in degrees."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+DEFAULT, TUNED = "default", "tuned"
+
+
+class Estimate(NamedTuple):
+    """A number with its 95 % interval; None where there is none."""
+
+    value: float | None
+    low: float | None
+    high: float | None
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One objective or constraint, default against tuned; difference: tuned minus default, paired. limit: constraints."""
+
+    label: str
+    metric: str
+    definition: str
+    risk: str
+    scenario: str | None
+    unit: str
+    factor: float
+    constrained: bool
+    limit: float | None
+    default: Estimate
+    tuned: Estimate
+    difference: Estimate
+    verdict: str
+
+
+@dataclass(frozen=True)
+class Variable:
+    """One searched gain, in its own unit; symbol and meaning may be empty."""
+
+    name: str
+    symbol: str
+    meaning: str
+    unit: str
+    low: float
+    high: float
+    scale: str
+    default: float
+    tuned: float
+
+
+@dataclass(frozen=True)
+class Front:
+    """The points flown on held-out scenarios.
+
+    points, roles, candidates (n,); non_dominated, feasible: masks (n,); gains (n, variables); search, held_out, low,
+    high (n, objectives).
+    """
+
+    points: list[str]
+    roles: list[str]
+    candidates: np.ndarray
+    non_dominated: np.ndarray
+    feasible: np.ndarray
+    gains: np.ndarray
+    search: np.ndarray
+    held_out: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+
+    def of(self, role: str) -> list[int]:
+        """Return the rows with a role, one or none."""
+        return [i for i, entry in enumerate(self.roles) if entry == role]
+
+    def role(self, point: str) -> str:
+        """Return "default", "tuned" or "" for a point by name."""
+        return self.roles[self.points.index(point)] if point in self.points else ""
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Everything the search tried: number (n,), gains (n, variables), values (n, objectives), feasible (n,)."""
+
+    number: np.ndarray
+    gains: np.ndarray
+    values: np.ndarray
+    feasible: np.ndarray
+
+
+@dataclass(frozen=True)
+class History:
+    """Progress by generation, each (generations,); flights and seconds are cumulative."""
+
+    generation: np.ndarray
+    flights: np.ndarray
+    seconds: np.ndarray
+    feasible_share: np.ndarray
+    hypervolume: np.ndarray
+
+
+@dataclass(frozen=True)
+class Fan:
+    """One signal of one point in one scenario: time [s], reference, 5 %, 50 % and 95 % over flights, each (instants,)."""
+
+    point: str
+    scenario: str
+    signal: str
+    unit: str
+    time: np.ndarray
+    reference: np.ndarray
+    low: np.ndarray
+    median: np.ndarray
+    high: np.ndarray
+
+
+@dataclass(frozen=True)
+class Results:
+    """A results folder. summary, resolved, environment, gains: the JSON documents; study: study.toml as given."""
+
+    folder: Path
+    summary: dict[str, Any]
+    resolved: dict[str, Any]
+    environment: dict[str, Any]
+    gains: dict[str, Any]
+    study: str
+    quantities: list[Quantity]
+    variables: list[Variable]
+    front: Front
+    candidates: Candidates
+    history: History
+    fans: list[Fan]
+
+    @cached_property
+    def objectives(self) -> list[Quantity]:
+        """The objectives, in the order of the columns of values."""
+        return [quantity for quantity in self.quantities if not quantity.constrained]
+
+    @cached_property
+    def constraints(self) -> list[Quantity]:
+        """What must not exceed a limit."""
+        return [quantity for quantity in self.quantities if quantity.constrained]
+
+    @property
+    def tuned(self) -> str:
+        """Name of the recommended point."""
+        return self.summary["tuned"]
+
+    @cached_property
+    def scenarios(self) -> list[str]:
+        """Scenarios with responses, in the order of the study."""
+        return list(dict.fromkeys(fan.scenario for fan in self.fans))
+
+    @cached_property
+    def flown_points(self) -> list[str]:
+        """Points with responses: default first, then tuned, then the others as they come."""
+        names = dict.fromkeys(fan.point for fan in self.fans)
+        return sorted(names, key=lambda name: (DEFAULT, TUNED, "").index(self.front.role(name)))

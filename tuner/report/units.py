@@ -1,0 +1,46 @@
+"""Units as a reader sees them: angles in degrees, exponents raised.
+
+Inside, units are written as in metrics and laws: factors separated by spaces, "^2" or "^(-3/2)" for powers, "/" for a
+quotient, "1" for none.
+"""
+
+import re
+from html import escape
+from math import pi
+from typing import NamedTuple
+
+_RADIAN = re.compile(r"(?<![/\w])rad(?:\^(\d+))?(?![\w^])")
+_POWER = re.compile(r"\^(?:\(([^)]*)\)|(-?\d+))")
+_RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+
+
+class Shown(NamedTuple):
+    """How a quantity is shown: its unit, "" for none, and the factor that turns stored into shown numbers."""
+
+    unit: str
+    factor: float
+
+
+def in_degrees(unit: str) -> Shown:
+    """Return the unit with angles in degrees; only whole powers of rad in the numerator are converted."""
+    found = _RADIAN.search(unit)
+    if found is None:
+        return Shown("" if unit == "1" else unit, 1.0)
+    power = int(found[1] or 1)
+    degrees = "°" if power == 1 else f"°^{power}"
+    return Shown(unit[: found.start()] + degrees + unit[found.end() :], (180.0 / pi) ** power)
+
+
+def plain(unit: str) -> str:
+    """Return a unit as plain text, whole exponents raised: "°² s", "s⁻²"."""
+    return _POWER.sub(lambda m: m[0] if m[2] is None else m[2].translate(_RAISED), unit)
+
+
+def marked_up(unit: str) -> str:
+    """Return a unit as HTML, safe to insert, all exponents raised."""
+    return _POWER.sub(lambda m: f"<sup>{(m[1] or m[2]).replace('-', '−')}</sup>", escape(unit))
+
+
+def bracketed(label: str, unit: str) -> str:
+    """Return "label [unit]", or the label alone where there is no unit, as plain text."""
+    return f"{label} [{plain(unit)}]" if unit else label
