@@ -111,7 +111,8 @@ def close_cascade(position: Law, attitude: Law) -> Cascade:
     Constants = record_type("CascadeConstants", {axis: law.Constants for axis, law in laws.items()})
     memory_parts = {axis: law.Memory for axis, law in laws.items()}
     Memory = record_type(
-        "CascadeMemory", memory_parts | {"actuators": ActuatorModel, "acceleration": Vec3, "tilt": Tilt}
+        "CascadeMemory",
+        memory_parts | {"actuators": ActuatorModel, "acceleration": Vec3, "tilt": Tilt, "yaw_seen": float},
     )
     position_prepare, attitude_prepare = position.prepare, attitude.prepare
     position_start, attitude_start = position.start, attitude.start
@@ -141,6 +142,7 @@ def close_cascade(position: Law, attitude: Law) -> Cascade:
             ActuatorModel(Rotors(hover, hover, hover, hover), still, still),
             still,
             Tilt(0.0, 0.0),
+            angles.z,
         )
 
     def step(
@@ -198,7 +200,9 @@ def close_cascade(position: Law, attitude: Law) -> Cascade:
         tilt = Tilt(select(tracked, asked.roll, reference.roll), select(tracked, asked.pitch, reference.pitch))
         # Attitude loops.
         angles = m.angles
-        yaw_now = nearest_turn(angles.z, reference.yaw)
+        # The measured yaw is counted on through whole turns, so that no observer sees it jump; the reference is met the short way.
+        yaw_now = nearest_turn(angles.z, memory.yaw_seen)
+        yaw_goal = nearest_turn(reference.yaw, yaw_now)
         inertia = vehicle.inertia
         slip = memory.actuators.torque_excess
         observed = nominal.attitude_observer
@@ -224,7 +228,7 @@ def close_cascade(position: Law, attitude: Law) -> Cascade:
             memory.yaw,
             constants.yaw,
             Channel(1.0 / inertia.z, observed),
-            Setpoint(reference.yaw, reference.yaw_rate, 0.0),
+            Setpoint(yaw_goal, reference.yaw_rate, 0.0),
             Measured(yaw_now, m.rate.z),
             Applied(torque_felt.z, slip.z),
             h,
@@ -236,6 +240,6 @@ def close_cascade(position: Law, attitude: Law) -> Cascade:
         lift_excess = (rotors_sum(command) - lift) / vehicle.mass
         excess = Vec3(demand.x - u_x, demand.y - u_y, demand.z - u_z + lift_excess)
         actuators = ActuatorModel(thrust_now, excess, axpy3(commanded_torque(command, vehicle), -1.0, torque))
-        return command, Memory(x, y, z, roll, pitch, yaw, actuators, demand, tilt)
+        return command, Memory(x, y, z, roll, pitch, yaw, actuators, demand, tilt, yaw_now)
 
     return Cascade(position, attitude, Gains, Constants, Memory, prepare, start, step)

@@ -71,7 +71,9 @@ def test_quaternion_rate_is_the_derivative_of_turning_in_the_body() -> None:
         start = Rotation.from_quat([q.x, q.y, q.z, q.w])
         ends = [(start * Rotation.from_rotvec(s * step * rate)).as_quat()[[3, 0, 1, 2]] for s in (1.0, -1.0)]
         ends = [end * np.sign(end @ np.array(q)) for end in ends]  # q and -q are the same attitude
-        np.testing.assert_allclose(quaternion_rate(q, vec3(rate)), (ends[0] - ends[1]) / (2 * step), rtol=0.0, atol=1e-9)
+        np.testing.assert_allclose(
+            quaternion_rate(q, vec3(rate)), (ends[0] - ends[1]) / (2 * step), rtol=0.0, atol=1e-9
+        )
 
 
 def test_cross_product_and_length() -> None:

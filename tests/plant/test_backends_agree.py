@@ -134,7 +134,9 @@ def cascade_case(cascade, vehicle, draw):
         [*draw.normal(size=6), *draw.uniform(-0.4, 0.4, 2), turn, *draw.normal(size=3), *direction,
          np.cos(turn), np.sin(turn), 0.0],
     )  # fmt: skip
-    reference = pack(Reference, [*draw.normal(size=9), *draw.uniform(-0.3, 0.3, 2), draw.normal(), 0.1, draw.integers(2)])
+    reference = pack(
+        Reference, [*draw.normal(size=9), *draw.uniform(-0.3, 0.3, 2), draw.normal(), 0.1, draw.integers(2)]
+    )
     hover = vehicle.mass * vehicle.gravity / 4
     memory = pack(cascade.Memory, (hover * draw.uniform(0.5, 1.5, size(cascade.Memory))).tolist())
     in_force = Rotors(*(hover * draw.uniform(0.5, 1.5, 4)).tolist())

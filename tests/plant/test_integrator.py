@@ -39,15 +39,8 @@ def test_halving_the_step_divides_the_error_by_sixteen() -> None:
         body = body_of(start)
         for _ in range(round(0.48 / h)):
             body = runge_kutta_step(body, Rotors(*command.tolist()), disturbance, f, h)
-        found = np.concatenate(
-            [
-                body.position,
-                body.velocity,
-                matrix_of(body.attitude).ravel(),
-                body.rate,
-                np.array(body.rotor_speed) / 100.0,
-            ]
-        )
+        motion = [*body.position, *body.velocity, *matrix_of(body.attitude).ravel(), *body.rate]
+        found = np.concatenate([motion, np.array(body.rotor_speed) / 100.0])
         exact_scaled = np.concatenate([exact[:18], exact[18:] / 100.0])
         errors.append(np.linalg.norm(found - exact_scaled, axis=0))
     assert log2(errors[0] / errors[1]) == pytest.approx(4.0, abs=0.2)

@@ -64,9 +64,7 @@ def test_lanes_fly_what_plain_python_and_numpy_fly():
         np.testing.assert_allclose(np.array(flatten(flight))[rows], lanes[scenario], rtol=1e-9, atol=1e-9)
     all_lanes = Inputs(blocks.dynamics[0], blocks.disturbances[0], blocks.noises[0], blocks.references)
     with np.errstate(all="ignore"):
-        flights = fly_steps(
-            loop(), array.rebinder(), record, NOMINAL, all_lanes, blocks.targets, LIMITS, TIMING
-        )
+        flights = fly_steps(loop(), array.rebinder(), record, NOMINAL, all_lanes, blocks.targets, LIMITS, TIMING)
     columns = np.stack([np.broadcast_to(leaf, LANES) for leaf in flatten(flights)], axis=1)
     np.testing.assert_allclose(columns[:5, rows], lanes, rtol=1e-9, atol=1e-9)
 

@@ -8,6 +8,7 @@ import pytest
 from plant.laws.observer import Observer, observe, observer_constants
 from tests.plant.harness import Array
 
+
 def error_matrix(omega_o: float, h: float) -> Array:
     """Matrix of one period on the estimation error (z1, h z2, h^2 z3), linearised numerically; so scaled it is of order one."""
     constants, scale = observer_constants(omega_o, h), np.array([1.0, h, h * h])

@@ -60,7 +60,9 @@ def test_one_diagonal_up_and_the_other_down_is_pure_yaw(name: str) -> None:
     # T16: rotors 1 and 4 share a diagonal and a spin. With spin + - - + their reaction on the body is about +z.
     vehicle = VEHICLES[name]
     up, down = 1.1, 0.9
-    torque = rotor_torque(Rotors(up, down, down, up), vehicle.rotor_x, vehicle.rotor_y, vehicle.spin, vehicle.torque_ratio)
+    torque = rotor_torque(
+        Rotors(up, down, down, up), vehicle.rotor_x, vehicle.rotor_y, vehicle.spin, vehicle.torque_ratio
+    )
     assert torque.z == pytest.approx(0.4 * vehicle.torque_ratio * vehicle.spin.r1, rel=1e-12)
     assert abs(torque.x) + abs(torque.y) < 1e-16
     assert vehicle.spin.r1 == vehicle.spin.r4 == -vehicle.spin.r2 == -vehicle.spin.r3
@@ -108,7 +110,9 @@ def test_yaw_is_dropped_first(name: str) -> None:
             command = allocate(lift, torque, know)
             kept = wrench(vehicle, command)
             reach = np.abs(Quadrotor(vehicle).mixer).max(axis=1) * know.thrust_max
-            np.testing.assert_allclose(kept[:3], [lift, torque.x, torque.y], rtol=0.0, atol=1e-12 * reach[:3].max(axis=0))
+            np.testing.assert_allclose(
+                kept[:3], [lift, torque.x, torque.y], rtol=0.0, atol=1e-12 * reach[:3].max(axis=0)
+            )
             assert 0.0 <= kept[3] * np.sign(torque.z) < abs(torque.z)
             room = np.minimum(np.array(command) - know.thrust_min, know.thrust_max - np.array(command))
             assert room.min(axis=0) < 1e-12 * know.thrust_max
@@ -121,7 +125,13 @@ def test_limits_are_never_exceeded(name: str) -> None:
     vehicle = VEHICLES[name]
     know = known(vehicle)
     zero = Vec3(0.0, 0.0, 0.0)
-    demands = [*random_demands(vehicle, 1.0, 6), *random_demands(vehicle, 100.0, 7), (0.0, zero), (-5.0, zero), (1e6, zero)]
+    demands = [
+        *random_demands(vehicle, 1.0, 6),
+        *random_demands(vehicle, 100.0, 7),
+        (0.0, zero),
+        (-5.0, zero),
+        (1e6, zero),
+    ]
     for lift, torque in demands:
         command = allocate(lift, torque, know)
         assert min(command) >= know.thrust_min

@@ -82,9 +82,10 @@ def new_command(name: str) -> None:
     from tuner.study.template import TEMPLATE
 
     path = Path(name if name.endswith(".toml") else f"{name}.toml")
+    title = "".join(letter for letter in path.stem.replace("_", " ") if letter not in '"\\')
     try:
         with path.open("x", encoding="utf-8") as file:
-            file.write(TEMPLATE.replace("@TITLE@", path.stem.replace("_", " ")))
+            file.write(TEMPLATE.replace("@TITLE@", title))
     except FileExistsError:
         raise StoreError(f"{path} exists already and was not touched; choose another name") from None
     except OSError as error:

@@ -110,7 +110,9 @@ def list_command(what: str, as_json: bool) -> None:
         print(f"no {what} here")
         return
     columns = [column for column in rows[0] if column not in WIDE.get(what, set())]
-    table = Table(*columns)
+    table = Table()
+    for i, column in enumerate(columns):
+        table.add_column(column, no_wrap=i == 0)
     for row in rows:
         table.add_row(*[f"{row[c]:.4g}" if isinstance(row[c], float) else str(row[c]) for c in columns])
     Console().print(table)

@@ -51,17 +51,20 @@ def _check(summary: Node, resolved: Node, gains: Node) -> None:
         summary[key].text()
     for key in ("flights", "wall_seconds", "held_out", "front_size", "hypervolume"):
         summary[key].number()
-    summary["pick"]["rule"].text(), summary["pick"]["why"].text()
+    for key in ("rule", "why"):
+        summary["pick"][key].text()
     for row in summary["air"].entries():
         row["scenario"].text()
     for warning in summary["warnings"].entries():
         warning.text()
-    resolved["airframe"]["name"].text(), resolved["search"]["algorithm"].text()
+    resolved["airframe"]["name"].text()
+    resolved["search"]["algorithm"].text()
     for loop in ("position", "attitude"):
         resolved["controller"][loop].text()
     resolved["seed"].number()
     for _, gain in gains["gains"].items():
-        gain["value"].number(), gain["unit"].text()
+        gain["value"].number()
+        gain["unit"].text()
 
 
 def _quantity(row: Node) -> Quantity:
@@ -163,7 +166,7 @@ def _fans(file: Path) -> list[Fan]:
     values = numbers(table, FAN_NUMBERS, file)
     fans = []
     for rows in np.split(order, starts[1:]):
-        point, scenario, signal, unit = (names[k][codes[k][rows[0]]] for k in range(len(FAN_KEYS)))
+        point, scenario, signal, unit = (entries[int(code[rows[0]])] for entries, code in zip(names, codes, strict=True))
         shown, factor = in_degrees(unit)
         time, *series = values[rows].T
         fans.append(Fan(point, scenario, signal, shown, time, *[entry * factor for entry in series]))

@@ -6,19 +6,19 @@ from math import cos, isfinite, radians
 from pathlib import Path
 from typing import Any, TypeVar
 
-from objectives.metrics import check, parse
+from objectives.metrics import MetricAddress, check, parse
 from objectives.problem import Constraint, Objective, System
 from objectives.risk import Risk
 from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
-from plant.airframes import Airframe, load
+from plant.airframes import Airframe, load, names
 from plant.cascade import Cascade, close_cascade
 from plant.closed_loop import Limits, Timing
 from plant.errors import InputError, UnknownNameError
 from plant.laws import law
 from plant.nominal import ControlOptions, nominal
-from plant.references import from_mapping
+from plant.references import ReferenceSpec, from_mapping
 from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
 from tuner.search.front import PICKS
@@ -32,6 +32,9 @@ T = TypeVar("T")
 # Periods are multiples if they are so within rounding.
 MULTIPLE = 1e-9
 SMALLEST_POPULATION = 8
+# Shortest plant step [s] and longest flight [control periods], an hour at 250 Hz: beyond either a digit slipped, and
+# the run would fill the memory or not end.
+SHORTEST_STEP, MOST_PERIODS = 1e-5, 1_000_000
 
 
 def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
@@ -45,6 +48,7 @@ def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
             airframe = _airframe(table.airframe, path)
         with located(path, "controller"):
             timing = _timing(table.controller)
+            _check_plant_step(timing, airframe)
             cascade = _cascade(table.controller)
             options = _options(table.controller)
         with located(path, "limits"):
@@ -54,7 +58,7 @@ def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
         with located(path, "gains"):
             space = decision_space(table.gains, cascade, timing.control_period)
         scenarios = tuple(_listed("scenario", path, table.scenario, lambda entry: _scenario(entry, timing, path)))
-        _unique("scenario", [entry.spec.name for entry in scenarios])
+        _unique("scenario", [entry.spec.name for entry in scenarios], ".name")
         objectives = tuple(
             _listed("objective", path, table.objective, lambda entry: _objective(entry, scenarios, timing))
         )
@@ -67,6 +71,7 @@ def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
                 lambda entry: Constraint(_objective(entry, scenarios, timing), _finite(entry.most, "most")),
             )
         )
+        _unique("constraint", [constraint.objective.label for constraint in constraints])
         with located(path, "search"):
             search = _search(table.search)
         with located(path, "pick"):
@@ -102,26 +107,46 @@ def _listed(name: str, path: Path, entries: list[Any], make: Callable[[Any], T])
             yield make(entry)
 
 
-def _unique(name: str, labels: list[str]) -> None:
+def _unique(name: str, labels: list[str], leaf: str = "") -> None:
     for i, label in enumerate(labels):
         if label in labels[:i]:
-            raise InputError(f"'{label}' stands here twice; give each its own", key=f"{name}[{i}]")
+            first = labels.index(label)
+            message = f"'{label}' stands here twice, first as {name}[{first}]; change one of the two, or leave one out"
+            raise InputError(message, key=f"{name}[{i}]{leaf}")
 
 
 def _airframe(table: AirframeTable, path: Path) -> Airframe:
     if (table.name is None) == (table.file is None):
         raise InputError('give either name = "hummingbird" (a bundled airframe) or file = "my_quad.toml"')
-    source: str | Path = table.name if table.name is not None else path.parent / str(table.file)
-    return load(source, allow_unphysical=table.allow_unphysical)
+    if table.file is None:
+        # Asked here because `load` takes a text like "my_quad.toml" for a path from the working directory.
+        if table.name not in names():
+            raise UnknownNameError("airframe", str(table.name), names(), key="name")
+        return load(str(table.name), allow_unphysical=table.allow_unphysical)
+    file = path.parent / table.file
+    if not file.is_file():
+        raise InputError(f"there is no file {file}; the path is relative to the study file", key="file")
+    return load(file, allow_unphysical=table.allow_unphysical)
 
 
 def _timing(table: ControllerTable) -> Timing:
     for key in ("control_period", "plant_step"):
         value = getattr(table, key)
-        if not (isfinite(value) and 0.0 < value <= 0.1):
-            raise InputError(f"given {value} s; allowed: above 0 s, at most 0.1 s", key=key)
+        if not SHORTEST_STEP <= value <= 0.1:
+            raise InputError(f"given {value:g} s; allowed: {SHORTEST_STEP:g} s to 0.1 s", key=key)
     _multiple(table.control_period, table.plant_step, "control_period", "plant_step")
     return Timing(table.control_period, table.plant_step)
+
+
+def _check_plant_step(timing: Timing, airframe: Airframe) -> None:
+    """Keep the integrator accurate on the fastest thing it integrates; it is unstable beyond 2.8 times the rotor lag."""
+    lag = min(airframe.vehicle.lag_up, airframe.vehicle.lag_down)
+    if timing.plant_step > 0.5 * lag:
+        raise InputError(
+            f"given {timing.plant_step:g} s; the rotors of '{airframe.name}' have a lag of {lag:g} s, so allowed: up to "
+            f"{0.5 * lag:g} s",
+            key="plant_step",
+        )
 
 
 def _multiple(whole: float, part: float, key: str, of: str) -> None:
@@ -175,15 +200,43 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path) -> StudyScenario
     ):
         with _keyed(key):
             parts[key] = kind(**fields)
-    reference = from_mapping(table.reference, base=path.parent)
+    reference = _reference(table.reference, path)
+    if not table.name.strip():
+        raise InputError('given an empty name; write for instance name = "gusts"', key="name")
     spec = ScenarioSpec(
         name=table.name, duration=table.duration, reference=reference, recovery_from=table.recovery_from,
         steady_share=table.steady_share, **parts,
     )  # fmt: skip
-    _multiple(spec.duration, timing.control_period, "duration", "controller.control_period")
+    _check_duration(spec.duration, timing.control_period)
+    _check_air(spec)
     with _keyed("reference"):
         spec.track(timing)
     return StudyScenario(spec, table.search, table.held_out)
+
+
+def _reference(table: Mapping[str, Any], path: Path) -> ReferenceSpec:
+    try:
+        return from_mapping(table, base=path.parent)
+    except InputError as error:
+        if error.file is None or Path(error.file).is_file():
+            raise
+        message = f"there is no file {error.file}; the path is relative to the study file"
+        raise InputError(message, key="reference.path") from None
+
+
+def _check_air(spec: ScenarioSpec) -> None:
+    """Refuse turbulence or a gust that begins only when the flight is over."""
+    window, gust = spec.air.window, spec.air.gust
+    for key, start in (("window", window[0] if window else 0.0), ("gust.start", gust.start if gust else 0.0)):
+        if start >= spec.duration:
+            raise InputError(f"begins at {start:g} s, but the flight ends at {spec.duration:g} s", key=f"air.{key}")
+
+
+def _check_duration(duration: float, control_period: float) -> None:
+    longest = MOST_PERIODS * control_period
+    if duration > longest:
+        raise InputError(f"given {duration:g} s; at this control period allowed: up to {longest:g} s", key="duration")
+    _multiple(duration, control_period, "duration", "controller.control_period")
 
 
 @contextmanager
@@ -206,10 +259,21 @@ def _objective(table: ObjectiveTable, scenarios: tuple[StudyScenario, ...], timi
         metric = parse(table.metric)
         for entry in scenarios:
             if table.scenario in (None, entry.spec.name):
-                check(metric, entry.spec.targets(timing), entry.spec.duration)
-    with _keyed("risk"):
+                _check_metric(metric, entry.spec, timing)
+    try:
         risk = Risk(table.risk, table.level)
+    except UnknownNameError as error:
+        raise error.located(key="risk") from None
+    except InputError as error:
+        raise error.located(key="level") from None
     return Objective(metric, risk, table.scenario)
+
+
+def _check_metric(metric: MetricAddress, spec: ScenarioSpec, timing: Timing) -> None:
+    try:
+        check(metric, spec.targets(timing), spec.duration)
+    except InputError as error:
+        raise InputError(f'{error.message} (scenario "{spec.name}")') from None
 
 
 def _finite(value: float, key: str) -> float:
@@ -226,6 +290,8 @@ def _search(table: SearchTable) -> SearchSpec:
             f"given {table.population}; the population must be even and at least {SMALLEST_POPULATION}",
             key="population",
         )
+    if not table.initial:
+        raise InputError('given an empty list; write initial = ["default"]', key="initial")
     for start in table.initial:
         if start not in STARTS:
             raise UnknownNameError("starting point", start, STARTS, key="initial")
@@ -235,9 +301,15 @@ def _search(table: SearchTable) -> SearchSpec:
 def _pick(rule: str, objectives: tuple[Objective, ...]) -> str:
     if rule in PICKS:
         return rule
+    labels = [objective.label for objective in objectives]
+    addresses = [objective.metric.text for objective in objectives]
     asked = rule.removeprefix("min:")
-    for objective in objectives:
-        if rule.startswith("min:") and asked in (objective.label, objective.metric.text):
-            return f"min:{objective.label}"
-    allowed = [*PICKS, *[f"min:{objective.metric.text}" for objective in objectives]]
-    raise UnknownNameError("pick rule", rule, allowed, key="rule")
+    if rule.startswith("min:") and asked in labels:
+        return rule
+    found = [label for label, address in zip(labels, addresses, strict=True) if address == asked]
+    if not rule.startswith("min:") or not found:
+        raise UnknownNameError("pick rule", rule, [*PICKS, *[f"min:{address}" for address in addresses]], key="rule")
+    if len(found) > 1:
+        choice = " or ".join(f'"min:{label}"' for label in found)
+        raise InputError(f"given '{rule}', which fits {len(found)} objectives; write {choice}", key="rule")
+    return f"min:{found[0]}"

@@ -9,8 +9,8 @@ from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS, GainAddress, gain_addresses
 from tuner.study.schema import GainTable
 
-# Largest product of an observer's bandwidth and the control period: beyond it the sampled loop's margins leave those of the
-# continuous design, and measurement noise passes straight through.
+# Largest product of an observer's bandwidth and the control period: beyond it the margins of the sampled loop leave
+# those of the continuous design, and measurement noise passes straight through.
 MOST_OBSERVER = 0.3
 
 Entry = float | GainTable
@@ -47,8 +47,10 @@ def decision_space(table: Mapping[str, Entry], cascade: Cascade, control_period:
             gains = (*claim.gains, *tied.get(claim.key, []))
             variables.append(_variable(claim, gains, control_period))
             columns.append(tuple(gain.column for gain in gains))
+    searched = {column for group in columns for column in group}
     for gain in known:
-        _check_value(gain.address, gain, base[gain.column], control_period)
+        if gain.column not in searched:
+            _check_value(gain.address, gain, base[gain.column], control_period, "the default is")
     return DecisionSpace(tuple(variables), tuple(columns), tuple(base))
 
 
@@ -86,15 +88,10 @@ def _owner(claim: Claim, owners: Mapping[str, Claim]) -> Claim:
     while isinstance(here.entry, GainTable) and here.entry.tie is not None:
         if {here.entry.low, here.entry.high, here.entry.scale} != {None}:
             raise InputError("a tie has no range of its own; leave low, high and scale out", key=here.key)
-        target = here.entry.tie
-        if target not in owners:
-            raise UnknownNameError(
-                "entry of [gains] to tie to", target, [k for k in owners if k != claim.key], key=claim.key
-            )
-        if target in seen:
-            raise InputError(f"the ties go in a circle: {' -> '.join([*seen, target])}", key=claim.key)
-        seen.append(target)
-        here = owners[target]
+        here = _target(here.entry.tie, claim.key, owners)
+        if here.key in seen:
+            raise InputError(f"the ties go in a circle: {' -> '.join([*seen, here.key])}", key=claim.key)
+        seen.append(here.key)
     if not isinstance(here.entry, GainTable):
         raise InputError(
             f"'{here.key}' is fixed, not searched; write {claim.key} = {here.entry} instead", key=claim.key
@@ -102,29 +99,40 @@ def _owner(claim: Claim, owners: Mapping[str, Claim]) -> Claim:
     return here
 
 
+def _target(name: str, key: str, owners: Mapping[str, Claim]) -> Claim:
+    """Return the entry of that key, or else the one that speaks for the gain of that address."""
+    if name in owners:
+        return owners[name]
+    for owner in owners.values():
+        if name in {gain.address for gain in owner.gains}:
+            return owner
+    raise UnknownNameError("entry of [gains] to tie to", name, [other for other in owners if other != key], key=key)
+
+
 def _variable(claim: Claim, gains: tuple[GainAddress, ...], control_period: float) -> Variable:
-    assert isinstance(claim.entry, GainTable)
-    first = gains[0]
+    entry, first = claim.entry, gains[0]
+    assert isinstance(entry, GainTable)
     usual = first.info.span(first.loop)
-    low = usual.low if claim.entry.low is None else claim.entry.low
-    high = usual.high if claim.entry.high is None else claim.entry.high
-    scale = claim.entry.scale or first.info.scale
+    low, low_origin = (usual.low, "the usual range begins at") if entry.low is None else (entry.low, "given")
+    high, high_origin = (usual.high, "the usual range ends at") if entry.high is None else (entry.high, "given")
+    scale = first.info.scale if entry.scale is None else entry.scale
     variable = Variable(claim.key, tuple(gain.address for gain in gains), low, high, scale)
     for gain in gains:
-        _check_value(claim.key, gain, low, control_period)
-        _check_value(claim.key, gain, high, control_period)
+        _check_value(claim.key, gain, low, control_period, low_origin)
+        _check_value(claim.key, gain, high, control_period, high_origin)
     return variable
 
 
-def _check_value(key: str, gain: GainAddress, value: float, control_period: float) -> None:
-    info, unit = gain.info, gain.unit
+def _check_value(key: str, gain: GainAddress, value: float, control_period: float, origin: str = "given") -> None:
+    info, what = gain.info, f"{origin} {value:g} {gain.unit} for {gain.address} ({gain.info.meaning})"
     if value < info.least or (info.exclusive and value == info.least):
         bound = "above" if info.exclusive else "at least"
-        raise InputError(f"given {value:g} {unit}; {info.meaning}: must be {bound} {info.least:g} {unit}", key=key)
-    if info.observer and value * control_period > MOST_OBSERVER:
+        raise InputError(f"{what}; it must be {bound} {info.least:g} {gain.unit}", key=key)
+    # Relative 1e-9: 75 rad/s at 4 ms is the limit and not above it, whichever way the product rounds.
+    if info.observer and value * control_period > MOST_OBSERVER * (1.0 + 1e-9):
         raise InputError(
-            f"given {value:g} {unit}; at a control period of {control_period:g} s an observer faster than "
-            f"{MOST_OBSERVER / control_period:g} rad/s (bandwidth times period above {MOST_OBSERVER}) is no longer the one "
-            "designed and may go unstable in the loop; lower it or shorten controller.control_period",
+            f"{what}; at a control period of {control_period:g} s the largest allowed value is "
+            f"{MOST_OBSERVER / control_period:g} rad/s (bandwidth times period at most {MOST_OBSERVER}), beyond it the "
+            "sampled observer is not the one designed: give a smaller value, or shorten controller.control_period",
             key=key,
         )

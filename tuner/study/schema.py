@@ -1,13 +1,13 @@
 """The shape of a study file: which tables and keys there are, of which type, with which default.
 
-Ranges and meanings are checked where the values are used, by the domain's own types; here a misspelt key or a text in the place
-of a number is found. Lengths in m, times in s, angles in rad unless a key ends in `_deg`.
+Ranges and meanings are checked where the values are used, by the domain's own types; here a misspelt key or a text in
+the place of a number is found. Lengths in m, times in s, angles in rad unless a key ends in `_deg`.
 """
 
 from dataclasses import MISSING, fields
 from typing import Annotated, Any
 
-from pydantic import BaseModel, ConfigDict, Field, create_model
+from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, create_model
 
 from plant.air.gust import Gust
 from plant.air.injection import Injection
@@ -60,6 +60,30 @@ class GainTable(Table):
     tie: str | None = None
 
 
+def _branch(text: str, table: str, other: str) -> Discriminator:
+    """Decide by the type given, so that errors speak of what was meant; the names end up in the error's location."""
+
+    def choose(value: object) -> str:
+        if isinstance(value, str):
+            return text
+        return table if isinstance(value, dict | GainTable) else other
+
+    return Discriminator(choose)
+
+
+NumberOrTable = Annotated[
+    Annotated[float, Tag("<number>")] | Annotated[GainTable, Tag("<table>")], _branch("<number>", "<table>", "<number>")
+]
+NumberOrText = Annotated[
+    Annotated[float, Tag("<number or text>")] | Annotated[str, Tag("<text>")],
+    _branch("<text>", "<number or text>", "<number or text>"),
+]
+ListOrText = Annotated[
+    Annotated[list[float], Tag("<list or text>")] | Annotated[str, Tag("<text>")],
+    _branch("<text>", "<list or text>", "<list or text>"),
+]
+
+
 def mirror(kind: Any, doc: str, **nested: Any) -> Any:
     """Return the table of a domain dataclass: its fields, types and defaults; nested: tables of its own dataclasses."""
     columns: dict[str, Any] = {}
@@ -75,7 +99,8 @@ _TYPES: dict[str, Any] = {
     "plant.air.injection.Triple": list[float],
     "tuple[float, ...]": list[float],
     "tuple[float, float] | None": list[float] | None,
-    "str | tuple[float, ...]": str | list[float],
+    "str | tuple[float, ...]": ListOrText,
+    "str | float": NumberOrText,
 }
 
 
@@ -142,13 +167,13 @@ class StudyTable(Table):
 
     title: str
     seed: Annotated[int, Field(ge=0, lt=2**63)]
+    airframe: AirframeTable
     controller: ControllerTable
     scenario: Annotated[list[ScenarioTable], Field(min_length=1)]
     objective: Annotated[list[ObjectiveTable], Field(min_length=1)]
-    airframe: AirframeTable = AirframeTable(name="hummingbird")
     description: str = ""
     limits: LimitsTable = LimitsTable()
-    gains: dict[str, float | GainTable] = Field(default={})
+    gains: dict[str, NumberOrTable] = Field(default={})
     constraint: list[ConstraintTable] = Field(default=[])
     search: SearchTable = SearchTable()
     pick: PickTable = PickTable()

@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass, is_dataclass
+from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any
 
@@ -13,6 +13,7 @@ from objectives.problem import Constraint, Objective, System
 from plant.airframes import Airframe
 from plant.gains import gain_addresses
 from plant.nominal import ControlOptions
+from plant.references import ReferenceSpec
 from plant.scenarios import ScenarioSpec
 from tuner.study.schema import StudyTable
 
@@ -38,7 +39,7 @@ class SearchSpec:
 
 @dataclass(frozen=True)
 class Study:
-    """What is asked: vehicle and controller, what may change, what is flown, what is wanted, how to look and to pick."""
+    """What is asked: vehicle and controller, what may change, what is flown and wanted, how to look and to pick."""
 
     path: Path
     title: str
@@ -62,35 +63,36 @@ class Study:
 
     def resolved(self) -> dict[str, Any]:
         """Return every value of the study, defaults and airframe numbers included, as JSON-able data."""
-        space = self.space
-        return {
-            **self.table.model_dump(mode="json"),
-            "digest": self.digest(),
-            "airframe": {
-                "name": self.airframe.name,
-                "title": self.airframe.title,
-                "frame": self.airframe.frame,
-                "numbers": {
-                    key: {"value": entry.value, "unit": entry.unit, "source": entry.source}
-                    for key, entry in self.airframe.sources.items()
-                },
-            },
-            "gains": {gain.address: space.base[gain.column] for gain in gain_addresses(self.system.cascade)},
-            "variables": [asdict(variable) for variable in space.variables],
-        }
+        return {**self._values(), "digest": self.digest()}
 
     def digest(self) -> str:
-        """Return a hash of everything that decides the result."""
-        content = {
-            **self.table.model_dump(mode="json"),
-            "vehicle": _plain(self.system.vehicle),
-            "space": asdict(self.space),
-        }
-        text = json.dumps(content, sort_keys=True)
+        """Return a hash of everything that decides the result; titles, sources and paths do not."""
+        content: dict[str, Any] = {**self._values(), "vehicle": self.system.vehicle}
+        for key in ("title", "description", "airframe"):
+            del content[key]
+        for scenario in content["scenario"]:
+            scenario["reference"].pop("path", None)
+        text = json.dumps(content, sort_keys=True, allow_nan=False)
         return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
+    def _values(self) -> dict[str, Any]:
+        given = self.table.model_dump(mode="json")
+        for scenario, entry in zip(given["scenario"], self.scenarios, strict=True):
+            scenario["reference"] = _reference_values(entry.spec.reference, scenario["reference"])
+        variables = [asdict(variable) for variable in self.space.variables]
+        return {
+            **given,
+            "airframe": {**given["airframe"], **_airframe_values(self.airframe)},
+            "gains": {gain.address: self.space.base[gain.column] for gain in gain_addresses(self.system.cascade)},
+            "variables": variables,
+        }
 
-def _plain(value: Any) -> Any:
-    if is_dataclass(value) and not isinstance(value, type):
-        return asdict(value)
-    return [_plain(part) for part in value] if isinstance(value, tuple) else value
+
+def _airframe_values(airframe: Airframe) -> dict[str, Any]:
+    numbers = {key: entry._asdict() for key, entry in airframe.sources.items()}
+    return {"name": airframe.name, "title": airframe.title, "frame": airframe.frame, "numbers": numbers}
+
+
+def _reference_values(spec: ReferenceSpec, given: dict[str, Any]) -> dict[str, Any]:
+    """Return kind, every parameter and the points of a waypoint file; a path as given, so that folders can move."""
+    return {"kind": spec.kind, **asdict(spec), **{key: given[key] for key in ("path",) if key in given}}

@@ -1,0 +1,146 @@
+"""One law on one axis: flown on an exact double integrator, and as a linear system."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from plant.laws import Law
+from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.records import flatten, pack, size
+from tests.plant.harness import Array
+
+LOOPS = ("position", "attitude")
+H = 0.004
+REST = Setpoint(0.0, 0.0, 0.0)
+
+
+class Input(NamedTuple):
+    """What a law reads in one period, besides its memory, gains and channel."""
+
+    setpoint: Setpoint
+    measured: Measured
+    applied: Applied
+
+
+@dataclass(frozen=True)
+class Trajectory:
+    """Values y and rates (K,), commands before and after clipping (K,), memory after the last period."""
+
+    value: Array
+    rate: Array
+    asked: Array
+    command: Array
+    memory: Any
+
+
+@dataclass(frozen=True)
+class Axis:
+    """The plant y'' = b0 (u + disturbance), |u| <= limit, with the command held over each period.
+
+    told: what the law hears of its clipped command: "all", or "nothing" (then it takes the command asked for as delivered).
+    """
+
+    b0: float = 1.0
+    limit: float = np.inf
+    disturbance: float = 0.0
+    from_observer: bool = False
+    told: str = "all"
+
+    def fly(
+        self,
+        law: Law,
+        gains: Any,
+        steps: int,
+        goal: Callable[[float], Setpoint],
+        start: Measured | None = None,
+        h: float = H,
+    ) -> Trajectory:
+        """Fly from rest at 0, or from the state given, for `steps` periods."""
+        y, v = start or Measured(0.0, 0.0)
+        constants = law.prepare(gains, h)
+        memory, channel, applied = law.start(constants, Measured(y, v)), self.channel, Applied(0.0, 0.0)
+        rows = []
+        for k in range(steps):
+            asked, memory = law.step(memory, constants, channel, goal(k * h), Measured(y, v), applied, h)
+            command = min(max(asked, -self.limit), self.limit)
+            applied = Applied(command, command - asked) if self.told == "all" else Applied(asked, 0.0)
+            rows.append((y, v, asked, command))
+            acceleration = self.b0 * (command + self.disturbance)
+            y, v = y + h * v + 0.5 * h * h * acceleration, v + h * acceleration
+        value, rate, wanted, clipped = np.array(rows).T
+        return Trajectory(value, rate, wanted, clipped, memory)
+
+    @property
+    def channel(self) -> Channel:
+        """What the law knows of the axis."""
+        return Channel(self.b0, float(self.from_observer))
+
+
+def defaults(law: Law, loop: str) -> Any:
+    """Return the default gains of a law as a record."""
+    return law.Gains(**law.defaults(loop))
+
+
+def run(
+    law: Law, gains: Any, inputs: list[Input], channel: Channel, h: float = H, memory: Any = None
+) -> tuple[Array, Any]:
+    """Feed given inputs, whatever the law commands; commands (K,) and the last memory. Starts at the first measurement."""
+    constants = law.prepare(gains, h)
+    memory = law.start(constants, inputs[0].measured) if memory is None else memory
+    commands = []
+    for setpoint, measured, applied in inputs:
+        command, memory = law.step(memory, constants, channel, setpoint, measured, applied, h)
+        commands.append(command)
+    return np.array(commands), memory
+
+
+def random_inputs(rng: np.random.Generator, count: int) -> list[Input]:
+    """Return inputs of order one."""
+    return [pack(Input, map(float, rng.standard_normal(size(Input)))) for _ in range(count)]
+
+
+@dataclass(frozen=True)
+class Linear:
+    """m+ = a m + b i, u = c m + d i, with the inputs i in the leaf order of `Input`: exact for a law that is linear."""
+
+    a: Array
+    b: Array
+    c: Array
+    d: Array
+
+    def feedback(self, s: complex, h: float) -> complex:
+        """-u/y at the frequency s for the measured y, its rate s y, and delivered what was commanded one period ago."""
+        z = np.exp(s * h)
+        n = len(self.a)
+        inputs = self.d + self.c @ np.linalg.solve(z * np.eye(n) - self.a, self.b)
+        _, _, _, value, rate, effect, _ = inputs
+        return -(value + s * rate) / (1.0 - effect / z)
+
+
+def linearised(law: Law, gains: Any, channel: Channel, h: float) -> Linear:
+    """Return the matrices of a law that is linear, from unit steps of memory and inputs."""
+    n, m = size(law.Memory), size(Input)
+    constants = law.prepare(gains, h)
+
+    def respond(memory: Array, inputs: Array) -> tuple[Array, float]:
+        setpoint, measured, applied = pack(Input, inputs.tolist())
+        u, after = law.step(pack(law.Memory, memory.tolist()), constants, channel, setpoint, measured, applied, h)
+        return np.array(flatten(after)), u
+
+    from_memory = [respond(unit, np.zeros(m)) for unit in np.eye(n)]
+    from_input = [respond(np.zeros(n), unit) for unit in np.eye(m)]
+    return Linear(
+        np.array([after for after, _ in from_memory]).T,
+        np.array([after for after, _ in from_input]).T,
+        np.array([u for _, u in from_memory]),
+        np.array([u for _, u in from_input]),
+    )
+
+
+def continuous_feedback(law: Law, gains: Any, from_observer: bool, s: complex) -> complex:
+    """The law's -u/y at s for vanishing control period and b0 = 1: values at h and h/2 extrapolated, error of order h^2."""
+    h, channel = 1e-4, Channel(1.0, float(from_observer))
+    coarse, fine = (linearised(law, gains, channel, step).feedback(s, step) for step in (h, 0.5 * h))
+    return 2.0 * fine - coarse

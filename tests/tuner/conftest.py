@@ -1,0 +1,30 @@
+"""One small run of the quickstart, shared by the tests of what a run leaves behind."""
+
+from pathlib import Path
+
+import pytest
+
+QUICKSTART = Path(__file__).parents[2] / "studies" / "quickstart.toml"
+SMALL = {
+    "search.population": 8,
+    "search.generations": 3,
+    "scenario.0.search": 4,
+    "scenario.0.held_out": 32,
+    "scenario.0.duration": 2.0,
+}
+
+
+def run_small(folder, threads=2, **changes):
+    from tuner.run import run_study
+    from tuner.store.folder import Folder
+    from tuner.study import load_study
+    from tuner.watcher import Watcher
+
+    study = load_study(QUICKSTART, {**SMALL, **{key.replace("__", "."): value for key, value in changes.items()}})
+    return run_study(study, Folder.create(folder), Watcher(), threads)
+
+
+@pytest.fixture(scope="session")
+def small_run(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "small"
+    return run_small(folder), folder

@@ -1,0 +1,123 @@
+"""What pydantic finds wrong with a study file, in the words of a person who writes one."""
+
+import re
+from pathlib import Path
+from typing import Any, get_args
+
+from pydantic import BaseModel, ValidationError
+from pydantic_core import ErrorDetails
+
+from plant.errors import InputError, UnknownNameError
+from plant.gains import GROUPS
+from tuner.study.schema import StudyTable
+
+Location = tuple[int | str, ...]
+
+# What to write where a required key is missing; [] stands for any entry of a list.
+LINES = {
+    "seed": "seed = 2025",
+    "title": 'title = "What this study asks"',
+    "airframe": '[airframe] with name = "hummingbird"',
+    "controller": '[controller] with attitude = "hybrid"',
+    "controller.attitude": 'attitude = "hybrid"',
+    "scenario": '[[scenario]] with name = "gusts"',
+    "scenario[].name": 'name = "gusts"',
+    "scenario[].air.gust.amplitude": "amplitude = 5.0  # m/s",
+    "scenario[].air.gust.start": "start = 4.0  # s",
+    "scenario[].air.gust.length": "length = 2.0  # s",
+    "objective": '[[objective]] with metric = "itae.position"',
+    "objective[].metric": 'metric = "itae.position"',
+    "constraint[].metric": 'metric = "failure"',
+    "constraint[].most": "most = 0.0",
+}
+EXPECTED = {
+    "string_type": "a text in quotes",
+    "float_type": "a number, without unit and without quotes",
+    "int_type": "a whole number",
+    "bool_type": "true or false",
+    "list_type": "a list",
+    "dict_type": "a table",
+    "model_type": "a table",
+    "finite_number": "a finite number",
+    "greater_than_equal": "at least {ge}",
+    "less_than": "below {lt}",
+}
+# Where a key takes either of two types, the branch that was tried ends the location.
+EXPECTED_OF_BRANCH = {
+    "<number>": "a finite number, or a table like { low = 1.0, high = 9.0 }",
+    "<number or text>": "a finite number or a text in quotes",
+    "<list or text>": "a list of numbers or a text in quotes",
+}
+
+
+def translated(error: ValidationError, path: Path) -> InputError:
+    """Return the first problem of a pydantic error as an error of ours."""
+    problem = min(error.errors(), key=_importance)
+    location = problem["loc"]
+    key = dotted(location)
+    if problem["type"] == "extra_forbidden":
+        if _unquoted_gain(location):
+            line = f'"{location[1]}.{location[-1]}" = {_shown(problem["input"])}'
+            return InputError(f"the dot is part of the key here; write it in quotes: {line}", file=path, key=key)
+        return UnknownNameError("key", str(location[-1]), keys_at(location[:-1]), file=path, key=key)
+    return InputError(_message(problem, key), file=path, key=key)
+
+
+def _message(problem: ErrorDetails, key: str) -> str:
+    location, kind, given = problem["loc"], problem["type"], problem["input"]
+    if kind == "missing":
+        line = LINES.get(re.sub(r"\[\d+\]", "[]", key), f"{location[-1]} = ...")
+        return f"this key is required and missing; write {line}"
+    if kind == "too_short":
+        return f"given an empty list; give at least one [[{key}]]"
+    if kind == "list_type" and isinstance(given, dict):
+        return f"given a single table; write its head in double brackets: [[{key}]]"
+    expected = EXPECTED_OF_BRANCH.get(str(location[-1])) or EXPECTED.get(kind)
+    if expected is None:
+        return f"given {_shown(given)}; {problem['msg'].lower()}"
+    limits = problem.get("ctx", {})
+    return f"given {_shown(given)}; this must be {expected if not limits else expected.format(**limits)}"
+
+
+def _importance(problem: ErrorDetails) -> int:
+    # A misspelt key leaves a missing one behind: tell of the misspelling first.
+    return {"extra_forbidden": 0, "missing": 2}.get(problem["type"], 1)
+
+
+def _unquoted_gain(location: Location) -> bool:
+    """Return whether the unknown key comes from roll.k1 = 20.0, which TOML reads as a table "roll"."""
+    return location[0] == "gains" and len(location) > 2 and location[1] in GROUPS
+
+
+def _shown(given: object) -> str:
+    """Return a value as a study file writes it, or its beginning."""
+    text = {True: "true", False: "false"}[given] if isinstance(given, bool) else repr(given)
+    return text if len(text) <= 60 else text[:57] + "..."
+
+
+def dotted(location: Location) -> str:
+    """Return a location as a key: ("scenario", 0, "air") is scenario[0].air; the branches of unions are left out."""
+    key = ""
+    for part in location:
+        if isinstance(part, int):
+            key += f"[{part}]"
+        elif not part.startswith("<"):
+            key += f".{part}" if key else part
+    return key
+
+
+def keys_at(location: Location) -> list[str]:
+    """Return the keys that the table at a location of the schema may have."""
+    here: type[BaseModel] = StudyTable
+    for part in location:
+        if isinstance(part, str) and part in here.model_fields:
+            here = _table_in(here.model_fields[part].annotation) or here
+    return list(here.model_fields)
+
+
+def _table_in(annotation: Any) -> type[BaseModel] | None:
+    """Return the table inside list[Table], dict[str, Table] or Table | None."""
+    if isinstance(annotation, type) and issubclass(annotation, BaseModel):
+        return annotation
+    tables = (_table_in(part) for part in get_args(annotation))
+    return next((table for table in tables if table is not None), None)
