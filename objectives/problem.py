@@ -18,8 +18,9 @@ from plant.nominal import Nominal
 from plant.scenarios import ScenarioSpec, sample_scenarios
 from plant.vehicle import Vehicle
 
-# Scenarios in memory at once; at 10 s and 250 Hz one takes about 0.3 MB of wind and noise.
-CHUNK = 512
+# Scenarios drawn at once, and scenarios of a fleet that are kept between generations; at 10 s and 250 Hz one takes 0.3 MB of
+# wind and noise, and laying a chunk out in lanes takes three times that for a moment.
+CHUNK, KEPT = 256, 1024
 
 
 @dataclass(frozen=True)
@@ -99,7 +100,7 @@ class Fleet:
 
 
 class Scenarios:
-    """The drawn scenarios of a study, kept while they fit in one chunk and redrawn chunk by chunk where they do not."""
+    """The drawn scenarios of a study, kept where they are few and redrawn chunk by chunk where they are not."""
 
     def __init__(self, system: System, root: int) -> None:
         self._system = system
@@ -117,7 +118,7 @@ class Scenarios:
             inputs = sample_scenarios(
                 fleet.spec, self._system.vehicle, self._system.timing, self._root, fleet.stream, range(first, last)
             )
-            if fleet.count <= CHUNK:
+            if fleet.count <= KEPT:
                 self._kept[key] = inputs
             yield inputs
 

@@ -200,7 +200,7 @@ def close_cascade(position: Law, attitude: Law) -> Cascade:
         tilt = Tilt(select(tracked, asked.roll, reference.roll), select(tracked, asked.pitch, reference.pitch))
         # Attitude loops.
         angles = m.angles
-        # The measured yaw is counted on through whole turns, so that no observer sees it jump; the reference is met the short way.
+        # The measured yaw is counted on through whole turns, so no observer sees it jump; the reference is met the short way.
         yaw_now = nearest_turn(angles.z, memory.yaw_seen)
         yaw_goal = nearest_turn(reference.yaw, yaw_now)
         inertia = vehicle.inertia

@@ -26,7 +26,10 @@ class Quaternion(NamedTuple):
 
 
 class Rotors(NamedTuple):
-    """One scalar for each rotor: 1 front left, 2 front right, 3 rear left, 4 rear right; in a plus frame 1 front, 2 right, 3 left, 4 rear."""
+    """One scalar for each rotor: 1 front left, 2 front right, 3 rear left, 4 rear right.
+
+    In a plus frame: 1 front, 2 right, 3 left, 4 rear.
+    """
 
     r1: float
     r2: float

@@ -19,7 +19,7 @@ from plant.references.track import Reference
 from plant.sensors import Measurement, Noise, measure
 from plant.vectors import Quaternion, Rotors, Vec3
 from tests.plant.harness import HUMMINGBIRD, VEHICLES, ZERO, H, loop_of
-from tests.plant.pilot import Array, matrix_of
+from tests.plant.pilot import Array, Quadrotor, matrix_of
 
 PAIRS = list(product(LAWS, LAWS))
 G = 9.81
@@ -195,6 +195,8 @@ def test_attitude_mode_tracks_the_given_tilt_and_forgets_x_and_y(pair: tuple[str
             place = Vec3(stray * sin(k), stray * cos(k), 0.01 * k)
             command, memory = cascade.step(memory, constants, know, reference, seen(know, place), force, H)
             assert memory.tilt == (0.1, -0.2)
+            if pair[0] == "pid":
+                assert memory.x.integral == memory.y.integral == 0.0  # nothing winds up that is not tracked
             flown.append(command)
         commands.append(flown)
     np.testing.assert_array_equal(commands[0], commands[1])
@@ -240,14 +242,32 @@ def test_what_the_position_observers_are_told() -> None:
     np.testing.assert_allclose(unaware, [0.7, -0.3, 1.1 * G * cos(0.2) - G], rtol=0.0, atol=1e-14)
 
 
+def torque_asked(command: Array, after: Any) -> Array:
+    """Body torque that the attitude laws asked for, before limits."""
+    return Quadrotor(HUMMINGBIRD).mixer[1:] @ command - np.array(after.actuators.torque_excess)
+
+
+def test_each_attitude_law_is_told_the_inertia_of_its_own_axis() -> None:
+    """LADRC at rest asks for wc^2 times the error as acceleration, so for I wc^2 e as torque; wc = 6 rad/s by default."""
+    know = known()
+    vehicle = HUMMINGBIRD._replace(inertia=Vec3(0.003, 0.004, 0.006))
+    know = know._replace(vehicle=vehicle)
+    reference = HERE._replace(roll=0.01, pitch=-0.02, yaw=0.03, hold=0.0)
+    command, after = first_command(("pid", "ladrc"), reference, seen(know), know)
+    expected = 36.0 * np.array([0.003 * 0.01, -0.004 * 0.02, 0.006 * 0.03])
+    np.testing.assert_allclose(torque_asked(command, after), expected, rtol=0.0, atol=1e-15)
+
+
 def test_what_limits_took_away_is_remembered() -> None:
-    """A demand far beyond the cone and the rotors: excess is clipped less asked, and the horizontal part is on the cone."""
+    """Far beyond the cone and the rotors: excess is what was clipped less what was asked for."""
     know = known(tilt_limit=0.3)
-    command, after = first_command(("ladrc", "ladrc"), HERE._replace(position=Vec3(50.0, 0.0, 0.0)), seen(know), know)
-    assert after.actuators.acceleration_excess.x < -10.0
+    command, after = first_command(("pid", "ladrc"), HERE._replace(position=Vec3(50.0, 0.0, 0.0)), seen(know), know)
+    # kp e = 2.5 x 50 m/s2 is asked for, g tan(0.3) is left on the cone; then the attitude law asks for I wc^2 x 0.3 rad.
     assert after.tilt.pitch == pytest.approx(0.3, rel=1e-6)
-    achieved = -np.array(HUMMINGBIRD.rotor_x) @ command
-    asked = achieved - after.actuators.torque_excess.y
-    assert after.actuators.torque_excess.y <= 0.0
-    # The attitude law asks for wc^2 (0.3 rad) I = 36 x 0.3 x 0.0034 N m.
-    assert asked == pytest.approx(36.0 * 0.3 * HUMMINGBIRD.inertia.y, rel=1e-6)
+    assert after.actuators.acceleration_excess.x == pytest.approx(G * tan(0.3) - 125.0, rel=1e-6)
+    assert torque_asked(command, after)[1] == pytest.approx(36.0 * 0.3 * HUMMINGBIRD.inertia.y, rel=1e-6)
+    # Straight up all four rotors stop at their limit, and the position law hears of it.
+    command, after = first_command(("pid", "ladrc"), HERE._replace(position=Vec3(0.0, 0.0, 50.0)), seen(know), know)
+    np.testing.assert_allclose(command, know.thrust_max, rtol=1e-12)
+    reached = 4.0 * know.thrust_max / HUMMINGBIRD.mass - G
+    assert after.actuators.acceleration_excess.z == pytest.approx(reached - 125.0, rel=1e-9)

@@ -121,6 +121,23 @@ def test_yaw_is_dropped_first(name: str) -> None:
 
 
 @pytest.mark.parametrize("name", VEHICLES)
+def test_no_yaw_is_given_that_would_push_a_rotor_further_out(name: str) -> None:
+    """Where thrust, roll and pitch alone do not fit, they are clipped, and yaw is neither added nor reversed."""
+    vehicle = VEHICLES[name]
+    know = known(vehicle)
+    low, high = know.thrust_min, know.thrust_max
+    inverse = np.linalg.inv(Quadrotor(vehicle).mixer)
+    unfit = 0
+    for lift, torque in random_demands(vehicle, 3.0, seed=8):
+        base, yaw = inverse @ [lift, torque.x, torque.y, 0.0], inverse[:, 3] * torque.z
+        if (((base > high) & (yaw > 0.0)) | ((base < low) & (yaw < 0.0))).any(axis=0):
+            command = allocate(lift, torque, know)
+            np.testing.assert_allclose(command, np.clip(base, low, high), rtol=0.0, atol=1e-12 * high)
+            unfit += 1
+    assert unfit > DEMANDS // 10
+
+
+@pytest.mark.parametrize("name", VEHICLES)
 def test_limits_are_never_exceeded(name: str) -> None:
     vehicle = VEHICLES[name]
     know = known(vehicle)

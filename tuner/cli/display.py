@@ -98,15 +98,15 @@ def digits(value: float, other: float) -> str:
     if scale == 0.0:
         return "0"
     places = 0
-    while places < 8 and scale * 10**places < 10.0:
+    while places < 8 and scale * 10**places < 3.0:
         places += 1
     return f"{value:,.{places}f}"
 
 
 def estimate(entry: dict[str, float]) -> str:
-    """Return "value [low, high]"."""
+    """Return the value over its interval."""
     width = entry["high"] - entry["low"] or entry["value"]
-    return f"{digits(entry['value'], width)} [{digits(entry['low'], width)}, {digits(entry['high'], width)}]"
+    return f"{digits(entry['value'], width)}\n[{digits(entry['low'], width)}, {digits(entry['high'], width)}]"
 
 
 def comparison_table(summary: dict[str, Any]) -> Table:
@@ -114,17 +114,15 @@ def comparison_table(summary: dict[str, Any]) -> Table:
     table = Table(
         title=f"Default / Tuned on {summary['held_out']} held-out scenarios, 95 % intervals", title_justify="left"
     )
-    for name, justify in (
-        ("", "left"), ("unit", "left"), ("default", "right"), ("tuned", "right"), ("tuned - default", "right"),
-        ("verdict", "left"),
-    ):  # fmt: skip
-        table.add_column(name, justify=justify, no_wrap=name == "unit")  # pyright: ignore[reportArgumentType]
+    table.add_column("", no_wrap=True)
+    for name in ("default", "tuned", "tuned - default"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("verdict")
     for row in summary["table"]:
-        limit = "" if row["limit"] is None else f" <= {row['limit']:g}"
-        table.add_row(
-            row["label"] + limit, row["unit"], estimate(row["default"]), estimate(row["tuned"]),
-            estimate(row["difference"]), row["verdict"],
-        )  # fmt: skip
+        limit = "" if row["limit"] is None else f"at most {row['limit']:g} "
+        unit = "" if row["unit"] == "1" else row["unit"]
+        parts = [estimate(row[key]) for key in ("default", "tuned", "difference")]
+        table.add_row(f"{row['label']}\n{limit}{unit}".rstrip(), *parts, row["verdict"])
     return table
 
 
