@@ -117,12 +117,12 @@ def comparison_table(summary: dict[str, Any]) -> Table:
     table.add_column("", no_wrap=True)
     for name in ("default", "tuned", "tuned - default"):
         table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("verdict")
     for row in summary["table"]:
         limit = "" if row["limit"] is None else f"at most {row['limit']:g} "
         unit = "" if row["unit"] == "1" else row["unit"]
         parts = [estimate(row[key]) for key in ("default", "tuned", "difference")]
-        table.add_row(f"{row['label']}\n{limit}{unit}".rstrip(), *parts, row["verdict"])
+        parts[2] = f"{row['verdict']}: {parts[2]}"
+        table.add_row(f"{row['label']}\n{limit}{unit}".rstrip(), *parts)
     return table
 
 
