@@ -19,6 +19,12 @@ def record_type(name: str, fields: dict[str, RecordType]) -> RecordType:
     return NamedTuple(name, list(fields.items()))  # pyright: ignore[reportGeneralTypeIssues, reportArgumentType]
 
 
+def parts(kind: RecordType) -> set[RecordType]:
+    """Return a record type and all record types inside it."""
+    inside = [parts(part) for part in kind.__annotations__.values() if part is not float]
+    return {kind}.union(*inside)
+
+
 @cache
 def paths(kind: RecordType) -> tuple[str, ...]:
     """Return the dotted path of every leaf of a record type, depth first."""

@@ -41,7 +41,8 @@ class Measurement(NamedTuple):
 def measure(body: Body, angles: Vec3, noise: Noise) -> Measurement:
     """Add the sensor errors to the true state; angles: its roll, pitch, yaw [rad].
 
-    The angle errors turn the two directions to first order: 2 mrad errors leave them right to 4e-6.
+    The angle errors turn the two directions to first order. At 2 mrad and level, that leaves both right to 1e-5; leaning by t,
+    the thrust direction takes yaw and roll errors as if level, which is off by some 2 mrad times sin t.
     """
     q, n = body.attitude, noise.angles
     ahead = to_world(q, Vec3(n.y, -n.x, 0.0))

@@ -41,9 +41,9 @@ def load_kernel(name: str, source: str, names: dict[str, Any], files: Iterable[P
     """Return the module of a kernel and whether it is compiled already; names: its globals."""
     key = fingerprint(source, files)
     module_name = f"kernel_{name}_{key}"
-    if module_name in sys.modules:
-        return sys.modules[module_name], True
     file = cache_folder() / key / f"{module_name}.py"
+    if module_name in sys.modules:
+        return sys.modules[module_name], _is_compiled(file)
     if not file.exists():
         file.parent.mkdir(parents=True, exist_ok=True)
         aside = file.with_suffix(f".{os.getpid()}.tmp")
@@ -55,4 +55,8 @@ def load_kernel(name: str, source: str, names: dict[str, Any], files: Iterable[P
     vars(module).update(names)
     sys.modules[module_name] = module
     spec.loader.exec_module(module)
-    return module, any(file.parent.glob("__pycache__/*.nbc"))
+    return module, _is_compiled(file)
+
+
+def _is_compiled(file: Path) -> bool:
+    return any(file.parent.glob("__pycache__/*.nbc"))

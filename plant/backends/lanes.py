@@ -17,10 +17,10 @@ from typing import Any
 import numba
 import numpy as np
 
-from plant import records
+from plant import primitives, records
 from plant.backends import vector_math
 from plant.backends.cache import load_kernel
-from plant.backends.rebind import Rebinder
+from plant.backends.rebind import Rebinder, source_of
 from plant.closed_loop import ClosedLoop, Limits, hover_body, place
 from plant.disturbance import Disturbance
 from plant.nominal import Nominal
@@ -30,7 +30,8 @@ from plant.rigid_body import Dynamics
 from plant.sensors import Noise
 from plant.targets import Targets
 
-# 16 doubles fill two AVX-512 or four AVX2 registers; with 8, LLVM unrolls the lane loop whole and leaves it scalar.
+# 16 doubles fill two AVX-512 or four AVX2 registers. With 8 the loop is two AVX2 or one AVX-512 step long, and LLVM may unroll it
+# whole and leave it scalar (seen on a Zen 4 with AVX-512, not on a Zen 3 with AVX2).
 LANES = 16
 # Never nnan or ninf: they would delete the test for a diverged flight.
 FAST_MATH = {"contract", "reassoc", "arcp", "nsz", "afn"}
@@ -181,7 +182,8 @@ def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
         "DISTURBANCE": place_of.disturbance, "RESULT": result.start, "N_RESULT": result.stop - result.start,
         "LANES": LANES,
     }  # fmt: skip
-    header = "\n".join(f"{name} = {value}" for name, value in constants.items())
+    judged = f"# judged by {loop.meter.update.__module__}.{loop.meter.update.__qualname__}\n"
+    header = judged + "\n".join(f"{name} = {value}" for name, value in constants.items())
     return "\n".join([header, *parts, RUN])
 
 
@@ -222,7 +224,9 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
         "hover_body": bind(hover_body),
         "place": bind(place),
     }
-    return names, bind.sources | {Path(str(part.__file__)) for part in (records, vector_math, sys.modules[__name__])}
+    own = {Path(str(part.__file__)) for part in (records, primitives, vector_math, sys.modules[__name__])}
+    kinds = (loop.Flight, loop.cascade.Gains, Dynamics, Disturbance, Noise, Nominal, Reference, Targets, Limits)
+    return names, bind.sources | own | {source_of(part) for kind in kinds for part in records.parts(kind)}
 
 
 def kernel_of(loop: ClosedLoop) -> Kernel:

@@ -6,6 +6,7 @@ of the model and no twin that can drift.
 """
 
 import builtins
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from types import CellType, FunctionType
@@ -63,7 +64,14 @@ class Rebinder:
             return self._names[name]
         if isinstance(value, FunctionType) and not _is_record_helper(value):
             return self(value)
+        if isinstance(value, type):
+            self.sources.add(source_of(value))
         return value
+
+
+def source_of(kind: type) -> Path:
+    """Return the file that a record class was written in."""
+    return Path(str(sys.modules[kind.__module__].__file__))
 
 
 def _is_record_helper(function: FunctionType) -> bool:

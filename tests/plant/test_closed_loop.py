@@ -203,9 +203,10 @@ def test_travel_sums_the_changes_of_successive_commands(delay: bool) -> None:
 
 @pytest.mark.parametrize("delay", [False, True])
 def test_the_observers_are_told_what_the_rotors_deliver(delay: bool) -> None:
-    # Without drag or noise there is no disturbance to find, so all that z3 shows is the error of the actuator model: thrust is taken to
-    # lag linearly where the rotor speed does, an error of second order. 0.3 % and 4 % (yaw, whose rotors swing most) of the acceleration seen;
-    # a model that is a period early or late, or without lag, leaves 10 % and more.
+    # Without drag or noise there is no disturbance to find, so all that z3 shows is the error of the actuator model: thrust
+    # is taken to lag linearly where the rotor speed does, an error of second order. Measured: 0.9 % (roll), 0.6 % (pitch),
+    # 2.2 % (yaw, which swings the rotors most) of the acceleration; with a mean or an end of the period that is wrong, 5 %
+    # and more.
     vehicle = HUMMINGBIRD._replace(drag_linear=ZERO, drag_quadratic=ZERO, rotor_inertia=0.0)
     know, loop = nominal(vehicle, ControlOptions(delay=delay), H), loop_of("ladrc", "ladrc")
     steps = 250
@@ -216,8 +217,7 @@ def test_the_observers_are_told_what_the_rotors_deliver(delay: bool) -> None:
     rates = np.array([flight.body.rate for flight in flown])
     seen = np.abs(np.diff(rates, axis=0)).max(axis=0) / H
     found = np.array([[getattr(flight.control, axis).z3 for axis in ("roll", "pitch", "yaw")] for flight in flown])
-    print(delay, np.abs(found).max(axis=0) / seen, seen)
-    assert (np.abs(found).max(axis=0) < 0.05 * seen).all()
+    assert (np.abs(found).max(axis=0) < 0.035 * seen).all()
 
 
 def test_a_free_axis_has_no_error() -> None:

@@ -47,7 +47,8 @@ def test_tables_agree_with_each_other(small_run):
         label = objective.label
         for _, row in front.iterrows():
             assert row[f"search:{label}"] == tried.loc[row.candidate, f"objective:{label}"]
-            assert row[f"low:{label}"] <= row[f"held_out:{label}"] <= row[f"high:{label}"]
+            low, middle, high = (float(row[f"{kind}:{label}"]) for kind in ("low", "held_out", "high"))
+            assert low <= middle <= high
         line = next(entry for entry in summary["table"] if entry["label"] == label)
         assert line["tuned"]["value"] == pytest.approx(tuned[f"held_out:{label}"], rel=1e-12)
         difference = line["tuned"]["value"] - line["default"]["value"]

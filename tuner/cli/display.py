@@ -116,7 +116,7 @@ def comparison_table(summary: dict[str, Any]) -> Table:
     )
     table.add_column("", no_wrap=True)
     for name in ("default", "tuned", "tuned - default"):
-        table.add_column(name, justify="right", no_wrap=True)
+        table.add_column(name, justify="right")
     for row in summary["table"]:
         limit = "" if row["limit"] is None else f"at most {row['limit']:g} "
         unit = "" if row["unit"] == "1" else row["unit"]
