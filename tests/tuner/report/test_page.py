@@ -1,0 +1,89 @@
+"""The report of a real run: offline, complete, escaped, and clear about what is missing."""
+
+import json
+import re
+import shutil
+
+import pytest
+
+from plant.errors import StoreError
+from tests.tuner.conftest import run_small
+from tuner.report import write_figures, write_report
+
+EXTRA = [{"metric": "itae.position"}, {"metric": "travel"}, {"metric": "peak.tilt"}, {"metric": "effort"}]
+
+
+@pytest.fixture
+def copied(small_run, tmp_path):
+    _, folder = small_run
+    return shutil.copytree(folder, tmp_path / "copy")
+
+
+def own_markup(page):
+    """The page without its library, whose text mentions addresses that it never asks for."""
+    return re.sub(r"<script>.*?</script>", "", page, flags=re.S)
+
+
+def chart_data(page):
+    return json.loads(re.search(r'<script type="application/json" id="chart-data">(.*?)</script>', page, re.S)[1])
+
+
+def test_nothing_is_fetched(copied):
+    page = write_report(copied).read_text()
+    assert not re.search(r"<(?:script|link|img|iframe)[^>]*(?:src|href)=", own_markup(page))
+    assert not re.search(r"url\(|@import", own_markup(page))
+
+
+def test_every_quantity_gain_and_warning_is_told(copied):
+    page = write_report(copied).read_text()
+    summary = json.loads((copied / "summary.json").read_text())
+    for row in summary["table"]:
+        assert row["label"] in page
+        assert row["verdict"] in page
+    for variable in summary["variables"]:
+        assert variable["name"] in page
+    for warning in summary["warnings"]:
+        assert warning in page
+    assert summary["tuned"] in page
+    assert json.loads((copied / "resolved.json").read_text())["digest"] in page
+
+
+def test_charts_carry_the_held_out_values(copied, small_run):
+    outcome, _ = small_run
+    data = chart_data(write_report(copied).read_text())
+    values = outcome.finalists.evaluation.values
+    for point, row in zip(data["front"], values, strict=True):
+        assert point["value"] == pytest.approx(row.tolist(), rel=1e-4)
+    assert {fan["point"] for fan in data["fans"]} >= {"default", json.loads((copied / "summary.json").read_text())["tuned"]}
+
+
+def test_text_of_the_user_is_escaped(copied):
+    for name in ("summary.json", "study.toml"):
+        file = copied / name
+        file.write_text(file.read_text().replace("Quickstart:", "<script>alert(1)</script>"))
+    page = write_report(copied).read_text()
+    assert "<script>alert" not in page
+    assert "&lt;script&gt;alert" in page
+
+
+def test_a_folder_without_responses_says_so(copied):
+    (copied / "responses.parquet").unlink()
+    assert "no recorded responses" in write_report(copied).read_text()
+    assert all("responses" not in path.name for path in write_figures(copied))
+
+
+@pytest.mark.parametrize("name", ["summary.json", "front.csv", "history.csv", "generations/0001.parquet", "responses.parquet"])
+def test_a_damaged_file_is_named(copied, name):
+    (copied / name).write_bytes(b"\x00 no longer what it was")
+    with pytest.raises(StoreError, match=name.split("/")[-1]):
+        write_report(copied)
+
+
+@pytest.mark.parametrize("count", [1, 3, 4])
+def test_any_number_of_objectives(count, tmp_path):
+    folder = tmp_path / "run"
+    run_small(folder, objective=EXTRA[:count], search__generations=1)
+    data = chart_data((folder / "report.html").read_text())
+    assert len(data["objectives"]) == count
+    assert (folder / "figures" / "front.png").read_bytes().startswith(b"\x89PNG")
+    assert (folder / "figures" / "front.pdf").read_bytes().startswith(b"%PDF")
