@@ -166,7 +166,9 @@ def _fans(file: Path) -> list[Fan]:
     values = numbers(table, FAN_NUMBERS, file)
     fans = []
     for rows in np.split(order, starts[1:]):
-        point, scenario, signal, unit = (entries[int(code[rows[0]])] for entries, code in zip(names, codes, strict=True))
+        point, scenario, signal, unit = (
+            entries[int(code[rows[0]])] for entries, code in zip(names, codes, strict=True)
+        )
         shown, factor = in_degrees(unit)
         time, *series = values[rows].T
         fans.append(Fan(point, scenario, signal, shown, time, *[entry * factor for entry in series]))

@@ -54,7 +54,10 @@ def test_charts_carry_the_held_out_values(copied, small_run):
     values = outcome.finalists.evaluation.values
     for point, row in zip(data["front"], values, strict=True):
         assert point["value"] == pytest.approx(row.tolist(), rel=1e-4)
-    assert {fan["point"] for fan in data["fans"]} >= {"default", json.loads((copied / "summary.json").read_text())["tuned"]}
+    assert {fan["point"] for fan in data["fans"]} >= {
+        "default",
+        json.loads((copied / "summary.json").read_text())["tuned"],
+    }
 
 
 def test_text_of_the_user_is_escaped(copied):
@@ -72,7 +75,9 @@ def test_a_folder_without_responses_says_so(copied):
     assert all("responses" not in path.name for path in write_figures(copied))
 
 
-@pytest.mark.parametrize("name", ["summary.json", "front.csv", "history.csv", "generations/0001.parquet", "responses.parquet"])
+@pytest.mark.parametrize(
+    "name", ["summary.json", "front.csv", "history.csv", "generations/0001.parquet", "responses.parquet"]
+)
 def test_a_damaged_file_is_named(copied, name):
     (copied / name).write_bytes(b"\x00 no longer what it was")
     with pytest.raises(StoreError, match=name.split("/")[-1]):
