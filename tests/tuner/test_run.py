@@ -45,8 +45,8 @@ def test_tables_agree_with_each_other(small_run):
     assert tuned.point == summary["tuned"]
     for objective in outcome.study.objectives:
         label = objective.label
-        for _, row in front.iterrows():
-            assert row[f"search:{label}"] == tried.loc[row.candidate, f"objective:{label}"]
+        for row in front.to_dict("records"):
+            assert row[f"search:{label}"] == tried.loc[row["candidate"], f"objective:{label}"]
             low, middle, high = (float(row[f"{kind}:{label}"]) for kind in ("low", "held_out", "high"))
             assert low <= middle <= high
         line = next(entry for entry in summary["table"] if entry["label"] == label)

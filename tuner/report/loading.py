@@ -160,7 +160,7 @@ def _fans(file: Path) -> list[Fan]:
         return []
     codes, names = zip(*[_encoded(table.column(key), file) for key in FAN_KEYS], strict=True)
     # Rows of one fan are neighbours in the file, but nothing promises it: sort by group, keeping the order of time.
-    group = np.ravel_multi_index(codes, [len(entry) for entry in names])
+    group = np.asarray(np.ravel_multi_index(codes, [len(entry) for entry in names]))
     order = np.argsort(group, kind="stable")
     starts = np.flatnonzero(np.diff(group[order], prepend=-1))
     values = numbers(table, FAN_NUMBERS, file)

@@ -25,7 +25,9 @@ def own_markup(page):
 
 
 def chart_data(page):
-    return json.loads(re.search(r'<script type="application/json" id="chart-data">(.*?)</script>', page, re.S)[1])
+    found = re.search(r'<script type="application/json" id="chart-data">(.*?)</script>', page, re.S)
+    assert found is not None
+    return json.loads(found[1])
 
 
 def test_nothing_is_fetched(copied):
