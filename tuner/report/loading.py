@@ -158,17 +158,15 @@ def _fans(file: Path) -> list[Fan]:
     table = read_table(file, FAN_KEYS + FAN_NUMBERS)
     if table.num_rows == 0:
         return []
-    codes, names = zip(*[_encoded(table.column(key), file) for key in FAN_KEYS], strict=True)
+    encoded = [_encoded(table.column(key), file) for key in FAN_KEYS]
     # Rows of one fan are neighbours in the file, but nothing promises it: sort by group, keeping the order of time.
-    group = np.asarray(np.ravel_multi_index(codes, [len(entry) for entry in names]))
+    group = np.ravel_multi_index([codes for codes, _ in encoded], [len(names) for _, names in encoded])
     order = np.argsort(group, kind="stable")
     starts = np.flatnonzero(np.diff(group[order], prepend=-1))
     values = numbers(table, FAN_NUMBERS, file)
     fans = []
     for rows in np.split(order, starts[1:]):
-        point, scenario, signal, unit = (
-            entries[int(code[rows[0]])] for entries, code in zip(names, codes, strict=True)
-        )
+        point, scenario, signal, unit = (names[int(codes[rows[0]])] for codes, names in encoded)
         shown, factor = in_degrees(unit)
         time, *series = values[rows].T
         fans.append(Fan(point, scenario, signal, shown, time, *[entry * factor for entry in series]))

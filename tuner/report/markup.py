@@ -46,9 +46,9 @@ def table(head: Iterable[str], rows: Iterable[Iterable[str]], **attributes: str)
 
 
 def cells(names: list[str], row: Iterable[str]) -> Iterable[Markup]:
-    """Return the cells of a row, each with the name of its column."""
+    """Return the cells of a row with the names of their columns; inside, one element, so that a cell may be a grid."""
     for i, (name, cell) in enumerate(zip(names, row, strict=True)):
-        yield element("td", cell, data_label=str(name)) if i else element("th", cell, scope="row")
+        yield element("td", element("div", cell), data_label=str(name)) if i else element("th", cell, scope="row")
 
 
 def described(pairs: Iterable[tuple[str, str]], **attributes: str) -> Markup:

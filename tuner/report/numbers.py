@@ -68,7 +68,7 @@ def duration(seconds: float) -> str:
 
 
 def compact(value: float | None, digits: int = 5) -> float | None:
-    """Return a number rounded to so many significant digits, for data embedded in a page; None where it is not finite."""
+    """Return a number to so many significant digits, for data embedded in a page; None where it is not finite."""
     if value is None or not isfinite(value):
         return None
     return float(f"{value:.{digits}g}")

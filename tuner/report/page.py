@@ -1,257 +1,171 @@
-"""report.html: one offline page that says what was asked, what was found, what it costs and what to fly."""
+"""report.html: one offline page, from its opening paragraph to its provenance, figures included."""
 
 import json
-from itertools import combinations
-from math import log
+from importlib.resources import files
 from pathlib import Path
+from string import Template
 
 from plotly.offline import get_plotlyjs
 
-from tuner.report.charts import chart_data, role_title
+from plant.errors import StoreError
+from tuner.report.chart import Charts, Panel
+from tuner.report.controls import layer_switches, response_choices
+from tuner.report.front_charts import add_front
+from tuner.report.gains_section import all_gains, gains_table, study_lines
 from tuner.report.loading import load
-from tuner.report.markup import Markup, described, element, join, table
-from tuner.report.numbers import count, duration, estimate, significant
-from tuner.report.results import Quantity, Results, Variable
-from tuner.report.units import marked_up
+from tuner.report.markup import Markup, described, element, join, safe
+from tuner.report.outcome_table import outcome_table
+from tuner.report.progress_charts import add_progress
+from tuner.report.prose import key_figures, paragraph
+from tuner.report.provenance import air_table, definitions, resolved_text, run_facts
+from tuner.report.response_charts import add_responses
+from tuner.report.results import Results
 
-ASSETS = Path(__file__).parent
-GOOD, BAD = ("better", "kept"), ("worse", "broken")
-# With more objectives than this, single pairs say little and parallel coordinates take over.
-MOST_PAIRED = 3
+AIDS = {
+    "outcome": "Values on held-out scenarios with 95 % intervals; angles in degrees. In the drawing the open square is "
+    "the default, the filled diamond is tuned, a dashed line is a limit; every row has a scale of its own from zero.",
+    "gains": "Open square: default; filled diamond: tuned. Gains are in the units of the study file, angles in rad.",
+    "front": "Down and to the left is better. Point at a mark for its gains, drag to zoom, double-click to zoom out.",
+    "lines": "One line a point; below 1 is better than the default in that objective.",
+    "ranking": "Best on top; to the left is better. Point at a mark for its gains.",
+    "responses": "Line: median over flights; band: 5 to 95 % of them; fine dashes: reference, for roll and pitch the "
+    "mean of what the position loop asks for. Zooming one figure in time zooms all.",
+    "progress": "Hypervolume is the share of the box between zero and 1.1 times the default's values that the front "
+    "dominates: once it is level, more generations find little.",
+}
 
 
 def write_page(folder: Path) -> Path:
-    """Write report.html of a results folder and return its path."""
-    results = load(folder)
-    file = folder / "report.html"
-    aside = file.with_suffix(".part")
-    aside.write_text(page(results), encoding="utf-8")
-    aside.replace(file)
+    """Write report.html into a results folder; StoreError where a file is missing, damaged or cannot be written."""
+    content = page(load(folder))
+    file, aside = folder / "report.html", folder / ".report.html.part"
+    try:
+        aside.write_text(content, encoding="utf-8")
+        aside.replace(file)
+    except OSError as error:
+        aside.unlink(missing_ok=True)
+        raise StoreError(f"{file} cannot be written ({error.strerror})") from error
     return file
 
 
 def page(results: Results) -> str:
-    """Return the whole page."""
-    body = element(
-        "main", heading(results), comparison(results), gains(results), front(results), responses(results),
-        progress(results), provenance(results),
-    )  # fmt: skip
-    head = join(
-        [
-            element("meta", charset="utf-8"),
-            element("meta", name="viewport", content="width=device-width, initial-scale=1"),
-            element("title", f"{results.summary['title']} - holdfast report"),
-            element("style", Markup((ASSETS / "page.css").read_text(encoding="utf-8"))),
-        ]
-    )
-    # "</" would end the script element; "<\\/" is the same text to a JSON parser.
-    data = Markup(json.dumps(chart_data(results), allow_nan=False, separators=(",", ":")).replace("</", "<\\/"))
-    scripts = join(
-        [
-            element("script", data, type="application/json", id="chart-data"),
-            element("script", Markup(get_plotlyjs())),
-            element("script", Markup((ASSETS / "page.js").read_text(encoding="utf-8"))),
-        ]
-    )
-    return f"<!doctype html>\n{element('html', element('head', head), element('body', body, scripts), lang='en')}\n"
-
-
-def heading(results: Results) -> Markup:
-    """Say in plain words what was done and what is recommended."""
-    summary, resolved = results.summary, results.resolved
-    laws = resolved["controller"]
-    said = (
-        f"{count(summary['flights'])} flights of the {resolved['airframe']['name']} in turbulence, with the "
-        f"{laws['attitude']} law on attitude and the {laws['position']} law on position, in "
-        f"{duration(summary['wall_seconds'])}. {summary['front_size']} points stayed on the front when they were flown again on "
-        f"{summary['held_out']} scenarios that the search never saw. Fly {results.tuned}: {summary['pick']['why']}."
-    )
-    warnings = [element("p", f"Warning: {text}", class_="warning") for text in summary["warnings"]]
-    return join([element("h1", summary["title"]), element("p", said), *warnings])
-
-
-def comparison(results: Results) -> Markup:
-    """Show every objective and constraint, default against tuned."""
-    head = ("what is judged", "unit", "default", "tuned", "tuned − default", "verdict")
-    rows = [comparison_row(entry) for entry in results.quantities]
-    return element(
-        "section",
-        element("h2", "Default against tuned"),
-        aid(
-            "Smaller is better everywhere. Brackets are 95 % intervals over held-out scenarios; differences are flight by flight."
-        ),
-        table(head, rows, class_="stack"),
+    """Return the page of a results folder."""
+    charts = Charts()
+    sections = {
+        "outcome": ("Default against tuned", _outcome(results)),
+        "gains": ("Tuned gains", _gains(results)),
+        "front": ("Trade-off", _front(results, charts)),
+        "responses": ("Responses", _responses(results, charts)),
+        "progress": ("Search", _progress(results, charts)),
+        "provenance": ("Provenance", _provenance(results)),
+    }
+    title = results.summary["title"]
+    return Template(asset("page.html")).substitute(
+        title=safe(title),
+        description=element("p", results.resolved["description"]) if results.resolved.get("description") else "",
+        paragraph=paragraph(results),
+        figures=described(key_figures(results), class_="figures"),
+        warnings=_warnings(results),
+        navigation=join(element("li", element("a", name, href=f"#{key}")) for key, (name, _) in sections.items()),
+        sections=join(_section(key, name, content) for key, (name, content) in sections.items()),
+        data=embedded(charts),
+        style=asset("page.css"),
+        script=asset("page.js"),
+        plotly=get_plotlyjs(),
     )
 
 
-def comparison_row(entry: Quantity) -> list[Markup]:
-    """Return one line of the comparison."""
-    limit = f" ≤ {significant(None if entry.limit is None else entry.limit)}" if entry.constrained else ""
-    kind = "good" if entry.verdict in GOOD else "bad" if entry.verdict in BAD else ""
-    mark = {"good": "✓ ", "bad": "✗ "}.get(kind, "= ")
-    cells = [
-        number_cell(*estimate(*part, signed=signed))
-        for part, signed in ((entry.default, False), (entry.tuned, False), (entry.difference, True))
-    ]
-    name = element("span", entry.label + limit, title=f"{entry.definition}; {entry.risk}")
-    return [name, unit_cell(entry.unit), *cells, element("span", mark + entry.verdict, class_=f"verdict {kind}")]
+def asset(name: str) -> str:
+    """Return the text of a file that comes with this package."""
+    return files("tuner.report").joinpath(name).read_text(encoding="utf-8")
 
 
-def number_cell(value: str, interval: str) -> Markup:
-    """Return a number over its interval."""
-    return join([value, element("span", interval, class_="interval")])
+def embedded(charts: Charts) -> str:
+    """Return the figures as JSON that can stand inside a script element: no "<", so nothing can close it."""
+    content = {"charts": charts.charts, "shared": charts.shared}
+    return json.dumps(content, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def unit_cell(unit: str) -> Markup:
-    """Return a unit in one piece."""
-    return element("span", Markup(marked_up(unit)))
+def _section(key: str, name: str, content: Markup) -> Markup:
+    return element("section", element("h2", name, id=f"{key}-title"), content, id=key, aria_labelledby=f"{key}-title")
 
 
-def gains(results: Results) -> Markup:
-    """Show the searched gains and the gains file."""
-    head = ("gain", "unit", "default", "tuned", "range", "where in the range")
-    rows = [gain_row(entry) for entry in results.variables]
-    document = json.dumps(results.gains, indent=2, ensure_ascii=False)
-    return element(
-        "section",
-        element("h2", "The gains"),
-        aid("The wide mark is the tuned value, the short one the default. A mark at an end asks for a wider range."),
-        table(head, rows, class_="stack"),
+def _warnings(results: Results) -> Markup:
+    warnings = results.summary["warnings"]
+    if not warnings:
+        return Markup()
+    listed = element("ul", *[element("li", warning) for warning in warnings])
+    return element("aside", element("strong", "Mind this"), listed, class_="warnings", aria_label="Warnings")
+
+
+def _outcome(results: Results) -> Markup:
+    return join((_aid("outcome"), element("div", outcome_table(results), class_="wide")))
+
+
+def _gains(results: Results) -> Markup:
+    texts = (
+        ("For the study file", "copy-study", study_lines(results), True),
+        ("All gains of the controller (gains.json)", "copy-all", all_gains(results), False),
+    )
+    copies = [
         element(
             "details",
-            element("summary", "gains.json, ready to copy"),
-            element("button", "Copy", id="copy", type="button"),
-            element("pre", document, id="gains-json", tabindex="0"),
-        ),
-    )
-
-
-def gain_row(entry: Variable) -> list[Markup]:
-    """Return one line of the gains."""
-    name = element("span", entry.name, title=f"{entry.symbol}: {entry.meaning}")
-    marks = [
-        element("i", class_=kind, style=f"left:calc({100 * place(entry, value):.1f}% - 1px)")
-        for kind, value in (("default", entry.default), ("tuned", entry.tuned))
-    ]
-    inside = f"tuned at {100 * place(entry, entry.tuned):.0f} % of the range"
-    return [
-        name, unit_cell("" if entry.unit == "1" else entry.unit), Markup(significant(entry.default)),
-        Markup(significant(entry.tuned)), Markup(f"{significant(entry.low)} to {significant(entry.high)}"),
-        element("span", *marks, class_="bar", role="img", aria_label=inside, title=inside),
-    ]  # fmt: skip
-
-
-def place(entry: Variable, value: float) -> float:
-    """Return where in its range a gain stands, 0 to 1, on the scale that the search walked."""
-    inside = min(max(value, entry.low), entry.high)
-    if entry.scale == "log":
-        return log(inside / entry.low) / log(entry.high / entry.low)
-    return (inside - entry.low) / (entry.high - entry.low)
-
-
-def front(results: Results) -> Markup:
-    """Show the front."""
-    count_of = len(results.objectives)
-    charts: list[Markup] = []
-    if count_of == 1:
-        charts.append(element("div", id="front-one", class_="chart"))
-    if count_of == MOST_PAIRED:
-        charts.append(element("div", id="front-space", class_="chart"))
-    if count_of > MOST_PAIRED:
-        charts.append(element("div", id="front-parallel", class_="chart"))
-    pairs = list(combinations(range(count_of), 2))
-    charts += [element("div", data_pair=f"{i},{j}", class_="chart") for i, j in pairs]
-    return element(
-        "section",
-        element("h2", "The trade-off"),
-        aid(
-            "Down and left is better. Hover over a point for its gains; click an entry of the legend to hide or show it."
-        ),
-        *charts,
-    )
-
-
-def responses(results: Results) -> Markup:
-    """Show the Monte Carlo fans."""
-    if not results.fans:
-        return element("section", element("h2", "Responses"), element("p", "This folder holds no recorded responses."))
-    points = [
-        element(
-            "option", f"{name} ({role_title(results.front.role(name))})", value=name, selected=name == results.tuned
+            element("summary", name),
+            element("button", "Copy", type="button", data_copy=key),
+            element("pre", text, id=key, tabindex="0"),
+            open=opened,
         )
-        for name in results.flown_points
+        for name, key, text, opened in texts
     ]
-    scenarios = [element("option", name, value=name) for name in results.scenarios]
-    signals = list(dict.fromkeys(fan.signal for fan in results.fans))
-    return element(
-        "section",
-        element("h2", "Responses"),
-        aid(
-            "Bands hold 90 % of the flights, lines are medians: solid for the chosen point, dashed for the default, dotted for "
-            "the reference. Rotor commands are in hover thrusts."
-        ),
-        element(
-            "div",
-            element("label", "Point ", element("select", *points, id="point")),
-            element("label", "Scenario ", element("select", *scenarios, id="scenario")),
-            class_="controls",
-        ),
-        element("div", *[element("div", class_="chart", data_signal=name) for name in signals], class_="grid"),
-    )
+    return join((_aid("gains"), element("div", gains_table(results), class_="wide"), *copies))
 
 
-def progress(results: Results) -> Markup:
-    """Show how the search went."""
-    return element(
-        "section",
-        element("h2", "The search"),
-        aid(
-            "Hypervolume: share of the box between zero and 1.1 times the default's values that the feasible front dominates. "
-            "Flat at the end: more generations would find little."
-        ),
-        element("div", id="history", class_="chart"),
-    )
+def _front(results: Results, charts: Charts) -> Markup:
+    panels = add_front(results, charts)
+    count = len(results.objectives)
+    aid = _aid("ranking") if count == 1 else _aid("front")
+    lines = _aid("lines") if count > 3 else Markup()
+    return join((aid, lines, layer_switches(charts), _grid(panels, f"front-grid objectives-{min(count, 4)}")))
 
 
-def provenance(results: Results) -> Markup:
-    """Tell where the numbers come from."""
-    resolved, environment = results.resolved, results.environment
-    pairs = [
-        ("study", str(results.summary["study"])),
-        ("seed", str(resolved["seed"])),
-        ("digest", str(resolved.get("digest", "–"))),
-        ("search", f"{resolved['search']['algorithm']}, {resolved['search'].get('generations', '–')} generations"),
-        *[(key, str(value)) for key, value in environment.items() if value is not None],
-    ]
-    air = [element("h3", f"Air: {row['scenario']}") + described(air_pairs(row)) for row in results.summary["air"]]
-    metrics = {entry.metric: entry for entry in results.quantities}
-    meanings = [(name, f"{entry.definition}; {entry.risk}") for name, entry in metrics.items()]
-    return element(
-        "section",
-        element("h2", "Where this comes from"),
-        described(pairs),
-        *[Markup(part) for part in air],
-        element("h3", "Definitions"),
-        described(meanings),
-        element("details", element("summary", "The study file"), element("pre", results.study, tabindex="0")),
-    )
+def _responses(results: Results, charts: Charts) -> Markup:
+    panels = add_responses(results, charts)
+    if not panels:
+        text = "This folder holds no recorded responses (responses.parquet is missing or empty)."
+        return element("p", text, class_="note")
+    grids = [_grid([entry for entry in panels if entry.form == form], f"{form}-grid") for form in ("axis", "rotor")]
+    return join((_aid("responses"), response_choices(results), *grids))
 
 
-AIR_UNITS = {"altitude": "m", "mean_wind": "m/s", "airspeed": "m/s", "length": "m", "sigma": "m/s", "tau": "s"}
+def _progress(results: Results, charts: Charts) -> Markup:
+    return join((_aid("progress"), _grid(add_progress(results, charts), "progress-grid")))
 
 
-def air_pairs(row: dict[str, object]) -> list[tuple[str, str]]:
-    """Return what the report states of a scenario's turbulence."""
-    pairs = []
-    for key, value in row.items():
-        if key == "scenario":
-            continue
-        unit = AIR_UNITS.get(key.split("_")[0] if key not in AIR_UNITS else key, "")
-        shown = f"{significant(value)} {unit}".strip() if isinstance(value, int | float) else str(value)
-        pairs.append((key.replace("_", " "), shown))
-    return pairs
+def _provenance(results: Results) -> Markup:
+    files_shown = (("Study file as given", results.study), ("Every value, defaults included", resolved_text(results)))
+    return join(
+        (
+            run_facts(results),
+            element("h3", "Air"),
+            element("div", air_table(results), class_="wide"),
+            element("h3", "What the words mean"),
+            definitions(results),
+            *[element("details", element("summary", name), element("pre", text, tabindex="0"))
+              for name, text in files_shown],
+        )
+    )  # fmt: skip
 
 
-def aid(text: str) -> Markup:
-    """Return a one-line reading aid."""
-    return element("p", text, class_="aid")
+def _grid(panels: list[Panel], name: str) -> Markup:
+    return element("div", *[_figure(panel) for panel in panels], class_=f"grid {name}")
+
+
+def _figure(panel: Panel) -> Markup:
+    drawn = element("div", id=panel.name, class_="chart", role="img", aria_label=panel.title)
+    # The axes of a pair say what its heading would.
+    caption = element("figcaption", panel.title, class_="hidden" if panel.form == "pair" else False)
+    return element("figure", caption, drawn, class_=panel.form)
+
+
+def _aid(key: str) -> Markup:
+    return element("p", AIDS[key], class_="aid")

@@ -20,7 +20,7 @@ class Estimate(NamedTuple):
 
 @dataclass(frozen=True)
 class Quantity:
-    """One objective or constraint, default against tuned; difference: tuned minus default, paired. limit: constraints."""
+    """One objective or constraint, default against tuned; difference: tuned minus default, paired over scenarios."""
 
     label: str
     metric: str
@@ -103,7 +103,7 @@ class History:
 
 @dataclass(frozen=True)
 class Fan:
-    """One signal of one point in one scenario: time [s], reference, 5 %, 50 % and 95 % over flights, each (instants,)."""
+    """One signal of a point in a scenario: time [s], reference, 5 %, 50 % and 95 % over flights, each (instants,)."""
 
     point: str
     scenario: str

@@ -9,6 +9,8 @@ from html import escape
 from math import pi
 from typing import NamedTuple
 
+from tuner.report.markup import Markup
+
 _RADIAN = re.compile(r"(?<![/\w])rad(?:\^(\d+))?(?![\w^])")
 _POWER = re.compile(r"\^(?:\(([^)]*)\)|(-?\d+))")
 _RAISED = str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
@@ -36,9 +38,9 @@ def plain(unit: str) -> str:
     return _POWER.sub(lambda m: m[0] if m[2] is None else m[2].translate(_RAISED), unit)
 
 
-def marked_up(unit: str) -> str:
-    """Return a unit as HTML, safe to insert, all exponents raised."""
-    return _POWER.sub(lambda m: f"<sup>{(m[1] or m[2]).replace('-', '−')}</sup>", escape(unit))
+def marked_up(unit: str) -> Markup:
+    """Return a unit as markup, all exponents raised."""
+    return Markup(_POWER.sub(lambda m: f"<sup>{(m[1] or m[2]).replace('-', '−')}</sup>", escape(unit)))
 
 
 def bracketed(label: str, unit: str) -> str:

@@ -25,7 +25,7 @@ def own_markup(page):
 
 
 def chart_data(page):
-    found = re.search(r'<script type="application/json" id="chart-data">(.*?)</script>', page, re.S)
+    found = re.search(r'<script type="application/json" id="data">(.*?)</script>', page, re.S)
     assert found is not None
     return json.loads(found[1])
 
@@ -53,13 +53,16 @@ def test_every_quantity_gain_and_warning_is_told(copied):
 def test_charts_carry_the_held_out_values(copied, small_run):
     outcome, _ = small_run
     data = chart_data(write_report(copied).read_text())
-    values = outcome.finalists.evaluation.values
-    for point, row in zip(data["front"], values, strict=True):
-        assert point["value"] == pytest.approx(row.tolist(), rel=1e-4)
-    assert {fan["point"] for fan in data["fans"]} >= {
-        "default",
-        json.loads((copied / "summary.json").read_text())["tuned"],
-    }
+    values, shown = outcome.finalists.evaluation.values, outcome.finalists.non_dominated
+    default, tuned = (
+        next(trace for trace in data["charts"]["front-0-1"]["traces"] if trace["meta"] == {"layer": role})
+        for role in ("default", "tuned")
+    )
+    assert shown[outcome.tuned]
+    assert (default["x"][0], default["y"][0]) == pytest.approx(tuple(values[0]), rel=1e-4)
+    assert (tuned["x"][0], tuned["y"][0]) == pytest.approx(tuple(values[outcome.tuned]), rel=1e-4)
+    points = {trace["meta"].get("point") for trace in data["charts"]["response-x"]["traces"]}
+    assert points >= {"default", json.loads((copied / "summary.json").read_text())["tuned"]}
 
 
 def test_text_of_the_user_is_escaped(copied):
@@ -91,6 +94,6 @@ def test_any_number_of_objectives(count, tmp_path):
     folder = tmp_path / "run"
     run_small(folder, objective=EXTRA[:count], search__generations=1)
     data = chart_data((folder / "report.html").read_text())
-    assert len(data["objectives"]) == count
+    assert sum(bool(re.fullmatch(r"front-\d-\d", name)) for name in data["charts"]) == count * (count - 1) // 2
     assert (folder / "figures" / "front.png").read_bytes().startswith(b"\x89PNG")
     assert (folder / "figures" / "front.pdf").read_bytes().startswith(b"%PDF")

@@ -1,0 +1,15 @@
+"""Made-up results folders, one for each number of objectives, shared by the tests that only read them."""
+
+import pytest
+
+from tests.tuner.report.fabricate import fabricate
+from tuner.report import write_report
+
+
+@pytest.fixture(scope="session", params=[1, 2, 3, 4])
+def folder(request, tmp_path_factory):
+    """A results folder with its report; two scenarios where there are three or more objectives."""
+    scenarios = ("gusts",) if request.param < 3 else ("gusts", "calm air")
+    path = fabricate(tmp_path_factory.mktemp("report") / "made-up", objectives=request.param, scenarios=scenarios)
+    write_report(path)
+    return path

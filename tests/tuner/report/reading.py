@@ -1,0 +1,62 @@
+"""A report as a reader's machine sees it: its elements, its text, its embedded figures."""
+
+import json
+from html.parser import HTMLParser
+
+VOID = {"meta", "br", "input", "link", "img"}
+
+
+class Page(HTMLParser):
+    """Elements (tag, attributes, enclosing tags), visible text, and the content of script elements; checks nesting."""
+
+    def __init__(self, source):
+        super().__init__()
+        self.open, self.elements, self.words, self.scripts = [], [], [], []
+        self.feed(source)
+        self.close()
+        assert self.open == []
+
+    def handle_starttag(self, tag, attrs):
+        self.elements.append((tag, dict(attrs), tuple(self.open)))
+        if tag == "script":
+            self.scripts.append("")
+        if tag not in VOID:
+            self.open.append(tag)
+
+    def handle_endtag(self, tag):
+        assert self.open and self.open[-1] == tag, f"</{tag}> closes <{self.open[-1:]}>"
+        self.open.pop()
+
+    def handle_data(self, data):
+        if self.open and self.open[-1] == "script":
+            self.scripts[-1] += data
+        elif not self.open or self.open[-1] != "style":
+            self.words.append(data)
+
+    @property
+    def text(self):
+        return " ".join(" ".join(self.words).split())
+
+    @property
+    def ids(self):
+        return [attrs["id"] for _, attrs, _ in self.elements if "id" in attrs]
+
+    @property
+    def data(self):
+        return json.loads(next(script for script in self.scripts if script.startswith("{")))
+
+
+def read(folder):
+    return Page((folder / "report.html").read_text(encoding="utf-8"))
+
+
+def strings(value):
+    """Every text inside nested lists and dictionaries."""
+    if isinstance(value, str):
+        yield value
+    elif isinstance(value, dict):
+        for entry in value.values():
+            yield from strings(entry)
+    elif isinstance(value, list):
+        for entry in value:
+            yield from strings(entry)

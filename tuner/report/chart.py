@@ -1,0 +1,121 @@
+"""What all interactive figures share: plain dictionaries for plotly.js, colours by name, long arrays stored once.
+
+Two kinds of text stand for something else until page.js draws: "@name" or "@name/0.3" is the colour --name of page.css,
+with an opacity, so that a figure follows the colour scheme; "#name" is the array of that name in `Charts.shared`.
+`meta` of a trace says when it is visible: "layer" (a checkbox), "point" and "scenario" (choices above the responses).
+"""
+
+from collections.abc import Iterable
+from dataclasses import dataclass, field
+from html import escape
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tuner.report.numbers import compact
+
+Trace = dict[str, Any]
+
+# Symbol and colour of what is shown, the same in every figure, legend and table.
+SYMBOLS = {
+    "default": "square-open",
+    "tuned": "diamond",
+    "other": "triangle-up",
+    "front": "circle",
+    "finalist": "circle-open",
+    "searched": "circle",
+    "infeasible": "x-thin-open",
+}
+COLOURS = {
+    "default": "@default",
+    "tuned": "@tuned",
+    "other": "@other",
+    "front": "@front",
+    "finalist": "@front/0.75",
+    "searched": "@faint/0.5",
+    "infeasible": "@faint/0.6",
+}
+DASHES = {"default": "6px,3px", "tuned": "solid", "other": "solid"}
+# In three dimensions plotly has fewer symbols and blends what is transparent with black.
+SPACE_SYMBOLS = {**SYMBOLS, "other": "diamond-open", "infeasible": "x"}
+SPACE_COLOURS = {kind: colour.split("/")[0] for kind, colour in COLOURS.items()}
+
+
+class Panel(NamedTuple):
+    """Where a figure goes: the id of its element, its form (a class of page.css) and its heading."""
+
+    name: str
+    form: str
+    title: str
+
+
+@dataclass
+class Charts:
+    """The figures of a page: charts, id -> traces and layout; shared, name -> array."""
+
+    charts: dict[str, dict[str, Any]] = field(default_factory=dict)
+    shared: dict[str, list[Any]] = field(default_factory=dict)
+
+    def add(self, name: str, traces: list[Trace], layout: dict[str, Any]) -> None:
+        """Add a figure under the id of the element it is drawn in."""
+        assert name not in self.charts, f"two figures are called {name}"
+        self.charts[name] = {"traces": traces, "layout": layout}
+
+    def share(self, name: str, values: Iterable[Any]) -> str:
+        """Store an array once and return what stands for it in a trace."""
+        self.shared[name] = list(values)
+        return f"#{name}"
+
+
+def listed(values: np.ndarray) -> list[float | None]:
+    """Return an array (n,) for a trace: five significant digits, None where it is not finite."""
+    return [compact(value) for value in values.tolist()]
+
+
+def marker(kind: str, size: float, space: bool = False) -> dict[str, Any]:
+    """Return the marker of a kind of point; space: for a figure in three dimensions."""
+    symbol = (SPACE_SYMBOLS if space else SYMBOLS)[kind]
+    colour = (SPACE_COLOURS if space else COLOURS)[kind]
+    line = {"width": 0 if symbol in ("circle", "diamond") else 1.5, "color": colour}
+    return {"symbol": symbol, "size": size, "color": colour, "line": line}
+
+
+def axis(title: str, **more: Any) -> dict[str, Any]:
+    """Return a plain axis; more: any attribute of a plotly axis."""
+    return {
+        "title": {"text": escape(title, quote=False), "standoff": 6},
+        "gridcolor": "@grid",
+        "linecolor": "@line",
+        "zeroline": False,
+        "automargin": True,
+        "nticks": 6,
+        **more,
+    }
+
+
+def layout(x: dict[str, Any], y: dict[str, Any], **more: Any) -> dict[str, Any]:
+    """Return the layout of a figure with two axes; more: any attribute of a plotly layout."""
+    return {
+        **base(),
+        "xaxis": x,
+        "yaxis": y,
+        "margin": {"l": 8, "r": 12, "t": 10, "b": 8},
+        **more,
+    }
+
+
+def base() -> dict[str, Any]:
+    """Return what every layout has: text and hover labels in the colours of the page, no background, no legend."""
+    return {
+        "paper_bgcolor": "rgba(0,0,0,0)",
+        "plot_bgcolor": "rgba(0,0,0,0)",
+        "font": {"color": "@muted", "size": 12},
+        "hoverlabel": {
+            "bgcolor": "@surface",
+            "bordercolor": "@line",
+            "font": {"color": "@ink", "size": 12},
+            "align": "left",
+        },
+        "showlegend": False,
+        "hovermode": "closest",
+    }

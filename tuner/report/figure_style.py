@@ -1,0 +1,81 @@
+"""What all figures for a paper share: size, type, marks and colours, and how they are saved.
+
+The colours stay apart for colour-blind eyes and in grey; shapes and dashes say the same.
+"""
+
+from math import ceil
+from pathlib import Path
+from typing import Any
+
+from matplotlib import rc_context
+from matplotlib.axes import Axes
+from matplotlib.backends.backend_agg import FigureCanvasAgg
+from matplotlib.backends.backend_pdf import FigureCanvasPdf
+from matplotlib.figure import Figure
+
+from plant.errors import StoreError
+
+COLOURS = {"default": "#b4530a", "tuned": "#0b63a5", "front": "#2f7d6d", "grey": "#9aa3ab", "ink": "#2b3238"}
+MARKERS = {"default": "s", "tuned": "D", "front": "o"}
+DASHES = {"default": (0, (4, 2)), "tuned": "solid"}
+# Text width of a two-column page [in], and resolution of the PNG [dots/in].
+WIDTH, DPI = 7.1, 200
+STYLE: dict[Any, Any] = {
+    "font.size": 8,
+    "axes.labelsize": 8,
+    "axes.titlesize": 8,
+    "legend.fontsize": 7.5,
+    "legend.frameon": False,
+    "axes.linewidth": 0.6,
+    "axes.edgecolor": COLOURS["ink"],
+    "axes.spines.top": False,
+    "axes.spines.right": False,
+    "axes.grid": True,
+    "axes.axisbelow": True,
+    "grid.color": "#e4e7ea",
+    "grid.linewidth": 0.5,
+    "xtick.major.width": 0.6,
+    "ytick.major.width": 0.6,
+    "lines.linewidth": 1.2,
+    # Text stays text in the PDF (TrueType), as journals ask.
+    "pdf.fonttype": 42,
+}
+
+
+def style() -> Any:
+    """Return the context in which figures are drawn and saved."""
+    return rc_context(STYLE)
+
+
+def grid(count: int, columns: int, height: float, width: float = WIDTH) -> tuple[Figure, list[Axes]]:
+    """Return a figure with so many axes in reading order; height of a row and width of the figure [in]."""
+    rows = ceil(count / columns)
+    figure = Figure(figsize=(width, height * rows), layout="constrained")
+    FigureCanvasAgg(figure)
+    axes = list(figure.subplots(rows, columns, squeeze=False).flat)
+    for unused in axes[count:]:
+        unused.set_visible(False)
+    return figure, axes[:count]
+
+
+def legend_above(figure: Figure, ax: Axes) -> None:
+    """Put one legend for the whole figure above it."""
+    handles, labels = ax.get_legend_handles_labels()
+    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+
+
+def save(figure: Figure, stem: Path) -> list[Path]:
+    """Write STEM.png and STEM.pdf, without a date so that the same results give the same bytes; return both paths.
+
+    Printed by the canvases themselves, because `Figure.savefig` draws everything a second time for its bounding box.
+    What was laid out for the first file stands for the second.
+    """
+    png, pdf = (stem.with_name(stem.name + ending) for ending in (".png", ".pdf"))
+    try:
+        figure.set_dpi(DPI)
+        FigureCanvasAgg(figure).print_png(png)
+        figure.set_layout_engine("none")
+        FigureCanvasPdf(figure).print_pdf(pdf, metadata={"CreationDate": None})
+    except OSError as error:
+        raise StoreError(f"{stem} cannot be written ({error.strerror})") from error
+    return [png, pdf]

@@ -1,0 +1,59 @@
+"""The tuned gains: a table with their place in the search range, and the same numbers to copy."""
+
+import json
+
+from tuner.report.drawings import position, share
+from tuner.report.markup import Markup, element, join, table
+from tuner.report.numbers import MISSING, significant
+from tuner.report.results import Results, Variable
+from tuner.report.units import marked_up
+
+HEAD = ["Gain", "Symbol", "Unit", "Default", "Tuned", "Place in the search range"]
+# Within this share of the range from an end, the search may have wanted to go on.
+EDGE = 0.02
+_GREEK = {"lambda": "λ", "delta": "δ", "zeta": "ζ", "omega": "ω", "alpha": "α", "beta": "β", "gamma": "γ"}
+
+
+def gains_table(results: Results) -> Markup:
+    """Return the table of searched gains, a row a decision variable."""
+    return table(HEAD, [_row(variable) for variable in results.variables], class_="gains stacked")
+
+
+def symbol(text: str) -> Markup:
+    """Return a law's symbol as in print: "wo" as omega with subscript o, "k1" as k with subscript 1."""
+    head, tail = text[:1], text[1:].lstrip("_")
+    for name, letter in _GREEK.items():
+        if text.startswith(name):
+            head, tail = letter, text[len(name) :].lstrip("_")
+    head = "ω" if head == "w" and tail else head
+    return element("i", head, element("sub", tail) if tail else "")
+
+
+def study_lines(results: Results) -> str:
+    """Return the tuned gains as lines for the [gains] table of a study file."""
+    return "\n".join(["[gains]", *[f'"{entry.name}" = {entry.tuned!r}' for entry in results.variables]])
+
+
+def all_gains(results: Results) -> str:
+    """Return gains.json."""
+    return json.dumps(results.gains, indent=2, ensure_ascii=False)
+
+
+def _row(variable: Variable) -> list[str]:
+    ends = [significant(variable.low), variable.scale, significant(variable.high)]
+    scale = element("span", *[element("span", text) for text in ends], class_="ends")
+    return [
+        join((element("code", variable.name), element("small", variable.meaning))),
+        symbol(variable.symbol or MISSING),
+        marked_up(MISSING if variable.unit == "1" else variable.unit),
+        element("span", significant(variable.default), class_="number"),
+        element("strong", significant(variable.tuned), class_="number"),
+        element("span", position(variable), scale, element("small", _remark(variable)), class_="place"),
+    ]
+
+
+def _remark(variable: Variable) -> str:
+    place = share(variable, variable.tuned)
+    if EDGE < place < 1.0 - EDGE:
+        return ""
+    return f"at the {'low' if place <= EDGE else 'high'} end: a wider range may do better"

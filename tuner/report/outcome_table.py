@@ -1,0 +1,77 @@
+"""The Default / Tuned table: every objective and constraint on held-out scenarios, with intervals and a verdict."""
+
+import re
+
+from tuner.report.drawings import intervals
+from tuner.report.markup import Markup, cells, coded, element, join
+from tuner.report.numbers import MISSING, estimate, fixed, significant
+from tuner.report.prose import limit_text
+from tuner.report.results import Estimate, Quantity, Results
+from tuner.report.units import marked_up, plain
+
+HEAD = ["Quantity", "Unit", "Default", "Tuned", "Tuned − default", "From zero", "Verdict"]
+_LEVEL = re.compile(r"[a-z_]+(\d+(?:\.\d+)?)\(")
+_SHARE = re.compile(r"(?:the )?share (1 - )?`level`")
+# A sign beside the word, for the quick eye; nothing is said by colour alone.
+SIGNS = {"better": "✓", "kept": "✓", "worse": "✗", "broken": "✗", "no clear difference": "≈"}
+
+
+def outcome_table(results: Results) -> Markup:
+    """Return the table, objectives first."""
+    top = element("tr", join(element("th", name, scope="col") for name in HEAD))
+    groups = [_group("Objectives: smaller is better", results.objectives)]
+    if results.constraints:
+        groups.append(_group("Constraints: kept or broken", results.constraints))
+    return element("table", element("thead", top), *groups, class_="outcome stacked")
+
+
+def metric_anchor(quantity: Quantity) -> str:
+    """Return the id of a metric's definition in the page."""
+    return "metric-" + "".join(letter if letter.isalnum() else "-" for letter in quantity.metric)
+
+
+def _group(title: str, quantities: list[Quantity]) -> Markup:
+    head = element("tr", element("th", title, scope="rowgroup", colspan=len(HEAD)), class_="group")
+    return element("tbody", head, *[element("tr", join(cells(HEAD, _row(entry)))) for entry in quantities])
+
+
+def _row(quantity: Quantity) -> list[Markup]:
+    link = element("a", element("code", quantity.label), href=f"#{metric_anchor(quantity)}")
+    where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
+    about = join((coded(risk_text(quantity)), ", ", where))
+    if quantity.limit is not None:
+        about = join((limit_text(quantity.limit, plain(quantity.unit)), "; ", about))
+    kind = quantity.verdict.replace(" ", "-")
+    verdict = element("span", f"{SIGNS.get(quantity.verdict, '')} {quantity.verdict}".strip(), class_=f"verdict {kind}")
+    return [
+        join((link, element("small", about))),
+        marked_up(quantity.unit or MISSING),
+        _numbers(quantity.default),
+        _numbers(quantity.tuned),
+        _numbers(quantity.difference, signed=True, remark=_relative(quantity)),
+        intervals(quantity),
+        verdict,
+    ]
+
+
+def risk_text(quantity: Quantity) -> str:
+    """Return the risk in words, its level as the percentage that the label carries: "worst 10 % of the scenarios"."""
+    level = _LEVEL.match(quantity.label)
+    if level is None:
+        return quantity.risk
+    beyond = f"{significant(100.0 - float(level[1]))} %"
+    return _SHARE.sub(lambda found: beyond if found[1] else f"{level[1]} %", quantity.risk)
+
+
+def _numbers(entry: Estimate, signed: bool = False, remark: str = "") -> Markup:
+    value, interval = estimate(entry.value, entry.low, entry.high, signed)
+    number = element("span", value, f" ({remark})" if remark else "", class_="number")
+    return element("span", number, element("small", interval, class_="interval"))
+
+
+def _relative(quantity: Quantity) -> str:
+    """Return the difference as a share of the default's value, where that says something."""
+    default, difference = quantity.default.value, quantity.difference.value
+    if difference is None or not default or default < 0.0:
+        return ""
+    return f"{fixed(100.0 * difference / default, 0, signed=True)} %"

@@ -1,0 +1,97 @@
+"""The report's opening paragraph and its key figures, in plain words."""
+
+from plant.laws import LAWS
+from tuner.report.markup import Markup, element, join
+from tuner.report.numbers import count, duration, significant
+from tuner.report.results import DEFAULT, Results
+
+NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
+
+
+def paragraph(results: Results) -> Markup:
+    """Return what was flown, on what, with which laws, what is recommended and why, and how well that was checked."""
+    return join((_flown(results), _searched(results), _recommended(results), _checked(results)), " ")
+
+
+def key_figures(results: Results) -> list[tuple[str, str]]:
+    """Return the numbers at the top of the page, name and value."""
+    summary = results.summary
+    return [
+        ("Recommended point", results.tuned),
+        ("Flights", count(summary["flights"])),
+        ("Candidates", count(len(results.candidates.number))),
+        ("Held-out scenarios", count(summary["held_out"])),
+        ("Points on the front", count(summary["front_size"])),
+        ("Wall time", duration(summary["wall_seconds"])),
+    ]
+
+
+def law_title(name: str) -> str:
+    """Return what a law is called in full."""
+    return LAWS[name].title if name in LAWS else name
+
+
+def listing(names: list[str]) -> str:
+    """Return "a", "a and b", "a, b and c"."""
+    return " and ".join([", ".join(names[:-1]), names[-1]] if len(names) > 1 else names)
+
+
+def counted(number: int, noun: str) -> str:
+    """Return "no flights", "one flight", "three flights", "12 flights"."""
+    word = NUMBER_WORDS[number] if number < len(NUMBER_WORDS) else count(number)
+    return f"{word} {noun}{'' if number == 1 else 's'}"
+
+
+def _flown(results: Results) -> Markup:
+    airframe, controller = results.resolved["airframe"], results.resolved["controller"]
+    air = [entry["scenario"] for entry in results.summary["air"]]
+    where = f"in {counted(len(air), 'scenario')} ({listing(air)})" if air else "in simulated air"
+    laws = [f"{law_title(controller[loop])} on {loop}" for loop in ("position", "attitude")]
+    name = airframe.get("title") or airframe["name"]
+    flights = element("strong", f"{count(results.summary['flights'])} simulated flights")
+    return join(("The ", element("strong", name), " made ", flights, f" {where}, with {listing(laws)}."))
+
+
+def _searched(results: Results) -> str:
+    points = sum(role != DEFAULT for role in results.front.roles)
+    return (
+        f"The search ({results.resolved['search']['algorithm']}) tried {count(len(results.candidates.number))} sets of "
+        f"gains over {counted(len(results.history.generation), 'generation')}; the default gains and "
+        f"{counted(points, 'finalist')} were then flown again on {count(results.summary['held_out'])} held-out "
+        "scenarios that the search had never seen."
+    )
+
+
+def _recommended(results: Results) -> Markup:
+    point, why = results.tuned, results.summary["pick"]["why"].strip().rstrip(".")
+    # Reasons are fragments ("it lies deepest ...") or sentences of their own.
+    reason = f" is recommended because {why}." if why[:1].islower() else f" is recommended. {why}."
+    if point == DEFAULT:
+        return join((element("strong", "The default gains"), f" remain the recommendation: {why}."))
+    return join(("Point ", element("strong", point), reason))
+
+
+def _checked(results: Results) -> str:
+    verdicts = [quantity.verdict for quantity in results.objectives]
+    parts = [
+        f"{word} in {listing([entry.label for entry in results.objectives if entry.verdict == verdict])}"
+        for verdict, word in (("better", "better"), ("worse", "worse"))
+        if verdict in verdicts
+    ]
+    unclear = verdicts.count("no clear difference")
+    if unclear:
+        parts.append(f"not clearly different in {counted(unclear, 'objective')}")
+    compared = f"On the held-out scenarios it is {listing(parts)}." if parts else ""
+    broken = [entry.label for entry in results.constraints if entry.verdict == "broken"]
+    if broken:
+        return f"{compared} It breaks {listing(broken)}."
+    number = len(results.constraints)
+    if number == 0:
+        return compared
+    kept = {1: "the constraint", 2: "both constraints"}.get(number, f"all {counted(number, 'constraint')}")
+    return f"{compared} It keeps {kept}."
+
+
+def limit_text(limit: float, unit: str) -> str:
+    """Return "at most 0.05 m"."""
+    return f"at most {significant(limit)} {unit}".rstrip()
