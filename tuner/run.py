@@ -1,6 +1,7 @@
 """A study from beginning to end: search, re-fly the finalists on held-out scenarios, pick, write everything down."""
 
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -48,14 +49,19 @@ class Outcome:
         """Number of flights of the search and of the held-out check."""
         return self.generations[-1].flights + self.finalists.evaluation.scores[:, 0].size
 
-    @property
+    @cached_property
     def archive(self) -> Archive:
         """All candidates of the search."""
         return archive(self.generations)
 
+    @cached_property
+    def finalist_rows(self) -> np.ndarray:
+        """Gains rows (finalists, gains); row 0 is the default."""
+        return finalist_gains(self.problem, self.study, self.archive, self.candidates)
+
     def gains(self, row: int) -> np.ndarray:
         """Return the gains row (gains,) of a finalist; row 0 is the default."""
-        return finalist_gains(self.problem, self.study, self.archive, self.candidates)[row]
+        return self.finalist_rows[row]
 
 
 def run_study(study: Study, folder: Folder, watcher: Watcher, threads: int | None = None) -> Outcome:
@@ -90,7 +96,7 @@ def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
 
 def search(problem: Problem, study: Study, folder: Folder, watcher: Watcher) -> list[Generation]:
     """Run the search and record each generation."""
-    spec, d = study.search, len(study.space.variables)
+    spec = study.search
     start = study.space.point(study.default_row)[None]
     first = first_generation(start, spec.population, generator(study.seed, "search/initial", 0))
     seed = int(generator(study.seed, "search/algorithm", 0).integers(2**31))
@@ -98,7 +104,6 @@ def search(problem: Problem, study: Study, folder: Folder, watcher: Watcher) -> 
     flown = fleets(study, SEARCH)
     watcher.searching(spec.generations, spec.generations * spec.population * sum(fleet.count for fleet in flown))
     generations: list[Generation] = []
-    assert d == first.shape[1]
 
     def evaluate(points: np.ndarray) -> Evaluation:
         return problem.evaluate(points, flown, watcher.landed)

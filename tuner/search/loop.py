@@ -1,7 +1,7 @@
 """The search loop, written once: ask a generation, fly it, tell, record."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from time import perf_counter
 from typing import Protocol
 
@@ -78,6 +78,6 @@ def search_generations(
         so_far = archive([*done, draft])
         feasible = np.all(so_far.violations <= 0.0, axis=1).mean(axis=0)
         volume = hypervolume(so_far.values[so_far.front()], so_far.values[0])
-        record = Generation(number, points, evaluation, flights, draft.seconds, float(feasible), volume)
+        record = replace(draft, feasible_share=float(feasible), hypervolume=volume)
         done.append(record)
         yield record

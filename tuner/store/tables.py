@@ -58,7 +58,7 @@ def front_table(outcome: "Outcome") -> Any:
         "point": names, "candidate": rows, "role": roles,
         "non_dominated": finalists.non_dominated, "feasible": finalists.feasible,
     }  # fmt: skip
-    gains = np.stack([outcome.gains(row) for row in range(len(names))], axis=0)
+    gains = outcome.finalist_rows
     columns |= {
         f"gain:{v.name}": gains[:, c[0]] for v, c in zip(study.space.variables, study.space.columns, strict=True)
     }

@@ -83,8 +83,8 @@ def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
 
 
 @contextmanager
-def located(path: Path, key: str) -> Iterator[None]:
-    """Put file and table in front of the key of an error raised inside."""
+def located(path: Path | None, key: str) -> Iterator[None]:
+    """Put a table in front of the key of an error raised inside, and name the file; None leaves the file to an outer one."""
     try:
         yield
     except InputError as error:
@@ -95,7 +95,7 @@ def located(path: Path, key: str) -> Iterator[None]:
         raise _moved(error, path, joined) from None
 
 
-def _moved(error: InputError, path: Path, key: str) -> InputError:
+def _moved(error: InputError, path: Path | None, key: str) -> InputError:
     copy = type(error).__new__(type(error))
     InputError.__init__(copy, error.message, file=path, key=key or None)
     return copy
@@ -188,7 +188,7 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path) -> StudyScenario
     for key, kind in (("gust", Gust), ("injection", Injection)):
         if air[key] is not None:
             values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in air[key].items()}
-            with _keyed("air"):
+            with located(None, "air"):
                 air[key] = kind(**values)
     air["window"] = None if air["window"] is None else tuple(air["window"])
     parts: dict[str, Any] = {}
@@ -198,7 +198,7 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path) -> StudyScenario
         ("spread", Spread, table.spread.model_dump()),
         ("bands", Bands, table.bands.model_dump()),
     ):
-        with _keyed(key):
+        with located(None, key):
             parts[key] = kind(**fields)
     reference = _reference(table.reference, path)
     if not table.name.strip():
@@ -209,7 +209,7 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path) -> StudyScenario
     )  # fmt: skip
     _check_duration(spec.duration, timing.control_period)
     _check_air(spec)
-    with _keyed("reference"):
+    with located(None, "reference"):
         spec.track(timing)
     return StudyScenario(spec, table.search, table.held_out)
 
@@ -239,23 +239,11 @@ def _check_duration(duration: float, control_period: float) -> None:
     _multiple(duration, control_period, "duration", "controller.control_period")
 
 
-@contextmanager
-def _keyed(key: str) -> Iterator[None]:
-    try:
-        yield
-    except InputError as error:
-        if error.file is not None:
-            raise
-        copy = type(error).__new__(type(error))
-        InputError.__init__(copy, error.message, key=f"{key}.{error.key}" if error.key else key)
-        raise copy from None
-
-
 def _objective(table: ObjectiveTable, scenarios: tuple[StudyScenario, ...], timing: Timing) -> Objective:
     names = [entry.spec.name for entry in scenarios]
     if table.scenario is not None and table.scenario not in names:
         raise UnknownNameError("scenario", table.scenario, names, key="scenario")
-    with _keyed("metric"):
+    with located(None, "metric"):
         metric = parse(table.metric)
         for entry in scenarios:
             if table.scenario in (None, entry.spec.name):
