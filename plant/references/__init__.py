@@ -9,6 +9,7 @@ from pathlib import Path
 from plant.references.figure_eight import FigureEight
 from plant.references.helix import Helix
 from plant.references.hover import Hover
+from plant.references.level import Level
 from plant.references.parameters import Parameter, parameters
 from plant.references.ramp import Ramp
 from plant.references.spec import ReferenceSpec, Track, build
@@ -19,7 +20,7 @@ from plant.references.waypoints import Waypoints
 __all__ = ["REFERENCES", "Parameter", "ReferenceSpec", "Track", "build", "from_mapping", "parameters"]
 
 REFERENCES: dict[str, type[ReferenceSpec]] = {
-    kind.kind: kind for kind in (Hover, Steps, Ramp, FigureEight, Helix, Waypoints)
+    kind.kind: kind for kind in (Hover, Level, Steps, Ramp, FigureEight, Helix, Waypoints)
 }
 
 

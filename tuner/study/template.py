@@ -42,7 +42,7 @@ search = 32                     # flights of each candidate while searching
 held_out = 256                  # flights that only the final check sees
 
 [scenario.reference]
-kind = "steps"                  # hover, steps, ramp, figure_eight, helix, waypoints: `tuner list references`
+kind = "steps"                  # hover, level, steps, ramp, figure_eight, helix, waypoints: `tuner list references`
 x = 1.0                         # m
 time = 1.0                      # s
 

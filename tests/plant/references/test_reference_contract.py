@@ -15,6 +15,7 @@ from plant.references.track import Reference
 CSV = "t,x,y,z,yaw_deg\n0,0,0,0,0\n2,1,0.5,0.2,40\n3.5,2,-1,0,90\n6,0,0,1,-30\n"
 TABLES: dict[str, dict[str, object]] = {
     "hover": {},
+    "level": {},
     "steps": {"x": 1.0, "y": -2.0, "z": 0.5, "yaw_deg": 20, "time": 1.0},
     "ramp": {"x_rate": 1.0, "z_rate": -0.5, "yaw_rate_deg": 30.0, "start": 1.0, "stop": 4.0, "blend": 0.8},
     "figure_eight": {"size": 2.0, "period": 5.0},
@@ -70,7 +71,7 @@ def test_shapes_and_rest_at_the_start(kind: str, folder: Path) -> None:
     assert not np.any(track.samples[0, ACCELERATION])
     assert track.samples[0, YAW_RATE] == 0.0
     np.testing.assert_array_equal(track.samples[0, [0, 1, 2, ROLL, PITCH, YAW]], track.start)
-    assert set(track.samples[:, HOLD]) == {1.0}
+    assert set(track.samples[:, HOLD]) == {0.0 if kind == "level" else 1.0}
 
 
 @pytest.mark.parametrize("kind", REFERENCES)

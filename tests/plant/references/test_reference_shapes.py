@@ -26,6 +26,11 @@ def test_hover_is_the_origin() -> None:
     np.testing.assert_array_equal(samples_of(2.0, kind="hover"), expected)
 
 
+def test_level_asks_for_nothing_but_attitude() -> None:
+    """All zero, hold included: x and y are free."""
+    np.testing.assert_array_equal(samples_of(2.0, kind="level"), np.zeros((501, 14)))
+
+
 def test_steps_switch_at_their_time() -> None:
     """All axes switch at the first sample at or after the time; angles arrive in radians."""
     track = build(from_mapping({"kind": "steps", "x": 1.5, "z": -1, "yaw_deg": 90.0, "time": 1.0}), DT, 500)
