@@ -50,4 +50,4 @@ def either(a: bool, b: bool) -> bool:
 
 def sign(a: float) -> float:
     """Return -1, 0 or 1 with the sign of a."""
-    return (a > 0.0) - (a < 0.0)
+    return float(a > 0.0) - float(a < 0.0)

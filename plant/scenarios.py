@@ -4,7 +4,7 @@ Scenario i of a stream is a pure function of (root seed, stream, scenario name, 
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, field, fields, replace
 from math import isfinite
 
 import numpy as np
@@ -137,6 +137,14 @@ def sample_scenarios(
         targets=spec.targets(timing),
         count=len(airs),
     )
+
+
+def for_vehicle(
+    inputs: FlightInputs, spec: ScenarioSpec, vehicle: Vehicle, root: int, stream: str, indices: Iterable[int]
+) -> FlightInputs:
+    """Return drawn scenarios with another vehicle in them: same air, noise and relative spread, as if drawn for it."""
+    draws = (generator(root, f"{stream}/{spec.name}/vehicle", index) for index in indices)
+    return replace(inputs, dynamics=to_lanes(np.array([_dynamics_row(spec.spread, vehicle, draw) for draw in draws])))
 
 
 def _dynamics_row(spread: Spread, vehicle: Vehicle, draw: np.random.Generator) -> list[float]:

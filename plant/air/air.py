@@ -73,6 +73,11 @@ def sample_air(spec: AirSpec, dt: float, steps: int, generator: Generator) -> Ar
     return out
 
 
+def injection_normals(steps: int, generator: Generator) -> Array:
+    """Return the normals (steps, 6) that `sample_air` would draw for the injection from the same fresh generator."""
+    return generator.spawn(3)[2].standard_normal((steps, 6))
+
+
 def summary(spec: AirSpec) -> dict[str, float | str]:
     """Return what a report states of the turbulence, in SI units.
 

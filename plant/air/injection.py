@@ -68,7 +68,13 @@ def sample_injection(
     gate: factor (K,) of the window. Six normals are drawn per step whatever the settings: one axis does not change
     another.
     """
-    normals = generator.standard_normal((len(gate), 6))
+    return shape_injection(injection, dt, gate, generator.standard_normal((len(gate), 6)))
+
+
+def shape_injection(
+    injection: Injection, dt: float, gate: NDArray[np.float64], normals: NDArray[np.float64]
+) -> NDArray[np.float64]:
+    """Return the same for normals (K, 6) that are drawn already: one draw under other settings costs a filter only."""
     out = np.empty_like(normals)
     for axis, (sigma, time, bias) in enumerate(zip(injection.sigma, injection.time, injection.bias, strict=True)):
         noise = sample(_sampler(time, dt), normals[:, axis : axis + 1])[:, 0] if sigma > 0.0 else 0.0

@@ -7,7 +7,7 @@ of the model and no twin that can drift.
 
 import builtins
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import CellType, FunctionType
 from typing import Any
@@ -24,13 +24,19 @@ class Rebinder:
     """Rebinds model functions, each once.
 
     names: what each mathematical name means here. wrap: applied to every rebound function (a compiler's decorator).
-    sources: files of all functions and records seen, for cache keys.
+    stand_ins: what is called in place of a model function, as it is. sources: files of all functions and records seen, for
+    cache keys.
     """
 
-    def __init__(self, names: dict[str, Any], wrap: Wrap = lambda function: function) -> None:
+    def __init__(
+        self,
+        names: dict[str, Any],
+        wrap: Wrap = lambda function: function,
+        stand_ins: Mapping[Callable[..., Any], Callable[..., Any]] | None = None,
+    ) -> None:
         self._names = names
         self._wrap = wrap
-        self._done: dict[FunctionType, Any] = {}
+        self._done: dict[Callable[..., Any], Any] = dict(stand_ins or {})
         self.sources: set[Path] = set()
 
     def __call__(self, function: Callable[..., Any]) -> Any:

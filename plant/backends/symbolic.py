@@ -1,6 +1,6 @@
 """The casadi backend: the model as CasADi expressions, for exact linearisation and gradients of the loop that flies."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import casadi as ca
@@ -32,9 +32,9 @@ NAMES: dict[str, Any] = {
 }
 
 
-def rebinder() -> Rebinder:
-    """Return a rebinder to CasADi operations."""
-    return Rebinder(NAMES)
+def rebinder(stand_ins: Mapping[Callable[..., Any], Callable[..., Any]] | None = None) -> Rebinder:
+    """Return a rebinder to CasADi operations; stand_ins: what is called in place of a model function."""
+    return Rebinder(NAMES, stand_ins=stand_ins)
 
 
 def symbolic_function(name: str, function: Callable[..., Any], kinds: Sequence[Any]) -> ca.Function:

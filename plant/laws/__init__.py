@@ -1,12 +1,40 @@
 """Control laws: one file a law, one line here. The cascade, the search and the reports learn of a law from this table."""
 
 from plant.errors import UnknownNameError
-from plant.laws import hybrid, ladrc, pid
-from plant.laws.law import GainInfo, Law, Span
+from plant.laws import (
+    adrc,
+    hybrid,
+    hybrid_beta3,
+    hybrid_gsta,
+    hybrid_literal,
+    hybrid_paper_f_hat,
+    hybrid_true_sta,
+    ladrc,
+    ladrc_printed,
+    pid,
+    supertwisting,
+    supertwisting_euler,
+)
+from plant.laws.law import GainInfo, Law, Nonlinearity, Span
 
-__all__ = ["LAWS", "GainInfo", "Law", "Span", "law"]
+__all__ = ["LAWS", "GainInfo", "Law", "Nonlinearity", "Span", "law"]
 
-LAWS: dict[str, Law] = {entry.name: entry for entry in (pid.LAW, ladrc.LAW, hybrid.LAW)}
+# Laws to choose from first, then the paper's as printed.
+ENTRIES = (
+    pid.LAW,
+    ladrc.LAW,
+    adrc.LAW,
+    supertwisting.LAW,
+    supertwisting_euler.LAW,
+    hybrid.LAW,
+    hybrid_true_sta.LAW,
+    hybrid_gsta.LAW,
+    hybrid_literal.LAW,
+    hybrid_paper_f_hat.LAW,
+    hybrid_beta3.LAW,
+    ladrc_printed.LAW,
+)
+LAWS: dict[str, Law] = {entry.name: entry for entry in ENTRIES}
 
 
 def law(name: str) -> Law:

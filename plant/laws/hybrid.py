@@ -13,9 +13,10 @@ from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.ladrc import OMEGA_O
-from plant.laws.law import GainInfo, Law, Span
+from plant.laws.law import GainInfo, Law, Nonlinearity, Span
 from plant.laws.observer import Observer, ObserverConstants, observe, observer_constants
-from plant.primitives import absolute, clip, select, sqrt
+from plant.laws.surface import surface
+from plant.primitives import absolute, clip, sqrt
 
 SOURCE = "Wu et al., Appl. Sci. 2025, 15(9), 5124"
 
@@ -67,10 +68,8 @@ def step(
 ) -> tuple[float, Observer]:
     """One control period."""
     z = observe(memory, constants.observer, measured.value, channel.b0 * applied.effect, h)
-    rate = select(channel.rate_from_observer > 0.5, z.z2, measured.rate)
-    error_rate = rate - setpoint.rate
-    s = error_rate + constants.lambda_ * (measured.value - setpoint.value)
-    demand = setpoint.acceleration - constants.lambda_ * error_rate - sliding_term(s, constants)
+    e = surface(constants.lambda_, channel, setpoint, measured, z.z2)
+    demand = setpoint.acceleration - constants.lambda_ * e.error_rate - sliding_term(e.s, constants)
     return (demand - z.z3) / channel.b0, z
 
 
@@ -103,4 +102,5 @@ LAW = Law(
             "half-width of the saturation; open in the source", exclusive=True,
         ),
     ),
+    nonlinear=(Nonlinearity("sliding term", sliding_term, "{y}/s"),),
 )  # fmt: skip

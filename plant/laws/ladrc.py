@@ -3,8 +3,11 @@
     b0 u = r'' + wc^2 (r - z1) + 2 zeta wc (r' - z2) - z3
 
 With the measured rate, y and its measured rate stand in for z1 and z2 and the observer only serves z3. Z. Gao, "Scaling and
-bandwidth-parameterization based controller tuning", ACC 2003, pp. 4989-4996; zeta = 1 there. Expect 36 to 41 deg of phase
-margin at wo/wc = 3 to 5 even without any lag.
+bandwidth-parameterization based controller tuning", ACC 2003, pp. 4989-4996.
+
+(omega_c, zeta) is the design by natural frequency and damping ratio, kp = wn^2 and kd = 2 zeta wn: the correct form of equation
+(28) of Wu et al., Appl. Sci. 2025, 15(9), 5124, which gives the second gain alone (`ladrc_printed`). zeta = 1 is Gao's bandwidth
+design. Expect 36 to 41 deg of phase margin at wo/wc = 3 to 5 even without any lag.
 """
 
 from typing import NamedTuple

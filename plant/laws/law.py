@@ -4,6 +4,14 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+# All that a law may promise: see `Law.promises`.
+PROMISES = frozenset({"tracks", "rejects"})
+
+
+def in_loop(unit: str, loop: str) -> str:
+    """Return a unit with {y} written out in the loop "attitude" (rad) or "position" (m)."""
+    return unit.replace("{y}", "rad" if loop == "attitude" else "m")
+
 
 @dataclass(frozen=True)
 class Span:
@@ -42,7 +50,24 @@ class GainInfo:
 
     def unit_in(self, loop: str) -> str:
         """Return the unit in the loop "attitude" (y in rad) or "position" (y in m)."""
-        return self.unit.replace("{y}", "rad" if loop == "attitude" else "m")
+        return in_loop(self.unit, loop)
+
+
+@dataclass(frozen=True)
+class Nonlinearity:
+    """One odd function of one signal through which a law depends on amplitude.
+
+    function(s, constants) -> float is a model function that the law's `step` reaches by its global name, so that a backend
+    can put a describing function in its place. unit: of the signal s, with {y} for the unit of the channel.
+    """
+
+    name: str
+    function: Callable[[Any, Any], Any]
+    unit: str
+
+    def unit_in(self, loop: str) -> str:
+        """Return the unit of the signal in the loop "attitude" (y in rad) or "position" (y in m)."""
+        return in_loop(self.unit, loop)
 
 
 @dataclass(frozen=True)
@@ -52,6 +77,9 @@ class Law:
     Gains, Constants, Memory: NamedTuples of floats. prepare(gains, h) -> Constants runs once a flight. start(constants,
     measured) -> Memory is the state of a loop at rest at the measured value. step(memory, constants, channel, setpoint,
     measured, applied, h) -> (command, Memory) runs every control period. gains: one entry for each field of Gains.
+
+    promises: "tracks": a reference that the channel can fly is flown without error; "rejects": a constant disturbance leaves
+    no error. nonlinear: all that makes the feedback depend on amplitude; empty for a linear law.
     """
 
     name: str
@@ -64,6 +92,8 @@ class Law:
     start: Callable[..., Any]
     step: Callable[..., Any]
     gains: tuple[GainInfo, ...]
+    promises: frozenset[str] = PROMISES
+    nonlinear: tuple[Nonlinearity, ...] = ()
 
     def defaults(self, loop: str) -> dict[str, float]:
         """Return the default gains in the loop "attitude" or "position"."""

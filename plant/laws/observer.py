@@ -34,6 +34,17 @@ def observer_constants(omega_o: float, h: float) -> ObserverConstants:
     return ObserverConstants(1.0 - beta * beta * beta, 1.5 * gap * gap * (1.0 + beta) / h, gap * gap * gap / (h * h))
 
 
+def placed(gap: float, pair_sum: float, pair_product: float, h: float) -> ObserverConstants:
+    """Place the poles p1, p2, p3 of the sampled estimator anywhere: gap = 1 - p1, and sum and product of 1 - p2 and 1 - p3.
+
+    Written in distances from 1, where sampled poles lie close together, nothing cancels; p2 and p3 may be conjugate.
+    """
+    total = gap + pair_sum
+    pairs = gap * pair_sum + pair_product
+    product = gap * pair_product
+    return ObserverConstants(total - pairs + product, (pairs - 1.5 * product) / h, product / (h * h))
+
+
 def observe(z: Observer, constants: ObserverConstants, measured: float, acceleration: float, h: float) -> Observer:
     """Predict over one period under the known acceleration b0 u, then correct with the measurement at its end."""
     drift = z.z3 + acceleration

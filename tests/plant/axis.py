@@ -37,7 +37,7 @@ class Trajectory:
 
 @dataclass(frozen=True)
 class Axis:
-    """The plant y'' = b0 (u + disturbance), |u| <= limit, with the command held over each period.
+    """The plant y'' = b0 (u + disturbance + drift t), |u| <= limit, with the command held over each period, and the drift too.
 
     told: what the law hears of its clipped command: "all", or "nothing" (then it takes the command asked for as delivered).
     """
@@ -47,6 +47,7 @@ class Axis:
     disturbance: float = 0.0
     from_observer: bool = False
     told: str = "all"
+    drift: float = 0.0
 
     def fly(
         self,
@@ -67,7 +68,7 @@ class Axis:
             command = min(max(asked, -self.limit), self.limit)
             applied = Applied(command, command - asked) if self.told == "all" else Applied(asked, 0.0)
             rows.append((y, v, asked, command))
-            acceleration = self.b0 * (command + self.disturbance)
+            acceleration = self.b0 * (command + self.disturbance + self.drift * k * h)
             y, v = y + h * v + 0.5 * h * h * acceleration, v + h * acceleration
         value, rate, wanted, clipped = np.array(rows).T
         return Trajectory(value, rate, wanted, clipped, memory)

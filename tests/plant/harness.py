@@ -31,6 +31,8 @@ TIMING = Timing(H, 0.001)
 LIMITS = Limits(5.0, cos(radians(80.0)))
 ZERO = Vec3(0.0, 0.0, 0.0)
 CALM = Disturbance(ZERO, ZERO, ZERO, ZERO)
+# Every law once as position law and once as attitude law.
+PAIRS = list(zip(LAWS, [*LAWS][1:] + [*LAWS][:1], strict=True))
 TARGETS = Targets(*[Target(0.0, step, 0.1, 0.05, 0.3, 0.1, 0.4) for step in (1.0, 1.0, 1.0, 0.0, 0.0, 0.5)])
 
 

@@ -143,7 +143,9 @@ def cascade_case(cascade, vehicle, draw):
     return memory, constants, reference, m, in_force
 
 
-PAIRS = [(name, name) for name in LAWS] + [("ladrc", "hybrid"), ("pid", "ladrc")]
+PAIRS = [(name, name) for name in LAWS] + [("ladrc", "hybrid"), ("pid", "ladrc"), ("adrc", "hybrid_gsta")]
+# Compiled as a whole: these take some seconds each, and the step of every law is compiled above.
+COMPILED = (("ladrc", "hybrid"), ("adrc", "hybrid_gsta"))
 
 
 @pytest.mark.parametrize("pair", PAIRS, ids="-".join)
@@ -157,7 +159,7 @@ def test_cascade(pair, frame):
         "step", cascade.step, (cascade.Memory, cascade.Constants, Nominal, Reference, Measurement, Rotors, float)
     )
     on_arrays = array.rebinder()(cascade.step)
-    native = lanes.compiled(cascade.step) if frame == "hummingbird" and pair == ("ladrc", "hybrid") else None
+    native = lanes.compiled(cascade.step) if frame == "hummingbird" and pair in COMPILED else None
     for _ in range(SAMPLES):
         memory, constants, reference, m, in_force = cascade_case(cascade, vehicle, draw)
         arguments = (memory, constants, knowledge, reference, m, in_force, H)

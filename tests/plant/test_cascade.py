@@ -1,6 +1,5 @@
 """The cascade: geometry between position and attitude loops, signs, limits, symmetry, attitude mode."""
 
-from itertools import product
 from math import atan, cos, hypot, pi, radians, sin, tan
 from typing import Any
 
@@ -18,10 +17,9 @@ from plant.records import flatten, pack
 from plant.references.track import Reference
 from plant.sensors import Measurement, Noise, measure
 from plant.vectors import Quaternion, Rotors, Vec3
-from tests.plant.harness import HUMMINGBIRD, VEHICLES, ZERO, H, loop_of
+from tests.plant.harness import HUMMINGBIRD, PAIRS, VEHICLES, ZERO, H, loop_of
 from tests.plant.pilot import Array, Quadrotor, matrix_of
 
-PAIRS = list(product(LAWS, LAWS))
 G = 9.81
 NO_NOISE = pack(Noise, [0.0] * 12)
 HERE = Reference(ZERO, ZERO, ZERO, 0.0, 0.0, 0.0, 0.0, 1.0)

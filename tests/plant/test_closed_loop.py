@@ -1,6 +1,5 @@
 """One flight as a sampled system: status, delay, meters, equilibria, and the symmetries that space has."""
 
-from itertools import product
 from math import cos, radians, sin
 from typing import Any
 
@@ -13,7 +12,6 @@ from plant.cascade import Tilt
 from plant.closed_loop import LARGEST_STATE, ClosedLoop, Limits, Status, hover_body, place, sample_of, status_of
 from plant.flights import Flyer, result_parts
 from plant.gains import default_row
-from plant.laws import LAWS
 from plant.nominal import ControlOptions, nominal
 from plant.records import flatten, index, pack
 from plant.references.track import Reference
@@ -23,6 +21,7 @@ from plant.vectors import Quaternion, Rotors, Vec3
 from tests.plant.harness import (
     HUMMINGBIRD,
     LIMITS,
+    PAIRS,
     TARGETS,
     TIMING,
     VEHICLES,
@@ -37,7 +36,6 @@ from tests.plant.harness import (
     scenario,
 )
 
-PAIRS = list(product(LAWS, LAWS))
 HERE = Reference(ZERO, ZERO, ZERO, 0.0, 0.0, 0.0, 0.0, 1.0)
 LEVEL = Quaternion(1.0, 0.0, 0.0, 0.0)
 NAN = float("nan")

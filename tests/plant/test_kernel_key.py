@@ -15,7 +15,7 @@ SOURCES = (
         "allocation", "attitude", "cascade", "closed_loop", "disturbance", "integrator", "nominal", "primitives", "records",
         "rigid_body", "sample", "sensors", "targets", "vectors", "vehicle",
     )),
-    *(f"plant/laws/{name}.py" for name in ("channel", "hybrid", "ladrc", "observer")),
+    *(f"plant/laws/{name}.py" for name in ("channel", "hybrid", "ladrc", "observer", "surface")),
     "plant/references/track.py",
     *(f"plant/backends/{name}.py" for name in ("lanes", "vector_math")),
 )  # fmt: skip

@@ -5,13 +5,13 @@ from math import exp
 import numpy as np
 import pytest
 
-from plant.laws.observer import Observer, observe, observer_constants
+from plant.laws.observer import Observer, ObserverConstants, observe, observer_constants, placed
 from tests.plant.harness import Array
 
 
-def error_matrix(omega_o: float, h: float) -> Array:
+def error_matrix(constants: ObserverConstants, h: float) -> Array:
     """Matrix of one period on the estimation error (z1, h z2, h^2 z3), linearised numerically; so scaled it is of order one."""
-    constants, scale = observer_constants(omega_o, h), np.array([1.0, h, h * h])
+    scale = np.array([1.0, h, h * h])
     columns = [observe(Observer(*unit), constants, 0.0, 0.0, h) for unit in (np.eye(3) / scale).tolist()]
     return scale[:, None] * np.array(columns).T
 
@@ -21,7 +21,7 @@ def error_matrix(omega_o: float, h: float) -> Array:
 def test_all_poles_stand_at_the_sampled_bandwidth(product: float, h: float) -> None:
     # T7. A triple pole of one Jordan block: its eigenvalues scatter by eps^(1/3), but by Cayley and Hamilton (A -
     # beta)^3 = 0 to rounding.
-    matrix = error_matrix(product / h, h)
+    matrix = error_matrix(observer_constants(product / h, h), h)
     residue = np.linalg.matrix_power(matrix - exp(-product) * np.eye(3), 3)
     np.testing.assert_allclose(residue, 0.0, atol=1e-13)
     # Euler's form of the same observer is unstable from omega_o h = 2 on; this one has no limit.
@@ -38,6 +38,26 @@ def test_gains_tend_to_three_poles_in_one_place_and_not_to_the_printed_ones() ->
     np.testing.assert_allclose(printed[np.argsort(printed.real, axis=0)][0], -2.2599, atol=1e-3)
     ringing = printed[np.abs(printed.imag) > 0.1]
     np.testing.assert_allclose([ringing.real.max(axis=0), ringing.imag.max(axis=0)], [-0.3700, 1.0911], atol=1e-3)
+
+
+@pytest.mark.parametrize("h", [0.001, 0.1])
+def test_poles_stand_where_they_are_placed(h: float) -> None:
+    """One real pole anywhere and two more, real or conjugate: the polynomial of the error matrix has these roots."""
+    rng = np.random.default_rng(3)
+    for first, size, angle, second in rng.uniform([-0.9, 0.1, 0.0, -0.9], [0.99, 0.99, np.pi, 0.99], (40, 4)).tolist():
+        for pair in (size * np.exp([1j * angle, -1j * angle]), np.array([second, size])):
+            gaps = 1.0 - pair
+            constants = placed(1.0 - first, float(gaps.sum(axis=0).real), float(gaps.prod(axis=0).real), h)
+            wanted = np.poly([first, *pair]).real
+            np.testing.assert_allclose(np.poly(error_matrix(constants, h)), wanted, rtol=0.0, atol=1e-13)
+
+
+def test_three_poles_placed_in_one_point_are_the_bandwidth_form() -> None:
+    for product in (1e-6, 0.01, 0.3, 2.0):
+        gap = 1.0 - exp(-product)
+        np.testing.assert_allclose(
+            placed(gap, 2.0 * gap, gap * gap, 0.004), observer_constants(product / 0.004, 0.004), rtol=1e-9
+        )
 
 
 def follow(omega_o: float, h: float, jerks: Array) -> Array:

@@ -1,0 +1,39 @@
+"""The hybrid law on the printed observer: beta3 = 3 wo^3 where three poles at -wo need wo^3.
+
+    s^3 + 3 wo s^2 + 3 wo^2 s + 3 wo^3 = (s + wo)^3 + 2 wo^3 = 0   at   s = -wo - 2^(1/3) wo (1, -1/2 +- j sqrt(3)/2)
+
+Wu et al., Appl. Sci. 2025, 15(9), 5124, section 2.3.3; its table 2 (30, 300, 1000) has wo^3. The poles -2.2599 wo and
+(-0.3700 +- 1.0911j) wo are stable but ring, with a damping ratio of 0.32. Sampled as the current estimator of `observer`
+with its poles at exp(s h).
+"""
+
+from dataclasses import replace
+
+from plant.laws import hybrid
+from plant.laws.hybrid import Constants, Gains
+from plant.laws.observer import ObserverConstants, placed
+from plant.primitives import cos, exp, sin
+
+# Poles over -wo: 1 + 2^(1/3); real and imaginary part of the pair, 1 - 2^(1/3)/2 and 2^(1/3) sqrt(3)/2.
+REAL_POLE, DECAY, RINGING = 2.2599210498948734, 0.3700394750525634, 1.0911236359717214
+
+
+def printed_observer(omega_o: float, h: float) -> ObserverConstants:
+    """Sample the observer whose continuous gains are 3 wo, 3 wo^2 and 3 wo^3."""
+    size, angle = exp(-DECAY * omega_o * h), RINGING * omega_o * h
+    ahead, aside = 1.0 - size * cos(angle), size * sin(angle)
+    return placed(1.0 - exp(-REAL_POLE * omega_o * h), 2.0 * ahead, ahead * ahead + aside * aside, h)
+
+
+def prepare(gains: Gains, h: float) -> Constants:
+    """Sample the observer."""
+    observer = printed_observer(gains.omega_o, h)
+    return Constants(observer, gains.lambda_, gains.k1, gains.k2, 1.0 / gains.delta)
+
+
+LAW = replace(
+    hybrid.LAW,
+    name="hybrid_beta3",
+    title="A-ST-SMC with the printed observer gain beta3 = 3 wo^3",
+    prepare=prepare,
+)

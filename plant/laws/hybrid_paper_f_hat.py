@@ -1,0 +1,41 @@
+"""The hybrid law with the printed estimate of f: f_hat = z2 beside d_hat = z3.
+
+    b0 u = -z2 - z3 + r'' - lambda e' - k1 |S|^(1/2) sat(S/delta) - k2 S
+
+Wu et al., Appl. Sci. 2025, 15(9), 5124, section 2.3.3. z2 estimates the rate of y (rad/s), not an acceleration, and z3
+estimates f + d already; the sum adds quantities of different units. What it does is rate feedback with a gain of 1 1/s:
+a little damping, and an error on every ramp. At the rate v it holds S = lambda e with k1 |S|^(1/2) sat(S/delta) + k2 S = -v.
+"""
+
+from dataclasses import replace
+
+from plant.laws import hybrid
+from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.laws.hybrid import Constants, sliding_term
+from plant.laws.observer import Observer, observe
+from plant.laws.surface import surface
+
+
+def step(
+    memory: Observer,
+    constants: Constants,
+    channel: Channel,
+    setpoint: Setpoint,
+    measured: Measured,
+    applied: Applied,
+    h: float,
+) -> tuple[float, Observer]:
+    """One control period."""
+    z = observe(memory, constants.observer, measured.value, channel.b0 * applied.effect, h)
+    e = surface(constants.lambda_, channel, setpoint, measured, z.z2)
+    demand = setpoint.acceleration - constants.lambda_ * e.error_rate - sliding_term(e.s, constants)
+    return (demand - z.z2 - z.z3) / channel.b0, z
+
+
+LAW = replace(
+    hybrid.LAW,
+    name="hybrid_paper_f_hat",
+    title="A-ST-SMC with z2 taken for an estimate of f, as printed",
+    step=step,
+    promises=frozenset({"rejects"}),
+)
