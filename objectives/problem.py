@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from functools import cached_property
+from time import perf_counter
 
 import numpy as np
 
@@ -10,9 +11,17 @@ from objectives import meters
 from objectives.decisions import DecisionSpace
 from objectives.metrics import FlightContext, MetricAddress, evaluate
 from objectives.metrics import Limits as MetricLimits
+from objectives.requirements import (
+    Requirement,
+    Screen,
+    known_values,
+    known_violations,
+    requirements_of,
+    worth_flying,
+)
 from objectives.risk import Risk
 from plant.cascade import Cascade
-from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
+from plant.closed_loop import ClosedLoop, Limits, MeterModel, Status, Timing, close_loop
 from plant.flights import FlightInputs, Flyer, result_parts
 from plant.nominal import Nominal
 from plant.scenarios import ScenarioSpec, sample_scenarios
@@ -21,6 +30,8 @@ from plant.vehicle import Vehicle
 # Scenarios drawn at once, and scenarios of a fleet that are kept between generations; at 10 s and 250 Hz one takes 0.3 MB of
 # wind and noise, and laying a chunk out in lanes takes three times that for a moment.
 CHUNK, KEPT = 256, 1024
+# The row of a flight's result that holds its status, see `plant.flights.result_parts`.
+STATUS_ROW = -2
 
 
 @dataclass(frozen=True)
@@ -49,9 +60,11 @@ class Constraint:
 
 @dataclass(frozen=True)
 class Evaluation:
-    """values (n, objectives) in the metrics' units; violations (n, constraints), 0 where kept; failures (n,): share of
-    flights that did not complete; scores (n, quantities, flights): the per-flight metrics that all of it came from;
-    origin (flights,): name of the scenario of each flight.
+    """values (n, objectives) in the metrics' units; violations (n, constraints + requirements), 0 where kept; failures
+    (n,): share of flights that did not complete; scores (n, quantities, flights): the per-flight metrics that all of it
+    came from; origin (flights,): name of the scenario of each flight; requirements (n, requirements): their values, known
+    without flying; flown (n,): false where those spared the flights, whose scores are then those of failures at t = 0;
+    screening_seconds, flight_seconds: how long asking for the requirements and flying took.
     """
 
     values: np.ndarray
@@ -59,6 +72,20 @@ class Evaluation:
     failures: np.ndarray
     scores: np.ndarray
     origin: np.ndarray
+    requirements: np.ndarray
+    flown: np.ndarray
+    screening_seconds: float = 0.0
+    flight_seconds: float = 0.0
+
+    @property
+    def flights(self) -> int:
+        """Number of flights made."""
+        return int(self.flown.sum(axis=0)) * self.scores.shape[-1]
+
+    @property
+    def flights_saved(self) -> int:
+        """Number of flights that the requirements spared."""
+        return len(self.flown) * self.scores.shape[-1] - self.flights
 
     def samples(self, index: int, scenario: str | None) -> np.ndarray:
         """Return one quantity of the flights that count for it (n, flights); scenario: a name, or None for all."""
@@ -66,8 +93,21 @@ class Evaluation:
 
 
 def seen_scores(scores: np.ndarray, index: int, origin: np.ndarray, scenario: str | None) -> np.ndarray:
-    """Return scores (n, flights) of one quantity on the flights of a scenario, or of all for None."""
-    return scores[:, index] if scenario is None else scores[:, index][:, origin == scenario]
+    """Return scores (n, flights) of one quantity on the flights of a scenario, or of all for None.
+
+    Contiguous, because numpy sums in another order along other layouts: a candidate's bits must not depend on its batch.
+    """
+    return scores[:, index] if scenario is None else np.ascontiguousarray(scores[:, index][:, origin == scenario])
+
+
+def with_unflown(results: np.ndarray, flown: np.ndarray) -> np.ndarray:
+    """Put result rows (flown, flights, rows) among those of candidates (n, flights, rows) that failed at t = 0 instead."""
+    if flown.all():
+        return results
+    everyone = np.zeros((len(flown), *results.shape[1:]))
+    everyone[..., STATUS_ROW] = Status.LOST.code
+    everyone[flown] = results
+    return everyone
 
 
 @dataclass(frozen=True)
@@ -124,9 +164,10 @@ class Scenarios:
 
 
 class Problem:
-    """Evaluates points of the unit cube: every candidate through every scenario, metrics, then risks.
+    """Evaluates points of the unit cube: requirements, every candidate worth it through every scenario, metrics, risks.
 
-    fleets: one for each scenario of the study. progress(n) is called as n more flights have landed.
+    fleets: one for each scenario of the study. landed(n) is called as n more flights have ended or been spared. fly_all:
+    fly what breaks a hard requirement too; a mask (n,) says so for single candidates.
     """
 
     def __init__(
@@ -137,11 +178,13 @@ class Problem:
         constraints: tuple[Constraint, ...],
         root: int,
         threads: int | None = None,
+        screens: tuple[Screen, ...] = (),
     ) -> None:
         self.system = system
         self.space = space
         self.objectives = objectives
         self.constraints = constraints
+        self.screens = screens
         self.flyer = Flyer(system.loop, system.limits, system.timing, threads)
         self._scenarios = Scenarios(system, root)
 
@@ -150,40 +193,75 @@ class Problem:
         """Objectives first, then what is constrained."""
         return (*self.objectives, *(constraint.objective for constraint in self.constraints))
 
+    @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """What is known without flying, in the order of its columns."""
+        return requirements_of(self.screens)
+
+    def worth_flying(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (n, d) of the unit cube keep every hard requirement (n,)."""
+        return worth_flying(self.requirements, known_values(self.screens, self.space.gains(points)))
+
     def evaluate(
-        self, points: np.ndarray, fleets: tuple[Fleet, ...], landed: Callable[[int], None] | None = None
+        self,
+        points: np.ndarray,
+        fleets: tuple[Fleet, ...],
+        landed: Callable[[int], None] | None = None,
+        fly_all: bool | np.ndarray = False,
     ) -> Evaluation:
         """Evaluate points (n, d) of the unit cube."""
-        return self.evaluate_gains(self.space.gains(points), fleets, landed)
+        return self.evaluate_gains(self.space.gains(points), fleets, landed, fly_all)
 
     def evaluate_gains(
-        self, gains: np.ndarray, fleets: tuple[Fleet, ...], landed: Callable[[int], None] | None = None
+        self,
+        gains: np.ndarray,
+        fleets: tuple[Fleet, ...],
+        landed: Callable[[int], None] | None = None,
+        fly_all: bool | np.ndarray = False,
     ) -> Evaluation:
         """Evaluate gains rows (n, gains); scores are ordered by fleet, then by scenario index."""
-        quantities = self.quantities
+        begin = perf_counter()
+        known = known_values(self.screens, gains)
+        screened = perf_counter()
+        flown = worth_flying(self.requirements, known) | fly_all
         scores, failed, origin = [], [], []
         for fleet in fleets:
-            for part, status in self._fly(gains, fleet, landed):
+            for part, status in self._fly(gains, flown, fleet, landed):
                 scores.append(part)
                 failed.append(status)
                 origin += [fleet.spec.name] * part.shape[-1]
-        all_scores = np.concatenate(scores, axis=-1)
-        risks = np.empty((len(gains), len(quantities)))
-        names = np.array(origin)
-        for i, quantity in enumerate(quantities):
-            risks[:, i] = quantity.risk.apply(seen_scores(all_scores, i, names, quantity.scenario))
+        all_scores, names = np.concatenate(scores, axis=-1), np.array(origin)
+        risks = self._risks(all_scores, names)
         n = len(self.objectives)
         most = np.array([constraint.most for constraint in self.constraints])
-        violations = np.maximum(risks[:, n:] - most, 0.0)
-        return Evaluation(risks[:, :n], violations, np.concatenate(failed, axis=-1).mean(axis=-1), all_scores, names)
+        broken = np.maximum(risks[:, n:] - most, 0.0)
+        return Evaluation(
+            values=risks[:, :n],
+            violations=np.concatenate([broken, known_violations(self.requirements, known)], axis=1),
+            failures=np.concatenate(failed, axis=-1).mean(axis=-1),
+            scores=all_scores,
+            origin=names,
+            requirements=known,
+            flown=flown,
+            screening_seconds=screened - begin,
+            flight_seconds=perf_counter() - screened,
+        )
+
+    def _risks(self, scores: np.ndarray, origin: np.ndarray) -> np.ndarray:
+        risks = np.empty(scores.shape[:2])
+        for i, quantity in enumerate(self.quantities):
+            risks[:, i] = quantity.risk.apply(seen_scores(scores, i, origin, quantity.scenario))
+        return risks
 
     def _fly(
-        self, gains: np.ndarray, fleet: Fleet, landed: Callable[[int], None] | None
+        self, gains: np.ndarray, flown: np.ndarray, fleet: Fleet, landed: Callable[[int], None] | None
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        system = self.system
+        system, spared = self.system, int(np.sum(~flown, axis=0))
         for inputs in self._scenarios.chunks(fleet):
-            results = self.flyer.fly(gains, system.nominal, inputs, landed)
-            yield self.score(results, fleet.spec, inputs)
+            results = self.flyer.fly(gains[flown], system.nominal, inputs, landed)
+            if landed is not None and spared:
+                landed(spared * inputs.count)
+            yield self.score(with_unflown(results, flown), fleet.spec, inputs)
 
     def score(self, results: np.ndarray, spec: ScenarioSpec, inputs: FlightInputs) -> tuple[np.ndarray, np.ndarray]:
         """Turn result rows (n, flights, rows) into scores (n, quantities, flights) and failures (n, flights)."""

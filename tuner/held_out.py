@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from objectives.problem import Evaluation, Objective, Problem
+from objectives.requirements import Requirement
 from objectives.risk import bootstrap_interval, paired_difference
 from plant.seeds import generator
 from tuner.search.front import non_dominated
@@ -44,6 +45,20 @@ class Comparison:
         if self.difference.high < 0.0:
             return "better"
         return "worse" if self.difference.low > 0.0 else "no clear difference"
+
+
+@dataclass(frozen=True)
+class KnownComparison:
+    """One requirement of the tuned point against the default: numbers without intervals, for nothing was sampled."""
+
+    requirement: Requirement
+    default: float
+    tuned: float
+
+    @property
+    def verdict(self) -> str:
+        """Say whether the tuned point keeps it."""
+        return "kept" if self.requirement.kept(np.array([self.tuned]))[0] else "broken"
 
 
 @dataclass(frozen=True)
@@ -90,3 +105,12 @@ def compare(problem: Problem, finalists: Finalists, tuned: int, root: int) -> li
         difference = Estimate(float(paired.difference), float(paired.low), float(paired.high))
         rows.append(Comparison(quantity, limit, default, best, difference))
     return rows
+
+
+def compare_known(problem: Problem, finalists: Finalists, tuned: int) -> list[KnownComparison]:
+    """Compare a finalist with the default on every requirement."""
+    values = finalists.evaluation.requirements[[0, tuned]]
+    return [
+        KnownComparison(requirement, float(values[0, i]), float(values[1, i]))
+        for i, requirement in enumerate(problem.requirements)
+    ]

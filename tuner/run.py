@@ -12,11 +12,13 @@ from objectives.problem import Evaluation, Fleet, Problem
 from objectives.risk import minimum_samples
 from plant.scenarios import HELD_OUT, SEARCH
 from plant.seeds import generator
-from tuner.held_out import Comparison, Finalists, compare, judge
+from tuner.held_out import Comparison, Finalists, KnownComparison, compare, compare_known, judge
 from tuner.search.first_generation import first_generation
 from tuner.search.front import pick
+from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive, search_generations
 from tuner.search.nsga2 import Nsga2
+from tuner.search.starts import starting_points
 from tuner.store.environment import environment
 from tuner.store.folder import Folder
 from tuner.store.tables import front_table, generation_table, history_table
@@ -41,13 +43,14 @@ class Outcome:
     tuned: int
     why: str
     table: list[Comparison]
+    known: list[KnownComparison]
     warnings: list[str]
     seconds: float
 
     @property
     def flights(self) -> int:
         """Number of flights of the search and of the held-out check."""
-        return self.generations[-1].flights + self.finalists.evaluation.scores[:, 0].size
+        return self.generations[-1].flights + self.finalists.evaluation.flights
 
     @cached_property
     def archive(self) -> Archive:
@@ -67,11 +70,14 @@ class Outcome:
 def run_study(study: Study, folder: Folder, watcher: Watcher, threads: int | None = None) -> Outcome:
     """Run a study into a new results folder; every generation is on disk before the next one flies."""
     begin = perf_counter()
-    problem = Problem(study.system, study.space, study.objectives, study.constraints, study.seed, threads)
+    problem = Problem(
+        study.system, study.space, study.objectives, study.constraints, study.seed, threads, study.screens
+    )
     write_inputs(study, folder, problem.flyer.threads)
     warm_up(problem, study, watcher)
-    generations = search(problem, study, folder, watcher)
-    outcome = conclude(problem, study, generations, watcher, begin)
+    starts, said = starting_points(study)
+    generations = search(problem, study, folder, watcher, starts)
+    outcome = conclude(problem, study, generations, watcher, begin, said)
     write_outcome(outcome, folder, watcher)
     return outcome
 
@@ -90,23 +96,26 @@ def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
     watcher.compiling()
     begin = perf_counter()
     first = study.scenarios[0].spec
-    problem.evaluate_gains(study.default_row[None], (Fleet(first, SEARCH, 1),))
+    problem.evaluate_gains(study.default_row[None], (Fleet(first, SEARCH, 1),), fly_all=True)
     watcher.compiled(perf_counter() - begin)
 
 
-def search(problem: Problem, study: Study, folder: Folder, watcher: Watcher) -> list[Generation]:
-    """Run the search and record each generation."""
+def search(problem: Problem, study: Study, folder: Folder, watcher: Watcher, starts: np.ndarray) -> list[Generation]:
+    """Run the search from starting points (k, d), the default first, and record each generation."""
     spec = study.search
-    start = study.space.point(study.default_row)[None]
-    first = first_generation(start, spec.population, generator(study.seed, "search/initial", 0))
+    worthy = problem.worth_flying if study.requirements else None
+    first = first_generation(starts, spec.population, generator(study.seed, "search/initial", 0), worthy)
     seed = int(generator(study.seed, "search/algorithm", 0).integers(2**31))
-    algorithm = SEARCHES[spec.algorithm](first, len(study.objectives), len(study.constraints), seed)
+    limits = len(study.constraints) + len(study.requirements)
+    algorithm = SEARCHES[spec.algorithm](first, len(study.objectives), limits, seed)
     flown = fleets(study, SEARCH)
     watcher.searching(spec.generations, spec.generations * spec.population * sum(fleet.count for fleet in flown))
     generations: list[Generation] = []
 
     def evaluate(points: np.ndarray) -> Evaluation:
-        return problem.evaluate(points, flown, watcher.landed)
+        # The very first candidate is the default: all others are measured by it, so it flies whatever it breaks.
+        default = np.arange(len(points)) == 0 if not generations else False
+        return problem.evaluate(points, flown, watcher.landed, fly_all=default)
 
     for record in search_generations(algorithm, evaluate, spec.generations):
         generations.append(record)
@@ -116,20 +125,32 @@ def search(problem: Problem, study: Study, folder: Folder, watcher: Watcher) -> 
     return generations
 
 
-def conclude(problem: Problem, study: Study, generations: list[Generation], watcher: Watcher, begin: float) -> Outcome:
-    """Re-fly the default and the front on held-out scenarios and pick the recommended point."""
+def conclude(
+    problem: Problem, study: Study, generations: list[Generation], watcher: Watcher, begin: float, said: list[str]
+) -> Outcome:
+    """Re-fly the default and the front on held-out scenarios and pick the recommended point; said: warnings so far."""
     found = archive(generations)
     candidates, warnings = finalists_of(found, study)
+    warnings = [*said, *warnings]
     flown = fleets(study, HELD_OUT)
     gains = finalist_gains(problem, study, found, candidates)
     watcher.verifying(len(gains) * sum(fleet.count for fleet in flown))
-    finalists = judge(problem, problem.evaluate_gains(gains, flown, watcher.landed), study.seed)
+    finalists = judge(problem, problem.evaluate_gains(gains, flown, watcher.landed, fly_all=True), study.seed)
     tuned, why = recommend(study, finalists)
     table = compare(problem, finalists, tuned, study.seed)
+    known = compare_known(problem, finalists, tuned)
     if not finalists.feasible[tuned]:
-        warnings.append("The recommended point breaks a constraint on the held-out scenarios; see the table.")
+        warnings.append(f"The recommended point breaks {broken_by(finalists, tuned, study)}; see the table.")
     seconds = perf_counter() - begin
-    return Outcome(study, problem, generations, candidates, finalists, tuned, why, table, warnings, seconds)
+    return Outcome(study, problem, generations, candidates, finalists, tuned, why, table, known, warnings, seconds)
+
+
+def broken_by(finalists: Finalists, row: int, study: Study) -> str:
+    """Return what kind of limit an infeasible finalist breaks."""
+    broken = finalists.evaluation.violations[row] > 0.0
+    split = len(study.constraints)
+    kinds = [(broken[:split], "a constraint on the held-out scenarios"), (broken[split:], "a requirement")]
+    return " and ".join(kind for part, kind in kinds if part.any())
 
 
 def finalist_gains(problem: Problem, study: Study, found: Archive, candidates: np.ndarray) -> np.ndarray:
@@ -142,12 +163,8 @@ def finalists_of(found: Archive, study: Study) -> tuple[np.ndarray, list[str]]:
     warnings = few_scenarios(study)
     front = found.front()
     if len(front) == 0:
-        total = found.violations.sum(axis=1)
-        warnings.append(
-            "No candidate kept every constraint. The one that breaks them least is shown; relax a constraint, widen the "
-            "ranges of the gains, or give the search more generations."
-        )
-        return np.array([int(np.argmin(total))]), warnings
+        least, why = nothing_feasible(found, study.requirements)
+        return np.array([least]), [*warnings, why]
     front = front[np.argsort(found.values[front, 0], kind="stable")]
     if len(front) > MOST_FINALISTS:
         keep = np.unique(np.linspace(0, len(front) - 1, MOST_FINALISTS).round().astype(int))

@@ -1,12 +1,13 @@
 """summary.json and gains.json of a run: what was found, in numbers that a person or a program can read."""
 
+from math import isfinite
 from typing import TYPE_CHECKING, Any
 
 from objectives.risk import RISKS
 from plant.air.air import summary as air_summary
 from plant.gains import gain_addresses
 from tuner.gains_file import Controller, to_document
-from tuner.held_out import Comparison
+from tuner.held_out import Comparison, KnownComparison
 from tuner.store.tables import point_name
 
 if TYPE_CHECKING:
@@ -17,17 +18,23 @@ def summary_document(outcome: "Outcome") -> dict[str, Any]:
     """Return the content of summary.json; under "gains_document" that of gains.json."""
     study, finalists = outcome.study, outcome.finalists
     tuned = point_name(int(outcome.candidates[outcome.tuned - 1]))
-    table = [comparison_row(row) for row in outcome.table]
+    table = [comparison_row(row) for row in outcome.table] + [known_row(row) for row in outcome.known]
+    last = outcome.generations[-1]
     return {
         "title": study.title,
         "study": study.path.name,
         "tuned": tuned,
         "pick": {"rule": study.pick, "why": outcome.why},
         "flights": outcome.flights,
+        "screened": {"candidates": last.screened, "flights": last.flights_saved},
         "wall_seconds": outcome.seconds,
+        "search_seconds": {
+            "screening": sum(entry.evaluation.screening_seconds for entry in outcome.generations),
+            "flights": sum(entry.evaluation.flight_seconds for entry in outcome.generations),
+        },
         "held_out": sum(entry.held_out for entry in study.scenarios),
         "front_size": int(finalists.non_dominated.sum()),
-        "hypervolume": outcome.generations[-1].hypervolume,
+        "hypervolume": last.hypervolume,
         "warnings": outcome.warnings,
         "variables": variables(outcome),
         "table": table,
@@ -54,6 +61,30 @@ def comparison_row(row: Comparison) -> dict[str, Any]:
         "difference": row.difference.as_dict(),
         "verdict": row.verdict,
     }
+
+
+def known_row(row: KnownComparison) -> dict[str, Any]:
+    """Return the line of a requirement: numbers without intervals, null where a value is infinite."""
+    requirement = row.requirement
+    finite = isfinite(row.default) and isfinite(row.tuned)
+    return {
+        "label": requirement.label,
+        "quantity": requirement.quantity,
+        "unit": requirement.unit,
+        "kind": "requirement",
+        "limit": requirement.limit,
+        "sense": requirement.sense,
+        "hard": requirement.hard,
+        "default": known_value(row.default),
+        "tuned": known_value(row.tuned),
+        "difference": known_value(row.tuned - row.default if finite else None),
+        "verdict": row.verdict,
+    }
+
+
+def known_value(value: float | None) -> dict[str, float | None]:
+    """Return a number in the shape of an estimate, without an interval; null where it is infinite."""
+    return {"value": value if value is not None and isfinite(value) else None, "low": None, "high": None}
 
 
 def variables(outcome: "Outcome") -> list[dict[str, Any]]:

@@ -12,6 +12,9 @@ class Watcher:
     def compiled(self, seconds: float) -> None:
         """Hear how long it took."""
 
+    def contender(self, name: str, number: int, total: int) -> None:
+        """Hear that a contender of a contest is tuned next, number 1 to total."""
+
     def searching(self, generations: int, flights: int) -> None:
         """Hear how many generations and flights are to come."""
 
@@ -21,8 +24,14 @@ class Watcher:
     def generation(self, record: Generation) -> None:
         """Hear of a finished generation."""
 
+    def refining(self, flights: int) -> None:
+        """Hear that the best of an inference is refined, with so many flights at most."""
+
     def verifying(self, flights: int) -> None:
         """Hear that the finalists are re-flown on held-out scenarios."""
+
+    def comparing(self, flights: int) -> None:
+        """Hear that all contenders of a contest are flown through the same held-out scenarios."""
 
     def writing(self, what: str) -> None:
         """Hear what is being written."""

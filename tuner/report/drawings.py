@@ -7,7 +7,7 @@ from collections.abc import Callable
 from math import isfinite, log
 
 from tuner.report.markup import Markup, element, join
-from tuner.report.results import Estimate, Quantity, Variable
+from tuner.report.results import Estimate, Quantity, Required, Variable
 
 WIDTH, INSET = 160.0, 8.0
 
@@ -23,8 +23,8 @@ def diamond(x: float, y: float) -> Markup:
     return element("path", d=path, class_="mark-tuned")
 
 
-def intervals(quantity: Quantity) -> Markup:
-    """Draw default (above) and tuned (below) with intervals on a scale from zero, and the limit of a constraint."""
+def intervals(quantity: Quantity | Required) -> Markup:
+    """Draw default (above) and tuned (below), with their intervals, on a scale from zero, and the limit."""
     numbers = [*quantity.default, *quantity.tuned, quantity.limit]
     known = [number for number in numbers if number is not None and isfinite(number)]
     low, high = min(0.0, *known, 0.0), max(0.0, *known, 0.0)

@@ -8,10 +8,11 @@ import pyarrow as pa
 
 from plant.errors import StoreError
 from tuner.report.files import Columns, Node, numbers, read_table, read_text, refuse
-from tuner.report.results import Candidates, Estimate, Fan, Front, History, Quantity, Results, Variable
+from tuner.report.results import Candidates, Estimate, Fan, Front, History, Quantity, Required, Results, Variable
 from tuner.report.units import in_degrees
 
-KINDS = ("objective", "constraint")
+KINDS = ("objective", "constraint", "requirement")
+SENSES = ("most", "least")
 FAN_KEYS = ["point", "scenario", "signal", "unit"]
 FAN_NUMBERS = ["time", "reference", "low", "median", "high"]
 
@@ -23,7 +24,9 @@ def load(folder: Path) -> Results:
     summary = Node.read(folder / "summary.json")
     resolved, environment, gains = (Node.read(folder / f"{name}.json") for name in ("resolved", "environment", "gains"))
     _check(summary, resolved, gains)
-    quantities = [_quantity(row) for row in summary["table"].entries()]
+    rows = [(_one_of(row, "kind", KINDS), row) for row in summary["table"].entries()]
+    quantities = [_quantity(row, kind == "constraint") for kind, row in rows if kind != "requirement"]
+    requirements = [_required(row) for kind, row in rows if kind == "requirement"]
     objectives = [quantity for quantity in quantities if not quantity.constrained]
     if not objectives:
         raise refuse(summary.file, "'table' holds no objective")
@@ -37,6 +40,7 @@ def load(folder: Path) -> Results:
         gains=gains.value,
         study=read_text(folder / "study.toml"),
         quantities=quantities,
+        requirements=requirements,
         variables=variables,
         front=front,
         candidates=_candidates(folder / "generations", objectives, variables),
@@ -67,11 +71,16 @@ def _check(summary: Node, resolved: Node, gains: Node) -> None:
         gain["unit"].text()
 
 
-def _quantity(row: Node) -> Quantity:
+def _one_of(row: Node, key: str, allowed: tuple[str, ...]) -> str:
+    given = row[key].text()
+    if given not in allowed:
+        raise refuse(row.file, f"'{row.key}.{key}' is '{given}' and neither of {', '.join(allowed)}")
+    return given
+
+
+def _quantity(row: Node, constrained: bool) -> Quantity:
     unit, factor = in_degrees(row["unit"].text())
-    kind, scenario = row["kind"].text(), row.get("scenario")
-    if kind not in KINDS:
-        raise refuse(row.file, f"'{row.key}.kind' is '{kind}' and neither of {', '.join(KINDS)}")
+    scenario = row.get("scenario")
     return Quantity(
         label=row["label"].text(),
         metric=row["metric"].text(),
@@ -80,8 +89,23 @@ def _quantity(row: Node) -> Quantity:
         scenario=None if scenario is None else str(scenario),
         unit=unit,
         factor=factor,
-        constrained=kind == "constraint",
+        constrained=constrained,
         limit=None if row.get("limit") is None else row["limit"].number() * factor,
+        default=_estimate(row["default"], factor),
+        tuned=_estimate(row["tuned"], factor),
+        difference=_estimate(row["difference"], factor),
+        verdict=row["verdict"].text(),
+    )
+
+
+def _required(row: Node) -> Required:
+    unit, factor = in_degrees(row["unit"].text())
+    return Required(
+        label=row["label"].text(),
+        quantity=row["quantity"].text(),
+        unit=unit,
+        limit=row["limit"].number() * factor,
+        sense=_one_of(row, "sense", SENSES),
         default=_estimate(row["default"], factor),
         tuned=_estimate(row["tuned"], factor),
         difference=_estimate(row["difference"], factor),
@@ -158,7 +182,7 @@ def _fans(file: Path) -> list[Fan]:
     table = read_table(file, FAN_KEYS + FAN_NUMBERS)
     if table.num_rows == 0:
         return []
-    encoded = [_encoded(table.column(key), file) for key in FAN_KEYS]
+    encoded = [codes_of(table.column(key), file) for key in FAN_KEYS]
     # Rows of one fan are neighbours in the file, but nothing promises it: sort by group, keeping the order of time.
     group = np.ravel_multi_index([codes for codes, _ in encoded], [len(names) for _, names in encoded])
     order = np.argsort(group, kind="stable")
@@ -173,7 +197,7 @@ def _fans(file: Path) -> list[Fan]:
     return fans
 
 
-def _encoded(column: Any, file: Path) -> tuple[np.ndarray, list[str]]:
+def codes_of(column: Any, file: Path) -> tuple[np.ndarray, list[str]]:
     """Return a text column as codes (rows,) into a list of names, which are in order of appearance."""
     try:
         encoded = column.cast(pa.string()).combine_chunks().dictionary_encode()

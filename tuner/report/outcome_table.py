@@ -1,4 +1,7 @@
-"""The Default / Tuned table: every objective and constraint on held-out scenarios, with intervals and a verdict."""
+"""The Default / Tuned table: objectives and constraints on held-out scenarios, with intervals, and requirements without.
+
+Every row ends in a verdict.
+"""
 
 import re
 
@@ -6,7 +9,7 @@ from tuner.report.drawings import intervals
 from tuner.report.markup import Markup, cells, coded, element, join
 from tuner.report.numbers import MISSING, estimate, fixed, significant
 from tuner.report.prose import limit_text
-from tuner.report.results import Estimate, Quantity, Results
+from tuner.report.results import Estimate, Quantity, Required, Results
 from tuner.report.units import marked_up, plain
 
 HEAD = ["Quantity", "Unit", "Default", "Tuned", "Tuned − default", "From zero", "Verdict"]
@@ -19,9 +22,12 @@ SIGNS = {"better": "✓", "kept": "✓", "worse": "✗", "broken": "✗", "no cl
 def outcome_table(results: Results) -> Markup:
     """Return the table, objectives first."""
     top = element("tr", join(element("th", name, scope="col") for name in HEAD))
-    groups = [_group("Objectives: smaller is better", results.objectives)]
+    groups = [_group("Objectives: smaller is better", [_row(entry) for entry in results.objectives])]
     if results.constraints:
-        groups.append(_group("Constraints: kept or broken", results.constraints))
+        groups.append(_group("Constraints: kept or broken", [_row(entry) for entry in results.constraints]))
+    if results.requirements:
+        rows = [_known_row(entry) for entry in results.requirements]
+        groups.append(_group("Requirements known without flying: kept or broken", rows))
     return element("table", element("thead", top), *groups, class_="outcome stacked")
 
 
@@ -30,9 +36,9 @@ def metric_anchor(quantity: Quantity) -> str:
     return "metric-" + "".join(letter if letter.isalnum() else "-" for letter in quantity.metric)
 
 
-def _group(title: str, quantities: list[Quantity]) -> Markup:
+def _group(title: str, rows: list[list[Markup]]) -> Markup:
     head = element("tr", element("th", title, scope="rowgroup", colspan=len(HEAD)), class_="group")
-    return element("tbody", head, *[element("tr", join(cells(HEAD, _row(entry)))) for entry in quantities])
+    return element("tbody", head, *[element("tr", join(cells(HEAD, row))) for row in rows])
 
 
 def _row(quantity: Quantity) -> list[Markup]:
@@ -41,8 +47,6 @@ def _row(quantity: Quantity) -> list[Markup]:
     about = join((coded(risk_text(quantity)), ", ", where))
     if quantity.limit is not None:
         about = join((limit_text(quantity.limit, plain(quantity.unit)), "; ", about))
-    kind = quantity.verdict.replace(" ", "-")
-    verdict = element("span", f"{SIGNS.get(quantity.verdict, '')} {quantity.verdict}".strip(), class_=f"verdict {kind}")
     return [
         join((link, element("small", about))),
         marked_up(quantity.unit or MISSING),
@@ -50,23 +54,50 @@ def _row(quantity: Quantity) -> list[Markup]:
         _numbers(quantity.tuned),
         _numbers(quantity.difference, signed=True, remark=_relative(quantity)),
         intervals(quantity),
-        verdict,
+        _verdict(quantity.verdict),
     ]
 
 
+def _known_row(required: Required) -> list[Markup]:
+    about = f"{limit_text(required.limit, plain(required.unit), required.sense)}; {required.quantity}"
+    return [
+        join((element("code", required.label), element("small", about))),
+        marked_up(required.unit or MISSING),
+        _number(required.default.value),
+        _number(required.tuned.value),
+        _number(required.difference.value, signed=True),
+        intervals(required),
+        _verdict(required.verdict),
+    ]
+
+
+def _verdict(word: str) -> Markup:
+    return element("span", f"{SIGNS.get(word, '')} {word}".strip(), class_=f"verdict {word.replace(' ', '-')}")
+
+
 def risk_text(quantity: Quantity) -> str:
-    """Return the risk in words, its level as the percentage that the label carries: "worst 10 % of the scenarios"."""
-    level = _LEVEL.match(quantity.label)
+    """Return the risk of a quantity in words, see `risk_words`."""
+    return risk_words(quantity.label, quantity.risk)
+
+
+def risk_words(label: str, risk: str) -> str:
+    """Return a risk in words, its level as the percentage that the label carries: "worst 10 % of the scenarios"."""
+    level = _LEVEL.match(label)
     if level is None:
-        return quantity.risk
+        return risk
     beyond = f"{significant(100.0 - float(level[1]))} %"
-    return _SHARE.sub(lambda found: beyond if found[1] else f"{level[1]} %", quantity.risk)
+    return _SHARE.sub(lambda found: beyond if found[1] else f"{level[1]} %", risk)
 
 
 def _numbers(entry: Estimate, signed: bool = False, remark: str = "") -> Markup:
     value, interval = estimate(entry.value, entry.low, entry.high, signed)
     number = element("span", value, f" ({remark})" if remark else "", class_="number")
     return element("span", number, element("small", interval, class_="interval"))
+
+
+def _number(value: float | None, signed: bool = False) -> Markup:
+    plus = "+" if signed and value is not None and value > 0.0 else ""
+    return element("span", plus + significant(value), class_="number")
 
 
 def _relative(quantity: Quantity) -> str:

@@ -61,7 +61,10 @@
     // One finger scrolls the page; figures are zoomed with a mouse.
     look.dragmode = look.scene ? "turntable" : finger ? false : "zoom";
     look.uirevision = "kept";
-    return Plotly.react(name, shown, look, config);
+    // Drawn while it is visible, because a hidden element has no size.
+    const figure = byId(name).closest("figure");
+    figure.hidden = false;
+    return Plotly.react(name, shown, look, config).then(() => { figure.hidden = Boolean(layout.meta?.hides) && !shown.length; });
   }
 
   const drawAll = () => Object.keys(charts).forEach(draw);
@@ -99,10 +102,16 @@
   function print(on) {
     document.documentElement.toggleAttribute("data-print", on);
     drawAll();
-    if (on) Object.keys(charts).forEach((name) => Plotly.Plots.resize(name));
+    if (!on) return;
+    // Sizes given at once: Plotly.Plots.resize waits a moment, and paper does not.
+    for (const name of Object.keys(charts).filter((name) => !byId(name).closest("figure").hidden)) {
+      const { clientWidth: width, clientHeight: height } = byId(name);
+      Plotly.relayout(name, { width, height });
+    }
   }
 
   byId("layers")?.addEventListener("change", () => drawSome("front-"));
+  byId("contenders")?.addEventListener("change", drawAll);
   byId("choices")?.addEventListener("change", () => drawSome("response-"));
   document.querySelectorAll("[data-copy]").forEach((button) => button.addEventListener("click", () => copy(button)));
   window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", drawAll);

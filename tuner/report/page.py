@@ -37,8 +37,12 @@ AIDS = {
 
 def write_page(folder: Path) -> Path:
     """Write report.html into a results folder; StoreError where a file is missing, damaged or cannot be written."""
-    content = page(load(folder))
-    file, aside = folder / "report.html", folder / ".report.html.part"
+    return write_aside(folder / "report.html", page(load(folder)))
+
+
+def write_aside(file: Path, content: str) -> Path:
+    """Write a page aside first and then rename it, and return its path; StoreError where that cannot be done."""
+    aside = file.with_name(f".{file.name}.part")
     try:
         aside.write_text(content, encoding="utf-8")
         aside.replace(file)
@@ -61,13 +65,14 @@ def page(results: Results) -> str:
     }
     title = results.summary["title"]
     return Template(asset("page.html")).substitute(
+        kind="tuning report",
         title=safe(title),
         description=element("p", results.resolved["description"]) if results.resolved.get("description") else "",
         paragraph=paragraph(results),
         figures=described(key_figures(results), class_="figures"),
-        warnings=_warnings(results),
+        warnings=warnings_aside(results.summary["warnings"]),
         navigation=join(element("li", element("a", name, href=f"#{key}")) for key, (name, _) in sections.items()),
-        sections=join(_section(key, name, content) for key, (name, content) in sections.items()),
+        sections=join(page_section(key, name, content) for key, (name, content) in sections.items()),
         data=embedded(charts),
         style=asset("page.css"),
         script=asset("page.js"),
@@ -86,12 +91,13 @@ def embedded(charts: Charts) -> str:
     return json.dumps(content, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
-def _section(key: str, name: str, content: Markup) -> Markup:
+def page_section(key: str, name: str, content: Markup) -> Markup:
+    """Return a section of a page under its heading."""
     return element("section", element("h2", name, id=f"{key}-title"), content, id=key, aria_labelledby=f"{key}-title")
 
 
-def _warnings(results: Results) -> Markup:
-    warnings = results.summary["warnings"]
+def warnings_aside(warnings: list[str]) -> Markup:
+    """Return what a reader must mind before believing the numbers, nothing where there is nothing."""
     if not warnings:
         return Markup()
     listed = element("ul", *[element("li", warning) for warning in warnings])
@@ -125,7 +131,7 @@ def _front(results: Results, charts: Charts) -> Markup:
     count = len(results.objectives)
     aid = _aid("ranking") if count == 1 else _aid("front")
     lines = _aid("lines") if count > 3 else Markup()
-    return join((aid, lines, layer_switches(charts), _grid(panels, f"front-grid objectives-{min(count, 4)}")))
+    return join((aid, lines, layer_switches(charts), grid(panels, f"front-grid objectives-{min(count, 4)}")))
 
 
 def _responses(results: Results, charts: Charts) -> Markup:
@@ -133,12 +139,12 @@ def _responses(results: Results, charts: Charts) -> Markup:
     if not panels:
         text = "This folder holds no recorded responses (responses.parquet is missing or empty)."
         return element("p", text, class_="note")
-    grids = [_grid([entry for entry in panels if entry.form == form], f"{form}-grid") for form in ("axis", "rotor")]
+    grids = [grid([entry for entry in panels if entry.form == form], f"{form}-grid") for form in ("axis", "rotor")]
     return join((_aid("responses"), response_choices(results), *grids))
 
 
 def _progress(results: Results, charts: Charts) -> Markup:
-    return join((_aid("progress"), _grid(add_progress(results, charts), "progress-grid")))
+    return join((_aid("progress"), grid(add_progress(results, charts), "progress-grid")))
 
 
 def _provenance(results: Results) -> Markup:
@@ -156,7 +162,8 @@ def _provenance(results: Results) -> Markup:
     )  # fmt: skip
 
 
-def _grid(panels: list[Panel], name: str) -> Markup:
+def grid(panels: list[Panel], name: str) -> Markup:
+    """Return figures side by side; name: the classes of the grid."""
     return element("div", *[_figure(panel) for panel in panels], class_=f"grid {name}")
 
 

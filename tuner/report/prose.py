@@ -82,16 +82,18 @@ def _checked(results: Results) -> str:
     if unclear:
         parts.append(f"not clearly different in {counted(unclear, 'objective')}")
     compared = f"On the held-out scenarios it is {listing(parts)}." if parts else ""
-    broken = [entry.label for entry in results.constraints if entry.verdict == "broken"]
+    limited = [*results.constraints, *results.requirements]
+    broken = [entry.label for entry in limited if entry.verdict == "broken"]
     if broken:
         return f"{compared} It breaks {listing(broken)}."
-    number = len(results.constraints)
-    if number == 0:
-        return compared
-    kept = {1: "the constraint", 2: "both constraints"}.get(number, f"all {counted(number, 'constraint')}")
-    return f"{compared} It keeps {kept}."
+    kept = [(len(results.constraints), "constraint"), (len(results.requirements), "requirement")]
+    return f"{compared} It keeps {listing([_all_of(*entry) for entry in kept if entry[0]])}." if limited else compared
 
 
-def limit_text(limit: float, unit: str) -> str:
-    """Return "at most 0.05 m"."""
-    return f"at most {significant(limit)} {unit}".rstrip()
+def _all_of(number: int, noun: str) -> str:
+    return {1: f"the {noun}", 2: f"both {noun}s"}.get(number, f"all {counted(number, noun)}")
+
+
+def limit_text(limit: float, unit: str, sense: str = "most") -> str:
+    """Return "at most 0.05 m", or "at least 0.05 m"."""
+    return f"at {sense} {significant(limit)} {unit}".rstrip()

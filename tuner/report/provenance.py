@@ -31,7 +31,7 @@ WORDS = (
         "paired: both points meet the same scenarios, so its interval is narrower than those of the two suggest.",
     ),
     ("Better, worse", "the whole interval of the difference lies below, or above, zero; else no clear difference."),
-    ("Kept, broken", "the tuned value is at most the limit, or above it."),
+    ("Kept, broken", "the tuned value respects the limit, or does not."),
     (
         "Front",
         "points that keep every constraint and that no other such point beats in one objective without losing another.",
@@ -40,7 +40,7 @@ WORDS = (
         "Hypervolume",
         "share of the box between zero and 1.1 times the default's values that the search's feasible front dominates.",
     ),
-    ("Feasible", "no constraint is broken."),
+    ("Feasible", "no constraint and no requirement is broken."),
 )
 
 

@@ -38,6 +38,21 @@ class Quantity:
 
 
 @dataclass(frozen=True)
+class Required:
+    """One requirement that is known without flying; sense: "most" or "least"; values without intervals, None: infinite."""
+
+    label: str
+    quantity: str
+    unit: str
+    limit: float
+    sense: str
+    default: Estimate
+    tuned: Estimate
+    difference: Estimate
+    verdict: str
+
+
+@dataclass(frozen=True)
 class Variable:
     """One searched gain, in its own unit; symbol and meaning may be empty."""
 
@@ -127,6 +142,7 @@ class Results:
     gains: dict[str, Any]
     study: str
     quantities: list[Quantity]
+    requirements: list[Required]
     variables: list[Variable]
     front: Front
     candidates: Candidates

@@ -27,14 +27,17 @@ class Search(Protocol):
 class Generation:
     """One generation and the state of the search after it.
 
-    points (n, d); evaluation: of these points; flights, seconds: from the start of the search; feasible_share: of all
-    candidates so far; hypervolume: of the front of all candidates so far, see `tuner.search.front`.
+    points (n, d); evaluation: of these points; flights, seconds: from the start of the search; screened: candidates not
+    flown so far; flights_saved: by them; feasible_share: of all candidates so far; hypervolume: of the front of all
+    candidates so far, see `tuner.search.front`.
     """
 
     number: int
     points: np.ndarray
     evaluation: Evaluation
     flights: int
+    screened: int
+    flights_saved: int
     seconds: float
     feasible_share: float
     hypervolume: float
@@ -42,11 +45,16 @@ class Generation:
 
 @dataclass(frozen=True)
 class Archive:
-    """All candidates of a search in the order they were flown: points (n, d), values (n, m), violations (n, c)."""
+    """All candidates of a search in the order they were asked for: points (n, d), values (n, m), violations (n, c).
+
+    requirements (n, r), flown (n,): as in `Evaluation`.
+    """
 
     points: np.ndarray
     values: np.ndarray
     violations: np.ndarray
+    requirements: np.ndarray
+    flown: np.ndarray
 
     def front(self) -> np.ndarray:
         """Return the indices of the feasible, non-dominated candidates."""
@@ -59,6 +67,8 @@ def archive(generations: list[Generation]) -> Archive:
         np.concatenate([entry.points for entry in generations], axis=0),
         np.concatenate([entry.evaluation.values for entry in generations], axis=0),
         np.concatenate([entry.evaluation.violations for entry in generations], axis=0),
+        np.concatenate([entry.evaluation.requirements for entry in generations], axis=0),
+        np.concatenate([entry.evaluation.flown for entry in generations], axis=0),
     )
 
 
@@ -68,13 +78,15 @@ def search_generations(
     """Run the search and yield every generation; the first candidate of all is the baseline of the hypervolume."""
     begin = perf_counter()
     done: list[Generation] = []
-    flights = 0
+    flights = screened = saved = 0
     for number in range(generations):
         points = search.ask()
         evaluation = evaluate(points)
         search.tell(evaluation.values, evaluation.violations)
-        flights += len(points) * evaluation.scores.shape[-1]
-        draft = Generation(number, points, evaluation, flights, perf_counter() - begin, 0.0, 0.0)
+        flights += evaluation.flights
+        screened += int(np.sum(~evaluation.flown, axis=0))
+        saved += evaluation.flights_saved
+        draft = Generation(number, points, evaluation, flights, screened, saved, perf_counter() - begin, 0.0, 0.0)
         so_far = archive([*done, draft])
         feasible = np.all(so_far.violations <= 0.0, axis=1).mean(axis=0)
         volume = hypervolume(so_far.values[so_far.front()], so_far.values[0])

@@ -20,14 +20,14 @@ class Folder:
         self.path = path
 
     @classmethod
-    def create(cls, path: Path) -> "Folder":
-        """Make a new folder; StoreError if anything is there already, because nothing is ever overwritten."""
+    def create(cls, path: Path, inside: str = "generations") -> "Folder":
+        """Make a new folder, with one inside; StoreError if anything is there already: nothing is ever overwritten."""
         if path.exists():
             raise StoreError(
                 f"{path} exists already and nothing in it was touched; choose another folder with --out, or remove it"
             )
         try:
-            (path / "generations").mkdir(parents=True)
+            (path / inside).mkdir(parents=True)
         except OSError as error:
             raise StoreError(f"{path} cannot be made ({error.strerror}); choose another folder with --out") from error
         return cls(path)

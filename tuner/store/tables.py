@@ -4,6 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from objectives.problem import Evaluation
+from objectives.requirements import Requirement
 from tuner.search.loop import Generation
 
 if TYPE_CHECKING:
@@ -27,8 +29,18 @@ def generation_table(study: "Study", generations: list[Generation], record: Gene
     columns |= {f"gain:{v.name}": values[:, i] for i, v in enumerate(study.space.variables)}
     columns |= {f"objective:{o.label}": evaluation.values[:, i] for i, o in enumerate(study.objectives)}
     columns |= {f"violation:{c.objective.label}": evaluation.violations[:, i] for i, c in enumerate(study.constraints)}
+    known = study.requirements
+    broken = evaluation.violations[:, len(study.constraints) :]
+    columns |= {f"violation:{r.label}": broken[:, i] for i, r in enumerate(known)}
+    columns |= requirement_columns(known, evaluation)
+    columns |= {"flown": evaluation.flown}
     columns |= {"failures": evaluation.failures, "feasible": np.all(evaluation.violations <= 0.0, axis=1)}
     return pd.DataFrame(columns)
+
+
+def requirement_columns(requirements: tuple[Requirement, ...], evaluation: Evaluation) -> dict[str, Any]:
+    """Return the values of the requirements as columns; an infinite value stands as inf."""
+    return {f"requirement:{entry.label}": evaluation.requirements[:, i] for i, entry in enumerate(requirements)}
 
 
 def history_table(generations: list[Generation]) -> Any:
@@ -39,7 +51,11 @@ def history_table(generations: list[Generation]) -> Any:
         {
             "generation": [entry.number for entry in generations],
             "flights": [entry.flights for entry in generations],
+            "screened": [entry.screened for entry in generations],
+            "flights_saved": [entry.flights_saved for entry in generations],
             "seconds": [entry.seconds for entry in generations],
+            "screening_seconds": np.cumsum([entry.evaluation.screening_seconds for entry in generations]),
+            "flight_seconds": np.cumsum([entry.evaluation.flight_seconds for entry in generations]),
             "feasible_share": [entry.feasible_share for entry in generations],
             "hypervolume": [entry.hypervolume for entry in generations],
         }
@@ -69,4 +85,5 @@ def front_table(outcome: "Outcome") -> Any:
             f"low:{objective.label}": finalists.low[:, i],
             f"high:{objective.label}": finalists.high[:, i],
         }
+    columns |= requirement_columns(study.requirements, finalists.evaluation)
     return pd.DataFrame(columns)

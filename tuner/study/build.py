@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 
 from objectives.metrics import MetricAddress, check, parse
 from objectives.problem import Constraint, Objective, System
+from objectives.requirements import Screen
 from objectives.risk import Risk
 from plant.air.gust import Gust
 from plant.air.injection import Injection
@@ -24,8 +25,18 @@ from plant.sensors import SensorSpec
 from tuner.search.front import PICKS
 from tuner.search.names import ALGORITHMS, STARTS
 from tuner.study.gains import decision_space
-from tuner.study.reading import read_study_table
-from tuner.study.schema import AirframeTable, ControllerTable, LimitsTable, ObjectiveTable, ScenarioTable, SearchTable
+from tuner.study.guarantees import guarantee_screen
+from tuner.study.margins import margin_requirement, margin_screen
+from tuner.study.reading import checked_table, read_study_table
+from tuner.study.schema import (
+    AirframeTable,
+    ControllerTable,
+    LimitsTable,
+    ObjectiveTable,
+    ScenarioTable,
+    SearchTable,
+    StudyTable,
+)
 from tuner.study.study import SearchSpec, Study, StudyScenario
 
 T = TypeVar("T")
@@ -42,7 +53,15 @@ def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
 
     Raises InputError naming file and key.
     """
-    table = read_study_table(path, overrides or {})
+    return _build(path, read_study_table(path, overrides or {}))
+
+
+def study_from_table(path: Path, raw: Mapping[str, Any]) -> Study:
+    """Check the content of a study that was put together elsewhere; errors name path, files are relative to its folder."""
+    return _build(path, checked_table(path, raw))
+
+
+def _build(path: Path, table: StudyTable) -> Study:
     with located(path, ""):
         with located(path, "airframe"):
             airframe = _airframe(table.airframe, path)
@@ -72,13 +91,14 @@ def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
             )
         )
         _unique("constraint", [constraint.objective.label for constraint in constraints])
+        screens = _screens(table, path, system, tuple(entry.spec for entry in scenarios))
         with located(path, "search"):
             search = _search(table.search)
         with located(path, "pick"):
             rule = _pick(table.pick.rule, objectives)
     return Study(
         path, table.title, table.description, table.seed, airframe, options, system, space, scenarios, objectives,
-        constraints, search, rule, table,
+        constraints, screens, search, rule, table,
     )  # fmt: skip
 
 
@@ -262,6 +282,26 @@ def _check_metric(metric: MetricAddress, spec: ScenarioSpec, timing: Timing) -> 
         check(metric, spec.targets(timing), spec.duration)
     except InputError as error:
         raise InputError(f'{error.message} (scenario "{spec.name}")') from None
+
+
+def _screens(table: StudyTable, path: Path, system: System, specs: tuple[ScenarioSpec, ...]) -> tuple[Screen, ...]:
+    """Return what is required of the gains and known without flying, in the order of the tables."""
+    guarantees = tuple(
+        _listed("guarantee", path, table.guarantee, lambda entry: guarantee_screen(entry, system, specs, table.seed))
+    )
+    first: dict[str, int] = {}
+    for i, screen in enumerate(guarantees):
+        for requirement in screen.requirements:
+            if first.setdefault(requirement.label, i) != i:
+                message = (
+                    f"'{requirement.label}' is required by guarantee[{first[requirement.label]}] too; leave one out"
+                )
+                raise InputError(message, key=f"guarantee[{i}]")
+    margins = tuple(
+        _listed("margin", path, table.margin, lambda entry: margin_requirement(entry, system.timing, specs))
+    )
+    _unique("margin", [entry.label for entry in margins])
+    return (*guarantees, *([margin_screen(margins, path, system, specs)] if margins else []))
 
 
 def _finite(value: float, key: str) -> float:

@@ -29,6 +29,9 @@ LINES = {
     "objective[].metric": 'metric = "itae.position"',
     "constraint[].metric": 'metric = "failure"',
     "constraint[].most": "most = 0.0",
+    "guarantee[].theorem": 'theorem = "ultimate_error"',
+    "guarantee[].axis": 'axis = "attitude"',
+    "margin[].quantity": 'quantity = "phase_margin"',
 }
 EXPECTED = {
     "string_type": "a text in quotes",
@@ -50,8 +53,8 @@ EXPECTED_OF_BRANCH = {
 }
 
 
-def translated(error: ValidationError, path: Path) -> InputError:
-    """Return the first problem of a pydantic error as an error of ours."""
+def translated(error: ValidationError, path: Path, root: type[BaseModel] = StudyTable) -> InputError:
+    """Return the first problem of a pydantic error as an error of ours; root: the table that was validated."""
     problem = min(error.errors(), key=_importance)
     location = problem["loc"]
     key = dotted(location)
@@ -59,7 +62,7 @@ def translated(error: ValidationError, path: Path) -> InputError:
         if _unquoted_gain(location):
             line = f'"{location[1]}.{location[-1]}" = {_shown(problem["input"])}'
             return InputError(f"the dot is part of the key here; write it in quotes: {line}", file=path, key=key)
-        return UnknownNameError("key", str(location[-1]), keys_at(location[:-1]), file=path, key=key)
+        return UnknownNameError("key", str(location[-1]), keys_at(location[:-1], root), file=path, key=key)
     return InputError(_message(problem, key), file=path, key=key)
 
 
@@ -106,9 +109,9 @@ def dotted(location: Location) -> str:
     return key
 
 
-def keys_at(location: Location) -> list[str]:
+def keys_at(location: Location, root: type[BaseModel] = StudyTable) -> list[str]:
     """Return the keys that the table at a location of the schema may have."""
-    here: type[BaseModel] = StudyTable
+    here = root
     for part in location:
         if isinstance(part, str) and part in here.model_fields:
             here = _table_in(here.model_fields[part].annotation) or here

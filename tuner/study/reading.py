@@ -19,6 +19,11 @@ def read_study_table(path: Path, overrides: Mapping[str, Any]) -> StudyTable:
     table = parse_toml(path)
     for key, value in overrides.items():
         put(table, key, value, path)
+    return checked_table(path, table)
+
+
+def checked_table(path: Path, table: Mapping[str, Any]) -> StudyTable:
+    """Return the content of a study in its checked shape; path: the file that errors name."""
     try:
         return StudyTable.model_validate(table)
     except ValidationError as error:
@@ -52,7 +57,7 @@ def _line_of(text: str, message: str) -> str:
 
 def put(table: Any, key: str, value: Any, path: Path) -> None:
     """Set a dotted key in nested tables and lists; scenario.0.search and scenario[0].search are the same."""
-    *parents, last = _parts(key)
+    *parents, last = key_parts(key)
     here = table
     for part in parents:
         here = _child(here, part, key, path)
@@ -62,7 +67,8 @@ def put(table: Any, key: str, value: Any, path: Path) -> None:
         here[last] = deepcopy(value)
 
 
-def _parts(key: str) -> list[str]:
+def key_parts(key: str) -> list[str]:
+    """Split a dotted key of a study: scenario[0].search is scenario, 0, search; a key of [gains] keeps its own dot."""
     parts = re.sub(r"\[(\d+)\]", r".\1", key).split(".")
     # The keys of [gains] hold a dot themselves: gains.roll.k1.low is table "gains", key "roll.k1", key "low".
     if parts[0] == "gains" and len(parts) > 2:

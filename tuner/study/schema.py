@@ -147,6 +147,32 @@ class ConstraintTable(ObjectiveTable):
     most: float
 
 
+class GuaranteeTable(Table):
+    """[[guarantee]]: a theorem that gains must satisfy before they are flown."""
+
+    theorem: str
+    axis: str
+    most: float | None = None
+    least: float | None = None
+    disturbance_rate: NumberOrText = "measured"
+    level: float = 0.99
+    window: float | None = None
+    scenario: str | None = None
+    hard: bool = True
+
+
+class MarginTable(Table):
+    """[[margin]]: a stability margin that gains must have before they are flown; least or most, as the quantity asks."""
+
+    quantity: str
+    axis: str | None = None
+    least: float | None = None
+    most: float | None = None
+    amplitude: float = 0.0
+    spread: bool = False
+    hard: bool = True
+
+
 class SearchTable(Table):
     """[search]: how the gains are looked for."""
 
@@ -175,5 +201,7 @@ class StudyTable(Table):
     limits: LimitsTable = LimitsTable()
     gains: dict[str, NumberOrTable] = Field(default={})
     constraint: list[ConstraintTable] = Field(default=[])
+    guarantee: list[GuaranteeTable] = Field(default=[])
+    margin: list[MarginTable] = Field(default=[])
     search: SearchTable = SearchTable()
     pick: PickTable = PickTable()

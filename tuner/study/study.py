@@ -10,6 +10,7 @@ import numpy as np
 
 from objectives.decisions import DecisionSpace
 from objectives.problem import Constraint, Objective, System
+from objectives.requirements import Requirement, Screen, requirements_of
 from plant.airframes import Airframe
 from plant.gains import gain_addresses
 from plant.nominal import ControlOptions
@@ -52,6 +53,7 @@ class Study:
     scenarios: tuple[StudyScenario, ...]
     objectives: tuple[Objective, ...]
     constraints: tuple[Constraint, ...]
+    screens: tuple[Screen, ...]
     search: SearchSpec
     pick: str
     table: StudyTable
@@ -61,9 +63,15 @@ class Study:
         """Gains row (gains,) of the default: default and fixed gains."""
         return np.array(self.space.base)
 
+    @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """What is required of the gains and known without flying."""
+        return requirements_of(self.screens)
+
     def resolved(self) -> dict[str, Any]:
-        """Return every value of the study, defaults and airframe numbers included, as JSON-able data."""
-        return {**self._values(), "digest": self.digest()}
+        """Return every value of the study, defaults, airframe numbers and measured limits included, as JSON-able data."""
+        known = [asdict(requirement) for requirement in self.requirements]
+        return {**self._values(), "requirements": known, "digest": self.digest()}
 
     def digest(self) -> str:
         """Return a hash of everything that decides the result; titles, sources and paths do not."""

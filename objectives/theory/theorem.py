@@ -1,0 +1,62 @@
+"""What a theorem is to this tool: a number that follows from the gains of one channel, and what it is good for."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant.laws.law import in_loop
+
+Array = NDArray[np.float64]
+
+
+class Setting(NamedTuple):
+    """What a theorem may need beside the gains.
+
+    period: of control [s]. rate: bound on |d'| of the channel's total disturbance, y'' = d + b0 u [y/s3].
+    """
+
+    period: float
+    rate: float
+
+
+Value = Callable[[Any, Setting], Array]
+"""From a channel's gains, a record of the law's type whose leaves are arrays (n,), to the number (n,)."""
+
+
+@dataclass(frozen=True)
+class Theorem:
+    """One result that can be required of gains.
+
+    quantity: what the number is, one line; unit: with {y} for the unit of the channel. sense: "most" where less is better
+    (bounds on errors), "least" where more is (the fastest disturbance that is borne: to be held against the rate of the
+    disturbance). values: by the names of the laws that it speaks of. needs_rate: whether the number depends on
+    `Setting.rate`. measured_rate: whether it holds only where the law takes measured rates, not its observer's. assumes:
+    what must be true of the loop beyond that, one line.
+    """
+
+    name: str
+    title: str
+    source: str
+    quantity: str
+    unit: str
+    sense: str
+    values: Mapping[str, Value]
+    needs_rate: bool
+    measured_rate: bool
+    assumes: str
+
+    @property
+    def laws(self) -> tuple[str, ...]:
+        """Names of the laws that it speaks of."""
+        return tuple(self.values)
+
+    def unit_in(self, loop: str) -> str:
+        """Return the unit in the loop "attitude" (y in rad) or "position" (y in m)."""
+        return in_loop(self.unit, loop)
+
+    def speaks_of(self, law: str, rate_from_observer: bool) -> bool:
+        """Return whether it applies to a law, by name, that takes the rate from its observer or as measured."""
+        return law in self.values and not (self.measured_rate and rate_from_observer)

@@ -1,0 +1,155 @@
+"""The [[margin]] tables: stability margins that gains must have before they are worth a flight.
+
+Margins are those of hover in still air, of the loop as it is flown: laws, observers, rotor lag, delay and sampling. All tables
+of a study are answered together, from one evaluation for each choice of spread and smallest amplitude that they make.
+"""
+
+from collections.abc import Callable
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from objectives.margins.requirement import MARGINS, MarginQuantity, MarginRequirement, requirement_label
+from objectives.problem import System
+from objectives.requirements import Array, Screen
+from plant.cascade import AXES
+from plant.closed_loop import Timing
+from plant.errors import InputError, UnknownNameError
+from plant.gains import GROUPS
+from plant.references.spec import HOLD
+from plant.scenarios import ScenarioSpec, Spread
+from tuner.study.schema import MarginTable
+
+if TYPE_CHECKING:
+    from objectives.margins.margins import MarginModel
+
+# Axes whose loops attitude mode leaves open.
+OPEN = ("x", "y")
+# Largest amplitude that margins may be asked from; the largest that is looked at anyway.
+LARGEST_AMPLITUDE = 2.0
+
+
+def margin_requirement(table: MarginTable, timing: Timing, scenarios: tuple[ScenarioSpec, ...]) -> MarginRequirement:
+    """Return the requirement of a [[margin]] table; raises InputError with the key inside the table."""
+    if table.quantity not in MARGINS:
+        raise UnknownNameError("margin", table.quantity, MARGINS, key="quantity")
+    quantity = MARGINS[table.quantity]
+    axes, limit = _axes(table, quantity, holds_place(scenarios, timing)), _limit(table, quantity)
+    if table.spread and not any(_spreads(spec) for spec in scenarios):
+        raise InputError(
+            "no scenario spreads the airframe; write a [scenario.spread], or leave spread out", key="spread"
+        )
+    if not 0.0 <= table.amplitude <= LARGEST_AMPLITUDE:
+        raise InputError(f"given {table.amplitude:g}; allowed: 0 to {LARGEST_AMPLITUDE:g}", key="amplitude")
+    label = requirement_label(
+        quantity.name, table.axis, hard=table.hard, spread=table.spread, amplitude=table.amplitude
+    )
+    return MarginRequirement(quantity, label, axes, limit, table.hard, table.spread, table.amplitude)
+
+
+def margin_screen(
+    asked: tuple[MarginRequirement, ...], path: Path, system: System, scenarios: tuple[ScenarioSpec, ...]
+) -> Screen:
+    """Return all requirements on margins as one screen; errors of its analysis name path and the key "margin"."""
+    analysis = MarginAnalysis(asked, system, scenarios, path)
+    return Screen(tuple(entry.requirement for entry in asked), analysis.values)
+
+
+class MarginAnalysis:
+    """Values of requirements on margins; models are built when they are first needed, which takes 0.3 s each."""
+
+    def __init__(
+        self, asked: tuple[MarginRequirement, ...], system: System, scenarios: tuple[ScenarioSpec, ...], path: Path
+    ) -> None:
+        self._asked = asked
+        self._system = system
+        self._scenarios = scenarios
+        self._path = path
+        self._models: dict[tuple[bool, float], MarginModel] = {}
+
+    def values(self, gains: Array) -> Array:
+        """Return the values (n, requirements) of gains rows (n, gains).
+
+        Infinite are gain, phase and delay margins that no crossing limits, and peaks of loops that are not stable.
+        """
+        values = np.zeros((len(gains), len(self._asked)))
+        for choice in sorted({_choice(entry) for entry in self._asked}):
+            margins = self.model(*choice).evaluate(gains)
+            for i, entry in enumerate(self._asked):
+                if _choice(entry) == choice:
+                    values[:, i] = entry.values(margins)
+        return values
+
+    def model(self, spread: bool, amplitude: float) -> "MarginModel":
+        """Margins of the nominal vehicle, with spread in the worst of it and the corners of the spreads of all scenarios."""
+        choice = (spread, amplitude)
+        if choice not in self._models:
+            self._models[choice] = self._located(lambda: self._build(spread, amplitude))
+        return self._models[choice]
+
+    def _build(self, spread: bool, amplitude: float) -> "MarginModel":
+        # Here, because a study that asks for no margins needs no CasADi.
+        from objectives.margins.describing import DEFAULT_CASES, Case
+        from objectives.margins.margins import MarginModel, spread_corners
+        from objectives.margins.trim import Trim
+
+        system, found = self._system, dict.fromkeys([self._system.vehicle])
+        for spec in self._scenarios if spread else ():
+            found |= dict.fromkeys(spread_corners(system.vehicle, spec.spread))
+        larger = [case for case in DEFAULT_CASES if case.amplitude is not None and case.amplitude > amplitude]
+        cases = [Case(amplitude), *larger] if amplitude > 0.0 else DEFAULT_CASES
+        trim = Trim(hold=holds_place(self._scenarios, system.timing))
+        first, *others = found
+        return MarginModel(system.cascade, system.nominal, system.timing, first, trim, others=others, cases=cases)
+
+    def _located(self, build: Callable[[], "MarginModel"]) -> "MarginModel":
+        try:
+            return build()
+        except InputError as error:
+            raise InputError(error.message, file=self._path, key="margin") from None
+
+
+def _choice(entry: MarginRequirement) -> tuple[bool, float]:
+    return entry.spread, entry.amplitude
+
+
+def holds_place(scenarios: tuple[ScenarioSpec, ...], timing: Timing) -> bool:
+    """Return whether any scenario closes the position loops of x and y; attitude mode leaves them open."""
+    return any(bool(np.any(spec.track(timing).samples[:, HOLD] > 0.5)) for spec in scenarios)
+
+
+def _spreads(spec: ScenarioSpec) -> bool:
+    return spec.spread != Spread()
+
+
+def _axes(table: MarginTable, quantity: MarginQuantity, held: bool) -> tuple[str, ...]:
+    if quantity.whole:
+        if table.axis is not None:
+            raise InputError(f"'{quantity.name}' takes all loops at once; leave axis out", key="axis")
+        return ()
+    if table.axis is not None and table.axis not in GROUPS:
+        raise UnknownNameError("axis or group", table.axis, GROUPS, key="axis")
+    axes = AXES if table.axis is None else GROUPS[table.axis]
+    closed = axes if held else tuple(axis for axis in axes if axis not in OPEN)
+    if not closed:
+        raise InputError(
+            f"given '{table.axis}', but every scenario flies in attitude mode, where x and y are open", key="axis"
+        )
+    return closed
+
+
+def _limit(table: MarginTable, quantity: MarginQuantity) -> float:
+    given, other = (quantity.sense, "most" if quantity.sense == "least" else "least")
+    if getattr(table, other) is not None:
+        better = "larger" if quantity.sense == "least" else "smaller"
+        raise InputError(f"of '{quantity.name}' {better} values are better; give {given} instead", key=other)
+    limit = getattr(table, given)
+    if limit is None:
+        unit = "" if quantity.unit == "1" else f" in {quantity.unit}"
+        raise InputError(f"'{quantity.name}' needs a limit; write {given} = ...{unit}", key=given)
+    if not quantity.low < limit < quantity.high:
+        unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+        allowed = f"above {quantity.low:g}" + (f" and below {quantity.high:g}" if quantity.high < np.inf else "")
+        raise InputError(f"given {limit:g}{unit}; allowed: {allowed}{unit}", key=given)
+    return float(limit)
