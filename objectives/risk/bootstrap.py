@@ -56,6 +56,26 @@ def bootstrap_interval(
     return Interval(*ends.reshape(2, *values.shape[:-1]))
 
 
+def bootstrap_replicates(
+    values: Values, risk: Risk, rng: np.random.Generator, replicates: int = 2000
+) -> NDArray[np.float64]:
+    """Return the risk of every resample (..., replicates) of values (..., n), n scenarios.
+
+    All entries see the same resamples, so differences of their replicates are those of `paired_difference`: use this for
+    every pair among many candidates at the cost of one bootstrap each.
+    """
+    values = np.asarray(values, dtype=np.float64)
+    _check(values, replicates, 0.5)
+    found = _replicates(values.reshape(-1, values.shape[-1]), risk, _resamples(rng, replicates, values.shape[-1]))
+    return found.reshape(*values.shape[:-1], replicates)
+
+
+def percentile_interval(replicates: Values, confidence: float = 0.95) -> Interval:
+    """Return the central share `confidence` of replicates (..., replicates) for each leading entry."""
+    _check(replicates, replicates.shape[-1], confidence)
+    return Interval(*np.quantile(replicates, _tails(confidence), axis=-1))
+
+
 def paired_difference(
     values_a: Values,
     values_b: Values,
@@ -99,13 +119,16 @@ def _percentiles(
     entries: int, replicates: int, confidence: float, replicates_of: Callable[[slice], Values]
 ) -> NDArray[np.float64]:
     """Return the ends (2, entries) of the central share `confidence` of replicates_of(rows) (rows, replicates)."""
-    tails = [0.5 * (1.0 - confidence), 0.5 * (1.0 + confidence)]
     ends = np.empty((2, entries))
     rows_at_once = max(BLOCK // replicates, 1)
     for begin in range(0, entries, rows_at_once):
         rows = slice(begin, begin + rows_at_once)
-        ends[:, rows] = np.quantile(replicates_of(rows), tails, axis=-1)
+        ends[:, rows] = np.quantile(replicates_of(rows), _tails(confidence), axis=-1)
     return ends
+
+
+def _tails(confidence: float) -> list[float]:
+    return [0.5 * (1.0 - confidence), 0.5 * (1.0 + confidence)]
 
 
 def _replicates(values: Values, risk: Risk, resample: Indices) -> Values:

@@ -28,7 +28,20 @@ def overrides(changes: list[str]) -> dict[str, Any]:
 
 
 def run_command(study: Path, out: Path | None, threads: int | None, changes: list[str], as_json: bool) -> None:
-    """Run a study and print the Default / Tuned table."""
+    """Run a study and print the Default / Tuned table; a file with contenders is a contest, one with unknowns an inference."""
+    from tuner.contest import is_contest
+    from tuner.inference import is_inference
+
+    if is_inference(study):
+        from tuner.cli.inference import run_inference_command
+
+        run_inference_command(study, out, threads, overrides(changes), as_json)
+        return
+    if is_contest(study):
+        from tuner.cli.contest import run_contest_command
+
+        run_contest_command(study, out, threads, overrides(changes), as_json)
+        return
     asked = load_study(study, overrides(changes))
     if not asked.space.variables:
         raise InputError(
@@ -54,6 +67,13 @@ def run_command(study: Path, out: Path | None, threads: int | None, changes: lis
     console.print(f"Recommended: {summary['tuned']}: {summary['pick']['why']}.", highlight=False)
     for warning in summary["warnings"]:
         console.print(f"Warning: {warning}", style="yellow", highlight=False)
+    if outcome.study.requirements:
+        screened = summary["screened"]
+        console.print(
+            f"Not worth a flight, for they break a hard requirement: {screened['candidates']:,} candidates; "
+            f"{screened['flights']:,} flights saved.",
+            highlight=False,
+        )
     console.print(
         f"{outcome.flights:,} flights in {outcome.seconds:.1f} s. "
         f"Report: {folder.path / 'report.html'}  Gains: {folder.path / 'gains.json'}",
@@ -94,26 +114,57 @@ def new_command(name: str) -> None:
 
 
 def check_command(study: Path, as_json: bool) -> None:
-    """Say what a study would fly, or what is wrong with it."""
-    asked = load_study(study)
-    flights = asked.search.generations * asked.search.population * sum(entry.search for entry in asked.scenarios)
-    figures = {
-        "title": asked.title,
-        "variables": len(asked.space.variables),
-        "objectives": [objective.label for objective in asked.objectives],
-        "constraints": [constraint.objective.label for constraint in asked.constraints],
-        "search_flights": flights,
-        "digest": asked.digest(),
-    }
+    """Say what a study, a contest or an inference would fly, or what is wrong with it."""
+    from tuner.contest import is_contest
+    from tuner.inference import is_inference
+
+    if is_inference(study):
+        from tuner.cli.inference import check_inference
+
+        figures = check_inference(study)
+    elif is_contest(study):
+        from tuner.cli.contest import check_contest
+
+        figures = check_contest(study)
+    else:
+        figures = check_study(study)
     if as_json:
         print(json.dumps(figures, indent=2))
         return
     for key, value in figures.items():
-        print(f"{key:16} {', '.join(value) if isinstance(value, list) else value}")
+        print(f"{key:18} {', '.join(value) if isinstance(value, list) else value}")
+
+
+def check_study(study: Path) -> dict[str, Any]:
+    """Return what a study would fly; InputError where it is wrong."""
+    asked = load_study(study)
+    flights = asked.search.generations * asked.search.population * sum(entry.search for entry in asked.scenarios)
+    return {
+        "title": asked.title,
+        "variables": len(asked.space.variables),
+        "objectives": [objective.label for objective in asked.objectives],
+        "constraints": [constraint.objective.label for constraint in asked.constraints],
+        "requirements": [requirement.label for requirement in asked.requirements],
+        "search_flights": flights,
+        "digest": asked.digest(),
+    }
 
 
 def report_command(results: Path) -> None:
-    """Write report and figures of a results folder again."""
+    """Write report and figures of a results folder again, be it of a study, a contest or an inference."""
+    if (results / "contest.json").exists():
+        from tuner.report.contest import write_contest_figures, write_contest_report
+
+        write_contest_figures(results)
+        print(write_contest_report(results))
+        return
+    if (results / "inference.json").exists():
+        from tuner.inference.figure import write_inference_figures
+        from tuner.report.contest import write_inference_report
+
+        write_inference_figures(results)
+        print(write_inference_report(results))
+        return
     if not (results / "summary.json").exists():
         raise StoreError(f"{results} is no finished results folder: it holds no summary.json")
     from tuner.report import write_figures, write_report

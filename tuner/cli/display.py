@@ -57,6 +57,10 @@ class TerminalWatcher(Watcher):
         """Say how long it took."""
         self._console.print(f"Compiled in {seconds:.1f} s; the next run starts at once.")
 
+    def contender(self, name: str, number: int, total: int) -> None:
+        """Say whose turn it is."""
+        self._console.print(f"Contender {number}/{total}: {name}", highlight=False, markup=False)
+
     def searching(self, generations: int, flights: int) -> None:
         """Start the bar of the search."""
         self._generations = generations
@@ -80,11 +84,23 @@ class TerminalWatcher(Watcher):
         left = record.seconds / (record.number + 1) * (self._generations - record.number - 1)
         self._console.print(f"{note}  {rate:,.0f} flights/s  {left:.0f} s left")
 
+    def refining(self, flights: int) -> None:
+        """Start the bar of the refinement."""
+        if not self._live:
+            self._console.print(f"Refining the best setting: up to {flights:,} flights")
+        self._begin_task("Refining", flights)
+
     def verifying(self, flights: int) -> None:
         """Start the bar of the held-out check."""
         if not self._live:
             self._console.print(f"Re-flying the finalists on held-out scenarios: {flights:,} flights")
         self._begin_task("Held-out check", flights)
+
+    def comparing(self, flights: int) -> None:
+        """Start the bar of the comparison."""
+        if not self._live:
+            self._console.print(f"Flying all contenders through the same air: {flights:,} flights")
+        self._begin_task("Comparison", flights)
 
     def writing(self, what: str) -> None:
         """Say what is being written."""
@@ -103,8 +119,12 @@ def digits(value: float, other: float) -> str:
     return f"{value:,.{places}f}"
 
 
-def estimate(entry: dict[str, float]) -> str:
-    """Return the value over its interval."""
+def estimate(entry: dict[str, float | None]) -> str:
+    """Return the value over its interval, or alone where it has none."""
+    if entry["value"] is None:
+        return "unbounded"
+    if entry["low"] is None or entry["high"] is None:
+        return f"{entry['value']:.4g}"
     width = entry["high"] - entry["low"] or entry["value"]
     return f"{digits(entry['value'], width)}\n[{digits(entry['low'], width)}, {digits(entry['high'], width)}]"
 
@@ -118,7 +138,7 @@ def comparison_table(summary: dict[str, Any]) -> Table:
     for name in ("default", "tuned", "tuned - default"):
         table.add_column(name, justify="right")
     for row in summary["table"]:
-        limit = "" if row["limit"] is None else f"at most {row['limit']:g} "
+        limit = "" if row["limit"] is None else f"at {row.get('sense', 'most')} {row['limit']:g} "
         unit = "" if row["unit"] == "1" else row["unit"]
         parts = [estimate(row[key]) for key in ("default", "tuned", "difference")]
         parts[2] = f"{row['verdict']}: {parts[2]}"

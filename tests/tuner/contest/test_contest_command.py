@@ -1,0 +1,40 @@
+"""`tuner run` and `tuner check` on a contest, as a user meets them."""
+
+import json
+
+from tests.tuner.contest.contest_text import changed, write
+from tests.tuner.test_cli import refused, tuner
+
+
+def test_check_says_what_a_contest_would_fly(tmp_path):
+    figures = json.loads(tuner("check", write(tmp_path), "--json").stdout)
+    assert figures["contenders"] == ["PID (1 searched)", "The hybrid, v1.0 (as given)", "LADRC (as given)"]
+    assert figures["search_flights"] == 8 * 3 * (4 + 2)
+    assert figures["comparison_flights"] == 3 * (8 + 6)
+    assert "LADRC (as given)" in tuner("check", tmp_path / "contest.toml").stdout
+
+
+def test_run_prints_tables_and_sentences(tmp_path):
+    given = changed("{ low = 20.0, high = 200.0 }", "60.0")
+    path = write(tmp_path, given)
+    done = tuner(
+        "run", path, "--out", tmp_path / "out", "--threads", 2, "--set", "contender.PID.gains.attitude.kp=70.0"
+    )
+    assert done.returncode == 0, done.stderr
+    shown = " ".join(done.stdout.split())
+    found = json.loads((tmp_path / "out" / "contest.json").read_text())
+    assert found["contenders"][0]["gains"]["roll.kp"]["value"] == 70.0
+    for text in found["words"]:
+        assert " ".join(text.split()) in shown
+    assert "Printed numbers and our flights" in shown
+    assert "peak.roll rad (fitted)" in shown
+    assert "report.html" in shown
+    assert "exists already" in refused(tuner("run", path, "--out", tmp_path / "out"))
+
+
+def test_bad_input_is_one_line_on_stderr(tmp_path):
+    path = write(tmp_path, changed('"attitude.kd" = 14.0', '"attitude.kdd" = 14.0'))
+    message = refused(tuner("run", path, "--out", tmp_path / "never"))
+    assert message.count("\n") == 1
+    assert "contender[0].gains.attitude.kdd" in message and str(path) in message
+    assert not (tmp_path / "never").exists()

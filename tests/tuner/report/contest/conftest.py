@@ -1,0 +1,28 @@
+"""Made-up contest folders with their pages, shared by the tests that only read them."""
+
+import pytest
+
+from tests.tuner.report.contest.fabricate_contest import ALL, Made, fabricate
+from tuner.report.contest import write_contest_report
+
+KINDS = {
+    "three tuned": Made(),
+    "two airframes": Made(names=ALL),
+    "three objectives": Made(objectives=3),
+    "one contender, one objective": Made(names=ALL[1:2], objectives=1),
+    "given": Made(names=ALL[1:4], tuned=False),
+}
+
+
+@pytest.fixture(scope="session", params=list(KINDS.values()), ids=list(KINDS))
+def folder(request, tmp_path_factory):
+    """A contest folder with its report; nobody may write into it."""
+    path = fabricate(tmp_path_factory.mktemp("contest") / "made-up", request.param)
+    write_contest_report(path)
+    return path
+
+
+@pytest.fixture
+def made(tmp_path):
+    """A contest folder of one's own, without a report."""
+    return fabricate(tmp_path / "made-up")

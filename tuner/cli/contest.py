@@ -1,0 +1,114 @@
+"""`tuner run` and `tuner check` on a contest: handlers and what they print."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from tuner.cli.display import TerminalWatcher, digits, estimate
+from tuner.contest import Contest, load_contest
+from tuner.watcher import Watcher
+
+
+def run_contest_command(
+    path: Path, out: Path | None, threads: int | None, overrides: dict[str, Any], as_json: bool
+) -> None:
+    """Run a contest and print what it found."""
+    contest = load_contest(path, overrides)
+    from tuner.contest.run import default_folder, run_contest
+    from tuner.store.folder import Folder
+
+    folder = Folder.create(out or default_folder(contest), inside="contenders")
+    if as_json:
+        run_contest(contest, folder, Watcher(), threads)
+        print((folder.path / "contest.json").read_text(encoding="utf-8"))
+        return
+    console = Console()
+    console.print(f"[bold]{escape(contest.title)}[/bold]  (seed {contest.seed})", highlight=False)
+    with TerminalWatcher(console) as watcher:
+        run_contest(contest, folder, watcher, threads)
+    print_found(json.loads((folder.path / "contest.json").read_text(encoding="utf-8")), folder.path, console)
+
+
+def print_found(found: dict[str, Any], folder: Path, console: Console) -> None:
+    """Print the tables, sentences and warnings of a contest.json."""
+    console.print(estimates_table(found))
+    if found["published"]:
+        console.print(published_table(found))
+    for text in found["words"]:
+        console.print(f"- {text}", highlight=False, markup=False)
+    for warning in found["warnings"]:
+        console.print(f"Warning: {warning}", style="yellow", highlight=False, markup=False)
+    page = folder / "report.html"
+    where = f"Report: {page}" if page.exists() else f"Results: {folder}"
+    console.print(
+        f"{found['flights']:,} flights in {found['wall_seconds']:.1f} s. {where}", highlight=False, soft_wrap=True
+    )
+
+
+def estimates_table(found: dict[str, Any]) -> Table:
+    """Return contenders down, objectives and constraints across, each value over its interval."""
+    flights = sum(entry["flights"] for entry in found["compared_on"])
+    table = Table(title=f"On {flights} held-out flights each, 95 % intervals", title_justify="left")
+    table.add_column("", no_wrap=True)
+    judged = [quantity for quantity in found["quantities"] if quantity["kind"] in ("objective", "constraint")]
+    for quantity in judged:
+        unit = "" if quantity["unit"] == "1" else quantity["unit"]
+        limit = "" if quantity["limit"] is None else f"at most {quantity['limit']:g} "
+        table.add_column(escape(f"{quantity['label']}\n{limit}{unit}".rstrip()), justify="right", overflow="fold")
+    values = {(entry["contender"], entry["quantity"]): entry for entry in found["estimates"]}
+    for contender in found["contenders"]:
+        cells = [estimate(values[contender["name"], quantity["label"]]) for quantity in judged]
+        table.add_row(escape(f"{contender['name']}\n{contender['point']}"), *cells)
+    return table
+
+
+def published_table(found: dict[str, Any]) -> Table:
+    """Return the printed numbers beside ours, contender by contender."""
+    table = Table(title="Printed numbers and our flights", title_justify="left")
+    for name in ("quantity", "printed", "ours, mean", "95 % of our flights", "percentile"):
+        table.add_column(name, justify="left" if name == "quantity" else "right", no_wrap=name == "quantity")
+    for contender in found["contenders"]:
+        cells = [cell for cell in found["published"] if cell["contender"] == contender["name"]]
+        if cells:
+            table.add_section()
+            table.add_row(escape(contender["name"]), style="bold")
+        for cell in cells:
+            mark = "" if cell["inside"] else " outside"
+            width = cell["p97_5"] - cell["p2_5"]
+            table.add_row(
+                f"  {cell['metric']} {cell['unit']}{' (fitted)' if cell['fitted'] else ''}", f"{cell['value']:g}",
+                digits(cell["mean"], width), f"{digits(cell['p2_5'], width)} to {digits(cell['p97_5'], width)}",
+                f"{cell['percentile']:.1f}{mark}",
+            )  # fmt: skip
+    return table
+
+
+def check_contest(path: Path) -> dict[str, Any]:
+    """Return what a contest would fly; InputError where it is wrong."""
+    contest = load_contest(path)
+    return {
+        "title": contest.title,
+        "contenders": [_described(contest, i) for i in range(len(contest.contenders))],
+        "quantities": [quantity.label for quantity in contest.quantities],
+        "published": len(contest.published),
+        "claims": len(contest.claims),
+        "search_flights": sum(_search_flights(contest, i) for i in range(len(contest.contenders))),
+        "comparison_flights": contest.flights,
+    }
+
+
+def _described(contest: Contest, i: int) -> str:
+    contender = contest.contenders[i]
+    searched = len(contender.study.space.variables)
+    return f"{contender.name} ({f'{searched} searched' if searched else 'as given'})"
+
+
+def _search_flights(contest: Contest, i: int) -> int:
+    study = contest.contenders[i].study
+    if not contest.contenders[i].tuned:
+        return 0
+    return study.search.generations * study.search.population * sum(entry.search for entry in study.scenarios)

@@ -1,0 +1,116 @@
+"""A contest, checked and ready to run: contenders that differ in controller or airframe and in nothing else."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+from objectives.metrics import MetricAddress
+from objectives.problem import Objective
+from objectives.risk import Risk
+from tuner.study.study import Study, StudyScenario
+
+
+@dataclass(frozen=True)
+class Contender:
+    """One entry of a contest. slug: its name in paths. raw: the content of `study` as a study file would hold it."""
+
+    name: str
+    slug: str
+    study: Study
+    raw: dict[str, Any]
+
+    @property
+    def tuned(self) -> bool:
+        """Whether a search chooses its gains; otherwise they are flown as given."""
+        return bool(self.study.space.variables)
+
+
+@dataclass(frozen=True)
+class Published:
+    """A printed number to be judged: `value` (SI, rad) of a metric in a scenario, said of each of `contenders`.
+
+    fitted: the study was set to meet it, so that meeting it says nothing.
+    """
+
+    contenders: tuple[str, ...]
+    metric: MetricAddress
+    scenario: str
+    value: float
+    source: str
+    fitted: bool = False
+
+    @property
+    def objective(self) -> Objective:
+        """The quantity whose flights it is compared with."""
+        return Objective(self.metric, Risk("mean"), self.scenario)
+
+
+@dataclass(frozen=True)
+class Claim:
+    """A statement to be judged: `better` is lower than each of `than` in each of `objectives`."""
+
+    better: str
+    than: tuple[str, ...]
+    objectives: tuple[Objective, ...]
+    text: str
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """What all contenders are compared in. limit: what it must not exceed, or None. kind: "objective", "constraint",
+    "published" or "claimed", the first of these that asks for it.
+    """
+
+    objective: Objective
+    kind: str
+    limit: float | None = None
+
+    @property
+    def label(self) -> str:
+        """Unique name."""
+        return self.objective.label
+
+
+@dataclass(frozen=True)
+class Contest:
+    """Contenders with what they are judged by. table: the merged content of the file, overrides included."""
+
+    path: Path
+    title: str
+    description: str
+    seed: int
+    contenders: tuple[Contender, ...]
+    published: tuple[Published, ...]
+    claims: tuple[Claim, ...]
+    table: dict[str, Any]
+
+    @property
+    def base(self) -> Study:
+        """A study that holds what all contenders share."""
+        return self.contenders[0].study
+
+    @property
+    def scenarios(self) -> tuple[StudyScenario, ...]:
+        """The scenarios that all contenders fly."""
+        return self.base.scenarios
+
+    @property
+    def flights(self) -> int:
+        """Number of flights of the comparison."""
+        return len(self.contenders) * sum(entry.held_out for entry in self.scenarios)
+
+    @cached_property
+    def quantities(self) -> tuple[Quantity, ...]:
+        """Objectives, constraints, then what printed numbers and claims ask for; each label once."""
+        found: dict[str, Quantity] = {}
+        limits = {c.objective.label: c.most for c in self.base.constraints}
+        for kind, objectives in (
+            ("objective", self.base.objectives),
+            ("constraint", [constraint.objective for constraint in self.base.constraints]),
+            ("published", [cell.objective for cell in self.published]),
+            ("claimed", [objective for claim in self.claims for objective in claim.objectives]),
+        ):
+            for objective in objectives:
+                found.setdefault(objective.label, Quantity(objective, kind, limits.get(objective.label)))
+        return tuple(found.values())

@@ -1,0 +1,48 @@
+"""What a control step costs, counted and not timed: operations of the laws' step functions as CasADi expressions.
+
+The count is deterministic and the same on every machine; it leaves out the cascade between the laws, which all
+contenders share, and says nothing of memory or of how well a compiler does.
+"""
+
+from dataclasses import dataclass
+from functools import cache
+
+from plant.cascade import ATTITUDE_AXES, POSITION_AXES, Cascade
+from plant.laws import Law
+from plant.laws.channel import Applied, Channel, Measured, Setpoint
+
+MEANING = (
+    "scalar operations of one control step: the instructions of the CasADi expressions of the laws of three position and "
+    "three attitude axes, inputs, outputs and constants not counted"
+)
+
+
+@dataclass(frozen=True)
+class Cost:
+    """Operations of one axis of each loop, and of a control step."""
+
+    position: int
+    attitude: int
+
+    @property
+    def operations(self) -> int:
+        """Operations of the three position and three attitude axes."""
+        return len(POSITION_AXES) * self.position + len(ATTITUDE_AXES) * self.attitude
+
+
+def cost_of(cascade: Cascade) -> Cost:
+    """Count the operations of a cascade's laws."""
+    return Cost(step_operations(cascade.position), step_operations(cascade.attitude))
+
+
+@cache
+def step_operations(law: Law) -> int:
+    """Return the operations of one step of one axis."""
+    import casadi as ca
+
+    from plant.backends.symbolic import symbolic_function
+
+    kinds = [law.Memory, law.Constants, Channel, Setpoint, Measured, Applied, float]
+    step = symbolic_function("step", law.step, kinds)
+    moves = {ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_CONST}
+    return sum(step.instruction_id(i) not in moves for i in range(step.n_instructions()))

@@ -1,0 +1,68 @@
+"""The tables that a contest has and a study has not."""
+
+from typing import Annotated, Any
+
+from pydantic import BeforeValidator, Field
+
+from tuner.study.schema import StudyTable, Table
+
+OWN = ("airframe", "controller", "gains", "search", "pick")
+"""Tables of a study that a contender may have of its own; the others are the same for all."""
+SHARED = tuple(key for key in StudyTable.model_fields if key not in OWN)
+
+
+def _as_list(value: object) -> object:
+    return [value] if isinstance(value, str) else value
+
+
+Names = Annotated[list[str], BeforeValidator(_as_list), Field(min_length=1)]
+
+
+class ContenderTable(Table):
+    """[[contender]]: a name, and what lies over the tables of the base study."""
+
+    name: str
+    airframe: dict[str, Any] | None = None
+    controller: dict[str, Any] | None = None
+    gains: dict[str, Any] | None = None
+    search: dict[str, Any] | None = None
+    pick: dict[str, Any] | None = None
+
+    def tables(self) -> dict[str, Any]:
+        """Return the contender's own tables."""
+        return {key: getattr(self, key) for key in OWN if getattr(self, key) is not None}
+
+
+class PublishedTable(Table):
+    """[[published]]: a printed number, SI units, of one contender or of several. fitted: the study was set to meet it."""
+
+    contender: Names
+    metric: str
+    scenario: str
+    value: float
+    source: str = ""
+    fitted: bool = False
+
+
+class ClaimTable(Table):
+    """[[claim]]: `better` is lower than each of `than` in each metric of `in`."""
+
+    better: str
+    than: Names
+    metrics: Names = Field(alias="in")
+    scenario: str | None = None
+    text: str = ""
+
+
+class ContestTable(Table):
+    """What a contest adds to a study."""
+
+    contender: Annotated[list[ContenderTable], Field(min_length=1)]
+    published: list[PublishedTable] = Field(default=[])
+    claim: list[ClaimTable] = Field(default=[])
+
+
+ADDED = tuple(ContestTable.model_fields)
+"""Tables of a contest that no study has."""
+ELSEWHERE = ("unknown", "inference")
+"""Tables that a contest file may hold for others to read."""

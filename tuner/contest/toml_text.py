@@ -1,0 +1,51 @@
+"""Tables as TOML text: what a study file can hold, so that a study put together from several files can stand alone."""
+
+import json
+import re
+from collections.abc import Iterator, Mapping
+from typing import Any
+
+Table = Mapping[str, Any]
+
+
+def toml_text(table: Table) -> str:
+    """Return a table as TOML; values are texts, numbers, truth values, lists and tables."""
+    return "\n".join(_lines(table, ())) + "\n"
+
+
+def _lines(table: Table, head: tuple[str, ...]) -> Iterator[str]:
+    inner = {key: value for key, value in table.items() if isinstance(value, Mapping) or _is_tables(value)}
+    for key, value in table.items():
+        if key not in inner:
+            yield f"{_key(key)} = {_value(value)}"
+    for key, value in inner.items():
+        path = (*head, _key(key))
+        for entry in [value] if isinstance(value, Mapping) else value:
+            name = ".".join(path)
+            yield ""
+            yield f"[{name}]" if isinstance(value, Mapping) else f"[[{name}]]"
+            yield from _lines(entry, path)
+
+
+def _is_tables(value: object) -> bool:
+    return isinstance(value, list) and bool(value) and all(isinstance(entry, Mapping) for entry in value)
+
+
+def _key(key: str) -> str:
+    return key if re.fullmatch(r"[A-Za-z0-9_-]+", key) else _text(key)
+
+
+def _text(value: str) -> str:
+    # A JSON string is a TOML basic string, but for the delete character, which TOML wants escaped.
+    return json.dumps(value, ensure_ascii=False).replace("\x7f", "\\u007F")
+
+
+def _value(value: Any) -> str:
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    if isinstance(value, str):
+        return _text(value)
+    if isinstance(value, list | tuple):
+        return f"[{', '.join(_value(entry) for entry in value)}]"
+    assert isinstance(value, int | float), f"{value!r} is no value of a study"
+    return repr(value)

@@ -1,0 +1,83 @@
+"""Paired differences: a forest plot a quantity, each row a pair of contenders with difference, interval and verdict."""
+
+from tuner.report.contest.contest import Contest, Difference, Quantity
+from tuner.report.contest.look import sample
+from tuner.report.contest.strip import Scale, interval, ruler, scale
+from tuner.report.markup import Markup, element, join
+from tuner.report.numbers import estimate, fixed
+from tuner.report.prose import listing
+from tuner.report.units import bracketed
+
+# Quantities whose forest plots stand open; the others are folded away.
+OPEN_KINDS = ("objective", "constraint")
+
+
+def forests(contest: Contest) -> Markup:
+    """Return a card for each quantity with differences; those that only printed numbers or claims ask for are folded."""
+    shown, folded, same = [], [], []
+    for quantity in contest.quantities:
+        rows = [entry for entry in contest.differences if entry.quantity == quantity.label]
+        if rows and not any(number for entry in rows for number in entry.difference):
+            same.append(quantity.label)
+        elif rows:
+            (shown if quantity.kind in OPEN_KINDS else folded).append(_card(contest, quantity, rows))
+    if not shown:
+        shown, folded = folded, []
+    parts = [element("p", f"No two contenders differ at all in {listing(same)}.", class_="aid")] if same else []
+    parts.append(element("div", *shown, class_="forests"))
+    if folded:
+        what = f"{len(folded)} more: quantities of printed numbers and claims"
+        inner = element("div", *folded, class_="forests")
+        parts.append(element("details", element("summary", what), inner, class_="plain"))
+    return join(parts)
+
+
+def related(contest: Contest, entry: Difference) -> bool:
+    """Say whether two contenders share the airframe or the laws; a difference in both says little about either."""
+    first, second = (contest.contenders[contest.index[name]] for name in (entry.first, entry.second))
+    return first.airframe == second.airframe or first.laws == second.laws
+
+
+def _card(contest: Contest, quantity: Quantity, rows: list[Difference]) -> Markup:
+    shown = scale(number for entry in rows for number in entry.difference)
+    near = [_row(contest, quantity, entry, shown) for entry in rows if related(contest, entry)]
+    far = [_row(contest, quantity, entry, shown) for entry in rows if not related(contest, entry)]
+    foot = element("div", element("span"), ruler(shown), class_="strip-row", aria_hidden="true")
+    parts = [element("figcaption", bracketed(quantity.label, quantity.unit)), element("ul", *near), foot]
+    if far:
+        what = element("summary", f"{len(far)} pairs that differ in laws and airframe")
+        parts.append(element("details", what, element("ul", *far), class_="plain"))
+    return element("figure", *parts, class_="forest")
+
+
+def _row(contest: Contest, quantity: Quantity, entry: Difference, shown: Scale) -> Markup:
+    second, first = (_name(contest, name) for name in (entry.second, entry.first))
+    value, ends = estimate(*entry.difference, signed=True)
+    share = _relative(contest, quantity, entry)
+    number = element("strong", value, f" ({share})" if share else "")
+    return element(
+        "li",
+        element("span", second, " − ", first, class_="pair"),
+        interval(shown, entry.difference, entry.lower is not None),
+        element("span", number, " ", element("small", ends, class_="interval"), class_="number"),
+        _verdict(entry),
+        class_="strip-row",
+    )
+
+
+def _name(contest: Contest, name: str) -> Markup:
+    return element("span", sample(contest.look[name]), " ", name, class_="name")
+
+
+def _verdict(entry: Difference) -> Markup:
+    if entry.lower is None:
+        return element("span", "≈ no clear difference", class_="verdict no-clear-difference")
+    return element("span", f"✓ {entry.lower} is lower", class_="verdict")
+
+
+def _relative(contest: Contest, quantity: Quantity, entry: Difference) -> str:
+    """Return the difference as a share of the first contender's value, where that says something."""
+    first, value = contest.estimates.get((entry.first, quantity.label)), entry.difference.value
+    if first is None or value is None or not first.value or first.value < 0.0:
+        return ""
+    return f"{fixed(100.0 * value / first.value, 0, signed=True)} %"

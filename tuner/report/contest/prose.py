@@ -1,0 +1,81 @@
+"""The opening of the page: what was asked, the sentences, the claims with their verdicts, and the key figures."""
+
+from tuner.report.contest.contest import Claim, Contest, Ruling
+from tuner.report.markup import Markup, element, join
+from tuner.report.numbers import count, duration, estimate
+from tuner.report.prose import counted, listing
+from tuner.report.units import plain
+
+SIGNS = {"survives": "✓", "fails": "✗", "undecided": "≈"}
+COUNTS = {"survives": "for it", "fails": "against it", "undecided": "without a decision"}
+
+
+def asked(contest: Contest) -> Markup:
+    """Return who flew what, how often and on which airframes."""
+    many = counted(len(contest.contenders), "controller")
+    where = listing([f"{count(entry.flights)} of {entry.scenario}" for entry in contest.compared_on])
+    flown = f" flew {listing(contest.airframes)} through the same held-out flights ({where}), each in the same air. "
+    return join((element("strong", many[:1].upper() + many[1:]), flown, _tuned(contest)))
+
+
+def _tuned(contest: Contest) -> str:
+    """Return whose gains a search had chosen before."""
+    names = {tuned: [entry.name for entry in contest.contenders if entry.tuned is tuned] for tuned in (True, False)}
+    if not names[True]:
+        return "Their gains are given, nothing was tuned."
+    tuned = "A search had tuned " + ("every one" if not names[False] else listing(names[True])) + " before"
+    return f"{tuned}, {listing(names[False])} flew with gains as given." if names[False] else f"{tuned}."
+
+
+def key_figures(contest: Contest) -> list[tuple[str, str]]:
+    """Return the numbers at the top of the page, name and value."""
+    figures = [
+        ("Contenders", count(len(contest.contenders))),
+        ("Flights in all", count(contest.document["flights"])),
+        ("Held-out flights of each", count(sum(entry.flights for entry in contest.compared_on))),
+    ]
+    free = [cell.inside for cell in contest.cells if not cell.fitted]
+    if free:
+        figures.append(("Printed numbers inside", f"{sum(free)} of {len(free)}"))
+    surviving = [claim.verdict == "survives" for claim in contest.claims]
+    if surviving:
+        figures.append(("Claims that survive", f"{sum(surviving)} of {len(surviving)}"))
+    return [*figures, ("Wall time", duration(contest.document["wall_seconds"]))]
+
+
+def words(contest: Contest) -> Markup:
+    """Return the sentences of the contest but for those that only repeat a claim, which stands below them."""
+    told = tuple(f'The claim "{claim.text}"' for claim in contest.claims if claim.text)
+    shown = [sentence for sentence in contest.document["words"] if not (told and sentence.startswith(told))]
+    return element("ul", *[element("li", sentence) for sentence in shown], class_="words") if shown else Markup()
+
+
+def claims(contest: Contest) -> Markup:
+    """Return every claim with its verdict, and the comparisons behind it folded away."""
+    if not contest.claims:
+        return Markup()
+    return element("div", *[_claim(contest, claim) for claim in contest.claims], class_="claims")
+
+
+def _claim(contest: Contest, claim: Claim) -> Markup:
+    text = claim.text or f"{claim.better} is better"
+    counts = [(sum(row.verdict == kind for row in claim.rows), said) for kind, said in COUNTS.items()]
+    rests = f"paired comparisons: {', '.join(f'{number} {said}' for number, said in counts if number)}"
+    head = element(
+        "summary", _verdict(claim.verdict), element("span", text, class_="claim-text"), element("small", rests)
+    )
+    return element(
+        "details", head, element("ul", *[_ruling(contest, claim, row) for row in claim.rows]), class_="claim"
+    )
+
+
+def _ruling(contest: Contest, claim: Claim, row: Ruling) -> Markup:
+    quantity = contest.quantity.get(row.quantity)
+    unit = f" {plain(quantity.unit)}" if quantity and quantity.unit else ""
+    value, ends = estimate(*row.difference, signed=True)
+    pair = f" {claim.better} − {row.than} in "
+    return element("li", _verdict(row.verdict), pair, element("code", row.quantity), f": {value}{unit} {ends}")
+
+
+def _verdict(word: str) -> Markup:
+    return element("span", f"{SIGNS.get(word, '')} {word}".strip(), class_=f"verdict {word}")

@@ -1,0 +1,99 @@
+"""Where the numbers of a contest come from: seed, flights, machine, versions, the command, and what the words mean."""
+
+import json
+from typing import Any
+
+from tuner.report.contest.contest import Contest
+from tuner.report.contest.values_section import metric_anchor
+from tuner.report.markup import Markup, coded, described, element, join
+from tuner.report.numbers import MISSING, count, duration, significant
+from tuner.report.provenance import TOLD
+from tuner.report.units import marked_up
+
+WORDS = (
+    ("Held-out", "flown on scenarios that no search ever saw; flight i meets the same air in every contender's hands."),
+    ("95 % interval", "bootstrap over flights: it covers which flights happened to be drawn, not errors of the model."),
+    (
+        "Difference",
+        "paired: taken flight by flight in the same air, so its interval is narrower than those of the two suggest.",
+    ),
+    ("Lower", "the whole interval of the difference lies on one side of zero; else no clear difference."),
+    (
+        "Survives, fails, undecided",
+        "a claim survives where every difference behind it lies on its side of zero, fails where one lies on the other, "
+        "and is undecided else.",
+    ),
+    (
+        "Inside",
+        "the printed number lies between the 2.5 and the 97.5 percentile of our flights: one of them could have given it.",
+    ),
+    ("Percentile", "share of our flights that lie below the printed number, in per cent."),
+    (
+        "Front",
+        "points of a contender that keep every constraint and that no other of its points beats in every objective.",
+    ),
+)
+
+
+def facts(contest: Contest) -> Markup:
+    """Return study, seed, flights, machine, command and versions."""
+    document = contest.document
+    scenarios = [
+        f"{entry.scenario}: {count(entry.flights)} of {significant(entry.duration)} s each"
+        for entry in contest.compared_on
+    ]
+    shown = [
+        ("Study", str(document.get("study", MISSING))),
+        ("Seed", significant(document["seed"], 15)),
+        ("Flights", f"{count(document['flights'])} in {duration(document['wall_seconds'])}"),
+        ("Compared on", "; ".join(scenarios) or MISSING),
+        *environment_facts(contest.environment),
+    ]
+    return described(shown, class_="facts")
+
+
+def environment_facts(environment: dict[str, Any]) -> list[tuple[str, str]]:
+    """Return command, time, machine, versions and commit of a run, from environment.json."""
+    versions = ", ".join(f"{name} {value}" for name, value in environment.items() if name not in TOLD and value)
+    told = [
+        ("Command", element("code", str(environment.get("command", MISSING)))),
+        ("Started", str(environment.get("started", MISSING))),
+        ("Machine", _machine(environment)),
+        ("Versions", versions or MISSING),
+    ]
+    commit = environment.get("commit")
+    return [*told, ("Commit", element("code", str(commit)))] if commit else told
+
+
+def definitions(contest: Contest) -> Markup:
+    """Return what each metric measures, how operations are counted, and what the words of the page mean."""
+    metrics = {entry.metric: entry for entry in contest.quantities}
+    listed = join(
+        element(
+            "div",
+            element("dt", element("code", name)),
+            element("dd", coded(entry.definition), join((" [", marked_up(entry.unit), "]")) if entry.unit else ""),
+            id=metric_anchor(name),
+        )
+        for name, entry in metrics.items()
+    )
+    words = list(WORDS)
+    if contest.fronts is not None and contest.fronts.meaning:
+        words.append(("Share of the box", contest.fronts.meaning))
+    meaning = next((row["cost"].get("meaning") for row in contest.document["contenders"]), None)
+    if meaning:
+        words.append(("Operations", meaning))
+    told = join(element("div", element("dt", term), element("dd", said)) for term, said in words)
+    return element("dl", listed, told, class_="facts")
+
+
+def document_text(contest: Contest) -> str:
+    """Return contest.json."""
+    return json.dumps(contest.document, indent=2, ensure_ascii=False)
+
+
+def _machine(environment: dict[str, Any]) -> str:
+    names = [str(environment[key]) for key in ("cpu", "simd", "platform") if environment.get(key)]
+    if environment.get("threads"):
+        names.insert(1, f"{environment['threads']} threads")
+    return ", ".join(names) or MISSING

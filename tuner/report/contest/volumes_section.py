@@ -1,0 +1,32 @@
+"""How large the fronts are: the share of one common box that each dominates."""
+
+from tuner.report.contest.contest import Contest, Fronts
+from tuner.report.contest.look import sample
+from tuner.report.contest.values_section import BEST, CLOSE
+from tuner.report.markup import Markup, element, join, table
+from tuner.report.numbers import count, estimate, significant
+from tuner.report.units import plain
+
+HEAD = ["Front of", "Points", "Share of the common box (hypervolume)"]
+
+
+def volumes_table(contest: Contest, fronts: Fronts) -> Markup:
+    """Return a row a front; the larger the share, the better."""
+    shares = {entry.contender: entry.share.value for entry in fronts.volumes if entry.share.value is not None}
+    best = {name for name, share in shares.items() if share == max(shares.values())}
+    rows = []
+    for entry in fronts.volumes:
+        value, ends = estimate(*entry.share)
+        largest = entry.contender in best
+        sign = f"{BEST} " if largest else f"{CLOSE} " if entry.even & best else ""
+        number = element("strong" if largest else "span", sign, value, class_="number")
+        name = join((sample(contest.look[entry.contender]), " ", entry.contender))
+        rows.append(
+            [name, count(entry.points), element("span", number, " ", element("small", ends, class_="interval"))]
+        )
+    reference = [(contest.quantity[label], value) for label, value in fronts.reference.items()]
+    corner = ", ".join(
+        f"{entry.label} {significant(value, 3)} {plain(entry.unit)}".rstrip() for entry, value in reference
+    )
+    note = element("p", f"The far corner of the box: {corner}.", class_="aid")
+    return join((table(HEAD, rows, class_="volumes stacked"), note))
