@@ -1,0 +1,98 @@
+"""`tuner run` and `tuner check` of an inference: a contest with unknowns."""
+
+import json
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE_HEAD
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from tuner.cli.display import TerminalWatcher
+from tuner.inference import load_inference
+from tuner.report.numbers import significant
+from tuner.watcher import Watcher
+
+
+def run_inference_command(
+    study: Path, out: Path | None, threads: int | None, changes: dict[str, Any], as_json: bool
+) -> None:
+    """Infer the unknowns and print cells, unknowns and what they say."""
+    asked = load_inference(study, changes)
+    from tuner.inference.run import default_folder, run_inference
+    from tuner.store.folder import Folder
+
+    folder = Folder.create(out or default_folder(asked))
+    if as_json:
+        run_inference(asked, folder, Watcher(), threads)
+        print((folder.path / "inference.json").read_text(encoding="utf-8"))
+        return
+    console = Console()
+    console.print(f"[bold]{escape(asked.contest.title)}[/bold]  (seed {asked.contest.seed})", highlight=False)
+    with TerminalWatcher(console) as watcher:
+        findings = run_inference(asked, folder, watcher, threads)
+    document = json.loads((folder.path / "inference.json").read_text(encoding="utf-8"))
+    console.print(cells_table(document))
+    console.print(unknowns_table(document))
+    for sentence in document["words"]:
+        console.print(f"- {sentence}", highlight=False, markup=False)
+    console.print(
+        f"{findings.flights:,} flights in {findings.seconds:.1f} s. Figure: {folder.path / 'figures' / 'inference.png'}  "
+        f"Study with these values: {folder.path / 'inferred.toml'}",
+        highlight=False, soft_wrap=True,
+    )  # fmt: skip
+
+
+def check_inference(path: Path) -> dict[str, Any]:
+    """Return what an inference would fly; InputError where it is wrong."""
+    asked = load_inference(path)
+    search = asked.contest.base.search
+    flown = {(cell.contender, cell.scenario) for cell in asked.cells}
+    return {
+        "title": asked.contest.title,
+        "contenders": [contender.name for contender in asked.contest.contenders],
+        "unknowns": [unknown.variable.name for unknown in asked.unknowns],
+        "cells": [cell.label for cell in asked.cells],
+        "search_flights": search.population * search.generations * len(flown) * asked.flights,
+    }
+
+
+VERDICTS = (("yes", "inside"), ("near by", "consistent"), ("elsewhere", "reproducible"), ("never", "published"))
+"""What the table says of a cell: the first whose key holds."""
+
+
+def cells_table(document: dict[str, Any]) -> Table:
+    """Return published beside ours."""
+    held_out = document["settings"]["held_out"]
+    table = _table(f"Published cells and {held_out} held-out flights at the inferred setting")
+    for name in ("cell", "published", "median", "95 % of ours", "inside"):
+        table.add_column(name, justify="left" if name == "cell" else "right", no_wrap=name != "cell")
+    for row in document["cells"]:
+        ours = row["ours"]
+        span = f"{significant(ours['low95'], 3)}–{significant(ours['high95'], 3)}"
+        inside = next(word for word, key in VERDICTS if row[key])
+        name = f"{escape(row['contender'])} {row['metric']} {row['unit']}"
+        table.add_row(name, significant(row["published"]), significant(ours["median"], 3), span, inside)
+    return table
+
+
+def unknowns_table(document: dict[str, Any]) -> Table:
+    """Return the unknowns with their ranges."""
+    table = _table("Unknowns")
+    for name in ("", "inferred", f"within {100 * document['settings']['near']:g} %", "one draw leaves", "told"):
+        table.add_column(name, justify="left" if name == "" else "right", no_wrap=name != "")
+    for row in document["unknowns"]:
+        spans = [
+            f"{significant(row[low], 2)}–{significant(row[high], 2)}"
+            for low, high in (("near_low", "near_high"), ("low68", "high68"))
+        ]
+        verdict = {"told": "yes", "loosely": "partly", "not": "no"}[row["verdict"]]
+        unit = "" if row["unit"] == "1" else f" {row['unit']}"
+        table.add_row(f"{escape(row['name'])}{unit}", significant(row["inferred"], 2), *spans, verdict)
+    return table
+
+
+def _table(title: str) -> Table:
+    """Return a table that leaves room for long names on a narrow terminal."""
+    return Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)

@@ -1,0 +1,107 @@
+"""Dotted paths into the tables of a contest: "contender.ADRC.gains.attitude.omega_c", "scenario.0.air.window.1".
+
+The entries of [[contender]] go by name, those of other lists by number, from 0; the keys of [gains] hold a dot themselves.
+A path may end at a key that does not stand there yet, in tables that do not either, but not in a list that does not.
+"""
+
+from typing import Any
+
+from plant.errors import InputError, UnknownNameError
+
+CONTENDER, GAINS = "contender", "gains"
+Place = tuple[str | int, ...]
+"""The keys and list indices that lead from the top of the tables to one value."""
+
+
+def place_of(table: dict[str, Any], path: str) -> Place:
+    """Return the place a path stands for; InputError, without file and key, where there can be none."""
+    place: list[str | int] = []
+    here: Any = table
+    rest = path
+    while rest:
+        part, rest = _next(here, place, rest)
+        place.append(part)
+        here = _below(here, part, path, last=not rest)
+    if not place or isinstance(here, dict | list):
+        kind = "nothing" if not place else _kind(here)
+        raise InputError(f"'{path}' leads to {kind}; a path leads to one number{_below_hint(here)}")
+    return tuple(place)
+
+
+def value_at(table: Any, place: Place) -> Any:
+    """Return what stands at a place, None where nothing does."""
+    here = table
+    for part in place:
+        if isinstance(here, dict):
+            here = here.get(part)
+        elif isinstance(here, list) and isinstance(part, int):
+            here = here[part]
+        else:
+            return None
+    return here
+
+
+def put_at(table: Any, place: Place, value: float) -> None:
+    """Set a place of nested tables and lists, making the tables on the way that are missing."""
+    *parents, last = place
+    here = table
+    for part in parents:
+        here = here.setdefault(part, {}) if isinstance(here, dict) else here[part]
+    here[last] = value
+
+
+def _next(here: Any, before: list[str | int], rest: str) -> tuple[str | int, str]:
+    """Return the next part of a path, as key or index, and what is left of the path."""
+    if isinstance(here, list):
+        return _index(here, before, rest)
+    if before and before[-1] == GAINS and rest.count(".") >= 1:
+        axis, name, *more = rest.split(".", 2)
+        return f"{axis}.{name}", more[0] if more else ""
+    part, _, left = rest.partition(".")
+    return part, left
+
+
+def _index(here: list[Any], before: list[str | int], rest: str) -> tuple[int, str]:
+    """Return the index of a list entry: a number, or the name of a contender, which may hold dots."""
+    if before == [CONTENDER]:
+        names = [str(entry.get("name")) for entry in here]
+        fitting = [name for name in names if rest == name or rest.startswith(f"{name}.")]
+        if not fitting:
+            raise UnknownNameError("contender", rest.split(".")[0], names)
+        name = max(fitting, key=len)
+        return names.index(name), rest[len(name) + 1 :]
+    part, _, left = rest.partition(".")
+    if not part.isdecimal() or int(part) >= len(here):
+        allowed = f"0 to {len(here) - 1}" if here else "none, the list is empty"
+        raise InputError(f"'{part}' is no entry of the list '{_dotted(before)}'; allowed: {allowed}")
+    return int(part), left
+
+
+def _below(here: Any, part: str | int, path: str, last: bool) -> Any:
+    """Return what stands below a part; an empty table for one that is missing on the way, None at the end of it."""
+    if isinstance(here, list):
+        assert isinstance(part, int)
+        return here[part]
+    if part in here:
+        below = here[part]
+        if not last and not isinstance(below, dict | list):
+            raise InputError(f"'{path}' goes on behind '{part}', which is a value; end the path there")
+        return below
+    return None if last else {}
+
+
+def _kind(here: Any) -> str:
+    return "a list" if isinstance(here, list) else "a table"
+
+
+def _below_hint(here: Any) -> str:
+    """Say what stands at the end of a path that goes not far enough."""
+    if isinstance(here, list) and here:
+        return f"; go on with an entry, 0 to {len(here) - 1}"
+    if isinstance(here, dict) and here:
+        return f"; there is: {', '.join(map(str, here))}"
+    return ""
+
+
+def _dotted(parts: list[str | int]) -> str:
+    return ".".join(map(str, parts))
