@@ -1,17 +1,22 @@
-"""`tuner bench`: closed-loop plant steps per second of the backends, measured side by side in one run.
+"""`tuner bench`: closed-loop plant steps per second of the backends, measured side by side in one run, and time of margins.
 
 The full hybrid cascade with motor lag, noise, metrics, RK4 at 1 kHz and control at 250 Hz, flights of 10 s. Backends are
 measured in turn, several rounds, and the median is reported, because machines are shared and noisy: compare ratios.
+
+Margins are those of the quickstart's cascade in all six channels, over every amplitude of the sliding term, for gains drawn from
+their search ranges; on one thread. A candidate of the quickstart costs one evaluation of margins and 32 flights of 8 s.
 """
 
 from dataclasses import replace
 from statistics import median
-from time import perf_counter
+from time import perf_counter, thread_time
 from typing import Any
 
 import numpy as np
 
 from objectives import meters
+from objectives.margins.frequency import POINTS
+from objectives.margins.margins import MarginModel
 from plant.air.air import AirSpec
 from plant.airframes import load
 from plant.backends.array import rebinder as numpy_rebinder
@@ -20,12 +25,13 @@ from plant.backends.stepping import Inputs, fly_steps
 from plant.cascade import close_cascade
 from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
 from plant.flights import FlightInputs, Flyer, available_threads
-from plant.gains import default_row
+from plant.gains import default_row, gain_addresses
 from plant.laws import law
 from plant.nominal import ControlOptions, Nominal, nominal
 from plant.records import flatten, pack
 from plant.references.steps import Steps
 from plant.scenarios import SEARCH, ScenarioSpec, sample_scenarios
+from plant.seeds import generator
 from tuner.store.environment import simd
 
 DURATION, SCENARIOS, ROUNDS = 10.0, 64, 3
@@ -34,10 +40,12 @@ DURATION, SCENARIOS, ROUNDS = 10.0, 64, 3
 NUMPY_FLIGHTS, NUMPY_DURATION = 1024, 0.2
 # The scalar kernel flies a share of the flights, enough for a second or so.
 SCALAR_SHARE = 4
+# Candidates whose margins are worked out at once, and what a candidate of the quickstart flies.
+MARGIN_BATCH, QUICKSTART_FLIGHTS, QUICKSTART_DURATION = 100, 32, 8.0
 
 
 def bench(flights: int, threads: int | None = None) -> dict[str, Any]:
-    """Return steps per second of lanes, scalar (one flight at a time, same functions and threads) and numpy, and ratios."""
+    """Return steps per second of lanes, scalar (one flight at a time, same functions and threads) and numpy; margins."""
     timing, limits = Timing(0.004, 0.001), Limits(5.0, 0.17)
     vehicle = load("hummingbird").vehicle
     knowledge = nominal(vehicle, ControlOptions(), timing.control_period)
@@ -61,10 +69,12 @@ def bench(flights: int, threads: int | None = None) -> dict[str, Any]:
     def arrays() -> float:
         return _numpy_rate(loop, gains[0], knowledge, spec, limits, timing)
 
+    margins = MarginBench()
     flyer.fly(gains[:1], knowledge, _head(inputs, 2))
     scalar.fly(gains[:1], knowledge, _head(inputs, 2), limits, timing, count)
-    rounds = [(lanes(), one_by_one(), arrays()) for _ in range(ROUNDS)]
-    lanes_rate, scalar_rate, numpy_rate = (median(column) for column in zip(*rounds, strict=True))
+    rounds = [(lanes(), one_by_one(), arrays(), margins.wall()) for _ in range(ROUNDS)]
+    lanes_rate, scalar_rate, numpy_rate, _ = (median(column) for column in zip(*rounds, strict=True))
+    quickstart_steps = QUICKSTART_FLIGHTS * QUICKSTART_DURATION / timing.plant_step
     return {
         "lanes_steps_per_s": lanes_rate,
         "scalar_steps_per_s": scalar_rate,
@@ -76,7 +86,52 @@ def bench(flights: int, threads: int | None = None) -> dict[str, Any]:
         "lanes_per_thread_steps_per_s": lanes_rate / count,
         "lanes_over_scalar": median(entry[0] / entry[1] for entry in rounds),
         "lanes_per_thread_over_numpy": median(entry[0] / count / entry[2] for entry in rounds),
+        **margins.figures(),
+        "margins_over_flights": median(entry[3] * entry[0] / quickstart_steps for entry in rounds),
     }
+
+
+class MarginBench:
+    """Times margins of a batch of candidates; made once, for CasADi takes a moment to build the model."""
+
+    def __init__(self) -> None:
+        timing, vehicle = Timing(0.004, 0.001), load("hummingbird").vehicle
+        cascade = close_cascade(law("ladrc"), law("hybrid"))
+        begin = perf_counter()
+        knowledge = nominal(vehicle, ControlOptions(delay=True), timing.control_period)
+        self._model = MarginModel(cascade, knowledge, timing, vehicle)
+        self._build_seconds = perf_counter() - begin
+        addresses = gain_addresses(cascade)
+        spans = [gain.info.span(gain.loop) for gain in addresses]
+        low, high = (np.array([getattr(span, end) for span in spans]) for end in ("low", "high"))
+        draws = generator(1, "bench/margins", 0).uniform(size=(MARGIN_BATCH, len(spans)))
+        self._own = low + draws * (high - low)
+        # One value for all axes of a loop, as in the quickstart: then y is x and pitch is roll, turned.
+        first = {(gain.loop, gain.info.name): gain.column for gain in reversed(addresses)}
+        self._shared = self._own[:, [first[gain.loop, gain.info.name] for gain in addresses]]
+        self._model.evaluate(self._shared[:2])
+
+    def wall(self) -> float:
+        """Return wall seconds a candidate, gains shared."""
+        begin = perf_counter()
+        self._model.evaluate(self._shared)
+        return (perf_counter() - begin) / MARGIN_BATCH
+
+    def figures(self) -> dict[str, float | int]:
+        """Return CPU milliseconds a candidate, with gains shared by the axes of a loop and with own gains for each axis."""
+        return {
+            "margins_ms_per_candidate": 1e3 * median(self._busy(self._shared) for _ in range(ROUNDS)),
+            "margins_ms_per_candidate_own_gains": 1e3 * median(self._busy(self._own) for _ in range(ROUNDS)),
+            "margins_batch": MARGIN_BATCH,
+            "margins_frequencies": POINTS,
+            "margins_amplitudes": len(self._model.cases),
+            "margins_build_seconds": self._build_seconds,
+        }
+
+    def _busy(self, gains: np.ndarray) -> float:
+        begin = thread_time()
+        self._model.evaluate(gains)
+        return (thread_time() - begin) / len(gains)
 
 
 def _rate(work: Any, steps: int) -> float:

@@ -1,4 +1,4 @@
-"""One small run of the quickstart, shared by the tests of what a run leaves behind."""
+"""One small run of the quickstart, without its margins, shared by the tests of what a run leaves behind."""
 
 from pathlib import Path
 
@@ -11,6 +11,7 @@ SMALL = {
     "scenario.0.search": 4,
     "scenario.0.held_out": 32,
     "scenario.0.duration": 2.0,
+    "margin": [],
 }
 
 

@@ -10,7 +10,7 @@ import pytest
 from tests.tuner.conftest import QUICKSTART
 
 ROOT = Path(__file__).parents[2]
-COMMANDS = ("run", "fly", "list", "bench", "new", "check", "report", "version")
+COMMANDS = ("run", "fly", "list", "bench", "new", "check", "report", "theory", "margins", "design", "version")
 
 
 def tuner(*arguments, cwd=ROOT):
@@ -42,7 +42,9 @@ def test_help_does_not_import_the_heavy_libraries():
     assert done.stdout.strip() == "[]"
 
 
-@pytest.mark.parametrize("what", ["laws", "airframes", "metrics", "references", "risks", "studies"])
+@pytest.mark.parametrize(
+    "what", ["laws", "airframes", "margins", "metrics", "references", "risks", "theorems", "studies"]
+)
 def test_list_as_table_and_json(what):
     rows = json.loads(tuner("list", what, "--json").stdout)
     assert rows

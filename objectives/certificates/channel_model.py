@@ -1,0 +1,227 @@
+"""One axis in continuous time: double integrator, rotor lag, delay, observer and feedback as one linear state space.
+
+    y'' = a/m + w,   a = actuator(u),   u = law(r, y, y', what the law knows of a) - phi(S)
+
+All in acceleration units: u and a are b0 times the command, so b0 cancels. m is the true inertia (or mass) over the nominal
+one, w an acceleration that disturbs, S the sliding variable and phi the part of a law that grows slower than S; a linear law
+has S = 0. Sampling is a delay: h/2 of the hold, and h of computing where the loop has it, by a Pade approximant.
+
+For certificates, which need a matrix. The loop as sampled is another model; here ESO gains are (s + wo)^3 and the phase of
+order-1 Pade is off by (w T)^3/12, 0.004 rad at w T = 0.36. Z. Gao, "Scaling and bandwidth-parameterization based controller
+tuning", ACC 2003, for the observer.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import partial
+from math import sqrt
+from typing import Any
+
+import numpy as np
+
+Array = np.ndarray
+
+INPUTS = ("reference", "disturbance", "power")
+OUTPUTS = ("value", "rate", "command", "sliding")
+# A derivative filter faster than this [s] is left at it: no control period in use can tell it from none.
+FASTEST_FILTER = 5e-4
+
+
+@dataclass(frozen=True)
+class StateSpace:
+    """x' = a x + b u, y = c x + d u, with real matrices of shape (n, n), (n, m), (p, n), (p, m)."""
+
+    a: Array
+    b: Array
+    c: Array
+    d: Array
+
+    def at(self, s: Array) -> Array:
+        """Return the transfer matrix (k, p, m) at complex frequencies s (k,) [rad/s]."""
+        resolvent = np.asarray(s)[:, None, None] * np.eye(len(self.a)) - self.a
+        return self.c @ np.linalg.solve(resolvent, np.broadcast_to(self.b, (len(resolvent), *self.b.shape))) + self.d
+
+    def channel(self, given: str, asked: str) -> tuple[Array, Array, Array]:
+        """Return (a, b (n, 1), c (1, n)) from one of INPUTS to one of OUTPUTS of a closed loop."""
+        i, j = INPUTS.index(given), OUTPUTS.index(asked)
+        return self.a, self.b[:, i : i + 1], self.c[j : j + 1]
+
+
+@dataclass(frozen=True)
+class Factors:
+    """True over nominal: mass and inertia of the vehicle, time constant of its rotors."""
+
+    mass: float = 1.0
+    inertia: float = 1.0
+    lag: float = 1.0
+
+
+@dataclass(frozen=True)
+class RotorLag:
+    """Rotors as the actuator: dead time, then a first-order lag.
+
+    lag, delay [s]; lag_aware: whether the law knows the lagged output, by a model with the nominal lag, or only the delayed
+    command; order of the Pade approximant: 0 (no delay at all), 1 or 2.
+    """
+
+    lag: float
+    delay: float
+    lag_aware: bool = True
+    order: int = 1
+
+    def model(self, factors: Factors) -> StateSpace:
+        """Return the state space from u to (delivered, known)."""
+        dead = _dead_time(self.delay, self.order if self.delay > 0.0 else 0)
+        poles = [self.lag * factors.lag, self.lag] if self.lag_aware else [self.lag * factors.lag]
+        n, lags = len(dead.a), len(poles)
+        per = 1.0 / np.array(poles)[:, None]
+        a = np.block([[dead.a, np.zeros((n, lags))], [per @ dead.c, -np.diagflat(per)]])
+        b = np.concatenate([dead.b, per @ dead.d], axis=0)
+        delivered = np.eye(n + lags)[n]
+        known = np.eye(n + lags)[n + 1] if self.lag_aware else np.append(dead.c[0], 0.0)
+        return StateSpace(
+            a, b, np.stack([delivered, known]), np.array([[0.0], [0.0 if self.lag_aware else dead.d[0, 0]]])
+        )
+
+
+@dataclass(frozen=True)
+class TiltLoop:
+    """The attitude loop as the actuator of a horizontal position axis: reference angle in, angle out, both times gravity.
+
+    lag_aware: whether the law knows the angle reached (it is measured), or only the one asked for.
+    """
+
+    attitude: "AxisLoop"
+    lag_aware: bool = True
+
+    def model(self, factors: Factors) -> StateSpace:
+        """Return the state space from u to (delivered, known)."""
+        a, b, c = closed_loop(self.attitude, factors).channel("reference", "value")
+        known = c if self.lag_aware else np.zeros_like(c)
+        return StateSpace(a, b, np.concatenate([c, known], axis=0), np.array([[0.0], [float(not self.lag_aware)]]))
+
+
+@dataclass(frozen=True)
+class AxisLoop:
+    """One axis of a controller: what a certificate is asked about.
+
+    law: its name; gains: its Gains record; actuator: what u acts through; loop: "attitude" (then the true inertia scales the
+    acceleration) or "position" (the true mass); from_observer: whether the law takes the rate from its own observer.
+    """
+
+    law: str
+    gains: Any
+    actuator: RotorLag | TiltLoop
+    loop: str = "attitude"
+    from_observer: bool = False
+
+
+def pid(gains: Any, from_observer: bool) -> StateSpace:
+    """PID with the derivative filtered; states: integral (none where ki = 0), filtered rate. Differencing y gives y' here."""
+    per = 1.0 / max(gains.t_f, FASTEST_FILTER)
+    a = np.array([[0.0, 0.0], [0.0, -per]])
+    b = np.array([[gains.ki, -gains.ki, 0.0, 0.0], [0.0, 0.0, per, 0.0]])
+    c = np.array([[1.0, -gains.kd], [0.0, 0.0]])
+    d = np.array([[gains.kp, -gains.kp, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
+    kept = slice(0 if gains.ki else 1, None)
+    return StateSpace(a[kept, kept], b[kept], c[:, kept], d)
+
+
+def ladrc(gains: Any, from_observer: bool) -> StateSpace:
+    """PD on the estimates (or on the measured value and rate) minus the disturbance estimate; states: z1, z2, z3."""
+    kp, kd = gains.omega_c**2, 2.0 * gains.zeta * gains.omega_c
+    if from_observer:
+        feedback, direct = [-kp, -kd, -1.0], [kp, 0.0, 0.0, 0.0]
+    else:
+        feedback, direct = [0.0, 0.0, -1.0], [kp, -kp, -kd, 0.0]
+    return _with_observer(gains.omega_o, np.array([feedback, [0.0] * 3]), np.array([direct, [0.0] * 4]))
+
+
+def hybrid(
+    gains: Any, from_observer: bool, equivalent: float = 1.0, estimate: float = 0.0, last: float = 1.0
+) -> StateSpace:
+    """Sliding law u = -lambda e' - k2 S - z3 with S = e' + lambda e; the power-rate term is phi(S), outside. States: z1 to z3.
+
+    Of the paper as printed: equivalent = 0 leaves lambda e' out, estimate = 1 takes z2 off too, last = 3 makes b3 three wo^3.
+    """
+    lam, k2 = gains.lambda_, gains.k2
+    # The rate as a combination of z1, z2, z3 and of r, y, y', known.
+    rate_z = np.array([0.0, float(from_observer), 0.0])
+    rate = np.array([0.0, 0.0, float(not from_observer), 0.0])
+    s = rate + [-lam, lam, 0.0, 0.0]
+    c = np.stack([-(equivalent * lam + k2) * rate_z - [0.0, estimate, 1.0], rate_z])
+    return _with_observer(gains.omega_o, c, np.stack([-equivalent * lam * rate - k2 * s, s]), last)
+
+
+POWER_RATE: dict[str, Callable[[Any, bool], StateSpace]] = {
+    "hybrid": hybrid,
+    "hybrid_literal": partial(hybrid, equivalent=0.0),
+    "hybrid_paper_f_hat": partial(hybrid, estimate=1.0),
+    "hybrid_beta3": partial(hybrid, last=3.0),
+}
+"""Laws with the sliding term k1 |S|^(1/2) sat(S/delta) + k2 S."""
+
+CONTROLLERS: dict[str, Callable[[Any, bool], StateSpace]] = {"pid": pid, "ladrc": ladrc, **POWER_RATE}
+"""Laws with a model here: from (r, y, y', known) to (u, S), with no direct way from `known` to u."""
+
+
+def sector(axis: AxisLoop) -> float:
+    """Return kappa [1/s]: phi(S) of the law lies between 0 and kappa S; 0 for a linear law.
+
+    For the hybrid k1 |S|^(1/2) sat(S/delta) the secant is largest where the saturation sets in: k1/sqrt(delta).
+    """
+    return axis.gains.k1 / sqrt(axis.gains.delta) if axis.law in POWER_RATE else 0.0
+
+
+def closed_loop(axis: AxisLoop, factors: Factors | None = None) -> StateSpace:
+    """Return the loop from INPUTS to OUTPUTS; states: y, y', those of the actuator, those of the law.
+
+    "power" is phi: what is taken off the command; closing it with phi(S) gives the law that flies.
+    """
+    factors = factors or Factors()
+    law, act = CONTROLLERS[axis.law](axis.gains, axis.from_observer), axis.actuator.model(factors)
+    assert not law.d[:, 3].any(), "the law would answer at once to what it has just asked for"
+    n = 2 + len(act.a) + len(law.a)
+    rows = np.eye(n + len(INPUTS))
+    y, v, (r, w, phi) = rows[0], rows[1], rows[n:]
+    x_act, x_law = rows[2 : 2 + len(act.a)], rows[2 + len(act.a) : n]
+    wanted, s = law.c @ x_law + law.d[:, :3] @ np.stack([r, y, v])
+    u = wanted - phi
+    delivered, known = act.c @ x_act + act.d * u
+    inertia = factors.inertia if axis.loop == "attitude" else factors.mass
+    slopes = [
+        [v, delivered / inertia + w],
+        act.a @ x_act + act.b * u,
+        law.a @ x_law + law.b @ np.stack([r, y, v, known]),
+    ]
+    ahead, out = np.concatenate(slopes, axis=0), np.stack([y, v, u, s])
+    return StateSpace(ahead[:, :n], ahead[:, n:], out[:, :n], out[:, n:])
+
+
+def is_stable(a: Array) -> bool:
+    """Return whether all eigenvalues of a lie in the left half-plane, off its edge by 1e-9 of the largest."""
+    poles = np.linalg.eigvals(a)
+    return bool(poles.real.max(axis=0) < -1e-9 * np.abs(poles).max(axis=0))
+
+
+def _with_observer(omega_o: float, c: Array, d: Array, last: float = 1.0) -> StateSpace:
+    b1, b2, b3 = 3.0 * omega_o, 3.0 * omega_o**2, last * omega_o**3
+    a = np.array([[-b1, 1.0, 0.0], [-b2, 0.0, 1.0], [-b3, 0.0, 0.0]])
+    b = np.array([[0.0, b1, 0.0, 0.0], [0.0, b2, 0.0, 1.0], [0.0, b3, 0.0, 0.0]])
+    return StateSpace(a, b, c, d)
+
+
+def _dead_time(delay: float, order: int) -> StateSpace:
+    """Pade approximant of exp(-s delay) with as many zeros as poles."""
+    if order == 0:
+        return StateSpace(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.ones((1, 1)))
+    if order == 1:
+        return StateSpace(np.array([[-2.0 / delay]]), np.array([[2.0 / delay]]), np.array([[2.0]]), np.array([[-1.0]]))
+    assert order == 2, order
+    # 1 - s T/(1 + s T/2 + s^2 T^2/12), with time counted in T: states of one size.
+    return StateSpace(
+        np.array([[0.0, 1.0], [-12.0, -6.0]]) / delay,
+        np.array([[0.0], [12.0]]) / delay,
+        np.array([[0.0, -1.0]]),
+        np.array([[1.0]]),
+    )

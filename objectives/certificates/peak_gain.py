@@ -1,0 +1,172 @@
+"""Ultimate bound: how far a bounded disturbance can push an axis, observer, rotor lag and sliding term included.
+
+    x' = A x - B phi(S) + D w,   |w| <= 1,   0 <= phi(S)/S <= kappa
+
+An ellipsoid x'Px <= 1 that no such w can leave, and that every flight ends in, exists for a decay alpha > 0 if, with
+Q = P^-1 and sigma > 0,
+
+    [[A Q + Q A' + alpha Q,  -sigma B + Q S',  D     ],
+     [(.)',                  -2 sigma/kappa,   0     ],
+     [(.)',                  0,               -alpha ]] < 0.
+
+Then |C x| ends at most at sqrt(C Q C'). The smallest over alpha is reported: the star norm of a linear loop, which bounds its
+peak gain, the L1 norm of its impulse response, from above (by 1.1 to 1.3 times at the default gains). For a law with a sliding
+term it holds at every amplitude. S. Boyd, L. El Ghaoui, E. Feron, V. Balakrishnan, Linear Matrix Inequalities in System and
+Control Theory, SIAM 1994, sections 6.1.3 and 8.1.
+
+w is the disturbance itself ("bounded": |f| <= 1 {y}/s2) or its rate ("rate": |f'| <= 1 {y}/s3, f itself unbounded; integral
+action then leaves a bounded error).
+"""
+
+from dataclasses import dataclass, replace
+from math import sqrt
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+
+from objectives.certificates.certificate import Certificate, CertificateInfo, nothing
+from objectives.certificates.channel_model import CONTROLLERS, AxisLoop, closed_loop, is_stable, sector
+from objectives.certificates.lmi import (
+    Coordinates,
+    below_zero,
+    coordinates,
+    is_negative,
+    is_positive,
+    solve_again,
+    symmetric,
+    unknown,
+)
+
+Array = np.ndarray
+
+# Units of each output per unit of disturbance; a disturbance given by its rate has one second more.
+UNITS = {"value": "s2", "rate": "s", "sliding": "s", "command": "1"}
+RATE_UNITS = {"value": "s3", "rate": "s2", "sliding": "s2"}
+# Room kept in the inequality, in scaled units, so that the eigenvalues confirm it; costs about as much of the bound.
+ROOM = 1e-6
+# The decay rate is searched between 0 and twice that of the loop's slowest pole: rounds of so many points each, then again
+# between the neighbours of the best.
+ROUNDS, POINTS = 3, 5
+# Error [s2] per unit of constant disturbance that counts as none.
+REST = 1e-9
+
+
+@dataclass(frozen=True)
+class Disturbed:
+    """x' = a x - b phi(s x) + d w and the output c x. kappa: sector of phi; b, d columns, s, c rows."""
+
+    a: Array
+    b: Array
+    d: Array
+    s: Array
+    c: Array
+    kappa: float
+
+    def normalised(self, z: Coordinates) -> tuple["Disturbed", float]:
+        """Return the same in other coordinates with d, c of length one, b and s of equal size; and the bound's factor."""
+        b, d = z.transform @ self.b / z.rate, z.transform @ self.d / z.rate
+        s, c = self.s @ z.inverse, self.c @ z.inverse
+        sizes = [float(np.linalg.norm(part)) for part in (b, d, s, c)]
+        b_size, d_size, s_size, c_size = (size if size > 0.0 else 1.0 for size in sizes)
+        scaled = replace(
+            self, a=z.dynamics(self.a), b=b / b_size, d=d / d_size, s=s / s_size, c=c / c_size,
+            kappa=self.kappa * b_size * s_size,
+        )  # fmt: skip
+        return scaled, d_size * c_size
+
+
+def inequality(of: Disturbed, q: Any, alpha: Any, sigma: Any) -> list[list[Any]]:
+    """Return the blocks of the matrix that must be negative; without phi there is no middle row."""
+    n, corner = len(of.a), -alpha * np.eye(1)
+    decay = of.a @ q + q @ of.a.T + alpha * q
+    if of.kappa == 0.0:
+        return [[decay, of.d], [of.d.T, corner]]
+    cross, zero = q @ of.s.T - sigma * of.b, np.zeros((1, 1))
+    assert cross.shape == (n, 1)
+    return [[decay, cross, of.d], [cross.T, (-2.0 / of.kappa) * sigma * np.eye(1), zero], [of.d.T, zero, corner]]
+
+
+class Ellipsoids:
+    """The smallest ellipsoid in the direction of the output for a given decay; compiled once."""
+
+    def __init__(self, of: Disturbed) -> None:
+        self._of = of
+        self._q, self._sigma = symmetric(len(of.a)), unknown(nonneg=True)
+        self._alpha = cp.Parameter(pos=True)
+        matrix = cp.bmat(inequality(of, self._q, self._alpha, self._sigma))
+        self._problem = cp.Problem(cp.Minimize(cp.sum(of.c @ self._q @ of.c.T)), [below_zero(matrix, ROOM)])
+
+    def find(self, alpha: float) -> tuple[float, Array] | None:
+        """Return the bound of |c x| and Q, confirmed by eigenvalues, or None."""
+        self._alpha.value = alpha
+        if not solve_again(self._problem):
+            return None
+        q, sigma, of = self._q.value, float(self._sigma.value or 0.0), self._of
+        if not (is_positive(q) and is_negative(np.block(inequality(of, q, alpha, sigma)))):
+            return None
+        return sqrt((of.c @ q @ of.c.T).item()), q
+
+
+def smallest_bound(of: Disturbed) -> tuple[float, Array] | None:
+    """Return the smallest bound of |c x| found over the decay rates with P of its ellipsoid, or None."""
+    z = coordinates(of.a)
+    scaled, factor = of.normalised(z)
+    ellipsoids = Ellipsoids(scaled)
+    low, high = 0.0, -2.0 * float(np.linalg.eigvals(scaled.a).real.max(axis=0))
+    best: tuple[float, Array] | None = None
+    for _ in range(ROUNDS):
+        rates = np.linspace(low, high, POINTS + 2)
+        found = [ellipsoids.find(float(rate)) for rate in rates[1:-1]]
+        bounds = np.array([np.inf if entry is None else entry[0] for entry in found])
+        k = int(bounds.argmin(axis=0))
+        if found[k] is None:
+            break
+        best = min(filter(None, (best, found[k])), key=lambda entry: entry[0])
+        low, high = rates[k], rates[k + 2]
+    if best is None:
+        return None
+    size = float(np.linalg.norm(z.transform @ of.d / z.rate))
+    return best[0] * factor, z.original(np.linalg.inv(best[1])) / size**2
+
+
+def disturbed(axis: AxisLoop, disturbance: str, output: str) -> Disturbed:
+    """Return the axis with its disturbance and output; "rate": states are counted from the rest that f asks for.
+
+    With x = x~ - A^-1 D f the disturbance enters by f' alone, x~' = A x~ + A^-1 D f'; an output that integral action brings
+    to rest at zero is the same in both.
+    """
+    loop = closed_loop(axis)
+    a, d, c = loop.channel("disturbance", output)
+    _, b, s = loop.channel("power", "sliding")
+    return Disturbed(a, -b, np.linalg.solve(a, d) if disturbance == "rate" else d, s, c, sector(axis))
+
+
+def run(axis: AxisLoop, disturbance: str = "bounded", output: str = "value") -> Certificate:
+    """Certify where |y| (or the rate, S or the command) of an axis ends, per unit of disturbance or of its rate."""
+    units = UNITS if disturbance == "bounded" else RATE_UNITS
+    assert output in units, f"{output}: not one of {sorted(units)}"
+    unit = units[output]
+    a, d, c = closed_loop(axis).channel("disturbance", output)
+    if not is_stable(a):
+        return nothing(unit, "the loop at small amplitude is not stable")
+    if not c.any():
+        return nothing(unit, f"a law without a sliding variable has no {output}")
+    if disturbance == "rate" and abs((c @ np.linalg.solve(a, d)).item()) > REST:
+        return nothing(unit, "without integral action a disturbance that grows for ever leaves no bounded error")
+    of = disturbed(axis, disturbance, output)
+    found = smallest_bound(of)
+    if found is None:
+        return nothing(unit, "no ellipsoid was found that holds for every amplitude")
+    bound, p = found
+    why = f"|{output}| ends within this times the size of the disturbance, whatever that does"
+    return Certificate(bound, unit, True, why, {"P": p})
+
+
+INFO = CertificateInfo(
+    name="peak_gain",
+    title="ultimate bound under the worst disturbance of size one",
+    source="Boyd, El Ghaoui, Feron, Balakrishnan, SIAM 1994, section 6.1.3",
+    laws=frozenset(CONTROLLERS),
+    run=run,
+)

@@ -1,0 +1,157 @@
+"""Super-twisting: the quadratic certificate of finite-time convergence, and the largest disturbance rate it covers.
+
+    S' = -k1 |S|^(1/2) sign S + v,   v' = -k2 sign S + d',   |d'| <= L
+
+With zeta = (|S|^(1/2) sign S, v) it is zeta' = |zeta_1|^-1 (A zeta + B rho), |rho| <= L |zeta_1|, and V = zeta' P zeta falls
+if [[A'P + PA + eps P + tau L^2 C'C, PB], [B'P, -tau]] < 0 for some P > 0, tau > 0. J. A. Moreno, M. Osorio, "Strict Lyapunov
+functions for the super-twisting algorithm", IEEE Trans. Automatic Control 57(4), 2012, pp. 1035-1040.
+
+It holds for the generalised law too, phi1 = |S|^(1/2) sign S + mu S and v' = -2 k2 phi1 phi1': |d'| <= L is at most
+2 L |phi1 phi1'| there. d is what the surface still meets: with an observer in the law, what that misses. Of the law in
+continuous time, without lag. Sufficient only: for the popular k1 = 1.5 sqrt(L), k2 = 1.1 L, which is known to converge, there
+is no such P; it takes k1 = 1.6022 sqrt(L).
+"""
+
+from dataclasses import dataclass
+from math import sqrt
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+
+from objectives.certificates.certificate import Certificate, CertificateInfo, nothing
+from objectives.certificates.channel_model import AxisLoop
+from objectives.certificates.lmi import (
+    MARGIN,
+    below_zero,
+    is_negative,
+    is_positive,
+    solve,
+    solve_again,
+    symmetric,
+    unknown,
+)
+
+Array = np.ndarray
+
+B, C = np.array([[0.0], [1.0]]), np.array([[1.0, 0.0]])
+RATE_UNIT, DECAY_UNIT = "{y}/s3", "{y}^(1/2) s^(-3/2)"
+# The largest rate is approached from below by these shares until the eigenvalues agree.
+BACK_OFF = (1e-6, 1e-5, 1e-4, 1e-3, 1e-2)
+BISECTIONS = 24
+
+
+@dataclass(frozen=True)
+class Scaled:
+    """The law with S counted in k2: the matrices depend on q = k1/sqrt(k2) alone. unit: k2 [{y}/s2]."""
+
+    a: Array
+    unit: float
+
+    def form(self, p: Array) -> Array:
+        """Return the matrix of V in zeta as it is, from that in zeta as scaled."""
+        d = np.array([1.0 / sqrt(self.unit), 1.0 / self.unit])
+        return p * np.outer(d, d)
+
+
+def scaled(k1: float, k2: float) -> Scaled:
+    """Return the scaled law."""
+    return Scaled(np.array([[-0.5 * k1 / sqrt(k2), 0.5], [-1.0, 0.0]]), k2)
+
+
+def inequality(a: Array, p: Any, tau: Any, square: Any, decay: Any) -> list[list[Any]]:
+    """Return the blocks of the matrix that must be negative; square: L^2 tau."""
+    return [[a.T @ p + p @ a + decay * p + square * (C.T @ C), p @ B], [B.T @ p, -tau * np.eye(1)]]
+
+
+class Feasibility:
+    """P for a disturbance rate and a decay, compiled once; everything in scaled units."""
+
+    def __init__(self, a: Array) -> None:
+        self._a = a
+        self._p, self._tau, self._room = symmetric(2), unknown(), unknown()
+        self._square, self._decay = cp.Parameter(nonneg=True), cp.Parameter(nonneg=True)
+        matrix = cp.bmat(inequality(a, self._p, self._tau, self._square * self._tau, self._decay))
+        inside = [below_zero(matrix, self._room), below_zero(-self._p, self._room)]
+        self._problem = cp.Problem(cp.Maximize(self._room), [*inside, cp.trace(self._p) + self._tau == 1.0])
+
+    def find(self, rate: float, decay: float = 0.0) -> Array | None:
+        """Return P, scaled so that tau = 1 and confirmed by its eigenvalues, or None."""
+        self._square.value, self._decay.value = rate * rate, decay
+        if not solve_again(self._problem) or not self._tau.value > MARGIN:
+            return None
+        p = self._p.value / float(self._tau.value)
+        matrix = np.block(inequality(self._a, p, 1.0, rate * rate, decay))
+        return p if is_positive(p) and is_negative(matrix) else None
+
+
+def certify(k1: float, k2: float, rate: float, decay: float = 0.0) -> Array | None:
+    """Return P (2, 2) of V in zeta for the disturbance rate L [{y}/s3] and eps, or None where there is none."""
+    law = scaled(k1, k2)
+    found = Feasibility(law.a).find(rate / law.unit, decay / sqrt(law.unit))
+    return None if found is None else law.form(found)
+
+
+def largest_rate(k1: float, k2: float) -> Certificate:
+    """Certify the largest L: one semidefinite program, as L^2 enters linearly, then from below until confirmed."""
+    if k1 <= 0.0 or k2 <= 0.0:
+        return nothing(RATE_UNIT, "both gains must be positive")
+    law = scaled(k1, k2)
+    p, square = symmetric(2), unknown(nonneg=True)
+    matrix = cp.bmat(inequality(law.a, p, 1.0, square, 0.0))
+    if not solve(cp.Maximize(square), [below_zero(matrix), below_zero(-p)]):
+        return nothing(RATE_UNIT, "the solver found no quadratic Lyapunov function")
+    feasibility, best = Feasibility(law.a), sqrt(max(float(square.value), 0.0))
+    for share in BACK_OFF:
+        rate = (1.0 - share) * best
+        found = feasibility.find(rate)
+        if found is not None:
+            why = "every disturbance with |d'| <= L is rejected in finite time (continuous law, no lag)"
+            return Certificate(rate * law.unit, RATE_UNIT, True, why, {"P": law.form(found)})
+    return nothing(RATE_UNIT, "the eigenvalues did not confirm the solver's matrix")
+
+
+def fastest_decay(k1: float, k2: float, rate: float) -> Certificate:
+    """Certify the largest eps in V' <= -eps |S|^(-1/2) V under |d'| <= rate, by bisection."""
+    if k1 <= 0.0 or k2 <= 0.0:
+        return nothing(DECAY_UNIT, "both gains must be positive")
+    law = scaled(k1, k2)
+    feasibility = Feasibility(law.a)
+    best, found = 0.0, feasibility.find(rate / law.unit)
+    # V decays at most twice as fast as the slower mode of A.
+    low, high = 0.0, -2.0 * float(np.linalg.eigvals(law.a).real.max(axis=0))
+    for _ in range(BISECTIONS if found is not None else 0):
+        middle = 0.5 * (low + high)
+        trial = feasibility.find(rate / law.unit, middle)
+        low, high = (low, middle) if trial is None else (middle, high)
+        best, found = (best, found) if trial is None else (middle, trial)
+    if found is None or best == 0.0:
+        return nothing(DECAY_UNIT, f"no quadratic Lyapunov function covers a disturbance rate of {rate:g}")
+    return Certificate(
+        best * sqrt(law.unit), DECAY_UNIT, True, f"V' <= -eps |S|^(-1/2) V for |d'| <= {rate:g}", {"P": law.form(found)}
+    )
+
+
+def reaching_time(decay: Certificate, s: float, v: float) -> float:
+    """Bound the time [s] from S = s [{y}/s] and v [{y}/s2] (with the disturbance in it) to zero; decay: of `fastest_decay`.
+
+    |zeta_1|^2 <= (P^-1)_11 V, so sqrt(V) falls at least at the constant rate eps/(2 sqrt((P^-1)_11)).
+    """
+    assert decay.verified and decay.value is not None
+    p = decay.data["P"]
+    zeta = np.array([np.sign(s) * sqrt(abs(s)), v])
+    return float(2.0 * sqrt(np.linalg.inv(p)[0, 0] * (zeta @ p @ zeta)) / decay.value)
+
+
+def run(axis: AxisLoop) -> Certificate:
+    """Certify the largest disturbance rate of an axis."""
+    return largest_rate(axis.gains.k1, axis.gains.k2)
+
+
+INFO = CertificateInfo(
+    name="supertwisting",
+    title="largest disturbance rate with finite-time convergence",
+    source="Moreno, Osorio, IEEE Trans. Automatic Control 57(4), 2012",
+    laws=frozenset({"supertwisting", "supertwisting_euler", "hybrid_true_sta", "hybrid_gsta"}),
+    run=run,
+)

@@ -1,0 +1,178 @@
+"""PID by the convex-concave procedure: the largest integral gain that keeps its distance from -1.
+
+    maximise ki   subject to   |1 + L(jw)| >= 1/Ms,   |L(jw) - c| >= r,   command noise, largest kp
+
+with c = -Mt^2/(Mt^2 - 1) and r = Mt/(Mt^2 - 1), on w from below the bandwidth to Nyquist. L is affine in (kp, ki, kd), so
+staying out of a disc is the complement of a convex set; it is replaced by the half-plane that touches the disc on the side of
+the last iterate, Re(conj(L_j - c)/|L_j - c| (L - c)) >= r. Each step is a cone program whose answer keeps the true constraint
+too, and along the way from one iterate to the next no L(jw) meets the disc, so the number of encirclements stays that of the
+start: a PD law slow enough to be stable. M. Hast, K. J. Astrom, B. Bernhardsson, S. Boyd, "PID design by convex-concave
+optimization", European Control Conference 2013.
+
+The time constant of the derivative filter stays at its default, for which L is affine. A large ki means a small integrated
+error, 1/ki per unit of a load step, and with the peaks bounded also a small integrated absolute error.
+"""
+
+from math import sqrt
+from typing import Any
+
+import cvxpy as cp
+import numpy as np
+
+from objectives.certificates.lmi import solve_again
+from objectives.design.design_axis import AxisDesign, DesignAxis, fall_back, judged
+from objectives.design.requirements import DesignRequirements
+
+Array = np.ndarray
+
+POINTS, ITERATIONS = 200, 30
+# Largest factor by which a step changes a gain; keeps the cone programs well scaled.
+STRIDE = 5.0
+# What is made large has settled where a step adds less than this to its logarithm.
+SETTLED = 1e-4
+# Bandwidths wc of the starts, over one by the delay of the actuator; kd as a share of that of critical or of the largest damping,
+# ki as a share of wc^3.
+STARTS = (0.3, 0.1, 0.03, 0.01)
+START_DAMPING, START_INTEGRAL = 0.9, 0.05
+
+
+def discs(requirements: DesignRequirements) -> tuple[tuple[float, float], ...]:
+    """Return (centre, radius) of the discs that L keeps out of."""
+    mt2 = requirements.mt**2
+    return (-1.0, 1.0 / requirements.ms), (-mt2 / (mt2 - 1.0), requirements.mt / (mt2 - 1.0))
+
+
+def parts(axis: DesignAxis, omega: Array) -> Array:
+    """Return the columns (k, 3) of which kp, ki and kd make L."""
+    s = 1j * omega
+    plant = axis.responses(omega)[0] / s**2
+    return np.stack([plant, plant / s, plant * s * derivative(axis, omega)], axis=1)
+
+
+def derivative(axis: DesignAxis, omega: Array) -> Array:
+    """Return the filter of the derivative; differencing y delays it by half a period and weakens it besides."""
+    s = 1j * omega
+    differencing = -np.expm1(-s * axis.period) / (s * axis.period) if axis.from_observer else 1.0
+    return differencing / (axis.default("t_f") * s + 1.0)
+
+
+def noise_root(axis: DesignAxis, requirements: DesignRequirements) -> Array:
+    """Return the matrix (2, 2) whose product with (kp, kd) has the RMS of the command noise as its length.
+
+    Exact for white noise at every sample and the filter as sampled, f+ = f + a (rate - f); the rate is measured with noise of its
+    own, or it is the difference of two values.
+    """
+    value, rate = requirements.noises(axis.loop)
+    a, h = -np.expm1(-axis.period / axis.default("t_f")), axis.period
+    if axis.from_observer:
+        together, alone = a / h, 2.0 * a**2 / (h**2 * (2.0 - a))
+        return value * np.array([[1.0, together], [0.0, sqrt(alone - together**2)]])
+    return np.diag([value, rate * sqrt(a / (2.0 - a))])
+
+
+class Step:
+    """One step of the procedure: a cone program over the factors x by which (kp, ki, kd) change, compiled once.
+
+    maximise x_i x_p^speed   subject to   rows x >= least,   low <= x <= high,   |noise (x_p, x_d)| <= 1,   x_d^2 <= damping x_p
+    """
+
+    def __init__(self, rows: int, speed: float) -> None:
+        self._x: Any = cp.Variable(3)
+        self._given: dict[str, Any] = {
+            "rows": cp.Parameter((rows, 3)),
+            "least": cp.Parameter(rows),
+            "low": cp.Parameter(3),
+            "high": cp.Parameter(3),
+            "noise": cp.Parameter((2, 2)),
+            "damping": cp.Parameter(nonneg=True),
+        }
+        x, given = self._x, self._given
+        inside = [given["rows"] @ x >= given["least"], x >= given["low"], x <= given["high"]]
+        inside += [cp.norm(given["noise"] @ x[[0, 2]]) <= 1.0, cp.square(x[2]) <= given["damping"] * x[0]]
+        # A product of powers as a tower of second-order cones; the exponential cone of a logarithm often fails here.
+        aim = cp.geo_mean(cp.hstack([x[1], x[0]]), [1.0, speed]) if speed > 0.0 else x[1]
+        self._problem = cp.Problem(cp.Maximize(aim), inside)
+
+    def factors(self, **given: Any) -> Array | None:
+        """Return x, or None where the solver fails."""
+        for name, value in given.items():
+            self._given[name].value = value
+        return self._x.value if solve_again(self._problem) else None
+
+
+class Procedure:
+    """The procedure for one axis; gains are (kp, ki, kd)."""
+
+    def __init__(self, axis: DesignAxis, requirements: DesignRequirements) -> None:
+        self._axis, self._discs = axis, discs(requirements)
+        self._parts = parts(axis, axis.frequencies(POINTS, requirements))
+        self._noise = noise_root(axis, requirements) / (requirements.noise * axis.authority)
+        self._damping, self._speed = requirements.damping, requirements.speed
+        self._low, self._high = np.array([axis.range(name) for name in ("kp", "ki", "kd")]).T
+        self._high[0] = min(self._high[0], axis.authority / requirements.step(axis.loop))
+        self._step = Step(len(self._discs) * POINTS, requirements.speed)
+
+    def starts(self) -> list[Array]:
+        """Return those starts that keep everything."""
+        kept, damping = [], START_DAMPING * min(self._damping, 1.0)
+        for share in STARTS:
+            bandwidth = min(share / self._axis.unit(), sqrt(self._high[0]))
+            gains = [bandwidth**2, START_INTEGRAL * bandwidth**3, 2.0 * damping * bandwidth]
+            inside = np.clip(gains, self._low, self._high)
+            if self._keeps(inside):
+                kept.append(inside)
+        return kept
+
+    def settle(self, gains: Array) -> Array:
+        """Return the gains at which the steps from a start come to rest."""
+        for _ in range(ITERATIONS):
+            better = self.improve(gains)
+            if better is None or self.merit(better) <= self.merit(gains) + SETTLED:
+                return gains if better is None else better
+            gains = better
+        return gains
+
+    def merit(self, gains: Array) -> float:
+        """Return what is made large: the logarithm of ki kp^speed."""
+        return float(np.log(gains[1]) + self._speed * np.log(gains[0]))
+
+    def improve(self, gains: Array) -> Array | None:
+        """Return the gains after one step."""
+        loop = self._parts @ gains
+        rows, least = [], []
+        for centre, radius in self._discs:
+            outward = np.conj(loop - centre) / np.abs(loop - centre)
+            row = (outward[:, None] * self._parts * gains).real
+            bound = radius + outward.real * centre
+            size = np.abs(row).max(axis=1) + np.abs(bound)
+            rows.append(row / size[:, None])
+            least.append(bound / size)
+        factors = self._step.factors(
+            rows=np.concatenate(rows, axis=0),
+            least=np.concatenate(least, axis=0),
+            low=np.maximum(self._low / gains, 1.0 / STRIDE),
+            high=np.minimum(self._high / gains, STRIDE),
+            noise=self._noise * gains[[0, 2]],
+            damping=4.0 * self._damping**2 * gains[0] / gains[2] ** 2,
+        )
+        return None if factors is None else gains * factors
+
+    def _keeps(self, gains: Array) -> bool:
+        loop, (kp, _, kd) = self._parts @ gains, gains
+        apart = all(bool((np.abs(loop - centre) >= radius).all(axis=0)) for centre, radius in self._discs)
+        quiet = float(np.linalg.norm(self._noise @ np.array([kp, kd]))) <= 1.0
+        damped = bool(kd**2 <= 4.0 * self._damping**2 * kp)
+        return apart and quiet and damped and bool((gains <= self._high).all(axis=0))
+
+
+def design_pid(axis: DesignAxis, requirements: DesignRequirements) -> AxisDesign:
+    """Return the PID gains of an axis, or its defaults where no start keeps the requirements."""
+    procedure = Procedure(axis, requirements)
+    settled = [procedure.settle(start) for start in procedure.starts()]
+    for gains in sorted(settled, key=procedure.merit, reverse=True):
+        kp, ki, kd = gains.tolist()
+        record = axis.record(kp=kp, ki=ki, kd=kd, t_f=axis.default("t_f"))
+        design = judged(axis, record, ki, requirements)
+        if design is not None:
+            return design
+    return fall_back(axis, "no PID law within the ranges of its gains keeps the requirements")

@@ -1,0 +1,64 @@
+"""Gain, phase and delay margin and crossover frequency of one loop, from the crossings of its curve T (`curve`).
+
+With L = -T/(1 + T): L is real and negative where T is real and above 0 or below -1, and k L passes -1 at k = (1 + T)/T.
+|L| = 1 where Re T = -1/2, and there arg L = -2 atan(2 Im T). All crossings count, since conditionally stable loops have several:
+the gain of a loop with integral action on a double integrator must neither rise nor fall too far.
+
+Valid for stable closed loops. No crossing gives an infinite margin.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+# Gain factors beyond 80 dB count as none: at the ends of the curve, where T is 0 or -1, rounding makes up crossings of 140 dB.
+LARGEST_GAIN = 1e4
+
+
+class At(NamedTuple):
+    """A margin and the frequency [rad/s] at which it is met, arrays of one shape; frequency 0 where the margin is infinite."""
+
+    value: Array
+    frequency: Array
+
+
+def _least(candidates: Array, frequency: Array) -> At:
+    """Least along the last axis, with its frequency; infinite ones and NaN do not count."""
+    finite = np.where(np.isfinite(candidates), candidates, np.inf)
+    at = np.argmin(finite, axis=-1)[..., None]
+    value = np.take_along_axis(finite, at, axis=-1)[..., 0]
+    found = np.take_along_axis(frequency, at, axis=-1)[..., 0]
+    return At(value, np.where(np.isfinite(value), found, 0.0))
+
+
+def gain_margins(real: Array) -> tuple[At, At]:
+    """Factors (...) by which the loop gain may rise and by which it may fall, both 1 or more.
+
+    real (..., n, 2): w and T where T is real, NaN in spare rows.
+    """
+    w, t = real[..., 0], real[..., 1]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        rise = np.where(t > 0.0, (1.0 + t) / t, np.inf)
+        fall = np.where(t < -1.0, t / (1.0 + t), np.inf)
+    return _least(np.where(rise < LARGEST_GAIN, rise, np.inf), w), _least(
+        np.where(fall < LARGEST_GAIN, fall, np.inf), w
+    )
+
+
+def phase_margin(line: Array) -> At:
+    """Least angle [rad], lag or lead, between L and -1 where |L| = 1; line (..., n, 2): w and Im T where Re T = -1/2."""
+    return _least(np.pi - 2.0 * np.arctan(2.0 * np.abs(line[..., 1])), line[..., 0])
+
+
+def delay_margin(line: Array) -> At:
+    """Least delay [s] that brings L to -1: at each crossing the lag, 0 to 2 pi, over the frequency."""
+    w = line[..., 0]
+    return _least((np.pi - 2.0 * np.arctan(2.0 * line[..., 1])) / np.where(w > 0.0, w, np.nan), w)
+
+
+def crossover(line: Array) -> Array:
+    """Highest frequency [rad/s] at which |L| = 1; 0 where there is none."""
+    return np.max(np.nan_to_num(line[..., 0]), axis=-1)

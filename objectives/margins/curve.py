@@ -1,0 +1,265 @@
+"""Geometry of the curve T(e^{jwh}) of one loop, compiled: all that margins are read off.
+
+With T from the injected to the commanded signal, S = 1 + T and L = -T/(1 + T), every margin is a distance of this curve from a
+point of the real axis or a crossing of a line:
+
+    |1 + L| >= r          distance |T + 1|, its peak the sensitivity, |T| the complementary one, |T + (1 + sigma)/2| a disk
+    L real, negative      T real, above 0 (the gain may rise by (1 + T)/T) or below -1 (it may fall)
+    |L| = 1               Re T = -1/2, with arg L = -2 atan(2 Im T)
+
+T is a sum of modes r/(z - p), so it and its derivatives cost n operations at any frequency, and a peak or a crossing is refined
+by Newton's method kept inside a bracket. On the circle a curve of n modes is real, or on the line, at n frequencies at most.
+
+All compiled functions stand in this file, because Numba's cache watches no other.
+"""
+
+import math
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+# What a root is sought of: the imaginary part, the real part plus a level, the slope of the distance from minus a level, the
+# square of the modulus less a level.
+IMAGINARY, REAL, PEAK, SQUARE = 0, 1, 2, 3
+# Relative change of w at which a root is found, and steps that surely get there by halving.
+CLOSE, STEPS = 1e-13, 60
+# A resonance whose half-width is less than this share of its frequency may slip through the grid: it gets points of its own, in
+# half-widths from its middle.
+NARROW = 0.05
+OFFSETS = (-3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0)
+# A peak below this share of the highest point on the grid, squared, does not become the highest by being refined.
+RIVAL = 0.5
+
+compiled = numba.njit(
+    cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz", "afn"}, nogil=True
+)
+
+
+@compiled
+def value_and_slopes(w: float, poles: Complex, residues: Complex, h: float) -> tuple[complex, complex, complex]:
+    """T and its first and second derivative by w at z = e^{jwh}."""
+    z = complex(math.cos(w * h), math.sin(w * h))
+    t = first = second = 0.0j
+    for k in range(len(poles)):
+        d = z - poles[k]
+        step = d.conjugate() * (1.0 / (d.real * d.real + d.imag * d.imag))
+        part = residues[k] * step
+        t += part
+        part *= step
+        first -= part
+        second += 2.0 * part * step
+    by_w = 1j * h * z
+    return t, first * by_w, second * by_w * by_w + first * 1j * h * by_w
+
+
+@compiled
+def sought(
+    w: float, poles: Complex, residues: Complex, h: float, kind: int, level: float
+) -> tuple[float, float, complex]:
+    """Function whose root is sought, its derivative by w, and T."""
+    t, first, second = value_and_slopes(w, poles, residues, h)
+    if kind == IMAGINARY:
+        return t.imag, first.imag, t
+    if kind == REAL:
+        return t.real + level, first.real, t
+    along = (t.real + level) * first.real + t.imag * first.imag
+    if kind == PEAK:
+        bend = (t.real + level) * second.real + t.imag * second.imag
+        return along, first.real * first.real + first.imag * first.imag + bend, t
+    return t.real * t.real + t.imag * t.imag - level, 2.0 * along, t
+
+
+@compiled
+def root(
+    low: float, high: float, rising: bool, poles: Complex, residues: Complex, h: float, kind: int, level: float
+) -> tuple[float, complex]:
+    """Root in (low, high), and T there, by Newton's method, halving where it would leave; rising: the sign goes from - to +."""
+    w = 0.5 * (low + high)
+    t = 0.0j
+    for _ in range(STEPS):
+        f, slope, t = sought(w, poles, residues, h, kind, level)
+        if (f > 0.0) == rising:
+            high = w
+        else:
+            low = w
+        following = w - f / slope if slope != 0.0 else low
+        if not low < following < high:
+            following = 0.5 * (low + high)
+        done = abs(following - w) <= CLOSE * high
+        w = following
+        if done:
+            break
+    return w, t
+
+
+@compiled
+def resonances(first: float, last: float, poles: Complex, h: float, extra: Array) -> int:
+    """Fill in, sorted, points between two frequencies on every resonance that is too narrow for the grid; count."""
+    n = 0
+    for p in poles:
+        if p.imag > 0.0:
+            middle, width = math.atan2(p.imag, p.real) / h, -math.log(abs(p)) / h
+            if width < NARROW * middle:
+                for offset in OFFSETS:
+                    w = middle + offset * width
+                    if first < w < last:
+                        i = n
+                        while i > 0 and extra[i - 1] > w:
+                            extra[i] = extra[i - 1]
+                            i -= 1
+                        extra[i] = w
+                        n += 1
+    return n
+
+
+@compiled
+def merged(grid: Array, poles: Complex, h: float) -> Array:
+    """Columns (3, n): frequencies w of the grid (3, f) and of narrow resonances in order, cos wh, sin wh."""
+    extra = np.empty(len(OFFSETS) * len(poles))
+    n, f = resonances(grid[0, 1], grid[0, -1], poles, h, extra), grid.shape[1]
+    if n == 0:
+        return grid
+    out = np.empty((3, f + n))
+    i = j = 0
+    for k in range(f + n):
+        if i < f and (j == n or grid[0, i] <= extra[j]):
+            out[0, k], out[1, k], out[2, k] = grid[0, i], grid[1, i], grid[2, i]
+            i += 1
+        else:
+            out[0, k], out[1, k], out[2, k] = extra[j], math.cos(extra[j] * h), math.sin(extra[j] * h)
+            j += 1
+    return out
+
+
+@compiled
+def sample(points: Array, poles: Complex, residues: Complex, t: Array) -> None:
+    """Fill t (2, f) with real and imaginary part of T; the loop over frequencies is the inner one, for SIMD.
+
+    Conjugate poles are taken together: (r (z - p*) + r* (z - p)) / ((z - p)(z - p*)), in differences, which lose nothing near p.
+    """
+    x, y, re, im = points[1], points[2], t[0], t[1]
+    for i in range(len(x)):
+        re[i] = im[i] = 0.0
+    for k in range(len(poles)):
+        a, b, c, d = poles[k].real, poles[k].imag, residues[k].real, residues[k].imag
+        if b == 0.0:
+            for i in range(len(x)):
+                u = x[i] - a
+                s = c / (u * u + y[i] * y[i])
+                re[i] += s * u
+                im[i] -= s * y[i]
+        elif b > 0.0:
+            for i in range(len(x)):
+                u, v, w = x[i] - a, y[i] - b, y[i] + b
+                top, rise = 2.0 * (c * u - b * d), 2.0 * c * y[i]
+                under, skew = u * u - v * w, 2.0 * u * y[i]
+                s = 1.0 / (under * under + skew * skew)
+                re[i] += s * (top * under + rise * skew)
+                im[i] += s * (rise * under - top * skew)
+
+
+@compiled
+def highest(points: Array, t: Array, poles: Complex, residues: Complex, h: float, level: float) -> tuple[float, float]:
+    """Frequency and height of the highest peak of |T + level|."""
+    w, n = points[0], points.shape[1]
+    square = np.empty(n)
+    for i in range(n):
+        square[i] = (t[0, i] + level) ** 2 + t[1, i] ** 2
+    best = best_w = 0.0
+    for i in range(n):
+        if square[i] > best:
+            best, best_w = square[i], w[i]
+    rival = RIVAL * best
+    for i in range(n):
+        if square[i] >= rival:
+            left, right = max(i - 1, 0), min(i + 1, n - 1)
+            if square[i] >= square[left] and square[i] >= square[right]:
+                slope, _, _ = sought(w[i], poles, residues, h, PEAK, level)
+                low, high = (w[i], w[right]) if slope > 0.0 else (w[left], w[i])
+                if low < high:
+                    peak, top = root(low, high, False, poles, residues, h, PEAK, level)
+                    height = (top.real + level) ** 2 + top.imag**2
+                    if height > best:
+                        best, best_w = height, peak
+    return best_w, math.sqrt(best)
+
+
+@compiled
+def crossings(
+    w: Array, part: Array, poles: Complex, residues: Complex, h: float, kind: int, level: float, found: Array
+) -> None:
+    """Fill found (n, 2) with w and the other part of T where a part of it, real or imaginary, crosses minus a level."""
+    count = 0
+    for i in range(len(w) - 1):
+        rising = part[i + 1] > -level
+        if (part[i] > -level) != rising and count < len(found):
+            at, t = root(w[i], w[i + 1], rising, poles, residues, h, kind, level)
+            found[count, 0], found[count, 1] = at, t.real if kind == IMAGINARY else t.imag
+            count += 1
+
+
+@compiled
+def read_curve(
+    grid: Array, poles: Complex, residues: Complex, h: float, middle: float, peaks: Array, real: Array, line: Array
+) -> None:
+    """Read one loop; the grid (3, f), as of `merged`, starts at 0 and ends at pi/h, where T is real.
+
+    peaks (3, 2): w and height of the highest |T + 1|, |T| and |T + middle|; real (n + 2, 2): w and T where T is real; line
+    (n + 1, 2): w and Im T where Re T = -1/2. Rows that are not used stay as they are.
+    """
+    points = merged(grid, poles, h)
+    w, last = points[0], points.shape[1] - 1
+    t = np.empty((2, last + 1))
+    sample(points, poles, residues, t)
+    for j, level in enumerate((1.0, 0.0, middle)):
+        peaks[j, 0], peaks[j, 1] = highest(points, t, poles, residues, h, level)
+    crossings(w, t[0], poles, residues, h, REAL, 0.5, line)
+    real[0, 0], real[0, 1] = w[0], t[0, 0]
+    real[1, 0], real[1, 1] = w[last], t[0, last]
+    # At both ends the imaginary part vanishes; just inside it has the sign that its slope gives it.
+    _, slope, _ = value_and_slopes(w[0], poles, residues, h)
+    t[1, 0] = slope.imag
+    _, slope, _ = value_and_slopes(w[last], poles, residues, h)
+    t[1, last] = -slope.imag
+    crossings(w, t[1], poles, residues, h, IMAGINARY, 0.0, real[2:])
+
+
+@compiled
+def read_all(
+    grid: Array, poles: Complex, residues: Complex, stable: NDArray[np.bool_], h: float, middle: float, peaks: Array,
+    real: Array, line: Array,
+) -> None:  # fmt: skip
+    """Read the stable ones of loops with poles (n, b) and residues (n, k, b) of k channels; see `read_curve`."""
+    for i in range(len(poles)):
+        if stable[i]:
+            for j in range(residues.shape[1]):
+                read_curve(grid, poles[i], residues[i, j], h, middle, peaks[i, j], real[i, j], line[i, j])
+
+
+@compiled
+def highest_level(grid: Array, poles: Complex, residues: Complex, h: float, square: float) -> float:
+    """Highest frequency at which |T|^2 falls to `square`; the end of the grid where it is above there, 0 where it never is."""
+    points = merged(grid, poles, h)
+    t = np.empty((2, points.shape[1]))
+    sample(points, poles, residues, t)
+    for i in range(points.shape[1] - 1, -1, -1):
+        if t[0, i] ** 2 + t[1, i] ** 2 >= square:
+            if i == points.shape[1] - 1:
+                return points[0, i]
+            return root(points[0, i], points[0, i + 1], False, poles, residues, h, SQUARE, square)[0]
+    return 0.0
+
+
+@compiled
+def highest_levels(
+    grid: Array, poles: Complex, residues: Complex, stable: NDArray[np.bool_], h: float, square: float, found: Array
+) -> None:
+    """`highest_level` of the stable ones of loops with poles (n, b) and residues (n, k, b), into found (n, k)."""
+    for i in range(len(poles)):
+        if stable[i]:
+            for j in range(residues.shape[1]):
+                found[i, j] = highest_level(grid, poles[i], residues[i, j], h, square)

@@ -1,0 +1,57 @@
+"""CasADi functions of columns, with their exact derivatives, on batches held in NumPy arrays."""
+
+from typing import Any
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+Array = NDArray[np.float64]
+
+
+class Batch:
+    """A CasADi function of columns for batches.
+
+    Called with arrays (n, columns), or (columns,) where all share one, it returns one array (n, rows) for each output.
+    """
+
+    def __init__(self, name: str, arguments: list[Any], outputs: list[Any]) -> None:
+        self._function = ca.Function(name, arguments, [ca.densify(output) for output in outputs])
+        self._mapped: dict[int, Any] = {}
+
+    def __call__(self, *arguments: Array) -> list[Array]:
+        """Evaluate a batch."""
+        n = max([len(a) for a in arguments if a.ndim == 2], default=1)
+        if n not in self._mapped:
+            self._mapped[n] = self._function.map(n)
+        # CasADi reads and writes the arrays themselves: a column of a batch is a row of ours.
+        given = [np.ascontiguousarray(np.broadcast_to(a, (n, a.shape[-1]))) for a in arguments]
+        found = [np.empty((n, self._function.size1_out(i))) for i in range(self._function.n_out())]
+        buffer, evaluate = self._mapped[n].buffer()
+        for i, array in enumerate(given):
+            buffer.set_arg(i, memoryview(array))
+        for i, array in enumerate(found):
+            buffer.set_res(i, memoryview(array))
+        evaluate()
+        return found
+
+
+class Derivative:
+    """A CasADi function of columns with its derivative by `by`, for batches as `Batch` takes them.
+
+    It returns outputs (n, rows), their derivative (n, rows, columns) and what is not differentiated (n, more).
+    """
+
+    def __init__(self, name: str, by: Any, arguments: list[Any], outputs: Any, others: Any) -> None:
+        slope: Any = ca.jacobian(outputs, by)
+        row, column = slope.sparsity().get_triplet()
+        self._where = (np.array(row), np.array(column))
+        self._shape = (outputs.numel(), by.numel())
+        self._batch = Batch(name, arguments, [outputs, ca.vertcat(*slope.nonzeros()), others])
+
+    def __call__(self, *arguments: Array) -> tuple[Array, Array, Array]:
+        """Evaluate a batch."""
+        outputs, entries, others = self._batch(*arguments)
+        slope = np.zeros((len(outputs), *self._shape))
+        slope[:, *self._where] = entries
+        return outputs, slope, others

@@ -1,0 +1,100 @@
+"""Describing functions of the nonlinear terms of a law, worked out from the very functions that fly.
+
+For an odd memoryless f the first harmonic of f(A sin t) is N(A) A sin t with
+
+    N(A) = 4/(pi A) int_0^(pi/2) f(A sin t) sin t dt
+
+so around an oscillation of amplitude A the term acts as the gain N(A). A. Gelb, W. E. Vander Velde, Multiple-Input Describing
+Functions and Nonlinear System Design, McGraw-Hill 1968, section 2.2. A small perturbation of a state away from rest sees the
+slope f' instead, which can exceed every N (1.5 against 0.93 for |s|^(1/2) sat s), so the steepest slope is a case of its own.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from functools import cache
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.margins.period import Term
+from plant.backends import array
+from plant.cascade import Cascade
+from plant.records import pack
+
+Array = NDArray[np.float64]
+
+# Panels of [0, pi/2] and Gauss-Legendre nodes on each. They shrink towards 0, where terms like |s|^(1/2) have no series, and are
+# short enough that a kink costs 1e-4 at most.
+PANELS = (0.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 0.5 * np.pi)
+NODES = 8
+# Amplitude that stands for zero, in the unit of the signal: far below every width that a law's gains can ask for.
+REST = 1e-9
+# Signals between which slopes are taken in search of the steepest.
+SLOPE_GRID = np.geomspace(1e-6, 1e2, 385)
+
+
+@dataclass(frozen=True)
+class Case:
+    """How large the signals of the nonlinear terms are.
+
+    amplitude: of all of them at once, each in its own unit (rad/s or m/s for a sliding variable); 0 for vanishing ones, None
+    for the steepest slope of each term.
+    """
+
+    amplitude: float | None
+
+    @property
+    def label(self) -> str:
+        """Words for reports."""
+        if self.amplitude is None:
+            return "steepest slope"
+        return "small signals" if self.amplitude == 0.0 else f"amplitude {self.amplitude:.3g}"
+
+
+DEFAULT_CASES = tuple(Case(a) for a in (0.0, 0.02, 0.1, 0.5, 2.0, None))
+
+
+def constants_of(cascade: Cascade, gains: Array, h: float) -> Any:
+    """Return the constants of all axes for gains rows (n, g), as a record whose leaves are arrays (n, 1, 1) or numbers."""
+    return array.rebinder()(cascade.prepare)(pack(cascade.Gains, gains.T[..., None, None]), h)
+
+
+@cache
+def _rule() -> tuple[Array, Array]:
+    """Sin t and weight sin t dt 4/pi at the nodes."""
+    node, weight = np.polynomial.legendre.leggauss(NODES)
+    low, high = np.array(PANELS[:-1])[:, None], np.array(PANELS[1:])[:, None]
+    angle = 0.5 * (low + high) + 0.5 * (high - low) * node
+    return np.sin(angle).ravel(), (0.5 * (high - low) * weight * np.sin(angle) * 4.0 / np.pi).ravel()
+
+
+def describing_function(function: Callable[..., Any], constants: Any, amplitudes: Array) -> Array:
+    """N(A) (n, amplitudes) of a term for constants with leaves (n, 1, 1); amplitude 0 gives the slope at rest."""
+    sine, weight = _rule()
+    a = np.where(amplitudes > 0.0, amplitudes, REST)[:, None]
+    return np.sum(array.rebinder()(function)(a * sine, constants) * weight, axis=-1) / a[:, 0]
+
+
+def steepest_slope(function: Callable[..., Any], constants: Any) -> Array:
+    """Largest slope (n,) of a term between neighbours of a grid, for constants with leaves (n, 1, 1)."""
+    s = np.concatenate([[-REST, REST], SLOPE_GRID])
+    values = array.rebinder()(function)(s, constants)
+    return np.max(np.diff(values, axis=-1) / np.diff(s), axis=(-2, -1))
+
+
+def term_gains(
+    terms: tuple[Term, ...], cascade: Cascade, gains: Array, h: float, cases: tuple[Case, ...]
+) -> Array:  # fmt: skip
+    """Gains (n, cases, terms) that stand for the nonlinear terms."""
+    constants = constants_of(cascade, gains, h)
+    out = np.empty((len(gains), len(cases), len(terms)))
+    swept = [i for i, case in enumerate(cases) if case.amplitude is not None]
+    steep = [i for i, case in enumerate(cases) if case.amplitude is None]
+    amplitudes = np.array([case.amplitude for case in cases if case.amplitude is not None])
+    for j, term in enumerate(terms):
+        function, own = term.nonlinearity.function, getattr(constants, term.axis)
+        out[:, swept, j] = describing_function(function, own, amplitudes)
+        if steep:
+            out[:, steep, j] = steepest_slope(function, own)[:, None]
+    return out

@@ -1,0 +1,171 @@
+"""The closed loop linearised about steady flight, for batches of gains: x+ = A x + B u, o = C x + D u.
+
+u holds the signals v, w, r and o the readings c, s, y, e of `period`; the nonlinear terms stay open between s and w. The
+derivatives follow by the chain rule over one period, the controller's instant and then the plant steps, so they are those of the
+flown code to rounding.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.margins.period import BODY, N_CHANNELS, ROTORS, PeriodMap
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class LinearLoops:
+    """A batch of linearised loops of k channels (six, or those of one block) with w nonlinear terms left open.
+
+    a (..., x, x), b (..., x, k + w + k + k), c (..., k + w + k + k, x), d: from inputs v (k), w (w), r (k) and load (k) to
+    outputs c (k), s (w), y (k), e (k); the slices of each part are given.
+    """
+
+    a: Array
+    b: Array
+    c: Array
+    d: Array
+    n_channels: int
+    n_terms: int
+
+    @property
+    def injected(self) -> slice:
+        """Columns of v in b and d."""
+        return slice(0, self.n_channels)
+
+    @property
+    def terms(self) -> slice:
+        """Columns of w in b and d, and rows of s in c and d."""
+        return slice(self.n_channels, self.n_channels + self.n_terms)
+
+    @property
+    def reference(self) -> slice:
+        """Columns of r in b and d."""
+        return slice(self.terms.stop, self.terms.stop + self.n_channels)
+
+    @property
+    def load(self) -> slice:
+        """Columns of the load in b and d."""
+        return slice(self.reference.stop, self.reference.stop + self.n_channels)
+
+    @property
+    def command(self) -> slice:
+        """Rows of c in c and d."""
+        return slice(0, self.n_channels)
+
+    @property
+    def output(self) -> slice:
+        """Rows of y in c and d."""
+        return slice(self.terms.stop, self.terms.stop + self.n_channels)
+
+    @property
+    def error(self) -> slice:
+        """Rows of e in c and d."""
+        return slice(self.output.stop, self.output.stop + self.n_channels)
+
+    def of(self, rows: NDArray[np.bool_]) -> "LinearLoops":
+        """Return some of the batch."""
+        return self if rows.all() else replace(self, **{name: getattr(self, name)[rows] for name in "abcd"})
+
+    def expanded(self) -> "LinearLoops":
+        """The same with an axis of length 1 behind the first, for several cases of each."""
+        return replace(self, **{name: getattr(self, name)[:, None] for name in "abcd"})
+
+    def flattened(self) -> "LinearLoops":
+        """The same with the first two axes as one."""
+        parts = {}
+        shape = self.a.shape[:2]
+        for name in "abcd":
+            part = getattr(self, name)
+            parts[name] = np.broadcast_to(part, (*shape, *part.shape[2:])).reshape(-1, *part.shape[2:])
+        return replace(self, **parts)
+
+
+@dataclass(frozen=True)
+class Step:
+    """One period at a batch of points: next state (n, x), readings (n, o), values f(s) (n, w) and the linear loops."""
+
+    state: Array
+    readings: Array
+    values: Array
+    loops: LinearLoops
+
+
+@dataclass(frozen=True)
+class Setting:
+    """What a batch flies in, as rows of numbers: nominal, reference, disturbance, dynamics."""
+
+    nominal: Array
+    reference: Array
+    disturbance: Array
+    dynamics: Array
+
+
+def _flown(period: PeriodMap, body: Array, speed: Array, setting: Setting) -> tuple[Array, Array]:
+    """Body (n, 17) one period later and its derivative (n, 17, 17 + 4 + 6) by body, speeds and load."""
+    steps = round(period.timing.control_period / period.timing.plant_step)
+    held = np.concatenate([speed, np.zeros((len(speed), N_CHANNELS))], axis=1)
+    unit = np.eye(BODY + held.shape[1])
+    slope = np.broadcast_to(unit[:BODY], (len(body), *unit[:BODY].shape))
+    constant = np.broadcast_to(unit[BODY:], (len(body), *unit[BODY:].shape))
+    for _ in range(steps):
+        body, local, _ = period.fly(np.concatenate([body, held], axis=1), setting.disturbance, setting.dynamics)
+        slope = local @ np.concatenate([slope, constant], axis=1)
+    return body, slope
+
+
+def one_period(period: PeriodMap, state: Array, w: Array, gains: Array, setting: Setting) -> Step:
+    """Fly one period from states (n, x) with the terms giving w (n, terms), under gains (n, g), and differentiate it."""
+    n, n_terms, size_x = len(gains), len(period.terms), state.shape[1]
+    none = np.zeros((n, N_CHANNELS))
+    outputs, slope, values = period.decide(
+        np.concatenate([state, none, w, none], axis=1), gains, setting.nominal, setting.reference
+    )
+    body, speed = state[:, :BODY], outputs[:, :ROTORS]
+    # Candidates in the same steady flight share the plant's part.
+    shared = np.ptp(body, axis=0).max(axis=0) + np.ptp(speed, axis=0).max(axis=0) < 1e-9
+    one = slice(0, 1) if shared else slice(None)
+    body, flown = _flown(period, body[one], speed[one], setting)
+    by_body, by_speed, by_load = np.split(flown, [BODY, BODY + ROTORS], axis=-1)
+    memory = slice(ROTORS, ROTORS + size_x - BODY)
+    whole = np.zeros((n, size_x, slope.shape[-1] + N_CHANNELS))
+    whole[:, :BODY, :-N_CHANNELS] = by_speed @ slope[:, :ROTORS]
+    whole[:, :BODY, :BODY] += by_body
+    whole[:, :BODY, -N_CHANNELS:] = by_load
+    whole[:, BODY:, :-N_CHANNELS] = slope[:, memory]
+    readings = np.concatenate(
+        [slope[:, memory.stop :], np.zeros((n, slope.shape[1] - memory.stop, N_CHANNELS))], axis=-1
+    )
+    loops = LinearLoops(
+        whole[:, :, :size_x],
+        whole[:, :, size_x:],
+        readings[:, :, :size_x],
+        readings[:, :, size_x:],
+        N_CHANNELS,
+        n_terms,
+    )
+    following = np.concatenate([np.broadcast_to(body, (n, BODY)), outputs[:, memory]], axis=1)
+    return Step(following, outputs[:, memory.stop :], values, loops)
+
+
+def close_terms(loops: LinearLoops, gain: Array) -> LinearLoops:
+    """Close the nonlinear terms as w = gain s, gains (..., terms); the result keeps w as an input that is added to them.
+
+    Leading axes of the loops and of the gains broadcast.
+    """
+    if not loops.n_terms:
+        return loops
+    w = s = loops.terms
+    diagonal = gain[..., :, None] * np.eye(loops.n_terms)
+    feedback = np.linalg.solve(np.eye(loops.n_terms) - diagonal @ loops.d[..., s, w], diagonal)
+    on_states, on_inputs = feedback @ loops.c[..., s, :], feedback @ loops.d[..., s, :]
+    b_w, d_w = loops.b[..., :, w], loops.d[..., :, w]
+    return replace(
+        loops,
+        a=loops.a + b_w @ on_states,
+        b=loops.b + b_w @ on_inputs,
+        c=loops.c + d_w @ on_states,
+        d=loops.d + d_w @ on_inputs,
+    )

@@ -1,0 +1,197 @@
+"""Margins of the loop that flies, for batches of gains.
+
+Linearised about its trim, with the nonlinear terms closed at each amplitude, split into blocks, and read off block by block.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.margins.block import read_block
+from objectives.margins.describing import DEFAULT_CASES, Case, term_gains
+from objectives.margins.frequency import POINTS, frequency_grid
+from objectives.margins.linearise import LinearLoops, Setting, close_terms
+from objectives.margins.period import CHANNELS, PeriodMap, Term
+from objectives.margins.results import LoopResponse, Margins, Realisation, joined
+from objectives.margins.sheet import Sheet
+from objectives.margins.structure import Block, blocks_of, coordinates, with_images
+from objectives.margins.trim import Trim, TrimPoint, check_balance, find_trim, level_body, setting_of
+from plant.cascade import ATTITUDE_AXES, Cascade
+from plant.closed_loop import Timing
+from plant.gains import gain_addresses
+from plant.nominal import Nominal, vary
+from plant.scenarios import Spread
+from plant.seeds import generator
+from plant.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Gains rows that the structure is read off from, and the amplitude at which terms are closed for that and to find a trim.
+PROBES, MIDDLE = 4, (Case(0.1),)
+# Candidates worked on at once: off hover, where all channels are one block, a hundred with six cases take 0.5 GB.
+CHUNK = 100
+SMALL = Case(0.0)
+# Channels that are inputs of the plant itself; x and y are demands inside the controller.
+PLANT_INPUTS = tuple(CHANNELS.index(name) for name in ("z", *ATTITUDE_AXES))
+
+
+def spread_corners(vehicle: Vehicle, spread: Spread) -> tuple[Vehicle, ...]:
+    """The vehicles at the corners of a spread of mass, inertia, thrust and lag: 2 to the number of those that are spread."""
+    widths = (spread.mass, spread.inertia, spread.thrust, spread.lag)
+    ends = [(1.0 - width, 1.0 + width) if width > 0.0 else (1.0,) for width in widths]
+    return tuple(vary(vehicle, *corner) for corner in product(*ends))
+
+
+@dataclass(frozen=True)
+class _Situation:
+    """A vehicle in its trim, as rows of numbers, and the blocks that its loop falls into."""
+
+    setting: Setting
+    blocks: tuple[Block, ...]
+
+
+class MarginModel:
+    """Margins of a cascade on a vehicle in a trim, as the controller with this `nominal` and timing flies it.
+
+    others: further vehicles, such as `spread_corners`, that the worst is taken over. cases: amplitudes of the nonlinear terms
+    that it is taken over; loops without such terms ignore them. skew: sigma of the disk margins. points: of the frequency grid.
+    Raises InputError where there is no steady flight.
+    """
+
+    def __init__(
+        self,
+        cascade: Cascade,
+        nominal: Nominal,
+        timing: Timing,
+        vehicle: Vehicle,
+        trim: Trim | None = None,
+        *,
+        others: Sequence[Vehicle] = (),
+        cases: Sequence[Case] = DEFAULT_CASES,
+        skew: float = 0.0,
+        points: int = POINTS,
+    ) -> None:
+        self.trim = trim or Trim()
+        self.vehicles = (vehicle, *others)
+        self.skew = skew
+        self._map = PeriodMap(cascade, timing)
+        self.cases = tuple(cases) if self._map.terms else (Case(0.0),)
+        self._grid = frequency_grid(timing.control_period, points)
+        self._body = level_body(self.trim, nominal)
+        addresses = gain_addresses(cascade)
+        self._columns = {axis: [gain.column for gain in addresses if gain.axis == axis] for axis in CHANNELS}
+        self._situations = [self._situation(nominal, each) for each in self.vehicles]
+
+    @property
+    def period(self) -> float:
+        """Control period [s]."""
+        return self._map.timing.control_period
+
+    @property
+    def cascade(self) -> Cascade:
+        """The cascade whose loops are judged."""
+        return self._map.cascade
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Nonlinear terms of the cascade's laws."""
+        return self._map.terms
+
+    @property
+    def blocks(self) -> tuple[tuple[str, ...], ...]:
+        """Channels of the blocks that the first vehicle's loop falls into."""
+        return tuple(tuple(CHANNELS[i] for i in block.channels) for block in self._situations[0].blocks)
+
+    def evaluate(self, gains: Array) -> Margins:
+        """Margins of gains rows (n, g)."""
+        gains = np.asarray(gains, dtype=float)
+        first = range(0, max(len(gains), 1), CHUNK)
+        return joined([self._evaluate(gains[i : i + CHUNK]) for i in first])
+
+    def _evaluate(self, gains: Array) -> Margins:
+        sheet = Sheet(len(gains), len(self.vehicles), self.cases, self.period)
+        term = self._term_gains(gains, self.cases)
+        for i, situation in enumerate(self._situations):
+            point = self._trimmed(situation.setting, gains)
+            for block in situation.blocks:
+                rows = point.steady
+                if block.image is not None:
+                    original = situation.blocks[block.image]
+                    alike = self._alike(gains, block, original)
+                    sheet.copy(i, block, alike, original)
+                    rows = rows & ~alike
+                if rows.any():
+                    closed = _closed(block, point.step.loops.of(rows), term[rows])
+                    inputs = [j for j, channel in enumerate(block.channels) if channel in PLANT_INPUTS]
+                    sheet.enter(i, block, rows, read_block(closed, self._grid, self.period, self.skew, inputs))
+            sheet.discard(i, ~point.steady)
+        return sheet.summed(self.skew)
+
+    def open_blocks(self, gains: Array, vehicle: int = 0) -> list[tuple[Block, LinearLoops]]:
+        """Blocks under a gains row (g,) with their loops (1, ...), nonlinear terms left open."""
+        situation = self._situations[vehicle]
+        loops = self._trimmed(situation.setting, np.asarray(gains, dtype=float)[None]).step.loops
+        return [(block, block.part(loops)) for block in situation.blocks]
+
+    def realisation(self, gains: Array, channel: str, case: Case = SMALL, vehicle: int = 0) -> Realisation:
+        """State space of one closed loop under a gains row (g,); empty where a channel has no loop."""
+        index, row = CHANNELS.index(channel), np.asarray(gains, dtype=float)[None]
+        situation = self._situations[vehicle]
+        block = next((block for block in situation.blocks if index in block.channels), None)
+        if block is None:
+            return Realisation(np.zeros((0, 0)), np.zeros(0), np.zeros(0), self.period)
+        loops = _closed(block, self._trimmed(situation.setting, row).step.loops, self._term_gains(row, (case,)))
+        j = block.channels.index(index)
+        return Realisation(loops.a[0], loops.b[0, :, j], loops.c[0, j], self.period)
+
+    def loop(
+        self, gains: Array, channel: str, case: Case = SMALL, frequency: Array | None = None, vehicle: int = 0
+    ) -> LoopResponse:
+        """Response of one loop under a gains row (g,), at frequencies (f,) [rad/s], by default the grid."""
+        w = self._grid[0, 1:] if frequency is None else np.asarray(frequency, dtype=float)
+        return self.realisation(gains, channel, case, vehicle).response(w)
+
+    def _situation(self, nominal: Nominal, vehicle: Vehicle) -> _Situation:
+        setting = setting_of(self.trim, nominal, vehicle)
+        check_balance(self._map, self.trim, nominal, setting)
+        gains = self._probes()
+        term, point = self._term_gains(gains, MIDDLE), self._trimmed(setting, gains)
+        blocks = blocks_of(
+            close_terms(point.step.loops, term[:, 0]), coordinates(self._map, nominal.vehicle, point.state[0])
+        )
+        # The same probes with the gains of x in y and of pitch in roll.
+        for axis, like in (("y", "x"), ("roll", "pitch")):
+            gains[:, self._columns[axis]] = gains[:, self._columns[like]]
+        term, loops = self._term_gains(gains, MIDDLE), self._trimmed(setting, gains).step.loops
+        return _Situation(setting, with_images(blocks, tuple(_closed(block, loops, term) for block in blocks)))
+
+    def _probes(self) -> Array:
+        """Gains rows spread over the search ranges."""
+        spans = [gain.info.span(gain.loop) for gain in gain_addresses(self._map.cascade)]
+        low, high = np.array([span.low for span in spans]), np.array([span.high for span in spans])
+        draws = [generator(0, "margins/probes", i).uniform(size=len(spans)) for i in range(PROBES)]
+        return low + np.array(draws) * (high - low)
+
+    def _alike(self, gains: Array, block: Block, original: Block) -> Mask:
+        """Candidates whose gains in the channels of two blocks are the same."""
+        same = np.ones(len(gains), dtype=bool)
+        for one, other in zip(block.channels, original.channels, strict=True):
+            mine, its = (gains[:, self._columns[CHANNELS[channel]]] for channel in (one, other))
+            same &= np.all(mine == its, axis=1)
+        return same
+
+    def _term_gains(self, gains: Array, cases: Sequence[Case]) -> Array:
+        return term_gains(self._map.terms, self._map.cascade, gains, self.period, tuple(cases))
+
+    def _trimmed(self, setting: Setting, gains: Array) -> TrimPoint:
+        return find_trim(self._map, gains, setting, self._body, self._term_gains(gains, MIDDLE)[:, 0])
+
+
+def _closed(block: Block, loops: LinearLoops, term: Array) -> LinearLoops:
+    """The block's loops, closed with term gains (n, cases, terms): rows are candidates, then cases; without terms, candidates."""
+    part = block.part(loops)
+    return close_terms(part.expanded(), term[:, :, list(block.terms)]).flattened() if block.terms else part

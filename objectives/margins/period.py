@@ -1,0 +1,208 @@
+"""One control period of the closed loop that flies, as CasADi functions with exact derivatives.
+
+The controller's part is `ClosedLoop.decide` with meters that keep nothing, the plant's part the Runge-Kutta step: the model's own
+functions, rebound, with signals added and read by `injection`.
+"""
+
+from functools import cached_property
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.margins.derivative import Batch, Derivative
+from objectives.margins.injection import SMOOTH, Injection, Readings, Signals, Term, terms_of
+from plant.attitude import euler_angles
+from plant.backends import symbolic
+from plant.cascade import AXES, Cascade, commanded_torque
+from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
+from plant.disturbance import Disturbance
+from plant.integrator import runge_kutta_step
+from plant.nominal import Nominal
+from plant.records import flatten, pack, record_type, size
+from plant.references.track import Reference
+from plant.rigid_body import Body, Dynamics, body_rate
+from plant.sensors import Noise
+from plant.targets import Targets
+from plant.vectors import Quaternion, Rotors, Vec3, rotors_sum
+
+__all__ = [
+    "BODY",
+    "CHANNELS",
+    "NO_METERS",
+    "N_CHANNELS",
+    "ROTORS",
+    "NoMeters",
+    "PeriodMap",
+    "Term",
+    "state_type",
+    "terms_of",
+]
+
+Array = NDArray[np.float64]
+CHANNELS = AXES
+N_CHANNELS = len(CHANNELS)
+BODY, ROTORS = size(Body), size(Rotors)
+STILL = Vec3(0.0, 0.0, 0.0)
+
+
+class NoMeters(NamedTuple):
+    """Meters that keep nothing."""
+
+
+def _keep_nothing(*_: Any) -> NoMeters:
+    return NoMeters()
+
+
+NO_METERS = MeterModel(NoMeters, _keep_nothing, _keep_nothing)
+
+
+def state_type(cascade: Cascade) -> Any:
+    """Return the record of all that one control period hands to the next; meters and status are no part of it."""
+    parts = {"body": Body, "in_force": Rotors, "pending": Rotors, "control": cascade.Memory}
+    return record_type("SampledState", parts)
+
+
+class PeriodMap:
+    """One control period of a cascade at a control period and plant step.
+
+    terms: its nonlinear terms. state: record type of the sampled state. Its parts are functions of batches:
+
+        at_rest(body, gains, nominal, reference) -> state
+        decide(x with v, w, r, gains, nominal, reference) -> (speeds and next memory, readings c, s, y, e), derivative, f(s)
+        fly(body, speeds and load, disturbance, dynamics) -> body one plant step later, derivative
+        pushed(roll, pitch and speeds, yaw, disturbance, dynamics) -> acceleration, derivative, body
+    """
+
+    def __init__(self, cascade: Cascade, timing: Timing) -> None:
+        self.cascade = cascade
+        self.timing = timing
+        self.terms = terms_of(cascade)
+        self.state = state_type(cascade)
+        self._loop: ClosedLoop = close_loop(cascade, NO_METERS)
+
+    @cached_property
+    def at_rest(self) -> Batch:
+        """State in which a flight starts."""
+        bind = symbolic.rebinder()
+        body, gains, nominal, reference = _columns(BODY, size(self.cascade.Gains), size(Nominal), size(Reference))
+        constants = bind(self.cascade.prepare)(_record(self.cascade.Gains, gains), self.timing.control_period)
+        flight = bind(self._loop.start)(
+            _record(Body, body), constants, _record(Nominal, nominal), _record(Reference, reference), _zeros(Noise),
+            _zeros(Targets),
+        )  # fmt: skip
+        state = self.state(flight.body, flight.in_force, flight.pending, flight.control)
+        return Batch("rest", [body, gains, nominal, reference], [_stack(state)])
+
+    @cached_property
+    def decide(self) -> Derivative:
+        """Speeds, in_force, pending, memory, then c, s, y, e, differentiated by state, v, w and r; and f(s)."""
+        state, v, w, r, gains, nominal, reference = _columns(
+            size(self.state),
+            N_CHANNELS,
+            len(self.terms),
+            N_CHANNELS,
+            size(self.cascade.Gains),
+            size(Nominal),
+            size(Reference),
+        )
+        plain = symbolic.rebinder()
+        constants = plain(self.cascade.prepare)(_record(self.cascade.Gains, gains), self.timing.control_period)
+        injection = Injection(self.terms, constants, Signals(v, w, r))
+        before, known = _record(self.state, state), _record(Nominal, nominal)
+        goal = injection.shifted(_record(Reference, reference))
+        after = self._instant(injection, before, constants, known, goal)
+        seen = _readings(injection, before, after, known, goal)
+        memory = [_stack(part) for part in (after.speed, after.in_force, after.pending, after.control)]
+        outputs = ca.vertcat(*memory, seen.command, seen.signals, seen.output, seen.error)
+        inputs = ca.vertcat(state, v, w, r)
+        return Derivative("decide", inputs, [inputs, gains, nominal, reference], outputs, seen.values)
+
+    def _instant(self, injection: Injection, before: Any, constants: Any, known: Any, goal: Reference) -> Any:
+        """Flight record after the controller's instant."""
+        idle = Rotors(0.0, 0.0, 0.0, 0.0)
+        control = _unclipped(before.control)
+        flight = self._loop.Flight(before.body, idle, before.in_force, before.pending, control, NoMeters(), 0.0, 0.0)
+        return symbolic.rebinder(injection.stand_ins())(self._loop.decide)(
+            flight,
+            constants,
+            known,
+            goal,
+            _zeros(Noise),
+            _zeros(Targets),
+            Limits(1.0, 0.0),
+            0.0,
+            self.timing.control_period,
+        )
+
+    @cached_property
+    def fly(self) -> Derivative:
+        """Body after a plant step, differentiated by body, speeds asked for and load, which adds to the accelerations."""
+        inputs, disturbance, constants = _columns(BODY + ROTORS + N_CHANNELS, size(Disturbance), size(Dynamics))
+        pushed = disturbance + ca.vertcat(ca.SX.zeros(size(Disturbance) - N_CHANNELS), inputs[BODY + ROTORS :])
+        end = symbolic.rebinder(SMOOTH)(runge_kutta_step)(
+            _record(Body, inputs[:BODY]), _record(Rotors, inputs[BODY : BODY + ROTORS]), _record(Disturbance, pushed),
+            _record(Dynamics, constants), self.timing.plant_step,
+        )  # fmt: skip
+        return Derivative("fly", inputs, [inputs, disturbance, constants], _stack(end), ca.SX(0, 1))
+
+    @cached_property
+    def pushed(self) -> Derivative:
+        """Acceleration of a vehicle that stands still, differentiated by roll, pitch and rotor speeds; and its body."""
+        inputs, yaw, disturbance, constants = _columns(2 + ROTORS, 1, size(Disturbance), size(Dynamics))
+        speed = _record(Rotors, inputs[2:])
+        body = Body(STILL, STILL, _quaternion(inputs[0], inputs[1], yaw), STILL, speed)
+        rate = symbolic.rebinder(SMOOTH)(body_rate)(
+            body, speed, _record(Disturbance, disturbance), _record(Dynamics, constants)
+        )
+        outputs = ca.vertcat(*rate.velocity, *rate.rate)
+        return Derivative("pushed", inputs, [inputs, yaw, disturbance, constants], outputs, _stack(body))
+
+
+def _columns(*sizes: int) -> list[Any]:
+    return [ca.SX.sym(f"a{i}", rows) for i, rows in enumerate(sizes)]
+
+
+def _record(kind: Any, column: Any) -> Any:
+    return pack(kind, ca.vertsplit(column) if column.numel() else [])
+
+
+def _zeros(kind: Any) -> Any:
+    return pack(kind, [0.0] * size(kind))
+
+
+def _stack(parts: Any) -> Any:
+    return ca.vertcat(*flatten(parts)) if parts else ca.SX(0, 1)
+
+
+def _unclipped(control: Any) -> Any:
+    """The cascade's memory with nothing taken away by limits, to the last bit.
+
+    Allocation and its inverse leave rounding errors of 1e-17 there, which laws that restart an integral by them divide by.
+    """
+    return control._replace(actuators=control.actuators._replace(acceleration_excess=STILL, torque_excess=STILL))
+
+
+def _readings(injection: Injection, before: Any, after: Any, known: Any, goal: Reference) -> Readings:
+    """What is read at the instant that turned the state `before` into the flight record `after`."""
+    plain = symbolic.rebinder()
+    torque = plain(commanded_torque)(after.in_force, known.vehicle)
+    lift = plain(rotors_sum)(after.in_force) / known.vehicle.mass
+    demand, tilt = after.control.acceleration, after.control.tilt
+    output = (*before.body.position, *plain(euler_angles)(before.body.attitude))
+    goals = (*goal.position, tilt.roll, tilt.pitch, goal.yaw)
+    seen = [injection.seen[i] for i in range(len(injection.seen))]
+    return Readings(
+        ca.vertcat(demand.x, demand.y, lift, *torque),
+        _stack(tuple(s for s, _ in seen)),
+        _stack(tuple(value for _, value in seen)),
+        ca.vertcat(*output),
+        ca.vertcat(*[y - set_point for y, set_point in zip(output, goals, strict=True)]),
+    )
+
+
+def _quaternion(roll: Any, pitch: Any, yaw: Any) -> Quaternion:
+    """Attitude Rz(yaw) Ry(pitch) Rx(roll)."""
+    (a, x), (b, y), (c, z) = [(ca.cos(0.5 * angle), ca.sin(0.5 * angle)) for angle in (roll, pitch, yaw)]
+    return Quaternion(a * b * c + x * y * z, x * b * c - a * y * z, a * y * c + x * b * z, a * b * z - x * y * c)

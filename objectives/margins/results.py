@@ -1,0 +1,178 @@
+"""What an evaluation of margins returns: the worst over the conditions, and everything it was taken from."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, fields, replace
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.margins.describing import Case
+from objectives.margins.disk import DiskRange, disk_range
+
+Array = NDArray[np.float64]
+Index = NDArray[np.intp]
+Mask = NDArray[np.bool_]
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A number of one loop: unit; better: whether "more" or "less" of it is; unstable: its value for a loop that is not stable;
+    open: its value for a channel without any loop.
+    """
+
+    name: str
+    unit: str
+    better: str
+    unstable: float
+    open: float
+    meaning: str
+
+
+QUANTITIES = tuple(
+    Quantity(*row)
+    for row in (
+        ("gain_up", "1", "more", 1.0, np.inf, "factor by which the loop gain may rise"),
+        ("gain_down", "1", "more", 1.0, np.inf, "factor by which the loop gain may fall"),
+        ("phase", "rad", "more", 0.0, np.inf, "phase margin, least of all crossings, lag or lead"),
+        ("delay", "s", "more", 0.0, np.inf, "delay margin"),
+        ("sensitivity", "1", "less", np.inf, 1.0, "peak of the sensitivity, Ms"),
+        ("complementary", "1", "less", np.inf, 0.0, "peak of the complementary sensitivity, Mt"),
+        ("disk", "1", "more", 0.0, np.inf, "disk margin alpha"),
+        ("crossover", "rad/s", "less", 0.0, 0.0, "highest gain crossover"),
+        ("bandwidth", "rad/s", "more", 0.0, 0.0, "frequency up to which the reference is followed to within -3 dB"),
+        ("load_index", "s^-3", "more", 0.0, 0.0, "load-disturbance index k_i, acceleration per integrated error"),
+    )
+)
+
+
+class Worst(NamedTuple):
+    """A quantity in the worst of the conditions, each field (n, channels): value; frequency [rad/s] where it is met, 0 for none;
+    case: index in `Margins.cases`, -1 for a loop without nonlinear terms; vehicle: index in the model's vehicles.
+    """
+
+    value: Array
+    frequency: Array
+    case: Index
+    vehicle: Index
+
+
+@dataclass(frozen=True)
+class Margins:
+    """Margins of n candidates in the six channels of `period.CHANNELS`, each in the worst amplitude and vehicle.
+
+    A loop that is not stable in every condition has no margin: factors 1, angles, delays and disks 0, peaks infinite. A margin is
+    infinite where no crossing limits it. Nothing is ever NaN.
+
+    stable (n, channels): all poles of the channel's block inside the unit circle, in all conditions. growth (n, channels) [1/s]:
+    rate of the slowest decay or fastest growth, above 0 where unstable, infinite where no steady flight was found and minus
+    infinite for a channel without loop. multiloop, with fields (n,): disk margin alpha in all
+    plant inputs (z, roll, pitch, yaw) at once.
+    """
+
+    cases: tuple[Case, ...]
+    period: float
+    skew: float
+    stable: Mask
+    growth: Array
+    gain_up: Worst
+    gain_down: Worst
+    phase: Worst
+    delay: Worst
+    sensitivity: Worst
+    complementary: Worst
+    disk: Worst
+    crossover: Worst
+    bandwidth: Worst
+    load_index: Worst
+    multiloop: Worst
+
+    @property
+    def modulus(self) -> Array:
+        """Modulus margin 1/Ms, (n, channels)."""
+        return 1.0 / self.sensitivity.value
+
+    @property
+    def delay_periods(self) -> Array:
+        """Delay margin in control periods, (n, channels)."""
+        return self.delay.value / self.period
+
+    @property
+    def disk_range(self) -> DiskRange:
+        """Factors and phases that the disk margin guarantees, (n, channels)."""
+        return disk_range(self.disk.value, self.skew)
+
+
+@dataclass(frozen=True)
+class LoopResponse:
+    """One loop for plots: frequency (f,) [rad/s]; t (f,): from injected to commanded signal, 0 for a channel without loop."""
+
+    frequency: Array
+    t: NDArray[np.complex128]
+
+    @property
+    def s(self) -> NDArray[np.complex128]:
+        """Sensitivity 1/(1 + L)."""
+        return 1.0 + self.t
+
+    @property
+    def loop(self) -> NDArray[np.complex128]:
+        """Loop transfer function L."""
+        return -self.t / (1.0 + self.t)
+
+
+@dataclass(frozen=True)
+class Realisation:
+    """One closed loop from injected to commanded signal, T(z) = c (z I - a)^-1 b: a (x, x), b (x,), c (x,); period [s]."""
+
+    a: Array
+    b: Array
+    c: Array
+    period: float
+
+    @property
+    def poles(self) -> NDArray[np.complex128]:
+        """Poles of the closed loop."""
+        return np.linalg.eigvals(self.a).astype(complex)
+
+    def response(self, frequency: Array) -> LoopResponse:
+        """Response at frequencies (f,) [rad/s]."""
+        z = np.exp(1j * frequency * self.period)[:, None, None]
+        state = np.linalg.solve(
+            z * np.eye(len(self.a)) - self.a, np.broadcast_to(self.b[:, None], (len(z), len(self.b), 1))
+        )
+        return LoopResponse(frequency, (self.c @ state)[:, 0].astype(complex))
+
+
+def decibel(factor: Array) -> Array:
+    """20 log10 of factors of 1 or more."""
+    return 20.0 * np.log10(factor)
+
+
+def joined(parts: Sequence[Margins]) -> Margins:
+    """Margins of several batches as those of one."""
+    if len(parts) == 1:
+        return parts[0]
+    together: dict[str, Any] = {}
+    for field in fields(Margins):
+        of_parts = [getattr(part, field.name) for part in parts]
+        if isinstance(of_parts[0], Worst):
+            together[field.name] = Worst(*[np.concatenate(column, axis=0) for column in zip(*of_parts, strict=True)])
+        elif isinstance(of_parts[0], np.ndarray):
+            together[field.name] = np.concatenate(of_parts, axis=0)
+    return replace(parts[0], **together)
+
+
+def worst(values: Array, frequency: Array, better: str, case: Index) -> Worst:
+    """Worst over vehicles and cases of values (n, vehicles, cases, channels); case (channels, cases): index to report."""
+    n, vehicles, cases, channels = values.shape
+    flat = np.moveaxis(values, -1, 1).reshape(n, channels, vehicles * cases)
+    at = np.argmin(flat, axis=-1) if better == "more" else np.argmax(flat, axis=-1)
+    vehicle, which = np.divmod(at, cases)
+    n_index, channel = np.ogrid[:n, :channels]
+    return Worst(
+        values[n_index, vehicle, which, channel],
+        frequency[n_index, vehicle, which, channel],
+        case[channel, which],
+        vehicle,
+    )

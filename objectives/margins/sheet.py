@@ -1,0 +1,85 @@
+"""Margins of every candidate, vehicle, case and channel on their way to the worst of them."""
+
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.margins.block import Readings
+from objectives.margins.describing import Case
+from objectives.margins.period import N_CHANNELS
+from objectives.margins.results import QUANTITIES, Margins, Worst, worst
+from objectives.margins.structure import Block
+
+Mask = NDArray[np.bool_]
+
+
+class Sheet:
+    """Values (n, vehicles, cases, channels) by quantity; they start as those of channels without a loop.
+
+    h: control period [s].
+    """
+
+    def __init__(self, n: int, vehicles: int, cases: tuple[Case, ...], h: float) -> None:
+        shape = (n, vehicles, len(cases), N_CHANNELS)
+        self._cases, self._h = cases, h
+        self._value = {entry.name: np.full(shape, entry.open) for entry in QUANTITIES}
+        self._frequency = {entry.name: np.zeros(shape) for entry in QUANTITIES}
+        self._growth, self._stable = np.full(shape, -np.inf), np.ones(shape, dtype=bool)
+        self._together, self._together_at = np.full((*shape[:3], 1), np.inf), np.zeros((*shape[:3], 1))
+        self._swept = np.zeros(N_CHANNELS, dtype=bool)
+
+    def enter(self, vehicle: int, block: Block, rows: Mask, read: Readings) -> None:
+        """Enter the readings of a block for some candidates: their rows are candidates, then cases, or one for all cases."""
+        chosen, every = np.nonzero(rows)[0], np.arange(len(self._cases))
+
+        def by_case(values: Any) -> Any:
+            return values.reshape(len(chosen), 1, len(values) // len(chosen), -1)
+
+        spot = np.ix_(chosen, np.array([vehicle]), every, np.array(block.channels))
+        for name, at in read.quantities.items():
+            self._value[name][spot] = by_case(at.value)
+            self._frequency[name][spot] = by_case(at.frequency)
+        self._stable[spot] = by_case(read.modes.stable)
+        self._growth[spot] = by_case(read.modes.growth / self._h)
+        self._swept[list(block.channels)] |= bool(block.terms)
+        spot = np.ix_(chosen, np.array([vehicle]), every, np.array([0]))
+        value, before = by_case(read.together.value), self._together[spot]
+        self._together_at[spot] = np.where(value < before, by_case(read.together.frequency), self._together_at[spot])
+        self._together[spot] = np.minimum(value, before)
+
+    def copy(self, vehicle: int, block: Block, rows: Mask, original: Block) -> None:
+        """Enter for some candidates what another block has, channel by channel."""
+        for array in (*self._value.values(), *self._frequency.values(), self._stable, self._growth):
+            for to, of in zip(block.channels, original.channels, strict=True):
+                array[rows, vehicle, :, to] = array[rows, vehicle, :, of]
+        self._swept[list(block.channels)] |= bool(block.terms)
+
+    def discard(self, vehicle: int, rows: Mask) -> None:
+        """Nothing is stable where no steady flight was found."""
+        for entry in QUANTITIES:
+            self._value[entry.name][rows, vehicle] = entry.unstable
+            self._frequency[entry.name][rows, vehicle] = 0.0
+        self._stable[rows, vehicle] = False
+        self._growth[rows, vehicle] = np.inf
+        self._together[rows, vehicle] = 0.0
+
+    def summed(self, skew: float) -> Margins:
+        """The worst over vehicles and cases; a channel without nonlinear terms reports case -1."""
+        case = np.where(self._swept[:, None], np.arange(len(self._cases)), -1)
+        of_loops = {
+            entry.name: worst(self._value[entry.name], self._frequency[entry.name], entry.better, case)
+            for entry in QUANTITIES
+        }
+        together = worst(self._together, self._together_at, "more", case.max(axis=0, keepdims=True))
+        return Margins(
+            cases=self._cases,
+            period=self._h,
+            skew=skew,
+            stable=np.asarray(self._stable.all(axis=(1, 2))),
+            growth=self._growth.max(axis=(1, 2)),
+            multiloop=Worst(
+                together.value[:, 0], together.frequency[:, 0], together.case[:, 0], together.vehicle[:, 0]
+            ),
+            **of_loops,
+        )

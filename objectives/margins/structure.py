@@ -1,0 +1,171 @@
+"""Which states, channels and terms of the linearised loop belong together, found from its numbers.
+
+Written in sums and differences of rotors and in the attitude relative to the trim, the loop at hover falls into blocks: x with
+pitch, y with roll, z, yaw. Gains act within one channel, so what couples channels does not depend on them and the structure is
+read off once, from a few probes. States that no injected signal reaches or that no command depends on belong to no loop and are
+left out: the place in attitude mode, the count of yaw turns.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.linalg import matrix_balance
+from scipy.sparse.csgraph import connected_components
+
+from objectives.margins.linearise import LinearLoops
+from objectives.margins.period import BODY, CHANNELS, PeriodMap
+from plant.nominal import mixer_matrix
+from plant.records import paths, rows
+from plant.rigid_body import Body
+from plant.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+Mask = NDArray[np.bool_]
+
+# Couplings below this, between states scaled alike, do not count. What returns by way of another block has passed two of them, so
+# leaving them out changes no loop by more than the square of this.
+COUPLED = 1e-8
+# Relative difference up to which two blocks are alike, and points of the plane where they are compared.
+ALIKE, TRIED = 1e-8, (1.1 + 0.3j, 0.95 + 0.3j, -0.5 + 0.9j)
+# What a quarter turn of yaw makes of each channel.
+TURNED = {"x": "y", "y": "x", "z": "z", "roll": "pitch", "pitch": "roll", "yaw": "yaw"}
+
+
+@dataclass(frozen=True)
+class Block:
+    """A part of the loop that nothing else acts on.
+
+    channels: indices in CHANNELS; terms: indices of its nonlinear terms; into (b, x) and out_of (x, b): from all states to its
+    own and back. image: index of an earlier block that this one is, turned by 90 deg of yaw, wherever their gains are alike.
+    """
+
+    channels: tuple[int, ...]
+    terms: tuple[int, ...]
+    into: Array
+    out_of: Array
+    image: int | None = None
+
+    @property
+    def label(self) -> str:
+        """Names of its channels."""
+        return " and ".join(CHANNELS[i] for i in self.channels)
+
+    def part(self, loops: LinearLoops) -> LinearLoops:
+        """Return the block's own loops."""
+        k, first = loops.n_channels, np.array(self.channels, dtype=int)
+        w = k + np.array(self.terms, dtype=int)
+        after = k + loops.n_terms
+        u = np.concatenate([first, w, after + first, after + k + first])
+        o = np.concatenate([first, w, after + first, after + k + first])
+        # Most columns of `into` are zero: rotors and attitude come in fours, all else stands alone.
+        near = np.nonzero(np.any(self.into != 0.0, axis=0))[0]
+        into, out_of = self.into[:, near], self.out_of[near]
+        return LinearLoops(
+            into @ loops.a[:, near][:, :, near] @ out_of,
+            into @ loops.b[:, near][:, :, u],
+            loops.c[:, o][:, :, near] @ out_of,
+            loops.d[:, o][:, :, u],
+            len(self.channels),
+            len(self.terms),
+        )
+
+
+def coordinates(period: PeriodMap, vehicle: Vehicle, body: Array) -> Array:
+    """Matrix (x, x) to sums and differences of rotors and to the attitude relative to that of a body (17,)."""
+    names = paths(period.state)
+    change = np.eye(len(names))
+    mixer = mixer_matrix(vehicle)
+    mixer /= np.linalg.norm(mixer, axis=1, keepdims=True)
+    for i, name in enumerate(names):
+        if name.endswith(".r1"):
+            change[i : i + 4, i : i + 4] = mixer
+    turn = rows(Body, "attitude")
+    w, x, y, z = body[:BODY][turn]
+    change[turn, turn] = [[w, x, y, z], [-x, w, z, -y], [-y, -z, w, x], [-z, y, -x, w]]
+    return change
+
+
+def blocks_of(closed: LinearLoops, change: Array) -> tuple[Block, ...]:
+    """Find the blocks of probes (n, ...) with closed terms, in coordinates changed by a matrix (x, x)."""
+    back: Array = np.linalg.inv(change).astype(float)
+    size = np.max(np.abs(change @ closed.a @ back), axis=0)
+    _, (scale, _) = matrix_balance(size, permute=False, separate=True)
+    into, out_of = np.asarray(change / scale[:, None]), np.asarray(back * scale)
+    moves = _coupled(into @ closed.a @ out_of)
+    driven, seen = _coupled(into @ closed.b), _coupled(closed.c @ out_of)
+    reaching = _paths_of(moves)
+    after = reaching @ driven
+    looped = np.any(seen[closed.command] & after[:, closed.injected].T, axis=1)
+    kept = np.any(after[:, closed.injected][:, looped], axis=1) & np.any(
+        (seen[closed.command] @ reaching)[looped], axis=0
+    )
+    # Undirected graph of kept states, looped channels and terms.
+    links = np.concatenate([seen[: closed.terms.stop], driven[:, : closed.terms.stop].T], axis=0)
+    count, label = _components(moves & kept & kept[:, None], links & kept)
+    x, k, w = len(kept), closed.n_channels, closed.n_terms
+    parts = []
+    for i in range(count):
+        states = kept & (label[:x] == i)
+        members = label[x : x + k + w] == i
+        channels = np.nonzero(members[:k] & looped)[0]
+        if states.any() and len(channels):
+            acting = np.any(driven[states], axis=0)[closed.terms] & np.any(seen[:, states], axis=1)[closed.terms]
+            terms = np.nonzero(members[k:] & acting)[0]
+            parts.append(Block(tuple(channels.tolist()), tuple(terms.tolist()), into[states], out_of[:, states]))
+    return tuple(sorted(parts, key=lambda block: block.channels))
+
+
+def with_images(blocks: tuple[Block, ...], loops: tuple[LinearLoops, ...]) -> tuple[Block, ...]:
+    """Find which blocks are images; loops: of each block, closed, under gains that are alike in x and y, roll and pitch."""
+    out: list[Block] = []
+    for i, block in enumerate(blocks):
+        turned = tuple(CHANNELS.index(TURNED[CHANNELS[c]]) for c in block.channels)
+        earlier = [j for j in range(i) if blocks[j].channels == turned and same_loops(loops[j], loops[i])]
+        out.append(replace(block, image=earlier[0] if earlier else None))
+    return tuple(out)
+
+
+def same_loops(first: LinearLoops, second: LinearLoops) -> bool:
+    """Whether two batches of closed loops of two blocks have the same poles, and the same responses within each channel."""
+    if first.a.shape != second.a.shape or first.n_channels != second.n_channels:
+        return False
+    poles = [np.sort_complex(np.poly(a)) for loops in (first, second) for a in loops.a]
+    half = len(poles) // 2
+    if not np.allclose(poles[:half], poles[half:], rtol=0.0, atol=ALIKE * np.abs(poles).max()):
+        return False
+    return all(_same_response(first, second, z) for z in TRIED)
+
+
+def _same_response(first: LinearLoops, second: LinearLoops, z: complex) -> bool:
+    one, two = (_diagonal_responses(loops, z) for loops in (first, second))
+    return np.allclose(one, two, rtol=ALIKE, atol=0.0)
+
+
+def _diagonal_responses(loops: LinearLoops, z: complex) -> NDArray[np.complex128]:
+    """Responses of the command to v, the output to r and the error to the load, of each channel, at z."""
+    state = np.linalg.solve(z * np.eye(loops.a.shape[-1]) - loops.a, loops.b)
+    whole = loops.c @ state + loops.d
+    pairs = ((loops.command, loops.injected), (loops.output, loops.reference), (loops.error, loops.load))
+    return np.stack([np.diagonal(whole[..., o, u], axis1=-2, axis2=-1) for o, u in pairs])
+
+
+def _coupled(probes: Array) -> Mask:
+    return np.max(np.abs(probes), axis=0) > COUPLED
+
+
+def _paths_of(moves: Mask) -> Mask:
+    """Which state (columns) reaches which (rows) in any number of periods."""
+    paths_so_far = moves | np.eye(len(moves), dtype=bool)
+    for _ in range(int(np.ceil(np.log2(len(moves))))):
+        paths_so_far = paths_so_far @ paths_so_far
+    return paths_so_far
+
+
+def _components(moves: Mask, links: Mask) -> tuple[int, NDArray[np.int32]]:
+    """Connected components of states, and of the signals linked to them: outputs and inputs, each once."""
+    x, half = len(moves), len(links) // 2
+    graph = np.zeros((x + half, x + half), dtype=bool)
+    graph[:x, :x] = moves
+    graph[x:, :x] = links[:half] | links[half:]
+    return connected_components(graph, directed=False)

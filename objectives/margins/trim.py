@@ -1,0 +1,214 @@
+"""Steady flight: the fixed point of the one-period map about which the loop is linearised, found by Newton's method.
+
+Flying at a constant velocity through a steady wind is, seen from a frame that moves along, holding a place in the wind minus the
+velocity: the plant feels its air-relative velocity only, and laws see errors. So the fixed point is sought with the place held.
+"""
+
+from dataclasses import dataclass, field, replace
+from math import acos, atan, cos, degrees, sin, sqrt
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.margins.linearise import Setting, Step, close_terms, one_period
+from objectives.margins.period import BODY, ROTORS, PeriodMap
+from plant.closed_loop import hover_body
+from plant.disturbance import Disturbance
+from plant.errors import InputError
+from plant.nominal import Nominal
+from plant.records import flatten, index
+from plant.references.track import Reference
+from plant.rigid_body import Dynamics, dynamics
+from plant.vectors import Quaternion, Vec3
+from plant.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+ITERATIONS = 40
+# Largest change of any state over a period, relative to 1 + |state|, that counts as steady.
+STEADY = 1e-8
+HOLD = index(Reference, "hold")
+# Largest acceleration [m/s2, rad/s2] of a vehicle that counts as balanced.
+BALANCED = 1e-11
+# Size of a term's signal, in its unit, below which it is at rest.
+AT_REST = 1e-12
+# What a term's value may lack of f(s), in its unit.
+SETTLED = 1e-6
+ZERO = Vec3(0.0, 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Trim:
+    """Steady flight in which margins are judged; by default hover in still air.
+
+    yaw [rad]; velocity over ground and wind [m/s], world ENU; hold: whether the position loops are closed, False for the
+    attitude mode, which has a steady state only in still air.
+    """
+
+    yaw: float = 0.0
+    velocity: Vec3 = field(default=ZERO)
+    wind: Vec3 = field(default=ZERO)
+    hold: bool = True
+
+    def __post_init__(self) -> None:
+        numbers = {"yaw": self.yaw, "velocity": self.velocity, "wind": self.wind}
+        for key, value in numbers.items():
+            if not np.all(np.isfinite(value)):
+                raise InputError(f"given {value}; numbers must be finite", key=key)
+        if not self.hold and self.moves:
+            raise InputError(
+                "given wind or velocity in attitude mode, where nothing holds the place; allowed: none", key="hold"
+            )
+
+    @property
+    def air(self) -> Vec3:
+        """Air velocity as felt by a frame that moves along [m/s]."""
+        return Vec3(*[w - v for w, v in zip(self.wind, self.velocity, strict=True)])
+
+    @property
+    def moves(self) -> bool:
+        """Whether the air moves past the vehicle."""
+        return any(self.air)
+
+
+def mean_pole(rise: float, fall: float) -> float:
+    """Rotor pole [1/s] that acts on small oscillations of a rotor which speeds up and slows down at different rates.
+
+    x' = a e + b |e| with a = (rise + fall)/2, b = (rise - fall)/2, e = command - x. An oscillation e = E (sin t - r) shifts its
+    own mean until a r = b mean|sin t - r|, and its first harmonic then sees a + 2 b mean(|sin t - r| sin t). That depends on no
+    amplitude: 80 and 40 1/s act as 55 1/s, not as 60.
+    """
+    a, b = 0.5 * (rise + fall), 0.5 * (rise - fall)
+    t = np.linspace(0.0, 2.0 * np.pi, 4096, endpoint=False)
+    shift = 0.0
+    for _ in range(ITERATIONS):
+        shift = b / a * float(np.mean(np.abs(np.sin(t) - shift), axis=0))
+    return a + b * 2.0 * float(np.mean(np.abs(np.sin(t) - shift) * np.sin(t), axis=0))
+
+
+def smooth_dynamics(vehicle: Vehicle) -> Dynamics:
+    """Constants of the equations of motion with one rotor pole for both directions."""
+    f = dynamics(vehicle)
+    pole = mean_pole(f.rise, f.fall)
+    return f._replace(rise=pole, fall=pole)
+
+
+def setting_of(trim: Trim, nominal: Nominal, vehicle: Vehicle) -> Setting:
+    """What a trim means in rows of numbers."""
+    reference = Reference(ZERO, ZERO, ZERO, 0.0, 0.0, trim.yaw, 0.0, float(trim.hold))
+    air = Disturbance(trim.air, ZERO, ZERO, ZERO)
+    rows = [nominal, reference, air, smooth_dynamics(vehicle)]
+    return Setting(*[np.array(flatten(row), dtype=float) for row in rows])
+
+
+def level_body(trim: Trim, nominal: Nominal) -> Array:
+    """Hover at the trim's yaw, (17,)."""
+    turned = Quaternion(cos(0.5 * trim.yaw), 0.0, 0.0, sin(0.5 * trim.yaw))
+    return np.array(flatten(hover_body(nominal)._replace(attitude=turned)))
+
+
+def check_balance(period: PeriodMap, trim: Trim, nominal: Nominal, setting: Setting) -> None:
+    """Raise InputError where air and rotors leave no vehicle at rest, whatever the gains, within tilt and rotor limits."""
+    unknown = np.concatenate([np.zeros(2), level_body(trim, nominal)[-ROTORS:]])
+    push = slope = np.empty(0)
+    for _ in range(ITERATIONS):
+        push, slope, _ = period.pushed(unknown, np.array([trim.yaw]), setting.disturbance, setting.dynamics)
+        if np.abs(push).max(axis=None) < BALANCED:
+            break
+        unknown = unknown - np.linalg.solve(slope[0], push[0])
+    tilt, speeds = acos(cos(unknown[0]) * cos(unknown[1])), unknown[2:]
+    low, high = (sqrt(t / nominal.vehicle.thrust_coefficient) for t in (nominal.thrust_min, nominal.thrust_max))
+    balanced = np.abs(push).max(axis=None) < BALANCED
+    if not (balanced and low < speeds.min(axis=0) and speeds.max(axis=0) < high and tilt < atan(nominal.tilt_tangent)):
+        raise InputError(
+            f"no steady flight in an air flow of {sqrt(sum(part * part for part in trim.air)):.3g} m/s within the limits of tilt "
+            f"({degrees(atan(nominal.tilt_tangent)):.3g} deg) and rotor speed; give less wind or velocity, or a vehicle that "
+            "its rotors can carry",
+            key="trim",
+        )
+
+
+@dataclass(frozen=True)
+class TrimPoint:
+    """States (n, x) of steady flight, what the terms give there (n, terms), which are steady (n,), and the period there."""
+
+    state: Array
+    w: Array
+    steady: NDArray[np.bool_]
+    step: Step
+
+
+def find_trim(period: PeriodMap, gains: Array, setting: Setting, body: Array, secant: Array) -> TrimPoint:
+    """Find the steady flight of gains rows (n, g), starting from a body (17,) that hovers level.
+
+    secant (n, terms): gains that stand for the nonlinear terms while their signals are at rest.
+    """
+    starts = np.broadcast_to(body, (len(gains), BODY))
+    (state,) = period.at_rest(starts, gains, setting.nominal, setting.reference)
+    w = np.zeros((len(gains), len(period.terms)))
+    step = one_period(period, state, w, gains, setting)
+    if not _is_steady(state, w, step).all():
+        state, w = _iterate(period, state, w, gains, setting, secant)
+        step = one_period(period, state, w, gains, setting)
+    return TrimPoint(state, w, _is_steady(state, w, step), step)
+
+
+def _iterate(
+    period: PeriodMap, state: Array, w: Array, gains: Array, setting: Setting, secant: Array
+) -> tuple[Array, Array]:
+    """States and term values of steady flight, with limits out of reach: the way there may lead beyond them."""
+    free = replace(setting, nominal=_without_limits(setting.nominal))
+    for _ in range(ITERATIONS):
+        step = one_period(period, state, w, gains, free)
+        if _is_steady(state, w, step).all():
+            break
+        state, w = _newton(state, w, step, secant, bool(setting.reference[HOLD] > 0.5))
+    return state, w
+
+
+def _without_limits(nominal: Array) -> Array:
+    """The same controller with limits that are out of reach."""
+    wide = nominal.copy()
+    for path, value in {"thrust_min": -1e6, "thrust_max": 1e6, "tilt_tangent": 1e6}.items():
+        wide[index(Nominal, path)] = value
+    return wide
+
+
+def _given(step: Step) -> Array:
+    """What the terms give, nothing for a signal at rest: a sign jumps there."""
+    return np.where(np.abs(step.readings[:, step.loops.terms]) < AT_REST, 0.0, step.values)
+
+
+def _is_steady(state: Array, w: Array, step: Step) -> NDArray[np.bool_]:
+    drift, lag = np.abs(step.state - state) / (1.0 + np.abs(state)), np.abs(_given(step) - w)
+    return np.all(drift < STEADY, axis=1) & np.all(lag < SETTLED, axis=1)
+
+
+def _newton(state: Array, w: Array, step: Step, secant: Array, held: bool) -> tuple[Array, Array]:
+    """One step for x = F(x, w) and w = f(s), each f taken for a line through 0 and through where it is."""
+    drift, lag = step.state - state, _given(step) - w
+    s = step.readings[:, step.loops.terms]
+    at_rest = np.abs(s) < AT_REST
+    ratio = np.where(at_rest, secant, step.values / np.where(at_rest, 1.0, s))
+    closed = close_terms(step.loops, ratio)
+    # w changes by its lag, and by ratio times the change of s; what adds to w enters through the same columns.
+    pushed = drift + np.einsum("nxw,nw->nx", closed.b[:, :, closed.terms], lag)
+    system = np.eye(state.shape[1]) - closed.a
+    # A state that nothing moves, like an integral of gain zero, and one that moves nothing keep their value.
+    rows, columns = np.arange(state.shape[1]), np.abs(system).max(axis=1) < 1e-13
+    idle = columns | (np.abs(system).max(axis=2) < 1e-13)
+    system[:, rows, rows] += idle
+    change = _solved(system, pushed, held)
+    return state + change, w + lag + ratio * np.einsum("nsx,nx->ns", closed.c[:, closed.terms], change)
+
+
+def _solved(system: Array, right: Array, held: bool) -> Array:
+    """Solution of the Newton system; in attitude mode every place is a steady state, and the nearest is taken."""
+    if held:
+        try:
+            return np.asarray(np.linalg.solve(system, right[..., None])[..., 0], dtype=float)
+        except np.linalg.LinAlgError:
+            # One of the batch has gone astray; the others go on.
+            pass
+    inverse = np.linalg.pinv(np.nan_to_num(system), rcond=1e-10)
+    return np.asarray(np.einsum("nij,nj->ni", inverse, np.nan_to_num(right)), dtype=float)

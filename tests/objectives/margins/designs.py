@@ -1,0 +1,81 @@
+"""What the tests of the margins share: models of law pairs, random gains, and loops that are known in closed form."""
+
+from functools import cache
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.margins.describing import Case
+from objectives.margins.margins import MarginModel
+from objectives.margins.trim import Trim
+from plant.airframes import load
+from plant.cascade import Cascade, close_cascade
+from plant.closed_loop import Timing
+from plant.gains import default_row, gain_addresses
+from plant.laws import LAWS
+from plant.nominal import ControlOptions, nominal
+from plant.vectors import Vec3
+from plant.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+H = 0.004
+TIMING = Timing(H, 0.001)
+HUMMINGBIRD = load("hummingbird").vehicle
+OPTIONS = {
+    "gyro, lag-aware": ControlOptions(),
+    "observer rates": ControlOptions(attitude_rate="observer", position_rate="observer", lag_aware=False),
+    "delayed": ControlOptions(delay=True),
+}
+
+
+@cache
+def cascade_of(position: str, attitude: str) -> Cascade:
+    """Return the cascade of two laws by name."""
+    return close_cascade(LAWS[position], LAWS[attitude])
+
+
+@cache
+def model_of(
+    position: str,
+    attitude: str,
+    options: ControlOptions = OPTIONS["delayed"],
+    trim: Trim | None = None,
+    cases: tuple[Case, ...] = (Case(0.3),),
+    vehicle: Vehicle = HUMMINGBIRD,
+    timing: Timing = TIMING,
+    others: tuple[Vehicle, ...] = (),
+) -> MarginModel:
+    """Return the margins of two laws; terms are closed at one amplitude unless told otherwise."""
+    knowledge = nominal(vehicle, options, timing.control_period)
+    return MarginModel(cascade_of(position, attitude), knowledge, timing, vehicle, trim, cases=cases, others=others)
+
+
+def default_gains(position: str, attitude: str) -> Array:
+    """Return the default gains row (g,)."""
+    return np.array(default_row(cascade_of(position, attitude)))
+
+
+def random_gains(position: str, attitude: str, n: int, seed: int, spread: float = 0.7) -> Array:
+    """Return gains rows (n, g): defaults times exp(+-spread)."""
+    row = default_gains(position, attitude)
+    return row * np.exp(np.random.default_rng(seed).uniform(-spread, spread, (n, len(row))))
+
+
+def gains_with(position: str, attitude: str, **changed: float) -> Array:
+    """Return default gains (1, g) with those of some addresses changed: roll__omega_c = 3.0."""
+    row = default_gains(position, attitude)
+    for address, value in changed.items():
+        gain = next(
+            g for g in gain_addresses(cascade_of(position, attitude)) if g.address == address.replace("__", ".")
+        )
+        row[gain.column] = value
+    return row[None]
+
+
+def ideal_vehicle(lag: float) -> Vehicle:
+    """A vehicle without drag or damping whose rotors follow with a time constant [s]."""
+    none = Vec3(0.0, 0.0, 0.0)
+    return HUMMINGBIRD._replace(
+        drag_linear=none, drag_quadratic=none, rate_damping=none, drag_height=0.0, lag_up=lag, lag_down=lag
+    )

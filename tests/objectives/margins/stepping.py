@@ -1,0 +1,107 @@
+"""The closed loop stepped from any state in plain Python or on arrays, with signals added by hand where the margins inject theirs."""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.margins.period import NO_METERS, NoMeters, Term, state_type
+from objectives.margins.trim import Trim
+from plant.allocation import speed_commands
+from plant.attitude import euler_angles
+from plant.backends.rebind import PRIMITIVES, Rebinder
+from plant.cascade import Cascade, Tilt, commanded_torque, tilt_for
+from plant.closed_loop import Limits, Timing, close_loop
+from plant.disturbance import Disturbance
+from plant.nominal import Nominal
+from plant.records import flatten, pack, size
+from plant.references.track import Reference
+from plant.rigid_body import Dynamics
+from plant.sensors import Noise
+from plant.targets import Targets
+from plant.vectors import Vec3, axpy_rotors
+
+Array = NDArray[np.float64]
+ZERO = Vec3(0.0, 0.0, 0.0)
+FAR = Limits(1e9, -1.0)
+
+
+class Stepper:
+    """One period after another of a cascade in a trim.
+
+    dynamics: constants of the equations of motion. terms and gain: numbers that are flown in place of the nonlinear terms, or None
+    for the terms themselves. names: what mathematical names mean, those of plain Python or of the array backend.
+    """
+
+    def __init__(
+        self, cascade: Cascade, nominal: Nominal, timing: Timing, dynamics: Dynamics, trim: Trim,
+        terms: tuple[Term, ...] = (), gain: Array | None = None, names: dict[str, Any] = PRIMITIVES,
+    ) -> None:  # fmt: skip
+        self.cascade, self.nominal, self.timing, self.dynamics, self.trim = cascade, nominal, timing, dynamics, trim
+        self.terms, self.gain = terms, gain
+        self.loop = close_loop(cascade, NO_METERS)
+        self.state = state_type(cascade)
+        self.disturbance = Disturbance(trim.air, ZERO, ZERO, ZERO)
+        self._names = names
+        self._plain = Rebinder(names)
+
+    def reference(self, at: Vec3 = ZERO, velocity: Vec3 = ZERO) -> Reference:
+        """The set points of the trim."""
+        return Reference(at, velocity, ZERO, 0.0, 0.0, self.trim.yaw, 0.0, float(self.trim.hold))
+
+    def _straight(self, constants: Any, term: Term) -> Callable[..., Any]:
+        def line(s: Any, own: Any) -> Any:
+            assert self.gain is not None
+            axis = next(axis for axis in constants._fields if getattr(constants, axis) is own)
+            index = next(i for i, t in enumerate(self.terms) if (t.axis, t.nonlinearity) == (axis, term.nonlinearity))
+            return self.gain[index] * s
+
+        return line
+
+    def step(
+        self, state: Any, gains: Any, push: Callable[..., Any] | None = None, twist: Callable[..., Any] | None = None,
+        reference: Reference | None = None,
+    ) -> tuple[Array, Array, Array]:  # fmt: skip
+        """Next state, command at the break points and output (place and angles), one row each.
+
+        push(demand x, demand y) -> what is added to them [m/s2]; twist(lift, torques, sub-step) -> what is added to these [m/s2, N m].
+        """
+        h, plant_step = self.timing
+        before = pack(self.state, list(state))
+        constants = self._plain(self.cascade.prepare)(pack(self.cascade.Gains, list(gains)), h)
+        aim = self._plain(tilt_for)
+
+        def pushed(acceleration: Vec3, heading: Vec3, gravity: float) -> Tilt:
+            x, y = push(acceleration.x, acceleration.y) if push else (0.0, 0.0)
+            return aim(acceleration._replace(x=acceleration.x + x, y=acceleration.y + y), heading, gravity)
+
+        stand_ins: dict[Callable[..., Any], Callable[..., Any]] = {tilt_for: pushed}
+        if self.gain is not None:
+            stand_ins |= {term.nonlinearity.function: self._straight(constants, term) for term in self.terms}
+        flight = self.loop.Flight(
+            before.body, before.in_force, before.in_force, before.pending, before.control, NoMeters(), 0.0, 0.0
+        )
+        after = Rebinder(self._names, stand_ins=stand_ins)(self.loop.decide)(
+            flight, constants, self.nominal, reference or self.reference(), pack(Noise, [0.0] * size(Noise)),
+            pack(Targets, [0.0] * size(Targets)), FAR, 0.0, h,
+        )  # fmt: skip
+        lift = sum(after.in_force) / self.nominal.vehicle.mass
+        torque = commanded_torque(after.in_force, self.nominal.vehicle)
+        body, demand = after.body, after.control.acceleration
+        for sub_step in range(round(h / plant_step)):
+            added = twist(lift, torque, sub_step) if twist else (0.0, 0.0, 0.0, 0.0)
+            thrust = after.in_force
+            for amount, column in zip(
+                (self.nominal.vehicle.mass * added[0], *added[1:]), self.nominal.allocation, strict=True
+            ):
+                thrust = axpy_rotors(thrust, amount, column)
+            speed = self._plain(speed_commands)(thrust, self.nominal)
+            body = self._plain(self.loop.advance)(body, speed, self.disturbance, self.dynamics, plant_step)
+        following = flatten(self.state(body, after.in_force, after.pending, after.control))
+        seen = [*before.body.position, *self._plain(euler_angles)(before.body.attitude)]
+        return np.array(following), np.array([demand.x, demand.y, lift, *torque]), np.array(seen)
+
+    def injected(self, state: Array, gains: Array, v: Array) -> Array:
+        """Next state, command and output, one after the other, with constant signals v (6,) added."""
+        return np.concatenate(self.step(state.tolist(), gains.tolist(), lambda *_: v[:2], lambda *_: v[2:]))

@@ -1,0 +1,105 @@
+"""Margins as numbers with limits: what is read, which way is better, and what loops that are not stable are worth."""
+
+import numpy as np
+import pytest
+
+from objectives.margins.requirement import MARGINS, MarginRequirement, requirement_label
+from objectives.requirements import LARGEST_VIOLATION
+from plant.cascade import ATTITUDE_AXES, AXES
+from plant.gains import GROUPS
+from tests.objectives.margins.designs import H, default_gains, gains_with, model_of
+
+PAIR = ("ladrc", "ladrc")
+SLOW, UNSTABLE = {"roll__omega_c": 2.0}, {"roll__omega_c": 60.0}
+
+
+@pytest.fixture(scope="module")
+def margins():
+    """Default gains, a slower roll loop, and a roll loop that is not stable."""
+    rows = [default_gains(*PAIR)[None], gains_with(*PAIR, **SLOW), gains_with(*PAIR, **UNSTABLE)]
+    return model_of(*PAIR).evaluate(np.concatenate(rows, axis=0))
+
+
+def limited(name, limit, axes=AXES, **more):
+    return MarginRequirement(MARGINS[name], requirement_label(name), axes, limit, **more)
+
+
+@pytest.mark.parametrize("name", [name for name, quantity in MARGINS.items() if not quantity.whole])
+def test_the_worst_of_the_axes_counts(name, margins):
+    quantity = MARGINS[name]
+    single = np.stack([quantity.values(margins, (axis,)) for axis in AXES], axis=1)
+    for group, axes in GROUPS.items():
+        chosen = [dict(zip(AXES, row, strict=True)) for row in single]
+        pick = min if quantity.sense == "least" else max
+        expected = [pick(row[axis] for axis in axes) for row in chosen]
+        assert quantity.values(margins, axes).tolist() == expected, group
+
+
+def test_units_are_those_of_a_person(margins):
+    roll = AXES.index("roll")
+    up, down = margins.gain_up.value[0, roll], margins.gain_down.value[0, roll]
+    both = MARGINS["gain_margin"].values(margins, ("roll",))[0]
+    # A factor is what 10 to a twentieth of its decibels gives back; the lesser of the two is on the way to none.
+    assert 10.0 ** (both / 20.0) == pytest.approx(min(up, down), rel=1e-12)
+    assert 10.0 ** (MARGINS["gain_up"].values(margins, ("roll",))[0] / 20.0) == pytest.approx(up, rel=1e-12)
+    assert 10.0 ** (MARGINS["gain_down"].values(margins, ("roll",))[0] / 20.0) == pytest.approx(down, rel=1e-12)
+    phase = MARGINS["phase_margin"].values(margins, ("roll",))[0]
+    assert np.exp(1j * np.pi * phase / 180.0) == pytest.approx(np.exp(1j * margins.phase.value[0, roll]), rel=1e-12)
+    delay = MARGINS["delay_margin"].values(margins, ("roll",))[0]
+    assert MARGINS["delay_periods"].values(margins, ("roll",))[0] * H == pytest.approx(delay, rel=1e-12)
+    # Between the delay margin and the phase margin stands the crossover at which it is met.
+    assert delay * margins.delay.frequency[0, roll] >= np.radians(phase) - 1e-9
+
+
+def test_inequalities_between_margins_hold(margins):
+    ms = MARGINS["ms"].values(margins, AXES)[:2]
+    phase, up = MARGINS["phase_margin"].values(margins, AXES)[:2], MARGINS["gain_up"].values(margins, AXES)[:2]
+    assert np.all(np.sin(np.radians(phase) / 2.0) >= 0.5 / ms - 1e-9)
+    assert np.all(10.0 ** (up / 20.0) >= ms / (ms - 1.0) - 1e-9)
+    disk, together = (
+        MARGINS["disk"].values(margins, ("z", *ATTITUDE_AXES)),
+        MARGINS["multiloop_disk"].values(margins, ()),
+    )
+    assert np.all(together <= disk + 1e-9)
+    assert np.all(disk[:2] <= 2.0)
+
+
+@pytest.mark.parametrize("name", MARGINS)
+def test_a_loop_that_is_not_stable_keeps_no_limit_and_violations_are_finite(name, margins):
+    quantity = MARGINS[name]
+    limit = 1.001 * quantity.low if quantity.low else 1e-3
+    asked = limited(name, limit if quantity.sense == "least" else 1e6, () if quantity.whole else ("roll",))
+    values = asked.values(margins)
+    assert not np.isnan(values).any()
+    violations = asked.requirement.violations(values)
+    assert violations[:2].tolist() == [0.0, 0.0]
+    assert 0.0 < violations[2] <= LARGEST_VIOLATION
+    assert margins.stable[:, AXES.index("roll")].tolist() == [True, True, False]
+
+
+def test_violations_are_shares_of_the_limit(margins):
+    asked = limited("phase_margin", 90.0, ("roll",))
+    value = asked.values(margins)
+    np.testing.assert_allclose(asked.requirement.violations(value), 1.0 - value / 90.0, rtol=1e-12)
+    peak = limited("ms", 1.01, ("roll",))
+    value = peak.values(margins)[:2]
+    np.testing.assert_allclose(peak.requirement.violations(value), value / 1.01 - 1.0, rtol=1e-12)
+
+
+def test_a_requirement_says_what_it_is():
+    every = limited("phase_margin", 35.0, ("roll", "pitch"), hard=False, spread=True).requirement
+    assert (every.unit, every.sense, every.limit, every.hard) == ("deg", "least", 35.0, False)
+    assert every.quantity.endswith("worst of roll, pitch; worst vehicle of the spread")
+    assert "worst" not in limited("ms", 2.0, ("yaw",)).requirement.quantity
+    assert "worst" not in limited("multiloop_disk", 0.5, ()).requirement.quantity
+
+
+def test_labels_tell_apart_what_differs():
+    given = [
+        requirement_label("ms", axis, hard=hard, spread=spread, amplitude=amplitude)
+        for axis in (None, "tilt", "yaw") for hard in (True, False) for spread in (True, False) for amplitude in (0.0, 0.1)
+    ]  # fmt: skip
+    assert len(set(given)) == len(given)
+    assert requirement_label("ms") == "ms"
+    assert requirement_label("ms", "tilt") == "ms(tilt)"
+    assert requirement_label("ms", "tilt", hard=False, spread=True, amplitude=0.1) == "ms(tilt, from 0.1, spread, soft)"

@@ -1,0 +1,142 @@
+"""What a margin says, flown: with 0.98 of a margin taken the loop still comes to rest, with 1.02 it swings up."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from objectives.margins.describing import Case
+from objectives.margins.margins import MarginModel
+from objectives.margins.period import CHANNELS, PeriodMap
+from objectives.margins.trim import Trim, level_body, setting_of, smooth_dynamics
+from plant.backends import array
+from plant.closed_loop import Timing
+from plant.nominal import ControlOptions, nominal
+from plant.records import paths
+from tests.objectives.margins.designs import HUMMINGBIRD, cascade_of, random_gains
+from tests.objectives.margins.stepping import Stepper
+
+# Deviations this small keep the nonlinear terms at the gain that they have at rest, and 1e4 above rounding.
+SMALL, SIZE = (Case(0.0),), 1e-9
+# Periods after which deviations are brought back to that size.
+KEPT = 50
+LARGEST = {"gain_up": 30.0, "gain_down": 30.0, "delay": 0.5}
+
+
+class Lane(NamedTuple):
+    """One experiment: gains row, channel, factor on its command, delay in steps, and what must come of it."""
+
+    row: int
+    channel: int
+    factor: float
+    delay: int
+    rests: bool
+
+
+def lanes_of(margins, channels, step):
+    """Experiments at both sides of every margin that is not too wide to be flown."""
+    found = []
+    for row in range(len(margins.stable)):
+        for channel in (CHANNELS.index(name) for name in channels if margins.stable[row, CHANNELS.index(name)]):
+            up, down, delay = (getattr(margins, what).value[row, channel] for what in LARGEST)
+            if up < LARGEST["gain_up"]:
+                found += [Lane(row, channel, up**share, 0, share < 1.0) for share in (0.98, 1.02)]
+            if down < LARGEST["gain_down"]:
+                found += [Lane(row, channel, down**-share, 0, share < 1.0) for share in (0.98, 1.02)]
+            if 50 * step < delay < LARGEST["delay"]:
+                found.append(Lane(row, channel, 1.0, int(0.98 * delay / step), True))
+                found.append(Lane(row, channel, 1.0, int(1.02 * delay / step) + 1, False))
+    return found
+
+
+class Experiment:
+    """Lanes flown side by side from hover with small deviations; the command of each lane's channel is scaled and delayed."""
+
+    def __init__(self, pair, options, timing, channels, duration, seed=1):
+        cascade, knowledge = cascade_of(*pair), nominal(HUMMINGBIRD, options, timing.control_period)
+        designs = random_gains(*pair, 2, seed, 0.4)
+        self.inner = not {"x", "y"} & set(channels)
+        step = timing.plant_step if self.inner else timing.control_period
+        model = MarginModel(cascade, knowledge, timing, HUMMINGBIRD, cases=SMALL)
+        lanes = lanes_of(model.evaluate(designs), channels, step)
+        rows, self.channel, self.factor, self.delay, self.rests = (np.array(part) for part in zip(*lanes, strict=True))
+        self.lane = np.arange(len(lanes))
+        self.gains = designs[rows].T
+        self.stepper = Stepper(cascade, knowledge, timing, smooth_dynamics(HUMMINGBIRD), Trim(), names=array.NAMES)
+        setting = setting_of(Trim(), knowledge, HUMMINGBIRD)
+        (rest,) = PeriodMap(cascade, timing).at_rest(
+            level_body(Trim(), knowledge), self.gains.T, setting.nominal, setting.reference
+        )
+        self.rest = rest.T
+        self.steps = round(timing.control_period / step)
+        self.periods = round(duration / timing.control_period)
+        self.history = np.zeros((self.periods * self.steps + 1, len(lanes)))
+        self.hover = np.array([0.0, 0.0, HUMMINGBIRD.gravity, 0.0, 0.0, 0.0])[self.channel]
+
+    def altered(self, commands, now):
+        """What each lane's own command lacks of the one that is scaled and comes late."""
+        own = np.array(np.broadcast_arrays(*commands, self.factor)[:-1])[self.channel, self.lane] - self.hover
+        self.history[now] = own
+        late = np.where(now >= self.delay, self.history[np.maximum(now - self.delay, 0), self.lane], 0.0)
+        return self.factor * late - own
+
+    def start(self):
+        """Hover, with a small velocity or rate in the lane's channel alone: other modes would hide the one in question."""
+        state = self.rest.copy()
+        names = paths(self.stepper.state)
+        for i, part in enumerate(("velocity.x", "velocity.y", "velocity.z", "rate.x", "rate.y", "rate.z")):
+            state[names.index(f"body.{part}")] += SIZE * (self.channel == i)
+        return state
+
+    def fly(self):
+        """ln of the growth of each lane's command, root mean square, from the middle half of the flight to the last.
+
+        Both are seen through a window that rises and falls smoothly, so that no oscillation counts for growth.
+        """
+        state, scale = self.start(), np.zeros(len(self.lane))
+        energy = np.zeros((2, len(self.lane)))
+        for k in range(self.periods):
+
+            def push(x, y, k=k):
+                added = self.altered([x, y, 0.0, 0.0, 0.0, 0.0], k)
+                return np.where(self.channel == 0, added, 0.0), np.where(self.channel == 1, added, 0.0)
+
+            def twist(lift, torque, sub_step, k=k):
+                added = self.altered([0.0, 0.0, lift, *torque], k * self.steps + sub_step)
+                return [np.where(self.channel == i, added, 0.0) for i in (2, 3, 4, 5)]
+
+            state, _, _ = self.stepper.step(state, self.gains, *((None, twist) if self.inner else (push, None)))
+            phase = np.clip(4.0 * k / self.periods - np.array([1.0, 2.0]), 0.0, 2.0) * np.pi
+            energy += np.outer((1.0 - np.cos(phase)) ** 2, np.exp(2.0 * scale) * self.history[k * self.steps] ** 2)
+            if (k + 1) % KEPT == 0:
+                size = np.sqrt(np.sum((state - self.rest) ** 2, axis=0))
+                scale = scale + np.log(size / SIZE)
+                state = self.rest + (state - self.rest) * SIZE / size
+                self.history *= SIZE / size
+        return 0.5 * np.log(energy[1] / energy[0])
+
+
+CASES = {
+    "inner": (("ladrc", "hybrid"), ControlOptions(delay=True), Timing(0.004, 0.001), ("z", "roll", "yaw"), 6.0),
+    "position": (("ladrc", "hybrid"), ControlOptions(delay=True), Timing(0.008, 0.008), ("x", "y"), 8.0),
+}
+
+
+SLOW = {
+    "without delay": (
+        ("pid", "ladrc"),
+        ControlOptions(attitude_rate="observer"),
+        Timing(0.004, 0.001),
+        ("roll", "yaw"),
+        9.0,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", [*CASES, *[pytest.param(name, marks=pytest.mark.slow) for name in SLOW]])
+def test_loops_rest_within_their_margins_and_swing_up_beyond(name):
+    experiment = Experiment(*(CASES | SLOW)[name])
+    growth = experiment.fly()
+    assert len(growth) >= 12
+    assert (growth[experiment.rests] < 0.0).all()
+    assert (growth[~experiment.rests] > 0.0).all()

@@ -1,0 +1,243 @@
+"""`tuner margins`: stability margins of given gains loop by loop, against limits, with figures and certificates if asked for."""
+
+import json
+from dataclasses import dataclass
+from math import cos, degrees, radians, sin
+from pathlib import Path
+from typing import Any
+
+import typer
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from objectives.margins.trim import Trim
+from plant.errors import InputError, StoreError
+from plant.vectors import Vec3
+from tuner.cli.fly import controller_of
+from tuner.margin_report.document import default_requirements, margins_document
+from tuner.margin_report.limits import LIMITS
+from tuner.margin_report.readings import subject_of
+from tuner.margin_report.study_limits import study_requirements
+
+Row = dict[str, Any]
+
+BROKEN = 1
+# What the table shows: quantity in the document, label with unit, factor to that unit, digits behind the point.
+LINES = (
+    ("gain_up", "gain up [dB]", 1.0, 1),
+    ("gain_down", "gain down [dB]", 1.0, 1),
+    ("phase_margin", "phase [deg]", 1.0, 1),
+    ("delay_margin", "delay [ms]", 1e3, 1),
+    ("delay_periods", "delay [periods]", 1.0, 1),
+    ("ms", "Ms, peak of S", 1.0, 2),
+    ("mt", "Mt, peak of T", 1.0, 2),
+    ("disk", "disk margin", 1.0, 2),
+    ("bandwidth", "bandwidth [rad/s]", 1.0, 2),
+    ("load_index", "load [1/s^3]", 1.0, 2),
+)
+SHORT_CASES = {"steepest slope": "steep", "small signals": "small"}
+
+
+@dataclass(frozen=True)
+class Flown:
+    """The trim asked for: yaw [deg], ground speed along the heading [m/s], wind towards east [m/s], whether in attitude mode."""
+
+    yaw: float
+    speed: float
+    wind: float
+    attitude_only: bool
+
+    def trim(self) -> Trim:
+        """Return it as margins take it; InputError for what no steady flight has."""
+        yaw = radians(self.yaw)
+        velocity = Vec3(self.speed * cos(yaw), self.speed * sin(yaw), 0.0)
+        return Trim(yaw, velocity, Vec3(self.wind, 0.0, 0.0), not self.attitude_only)
+
+
+def margins_command(
+    gains: Path | None, law: str | None, position_law: str, airframe: str | None, study: Path | None, flown: Flown,
+    certificates: bool, out: Path | None, as_json: bool,
+) -> None:  # fmt: skip
+    """Judge, print and draw; exit code 1 where a hard requirement is broken."""
+    if (gains is None) == (law is None):
+        raise InputError("give either a gains.json or --law NAME, for instance: tuner margins --law hybrid")
+    controller = controller_of(gains, law, position_law, airframe)
+    if out is not None:
+        make_empty(out)
+    subject = subject_of(controller, flown.trim())
+    asked = None if study is None else study_requirements(study, controller)
+    document = margins_document(subject, default_requirements(subject) if asked is None else asked)
+    if certificates:
+        from tuner.margin_report.certificates import certificate_rows
+
+        document["certificates"] = certificate_rows(controller)
+    if out is not None:
+        from tuner.margin_report.figures import write_margin_figures
+
+        document["mismatch"] = [extent.row() for extent in write_margin_figures(subject, out)]
+        (out / "margins.json").write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+    if as_json:
+        print(json.dumps(document, indent=2, allow_nan=False))
+    else:
+        print_margins(document, asked is not None)
+        if out is not None:
+            print(f"Figures and margins.json: {out}")
+    if not document["passed"]:
+        raise typer.Exit(BROKEN)
+
+
+def make_empty(folder: Path) -> None:
+    """Make a folder for the figures; StoreError where anything stands in it."""
+    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
+        raise StoreError(f"{folder} exists already and was not touched; choose another folder with --out, or empty it")
+    try:
+        folder.mkdir(parents=True, exist_ok=True)
+    except OSError as error:
+        raise StoreError(f"{folder} cannot be made ({error.strerror}); choose another folder with --out") from error
+
+
+def print_margins(document: Row, from_study: bool) -> None:
+    """Print the table of all loops, the requirements and, where they are there, extents and certificates."""
+    console = Console()
+    console.print(margins_table(document, from_study))
+    whole = document["multiloop"]["disk"]
+    bound = document["multiloop"]["disk_range"]
+    if whole["value"] is not None:
+        console.print(
+            f"All plant inputs at once: disk margin {whole['value']:.2f}, so every gain may change by a factor of "
+            f"{shown(bound['low'], 2)} to {shown(bound['high'], 2)} or every phase by "
+            f"{degrees(bound['phase']['value']):.0f} deg, all together.",
+            highlight=False,
+        )  # fmt: skip
+    if from_study:
+        console.print(requirements_table(document["requirements"]))
+    print_extents(console, document)
+    print_certificates(console, document)
+    print_verdict(console, document)
+
+
+def margins_table(document: Row, from_study: bool) -> Table:
+    """Return quantities down and channels across; broken limits are marked with !, missed targets with ~."""
+    laws, trim = document["laws"], document["trim"]
+    where = "" if trim["position_held"] else ", attitude mode"
+    title = f"{laws['position']} / {laws['attitude']} on {document['airframe']}{where}, in the worst amplitude"
+    table = Table(title=escape(title), title_justify="left", box=SIMPLE, collapse_padding=True)
+    table.add_column("", no_wrap=True)
+    for channel in document["channels"]:
+        table.add_column(channel["channel"], justify="right", no_wrap=True)
+    limits = {} if from_study else {limit.quantity: limit.text for limit in LIMITS}
+    if limits:
+        table.add_column("limit", no_wrap=True)
+    add_rows(table, document["channels"], marks_of(document["requirements"]), limits)
+    return table
+
+
+def add_rows(table: Table, channels: list[Row], marks: dict[tuple[str, str], str], limits: dict[str, str]) -> None:
+    """Add a row for each quantity; the disk margin brings along what it guarantees."""
+
+    def add(label: str, name: str, cells: list[str]) -> None:
+        marked = [mark(cell, marks.get((c["channel"], name))) for cell, c in zip(cells, channels, strict=True)]
+        table.add_row(escape(label), *marked, *([limits.get(name, "")] if limits else []))
+
+    add("stable", "stable", ["yes" if c["stable"] else "NO" for c in channels])
+    for name, label, factor, digits in LINES:
+        add(label, name, [shown(c["quantities"][name], digits, factor) for c in channels])
+        if name == "disk":
+            ranges = [c["disk_range"] for c in channels]
+            add("  gain from", "", [shown(each["low"], 2) for each in ranges])
+            add("  gain to", "", [shown(each["high"], 2) for each in ranges])
+            add("  phase to [deg]", "", [f"{degrees(each['phase']['value']):.0f}" for each in ranges])
+    worst = [c["quantities"]["ms"]["case"] for c in channels]
+    if any(worst):
+        add("Ms at amplitude", "", [short(case) for case in worst])
+
+
+def marks_of(requirements: list[Row]) -> dict[tuple[str, str], str]:
+    """Return the mark of each cell (channel, quantity): ! for a broken limit, ~ for a missed target."""
+    marks: dict[tuple[str, str], str] = {}
+    for row in requirements:
+        if not row["kept"] and row["channel"] is not None:
+            place = row["channel"], row["quantity"]
+            marks[place] = "!" if row["hard"] or marks.get(place) == "!" else "~"
+    return marks
+
+
+def mark(text: str, sign: str | None) -> str:
+    """Return a cell with its mark, bold where a limit is broken."""
+    if sign == "!":
+        return f"[bold red]{text}![/]"
+    return f"[yellow]{text}~[/]" if sign else f"{text} "
+
+
+def shown(reading: Row, digits: int, factor: float = 1.0) -> str:
+    """Return a reading as text; what has no end as "inf"."""
+    if reading["value"] is None:
+        return "inf"
+    value = factor * reading["value"]
+    return f"{value:.{digits if abs(value) < 100.0 else 0}f}"
+
+
+def short(case: str | None) -> str:
+    """Return the amplitude as it fits a column."""
+    return "" if case is None else SHORT_CASES.get(case, case.removeprefix("amplitude "))
+
+
+def requirements_table(rows: list[Row]) -> Table:
+    """Return the requirements of a study."""
+    table = Table(title="Required by the study", title_justify="left", box=SIMPLE)
+    for name in ("requirement", "value", "limit", "unit", ""):
+        table.add_column(name, justify="right" if name in ("value", "limit") else "left", no_wrap=True)
+    for row in rows:
+        verdict = "kept" if row["kept"] else "BROKEN" if row["hard"] else "missed"
+        sign = ">=" if row["sense"] == "least" else "<="
+        value = "inf" if row["value"] is None else f"{row['value']:.4g}"
+        unit = "" if row["unit"] == "1" else row["unit"]
+        table.add_row(escape(row["label"]), value, f"{sign} {row['limit']:g}", unit, verdict)
+    return table
+
+
+def print_extents(console: Console, document: Row) -> None:
+    """Print how far the vehicle may differ from what the controller takes it for."""
+    for row in document.get("mismatch", []):
+        low, high = (f"{end:.2f}" if end is not None else None for end in (row["low"], row["high"]))
+        what = {"stability": "stable", "limits": "within the limits"}[row["criterion"]]
+        if row["low"] == row["high"] == 1.0:
+            text = f"not {what} even as assumed"
+        else:
+            text = f"{what} from {low or 'less than a quarter'} to {high or 'more than 4 times'} of what is assumed"
+        console.print(f"{row['factor'].capitalize()} alone: {text}.", highlight=False)
+
+
+def print_certificates(console: Console, document: Row) -> None:
+    """Print what was proved, axis by axis."""
+    if "certificates" not in document:
+        return
+    rows = document["certificates"]
+    if not rows:
+        console.print("No certificate speaks of these laws.", highlight=False)
+        return
+    table = Table(title="Proved by matrix inequalities", title_justify="left", box=SIMPLE)
+    for name in ("axis", "certificate", "value", "what"):
+        table.add_column(name, justify="right" if name == "value" else "left", no_wrap=name != "what")
+    for row in rows:
+        unit = "" if row["unit"] == "1" else f" {row['unit']}"
+        value = "nothing" if row["value"] is None else f"{row['value']:.4g}{unit}"
+        table.add_row(row["axis"], row["name"], value, escape(row["why"]))
+    console.print(table)
+
+
+def print_verdict(console: Console, document: Row) -> None:
+    """Print whether the hard requirements are kept."""
+    open_ones = [row for row in document["requirements"] if not row["kept"]]
+    broken = [row["label"] for row in open_ones if row["hard"]]
+    # A target says nothing more where the limit itself is broken.
+    said = {(row["channel"], row["quantity"]) for row in open_ones if row["hard"] and row["channel"]}
+    missed = [r["label"] for r in open_ones if not r["hard"] and (r["channel"], r["quantity"]) not in said]
+    if broken:
+        console.print(f"BROKEN (!): {', '.join(broken)}", style="red", highlight=False, markup=False)
+    else:
+        console.print("All limits are kept.", highlight=False)
+    if missed:
+        console.print(f"Missed (~): {', '.join(missed)}", style="yellow", highlight=False, markup=False)

@@ -1,0 +1,49 @@
+"""What is asked of every loop where no study says so, in the units that margins are shown in.
+
+Source: gain margin 6 dB either way after MIL-F-9490D; K. J. Astrom, R. M. Murray, Feedback Systems, 2nd ed., Princeton 2021,
+section 10.3 (phase 30 to 60 deg) and section 12.2 (Ms 1.2 to 2). A critically damped PD law with linear extended state observer
+cannot reach 45 deg below wo/wc = 7, hence 35 deg as the limit and 45 deg as the target; two control periods of delay are what a
+late sample and a late command cost together.
+"""
+
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Limit:
+    """A limit of one quantity of every loop.
+
+    quantity: name in `readings.SHOWN`; sense: "least" or "most"; target: what should be kept besides, None for nothing more.
+    """
+
+    quantity: str
+    sense: str
+    limit: float
+    target: float | None = None
+
+    def kept(self, value: float) -> bool:
+        """Whether a value keeps the limit."""
+        return _keeps(value, self.limit, self.sense)
+
+    def reached(self, value: float) -> bool:
+        """Whether a value reaches the target, or the limit where there is none."""
+        return _keeps(value, self.limit if self.target is None else self.target, self.sense)
+
+    @property
+    def text(self) -> str:
+        """Limit in words, the target in brackets."""
+        sign = ">=" if self.sense == "least" else "<="
+        return f"{sign}{self.limit:g}" + ("" if self.target is None else f" ({self.target:g})")
+
+
+def _keeps(value: float, limit: float, sense: str) -> bool:
+    return value >= limit if sense == "least" else value <= limit
+
+
+LIMITS = (
+    Limit("gain_up", "least", 6.0),
+    Limit("gain_down", "least", 6.0),
+    Limit("phase_margin", "least", 35.0, target=45.0),
+    Limit("delay_periods", "least", 2.0),
+    Limit("ms", "most", 2.0, target=1.7),
+)
