@@ -1,6 +1,7 @@
 """`tuner list`: every registry as a table, or as JSON."""
 
 import json
+import sys
 from collections.abc import Callable
 from pathlib import Path
 from typing import Any
@@ -79,6 +80,33 @@ def references() -> Rows:
     ]  # fmt: skip
 
 
+def theorems() -> Rows:
+    """Results of theory that a [[guarantee]] may ask for."""
+    from objectives.theory import THEOREMS
+
+    return [
+        {
+            "theorem": name, "title": theorem.title, "unit": theorem.unit.format(y="rad|m"),
+            "limit": theorem.sense, "quantity": theorem.quantity, "laws": ", ".join(theorem.laws),
+            "rates": "measured" if theorem.measured_rate else "any", "assumes": theorem.assumes, "source": theorem.source,
+        }
+        for name, theorem in THEOREMS.items()
+    ]  # fmt: skip
+
+
+def margins() -> Rows:
+    """Stability margins that a [[margin]] may ask for."""
+    from objectives.margins.requirement import MARGINS
+
+    return [
+        {
+            "quantity": name, "unit": entry.unit, "limit": entry.sense,
+            "axis": "none" if entry.whole else "axis or group", "meaning": entry.meaning,
+        }
+        for name, entry in MARGINS.items()
+    ]  # fmt: skip
+
+
 def studies() -> Rows:
     """Study files in ./studies and in the current folder."""
     import tomllib
@@ -86,16 +114,19 @@ def studies() -> Rows:
     rows = []
     for path in sorted([*Path("studies").glob("*.toml"), *Path().glob("*.toml")]):
         table = tomllib.loads(path.read_text(encoding="utf-8"))
-        if "scenario" in table and "objective" in table:
+        if {"scenario", "objective"} <= set(table) or "base" in table:
             rows.append({"study": str(path), "title": table.get("title", ""), "seed": table.get("seed")})
     return rows
 
 
 LISTINGS: dict[str, Callable[[], Rows]] = {
-    "airframes": airframes, "laws": laws, "metrics": metrics, "references": references, "risks": risks, "studies": studies,
+    "airframes": airframes, "laws": laws, "margins": margins, "metrics": metrics, "references": references, "risks": risks,
+    "studies": studies, "theorems": theorems,
 }  # fmt: skip
 # Columns that --json carries and a terminal has no room for.
-WIDE = {"laws": {"title", "source", "scale", "symbol"}}
+WIDE = {"laws": {"title", "source", "scale", "symbol"}, "theorems": {"quantity", "rates", "assumes", "source"}}
+# Columns of a pipe, and of a terminal in which only the last column needs to wrap.
+PIPE_WIDTH, ROOMY = 160, 120
 
 
 def list_command(what: str, as_json: bool) -> None:
@@ -110,9 +141,12 @@ def list_command(what: str, as_json: bool) -> None:
         print(f"no {what} here")
         return
     columns = [column for column in rows[0] if column not in WIDE.get(what, set())]
+    # A pipe has no width; 80 columns would fold the meanings into ribbons.
+    console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
+    whole = len(columns) - 1 if console.width >= ROOMY else 1
     table = Table()
     for i, column in enumerate(columns):
-        table.add_column(column, no_wrap=i == 0)
+        table.add_column(column, no_wrap=i < whole, overflow="fold")
     for row in rows:
         table.add_row(*[f"{row[c]:.4g}" if isinstance(row[c], float) else str(row[c]) for c in columns])
-    Console().print(table)
+    console.print(table)

@@ -69,9 +69,67 @@ def fly(
     fly_command(gains, law, position_law, airframe, study, scenario, seeds, seed, plot, threads, as_json)
 
 
+@app.command()
+def theory(
+    gains: Annotated[Path, typer.Argument(help="A gains.json.", show_default=False)],
+    study: Annotated[Path | None, typer.Option(help="Measure the disturbance in the scenarios of this study.")] = None,
+    level: Annotated[
+        float, typer.Option(help="Quantile of the measured disturbance rate.", min=0.5, max=0.9999)
+    ] = 0.99,
+    as_json: AsJson = False,
+) -> None:
+    """Print what theory guarantees for gains on each axis, against the disturbance rate of the air.
+
+    Example: tuner theory results/quickstart/gains.json --study studies/quickstart.toml
+    """
+    from tuner.cli.theory import theory_command
+
+    theory_command(gains, study, level, as_json)
+
+
+@app.command()
+def margins(
+    gains: Annotated[Path | None, typer.Argument(help="A gains.json; leave out to judge a law's defaults.")] = None,
+    law: Annotated[str | None, typer.Option(help="Attitude law to judge with its default gains.")] = None,
+    position_law: Annotated[str, typer.Option(help="Position law, with --law.")] = "ladrc",
+    airframe: Annotated[str | None, typer.Option(help="Airframe: a bundled name or a TOML file.")] = None,
+    study: Annotated[Path | None, typer.Option(help="Judge by the [[margin]] tables of this study.")] = None,
+    yaw: Annotated[float, typer.Option(help="Yaw in steady flight [deg].")] = 0.0,
+    speed: Annotated[float, typer.Option(help="Ground speed along the heading [m/s].")] = 0.0,
+    wind: Annotated[float, typer.Option(help="Steady wind towards east, the x axis of the world [m/s].")] = 0.0,
+    attitude_only: Annotated[bool, typer.Option("--attitude-only", help="Leave the loops of x and y open.")] = False,
+    certificates: Annotated[bool, typer.Option("--certificates", help="Print what can be proved, too.")] = False,
+    out: Annotated[Path | None, typer.Option(help="Write figures and margins.json into this new folder.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Print the stability margins of gains, loop by loop; exit code 1 where a limit is broken, 2 for bad input.
+
+    Example: tuner margins results/quickstart/gains.json --out margins
+    """
+    from tuner.cli.margins import Flown, margins_command
+
+    flown = Flown(yaw, speed, wind, attitude_only)
+    margins_command(gains, law, position_law, airframe, study, flown, certificates, out, as_json)
+
+
+@app.command()
+def design(
+    study: StudyFile,
+    out: Annotated[Path, typer.Option(help="The gains.json to write; must not exist.")] = Path("gains.json"),
+    as_json: AsJson = False,
+) -> None:
+    """Design gains for a study's laws before any search, compare their margins with the defaults', write gains.json.
+
+    Example: tuner design studies/quickstart.toml --out designed.json
+    """
+    from tuner.cli.design import design_command
+
+    design_command(study, out, as_json)
+
+
 @app.command("list")
 def list_(
-    what: Annotated[str, typer.Argument(help="laws, airframes, metrics, references, risks or studies.")],
+    what: Annotated[str, typer.Argument(help="laws, airframes, metrics, references, risks, studies or theorems.")],
     as_json: AsJson = False,
 ) -> None:
     """List what the tool knows.
