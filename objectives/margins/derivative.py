@@ -25,8 +25,8 @@ class Batch:
         if n not in self._mapped:
             self._mapped[n] = self._function.map(n)
         # CasADi reads and writes the arrays themselves: a column of a batch is a row of ours.
-        given = [np.ascontiguousarray(np.broadcast_to(a, (n, a.shape[-1]))) for a in arguments]
-        found = [np.empty((n, self._function.size1_out(i))) for i in range(self._function.n_out())]
+        given: list[Any] = [np.ascontiguousarray(np.broadcast_to(a, (n, a.shape[-1]))) for a in arguments]
+        found: list[Any] = [np.empty((n, self._function.size1_out(i))) for i in range(self._function.n_out())]
         buffer, evaluate = self._mapped[n].buffer()
         for i, array in enumerate(given):
             buffer.set_arg(i, memoryview(array))

@@ -62,3 +62,9 @@ def test_each_function_is_bound_once_and_wrapped():
 def test_builtins_with_another_meaning_on_arrays_are_refused():
     with pytest.raises(TypeError, match="'abs'"):
         Rebinder(fake())(uses_builtin)
+
+
+def test_a_function_may_be_stood_in_for_by_what_is_called_as_it_is():
+    bound = Rebinder(fake(sqrt=lambda a: 100.0), stand_ins={inner: lambda a: a + 1.0})(outer)
+    assert bound(9.0) == 10.0 * 5.0
+    assert outer(9.0) == 5.0 * 4.0

@@ -205,7 +205,7 @@ def test_what_is_offered_keeps_every_requirement_and_the_default_is_judged_hones
     for column, entry in zip(columns, outcome.study.requirements, strict=True):
         assert np.all(entry.kept(front[column].to_numpy()[1:])), column
     # The published gains of the hybrid have a phase margin of 12 deg with 20 ms of lag.
-    assert not front.feasible[0]
+    assert not front["feasible"].to_numpy()[0]
     assert front["requirement:phase_margin"][0] < 35.0
 
 

@@ -179,8 +179,10 @@ def test_command_noise_is_that_of_the_sampled_loop() -> None:
 
 
 def test_ranges_are_kept() -> None:
-    slow = design_ladrc(axis(LAWS["ladrc"], period=0.02, actuator=replace(ROTORS, delay=0.03)), DesignRequirements())
-    assert slow.designed and slow.gains.omega_o <= 0.3 / 0.02 * (1.0 + 1e-6)
+    estimates = replace(axis(LAWS["ladrc"], observed=True), period=0.01)
+    slow = design_ladrc(estimates, DesignRequirements())
+    assert slow.designed and slow.gains.omega_o == pytest.approx(0.3 / 0.01, rel=1e-6)
+    assert slow.gains.omega_o <= 0.3 / 0.01
     heavy = design_ladrc(axis(LAWS["ladrc"], authority=20.0), DesignRequirements(attitude_step=1.0))
     assert heavy.gains.omega_c**2 <= 20.0 * (1.0 + 1e-6)
     damped = design_ladrc(axis(LAWS["ladrc"]), DesignRequirements(damping=0.8))

@@ -13,7 +13,8 @@ from plant.errors import InputError
 from plant.gains import default_row, gain_addresses
 from plant.laws import LAWS
 from plant.nominal import ControlOptions, nominal
-from plant.vectors import Vec3
+from plant.vectors import Rotors, Vec3
+from plant.vehicle import Vehicle
 from tests.objectives.design.designed import HUMMINGBIRD, NAMES, TIMING, H, designs, known, row_of
 
 
@@ -61,10 +62,17 @@ def test_a_slower_attitude_makes_a_slower_position() -> None:
         assert found[axis].load_rejection < 0.6 * designs("pid")[axis].load_rejection
 
 
+# Front rotors further out than rear ones: their shares of a torque differ.
+UNEVEN = HUMMINGBIRD._replace(
+    rotor_y=Rotors(*(y * share for y, share in zip(HUMMINGBIRD.rotor_y, (1.3, 1.3, 0.8, 0.8), strict=True)))
+)
+
+
+@pytest.mark.parametrize("airframe", [HUMMINGBIRD, UNEVEN], ids=["even", "uneven"])
 @pytest.mark.parametrize("axis", ["roll", "pitch", "yaw", "z"])
-def test_authority_is_what_the_rotors_can_do_at_hover(axis: str) -> None:
-    """A little less passes the allocation unclipped, a little more does not."""
-    know = known()
+def test_authority_is_what_the_rotors_can_do_at_hover(axis: str, airframe: Vehicle) -> None:
+    """A little less passes the allocation unclipped, a little more does not; also where the rotors' arms differ."""
+    know = nominal(airframe, ControlOptions(delay=True), H)
     vehicle = know.vehicle
     most, weight = authority(know, axis), vehicle.mass * vehicle.gravity
     for share, clipped in ((0.999, 0.0), (1.001, 1.0)):

@@ -56,6 +56,16 @@ def test_closed_loop_is_that_of_the_state_space(case: AxisLoop) -> None:
         assert responses(case, np.array([s])).closed()[0] == pytest.approx(expected, rel=1e-7)
 
 
+@pytest.mark.parametrize("lag_aware", [True, False])
+def test_a_horizontal_axis_is_that_of_the_state_space(lag_aware: bool) -> None:
+    """Through an attitude loop whose angle the law knows, or only what it asked for."""
+    inner = replace(LADRC, actuator=replace(LADRC.actuator, order=2))
+    outer = AxisLoop("ladrc", ladrc.Gains(0.8, 1.0, 2.0), TiltLoop(inner, lag_aware), "position")
+    for s in (0.2j, 2.0j):
+        expected = transfer(closed_loop(outer).channel("reference", "value"), s)
+        assert responses(outer, np.array([s])).closed()[0] == pytest.approx(expected, rel=1e-6)
+
+
 def test_peaks_are_those_of_the_sensitivities() -> None:
     loop = responses(LADRC, S).loop()
     ms, mt = peaks(LADRC, OMEGA)

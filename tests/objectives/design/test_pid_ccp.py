@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from objectives.design import DesignAxis, DesignRequirements
+from objectives.design import DesignAxis, DesignRequirements, pid_ccp
 from objectives.design.pid_ccp import Procedure, design_pid, noise_root
 from plant.laws import LAWS, pid
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
@@ -103,6 +103,17 @@ def test_requirements_that_bind() -> None:
     assert design_pid(narrow, FREE).gains.kp <= 30.0 * (1.0 + 1e-6)
 
 
+def test_the_best_of_the_starts_counts(monkeypatch: pytest.MonkeyPatch) -> None:
+    """Stopped after one step, the starts have come to different places."""
+    monkeypatch.setattr(pid_ccp, "ITERATIONS", 1)
+    requirements, case = replace(FREE, speed=1.0), axis(LAW)
+    procedure = Procedure(case, requirements)
+    merits = [procedure.merit(procedure.settle(start)) for start in procedure.starts()]
+    assert len(merits) > 1 and max(merits) > min(merits) + 1.0
+    found = design_pid(case, requirements).gains
+    assert procedure.merit(np.array([found.kp, found.ki])) == pytest.approx(max(merits), abs=1e-6)
+
+
 def command_noise(case: DesignAxis, requirements: DesignRequirements, gains: pid.Gains) -> float:
     """RMS of what the law itself commands when it measures nothing but noise."""
     law, h, steps = LAWS["pid"], case.period, 40_000
@@ -120,7 +131,7 @@ def command_noise(case: DesignAxis, requirements: DesignRequirements, gains: pid
 def test_command_noise_is_that_of_the_law(observed: bool) -> None:
     """White noise on value and rate; 40 000 samples that hang together over a filter's five, so 1 %."""
     case = axis(LAW, observed=observed)
-    gains = pid.Gains(80.0, 0.0, 20.0, 0.005)
+    gains = pid.Gains(1500.0, 0.0, 20.0, 0.005)
     expected = float(np.linalg.norm(noise_root(case, FREE) @ [gains.kp, gains.kd]))
     assert expected == pytest.approx(command_noise(case, FREE, gains), rel=0.03)
 

@@ -1,5 +1,7 @@
 """Margins of LADRC on a double integrator, known in closed form, as limits of ever faster sampling."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
@@ -90,7 +92,7 @@ def exact_margins(structure):
 
     def least(f):
         i = int(np.argmin(f(points)))
-        found = minimize_scalar(
+        found: Any = minimize_scalar(
             lambda w: float(f(loop(w))), bounds=(grid[i - 1], grid[i + 1]), method="bounded", options={"xatol": 1e-9}
         )
         return found.fun

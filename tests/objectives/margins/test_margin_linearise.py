@@ -36,9 +36,9 @@ TRIMS = {
 CASES = (Case(0.3),)
 
 
-def linearised(position, attitude, trim, options, gains, vehicle=HUMMINGBIRD):
+def linearised(pair, trim, options, gains, vehicle=HUMMINGBIRD):
     """Stepper with straight terms, trim point and closed loops of one design."""
-    cascade, knowledge = cascade_of(position, attitude), nominal(HUMMINGBIRD, options, H)
+    cascade, knowledge = cascade_of(*pair), nominal(HUMMINGBIRD, options, H)
     period = PeriodMap(cascade, TIMING)
     term = term_gains(period.terms, cascade, gains, H, CASES)[:, 0]
     setting = setting_of(trim, knowledge, vehicle)
@@ -73,7 +73,7 @@ DESIGNS = [
 def test_derivatives_are_those_of_plain_python(pair, option, name):
     trim, options = TRIMS[name], OPTIONS[option]
     gains = default_gains(*pair)[None]
-    _, stepper, point, closed = linearised(*pair, trim, options, gains)
+    _, stepper, point, closed = linearised(pair, trim, options, gains)
     assert point.steady.all()
     names = paths(stepper.state)
     # Limits take nothing away in a trim; the rounding errors in their place would be taken for saturation.
@@ -100,7 +100,7 @@ def test_derivatives_are_those_of_plain_python(pair, option, name):
 def test_blocks_have_the_poles_and_responses_of_the_whole(name):
     gains = random_gains(name, name, 1, 4)
     for trim in (TRIMS["hover"], TRIMS["attitude"]):
-        period, stepper, point, closed = linearised(name, name, trim, ControlOptions(), gains)
+        period, stepper, point, closed = linearised((name, name), trim, ControlOptions(), gains)
         blocks = blocks_of(closed, coordinates(period, HUMMINGBIRD, point.state[0]))
         assert sorted(c for block in blocks for c in block.channels) == (
             [0, 1, 2, 3, 4, 5] if trim.hold else [2, 3, 4, 5]
@@ -149,7 +149,7 @@ def fly(stepper, state, gains, steps, velocity=STILL):
 def test_flight_stays_in_its_trim(pair):
     gains = default_gains(*pair)[None]
     heavier = vary(HUMMINGBIRD, 1.1, 0.9, 0.95, 1.1)
-    _, stepper, point, _ = linearised(*pair, WINDY, OPTIONS["delayed"], gains, heavier)
+    _, stepper, point, _ = linearised(pair, WINDY, OPTIONS["delayed"], gains, heavier)
     stepper.gain = None
     after = fly(stepper, point.state[0], gains[0], 100)
     assert point.steady.all()
@@ -160,7 +160,7 @@ def test_moving_through_still_air_is_holding_a_place_in_wind():
     """Flying at 3 m/s after a moving set point, attitude, rates and rotors stay those of the trim that holds a place."""
     velocity = Vec3(3.0, 0.0, 0.0)
     gains = default_gains("ladrc", "ladrc")[None]
-    _, stepper, point, _ = linearised("ladrc", "ladrc", Trim(velocity=velocity), ControlOptions(), gains)
+    _, stepper, point, _ = linearised(("ladrc", "ladrc"), Trim(velocity=velocity), ControlOptions(), gains)
     stepper.disturbance = stepper.disturbance._replace(wind=Vec3(0.0, 0.0, 0.0))
     names = paths(stepper.state)
     start = point.state[0].copy()

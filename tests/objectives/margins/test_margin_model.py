@@ -65,6 +65,18 @@ def test_a_batch_is_its_candidates_one_by_one(trim):
     np.testing.assert_allclose(whole, single, rtol=1e-8)
 
 
+def test_a_long_batch_is_worked_on_in_parts_and_put_together_in_order(monkeypatch):
+    model = model_of("pid", "ladrc")
+    gains = random_gains("pid", "ladrc", 7, 6)
+    whole = model.evaluate(gains)
+    monkeypatch.setattr("objectives.margins.margins.CHUNK", 3)
+    parts = model.evaluate(gains)
+    np.testing.assert_allclose(values(parts), values(whole), rtol=1e-9)
+    np.testing.assert_array_equal(parts.stable, whole.stable)
+    np.testing.assert_allclose(parts.multiloop.value, whole.multiloop.value, rtol=1e-9)
+    assert len(model.evaluate(gains[:0]).stable) == 0
+
+
 def test_a_loop_that_mirrors_another_has_the_margins_that_it_has_by_itself():
     """Gains that are alike in x and y, roll and pitch are read off once; a difference in the last digits has both read off."""
     model = model_of("ladrc", "hybrid", cases=(Case(0.0), Case(0.2)))

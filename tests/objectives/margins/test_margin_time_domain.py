@@ -52,9 +52,10 @@ def lanes_of(margins, channels, step):
 class Experiment:
     """Lanes flown side by side from hover with small deviations; the command of each lane's channel is scaled and delayed."""
 
-    def __init__(self, pair, options, timing, channels, duration, seed=1):
+    def __init__(self, case, seed=1):
+        pair, options, timing, channels, duration = case
         cascade, knowledge = cascade_of(*pair), nominal(HUMMINGBIRD, options, timing.control_period)
-        designs = random_gains(*pair, 2, seed, 0.4)
+        designs = random_gains(pair[0], pair[1], 2, seed, 0.4)
         self.inner = not {"x", "y"} & set(channels)
         step = timing.plant_step if self.inner else timing.control_period
         model = MarginModel(cascade, knowledge, timing, HUMMINGBIRD, cases=SMALL)
@@ -135,7 +136,7 @@ SLOW = {
 
 @pytest.mark.parametrize("name", [*CASES, *[pytest.param(name, marks=pytest.mark.slow) for name in SLOW]])
 def test_loops_rest_within_their_margins_and_swing_up_beyond(name):
-    experiment = Experiment(*(CASES | SLOW)[name])
+    experiment = Experiment((CASES | SLOW)[name])
     growth = experiment.fly()
     assert len(growth) >= 12
     assert (growth[experiment.rests] < 0.0).all()

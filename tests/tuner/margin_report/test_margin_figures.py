@@ -85,6 +85,7 @@ def test_extents_end_where_stability_does(pid, monkeypatch):
     narrow, wide = ends["inertia", "limits"], ends["inertia", "stability"]
     assert (wide.low or 0.0) <= (narrow.low or 0.0) < 1.0 < (narrow.high or 9.0) <= (wide.high or 9.0)
     nearest = narrow.high or narrow.low
+    assert nearest is not None
     outwards = 1.03 if narrow.high else 0.97
     inside, outside = loop.judge([with_factors(loop.nominal.vehicle, inertia=f) for f in (nearest, nearest * outwards)])
     assert slack(inside, "limits", loop.period) >= 0.0 > slack(outside, "limits", loop.period)
@@ -130,7 +131,7 @@ def test_simulation_agrees_with_scipy(linear):
     ours = simulate(loops, column, row, steps)
     for case in (0, len(linear.cases) - 1):
         a, b, c, d = loops.a[case], loops.b[case][:, [column]], loops.c[case][[row]], loops.d[case][row, column]
-        _, theirs, _ = dlsim((a, b, c, d, linear.period), np.ones(steps))
+        theirs = dlsim((a, b, c, d, linear.period), np.ones(steps))[1]
         assert np.allclose(ours[case], theirs[:, 0], rtol=0.0, atol=1e-9)
 
 
