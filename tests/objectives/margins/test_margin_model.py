@@ -85,6 +85,8 @@ def test_a_loop_that_mirrors_another_has_the_margins_that_it_has_by_itself():
     mirrored = values(model.evaluate(gains))
     for one, other in (("x", "y"), ("roll", "pitch")):
         np.testing.assert_array_equal(mirrored[..., CHANNELS.index(one)], mirrored[..., CHANNELS.index(other)])
+    own = values(model.evaluate(gains_with("ladrc", "hybrid", roll__omega_o=20.0)))
+    assert not np.allclose(own[..., CHANNELS.index("roll")], own[..., CHANNELS.index("pitch")], rtol=1e-3)
     skewed = HUMMINGBIRD._replace(inertia=HUMMINGBIRD.inertia._replace(y=1.3 * HUMMINGBIRD.inertia.y))
     apart = values(model_of("ladrc", "hybrid", vehicle=skewed).evaluate(gains))
     assert not np.allclose(apart[..., CHANNELS.index("roll")], apart[..., CHANNELS.index("pitch")], rtol=1e-3)
