@@ -9,7 +9,7 @@ from tuner.responses import fan_table, fly_responses
 from tuner.store.tables import point_name
 
 if TYPE_CHECKING:
-    from tuner.run import Outcome
+    from tuner.conclusion import Outcome
 
 # Held-out scenarios a fan is drawn from: its 5 % and 95 % lines rest on three flights each.
 FAN_SCENARIOS = 64

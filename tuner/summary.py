@@ -11,7 +11,7 @@ from tuner.held_out import Comparison, KnownComparison
 from tuner.store.tables import point_name
 
 if TYPE_CHECKING:
-    from tuner.run import Outcome
+    from tuner.conclusion import Outcome
 
 
 def summary_document(outcome: "Outcome") -> dict[str, Any]:

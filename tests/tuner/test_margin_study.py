@@ -27,7 +27,8 @@ from tests.objectives.margins.stepping import Stepper
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.cli.listing import LISTINGS
-from tuner.run import finalists_of, run_study, search
+from tuner.conclusion import finalists_of
+from tuner.run import run_study, search
 from tuner.search.first_generation import first_generation
 from tuner.search.loop import archive
 from tuner.store.folder import Folder

@@ -9,8 +9,8 @@ import pytest
 from plant.errors import StoreError
 from plant.scenarios import HELD_OUT, SEARCH
 from tests.tuner.conftest import QUICKSTART, run_small
+from tuner.conclusion import fleets
 from tuner.gains_file import read_gains
-from tuner.run import fleets
 from tuner.store.folder import Folder
 
 FILES = (

@@ -5,6 +5,7 @@ from time import perf_counter
 
 from plant.flights import available_threads
 from plant.scenarios import HELD_OUT
+from tuner.conclusion import few_scenarios
 from tuner.contest.contest import Contest
 from tuner.contest.document import contest_document
 from tuner.contest.flying import Entry, comparison_problem, fly_all
@@ -12,7 +13,7 @@ from tuner.contest.records import response_tables, wind_table
 from tuner.contest.result import Result, judge_contest
 from tuner.contest.tables import fronts_table, listed_table, scores_table
 from tuner.contest.tuning import Prepared, prepare
-from tuner.run import few_scenarios, warm_up
+from tuner.run import warm_up
 from tuner.store.environment import environment
 from tuner.store.folder import Folder
 from tuner.watcher import Watcher

@@ -15,7 +15,7 @@ from tuner.store.tables import point_name
 from tuner.watcher import Watcher
 
 if TYPE_CHECKING:
-    from tuner.run import Outcome
+    from tuner.conclusion import Outcome
 
 GIVEN = "given"
 """Name of the point of a contender that is flown as given."""

@@ -14,9 +14,9 @@ from tuner.inference.inference import Inference
 from tuner.inference.ranges import Range, ranges
 from tuner.inference.refine import DAMPINGS, ROUNDS, Slope, refined
 from tuner.inference.tried import AROUND, Tried, front, inferred, joined, tried
-from tuner.run import SEARCHES
 from tuner.search.first_generation import first_generation
 from tuner.search.loop import Generation, search_generations
+from tuner.search.registry import SEARCHES
 from tuner.store.folder import Folder
 from tuner.watcher import Watcher
 

@@ -9,7 +9,7 @@ from objectives.requirements import Requirement
 from tuner.search.loop import Generation
 
 if TYPE_CHECKING:
-    from tuner.run import Outcome
+    from tuner.conclusion import Outcome
     from tuner.study.study import Study
 
 
