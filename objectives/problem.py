@@ -2,15 +2,13 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from functools import cached_property
 from time import perf_counter
 
 import numpy as np
 
-from objectives import meters
 from objectives.decisions import DecisionSpace
+from objectives.memory import FlightMemory, scenario_key
 from objectives.metrics import FlightContext, MetricAddress, evaluate
-from objectives.metrics import Limits as MetricLimits
 from objectives.requirements import (
     Requirement,
     Screen,
@@ -20,12 +18,13 @@ from objectives.requirements import (
     worth_flying,
 )
 from objectives.risk import Risk
-from plant.cascade import Cascade
-from plant.closed_loop import ClosedLoop, Limits, MeterModel, Status, Timing, close_loop
+from objectives.system import Fleet, System
+from plant.closed_loop import Status
 from plant.flights import FlightInputs, Flyer, result_parts
-from plant.nominal import Nominal
-from plant.scenarios import ScenarioSpec, sample_scenarios
-from plant.vehicle import Vehicle
+from plant.scenarios import SEARCH, ScenarioSpec, sample_scenarios
+from plant.targets import Targets
+
+__all__ = ["Constraint", "Evaluation", "Fleet", "Objective", "Problem", "System", "seen_scores"]
 
 # Scenarios drawn at once, and scenarios of a fleet that are kept between generations; at 10 s and 250 Hz one takes 0.3 MB of
 # wind and noise, and laying a chunk out in lanes takes three times that for a moment.
@@ -64,7 +63,8 @@ class Evaluation:
     (n,): share of flights that did not complete; scores (n, quantities, flights): the per-flight metrics that all of it
     came from; origin (flights,): name of the scenario of each flight; requirements (n, requirements): their values, known
     without flying; flown (n,): false where those spared the flights, whose scores are then those of failures at t = 0;
-    screening_seconds, flight_seconds: how long asking for the requirements and flying took.
+    counted (n,): number of flights of each candidate where a race ended some early (`objectives.racing`), None where everyone
+    flew all; screening_seconds, flight_seconds: how long asking for the requirements and flying took.
     """
 
     values: np.ndarray
@@ -74,18 +74,34 @@ class Evaluation:
     origin: np.ndarray
     requirements: np.ndarray
     flown: np.ndarray
+    counted: np.ndarray | None = None
     screening_seconds: float = 0.0
     flight_seconds: float = 0.0
 
     @property
+    def flights_each(self) -> np.ndarray:
+        """Number of flights of each candidate (n,)."""
+        return self.flown * self.scores.shape[-1] if self.counted is None else self.counted
+
+    @property
     def flights(self) -> int:
         """Number of flights made."""
-        return int(self.flown.sum(axis=0)) * self.scores.shape[-1]
+        return int(self.flights_each.sum(axis=0))
 
     @property
     def flights_saved(self) -> int:
         """Number of flights that the requirements spared."""
-        return len(self.flown) * self.scores.shape[-1] - self.flights
+        return int(np.sum(~self.flown, axis=0)) * self.scores.shape[-1]
+
+    @property
+    def flights_raced(self) -> int:
+        """Number of flights that ending races early spared."""
+        return int(self.flown.sum(axis=0)) * self.scores.shape[-1] - self.flights
+
+    @property
+    def complete(self) -> np.ndarray:
+        """Which candidates (n,) flew through every scenario."""
+        return self.flown & (self.flights_each == self.scores.shape[-1])
 
     def samples(self, index: int, scenario: str | None) -> np.ndarray:
         """Return one quantity of the flights that count for it (n, flights); scenario: a name, or None for all."""
@@ -110,64 +126,33 @@ def with_unflown(results: np.ndarray, flown: np.ndarray) -> np.ndarray:
     return everyone
 
 
-@dataclass(frozen=True)
-class System:
-    """What flies: vehicle, cascade bound to its laws, what the controller knows, limits and timing."""
-
-    vehicle: Vehicle
-    cascade: Cascade
-    nominal: Nominal
-    limits: Limits
-    timing: Timing
-
-    @cached_property
-    def loop(self) -> ClosedLoop:
-        """The closed loop with the meters of this package."""
-        return close_loop(self.cascade, MeterModel(meters.Meters, meters.start, meters.update))
-
-    def metric_limits(self) -> MetricLimits:
-        """Return what no completed flight exceeds."""
-        return MetricLimits(self.limits.position, self.nominal.thrust_max / self.nominal.hover)
-
-
-@dataclass(frozen=True)
-class Fleet:
-    """The flights of one scenario: which stream they are drawn from and how many."""
-
-    spec: ScenarioSpec
-    stream: str
-    count: int
-
-
 class Scenarios:
-    """The drawn scenarios of a study, kept where they are few and redrawn chunk by chunk where they are not."""
+    """The drawn scenarios of a study, kept where they are few and drawn again where they are not."""
 
     def __init__(self, system: System, root: int) -> None:
         self._system = system
         self._root = root
-        self._kept: dict[tuple[str, str, int, int], FlightInputs] = {}
+        self._kept: dict[tuple[ScenarioSpec, str, int, int], FlightInputs] = {}
 
-    def chunks(self, fleet: Fleet) -> Iterator[FlightInputs]:
-        """Yield the fleet's scenarios in order, at most CHUNK at a time."""
-        for first in range(0, fleet.count, CHUNK):
-            last = min(first + CHUNK, fleet.count)
-            key = (fleet.spec.name, fleet.stream, first, last)
-            if key in self._kept:
-                yield self._kept[key]
-                continue
-            inputs = sample_scenarios(
-                fleet.spec, self._system.vehicle, self._system.timing, self._root, fleet.stream, range(first, last)
-            )
-            if fleet.count <= KEPT:
-                self._kept[key] = inputs
-            yield inputs
+    def inputs(self, fleet: Fleet, first: int, last: int) -> FlightInputs:
+        """Return the scenarios of a fleet from `first` to before `last`."""
+        key = (fleet.spec, fleet.stream, first, last)
+        if key in self._kept:
+            return self._kept[key]
+        inputs = sample_scenarios(
+            fleet.spec, self._system.vehicle, self._system.timing, self._root, fleet.stream, range(first, last)
+        )
+        if fleet.count <= KEPT:
+            self._kept[key] = inputs
+        return inputs
 
 
 class Problem:
     """Evaluates points of the unit cube: requirements, every candidate worth it through every scenario, metrics, risks.
 
     fleets: one for each scenario of the study. landed(n) is called as n more flights have ended or been spared. fly_all:
-    fly what breaks a hard requirement too; a mask (n,) says so for single candidates.
+    fly what breaks a hard requirement too; a mask (n,) says so for single candidates. memory: of flights already flown;
+    flights_made counts those that it did not know.
     """
 
     def __init__(
@@ -179,6 +164,7 @@ class Problem:
         root: int,
         threads: int | None = None,
         screens: tuple[Screen, ...] = (),
+        memory: FlightMemory | None = None,
     ) -> None:
         self.system = system
         self.space = space
@@ -186,7 +172,11 @@ class Problem:
         self.constraints = constraints
         self.screens = screens
         self.flyer = Flyer(system.loop, system.limits, system.timing, threads)
+        self.memory = memory
+        self.flights_made = 0
+        self._root = root
         self._scenarios = Scenarios(system, root)
+        self._known_targets: dict[ScenarioSpec, Targets] = {}
 
     @property
     def quantities(self) -> tuple[Objective, ...]:
@@ -231,13 +221,11 @@ class Problem:
                 failed.append(status)
                 origin += [fleet.spec.name] * part.shape[-1]
         all_scores, names = np.concatenate(scores, axis=-1), np.array(origin)
-        risks = self._risks(all_scores, names)
+        risks = self.risks(all_scores, names)
         n = len(self.objectives)
-        most = np.array([constraint.most for constraint in self.constraints])
-        broken = np.maximum(risks[:, n:] - most, 0.0)
         return Evaluation(
             values=risks[:, :n],
-            violations=np.concatenate([broken, known_violations(self.requirements, known)], axis=1),
+            violations=np.concatenate([self.broken(risks), known_violations(self.requirements, known)], axis=1),
             failures=np.concatenate(failed, axis=-1).mean(axis=-1),
             scores=all_scores,
             origin=names,
@@ -247,7 +235,13 @@ class Problem:
             flight_seconds=perf_counter() - screened,
         )
 
-    def _risks(self, scores: np.ndarray, origin: np.ndarray) -> np.ndarray:
+    def broken(self, risks: np.ndarray) -> np.ndarray:
+        """Return by how much the risks (n, quantities) exceed the constraints (n, constraints), 0 where kept."""
+        most = np.array([constraint.most for constraint in self.constraints])
+        return np.maximum(risks[:, len(self.objectives) :] - most, 0.0)
+
+    def risks(self, scores: np.ndarray, origin: np.ndarray) -> np.ndarray:
+        """Return the risk of every quantity (n, quantities) of scores (n, quantities, flights)."""
         risks = np.empty(scores.shape[:2])
         for i, quantity in enumerate(self.quantities):
             risks[:, i] = quantity.risk.apply(seen_scores(scores, i, origin, quantity.scenario))
@@ -256,19 +250,59 @@ class Problem:
     def _fly(
         self, gains: np.ndarray, flown: np.ndarray, fleet: Fleet, landed: Callable[[int], None] | None
     ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        system, spared = self.system, int(np.sum(~flown, axis=0))
-        for inputs in self._scenarios.chunks(fleet):
-            results = self.flyer.fly(gains[flown], system.nominal, inputs, landed)
+        """Yield the scores and failures of a fleet, at most CHUNK scenarios at a time."""
+        spared = int(np.sum(~flown, axis=0))
+        for first, last in self.chunks(fleet):
+            results = self.results(gains[flown], fleet, first, last, landed)
             if landed is not None and spared:
-                landed(spared * inputs.count)
-            yield self.score(with_unflown(results, flown), fleet.spec, inputs)
+                landed(spared * (last - first))
+            yield self.score(with_unflown(results, flown), fleet.spec)
 
-    def score(self, results: np.ndarray, spec: ScenarioSpec, inputs: FlightInputs) -> tuple[np.ndarray, np.ndarray]:
+    def chunks(self, fleet: Fleet) -> list[tuple[int, int]]:
+        """Return the ranges of flights that a fleet is flown in, one after the other."""
+        return [(first, min(first + CHUNK, fleet.count)) for first in range(0, fleet.count, CHUNK)]
+
+    def key(self, fleet: Fleet) -> str:
+        """Return what names the flights of a fleet, but for gains and index, see `objectives.memory`."""
+        return scenario_key(self.system, self._root, fleet)
+
+    def results(
+        self, gains: np.ndarray, fleet: Fleet, first: int, last: int, landed: Callable[[int], None] | None = None
+    ) -> np.ndarray:
+        """Return the results (n, last - first, rows) of gains rows (n, g): recalled where the memory has them, else flown."""
+        key = self.key(fleet)
+        known = [self.memory.recall(key, row, first, last) if self.memory else None for row in gains]
+        unknown = np.array([part is None for part in known], dtype=bool)
+        out = np.empty((len(gains), last - first, self.flyer.rows))
+        for i, part in enumerate(known):
+            if part is not None:
+                out[i] = part
+        if unknown.any():
+            inputs = self._scenarios.inputs(fleet, first, last)
+            out[unknown] = self.flyer.fly(gains[unknown], self.system.nominal, inputs, landed)
+        if landed is not None:
+            landed(int(np.sum(~unknown, axis=0)) * (last - first))
+        self.flights_made += int(np.sum(unknown, axis=0)) * (last - first)
+        if self.memory:
+            self.memory.keep(key, fleet, gains, first, out)
+        return out
+
+    def warm_up(self, gains: np.ndarray, spec: ScenarioSpec) -> None:
+        """Fly one flight of a gains row (g,) that nobody remembers, so that the kernel is there."""
+        self.flyer.fly(gains[None], self.system.nominal, self._scenarios.inputs(Fleet(spec, SEARCH, 1), 0, 1))
+
+    def score(self, results: np.ndarray, spec: ScenarioSpec) -> tuple[np.ndarray, np.ndarray]:
         """Turn result rows (n, flights, rows) into scores (n, quantities, flights) and failures (n, flights)."""
         values, status, end_time = result_parts(results)
-        h = self.system.timing.control_period
+        timing = self.system.timing
+        h = timing.control_period
         context = FlightContext(
-            len(inputs.references) * h, h, inputs.targets, status, end_time, self.system.metric_limits()
+            spec.steps(timing) * h, h, self._targets(spec), status, end_time, self.system.metric_limits()
         )
         scores = evaluate([quantity.metric for quantity in self.quantities], values, context).values
         return np.moveaxis(scores, 0, 1), status != 0
+
+    def _targets(self, spec: ScenarioSpec) -> Targets:
+        if spec not in self._known_targets:
+            self._known_targets[spec] = spec.targets(self.system.timing)
+        return self._known_targets[spec]

@@ -14,8 +14,25 @@ from difflib import get_close_matches
 from pathlib import Path
 
 
+# Characters of a text of the user's that a message repeats.
+LONGEST = 60
+
+
+def one_line(text: str) -> str:
+    """Return a text with everything that is no printable character as its escape: it may come from a file of the user's."""
+    return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)
+
+
+def shortened(text: str) -> str:
+    """Return a text, or the beginning of a long one."""
+    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+
+
 class ToolError(Exception):
-    """Root of all errors a user can cause or meet."""
+    """Root of all errors a user can cause or meet; printed, it is one line."""
+
+    def __str__(self) -> str:
+        return one_line(super().__str__())
 
 
 class InputError(ToolError):
@@ -48,9 +65,9 @@ class UnknownNameError(InputError):
         self, kind: str, name: str, valid: Iterable[str], *, file: str | Path | None = None, key: str | None = None
     ) -> None:
         names = sorted(valid)
-        near = get_close_matches(name, names, n=1, cutoff=0.5)
+        near = get_close_matches(name[:LONGEST], names, n=1, cutoff=0.5)
         hint = f"did you mean '{near[0]}'? " if near else ""
-        super().__init__(f"unknown {kind} '{name}'; {hint}valid: {', '.join(names)}", file=file, key=key)
+        super().__init__(f"unknown {kind} '{shortened(name)}'; {hint}valid: {', '.join(names)}", file=file, key=key)
 
 
 class UnphysicalError(InputError):

@@ -51,6 +51,7 @@ def available_threads() -> int:
 class Flyer:
     """A closed loop compiled for the lanes backend.
 
+    rows: of a flight's result.
     cached: whether the kernel was compiled by an earlier process; if not, the first flight waits for the compiler.
     fly(gains (candidates, n), nominal, inputs) -> results (candidates, scenarios, rows): the meters of each flight in leaf
     order, then status and end time.
@@ -65,14 +66,14 @@ class Flyer:
         self._kernel = kernel.run
         self.cached = kernel.cached
         rows = result_rows(loop)
-        self._n_rows = rows.stop - rows.start
+        self.rows = rows.stop - rows.start
 
     def fly(
         self, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, landed: Callable[[int], None] | None = None
     ) -> np.ndarray:
         """Fly every candidate through every scenario; landed(n) is called as n more flights end."""
         blocks = len(inputs.dynamics)
-        out = np.empty((len(gains), blocks, self._n_rows, LANES))
+        out = np.empty((len(gains), blocks, self.rows, LANES))
         empty = np.empty((1, 1, 1, 1, 1))
 
         def task(candidate: int) -> None:
@@ -83,12 +84,12 @@ class Flyer:
 
         with ThreadPoolExecutor(self.threads) as pool:
             list(pool.map(task, range(len(gains))))
-        return np.moveaxis(out, -1, 2).reshape(len(gains), blocks * LANES, self._n_rows)[:, : inputs.count]
+        return np.moveaxis(out, -1, 2).reshape(len(gains), blocks * LANES, self.rows)[:, : inputs.count]
 
     def trace(self, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, every: int = 1) -> np.ndarray:
         """Fly one candidate, gains (n,), and return every `every`-th instant: (scenarios, instants, workspace rows)."""
         blocks, steps = len(inputs.dynamics), len(inputs.references)
-        out = np.empty((1, blocks, self._n_rows, LANES))
+        out = np.empty((1, blocks, self.rows, LANES))
         trace = np.empty((1, blocks, -(-steps // every), layout(self.loop).total, LANES))
         self._run(gains[None], nominal, inputs, out, trace, every)
         return np.moveaxis(trace[0], -1, 1).reshape(blocks * LANES, *trace.shape[2:4])[: inputs.count]

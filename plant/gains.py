@@ -6,6 +6,9 @@ from plant.cascade import ATTITUDE_AXES, AXES, POSITION_AXES, Cascade
 from plant.laws.law import GainInfo
 from plant.records import paths
 
+# Largest product of an observer's bandwidth and the control period: beyond it the margins of the sampled loop leave those of the
+# continuous design, and measurement noise passes straight through.
+MOST_OBSERVER = 0.3
 # Names that stand for several axes in an address.
 GROUPS: dict[str, tuple[str, ...]] = {
     **{axis: (axis,) for axis in AXES},

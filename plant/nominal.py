@@ -1,7 +1,7 @@
 """What the controller knows of the vehicle: nominal numbers, rotor allocation, actuator model and options."""
 
 from dataclasses import dataclass
-from math import exp, tan
+from math import exp, hypot, tan
 from typing import NamedTuple
 
 import numpy as np
@@ -111,4 +111,21 @@ def vary(vehicle: Vehicle, mass: float, inertia: float, thrust: float, lag: floa
         thrust_coefficient=vehicle.thrust_coefficient * thrust,
         lag_up=vehicle.lag_up * lag,
         lag_down=vehicle.lag_down * lag,
+    )
+
+
+def arm_of(vehicle: Vehicle) -> float:
+    """Distance of rotor 1 from the middle of the rotors [m]."""
+    x, y = vehicle.rotor_x, vehicle.rotor_y
+    return hypot(x.r1 - 0.25 * sum(x), y.r1 - 0.25 * sum(y))
+
+
+def off_centre(vehicle: Vehicle, x: float, y: float) -> Vehicle:
+    """Return the vehicle with its centre of mass moved by (x, y) in the body [m]; its inertias are then about that centre.
+
+    What changes is where the rotors sit, so thrust turns the body; drag goes on acting above the centre of mass.
+    """
+    return vehicle._replace(
+        rotor_x=Rotors(*[place - x for place in vehicle.rotor_x]),
+        rotor_y=Rotors(*[place - y for place in vehicle.rotor_y]),
     )

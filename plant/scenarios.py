@@ -13,7 +13,7 @@ from plant.air.air import AirSpec, sample_air
 from plant.closed_loop import Timing
 from plant.errors import InputError
 from plant.flights import FlightInputs, to_lanes
-from plant.nominal import vary
+from plant.nominal import arm_of, off_centre, vary
 from plant.records import flatten
 from plant.references import ReferenceSpec, Track, build
 from plant.references.hover import Hover
@@ -23,25 +23,55 @@ from plant.sensors import SensorSpec, sample_noise
 from plant.targets import Target, Targets
 from plant.vehicle import Vehicle
 
-SEARCH, HELD_OUT = "search", "held-out"
+SEARCH, HELD_OUT, CONFIRMATION = "search", "held-out", "confirmation"
 # Columns of the air that are always there: the wind. Gust rates and injections come behind and are left out when all zero.
 WIND_COLUMNS = 3
 
 
+# What of a vehicle varies by a factor, in the order of `plant.nominal.vary`, and the least factor that is flown.
+FACTORS = ("mass", "inertia", "thrust", "lag")
+LEAST_FACTOR, LARGEST_SHIFT = 0.25, 3.0
+
+
 @dataclass(frozen=True)
 class Spread:
-    """Relative half-widths of the uniform spread of the vehicle around its nominal numbers, e.g. 0.1 for +-10 %."""
+    """How far the vehicles that fly are from the nominal one, which is all that the controller knows.
+
+    mass, inertia, thrust, lag: half-widths of the uniform spread of a factor on the nominal number, 0.1 for +-10 %; thrust
+    is that of the rotors at any command, full command included. mass_shift, inertia_shift, thrust_shift, lag_shift: how far
+    the middle of that spread is from 1: mass = mass_shift = 0.15 is a payload of 0 to 30 %, lag_shift = 1 rotors that are
+    twice as slow. centre: half-width of the uniform offset of the centre of mass along body x and along body y, as a share
+    of the arm.
+    """
 
     mass: float = 0.0
     inertia: float = 0.0
     thrust: float = 0.0
     lag: float = 0.0
+    mass_shift: float = 0.0
+    inertia_shift: float = 0.0
+    thrust_shift: float = 0.0
+    lag_shift: float = 0.0
+    centre: float = 0.0
 
     def __post_init__(self) -> None:
-        for entry in fields(self):
-            value = getattr(self, entry.name)
+        for key in (*FACTORS, "centre"):
+            value = getattr(self, key)
             if not (isfinite(value) and 0.0 <= value <= 0.5):
-                raise InputError(f"given {value}; allowed: 0 to 0.5 (+-50 %)", key=entry.name)
+                raise InputError(f"given {value}; allowed: 0 to 0.5 (+-50 %)", key=key)
+        for name, (middle, width) in zip(FACTORS, self.factors, strict=True):
+            lowest = LEAST_FACTOR - 1.0 + width
+            if not (isfinite(middle) and lowest <= middle - 1.0 <= LARGEST_SHIFT):
+                raise InputError(
+                    f"given {middle - 1.0:g}; with {name} = {width:g} allowed: {lowest:g} to {LARGEST_SHIFT:g}, so that no "
+                    f"vehicle has less than {LEAST_FACTOR:g} of its nominal {name}",
+                    key=f"{name}_shift",
+                )
+
+    @property
+    def factors(self) -> tuple[tuple[float, float], ...]:
+        """Middle and half-width of the factor on mass, inertia, thrust and lag."""
+        return tuple((1.0 + getattr(self, f"{name}_shift"), getattr(self, name)) for name in FACTORS)
 
 
 @dataclass(frozen=True)
@@ -147,11 +177,13 @@ def for_vehicle(
     return replace(inputs, dynamics=to_lanes(np.array([_dynamics_row(spec.spread, vehicle, draw) for draw in draws])))
 
 
+def draw_vehicle(spread: Spread, vehicle: Vehicle, draw: np.random.Generator) -> Vehicle:
+    """Draw a vehicle around the nominal one: four numbers for its factors, then two for its centre of mass."""
+    middles, widths = np.array(spread.factors).T
+    mass, inertia, thrust, lag = (middles + draw.uniform(-1.0, 1.0, 4) * widths).tolist()
+    x, y = (draw.uniform(-1.0, 1.0, 2) * spread.centre * arm_of(vehicle)).tolist()
+    return off_centre(vary(vehicle, mass, inertia, thrust, lag), x, y)
+
+
 def _dynamics_row(spread: Spread, vehicle: Vehicle, draw: np.random.Generator) -> list[float]:
-    mass, inertia, thrust, lag = 1.0 + draw.uniform(-1.0, 1.0, 4) * [
-        spread.mass,
-        spread.inertia,
-        spread.thrust,
-        spread.lag,
-    ]
-    return flatten(dynamics(vary(vehicle, float(mass), float(inertia), float(thrust), float(lag))))
+    return flatten(dynamics(draw_vehicle(spread, vehicle, draw)))

@@ -1,18 +1,20 @@
 """What a search found, held against flights that it never saw: finalists, the recommended point, warnings."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from time import perf_counter
 
 import numpy as np
 
-from objectives.problem import Fleet, Problem
-from objectives.risk import minimum_samples
-from plant.scenarios import HELD_OUT, SEARCH
-from tuner.held_out import Comparison, Finalists, KnownComparison, compare, compare_known, judge
+from objectives.problem import Evaluation, Fleet, Problem
+from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
+from tuner.conflicts import Conflict, Cost, conflict_of, costs_of, limits_of, told_conflict, told_costs
+from tuner.guards import said_after, said_before
+from tuner.held_out import Comparison, Finalists, KnownComparison, Searched, compare, compare_known, judge
 from tuner.search.front import pick
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive
+from tuner.store.tables import point_name
 from tuner.study.study import Study
 from tuner.watcher import Watcher
 
@@ -22,24 +24,36 @@ MOST_FINALISTS = 48
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run found. candidates: archive indices of the finalists behind the default; tuned: row in the finalists."""
+    """What a run found. candidates: archive indices of the finalists behind the default; tuned: row in the finalists.
+
+    confirmation: the default and the recommended point on scenarios that decided nothing; table and known rest on them.
+    conflict: what stood in the way where nothing was feasible; costs: what each limit costs where something was.
+    """
 
     study: Study
     problem: Problem
     generations: list[Generation]
     candidates: np.ndarray
     finalists: Finalists
+    confirmation: Evaluation
     tuned: int
     why: str
     table: list[Comparison]
     known: list[KnownComparison]
+    conflict: Conflict | None
+    costs: list[Cost]
     warnings: list[str]
     seconds: float
 
     @property
     def flights(self) -> int:
-        """Number of flights of the search and of the held-out check."""
-        return self.generations[-1].flights + self.finalists.evaluation.flights
+        """Number of flights of the search, of the held-out check and of the confirmation."""
+        return self.generations[-1].flights + self.finalists.evaluation.flights + self.confirmation.flights
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the finalists, "default" first."""
+        return ["default", *[point_name(int(candidate)) for candidate in self.candidates]]
 
     @cached_property
     def archive(self) -> Archive:
@@ -57,7 +71,7 @@ class Outcome:
 
 
 def fleets(study: Study, stream: str) -> tuple[Fleet, ...]:
-    """Return the flights of a study in the search or in the held-out stream."""
+    """Return the flights of a study in a stream; held-out check and confirmation take equally many."""
     return tuple(
         Fleet(entry.spec, stream, entry.search if stream == SEARCH else entry.held_out) for entry in study.scenarios
     )
@@ -69,26 +83,55 @@ def conclude(
     """Re-fly the default and the front on held-out scenarios and pick the recommended point; said: warnings so far."""
     found = archive(generations)
     candidates, warnings = finalists_of(found, study)
-    warnings = [*said, *warnings]
-    flown = fleets(study, HELD_OUT)
+    flown, again = fleets(study, HELD_OUT), fleets(study, CONFIRMATION)
     gains = finalist_gains(problem, study, found, candidates)
-    watcher.verifying(len(gains) * sum(fleet.count for fleet in flown))
-    finalists = judge(problem, problem.evaluate_gains(gains, flown, watcher.landed, fly_all=True), study.seed)
+    watcher.verifying((len(gains) + 2) * sum(fleet.count for fleet in flown))
+    evaluation = problem.evaluate_gains(gains, flown, watcher.landed, fly_all=True)
+    finalists = judge(problem, evaluation, searched(generations, [0, *candidates.tolist()]), study.seed)
     tuned, why = recommend(study, finalists)
-    table = compare(problem, finalists, tuned, study.seed)
-    known = compare_known(problem, finalists, tuned)
-    if not finalists.feasible[tuned]:
-        warnings.append(f"The recommended point breaks {broken_by(finalists, tuned, study)}; see the table.")
-    seconds = perf_counter() - begin
-    return Outcome(study, problem, generations, candidates, finalists, tuned, why, table, known, warnings, seconds)
+    confirmation = problem.evaluate_gains(gains[[0, tuned]], again, watcher.landed, fly_all=True)
+    if broken := broken_by(finalists.evaluation.violations[tuned], confirmation.violations[1], study):
+        warnings.append(f"The recommended point breaks {broken}; see the table.")
+    limits, known = limits_of(study.constraints, study.requirements), completely_known(found, generations)
+    conflict = conflict_of(known, limits)
+    warnings += told_conflict(conflict, limits) if conflict is not None else []
+    outcome = Outcome(
+        study, problem, generations, candidates, finalists, confirmation, tuned, why,
+        compare(problem, confirmation, study.seed), compare_known(problem, confirmation),
+        conflict, costs_of(known, limits), [*said, *warnings], 0.0,
+    )  # fmt: skip
+    warnings = [*outcome.warnings, *said_after(outcome)]
+    return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
 
 
-def broken_by(finalists: Finalists, row: int, study: Study) -> str:
-    """Return what kind of limit an infeasible finalist breaks."""
-    broken = finalists.evaluation.violations[row] > 0.0
+def searched(generations: list[Generation], candidates: list[int]) -> list[Searched]:
+    """Return candidates of the archive as the search saw them."""
+    owners = [(entry.evaluation, row) for entry in generations for row in range(len(entry.points))]
+    seen = [owners[candidate] for candidate in candidates]
+    return [Searched(flown.values[row], flown.scores[row], flown.origin) for flown, row in seen]
+
+
+def completely_known(found: Archive, generations: list[Generation]) -> Archive:
+    """Return an archive in which only those count as flown that flew through every scenario: a race ends others early."""
+    return replace(found, flown=np.concatenate([entry.evaluation.complete for entry in generations], axis=0))
+
+
+def remarks(outcome: Outcome) -> list[str]:
+    """Return what each limit cost along the front, in sentences."""
+    study = outcome.study
+    labels, units = zip(*[(entry.label, entry.metric.unit) for entry in study.objectives], strict=True)
+    return told_costs(outcome.costs, limits_of(study.constraints, study.requirements), labels, units)
+
+
+def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: Study) -> str:
+    """Return what kind of limit a point breaks, by its violations (limits,) on both streams; empty where none."""
     split = len(study.constraints)
-    kinds = [(broken[:split], "a constraint on the held-out scenarios"), (broken[split:], "a requirement")]
-    return " and ".join(kind for part, kind in kinds if part.any())
+    kinds = [
+        (held_out[:split], "a constraint on the held-out scenarios"),
+        (np.where(held_out[:split] > 0.0, 0.0, confirmed[:split]), "a constraint on the confirmation scenarios"),
+        (held_out[split:], "a requirement"),
+    ]
+    return " and ".join(kind for part, kind in kinds if (part > 0.0).any())
 
 
 def finalist_gains(problem: Problem, study: Study, found: Archive, candidates: np.ndarray) -> np.ndarray:
@@ -98,7 +141,7 @@ def finalist_gains(problem: Problem, study: Study, found: Archive, candidates: n
 
 def finalists_of(found: Archive, study: Study) -> tuple[np.ndarray, list[str]]:
     """Return the archive indices to re-fly and what to warn of."""
-    warnings = few_scenarios(study)
+    warnings = said_before(study)
     front = found.front()
     if len(front) == 0:
         least, why = nothing_feasible(found, study.requirements)
@@ -108,21 +151,6 @@ def finalists_of(found: Archive, study: Study) -> tuple[np.ndarray, list[str]]:
         keep = np.unique(np.linspace(0, len(front) - 1, MOST_FINALISTS).round().astype(int))
         front = front[keep]
     return front, warnings
-
-
-def few_scenarios(study: Study) -> list[str]:
-    """Return warnings for risks that ask more of the scenarios than there are."""
-    warnings = []
-    for objective in study.objectives:
-        for stream in (SEARCH, HELD_OUT):
-            seen = [fleet for fleet in fleets(study, stream) if objective.scenario in (None, fleet.spec.name)]
-            have, need = sum(fleet.count for fleet in seen), minimum_samples(objective.risk)
-            if have < need:
-                warnings.append(
-                    f"{objective.label} rests on {have} {stream} scenarios; {need} would put five into its tail, so expect "
-                    f"its {stream} value to be optimistic."
-                )
-    return warnings
 
 
 def recommend(study: Study, finalists: Finalists) -> tuple[int, str]:

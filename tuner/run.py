@@ -1,40 +1,73 @@
 """A study from beginning to end: search, re-fly the finalists on held-out scenarios, pick, write everything down."""
 
+from collections.abc import Callable
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 from typing import Any
 
 import numpy as np
 
-from objectives.problem import Evaluation, Fleet, Problem
-from plant.scenarios import SEARCH
+from objectives.memory import FlightMemory
+from objectives.problem import Evaluation, Problem
+from objectives.racing import Champions, race
+from plant.gains import gain_addresses
+from plant.scenarios import HELD_OUT, SEARCH
 from plant.seeds import generator
 from tuner.conclusion import Outcome, conclude, fleets
 from tuner.search.first_generation import first_generation
-from tuner.search.loop import Generation, search_generations
+from tuner.search.loop import Generation, Search, archive, search_generations
 from tuner.search.registry import SEARCHES
 from tuner.search.starts import starting_points
-from tuner.store.environment import environment
+from tuner.store.clock import Clock, Spent, recorded
+from tuner.store.environment import environment, with_session
+from tuner.store.flights import FlightStore
 from tuner.store.folder import Folder
+from tuner.store.inputs import TUNING, freeze
+from tuner.store.start import read_start, write_start
 from tuner.store.tables import front_table, generation_table, history_table
 from tuner.study.study import Study
 from tuner.summary import summary_document
 from tuner.watcher import Watcher
 
 
-def run_study(study: Study, folder: Folder, watcher: Watcher, threads: int | None = None) -> Outcome:
-    """Run a study into a new results folder; every generation is on disk before the next one flies."""
-    begin = perf_counter()
-    problem = Problem(
-        study.system, study.space, study.objectives, study.constraints, study.seed, threads, study.screens
-    )
+def run_study(
+    study: Study, folder: Folder, watcher: Watcher, threads: int | None = None, reuse: tuple[Path, ...] = ()
+) -> Outcome:
+    """Run a study in a results folder; every generation is on disk before the next one flies.
+
+    Flights that are in the folder already, or in the results folders `reuse`, are not flown again: a run that was stopped goes
+    on where it was, and ends with the bits that it would have ended with.
+    """
+    begin, clock = perf_counter(), Clock()
+    store = flight_store(study, folder, reuse)
+    problem = problem_of(study, threads, store)
     write_inputs(study, folder, problem.flyer.threads)
-    warm_up(problem, study, watcher)
-    starts, said = starting_points(study)
-    generations = search(problem, study, folder, watcher, starts)
+    for name in store.damaged:
+        watcher.noticed(f"{name} is damaged; it is not used, and what it held is flown again.")
+    if store.generations < study.search.generations:
+        warm_up(problem, study, watcher)
+    first, said = first_points(problem, study, folder)
+    generations = search(problem, study, folder, watcher, algorithm_of(study, first), clock)
+    begin -= max(generations[-1].seconds - (perf_counter() - begin), 0.0)
     outcome = conclude(problem, study, generations, watcher, begin, said)
+    store.commit(HELD_OUT)
     write_outcome(outcome, folder, watcher)
+    folder.close()
     return outcome
+
+
+def problem_of(study: Study, threads: int | None, memory: FlightMemory | None) -> Problem:
+    """Return the problem that a study poses."""
+    return Problem(
+        study.system, study.space, study.objectives, study.constraints, study.seed, threads, study.screens, memory
+    )
+
+
+def flight_store(study: Study, folder: Folder | None, others: tuple[Path, ...] = ()) -> FlightStore:
+    """Return the flights of a study in its results folder and in others."""
+    columns = tuple(gain.address for gain in gain_addresses(study.system.cascade))
+    return FlightStore(folder, columns, others)
 
 
 def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
@@ -43,29 +76,52 @@ def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
         return
     watcher.compiling()
     begin = perf_counter()
-    first = study.scenarios[0].spec
-    problem.evaluate_gains(study.default_row[None], (Fleet(first, SEARCH, 1),), fly_all=True)
+    problem.warm_up(study.default_row, study.scenarios[0].spec)
     watcher.compiled(perf_counter() - begin)
 
 
-def search(problem: Problem, study: Study, folder: Folder, watcher: Watcher, starts: np.ndarray) -> list[Generation]:
-    """Run the search from starting points (k, d), the default first, and record each generation."""
-    spec = study.search
+def first_points(problem: Problem, study: Study, folder: Folder) -> tuple[np.ndarray, list[str]]:
+    """Return the first generation (n, d), as recorded or else made and recorded, and warnings about it."""
+    known = read_start(folder.path, len(study.space.variables))
+    if known is not None:
+        return known
+    starts, said = starting_points(study)
     worthy = problem.worth_flying if study.requirements else None
-    first = first_generation(starts, spec.population, generator(study.seed, "search/initial", 0), worthy)
+    first = first_generation(starts, study.search.population, generator(study.seed, "search/initial", 0), worthy)
+    write_start(folder, first, said)
+    return first, said
+
+
+def algorithm_of(study: Study, first: np.ndarray) -> Search:
+    """Return the search that a study asks for, seeded, at the beginning."""
     seed = int(generator(study.seed, "search/algorithm", 0).integers(2**31))
     limits = len(study.constraints) + len(study.requirements)
-    algorithm = SEARCHES[spec.algorithm](first, len(study.objectives), limits, seed)
-    flown = fleets(study, SEARCH)
-    watcher.searching(spec.generations, spec.generations * spec.population * sum(fleet.count for fleet in flown))
+    return SEARCHES[study.search.algorithm](first, len(study.objectives), limits, seed)
+
+
+def search(
+    problem: Problem, study: Study, folder: Folder, watcher: Watcher, algorithm: Search, clock: Clock | None = None
+) -> list[Generation]:
+    """Run a search, whose very first candidate is the default, and record each generation."""
+    clock = clock or Clock()
+    spec, past = study.search, recorded(folder.path / "history.csv")
+    each = sum(fleet.count for fleet in fleets(study, SEARCH))
+    watcher.searching(spec.generations, spec.generations * spec.population * each)
     generations: list[Generation] = []
 
     def evaluate(points: np.ndarray) -> Evaluation:
         # The very first candidate is the default: all others are measured by it, so it flies whatever it breaks.
-        default = np.arange(len(points)) == 0 if not generations else False
-        return problem.evaluate(points, flown, watcher.landed, fly_all=default)
+        default, number = np.arange(len(points)) == 0 if not generations else False, len(generations)
+        before = problem.flights_made
+        evaluation = evaluated(problem, study, points, generations, watcher.landed, default)
+        if number < len(past) and problem.flights_made == before:
+            evaluation = as_recorded(evaluation, past, number)
+            clock.at_least(past[number].seconds)
+        if problem.memory:
+            problem.memory.commit(f"{SEARCH}-{number:04d}")
+        return evaluation
 
-    for record in search_generations(algorithm, evaluate, spec.generations):
+    for record in search_generations(algorithm, evaluate, spec.generations, clock.now):
         generations.append(record)
         folder.write_table(f"generations/{record.number:04d}.parquet", generation_table(study, generations, record))
         folder.write_table("history.csv", history_table(generations))
@@ -73,11 +129,51 @@ def search(problem: Problem, study: Study, folder: Folder, watcher: Watcher, sta
     return generations
 
 
-def write_inputs(study: Study, folder: Folder, threads: int) -> None:
-    """Write what the run starts from."""
-    folder.write_text("study.toml", study.path.read_text(encoding="utf-8"))
+def evaluated(
+    problem: Problem,
+    study: Study,
+    points: np.ndarray,
+    before: list[Generation],
+    landed: Callable[[int], None] | None = None,
+    fly_all: bool | np.ndarray = False,
+) -> Evaluation:
+    """Evaluate a generation (n, d) on the search's scenarios, in a race against the best `before` it if the study asks so."""
+    flown = fleets(study, SEARCH)
+    if not study.search.racing:
+        return problem.evaluate(points, flown, landed, fly_all)
+    return race(problem, points, flown, champions(before, len(study.objectives)), study.seed, landed, fly_all)
+
+
+def champions(generations: list[Generation], objectives: int) -> Champions:
+    """Return the front of the candidates so far that flew everything."""
+    if not generations:
+        return Champions(np.zeros((0, objectives)), np.zeros((0, objectives, 0)))
+    found = archive(generations)
+    front = found.front()
+    scores = np.concatenate([entry.evaluation.scores for entry in generations], axis=0)
+    front = front[np.concatenate([entry.evaluation.complete for entry in generations])[front]]
+    return Champions(found.values[front], scores[front, :objectives])
+
+
+def as_recorded(evaluation: Evaluation, past: list[Spent], number: int) -> Evaluation:
+    """Return a replayed evaluation with the times that it took when it was flown."""
+    before = past[number - 1] if number else Spent(0.0, 0.0, 0.0)
+    here = past[number]
+    return replace(
+        evaluation,
+        screening_seconds=here.screening - before.screening,
+        flight_seconds=here.flights - before.flights,
+    )
+
+
+def write_inputs(study: Study, folder: Folder, threads: int, kind: str = TUNING) -> None:
+    """Write what the run starts from; a resumed run adds its session to what is there."""
+    if not (folder.path / "study.toml").exists():
+        folder.write_text("study.toml", study.path.read_text(encoding="utf-8"))
     folder.write_json("resolved.json", study.resolved())
-    folder.write_json("environment.json", environment(threads))
+    folder.write_json("environment.json", with_session(folder.path / "environment.json", environment(threads)))
+    table = study.table.model_dump(mode="json", exclude_unset=True)
+    freeze(folder, kind, study.path, table, study.digest(), study.search.generations)
 
 
 def write_outcome(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:

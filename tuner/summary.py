@@ -3,11 +3,15 @@
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from objectives.problem import Objective
 from objectives.risk import RISKS
 from plant.air.air import summary as air_summary
 from plant.gains import gain_addresses
+from tuner.conflicts import Conflict, Cost, Limit, Relaxation, limits_of
 from tuner.gains_file import Controller, to_document
-from tuner.held_out import Comparison, KnownComparison
+from tuner.held_out import Comparison, Estimate, KnownComparison
 from tuner.store.tables import point_name
 
 if TYPE_CHECKING:
@@ -16,10 +20,13 @@ if TYPE_CHECKING:
 
 def summary_document(outcome: "Outcome") -> dict[str, Any]:
     """Return the content of summary.json; under "gains_document" that of gains.json."""
+    from tuner.conclusion import remarks
+
     study, finalists = outcome.study, outcome.finalists
     tuned = point_name(int(outcome.candidates[outcome.tuned - 1]))
     table = [comparison_row(row) for row in outcome.table] + [known_row(row) for row in outcome.known]
     last = outcome.generations[-1]
+    limits = limits_of(study.constraints, study.requirements)
     return {
         "title": study.title,
         "study": study.path.name,
@@ -27,6 +34,7 @@ def summary_document(outcome: "Outcome") -> dict[str, Any]:
         "pick": {"rule": study.pick, "why": outcome.why},
         "flights": outcome.flights,
         "screened": {"candidates": last.screened, "flights": last.flights_saved},
+        "raced": {"candidates": last.raced, "flights": last.flights_raced},
         "wall_seconds": outcome.seconds,
         "search_seconds": {
             "screening": sum(entry.evaluation.screening_seconds for entry in outcome.generations),
@@ -35,11 +43,75 @@ def summary_document(outcome: "Outcome") -> dict[str, Any]:
         "held_out": sum(entry.held_out for entry in study.scenarios),
         "front_size": int(finalists.non_dominated.sum()),
         "hypervolume": last.hypervolume,
+        "picked_on": pick_row(outcome),
+        "conflict": conflict_row(outcome.conflict, limits),
+        "costs": [cost_row(cost, limits, study.objectives) for cost in outcome.costs],
+        "remarks": remarks(outcome),
         "warnings": outcome.warnings,
         "variables": variables(outcome),
         "table": table,
         "air": [{"scenario": entry.spec.name, **air_summary(entry.spec.air)} for entry in study.scenarios],
         "gains_document": gains_document(outcome, tuned, table),
+    }
+
+
+def pick_row(outcome: "Outcome") -> dict[str, Any]:
+    """Return what the recommended point was picked by: its held-out values and how sure its place on the front is."""
+    finalists, row = outcome.finalists, outcome.tuned
+    return {
+        "probability": float(finalists.probability[row]),
+        "objectives": [
+            {
+                "label": objective.label,
+                "unit": objective.metric.unit,
+                "search": float(finalists.search[row, i]),
+                "held_out": _estimate(finalists.evaluation.values, finalists.low, finalists.high, row, i),
+                "gap": _estimate(finalists.gap, finalists.gap_low, finalists.gap_high, row, i),
+            }
+            for i, objective in enumerate(outcome.study.objectives)
+        ],
+    }
+
+
+def _estimate(value: np.ndarray, low: np.ndarray, high: np.ndarray, row: int, column: int) -> dict[str, float]:
+    return Estimate(*[float(part[row, column]) for part in (value, low, high)]).as_dict()
+
+
+def conflict_row(conflict: Conflict | None, limits: list[Limit]) -> dict[str, Any] | None:
+    """Return which limits nobody kept together and what would help, None where something was feasible."""
+    if conflict is None:
+        return None
+    return {
+        "sets": [[limits[i].label for i in some] for some in conflict.sets],
+        "single": [relaxation_row(entry, limits) for entry in conflict.single],
+        "common": None if conflict.common is None else relaxation_row(conflict.common, limits),
+    }
+
+
+def relaxation_row(relaxation: Relaxation, limits: list[Limit]) -> dict[str, Any]:
+    """Return the limits that would let a candidate in."""
+    return {
+        "candidate": point_name(relaxation.candidate),
+        "share": relaxation.share,
+        "limits": [
+            {
+                "label": limits[i].label, "unit": limits[i].unit, "sense": limits[i].sense, "limit": limits[i].limit,
+                "relaxed": value,
+            }
+            for i, value in relaxation.changes
+        ],
+    }  # fmt: skip
+
+
+def cost_row(cost: Cost, limits: list[Limit], objectives: tuple[Objective, ...]) -> dict[str, Any]:
+    """Return the best value of an objective that the search found with a limit and without it."""
+    objective = objectives[cost.objective]
+    return {
+        "limit": limits[cost.limit].label,
+        "objective": objective.label,
+        "unit": objective.metric.unit,
+        "with": cost.kept,
+        "without": cost.without,
     }
 
 

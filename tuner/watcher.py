@@ -33,5 +33,8 @@ class Watcher:
     def comparing(self, flights: int) -> None:
         """Hear that all contenders of a contest are flown through the same held-out scenarios."""
 
+    def noticed(self, text: str) -> None:
+        """Hear of something that a person should know."""
+
     def writing(self, what: str) -> None:
         """Hear what is being written."""

@@ -9,12 +9,11 @@ import numpy as np
 from objectives.certificates.channel_model import AxisLoop, RotorLag, TiltLoop, is_stable
 from objectives.design.frequency import actuator_response, closed_matrix, peaks
 from objectives.design.requirements import DesignRequirements
+from plant.gains import MOST_OBSERVER
 from plant.laws import Law
 
 Array = np.ndarray
 
-# Largest product of an observer's bandwidth and the control period: beyond it the sampled loop leaves the continuous design.
-MOST_OBSERVER = 0.3
 # A loop's peaks lie between these shares of its largest bandwidth and of one over its actuator's delay; what is found is
 # checked at so many frequencies, up to Nyquist.
 SLOWEST, FASTEST, CHECKED = 0.02, 6.0, 1500

@@ -14,6 +14,8 @@ All compiled functions stand in this file, because Numba's cache watches no othe
 """
 
 import math
+from pathlib import Path
+from typing import Any
 
 import numba
 import numpy as np
@@ -263,3 +265,14 @@ def highest_levels(
         if stable[i]:
             for j in range(residues.shape[1]):
                 found[i, j] = highest_level(grid, poles[i], residues[i, j], h, square)
+
+
+def is_compiled() -> bool:
+    """Whether this process or an earlier one has compiled this file; if not, the first evaluation waits some 10 s for it."""
+    since = Path(__file__).stat().st_mtime
+
+    def found(function: Any) -> bool:
+        kept = Path(function.stats.cache_path).glob(f"*.{function.py_func.__name__}-*.nbi")
+        return bool(function.signatures) or any(file.stat().st_mtime >= since for file in kept)
+
+    return found(read_all) and found(highest_levels)

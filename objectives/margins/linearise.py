@@ -103,32 +103,55 @@ class Setting:
     dynamics: Array
 
 
-def _flown(period: PeriodMap, body: Array, speed: Array, setting: Setting) -> tuple[Array, Array]:
-    """Body (n, 17) one period later and its derivative (n, 17, 17 + 4 + 6) by body, speeds and load."""
-    steps = round(period.timing.control_period / period.timing.plant_step)
-    held = np.concatenate([speed, np.zeros((len(speed), N_CHANNELS))], axis=1)
-    unit = np.eye(BODY + held.shape[1])
-    slope = np.broadcast_to(unit[:BODY], (len(body), *unit[:BODY].shape))
-    constant = np.broadcast_to(unit[BODY:], (len(body), *unit[BODY:].shape))
-    for _ in range(steps):
-        body, local, _ = period.fly(np.concatenate([body, held], axis=1), setting.disturbance, setting.dynamics)
-        slope = local @ np.concatenate([slope, constant], axis=1)
-    return body, slope
+@dataclass(frozen=True)
+class Plant:
+    """A vehicle about the balance of its forces, which no gains change: there it stays at rest.
+
+    body (17,) in balance; following (17,): the body one period later; slope (17, 17 + 4 + 6): its derivative by body, speeds
+    asked for and load.
+    """
+
+    body: Array
+    following: Array
+    slope: Array
+
+    def after(self, body: Array, speed: Array) -> Array:
+        """Bodies (n, 17) one period later, to first order in what bodies and thrusts at speeds (n, 4) are off balance.
+
+        Thrust goes with the square of speed, so in thrusts the way to a balance far off is straight.
+        """
+        balance = self.body[-ROTORS:]
+        off = np.concatenate([body - self.body, 0.5 * (speed * speed / balance - balance)], axis=1)
+        # Summed row by row: a product of matrices adds up in an order that depends on how many rows there are.
+        return self.following + np.sum(self.slope[:, : BODY + ROTORS] * off[:, None], axis=-1)
 
 
-def one_period(period: PeriodMap, state: Array, w: Array, gains: Array, setting: Setting) -> Step:
-    """Fly one period from states (n, x) with the terms giving w (n, terms), under gains (n, g), and differentiate it."""
+def plant_about(period: PeriodMap, body: Array, setting: Setting) -> Plant:
+    """The plant about a body (17,) in balance."""
+    held = np.concatenate([body[-ROTORS:], np.zeros(N_CHANNELS)])
+    unit = np.eye(BODY + len(held))
+    following, slope = body[None], unit[None, :BODY]
+    for _ in range(round(period.timing.control_period / period.timing.plant_step)):
+        following, local, _ = period.fly(
+            np.concatenate([following, held[None]], axis=1), setting.disturbance, setting.dynamics
+        )
+        slope = local @ np.concatenate([slope, unit[None, BODY:]], axis=1)
+    return Plant(body, following[0], slope[0])
+
+
+def one_period(period: PeriodMap, state: Array, w: Array, gains: Array, setting: Setting, plant: Plant) -> Step:
+    """Fly one period from states (n, x) with the terms giving w (n, terms), under gains (n, g), and differentiate it.
+
+    The plant's part is that about its balance, which all candidates share.
+    """
     n, n_terms, size_x = len(gains), len(period.terms), state.shape[1]
     none = np.zeros((n, N_CHANNELS))
     outputs, slope, values = period.decide(
         np.concatenate([state, none, w, none], axis=1), gains, setting.nominal, setting.reference
     )
     body, speed = state[:, :BODY], outputs[:, :ROTORS]
-    # Candidates in the same steady flight share the plant's part.
-    shared = np.ptp(body, axis=0).max(axis=0) + np.ptp(speed, axis=0).max(axis=0) < 1e-9
-    one = slice(0, 1) if shared else slice(None)
-    body, flown = _flown(period, body[one], speed[one], setting)
-    by_body, by_speed, by_load = np.split(flown, [BODY, BODY + ROTORS], axis=-1)
+    by_body, by_speed, by_load = np.split(plant.slope, [BODY, BODY + ROTORS], axis=-1)
+    by_speed = by_speed * (speed / plant.body[-ROTORS:])[:, None]
     memory = slice(ROTORS, ROTORS + size_x - BODY)
     whole = np.zeros((n, size_x, slope.shape[-1] + N_CHANNELS))
     whole[:, :BODY, :-N_CHANNELS] = by_speed @ slope[:, :ROTORS]
@@ -146,7 +169,7 @@ def one_period(period: PeriodMap, state: Array, w: Array, gains: Array, setting:
         N_CHANNELS,
         n_terms,
     )
-    following = np.concatenate([np.broadcast_to(body, (n, BODY)), outputs[:, memory]], axis=1)
+    following = np.concatenate([plant.after(body, speed), outputs[:, memory]], axis=1)
     return Step(following, outputs[:, memory.stop :], values, loops)
 
 

@@ -13,14 +13,15 @@ from numpy.typing import NDArray
 from objectives.margins.block import read_block
 from objectives.margins.describing import DEFAULT_CASES, Case, term_gains
 from objectives.margins.frequency import POINTS, frequency_grid
-from objectives.margins.linearise import LinearLoops, Setting, close_terms
+from objectives.margins.linearise import LinearLoops, Plant, Setting, close_terms
 from objectives.margins.period import CHANNELS, PeriodMap, Term
 from objectives.margins.results import LoopResponse, Margins, Realisation, joined
 from objectives.margins.sheet import Sheet
 from objectives.margins.structure import Block, blocks_of, coordinates, with_images
-from objectives.margins.trim import Trim, TrimPoint, check_balance, find_trim, level_body, setting_of
+from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, level_body, setting_of
 from plant.cascade import ATTITUDE_AXES, Cascade
 from plant.closed_loop import Timing
+from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.nominal import Nominal, vary
 from plant.scenarios import Spread
@@ -40,9 +41,11 @@ PLANT_INPUTS = tuple(CHANNELS.index(name) for name in ("z", *ATTITUDE_AXES))
 
 
 def spread_corners(vehicle: Vehicle, spread: Spread) -> tuple[Vehicle, ...]:
-    """The vehicles at the corners of a spread of mass, inertia, thrust and lag: 2 to the number of those that are spread."""
-    widths = (spread.mass, spread.inertia, spread.thrust, spread.lag)
-    ends = [(1.0 - width, 1.0 + width) if width > 0.0 else (1.0,) for width in widths]
+    """The vehicles at the corners of a spread of mass, inertia, thrust and lag: 2 to the number of those that are spread.
+
+    The centre of mass stays in the middle: off it, thrust turns the body, but no loop's own margins change.
+    """
+    ends = [(middle - width, middle + width) if width > 0.0 else (middle,) for middle, width in spread.factors]
     return tuple(vary(vehicle, *corner) for corner in product(*ends))
 
 
@@ -51,6 +54,7 @@ class _Situation:
     """A vehicle in its trim, as rows of numbers, and the blocks that its loop falls into."""
 
     setting: Setting
+    plant: Plant
     blocks: tuple[Block, ...]
 
 
@@ -109,15 +113,20 @@ class MarginModel:
     def evaluate(self, gains: Array) -> Margins:
         """Margins of gains rows (n, g)."""
         gains = np.asarray(gains, dtype=float)
-        first = range(0, max(len(gains), 1), CHUNK)
-        return joined([self._evaluate(gains[i : i + CHUNK]) for i in first])
+        if not len(gains):
+            return self._sheet(0).summed(self.skew)
+        return joined([self._evaluate(gains[i : i + CHUNK]) for i in range(0, len(gains), CHUNK)])
+
+    def _sheet(self, n: int) -> Sheet:
+        return Sheet(n, len(self.vehicles), self.cases, self.period)
 
     def _evaluate(self, gains: Array) -> Margins:
-        sheet = Sheet(len(gains), len(self.vehicles), self.cases, self.period)
+        sheet = self._sheet(len(gains))
         term = self._term_gains(gains, self.cases)
         for i, situation in enumerate(self._situations):
-            point = self._trimmed(situation.setting, gains)
+            point = self._trimmed(situation.setting, situation.plant, gains)
             for block in situation.blocks:
+                sheet.sweep(block)
                 rows = point.steady
                 if block.image is not None:
                     original = situation.blocks[block.image]
@@ -134,7 +143,8 @@ class MarginModel:
     def open_blocks(self, gains: Array, vehicle: int = 0) -> list[tuple[Block, LinearLoops]]:
         """Blocks under a gains row (g,) with their loops (1, ...), nonlinear terms left open."""
         situation = self._situations[vehicle]
-        loops = self._trimmed(situation.setting, np.asarray(gains, dtype=float)[None]).step.loops
+        row = np.asarray(gains, dtype=float)[None]
+        loops = self._trimmed(situation.setting, situation.plant, row).step.loops
         return [(block, block.part(loops)) for block in situation.blocks]
 
     def realisation(self, gains: Array, channel: str, case: Case = SMALL, vehicle: int = 0) -> Realisation:
@@ -144,7 +154,8 @@ class MarginModel:
         block = next((block for block in situation.blocks if index in block.channels), None)
         if block is None:
             return Realisation(np.zeros((0, 0)), np.zeros(0), np.zeros(0), self.period)
-        loops = _closed(block, self._trimmed(situation.setting, row).step.loops, self._term_gains(row, (case,)))
+        point = self._trimmed(situation.setting, situation.plant, row)
+        loops = _closed(block, point.step.loops, self._term_gains(row, (case,)))
         j = block.channels.index(index)
         return Realisation(loops.a[0], loops.b[0, :, j], loops.c[0, j], self.period)
 
@@ -157,17 +168,21 @@ class MarginModel:
 
     def _situation(self, nominal: Nominal, vehicle: Vehicle) -> _Situation:
         setting = setting_of(self.trim, nominal, vehicle)
-        check_balance(self._map, self.trim, nominal, setting)
+        plant = balanced_plant(self._map, self.trim, nominal, setting)
         gains = self._probes()
-        term, point = self._term_gains(gains, MIDDLE), self._trimmed(setting, gains)
+        steady = self._trimmed(setting, plant, gains).steady
+        if not steady.any():
+            raise InputError("no steady flight is found under any of a few gains from their search ranges", key="trim")
+        gains = gains[steady]
+        term, point = self._term_gains(gains, MIDDLE), self._trimmed(setting, plant, gains)
         blocks = blocks_of(
             close_terms(point.step.loops, term[:, 0]), coordinates(self._map, nominal.vehicle, point.state[0])
         )
         # The same probes with the gains of x in y and of pitch in roll.
         for axis, like in (("y", "x"), ("roll", "pitch")):
             gains[:, self._columns[axis]] = gains[:, self._columns[like]]
-        term, loops = self._term_gains(gains, MIDDLE), self._trimmed(setting, gains).step.loops
-        return _Situation(setting, with_images(blocks, tuple(_closed(block, loops, term) for block in blocks)))
+        term, loops = self._term_gains(gains, MIDDLE), self._trimmed(setting, plant, gains).step.loops
+        return _Situation(setting, plant, with_images(blocks, tuple(_closed(block, loops, term) for block in blocks)))
 
     def _probes(self) -> Array:
         """Gains rows spread over the search ranges."""
@@ -187,8 +202,8 @@ class MarginModel:
     def _term_gains(self, gains: Array, cases: Sequence[Case]) -> Array:
         return term_gains(self._map.terms, self._map.cascade, gains, self.period, tuple(cases))
 
-    def _trimmed(self, setting: Setting, gains: Array) -> TrimPoint:
-        return find_trim(self._map, gains, setting, self._body, self._term_gains(gains, MIDDLE)[:, 0])
+    def _trimmed(self, setting: Setting, plant: Plant, gains: Array) -> TrimPoint:
+        return find_trim(self._map, gains, setting, plant, self._body, self._term_gains(gains, MIDDLE)[:, 0])
 
 
 def _closed(block: Block, loops: LinearLoops, term: Array) -> LinearLoops:

@@ -17,11 +17,11 @@ from objectives.margins.frequency import Modes
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
 
-SWEEPS, DESCENT = 10, 40
+SWEEPS, DESCENT = 10, 30
 # Gradient at which a bound is at its least, and the share of the promised fall that a step must bring.
 FLAT, WORTH = 1e-9, 1e-2
 # Frequencies at which the highest bound is lowered, and how often the interval about the last is divided into how many points.
-LOWERED, ZOOMS, POINTS = 4, 6, 5
+LOWERED, ZOOMS, POINTS = 4, 4, 5
 
 
 def balanced(m: Complex) -> Array:
@@ -51,12 +51,14 @@ def mu_upper(m: Complex) -> Array:
     value, slope = scaled_norm(m, log_d)
     step = np.ones(value.shape)
     for _ in range(DESCENT):
-        if np.max(np.abs(slope), axis=None) < FLAT:
+        # Each matrix ends its own descent, so that its bound does not depend on the others.
+        steep = np.max(np.abs(slope), axis=-1) >= FLAT
+        if not steep.any():
             break
         trial = log_d - step[..., None] * slope
         lower, its_slope = scaled_norm(m, trial)
         promised = step * np.sum(slope**2, axis=-1)
-        better = lower < value * np.exp(-WORTH * promised)
+        better = steep & (lower < value * np.exp(-WORTH * promised))
         value = np.where(better, lower, value)
         log_d, slope = (np.where(better[..., None], new, old) for new, old in ((trial, log_d), (its_slope, slope)))
         step = np.where(better, 1.6, 0.4) * step

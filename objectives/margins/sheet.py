@@ -29,6 +29,10 @@ class Sheet:
         self._together, self._together_at = np.full((*shape[:3], 1), np.inf), np.zeros((*shape[:3], 1))
         self._swept = np.zeros(N_CHANNELS, dtype=bool)
 
+    def sweep(self, block: Block) -> None:
+        """Have the channels of a block report cases where it has terms, whether or not any candidate is entered."""
+        self._swept[list(block.channels)] |= bool(block.terms)
+
     def enter(self, vehicle: int, block: Block, rows: Mask, read: Readings) -> None:
         """Enter the readings of a block for some candidates: their rows are candidates, then cases, or one for all cases."""
         chosen, every = np.nonzero(rows)[0], np.arange(len(self._cases))
@@ -42,7 +46,6 @@ class Sheet:
             self._frequency[name][spot] = by_case(at.frequency)
         self._stable[spot] = by_case(read.modes.stable)
         self._growth[spot] = by_case(read.modes.growth / self._h)
-        self._swept[list(block.channels)] |= bool(block.terms)
         spot = np.ix_(chosen, np.array([vehicle]), every, np.array([0]))
         value, before = by_case(read.together.value), self._together[spot]
         self._together_at[spot] = np.where(value < before, by_case(read.together.frequency), self._together_at[spot])
@@ -53,7 +56,6 @@ class Sheet:
         for array in (*self._value.values(), *self._frequency.values(), self._stable, self._growth):
             for to, of in zip(block.channels, original.channels, strict=True):
                 array[rows, vehicle, :, to] = array[rows, vehicle, :, of]
-        self._swept[list(block.channels)] |= bool(block.terms)
 
     def discard(self, vehicle: int, rows: Mask) -> None:
         """Nothing is stable where no steady flight was found."""

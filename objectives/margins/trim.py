@@ -10,13 +10,14 @@ from math import acos, atan, cos, degrees, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.margins.linearise import Setting, Step, close_terms, one_period
+from objectives.margins.linearise import Plant, Setting, Step, close_terms, one_period, plant_about
 from objectives.margins.period import BODY, ROTORS, PeriodMap
+from plant.cascade import LEAST_LIFT
 from plant.closed_loop import hover_body
 from plant.disturbance import Disturbance
 from plant.errors import InputError
 from plant.nominal import Nominal
-from plant.records import flatten, index
+from plant.records import flatten, index, size
 from plant.references.track import Reference
 from plant.rigid_body import Dynamics, dynamics
 from plant.vectors import Quaternion, Vec3
@@ -32,8 +33,10 @@ HOLD = index(Reference, "hold")
 BALANCED = 1e-11
 # Size of a term's signal, in its unit, below which it is at rest.
 AT_REST = 1e-12
-# What a term's value may lack of f(s), in its unit.
+# What a term's value may lack of f(s), in its unit, and the body of its balance, relative to 1 + |value|.
 SETTLED = 1e-6
+# Size of a state or of a term's value at which Newton's method has run away.
+ASTRAY = 1e7
 ZERO = Vec3(0.0, 0.0, 0.0)
 
 
@@ -107,25 +110,35 @@ def level_body(trim: Trim, nominal: Nominal) -> Array:
     return np.array(flatten(hover_body(nominal)._replace(attitude=turned)))
 
 
-def check_balance(period: PeriodMap, trim: Trim, nominal: Nominal, setting: Setting) -> None:
-    """Raise InputError where air and rotors leave no vehicle at rest, whatever the gains, within tilt and rotor limits."""
+def balanced_plant(period: PeriodMap, trim: Trim, nominal: Nominal, setting: Setting) -> Plant:
+    """The plant about the attitude and rotor speeds at which air, weight and rotors leave it at rest, whatever the gains.
+
+    Raises InputError where there are none within the limits of tilt, of rotor speed and of how little lift the controller asks
+    for.
+    """
     unknown = np.concatenate([np.zeros(2), level_body(trim, nominal)[-ROTORS:]])
-    push = slope = np.empty(0)
+    push = slope = body = np.empty(0)
     for _ in range(ITERATIONS):
-        push, slope, _ = period.pushed(unknown, np.array([trim.yaw]), setting.disturbance, setting.dynamics)
+        push, slope, body = period.pushed(unknown, np.array([trim.yaw]), setting.disturbance, setting.dynamics)
         if np.abs(push).max(axis=None) < BALANCED:
             break
         unknown = unknown - np.linalg.solve(slope[0], push[0])
     tilt, speeds = acos(cos(unknown[0]) * cos(unknown[1])), unknown[2:]
     low, high = (sqrt(t / nominal.vehicle.thrust_coefficient) for t in (nominal.thrust_min, nominal.thrust_max))
     balanced = np.abs(push).max(axis=None) < BALANCED
-    if not (balanced and low < speeds.min(axis=0) and speeds.max(axis=0) < high and tilt < atan(nominal.tilt_tangent)):
+    within = low < speeds.min(axis=0) and speeds.max(axis=0) < high and tilt < atan(nominal.tilt_tangent)
+    # Lift as the controller counts it, by its own mass and thrust coefficient.
+    known = nominal.vehicle
+    lift = known.thrust_coefficient * float(np.sum(speeds**2, axis=0)) * cos(tilt)
+    if not (balanced and within and lift > LEAST_LIFT * known.mass * known.gravity):
         raise InputError(
             f"no steady flight in an air flow of {sqrt(sum(part * part for part in trim.air)):.3g} m/s within the limits of tilt "
-            f"({degrees(atan(nominal.tilt_tangent)):.3g} deg) and rotor speed; give less wind or velocity, or a vehicle that "
-            "its rotors can carry",
+            f"({degrees(atan(nominal.tilt_tangent)):.3g} deg), rotor speed and least lift ({LEAST_LIFT:.0%} of the weight that "
+            "the controller assumes); give less wind or velocity, or a vehicle that its rotors carry and that is no feather to "
+            "its controller",
             key="trim",
         )
+    return plant_about(period, body[0], setting)
 
 
 @dataclass(frozen=True)
@@ -138,32 +151,51 @@ class TrimPoint:
     step: Step
 
 
-def find_trim(period: PeriodMap, gains: Array, setting: Setting, body: Array, secant: Array) -> TrimPoint:
-    """Find the steady flight of gains rows (n, g), starting from a body (17,) that hovers level.
+def find_trim(
+    period: PeriodMap, gains: Array, setting: Setting, plant: Plant, body: Array, secant: Array
+) -> TrimPoint:  # fmt: skip
+    """Find the steady flight of gains rows (n, g) of a plant in balance, starting from a body (17,) that hovers level.
 
-    secant (n, terms): gains that stand for the nonlinear terms while their signals are at rest.
+    secant (n, terms): gains that stand for the nonlinear terms while their signals are at rest. What is found for a row does not
+    depend on the others. A row that runs away, or ends outside the limits, is not steady.
     """
     starts = np.broadcast_to(body, (len(gains), BODY))
     (state,) = period.at_rest(starts, gains, setting.nominal, setting.reference)
     w = np.zeros((len(gains), len(period.terms)))
-    step = one_period(period, state, w, gains, setting)
+    step = one_period(period, state, w, gains, setting, plant)
     if not _is_steady(state, w, step).all():
-        state, w = _iterate(period, state, w, gains, setting, secant)
-        step = one_period(period, state, w, gains, setting)
-    return TrimPoint(state, w, _is_steady(state, w, step), step)
+        state, w = _iterate(period, state, w, gains, setting, plant, secant)
+        step = one_period(period, state, w, gains, setting, plant)
+    return TrimPoint(state, w, _is_steady(state, w, step) & _is_balanced(state, plant), step)
+
+
+def _is_balanced(state: Array, plant: Plant) -> NDArray[np.bool_]:
+    """Which rows have the plant where it was linearised, but for its place: at the yaw asked for in particular."""
+    off = np.abs(state[:, :BODY] - plant.body) / (1.0 + np.abs(plant.body))
+    return np.all(off[:, size(Vec3) :] < SETTLED, axis=1)
 
 
 def _iterate(
-    period: PeriodMap, state: Array, w: Array, gains: Array, setting: Setting, secant: Array
+    period: PeriodMap, state: Array, w: Array, gains: Array, setting: Setting, plant: Plant, secant: Array
 ) -> tuple[Array, Array]:
     """States and term values of steady flight, with limits out of reach: the way there may lead beyond them."""
     free = replace(setting, nominal=_without_limits(setting.nominal))
+    going = np.ones(len(gains), dtype=bool)
     for _ in range(ITERATIONS):
-        step = one_period(period, state, w, gains, free)
-        if _is_steady(state, w, step).all():
+        step = one_period(period, state, w, gains, free, plant)
+        # Each row stops by itself.
+        going &= ~_is_steady(state, w, step)
+        if not going.any():
             break
-        state, w = _newton(state, w, step, secant, bool(setting.reference[HOLD] > 0.5))
+        next_state, next_w = _newton(state, w, step, secant, bool(setting.reference[HOLD] > 0.5))
+        going &= _is_sound(next_state) & _is_sound(next_w)
+        state, w = (np.where(going[:, None], new, old) for new, old in ((next_state, state), (next_w, w)))
     return state, w
+
+
+def _is_sound(values: Array) -> NDArray[np.bool_]:
+    """Which rows (n, m) are numbers that steady flight can have; NaN is not."""
+    return np.all(np.abs(values) < ASTRAY, axis=1)
 
 
 def _without_limits(nominal: Array) -> Array:
@@ -192,23 +224,37 @@ def _newton(state: Array, w: Array, step: Step, secant: Array, held: bool) -> tu
     ratio = np.where(at_rest, secant, step.values / np.where(at_rest, 1.0, s))
     closed = close_terms(step.loops, ratio)
     # w changes by its lag, and by ratio times the change of s; what adds to w enters through the same columns.
-    pushed = drift + np.einsum("nxw,nw->nx", closed.b[:, :, closed.terms], lag)
+    pushed = drift + _applied(closed.b[:, :, closed.terms], lag)
     system = np.eye(state.shape[1]) - closed.a
     # A state that nothing moves, like an integral of gain zero, and one that moves nothing keep their value.
     rows, columns = np.arange(state.shape[1]), np.abs(system).max(axis=1) < 1e-13
     idle = columns | (np.abs(system).max(axis=2) < 1e-13)
     system[:, rows, rows] += idle
     change = _solved(system, pushed, held)
-    return state + change, w + lag + ratio * np.einsum("nsx,nx->ns", closed.c[:, closed.terms], change)
+    return state + change, w + lag + ratio * _applied(closed.c[:, closed.terms], change)
+
+
+def _applied(matrices: Array, vectors: Array) -> Array:
+    return (matrices @ vectors[..., None])[..., 0]
 
 
 def _solved(system: Array, right: Array, held: bool) -> Array:
     """Solution of the Newton system; in attitude mode every place is a steady state, and the nearest is taken."""
-    if held:
-        try:
-            return np.asarray(np.linalg.solve(system, right[..., None])[..., 0], dtype=float)
-        except np.linalg.LinAlgError:
-            # One of the batch has gone astray; the others go on.
-            pass
-    inverse = np.linalg.pinv(np.nan_to_num(system), rcond=1e-10)
-    return np.asarray(np.einsum("nij,nj->ni", inverse, np.nan_to_num(right)), dtype=float)
+    if not held:
+        return _nearest(system, right)
+    try:
+        return np.asarray(np.linalg.solve(system, right[..., None])[..., 0], dtype=float)
+    except np.linalg.LinAlgError:
+        # One of the batch has no solution: one by one, so that the others keep theirs to the last bit.
+        change = np.empty(right.shape)
+        for i in range(len(system)):
+            try:
+                change[i] = np.linalg.solve(system[i], right[i])
+            except np.linalg.LinAlgError:
+                change[i] = _nearest(system[i], right[i])
+        return change
+
+
+def _nearest(system: Array, right: Array) -> Array:
+    """Least solution of those that come closest."""
+    return _applied(np.linalg.pinv(system, rcond=1e-10).astype(float), right)

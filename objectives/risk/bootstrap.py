@@ -1,22 +1,21 @@
-"""Percentile bootstrap over scenarios: how far a risk would move if other scenarios had been drawn.
+"""Bootstrap over scenarios: how far a risk would move if other scenarios had been drawn.
 
 Use it for intervals of reported risks, and on paired scenarios to tell whether two candidates really differ. Whole
 scenarios are resampled, never instants of one flight, because instants are dependent. All candidates see the same
 resampled scenarios, so their replicates are paired as their flights are (common random numbers).
 
-Source: B. Efron, R. J. Tibshirani, "An Introduction to the Bootstrap", Chapman & Hall, 1993, chapter 13. The interval
-is a little too short for small samples: for the mean of n normal values its coverage is
-P(|t_(n-1)| < z sqrt((n-1)/n)), 94 % instead of 95 % at n = 50. For the worst case it is not valid at all: no resample
-exceeds the largest value seen.
+Intervals are studentised where the risk has a standard error, see `objectives.risk.studentised`, and percentile intervals
+elsewhere: B. Efron, R. J. Tibshirani, "An Introduction to the Bootstrap", Chapman & Hall, 1993, chapters 12 and 13. For
+the worst case neither is valid: no resample exceeds the largest value seen.
 """
 
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from objectives.risk.measures import Risk
+from objectives.risk.studentised import Measured, Resampled, difference, ends, measured, standard_error
 from plant.errors import InputError
 
 BLOCK = 2_000_000
@@ -44,16 +43,20 @@ class PairedDifference(NamedTuple):
 def bootstrap_interval(
     values: Values, risk: Risk, rng: np.random.Generator, replicates: int = 2000, confidence: float = 0.95
 ) -> Interval:
-    """Return the percentile interval of the risk of values (..., n), n scenarios, for each leading entry.
+    """Return the interval of the risk of values (..., n), n scenarios, for each leading entry.
 
     An entry's interval depends on its own values and the state of rng, not on the entries beside it.
     """
     values = np.asarray(values, dtype=np.float64)
     _check(values, replicates, confidence)
-    resample = _resamples(rng, replicates, values.shape[-1])
+    return interval_on(values, risk, _resamples(rng, replicates, values.shape[-1]), confidence)
+
+
+def interval_on(values: Values, risk: Risk, resample: Indices, confidence: float = 0.95) -> Interval:
+    """Return the interval of the risk of values (..., n) on given resamples (replicates, n) of the scenarios."""
     flat = values.reshape(-1, values.shape[-1])
-    ends = _percentiles(len(flat), replicates, confidence, lambda rows: _replicates(flat[rows], risk, resample))
-    return Interval(*ends.reshape(2, *values.shape[:-1]))
+    pairs = [_ends_of(row, None, risk, resample, confidence) for row in flat]
+    return Interval(*np.array(pairs).reshape(-1, 2).T.reshape(2, *values.shape[:-1]))
 
 
 def bootstrap_replicates(
@@ -84,22 +87,30 @@ def paired_difference(
     replicates: int = 2000,
     confidence: float = 0.95,
 ) -> PairedDifference:
-    """Return risk(a) - risk(b) with its percentile interval; a and b (..., n) flew through the same n scenarios."""
+    """Return risk(a) - risk(b) with its interval; a and b (..., n) flew through the same n scenarios."""
     first, second = np.asarray(values_a, dtype=np.float64), np.asarray(values_b, dtype=np.float64)
     if first.shape != second.shape:
         raise InputError(f"paired values must have one shape, but {first.shape} and {second.shape} were given")
     _check(first, replicates, confidence)
+    return paired_difference_on(first, second, risk, _resamples(rng, replicates, first.shape[-1]), confidence)
+
+
+def paired_difference_on(
+    first: Values, second: Values, risk: Risk, resample: Indices, confidence: float = 0.95
+) -> PairedDifference:
+    """Return risk(first) - risk(second), both (..., n), with its interval on given resamples (replicates, n)."""
+    # numpy sums in another order along other layouts, and equal candidates must differ by 0.
+    first, second = np.ascontiguousarray(first), np.ascontiguousarray(second)
     n = first.shape[-1]
-    resample = _resamples(rng, replicates, n)
-    a, b = first.reshape(-1, n), second.reshape(-1, n)
-    ends = _percentiles(
-        len(a),
-        replicates,
-        confidence,
-        lambda rows: _replicates(a[rows], risk, resample) - _replicates(b[rows], risk, resample),
-    )
-    low, high = ends.reshape(2, *first.shape[:-1])
+    rows = zip(first.reshape(-1, n), second.reshape(-1, n), strict=True)
+    pairs = [_ends_of(a, b, risk, resample, confidence) for a, b in rows]
+    low, high = np.array(pairs).reshape(-1, 2).T.reshape(2, *first.shape[:-1])
     return PairedDifference(risk.apply(first) - risk.apply(second), low, high)
+
+
+def replicates_on(values: Values, risk: Risk, resample: Indices) -> Values:
+    """Return the risk (..., replicates) of values (..., n) on given resamples (replicates, n) of the scenarios."""
+    return _replicates(values.reshape(-1, values.shape[-1]), risk, resample).reshape(*values.shape[:-1], -1)
 
 
 def _check(values: Values, replicates: int, confidence: float) -> None:
@@ -115,16 +126,24 @@ def _resamples(rng: np.random.Generator, replicates: int, n: int) -> Indices:
     return rng.integers(n, size=(replicates, n), dtype=np.intp)
 
 
-def _percentiles(
-    entries: int, replicates: int, confidence: float, replicates_of: Callable[[slice], Values]
-) -> NDArray[np.float64]:
-    """Return the ends (2, entries) of the central share `confidence` of replicates_of(rows) (rows, replicates)."""
-    ends = np.empty((2, entries))
-    rows_at_once = max(BLOCK // replicates, 1)
-    for begin in range(0, entries, rows_at_once):
-        rows = slice(begin, begin + rows_at_once)
-        ends[:, rows] = np.quantile(replicates_of(rows), _tails(confidence), axis=-1)
-    return ends
+def _ends_of(
+    first: Values, second: Values | None, risk: Risk, resample: Indices, confidence: float
+) -> tuple[float, float]:
+    """Return the ends of the interval of the risk of first (n,), or of its difference to that of second."""
+    own = _measured(first, second, risk)
+    drawn, errors = np.empty(len(resample)), np.empty(len(resample))
+    at_once = max(BLOCK // len(first), 1)
+    for begin in range(0, len(resample), at_once):
+        chosen = slice(begin, begin + at_once)
+        part = resample[chosen]
+        found = _measured(first[part], None if second is None else second[part], risk)
+        drawn[chosen], errors[chosen] = found.risk, standard_error(found)
+    return ends(float(own.risk), float(standard_error(own)), Resampled(drawn, errors), confidence)
+
+
+def _measured(first: Values, second: Values | None, risk: Risk) -> Measured:
+    found = measured(first, risk)
+    return found if second is None else difference(found, measured(second, risk))
 
 
 def _tails(confidence: float) -> list[float]:

@@ -46,8 +46,8 @@ class RiskMeasure:
     coherent: bool
 
 
-def _rank(level: float, n: int) -> int:
-    """Return j = ceil(a n), between 1 and n."""
+def quantile_rank(level: float, n: int) -> int:
+    """Return j = ceil(a n), between 1 and n: x_(j) is the quantile at level a."""
     return min(max(ceil(level * n - ROUNDING), 1), n)
 
 
@@ -57,12 +57,12 @@ def _mean(values: Values, level: float) -> Values:
 
 
 def _quantile(values: Values, level: float) -> Values:
-    return values[..., _rank(level, values.shape[-1]) - 1]
+    return values[..., quantile_rank(level, values.shape[-1]) - 1]
 
 
 def _cvar(values: Values, level: float) -> Values:
     n = values.shape[-1]
-    rank = _rank(level, n)
+    rank = quantile_rank(level, n)
     tail = np.sum(values[..., rank:], axis=-1)
     return ((rank - level * n) * values[..., rank - 1] + tail) / ((1.0 - level) * n)
 

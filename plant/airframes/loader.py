@@ -1,6 +1,5 @@
 """Reads an airframe: one of the bundled TOML files by name, or a user's file of the same form by path."""
 
-import tomllib
 from collections.abc import Mapping
 from dataclasses import dataclass
 from pathlib import Path
@@ -10,6 +9,7 @@ from plant.airframes.geometry import FRAMES, SPINS
 from plant.airframes.rules import broken_rules
 from plant.airframes.schema import GROUPS, SCALARS, Sourced, read_flag, read_numbers, read_text
 from plant.errors import InputError, UnknownNameError, UnphysicalError
+from plant.texts import toml_table
 from plant.vectors import Vec3
 from plant.vehicle import Vehicle
 
@@ -66,12 +66,13 @@ def _located(name_or_path: str | Path) -> Path:
 
 def _parsed(path: Path) -> Mapping[str, object]:
     try:
-        return tomllib.loads(path.read_text(encoding="utf-8"))
+        return toml_table(path.read_text(encoding="utf-8-sig"), path)
     except OSError as error:
         message = f"cannot be read ({error.strerror}); give a TOML file or a bundled airframe: {', '.join(names())}"
         raise InputError(message, file=path) from error
-    except (tomllib.TOMLDecodeError, UnicodeDecodeError) as error:
-        raise InputError(f"is not valid TOML: {error}", file=path) from error
+    except UnicodeDecodeError as error:
+        message = f"is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8"
+        raise InputError(message, file=path) from error
 
 
 def _vehicle(values: Mapping[str, float], frame: str, spin: str) -> Vehicle:

@@ -15,14 +15,14 @@ SMALL = {
 }
 
 
-def run_small(folder, threads=2, **changes):
+def run_small(folder, threads=2, reuse=(), **changes):
     from tuner.run import run_study
     from tuner.store.folder import Folder
     from tuner.study import load_study
     from tuner.watcher import Watcher
 
     study = load_study(QUICKSTART, {**SMALL, **{key.replace("__", "."): value for key, value in changes.items()}})
-    return run_study(study, Folder.create(folder), Watcher(), threads)
+    return run_study(study, Folder.create(folder), Watcher(), threads, reuse)
 
 
 @pytest.fixture(scope="session")

@@ -7,7 +7,7 @@ import pandas as pd
 import pytest
 
 from plant.errors import StoreError
-from plant.scenarios import HELD_OUT, SEARCH
+from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
 from tests.tuner.conftest import QUICKSTART, run_small
 from tuner.conclusion import fleets
 from tuner.gains_file import read_gains
@@ -49,8 +49,14 @@ def test_tables_agree_with_each_other(small_run):
             assert row[f"search:{label}"] == tried.loc[row["candidate"], f"objective:{label}"]
             low, middle, high = (float(row[f"{kind}:{label}"]) for kind in ("low", "held_out", "high"))
             assert low <= middle <= high
+            assert row[f"gap:{label}"] == row[f"held_out:{label}"] - row[f"search:{label}"]
+            assert row[f"gap_low:{label}"] <= row[f"gap:{label}"] <= row[f"gap_high:{label}"]
+            default = float(front[f"held_out:{label}"][0])
+            assert row[f"difference:{label}"] == pytest.approx(row[f"held_out:{label}"] - default, abs=1e-12)
+            assert row[f"difference_low:{label}"] <= row[f"difference:{label}"] <= row[f"difference_high:{label}"]
         line = next(entry for entry in summary["table"] if entry["label"] == label)
-        assert line["tuned"]["value"] == pytest.approx(tuned[f"held_out:{label}"], rel=1e-12)
+        picked = next(entry for entry in summary["picked_on"]["objectives"] if entry["label"] == label)
+        assert picked["held_out"]["value"] == pytest.approx(tuned[f"held_out:{label}"], rel=1e-12)
         difference = line["tuned"]["value"] - line["default"]["value"]
         assert line["difference"]["value"] == pytest.approx(difference, rel=1e-9, abs=1e-12)
     history = pd.read_csv(folder / "history.csv")
@@ -73,13 +79,32 @@ def test_flying_the_tuned_gains_again_gives_the_reported_values(small_run):
     assert np.array_equal(again.values[0], outcome.finalists.evaluation.values[outcome.tuned])
 
 
-def test_search_and_held_out_scenarios_share_nothing(small_run):
+def test_the_table_rests_on_flights_that_had_no_part_in_the_choice(small_run):
+    outcome, folder = small_run
+    gains = np.stack([outcome.gains(0), np.array(read_gains(folder / "gains.json").gains)])
+    again = outcome.problem.evaluate_gains(gains, fleets(outcome.study, CONFIRMATION), fly_all=True)
+    table = json.loads((folder / "summary.json").read_text())["table"]
+    for i, row in enumerate(table[: len(outcome.study.objectives)]):
+        assert [row["default"]["value"], row["tuned"]["value"]] == pytest.approx(again.values[:, i].tolist(), rel=1e-12)
+    assert [fleet.count for fleet in fleets(outcome.study, CONFIRMATION)] == [32]
+
+
+def test_search_held_out_and_confirmation_scenarios_share_nothing(small_run):
     outcome, _ = small_run
-    one, other = (
-        outcome.problem.evaluate_gains(outcome.study.default_row[None], fleets(outcome.study, stream)).scores
-        for stream in (SEARCH, HELD_OUT)
-    )
-    assert np.intersect1d(one[0, 0], other[0, 0]).size == 0
+    streams = [
+        outcome.problem.evaluate_gains(outcome.study.default_row[None], fleets(outcome.study, stream)).scores[0, 0]
+        for stream in (SEARCH, HELD_OUT, CONFIRMATION)
+    ]
+    assert len(np.unique(np.concatenate(streams))) == 4 + 32 + 32
+
+
+def test_probabilities_belong_to_the_front(small_run):
+    _, folder = small_run
+    front = pd.read_csv(folder / "front.csv")
+    assert front.probability[0] == 0.0 and front.probability.between(0.0, 1.0).all()
+    # On every resample somebody is non-dominated.
+    assert front.probability.sum() >= 1.0
+    assert front.probability[~front.feasible].sum() == 0.0
 
 
 def test_same_bits_for_another_thread_count_and_others_for_another_seed(small_run, tmp_path):
@@ -97,6 +122,10 @@ def test_nothing_feasible_is_said_and_the_least_broken_point_shown(tmp_path):
     assert any("No candidate kept every constraint" in text for text in outcome.warnings)
     broken = [row for row in outcome.table if row.limit is not None]
     assert [row.verdict for row in broken] == ["broken"]
+    conflict = json.loads((tmp_path / "none" / "summary.json").read_text())["conflict"]
+    label = broken[0].quantity.label
+    assert conflict["sets"] == [[label]] and conflict["common"]["limits"][0]["relaxed"] > 1e-9
+    assert any(text.startswith(f"Kept by none of them: {label} at most 1e-09 m") for text in outcome.warnings)
 
 
 def test_an_existing_folder_is_not_touched(small_run):

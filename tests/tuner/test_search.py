@@ -1,64 +1,14 @@
-"""The search: reproducible, moves with the problem, finds a known front; fronts, hypervolume and picks against brute force."""
+"""First generations, fronts, hypervolume and picks, against brute force. The searches have a contract of their own."""
+
+import re
 
 import numpy as np
 import pytest
 
-from plant.errors import UnknownNameError
+from plant.errors import InputError, UnknownNameError
 from plant.seeds import generator
-from tuner.search.first_generation import first_generation, latin_hypercube
-from tuner.search.front import feasible_front, hypervolume, non_dominated, pick
-from tuner.search.nsga2 import Nsga2
-
-
-def search(problem, seed=1, disturb=0, generations=25, population=32, dimensions=4):
-    np.random.seed(disturb)  # noqa: NPY002  (whatever a library does with the global state must not matter)
-    first = first_generation(np.full((1, dimensions), 0.5), population, generator(seed, "first", 0))
-    algorithm = Nsga2(first, 2, 1, seed)
-    points, values, violations = [], [], []
-    for _ in range(generations):
-        x = algorithm.ask()
-        f, c = problem(x)
-        algorithm.tell(f, c)
-        points.append(x)
-        values.append(f)
-        violations.append(c)
-    return tuple(np.concatenate(part, axis=0) for part in (points, values, violations))
-
-
-def constrained(x):
-    rest = np.square(x[:, 1:] - 0.3).sum(axis=1)
-    return np.stack([x[:, 0] + rest, (1.0 - x[:, 0]) + rest], axis=1), np.maximum(0.4 - x[:, 1:2], 0.0)
-
-
-def test_same_seed_same_points_on_a_constrained_problem_whatever_the_global_state():
-    assert np.array_equal(search(constrained, disturb=0)[0], search(constrained, disturb=99)[0])
-    assert not np.array_equal(search(constrained, seed=1)[0], search(constrained, seed=2)[0])
-
-
-def test_a_constant_problem_is_reproducible_too():
-    def constant(x):
-        return np.ones((len(x), 2)), np.zeros((len(x), 1))
-
-    assert np.array_equal(search(constant, disturb=1)[0], search(constant, disturb=2)[0])
-
-
-def test_finds_the_front_of_a_problem_with_a_known_one():
-    # On the front x2 = 0.4 (the constraint), the others 0.3, so f1 + f2 = 1 + 2 * 0.01. 32 candidates in 25 generations come
-    # within 0.01 of it on average over the front (seen: 0.002).
-    _, values, violations = search(constrained)
-    front = values[feasible_front(values, violations)]
-    assert len(front) > 10
-    assert abs(front.sum(axis=1).mean(axis=0) - 1.02) < 0.01
-    assert np.ptp(front[:, 0]) > 0.8
-
-
-def test_tell_leaves_the_callers_arrays_alone():
-    algorithm = Nsga2(first_generation(np.full((1, 3), 0.5), 8, generator(1, "first", 0)), 2, 1, 1)
-    x = algorithm.ask()
-    f, c = np.random.default_rng(0).uniform(size=(8, 2)), np.zeros((8, 1))
-    kept = x.copy(), f.copy(), c.copy()
-    algorithm.tell(f, c)
-    assert all(np.array_equal(a, b) for a, b in zip((x, f, c), kept, strict=True))
+from tuner.search.first_generation import latin_hypercube
+from tuner.search.front import feasible_front, hypervolume, non_dominated, pick, resolved_rule, weights_of
 
 
 def test_latin_hypercube_fills_every_stratum_once():
@@ -108,5 +58,52 @@ def test_picks_do_not_depend_on_units(scale, shift):
     assert pick("knee", values, names)[0] == 1
     assert pick("closest", values, names)[0] == 1
     assert pick("min:travel", values, names)[0] == 3
+    # Scaled to 0..1 the sums 3 a + b of the four are 1, 0.6, 0.85 and 3; with b alone the last wins.
+    assert pick("weights:3.0,1.0", values, names)[0] == 1
+    assert pick("weights:1.0,0.0", values, names)[0] == 0
+    assert pick("weights:0.0,0.5", values, names)[0] == 3
     with pytest.raises(UnknownNameError):
         pick("min:nothing", values, names)
+
+
+LABELS, ADDRESSES = ["mean(rms.x)", "worst(rms.x)", "mean(travel)"], ["rms.x", "rms.x", "travel"]
+RULES = [
+    ("knee", {}, "knee"),
+    ("min:travel", {}, "min:mean(travel)"),
+    ("min:worst(rms.x)", {}, "min:worst(rms.x)"),
+    ("weights", {"travel": 2, "worst(rms.x)": 0.5}, "weights:0.0,0.5,2.0"),
+    # rms.x = 1 without quotes is a table "rms" to TOML.
+    ("weights", {"mean(rms": {"x)": 3}}, "weights:3.0,0.0,0.0"),
+]
+
+
+@pytest.mark.parametrize(("rule", "weights", "resolved"), RULES)
+def test_rules_are_spelt_out(rule, weights, resolved):
+    assert resolved_rule(rule, weights, LABELS, ADDRESSES) == resolved
+    pick(resolved, np.random.default_rng(1).random((5, 3)), LABELS)
+
+
+def test_weights_without_quotes_are_read_as_they_were_meant():
+    assert weights_of({"itae": {"position": 2}}, ["cvar90(itae.position)"], ["itae.position"]) == [2.0]
+
+
+BAD_RULES = [
+    ("kne", {}, "rule", "did you mean 'knee'"),
+    ("min:rms.x", {}, "rule", 'write "min:mean(rms.x)" or "min:worst(rms.x)"'),
+    ("knee", {"travel": 1.0}, "weights", 'write rule = "weights"'),
+    ("weights", {}, "weights", "no objective has a weight above 0"),
+    ("weights", {"travel": 0}, "weights", "no objective has a weight above 0"),
+    ("weights", {"travl": 1}, "weights.travl", "did you mean 'travel'"),
+    ("weights", {"travel": -1}, "weights.travel", "0 or more"),
+    ("weights", {"travel": True}, "weights.travel", "0 or more"),
+    ("weights", {"travel": "1"}, "weights.travel", "0 or more"),
+    ("weights", {"travel": float("nan")}, "weights.travel", "0 or more"),
+    ("weights", {"rms": {"x": 1}}, "weights.rms.x", 'write "mean(rms.x)" or "worst(rms.x)"'),
+]
+
+
+@pytest.mark.parametrize(("rule", "weights", "key", "says"), BAD_RULES)
+def test_a_bad_rule_is_refused(rule, weights, key, says):
+    with pytest.raises(InputError, match=re.escape(says)) as caught:
+        resolved_rule(rule, weights, LABELS, ADDRESSES)
+    assert caught.value.key == key

@@ -1,16 +1,23 @@
-"""The commands that need no file of their own: run, bench, new, check, report."""
+"""The commands that need no file of their own: run, bench, new, report."""
 
 import json
 import tomllib
+from collections.abc import Callable
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
+from rich.markup import escape
 
 from plant.errors import InputError, StoreError
 from tuner.cli.display import TerminalWatcher, comparison_table, gains_table
 from tuner.study import load_study
 from tuner.watcher import Watcher
+
+if TYPE_CHECKING:
+    from tuner.conclusion import Outcome
+    from tuner.store.folder import Folder
+    from tuner.study.study import Study
 
 
 def overrides(changes: list[str]) -> dict[str, Any]:
@@ -22,16 +29,24 @@ def overrides(changes: list[str]) -> dict[str, Any]:
             raise InputError(f"given '{change}'; write KEY=VALUE, for instance search.generations=3", key="--set")
         try:
             parsed[key] = tomllib.loads(f"value = {text}")["value"]
-        except tomllib.TOMLDecodeError:
+        except (ValueError, RecursionError):
+            # No TOML, or a number or nesting that no study holds: whatever it is for will say so.
             parsed[key] = text
     return parsed
 
 
-def run_command(study: Path, out: Path | None, threads: int | None, changes: list[str], as_json: bool) -> None:
+def run_command(
+    study: Path, out: Path | None, threads: int | None, changes: list[str], reuse: list[Path], as_json: bool
+) -> None:
     """Run a study and print the Default / Tuned table; a file with contenders is a contest, one with unknowns an inference."""
     from tuner.contest import is_contest
     from tuner.inference import is_inference
 
+    for results in reuse:
+        if not results.is_dir():
+            raise InputError(f"there is no results folder {results}", key="--reuse")
+    if reuse and (is_inference(study) or is_contest(study)):
+        raise InputError("only a tuning study takes flights over", key="--reuse")
     if is_inference(study):
         from tuner.cli.inference import run_inference_command
 
@@ -53,20 +68,28 @@ def run_command(study: Path, out: Path | None, threads: int | None, changes: lis
     from tuner.store.folder import Folder
 
     folder = Folder.create(out or default_folder(asked))
+    print_run(asked, folder, as_json, lambda watcher: run_study(asked, folder, watcher, threads, tuple(reuse)))
+
+
+def print_run(asked: "Study", folder: "Folder", as_json: bool, run: "Callable[[Watcher], Outcome]") -> None:
+    """Run a study with progress on the terminal and print what it found, or its summary as JSON and nothing else."""
+    summary_file = folder.path / "summary.json"
     if as_json:
-        run_study(asked, folder, Watcher(), threads)
-        print((folder.path / "summary.json").read_text(encoding="utf-8"))
+        run(Watcher())
+        print(summary_file.read_text(encoding="utf-8"))
         return
     console = Console()
-    console.print(f"[bold]{asked.title}[/bold]  (seed {asked.seed})", highlight=False)
+    console.print(f"[bold]{escape(asked.title)}[/bold]  (seed {asked.seed})", highlight=False)
     with TerminalWatcher(console) as watcher:
-        outcome = run_study(asked, folder, watcher, threads)
-    summary = json.loads((folder.path / "summary.json").read_text(encoding="utf-8"))
+        outcome = run(watcher)
+    summary = json.loads(summary_file.read_text(encoding="utf-8"))
     console.print(gains_table(summary))
     console.print(comparison_table(summary))
     console.print(f"Recommended: {summary['tuned']}: {summary['pick']['why']}.", highlight=False)
     for warning in summary["warnings"]:
-        console.print(f"Warning: {warning}", style="yellow", highlight=False)
+        console.print(f"Warning: {warning}", style="yellow", highlight=False, markup=False)
+    for text in summary["remarks"]:
+        console.print(text, highlight=False, markup=False)
     if outcome.study.requirements:
         screened = summary["screened"]
         console.print(
@@ -74,8 +97,16 @@ def run_command(study: Path, out: Path | None, threads: int | None, changes: lis
             f"{screened['flights']:,} flights saved.",
             highlight=False,
         )
+    raced = summary["raced"]
+    if raced["candidates"]:
+        console.print(
+            f"Races that ended early: {raced['candidates']:,} candidates; {raced['flights']:,} flights saved.",
+            highlight=False,
+        )
+    made = outcome.problem.flights_made
+    now = "" if made == outcome.flights else f" ({made:,} flights flown now, the others were there)"
     console.print(
-        f"{outcome.flights:,} flights in {outcome.seconds:.1f} s. "
+        f"{outcome.flights:,} flights{now} in {outcome.seconds:.1f} s. "
         f"Report: {folder.path / 'report.html'}  Gains: {folder.path / 'gains.json'}",
         highlight=False, soft_wrap=True,
     )  # fmt: skip
@@ -111,43 +142,6 @@ def new_command(name: str) -> None:
     except OSError as error:
         raise StoreError(f"{path} cannot be written ({error.strerror})") from None
     print(f"Wrote {path}. Run it with: tuner run {path}")
-
-
-def check_command(study: Path, as_json: bool) -> None:
-    """Say what a study, a contest or an inference would fly, or what is wrong with it."""
-    from tuner.contest import is_contest
-    from tuner.inference import is_inference
-
-    if is_inference(study):
-        from tuner.cli.inference import check_inference
-
-        figures = check_inference(study)
-    elif is_contest(study):
-        from tuner.cli.contest import check_contest
-
-        figures = check_contest(study)
-    else:
-        figures = check_study(study)
-    if as_json:
-        print(json.dumps(figures, indent=2))
-        return
-    for key, value in figures.items():
-        print(f"{key:18} {', '.join(value) if isinstance(value, list) else value}")
-
-
-def check_study(study: Path) -> dict[str, Any]:
-    """Return what a study would fly; InputError where it is wrong."""
-    asked = load_study(study)
-    flights = asked.search.generations * asked.search.population * sum(entry.search for entry in asked.scenarios)
-    return {
-        "title": asked.title,
-        "variables": len(asked.space.variables),
-        "objectives": [objective.label for objective in asked.objectives],
-        "constraints": [constraint.objective.label for constraint in asked.constraints],
-        "requirements": [requirement.label for requirement in asked.requirements],
-        "search_flights": flights,
-        "digest": asked.digest(),
-    }
 
 
 def report_command(results: Path) -> None:

@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.console import Console
 from rich.markup import escape
@@ -12,16 +12,26 @@ from tuner.cli.display import TerminalWatcher, digits, estimate
 from tuner.contest import Contest, load_contest
 from tuner.watcher import Watcher
 
+if TYPE_CHECKING:
+    from tuner.store.folder import Folder
+
 
 def run_contest_command(
     path: Path, out: Path | None, threads: int | None, overrides: dict[str, Any], as_json: bool
 ) -> None:
     """Run a contest and print what it found."""
     contest = load_contest(path, overrides)
-    from tuner.contest.run import default_folder, run_contest
+    from tuner.contest.run import default_folder
     from tuner.store.folder import Folder
 
     folder = Folder.create(out or default_folder(contest), inside="contenders")
+    print_contest(contest, folder, threads, as_json)
+
+
+def print_contest(contest: Contest, folder: "Folder", threads: int | None, as_json: bool) -> None:
+    """Run a contest in a folder with progress on the terminal and print what it found, or its document as JSON."""
+    from tuner.contest.run import run_contest
+
     if as_json:
         run_contest(contest, folder, Watcher(), threads)
         print((folder.path / "contest.json").read_text(encoding="utf-8"))

@@ -13,7 +13,7 @@ from rich.table import Table
 from objectives.margins.trim import Trim
 from plant.errors import StoreError
 from plant.gains import gain_addresses
-from tuner.cli.margins import LINES, mark, marks_of, shown
+from tuner.cli.margins import LINES, announce_compilation, mark, marks_of, shown
 from tuner.gains_file import Controller, to_document
 from tuner.margin_report.document import default_requirements, margins_document
 from tuner.margin_report.readings import subject_of
@@ -43,6 +43,7 @@ def design_command(path: Path, out: Path, as_json: bool) -> None:
         }
         for axis, found in designs.items()
     ]  # fmt: skip
+    announce_compilation()
     margins = {name: judged(study, controller) for name, controller in controllers.items()}
     provenance = {"study": study.title, "seed": study.seed, "point": "design", "design": axes}
     document = to_document(controllers["design"], provenance)

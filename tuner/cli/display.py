@@ -102,6 +102,10 @@ class TerminalWatcher(Watcher):
             self._console.print(f"Flying all contenders through the same air: {flights:,} flights")
         self._begin_task("Comparison", flights)
 
+    def noticed(self, text: str) -> None:
+        """Print it."""
+        self._console.print(text, style="yellow", highlight=False, markup=False)
+
     def writing(self, what: str) -> None:
         """Say what is being written."""
         if self._live:
@@ -132,7 +136,7 @@ def estimate(entry: dict[str, float | None]) -> str:
 def comparison_table(summary: dict[str, Any]) -> Table:
     """Return the Default / Tuned table of a summary."""
     table = Table(
-        title=f"Default / Tuned on {summary['held_out']} held-out scenarios, 95 % intervals", title_justify="left"
+        title=f"Default / Tuned on {summary['held_out']} confirmation scenarios, 95 % intervals", title_justify="left"
     )
     table.add_column("", no_wrap=True)
     for name in ("default", "tuned", "tuned - default"):

@@ -22,6 +22,13 @@ def guarded(run: Callable[[], Any]) -> int:
             raise
         print(f"Error: {error}", file=sys.stderr)
         return USER_ERROR
+    except OSError as error:
+        # Files are the only things outside this process that the tool touches: a full disk, a folder without permission.
+        if debug:
+            raise
+        where = f"{error.filename}: " if error.filename else ""
+        print(f"Error: {where}{error.strerror or error}; what was written so far is kept", file=sys.stderr)
+        return USER_ERROR
     except KeyboardInterrupt:
-        print("Interrupted; what was written so far is kept.", file=sys.stderr)
+        print("Interrupted; what was written so far is kept. `tuner resume RESULTS` goes on with it.", file=sys.stderr)
         return INTERRUPTED

@@ -107,6 +107,15 @@ def margins() -> Rows:
     ]  # fmt: skip
 
 
+def searches() -> Rows:
+    """Searches that [search] algorithm may ask for."""
+    from tuner.search.names import ALGORITHMS
+
+    return [
+        {"search": name, "objectives": entry.objectives, "about": entry.about} for name, entry in ALGORITHMS.items()
+    ]
+
+
 def studies() -> Rows:
     """Study files in ./studies and in the current folder."""
     import tomllib
@@ -121,7 +130,7 @@ def studies() -> Rows:
 
 LISTINGS: dict[str, Callable[[], Rows]] = {
     "airframes": airframes, "laws": laws, "margins": margins, "metrics": metrics, "references": references, "risks": risks,
-    "studies": studies, "theorems": theorems,
+    "searches": searches, "studies": studies, "theorems": theorems,
 }  # fmt: skip
 # Columns that --json carries and a terminal has no room for.
 WIDE = {"laws": {"title", "source", "scale", "symbol"}, "theorems": {"quantity", "rates", "assumes", "source"}}

@@ -35,6 +35,10 @@ def run(
         list[str] | None,
         typer.Option("--set", help="KEY=VALUE: replace a value of the study, e.g. search.generations=3."),
     ] = None,
+    reuse: Annotated[
+        list[Path] | None,
+        typer.Option(help="Results folder whose flights are taken over where they are the same; may be repeated."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Search a study's gains, check the finalists on unseen turbulence, write results and report.
@@ -43,7 +47,64 @@ def run(
     """
     from tuner.cli.commands import run_command
 
-    run_command(study, out, threads, change or [], as_json)
+    run_command(study, out, threads, change or [], reuse or [], as_json)
+
+
+@app.command()
+def resume(
+    results: Annotated[Path, typer.Argument(help="A results folder.", show_default=False)],
+    budget: Annotated[
+        int | None, typer.Option(help="Generations in all: more than before extends the search.", min=1)
+    ] = None,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Go on with a run that was stopped, killed or ran out of disk; it ends with the bits it would have ended with.
+
+    Example: tuner resume results/quickstart --budget 30
+    """
+    from tuner.cli.resume import resume_command
+
+    resume_command(results, budget, threads, as_json)
+
+
+@app.command()
+def verify(
+    results: Annotated[Path, typer.Argument(help="A results folder.", show_default=False)],
+    sample: Annotated[
+        int | None, typer.Option(help="Candidates to fly again, drawn at random; by default all.", min=1)
+    ] = None,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fly a recorded run again and say whether every bit is the same; exit code 1 at a difference, which is named.
+
+    Example: tuner verify results/quickstart --sample 20
+    """
+    from tuner.cli.verify import verify_command
+
+    verify_command(results, sample, threads, as_json)
+
+
+@app.command()
+def rejudge(
+    results: Annotated[Path, typer.Argument(help="A results folder.", show_default=False)],
+    out: Annotated[Path, typer.Option(help="Results folder to write; must not exist.", show_default=False)],
+    study: Annotated[Path | None, typer.Option(help="Judge by this study; default: that of the run.")] = None,
+    change: Annotated[
+        list[str] | None,
+        typer.Option("--set", help="KEY=VALUE: replace a value of the study, e.g. objective.0.level=0.9."),
+    ] = None,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Judge the candidates of a run by other objectives, risks, limits or pick rules, from the flights already flown.
+
+    Example: tuner rejudge results/quickstart --set objective.0.level=0.9 --out results/cvar90
+    """
+    from tuner.cli.rejudge import rejudge_command
+
+    rejudge_command(results, out, study, change or [], threads, as_json)
 
 
 @app.command()
@@ -170,14 +231,28 @@ def new(
 
 
 @app.command()
-def check(study: StudyFile, as_json: AsJson = False) -> None:
-    """Read and check a study without flying anything.
+def check(
+    file: Annotated[
+        Path, typer.Argument(help="Study file (TOML), or with --requirements a gains.json.", show_default=False)
+    ],
+    requirements: Annotated[
+        Path | None, typer.Option(help="Fly the gains and judge them by the limits of this study.")
+    ] = None,
+    seeds: Annotated[
+        int | None, typer.Option(help="Flights of each scenario; by default the study's held_out.", min=2)
+    ] = None,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Check a study without flying; or judge gains by hard limits: exit code 0 all kept, 1 something broken, 2 bad input.
 
     Example: tuner check studies/quickstart.toml
-    """
-    from tuner.cli.commands import check_command
 
-    check_command(study, as_json)
+    Example: tuner check results/quickstart/gains.json --requirements studies/quickstart.toml --json
+    """
+    from tuner.cli.check import check_command
+
+    check_command(file, requirements, seeds, threads, as_json)
 
 
 @app.command()
@@ -189,6 +264,43 @@ def report(results: Annotated[Path, typer.Argument(help="A results folder.", sho
     from tuner.cli.commands import report_command
 
     report_command(results)
+
+
+@app.command()
+def sensitivity(
+    study: StudyFile,
+    samples: Annotated[
+        int, typer.Option(help="Base samples, a power of two; each takes a candidate for every variable and two more.")
+    ] = 128,
+    out: Annotated[Path | None, typer.Option(help="Write tables and chart into this new folder.")] = None,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Say which gains decide each objective, alone and together, and how much of it is turbulence.
+
+    Example: tuner sensitivity studies/quickstart.toml --samples 256 --out results/sensitivity
+    """
+    from tuner.cli.sensitivity import sensitivity_command
+
+    sensitivity_command(study, samples, out, threads, as_json)
+
+
+@app.command()
+def plan(
+    study: StudyFile,
+    difference: Annotated[
+        float, typer.Option(help="Difference from the default that shall be told [%].", min=0.01, max=100.0)
+    ] = 5.0,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fly a few candidates and say what a run will take and how sure its figures will be.
+
+    Example: tuner plan studies/quickstart.toml --difference 2
+    """
+    from tuner.cli.plan import plan_command
+
+    plan_command(study, difference, threads, as_json)
 
 
 @app.command()

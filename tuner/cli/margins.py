@@ -1,6 +1,7 @@
 """`tuner margins`: stability margins of given gains loop by loop, against limits, with figures and certificates if asked for."""
 
 import json
+import sys
 from dataclasses import dataclass
 from math import cos, degrees, radians, sin
 from pathlib import Path
@@ -66,6 +67,7 @@ def margins_command(
     controller = controller_of(gains, law, position_law, airframe)
     if out is not None:
         make_empty(out)
+    announce_compilation()
     subject = subject_of(controller, flown.trim())
     asked = None if study is None else study_requirements(study, controller)
     document = margins_document(subject, default_requirements(subject) if asked is None else asked)
@@ -86,6 +88,14 @@ def margins_command(
             print(f"Figures and margins.json: {out}")
     if not document["passed"]:
         raise typer.Exit(BROKEN)
+
+
+def announce_compilation() -> None:
+    """Say on stderr that the first margins on a machine wait for the compiler."""
+    from objectives.margins.curve import is_compiled
+
+    if not is_compiled():
+        print("Compiling the margins for this machine; once, some 10 s.", file=sys.stderr, flush=True)
 
 
 def make_empty(folder: Path) -> None:

@@ -4,8 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from plant.gains import gain_addresses
-from tuner.study.gains import MOST_OBSERVER
+from plant.gains import MOST_OBSERVER, gain_addresses
 from tuner.study.study import Study
 
 # A gain within this share of its range, on the range's own scale, from an end counts as on it.

@@ -1,5 +1,7 @@
 """A contest, checked and ready to run: contenders that differ in controller or airframe and in nothing else."""
 
+import hashlib
+import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
@@ -99,6 +101,13 @@ class Contest:
     def flights(self) -> int:
         """Number of flights of the comparison."""
         return len(self.contenders) * sum(entry.held_out for entry in self.scenarios)
+
+    def digest(self) -> str:
+        """Return a hash of everything that decides the result."""
+        parts = [entry.study.digest() for entry in self.contenders]
+        judged = [self.table.get(key) for key in ("published", "claim")]
+        text = json.dumps([parts, judged], sort_keys=True, allow_nan=False)
+        return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
     @cached_property
     def quantities(self) -> tuple[Quantity, ...]:

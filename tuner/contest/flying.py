@@ -63,7 +63,7 @@ def fly_all(contest: Contest, entries: Sequence[Entry], threads: int | None, lan
         for k, entry in enumerate(entries):
             inputs = _own(drawn, contest, task, entry)
             results = entry.problem.flyer.fly(entry.row[None], entry.problem.system.nominal, inputs)
-            values, lost = entry.problem.score(results, task.scenario.spec, inputs)
+            values, lost = entry.problem.score(results, task.scenario.spec)
             scores[k, :, columns], failed[k, columns] = values[0], lost[0]
             landed(len(task.indices))
 

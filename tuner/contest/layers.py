@@ -8,6 +8,7 @@ from pathlib import Path
 from typing import Any
 
 from plant.errors import InputError
+from tuner.study.paths import with_paths
 from tuner.study.reading import key_parts, parse_toml
 
 Table = dict[str, Any]
@@ -73,23 +74,6 @@ def merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> Table:
         else:
             result[key] = deepcopy(value)
     return result
-
-
-def with_paths(table: Table, move: Any) -> Table:
-    """Return a study's content with every path in it put through `move`: airframe.file, path of a reference."""
-    result = deepcopy(table)
-    frames = [result.get("airframe"), *[c.get("airframe") for c in _tables(result.get("contender"))]]
-    for holder, key in [
-        *[(frame, "file") for frame in frames],
-        *[(entry.get("reference"), "path") for entry in _tables(result.get("scenario"))],
-    ]:
-        if isinstance(holder, dict) and isinstance(holder.get(key), str):
-            holder[key] = move(holder[key])
-    return result
-
-
-def _tables(entries: object) -> list[Table]:
-    return [entry for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []
 
 
 def _anchored(table: Table, folder: Path, home: Path) -> Table:

@@ -5,7 +5,6 @@ from time import perf_counter
 
 from plant.flights import available_threads
 from plant.scenarios import HELD_OUT
-from tuner.conclusion import few_scenarios
 from tuner.contest.contest import Contest
 from tuner.contest.document import contest_document
 from tuner.contest.flying import Entry, comparison_problem, fly_all
@@ -13,9 +12,11 @@ from tuner.contest.records import response_tables, wind_table
 from tuner.contest.result import Result, judge_contest
 from tuner.contest.tables import fronts_table, listed_table, scores_table
 from tuner.contest.tuning import Prepared, prepare
+from tuner.guards.before import few_scenarios
 from tuner.run import warm_up
-from tuner.store.environment import environment
+from tuner.store.environment import environment, with_session
 from tuner.store.folder import Folder
+from tuner.store.inputs import CONTEST, freeze
 from tuner.watcher import Watcher
 
 
@@ -31,14 +32,17 @@ def run_contest(contest: Contest, folder: Folder, watcher: Watcher, threads: int
     flown = fly_all(contest, entries, threads, watcher.landed)
     result = judge_contest(contest, prepared, entries, flown, perf_counter() - begin)
     write_result(result, folder, watcher)
+    folder.close()
     return result
 
 
 def write_inputs(contest: Contest, folder: Folder, threads: int) -> None:
     """Write what the contest starts from: the file as given, and every value of every contender's study."""
-    folder.write_text("study.toml", contest.path.read_text(encoding="utf-8"))
+    if not (folder.path / "study.toml").exists():
+        folder.write_text("study.toml", contest.path.read_text(encoding="utf-8"))
     folder.write_json("resolved.json", {entry.name: entry.study.resolved() for entry in contest.contenders})
-    folder.write_json("environment.json", environment(threads))
+    folder.write_json("environment.json", with_session(folder.path / "environment.json", environment(threads)))
+    freeze(folder, CONTEST, contest.path, contest.table, contest.digest(), None)
 
 
 def prepare_all(contest: Contest, folder: Folder, watcher: Watcher, threads: int | None) -> list[Prepared]:

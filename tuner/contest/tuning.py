@@ -7,11 +7,11 @@ import numpy as np
 
 from tuner.contest.contest import Contender, Contest
 from tuner.contest.fronts import Front
-from tuner.contest.layers import with_paths
-from tuner.contest.toml_text import toml_text
 from tuner.search.front import pick
 from tuner.store.folder import Folder
 from tuner.store.tables import point_name
+from tuner.study.paths import with_paths
+from tuner.study.toml_text import toml_text
 from tuner.watcher import Watcher
 
 if TYPE_CHECKING:
@@ -47,7 +47,7 @@ def prepare(contest: Contest, contender: Contender, folder: Folder, watcher: Wat
     own = f"contenders/{contender.slug}"
     folder.write_text(f"{own}.toml", study_text(contest, contender))
     study = replace(contender.study, path=folder.path / f"{own}.toml")
-    outcome = run_study(study, Folder.create(folder.path / own), watcher, threads)
+    outcome = run_study(study, Folder.open_or_create(folder.path / own), watcher, threads)
     front = front_of(outcome)
     point, row, why = compared_at(outcome, front)
     return Prepared(contender, point, row, why, front, own, outcome.flights, outcome.warnings)

@@ -13,6 +13,7 @@ from tuner.contest.layers import read_layers
 from tuner.inference.inference import Cell, Inference
 from tuner.inference.schema import ADDED, InferenceTable, SettingsTable
 from tuner.inference.unknowns import check_range, unknowns_of
+from tuner.search.names import check_algorithm
 from tuner.study.build import located
 from tuner.study.messages import translated
 
@@ -37,6 +38,8 @@ def load_inference(path: Path, overrides: Mapping[str, Any] | None = None) -> In
         unknowns = unknowns_of(tables.unknown, whole, contest)
         settings = tables.inference
         inference = Inference(contest, unknowns, cells, settings.flights, settings.held_out, settings.near, whole.table)
+        with located(None, "search"):
+            check_algorithm(contest.base.search.algorithm, len(inference.kinds))
         for i in range(len(unknowns)):
             check_range(inference, i, flown)
     return inference

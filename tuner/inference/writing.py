@@ -10,8 +10,6 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from tuner.contest.layers import with_paths
-from tuner.contest.toml_text import toml_text
 from tuner.inference.document import inference_document
 from tuner.inference.inference import Inference
 from tuner.inference.paths import put_at
@@ -20,6 +18,8 @@ from tuner.inference.tried import Tried
 from tuner.store.environment import environment
 from tuner.store.folder import Folder
 from tuner.store.tables import history_table
+from tuner.study.paths import with_paths
+from tuner.study.toml_text import toml_text
 from tuner.watcher import Watcher
 
 if TYPE_CHECKING:

@@ -17,7 +17,7 @@ from objectives.margins.linearise import LinearLoops, close_terms
 from objectives.margins.period import CHANNELS, PeriodMap
 from objectives.margins.results import QUANTITIES
 from objectives.margins.structure import Block, blocks_of, coordinates
-from objectives.margins.trim import Trim, TrimPoint, check_balance, find_trim, level_body, setting_of
+from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, level_body, setting_of
 from plant.closed_loop import Timing
 from plant.errors import InputError
 from plant.nominal import nominal
@@ -93,16 +93,14 @@ class Linear:
 
     def _trimmed(self, vehicle: Vehicle, rows: Array) -> TrimPoint:
         setting = setting_of(self.trim, self.nominal, vehicle)
-        check_balance(self._map, self.trim, self.nominal, setting)
+        plant = balanced_plant(self._map, self.trim, self.nominal, setting)
         secant = self._gains_of_terms(rows, MIDDLE)[:, 0]
-        return find_trim(self._map, rows, setting, level_body(self.trim, self.nominal), secant)
+        return find_trim(self._map, rows, setting, plant, level_body(self.trim, self.nominal), secant)
 
     def _trimmed_or_none(self, vehicle: Vehicle) -> TrimPoint | None:
-        # Newton's method may run away from a vehicle far from the nominal one.
         try:
-            with np.errstate(over="ignore", invalid="ignore"):
-                point = self._trimmed(vehicle, self._row)
-        except (InputError, np.linalg.LinAlgError):
+            point = self._trimmed(vehicle, self._row)
+        except InputError:
             return None
         return point if point.steady.all() else None
 

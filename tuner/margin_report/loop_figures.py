@@ -83,7 +83,7 @@ def bode_figure(subject: Subject, panels: dict[tuple[str, ...], Curves]) -> Figu
         gain.axhline(0.0, **RULE)
         phase.axhline(-180.0, **RULE)
         gain.tick_params(labelbottom=False)
-        phase.set_xlabel("rad/s")
+        phase.set_xlabel("frequency [rad/s]")
         for ax in (gain, phase):
             ax.tick_params(labelleft=j == 0)
     axes[0].set_ylabel("gain of L [dB]")

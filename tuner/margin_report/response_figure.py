@@ -25,7 +25,7 @@ def response_figure(panels: dict[tuple[str, ...], Responses], labels: tuple[str,
         axes[j].axhline(1.0, **RULE)
         axes[n + j].axhline(0.0, **RULE)
         axes[j].set_title(name_of(group), fontweight="bold")
-        axes[n + j].set_xlabel("s")
+        axes[n + j].set_xlabel("time [s]")
         axes[n + j].set_title(unit, fontsize=7.5, loc="left")
         axes[j].set_ylim(-0.1, max(1.3, min(float(np.nanmax(np.append(responses.step, 1.0))) + 0.1, 3.0)))
         axes[j].tick_params(labelleft=j == 0)

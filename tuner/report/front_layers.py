@@ -7,7 +7,7 @@ import numpy as np
 
 from tuner.report.chart import Charts
 from tuner.report.numbers import estimate, significant
-from tuner.report.results import Quantity, Results
+from tuner.report.results import DEFAULT, Quantity, Results
 from tuner.report.units import plain
 
 # Search candidates drawn at most of each kind; more only blacken the paper and slow the page.
@@ -77,6 +77,8 @@ def point_text(results: Results, row: int) -> str:
         _value_line(quantity, *estimate(front.held_out[row, i], front.low[row, i], front.high[row, i]))
         for i, quantity in enumerate(results.objectives)
     ]
+    if front.probability is not None and front.roles[row] != DEFAULT:
+        lines.append(f"non-dominated on {100.0 * front.probability[row]:.0f} % of the resamples")
     return "<br>".join([f"{head} (held-out)", *lines, *_gain_lines(results, front.gains[row])])
 
 

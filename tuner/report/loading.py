@@ -152,6 +152,7 @@ def _front(file: Path, objectives: list[Quantity], variables: list[Variable]) ->
         held_out=values("held_out"),
         low=values("low"),
         high=values("high"),
+        probability=table.numbers("probability") if "probability" in table.columns else None,
     )
 
 

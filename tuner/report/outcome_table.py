@@ -1,4 +1,4 @@
-"""The Default / Tuned table: objectives and constraints on held-out scenarios, with intervals, and requirements without.
+"""The Default / Tuned table: objectives and constraints on confirmation scenarios, with intervals, and requirements without.
 
 Every row ends in a verdict.
 """

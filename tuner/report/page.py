@@ -9,6 +9,7 @@ from plotly.offline import get_plotlyjs
 
 from plant.errors import StoreError
 from tuner.report.chart import Charts, Panel
+from tuner.report.choice_section import choice_section
 from tuner.report.controls import layer_switches, response_choices
 from tuner.report.front_charts import add_front
 from tuner.report.gains_section import all_gains, gains_table, study_lines
@@ -22,8 +23,9 @@ from tuner.report.response_charts import add_responses
 from tuner.report.results import Results
 
 AIDS = {
-    "outcome": "Values on held-out scenarios with 95 % intervals; angles in degrees. In the drawing the open square is "
-    "the default, the filled diamond is tuned, a dashed line is a limit; every row has a scale of its own from zero.",
+    "outcome": "Values on scenarios that had no part in the choice, with 95 % intervals; angles in degrees. In the "
+    "drawing the open square is the default, the filled diamond is tuned, a dashed line is a limit; every row has a scale of "
+    "its own from zero.",
     "gains": "Open square: default; filled diamond: tuned. Gains are in the units of the study file, angles in rad.",
     "front": "Down and to the left is better. Point at a mark for its gains, drag to zoom, double-click to zoom out.",
     "lines": "One line a point; below 1 is better than the default in that objective.",
@@ -105,7 +107,7 @@ def warnings_aside(warnings: list[str]) -> Markup:
 
 
 def _outcome(results: Results) -> Markup:
-    return join((_aid("outcome"), element("div", outcome_table(results), class_="wide")))
+    return join((_aid("outcome"), element("div", outcome_table(results), class_="wide"), choice_section(results)))
 
 
 def _gains(results: Results) -> Markup:

@@ -81,7 +81,7 @@ def _checked(results: Results) -> str:
     unclear = verdicts.count("no clear difference")
     if unclear:
         parts.append(f"not clearly different in {counted(unclear, 'objective')}")
-    compared = f"On the held-out scenarios it is {listing(parts)}." if parts else ""
+    compared = f"On scenarios that had no part in the choice it is {listing(parts)}." if parts else ""
     limited = [*results.constraints, *results.requirements]
     broken = [entry.label for entry in limited if entry.verdict == "broken"]
     if broken:

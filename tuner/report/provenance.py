@@ -22,6 +22,7 @@ AIR = (
 AXES, TRIPLES = "uvw", ("length", "sigma", "tau")
 WORDS = (
     ("Held-out", "flown on scenarios that the search never saw; the same ones for every point."),
+    ("Confirmation", "default and tuned, flown once more on scenarios that had no part in the choice."),
     (
         "95 % interval",
         "bootstrap over scenarios: it covers which scenarios happened to be drawn, not errors of the model.",

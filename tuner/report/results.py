@@ -72,7 +72,7 @@ class Front:
     """The points flown on held-out scenarios.
 
     points, roles, candidates (n,); non_dominated, feasible: masks (n,); gains (n, variables); search, held_out, low,
-    high (n, objectives).
+    high (n, objectives). probability (n,): of being non-dominated, None where the folder does not hold it.
     """
 
     points: list[str]
@@ -85,6 +85,7 @@ class Front:
     held_out: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    probability: np.ndarray | None = None
 
     def of(self, role: str) -> list[int]:
         """Return the rows with a role, one or none."""

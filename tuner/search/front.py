@@ -1,11 +1,17 @@
 """Which candidates are non-dominated, how much a front is worth, and which point to pick from it."""
 
+from collections.abc import Mapping
+from math import isfinite
+from typing import Any
+
 import numpy as np
 
-from plant.errors import UnknownNameError
+from plant.errors import InputError, UnknownNameError
 
 # The reference point of the hypervolume, in units of the default gains' values.
 REFERENCE = 1.1
+# What stands before an objective's name in a rule, and before the weights in a resolved one.
+LEAST, WEIGHTED = "min:", "weights:"
 
 
 def non_dominated(values: np.ndarray) -> np.ndarray:
@@ -68,11 +74,76 @@ PICKS = {
 
 
 def pick(rule: str, values: np.ndarray, names: list[str]) -> tuple[int, str]:
-    """Return the row of values (n, m) that a rule picks and why; names: what "min:NAME" may ask for, one an objective."""
+    """Return the row of values (n, m) that a rule picks and why; names: of the objectives.
+
+    rule: as `resolved_rule` returns it.
+    """
     if rule in PICKS:
         choose, why = PICKS[rule]
         return choose(values), why
-    name = rule.removeprefix("min:")
-    if not rule.startswith("min:") or name not in names:
-        raise UnknownNameError("pick rule", rule, [*PICKS, *[f"min:{entry}" for entry in names]])
+    if rule.startswith(WEIGHTED):
+        weights = np.array([float(part) for part in rule.removeprefix(WEIGHTED).split(",")])
+        assert len(weights) == values.shape[1], "a resolved rule has a weight for each objective"
+        terms = [f"{weight:g} {name}" for weight, name in zip(weights, names, strict=True) if weight > 0.0]
+        why = f"it has the smallest weighted sum {' + '.join(terms)} of the objectives scaled to 0 to 1 over the front"
+        return int(np.argmin(normalised(values) @ weights)), why
+    name = rule.removeprefix(LEAST)
+    if not rule.startswith(LEAST) or name not in names:
+        raise UnknownNameError("pick rule", rule, [*PICKS, *[f"{LEAST}{entry}" for entry in names]])
     return int(np.argmin(values[:, names.index(name)])), f"it has the smallest {name}"
+
+
+def resolved_rule(rule: str, weights: Mapping[str, Any], labels: list[str], addresses: list[str]) -> str:
+    """Return a pick rule of a study with the objectives spelt out: "min:LABEL", or "weights:2.0,1.0" in their order.
+
+    labels, addresses: of each objective; either may name it. InputError (key "rule" or "weights") where that fails.
+    """
+    if weights and rule != "weights":
+        raise InputError(
+            f'given weights beside rule = "{rule}"; write rule = "weights", or leave them out', key="weights"
+        )
+    if rule in PICKS:
+        return rule
+    if rule == "weights":
+        return WEIGHTED + ",".join(repr(weight) for weight in weights_of(weights, labels, addresses))
+    if not rule.startswith(LEAST) or rule.removeprefix(LEAST) not in (*labels, *addresses):
+        allowed = [*PICKS, "weights", *[f"{LEAST}{address}" for address in addresses]]
+        raise UnknownNameError("pick rule", rule, allowed, key="rule")
+    return LEAST + labels[_meant(rule.removeprefix(LEAST), labels, addresses, "rule", LEAST)]
+
+
+def weights_of(weights: Mapping[str, Any], labels: list[str], addresses: list[str]) -> list[float]:
+    """Return the weight of each objective, 0 where none is given; InputError where a key or a number is none."""
+    found = [0.0] * len(labels)
+    for name, weight in _flat(weights).items():
+        key = f"weights.{name}"
+        if name not in (*labels, *addresses):
+            raise UnknownNameError("objective", name, [*addresses, *labels], key=key)
+        if isinstance(weight, bool) or not isinstance(weight, int | float) or not (isfinite(weight) and weight >= 0.0):
+            raise InputError(f"given {weight!r}; a weight is a finite number, 0 or more", key=key)
+        found[_meant(name, labels, addresses, key)] = float(weight)
+    if not any(found):
+        raise InputError(
+            f'no objective has a weight above 0; write weights = {{ "{addresses[0]}" = 1 }}', key="weights"
+        )
+    return found
+
+
+def _flat(weights: Mapping[str, Any]) -> dict[str, Any]:
+    """Return itae.position = 2, which TOML reads as a table "itae", under the key "itae.position"."""
+    flat: dict[str, Any] = {}
+    for name, entry in weights.items():
+        inner = {f"{name}.{leaf}": value for leaf, value in entry.items()} if isinstance(entry, Mapping) else {}
+        flat |= inner or {name: entry}
+    return flat
+
+
+def _meant(name: str, labels: list[str], addresses: list[str], key: str, before: str = "") -> int:
+    """Return the objective that a label or an address names; InputError where an address fits several."""
+    if name in labels:
+        return labels.index(name)
+    found = [i for i, address in enumerate(addresses) if address == name]
+    if len(found) > 1:
+        choice = " or ".join(f'"{before}{labels[i]}"' for i in found)
+        raise InputError(f"given '{before}{name}', which fits {len(found)} objectives; write {choice}", key=key)
+    return found[0]

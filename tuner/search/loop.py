@@ -28,8 +28,8 @@ class Generation:
     """One generation and the state of the search after it.
 
     points (n, d); evaluation: of these points; flights, seconds: from the start of the search; screened: candidates not
-    flown so far; flights_saved: by them; feasible_share: of all candidates so far; hypervolume: of the front of all
-    candidates so far, see `tuner.search.front`.
+    flown so far; flights_saved: by them; raced: candidates that a race ended early so far; flights_raced: spared by that;
+    feasible_share: of all candidates so far; hypervolume: of the front of all candidates so far, see `tuner.search.front`.
     """
 
     number: int
@@ -38,6 +38,8 @@ class Generation:
     flights: int
     screened: int
     flights_saved: int
+    raced: int
+    flights_raced: int
     seconds: float
     feasible_share: float
     hypervolume: float
@@ -73,12 +75,19 @@ def archive(generations: list[Generation]) -> Archive:
 
 
 def search_generations(
-    search: Search, evaluate: Callable[[np.ndarray], Evaluation], generations: int
+    search: Search,
+    evaluate: Callable[[np.ndarray], Evaluation],
+    generations: int,
+    now: Callable[[], float] | None = None,
 ) -> Iterator[Generation]:
-    """Run the search and yield every generation; the first candidate of all is the baseline of the hypervolume."""
+    """Run the search and yield every generation; the first candidate of all is the baseline of the hypervolume.
+
+    now: seconds since the start of the search, measured here unless given.
+    """
     begin = perf_counter()
+    clock = now or (lambda: perf_counter() - begin)
     done: list[Generation] = []
-    flights = screened = saved = 0
+    flights = screened = saved = raced = spared = 0
     for number in range(generations):
         points = search.ask()
         evaluation = evaluate(points)
@@ -86,7 +95,9 @@ def search_generations(
         flights += evaluation.flights
         screened += int(np.sum(~evaluation.flown, axis=0))
         saved += evaluation.flights_saved
-        draft = Generation(number, points, evaluation, flights, screened, saved, perf_counter() - begin, 0.0, 0.0)
+        raced += int(np.sum(evaluation.flown & ~evaluation.complete, axis=0))
+        spared += evaluation.flights_raced
+        draft = Generation(number, points, evaluation, flights, screened, saved, raced, spared, clock(), 0.0, 0.0)
         so_far = archive([*done, draft])
         feasible = np.all(so_far.violations <= 0.0, axis=1).mean(axis=0)
         volume = hypervolume(so_far.values[so_far.front()], so_far.values[0])

@@ -1,4 +1,49 @@
-"""Names of the searches, kept apart from the searches themselves because importing those is slow."""
+"""The searches by name and what each is for, kept apart from the searches themselves because importing those is slow."""
 
-ALGORITHMS = ("nsga2",)
+from dataclasses import dataclass
+
+from plant.errors import InputError, UnknownNameError
+
 STARTS = ("default", "design")
+
+
+@dataclass(frozen=True)
+class Algorithm:
+    """A search. about: when to use it, one line. fewest, most: numbers of objectives that it takes; None: no upper end."""
+
+    about: str
+    fewest: int = 1
+    most: int | None = None
+
+    @property
+    def objectives(self) -> str:
+        """The numbers of objectives in words."""
+        return f"{self.fewest} or more" if self.most is None else str(self.most)
+
+    def takes(self, objectives: int) -> bool:
+        """Return whether it searches for so many objectives."""
+        return self.fewest <= objectives and (self.most is None or objectives <= self.most)
+
+
+ALGORITHMS = {
+    "nsga2": Algorithm("the usual choice for two or three objectives"),
+    "nsga3": Algorithm("four objectives or more: spreads the front along reference directions", fewest=2),
+    "age_moea": Algorithm("fronts of unknown curvature: estimates their shape as it goes", fewest=2),
+    "cmaes": Algorithm("one smooth objective, also with gains that interact", most=1),
+    "differential_evolution": Algorithm("one rugged objective, or several basins", most=1),
+    "random": Algorithm("the baseline that every other search has to beat"),
+    "sobol": Algorithm("a look at the whole space, more evenly filled than at random"),
+}
+
+
+def check_algorithm(name: str, objectives: int) -> None:
+    """Raise InputError with the key "algorithm" where no search has the name, or it does not take so many objectives."""
+    if name not in ALGORITHMS:
+        raise UnknownNameError("algorithm", name, ALGORITHMS, key="algorithm")
+    if not ALGORITHMS[name].takes(objectives):
+        allowed = ", ".join(sorted(other for other, entry in ALGORITHMS.items() if entry.takes(objectives)))
+        raise InputError(
+            f"'{name}' takes {ALGORITHMS[name].objectives} objective{'s' if ALGORITHMS[name].most != 1 else ''}, and here "
+            f"are {objectives}; write one of {allowed}, or change the number of objectives",
+            key="algorithm",
+        )

@@ -1,5 +1,6 @@
 """What a result was computed with: versions, machine, command, commit."""
 
+import json
 import os
 import platform
 import shlex
@@ -8,8 +9,9 @@ import sys
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
+from typing import Any
 
-PACKAGES = ("holdfast", "numpy", "scipy", "numba", "llvmlite", "pymoo", "pandas", "pyarrow")
+PACKAGES = ("holdfast", "numpy", "scipy", "numba", "llvmlite", "pymoo", "cmaes", "pandas", "pyarrow")
 
 
 def environment(threads: int) -> dict[str, str | int | None]:
@@ -25,6 +27,16 @@ def environment(threads: int) -> dict[str, str | int | None]:
         "command": shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
         "commit": _commit(),
     }
+
+
+def with_session(file: Path, now: dict[str, str | int | None]) -> dict[str, Any]:
+    """Return the environment of a run's first session, read from its file, with this session among "resumed"; or this one."""
+    try:
+        first = json.loads(file.read_text(encoding="utf-8"))
+        sessions = first.pop("resumed", [])
+    except (OSError, ValueError, AttributeError):
+        return {**now}
+    return {**first, "resumed": [*sessions, now]}
 
 
 def processor() -> str:

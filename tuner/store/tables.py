@@ -53,6 +53,8 @@ def history_table(generations: list[Generation]) -> Any:
             "flights": [entry.flights for entry in generations],
             "screened": [entry.screened for entry in generations],
             "flights_saved": [entry.flights_saved for entry in generations],
+            "raced": [entry.raced for entry in generations],
+            "flights_raced": [entry.flights_raced for entry in generations],
             "seconds": [entry.seconds for entry in generations],
             "screening_seconds": np.cumsum([entry.evaluation.screening_seconds for entry in generations]),
             "flight_seconds": np.cumsum([entry.evaluation.flight_seconds for entry in generations]),
@@ -66,24 +68,27 @@ def front_table(outcome: "Outcome") -> Any:
     """Return the finalists as a pandas table: default first, then the front of the search along its first objective."""
     import pandas as pd
 
-    study, finalists, found = outcome.study, outcome.finalists, outcome.archive
-    names = ["default", *[point_name(int(candidate)) for candidate in outcome.candidates]]
+    study, finalists = outcome.study, outcome.finalists
     rows = [0, *[int(candidate) for candidate in outcome.candidates]]
-    roles = ["default"] + ["tuned" if row == outcome.tuned else "" for row in range(1, len(names))]
+    roles = ["default"] + ["tuned" if row == outcome.tuned else "" for row in range(1, len(rows))]
     columns: dict[str, Any] = {
-        "point": names, "candidate": rows, "role": roles,
-        "non_dominated": finalists.non_dominated, "feasible": finalists.feasible,
+        "point": outcome.names, "candidate": rows, "role": roles,
+        "non_dominated": finalists.non_dominated, "probability": finalists.probability, "feasible": finalists.feasible,
     }  # fmt: skip
     gains = outcome.finalist_rows
     columns |= {
         f"gain:{v.name}": gains[:, c[0]] for v, c in zip(study.space.variables, study.space.columns, strict=True)
     }
+    held_out = finalists.evaluation.values
     for i, objective in enumerate(study.objectives):
         columns |= {
-            f"search:{objective.label}": found.values[rows, i],
-            f"held_out:{objective.label}": finalists.evaluation.values[:, i],
-            f"low:{objective.label}": finalists.low[:, i],
-            f"high:{objective.label}": finalists.high[:, i],
-        }
+            f"{name}:{objective.label}": values[:, i]
+            for name, values in (
+                ("search", finalists.search), ("held_out", held_out), ("low", finalists.low), ("high", finalists.high),
+                ("gap", finalists.gap), ("gap_low", finalists.gap_low), ("gap_high", finalists.gap_high),
+                ("difference", finalists.difference), ("difference_low", finalists.difference_low),
+                ("difference_high", finalists.difference_high),
+            )
+        }  # fmt: skip
     columns |= requirement_columns(study.requirements, finalists.evaluation)
     return pd.DataFrame(columns)

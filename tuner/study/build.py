@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from objectives.metrics import MetricAddress, check, parse
+from objectives.mission import with_mission_floor
 from objectives.problem import Constraint, Objective, System
 from objectives.requirements import Screen
 from objectives.risk import Risk
@@ -22,8 +23,8 @@ from plant.nominal import ControlOptions, nominal
 from plant.references import ReferenceSpec, from_mapping
 from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
-from tuner.search.front import PICKS
-from tuner.search.names import ALGORITHMS, STARTS
+from tuner.search.front import resolved_rule
+from tuner.search.names import STARTS, check_algorithm
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
 from tuner.study.margins import margin_requirement, margin_screen
@@ -33,6 +34,7 @@ from tuner.study.schema import (
     ControllerTable,
     LimitsTable,
     ObjectiveTable,
+    PickTable,
     ScenarioTable,
     SearchTable,
     StudyTable,
@@ -91,11 +93,12 @@ def _build(path: Path, table: StudyTable) -> Study:
             )
         )
         _unique("constraint", [constraint.objective.label for constraint in constraints])
+        constraints = with_mission_floor(constraints, [entry.spec for entry in scenarios], system.limits, timing)
         screens = _screens(table, path, system, tuple(entry.spec for entry in scenarios))
         with located(path, "search"):
-            search = _search(table.search)
+            search = _search(table.search, len(objectives))
         with located(path, "pick"):
-            rule = _pick(table.pick.rule, objectives)
+            rule = _pick(table.pick, objectives)
     return Study(
         path, table.title, table.description, table.seed, airframe, options, system, space, scenarios, objectives,
         constraints, screens, search, rule, table,
@@ -310,34 +313,21 @@ def _finite(value: float, key: str) -> float:
     return value
 
 
-def _search(table: SearchTable) -> SearchSpec:
-    if table.algorithm not in ALGORITHMS:
-        raise UnknownNameError("algorithm", table.algorithm, ALGORITHMS, key="algorithm")
-    if table.population < SMALLEST_POPULATION or table.population % 2:
+def _search(table: SearchTable, objectives: int) -> SearchSpec:
+    check_algorithm(table.algorithm, objectives)
+    smallest = max(SMALLEST_POPULATION, objectives + objectives % 2)
+    if table.population < smallest or table.population % 2:
         raise InputError(
-            f"given {table.population}; the population must be even and at least {SMALLEST_POPULATION}",
-            key="population",
+            f"given {table.population}; the population must be even and at least {smallest}", key="population"
         )
     if not table.initial:
         raise InputError('given an empty list; write initial = ["default"]', key="initial")
     for start in table.initial:
         if start not in STARTS:
             raise UnknownNameError("starting point", start, STARTS, key="initial")
-    return SearchSpec(table.algorithm, table.population, table.generations, tuple(table.initial))
+    return SearchSpec(table.algorithm, table.population, table.generations, tuple(table.initial), table.racing)
 
 
-def _pick(rule: str, objectives: tuple[Objective, ...]) -> str:
-    if rule in PICKS:
-        return rule
+def _pick(table: PickTable, objectives: tuple[Objective, ...]) -> str:
     labels = [objective.label for objective in objectives]
-    addresses = [objective.metric.text for objective in objectives]
-    asked = rule.removeprefix("min:")
-    if rule.startswith("min:") and asked in labels:
-        return rule
-    found = [label for label, address in zip(labels, addresses, strict=True) if address == asked]
-    if not rule.startswith("min:") or not found:
-        raise UnknownNameError("pick rule", rule, [*PICKS, *[f"min:{address}" for address in addresses]], key="rule")
-    if len(found) > 1:
-        choice = " or ".join(f'"min:{label}"' for label in found)
-        raise InputError(f"given '{rule}', which fits {len(found)} objectives; write {choice}", key="rule")
-    return f"min:{found[0]}"
+    return resolved_rule(table.rule, table.weights, labels, [objective.metric.text for objective in objectives])

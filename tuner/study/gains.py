@@ -6,12 +6,8 @@ from dataclasses import dataclass
 from objectives.decisions import DecisionSpace, Variable
 from plant.cascade import Cascade
 from plant.errors import InputError, UnknownNameError
-from plant.gains import GROUPS, GainAddress, gain_addresses
+from plant.gains import GROUPS, MOST_OBSERVER, GainAddress, gain_addresses
 from tuner.study.schema import GainTable
-
-# Largest product of an observer's bandwidth and the control period: beyond it the margins of the sampled loop leave
-# those of the continuous design, and measurement noise passes straight through.
-MOST_OBSERVER = 0.3
 
 Entry = float | GainTable
 

@@ -105,7 +105,9 @@ def dotted(location: Location) -> str:
         if isinstance(part, int):
             key += f"[{part}]"
         elif not part.startswith("<"):
-            key += f".{part}" if key else part
+            # An empty key has to be seen.
+            name = part or '""'
+            key += f".{name}" if key else name
     return key
 
 

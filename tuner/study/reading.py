@@ -1,7 +1,6 @@
 """From the text of a study file to its checked shape: syntax, overrides, keys and types; errors name file and key."""
 
 import re
-import tomllib
 from collections.abc import Mapping
 from copy import deepcopy
 from pathlib import Path
@@ -10,6 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from plant.errors import InputError
+from plant.texts import toml_table
 from tuner.study.messages import translated
 from tuner.study.schema import StudyTable
 
@@ -43,16 +43,7 @@ def parse_toml(path: Path) -> dict[str, Any]:
         ) from None
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror}); give a study file", file=path) from None
-    try:
-        return tomllib.loads(text)
-    except tomllib.TOMLDecodeError as error:
-        raise InputError(f"not TOML: {error}{_line_of(text, str(error))}", file=path) from None
-
-
-def _line_of(text: str, message: str) -> str:
-    """Return the line that a TOML error speaks of, ready to be put behind it."""
-    number = re.search(r"at line (\d+)", message)
-    return f"; correct this line: {text.splitlines()[int(number[1]) - 1].strip()}" if number else ""
+    return toml_table(text, path)
 
 
 def put(table: Any, key: str, value: Any, path: Path) -> None:

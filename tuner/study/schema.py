@@ -122,7 +122,7 @@ class ScenarioTable(Table):
     name: str
     duration: float = 10.0
     search: Annotated[int, Field(ge=1)] = 32
-    held_out: Annotated[int, Field(ge=2)] = 256
+    held_out: Annotated[int, Field(ge=2)] = 1024
     steady_share: float = 0.2
     recovery_from: float | None = None
     reference: dict[str, Any] = Field(default={"kind": "hover"})
@@ -180,12 +180,14 @@ class SearchTable(Table):
     population: int = 48
     generations: Annotated[int, Field(ge=1)] = 15
     initial: list[str] = Field(default=["default"])
+    racing: bool = True
 
 
 class PickTable(Table):
-    """[pick]: which point of the front is recommended."""
+    """[pick]: which point of the front is recommended; weights: by objective, for rule = "weights"."""
 
     rule: str = "knee"
+    weights: dict[str, Any] = Field(default={})
 
 
 class StudyTable(Table):

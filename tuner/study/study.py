@@ -36,6 +36,7 @@ class SearchSpec:
     population: int
     generations: int
     initial: tuple[str, ...]
+    racing: bool = False
 
 
 @dataclass(frozen=True)
@@ -73,14 +74,18 @@ class Study:
         known = [asdict(requirement) for requirement in self.requirements]
         return {**self._values(), "requirements": known, "digest": self.digest()}
 
-    def digest(self) -> str:
-        """Return a hash of everything that decides the result; titles, sources and paths do not."""
+    def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
+        """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
         content: dict[str, Any] = {**self._values(), "vehicle": self.system.vehicle}
-        for key in ("title", "description", "airframe"):
-            del content[key]
+        for key in ("title", "description", "airframe", *without):
+            content.pop(key, None)
         for scenario in content["scenario"]:
             scenario["reference"].pop("path", None)
-        text = json.dumps(content, sort_keys=True, allow_nan=False)
+        return content
+
+    def digest(self) -> str:
+        """Return a hash of everything that decides the result; titles, sources and paths do not."""
+        text = json.dumps(self.comparable(), sort_keys=True, allow_nan=False)
         return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
     def _values(self) -> dict[str, Any]:

@@ -39,7 +39,7 @@ position = "ladrc"              # law of x, y, z
 name = "gusts"
 duration = 10.0                 # s
 search = 32                     # flights of each candidate while searching
-held_out = 256                  # flights that only the final check sees
+# held_out = 1024               # flights that only the final check sees
 
 [scenario.reference]
 kind = "steps"                  # hover, level, steps, ramp, figure_eight, helix, waypoints: `tuner list references`
@@ -97,5 +97,6 @@ population = 32
 generations = 15
 
 [pick]
-rule = "knee"                   # knee, closest, or min:METRIC
+rule = "knee"                   # knee, closest, min:METRIC, or weights
+# weights = { "itae.position" = 2, "travel" = 1 }    # with rule = "weights"; of objectives scaled to 0..1 over the front
 """

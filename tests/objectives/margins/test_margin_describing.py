@@ -1,10 +1,12 @@
 """Describing functions: constants known in closed form, and SciPy's quadrature on the terms of every law."""
 
 from math import gamma, pi, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.optimize import minimize_scalar
 
 from objectives.margins.describing import Case, constants_of, describing_function, steepest_slope, term_gains
 from objectives.margins.period import terms_of
@@ -52,9 +54,31 @@ def test_power_rate_term_is_largest_a_little_beyond_its_corner():
 
 
 def test_steepest_slope_of_the_power_rate_term_stands_at_its_corner():
-    """f' = 1.5 |s|^(1/2)/delta just inside the corner; the grid of slopes is 5 % wide."""
-    for delta in (0.01, 0.1, 1.0):
-        assert steepest_slope(hybrid.sliding_term, power_rate(delta))[0] == pytest.approx(1.5 / sqrt(delta), rel=0.02)
+    """f' = 1.5 |s|^(1/2)/delta just inside the corner, wherever that stands between the points of the grid."""
+    for delta in np.geomspace(0.01, 1.0, 23).tolist():
+        assert steepest_slope(hybrid.sliding_term, power_rate(delta))[0] == pytest.approx(1.5 / sqrt(delta), rel=3e-7)
+
+
+@pytest.mark.parametrize(("name", "entry"), TERMS, ids=[f"{name}-{entry.name}" for name, entry in TERMS])
+def test_steepest_slope_of_every_term_is_what_an_optimiser_finds(name, entry):
+    arrays, plain = constants(name)
+
+    def slope(log_s):
+        s = float(np.exp(log_s))
+        return (entry.function(s * (1.0 + 1e-7), plain) - entry.function(s * (1.0 - 1e-7), plain)) / (2e-7 * s)
+
+    scan = np.linspace(np.log(1e-6), np.log(100.0 * (1.0 - 1e-7)), 2001)
+    best = scan[int(np.argmax([slope(x) for x in scan]))]
+    width = scan[1] - scan[0]
+    found: Any = minimize_scalar(
+        lambda x: -slope(x),
+        bounds=(best - width, min(best + width, scan[-1])),
+        method="bounded",
+        options={"xatol": 1e-12},
+    )
+    # What rises steeper still at 0, as a root does, counts over the width of rest.
+    at_rest = entry.function(1e-9, plain) / 1e-9
+    assert steepest_slope(entry.function, arrays)[0] == pytest.approx(max(-found.fun, slope(best), at_rest), rel=1e-6)
 
 
 @pytest.mark.parametrize("attitude", [True, False], ids=["attitude", "position"])

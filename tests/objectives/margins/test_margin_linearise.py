@@ -7,7 +7,15 @@ from objectives.margins.describing import Case, term_gains
 from objectives.margins.linearise import close_terms
 from objectives.margins.period import PeriodMap
 from objectives.margins.structure import blocks_of, coordinates
-from objectives.margins.trim import Trim, check_balance, find_trim, level_body, mean_pole, setting_of, smooth_dynamics
+from objectives.margins.trim import (
+    Trim,
+    balanced_plant,
+    find_trim,
+    level_body,
+    mean_pole,
+    setting_of,
+    smooth_dynamics,
+)
 from plant.airframes import load
 from plant.errors import InputError
 from plant.laws import LAWS
@@ -42,7 +50,8 @@ def linearised(pair, trim, options, gains, vehicle=HUMMINGBIRD):
     period = PeriodMap(cascade, TIMING)
     term = term_gains(period.terms, cascade, gains, H, CASES)[:, 0]
     setting = setting_of(trim, knowledge, vehicle)
-    point = find_trim(period, gains, setting, level_body(trim, knowledge), term)
+    plant = balanced_plant(period, trim, knowledge, setting)
+    point = find_trim(period, gains, setting, plant, level_body(trim, knowledge), term)
     stepper = Stepper(cascade, knowledge, TIMING, smooth_dynamics(vehicle), trim, period.terms, term[0])
     return period, stepper, point, close_terms(point.step.loops, term)
 
@@ -177,7 +186,7 @@ def test_a_trim_beyond_the_tilt_limit_is_refused():
     knowledge = nominal(HUMMINGBIRD, ControlOptions(), H)
     gale = Trim(wind=Vec3(30.0, 0.0, 0.0))
     with pytest.raises(InputError, match="air flow of 30 m/s within the limits of tilt"):
-        check_balance(
+        balanced_plant(
             PeriodMap(cascade_of("pid", "pid"), TIMING), gale, knowledge, setting_of(gale, knowledge, HUMMINGBIRD)
         )
     with pytest.raises(InputError, match="attitude mode"):

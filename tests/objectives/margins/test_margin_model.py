@@ -1,5 +1,6 @@
 """The margins of a batch of candidates: conventions, worst cases, batches, and loops of any kind against python-control."""
 
+from dataclasses import fields
 from functools import cache
 
 import control
@@ -7,12 +8,14 @@ import numpy as np
 import pytest
 
 from objectives.margins.block import read_curves
-from objectives.margins.describing import DEFAULT_CASES, Case
+from objectives.margins.classical import delay_margin, phase_margin
+from objectives.margins.describing import DEFAULT_CASES, Case, term_gains
 from objectives.margins.frequency import frequency_grid, modes_of
 from objectives.margins.margins import MarginModel, spread_corners
-from objectives.margins.period import CHANNELS
-from objectives.margins.results import QUANTITIES, decibel
+from objectives.margins.period import CHANNELS, terms_of
+from objectives.margins.results import QUANTITIES, Worst, decibel
 from objectives.margins.trim import Trim
+from plant.errors import InputError
 from plant.laws import LAWS
 from plant.nominal import ControlOptions, nominal, vary
 from plant.scenarios import Spread
@@ -24,6 +27,7 @@ from tests.objectives.margins.designs import (
     cascade_of,
     default_gains,
     gains_with,
+    ideal_vehicle,
     model_of,
     random_gains,
 )  # fmt: skip
@@ -56,24 +60,71 @@ def test_no_candidate_gives_nan_and_an_unstable_one_no_margin(name):
     assert (m.sensitivity.value[stable] >= 1.0).all() and (m.modulus[unstable] == 0.0).all()
 
 
-@pytest.mark.parametrize("trim", [Trim(), WIND], ids=["hover", "wind"])
-def test_a_batch_is_its_candidates_one_by_one(trim):
-    model = model_of("ladrc", "hybrid", trim=trim, cases=(Case(0.0), Case(0.2)))
-    gains = random_gains("ladrc", "hybrid", 4, 2)
-    whole = values(model.evaluate(gains))
-    single = np.concatenate([values(model.evaluate(row[None])) for row in gains], axis=1)
-    np.testing.assert_allclose(whole, single, rtol=1e-8)
+def arrays_of(margins):
+    """Everything that depends on the candidate, by name; the first axis of each is that of candidates."""
+    found = {}
+    for field in fields(margins):
+        part = getattr(margins, field.name)
+        if isinstance(part, Worst):
+            found |= {f"{field.name}.{name}": column for name, column in part._asdict().items()}
+        elif isinstance(part, np.ndarray):
+            found[field.name] = part
+    return found
 
 
-def test_a_long_batch_is_worked_on_in_parts_and_put_together_in_order(monkeypatch):
-    model = model_of("pid", "ladrc")
-    gains = random_gains("pid", "ladrc", 7, 6)
+def assert_same_bits(margins, other, rows):
+    wanted = arrays_of(other)
+    assert len(wanted) == 2 + 4 * (len(QUANTITIES) + 1)
+    for name, found in arrays_of(margins).items():
+        np.testing.assert_array_equal(found, wanted[name][rows], err_msg=name)
+
+
+@pytest.mark.parametrize(
+    ("pair", "trim"),
+    [
+        (("ladrc", "hybrid"), Trim()), (("hybrid", "ladrc"), WIND), (("ladrc", "hybrid"), Trim(hold=False)),
+    ],
+    ids=lambda value: "-".join(value) if not isinstance(value, Trim) else "wind" if value.moves else str(value.hold),
+)  # fmt: skip
+def test_a_candidate_has_its_bits_whatever_else_is_in_the_batch(pair, trim, monkeypatch):
+    """On vehicles that are not the nominal one, where steady flight is found by iteration."""
+    corners = spread_corners(HUMMINGBIRD, Spread(mass=0.15, inertia=0.2, thrust=0.1, lag=0.3))[6:11:4]
+    model = model_of(*pair, trim=trim, cases=(Case(0.0), Case(0.2), Case(None)), others=corners)
+    gains = random_gains(*pair, 4, 2, 0.5)
     whole = model.evaluate(gains)
+    assert whole.stable.any()
+    order = np.array([2, 0, 3, 1])
+    assert_same_bits(model.evaluate(gains[order]), whole, order)
+    for i in range(len(gains)):
+        assert_same_bits(model.evaluate(gains[i : i + 1]), whole, slice(i, i + 1))
     monkeypatch.setattr("objectives.margins.margins.CHUNK", 3)
-    parts = model.evaluate(gains)
-    np.testing.assert_allclose(values(parts), values(whole), rtol=1e-9)
-    np.testing.assert_array_equal(parts.stable, whole.stable)
-    np.testing.assert_allclose(parts.multiloop.value, whole.multiloop.value, rtol=1e-9)
+    assert_same_bits(model.evaluate(gains), whole, slice(None))
+
+
+@pytest.mark.parametrize("pair", [("pid", "ladrc"), ("ladrc", "hybrid")], ids="-".join)
+def test_no_candidates_have_no_margins(pair):
+    model = model_of(*pair, others=spread_corners(HUMMINGBIRD, Spread(mass=0.1)))
+    some, none = (arrays_of(model.evaluate(random_gains(*pair, n, 1))) for n in (2, 0))
+    for name, found in none.items():
+        assert found.shape == (0, *some[name].shape[1:]) and found.dtype == some[name].dtype, name
+
+
+def test_vehicles_far_lighter_than_assumed_have_margins_or_no_steady_flight():
+    """The controller asks for 20 % of the weight that it assumes, and no less: below that a lighter vehicle must climb."""
+    gains = default_gains("pid", "ladrc")[None]
+    assumed = ideal_vehicle(0.02)
+    knowledge = nominal(assumed, ControlOptions(delay=True), H)
+    whole = MarginModel(cascade_of("pid", "ladrc"), knowledge, TIMING, assumed).evaluate(gains)
+    for mass in (0.5, 0.3, 0.21):
+        lighter = vary(assumed, mass, 1.0, 1.0, 1.0)
+        found = MarginModel(cascade_of("pid", "ladrc"), knowledge, TIMING, lighter).evaluate(gains)
+        assert found.stable[0, 2]
+        # Without drag the mass is a factor on the loop gain of z and nothing else.
+        assert found.gain_up.value[0, 2] == pytest.approx(whole.gain_up.value[0, 2] * mass, rel=1e-7)
+        assert found.gain_down.value[0, 2] == pytest.approx(whole.gain_down.value[0, 2] / mass, rel=1e-7)
+    for mass in (0.19, 0.18, 0.1, 0.03, 0.001):
+        with pytest.raises(InputError, match="no steady flight"):
+            MarginModel(cascade_of("pid", "ladrc"), knowledge, TIMING, vary(assumed, mass, 1.0, 1.0, 1.0))
 
 
 def test_a_loop_that_mirrors_another_has_the_margins_that_it_has_by_itself():
@@ -231,6 +282,34 @@ def test_loops_of_any_kind_have_the_margins_of_python_control():
     assert min(kinds.values()) > 5
 
 
+@pytest.mark.parametrize(
+    ("angle", "poles"), [(0.995 * np.pi, (0.0, -0.5)), (2e-5, (0.99999, 0.9999))], ids=["last", "first"]
+)
+def test_a_gain_margin_in_the_first_or_last_interval_of_the_grid_is_found(angle, poles):
+    """Two loop poles that a gain 1.25 times as large takes to exp(+-j angle)."""
+    start, end = np.poly(poles), np.array([1.0, -2.0 * np.cos(angle), 1.0])
+    closed = start + 0.8 * (end - start)
+    a = np.array([[-closed[1:], [1.0, 0.0]]])
+    b, c = np.array([[[1.0], [0.0]]]), -0.8 * (end - start)[None, None, 1:]
+    found = read_curves(modes_of(a), b, c, frequency_grid(H), H, 0.0)["gain_up"]
+    assert found.value[0, 0] == pytest.approx(1.25, rel=1e-6)
+    assert found.frequency[0, 0] == pytest.approx(angle / H, rel=1e-6)
+
+
+@pytest.mark.parametrize("b", [-3.0, -0.2, 0.2, 3.0])
+def test_the_delay_margin_turns_a_loop_to_minus_one_whichever_side_it_crosses_on(b):
+    w, t = 7.0, -0.5 + 1j * b
+    loop = -t / (1.0 + t)
+    line = np.array([[w, b], [np.nan, np.nan]])
+    delay, phase = delay_margin(line), phase_margin(line)
+    assert abs(loop) == pytest.approx(1.0)
+    assert loop * np.exp(-1j * w * delay.value) == pytest.approx(-1.0)
+    assert 0.0 < delay.value < 2.0 * np.pi / w
+    assert phase.value == pytest.approx(abs(np.angle(-loop)))
+    nothing = np.full((2, 2), np.nan)
+    assert delay_margin(nothing) == phase_margin(nothing) == (np.inf, 0.0)
+
+
 def test_a_pole_on_the_circle_and_a_pole_outside_give_no_margin():
     grid = frequency_grid(H)
     for radius in (1.0, 1.0 + 1e-12, 1.05):
@@ -241,17 +320,26 @@ def test_a_pole_on_the_circle_and_a_pole_outside_give_no_margin():
         assert not np.isnan(found["sensitivity"].value).any()
 
 
-def test_a_narrow_resonance_between_two_points_of_the_grid_is_found():
-    """T = r/((z - p)(z - p*)) with a half-width of 1e-5 of its frequency: the grid is 3 % wide."""
+def resonance(top, half_width):
+    """Modes, b, c and frequency of T = R/(z - p) + conjugate that reaches `top`, midway between two points of the grid."""
     grid = frequency_grid(H)
     w = float(np.sqrt(grid[0, 200] * grid[0, 201]))
-    p = np.exp((-1e-5 + 1j) * w * H)
-    a = np.array([[[2.0 * p.real, -(abs(p) ** 2)], [1.0, 0.0]]])
-    b, c = np.array([[[1.0], [0.0]]]), np.array([[[0.0, 1e-6]]])
-    found = read_curves(modes_of(a), b, c, grid, H, 0.0)["complementary"]
-    z = np.exp(1j * w * H)
-    assert found.value[0, 0] == pytest.approx(abs(1e-6 / ((z - p) * (z - np.conj(p)))), rel=1e-6)
-    assert found.frequency[0, 0] == pytest.approx(w, rel=1e-8)
+    p = np.exp((-half_width + 1j) * w * H)
+    r = top * half_width * w * H * np.exp(1j * w * H)
+    a = np.array([[[p.real, p.imag], [-p.imag, p.real]]])
+    return modes_of(a), np.array([[[1.0], [0.0]]]), 2.0 * np.array([[[r.real, r.imag]]]), w
+
+
+def test_a_narrow_resonance_between_two_points_of_the_grid_is_found():
+    """Its half-width is 1e-5 of its frequency, the grid is 3 % wide: T runs round a circle from 0 to -2 and back in between."""
+    modes, b, c, w = resonance(-2.0, 1e-5)
+    found = read_curves(modes, b, c, frequency_grid(H), H, 0.0)
+    assert found["complementary"].value[0, 0] == pytest.approx(2.0, rel=1e-4)
+    assert found["complementary"].frequency[0, 0] == pytest.approx(w, rel=1e-8)
+    # On that circle |L| is 1 where T = -1/2 +- j sqrt(3)/2, and there L = exp(-+ 2j pi/3).
+    assert found["phase"].value[0, 0] == pytest.approx(np.pi / 3.0, rel=1e-4)
+    # It is real at -2, where L falls on -1 for half the gain.
+    assert found["gain_down"].value[0, 0] == pytest.approx(2.0, rel=1e-4)
 
 
 def test_a_heavier_vehicle_than_the_controller_knows_has_a_lower_crossover():
@@ -265,3 +353,31 @@ def test_a_heavier_vehicle_than_the_controller_knows_has_a_lower_crossover():
     )
     assert (heavier.crossover.value[:, 3:] < lighter.crossover.value[:, 3:]).all()
     assert (heavier.gain_up.value[:, 3:] > lighter.gain_up.value[:, 3:]).all()
+
+
+@pytest.mark.parametrize("amplitude", [0.02, 0.3, 5.0])
+def test_the_hybrid_law_is_ladrc_with_gains_that_depend_on_amplitude(amplitude):
+    """Linear in S it is PD with kp = lambda k, kd = lambda + k, k = k2 + k1 N(A), on the same observer."""
+    hybrid = gains_with("pid", "hybrid", yaw__lambda=4.0, yaw__k1=15.0, yaw__k2=6.0, yaw__delta=0.3, yaw__omega_o=14.0)
+    k = term_gains(terms_of(cascade_of("pid", "hybrid")), cascade_of("pid", "hybrid"), hybrid, H, (Case(amplitude),))[
+        0, 0, 2
+    ]
+    wc = np.sqrt(4.0 * k)
+    ladrc = gains_with("pid", "ladrc", yaw__omega_c=wc, yaw__zeta=(4.0 + k) / (2.0 * wc), yaw__omega_o=14.0)
+    one = model_of("pid", "hybrid", cases=(Case(amplitude),)).evaluate(hybrid)
+    other = model_of("pid", "ladrc").evaluate(ladrc)
+    np.testing.assert_allclose(values(one)[:, 0, 5], values(other)[:, 0, 5], rtol=1e-8)
+
+
+def test_the_published_gains_fail_45_degrees_at_every_amplitude():
+    """wo = 10 rad/s, k1 = 20, rate from the observer, 20 ms of rotor lag and a period of 4 ms; slopes open in the source."""
+    options = ControlOptions(attitude_rate="observer", lag_aware=False, delay=True)
+    model = model_of("pid", "hybrid_literal", options, vehicle=ideal_vehicle(0.02))
+    for slope in (2.0, 5.0):
+        gains = gains_with("pid", "hybrid_literal", yaw__omega_o=10.0, yaw__k1=20.0, yaw__k2=5.0, yaw__lambda=slope)
+        found = []
+        for amplitude in np.geomspace(1e-3, 30.0, 10).tolist():
+            # The case is all that changes: the model is built once.
+            model.cases = (Case(amplitude),)
+            found.append(np.degrees(model.evaluate(gains).phase.value[0, 5]))
+        assert 15.0 < min(found) < max(found) < 36.0

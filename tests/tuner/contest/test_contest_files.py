@@ -12,7 +12,7 @@ from tests.tuner.contest.contest_text import CONTEST, NAMES, changed, write
 from tuner.contest import is_contest, load_contest
 from tuner.contest.layers import merged
 from tuner.contest.reading import slug_of
-from tuner.contest.toml_text import toml_text
+from tuner.study.toml_text import toml_text
 from tuner.study.build import study_from_table
 
 SHARED, OWN = CONTEST.split('[[contender]]\nname = "PID"', 1)

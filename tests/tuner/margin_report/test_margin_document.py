@@ -1,6 +1,7 @@
 """`tuner margins` and its JSON: schema, units, notes for what has no end, exit codes."""
 
 import json
+import os
 import subprocess
 import sys
 from pathlib import Path
@@ -230,3 +231,16 @@ def test_certificates_are_those_that_apply_to_each_axis(monkeypatch):
         "source": "source",
     }  # fmt: skip
     assert "because" in asked("--law", "pid", "--certificates").stdout
+
+
+def test_the_first_compilation_is_announced_on_stderr_and_no_other(tmp_path):
+    """With a cache of Numba's that is empty, in a process of its own; what is on stdout stays JSON."""
+    told, command = [], [sys.executable, "-c", "from tuner.cli.main import main; main()"]
+    for _ in range(2):
+        done = subprocess.run(
+            [*command, "margins", "--law", "pid", "--json"], cwd=ROOT, capture_output=True,
+            text=True, timeout=120, check=False, env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+        )  # fmt: skip
+        assert json.loads(done.stdout)["format"]
+        told.append(done.stderr)
+    assert "Compiling the margins" in told[0] and "Compiling" not in told[1]

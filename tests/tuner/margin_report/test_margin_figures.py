@@ -15,6 +15,7 @@ from tuner.margin_report.curves import curves_of, groups
 from tuner.margin_report.linear import Linear
 from tuner.margin_report.loop_figures import disk_circle
 from tuner.margin_report.mismatch import CRITERIA, FACTORS, extents, mismatch_map, slack, with_factors
+from tuner.margin_report.mismatch_figure import mismatch_figure
 from tuner.margin_report.readings import subject_of
 from tuner.margin_report.time_response import simulate, time_responses
 
@@ -61,6 +62,19 @@ def test_mismatch_is_what_the_eigenvalues_say(hybrid, linear, factors):
     assert judged.stable.all() == ("mass" in factors)
     margins = model.evaluate(hybrid.row[None])
     assert np.allclose(judged.quantities["sensitivity"], margins.sensitivity.value[0], rtol=1e-6)
+
+
+def test_a_vehicle_far_lighter_than_assumed_has_no_steady_flight_and_its_neighbours_on_the_map_do(linear):
+    """The controller asks for a fifth of the weight that it assumes, and no less."""
+    light = [linear.judge([with_factors(linear.nominal.vehicle, mass=mass)])[0] for mass in (0.21, 0.19, 0.05)]
+    assert [each is None for each in light] == [False, True, True]
+    masses, inertias = np.array([0.1, 0.18, 0.25, 1.0]), np.array([1.0, 2.0])
+    judged = linear.judge([with_factors(linear.nominal.vehicle, mass=m, inertia=i) for i in inertias for m in masses])
+    stability = np.array([slack(each, "stability", linear.period) for each in judged]).reshape(2, 4)
+    assert np.array_equal(np.isnan(stability), [[True, True, False, False]] * 2)
+    ends = [mismatch.Extent(factor, name, None, None) for factor in FACTORS for name in CRITERIA]
+    entry = mismatch.Map("mass", "inertia", masses, inertias, stability, stability)
+    mismatch_figure([entry, entry], ends).draw_without_rendering()
 
 
 def test_slack_is_zero_where_a_limit_is_met_exactly(hybrid, linear):

@@ -50,6 +50,17 @@ def test_every_quantity_gain_and_warning_is_told(copied):
     assert json.loads((copied / "resolved.json").read_text())["digest"] in page
 
 
+def test_how_the_point_was_chosen_is_told_where_the_folder_holds_it(copied):
+    summary = json.loads((copied / "summary.json").read_text())
+    summary["remarks"] = ["Without it the front reaches <more>."]
+    (copied / "summary.json").write_text(json.dumps(summary))
+    page = own_markup(write_report(copied).read_text())
+    assert "How it was chosen" in page and "Held-out − search" in page and "reaches &lt;more&gt;." in page
+    del summary["picked_on"]
+    (copied / "summary.json").write_text(json.dumps(summary))
+    assert "How it was chosen" not in own_markup(write_report(copied).read_text())
+
+
 def test_charts_carry_the_held_out_values(copied, small_run):
     outcome, _ = small_run
     data = chart_data(write_report(copied).read_text())

@@ -65,7 +65,7 @@ CASES = {
     "spread too wide": ("mass = 0.05", "mass = 0.9", "scenario[0].spread.mass", "0 to 0.5"),
     "unknown pick": ('rule = "knee"', 'rule = "knie"', "pick.rule", "did you mean 'knee'"),
     "pick of no objective": ('rule = "knee"', 'rule = "min:effort"', "pick.rule", "min:travel"),
-    "unknown algorithm": ('algorithm = "nsga2"', 'algorithm = "nsga3"', "search.algorithm", "did you mean 'nsga2'"),
+    "unknown algorithm": ('algorithm = "nsga2"', 'algorithm = "nsga-2"', "search.algorithm", "did you mean 'nsga2'"),
     "objective twice": ("", "", "objective[1]", "twice"),
     "infinite constraint": ("most = 0.02", "most = inf", "constraint[1].most", "finite"),
     "syntax": ("seed = 2025", "seed = = 2025", None, "line"),

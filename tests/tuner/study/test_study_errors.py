@@ -49,7 +49,7 @@ BAD = [
     ('metric = "failure"', 'metric = "failures"', "constraint[0].metric", "did you mean 'failure'?"),
     (CVAR, 'risk = "cvr"', "objective[0].risk", "did you mean 'cvar'?"),
     (CVAR, CVAR + '\nscenario = "gust"', "objective[0].scenario", "did you mean 'gusts'?"),
-    ("population = 8", 'population = 8\nalgorithm = "nsga3"', "search.algorithm", "did you mean 'nsga2'?"),
+    ("population = 8", 'population = 8\nalgorithm = "nsga-2"', "search.algorithm", "did you mean 'nsga2'?"),
     ("population = 8", 'population = 8\ninitial = ["defalt"]', "search.initial", "did you mean 'default'?"),
     ("population = 8", "population = 8\ninitial = []", "search.initial", 'write initial = ["default"]'),
     ('"knee"', '"kne"', "pick.rule", "did you mean 'knee'?"),

@@ -1,0 +1,66 @@
+"""Flights already flown: what keeps them answers to this, so that no flight is made twice.
+
+A flight is a pure function of the model, the system, its scenario and its gains. `scenario_key` names all of that but the
+gains: where the key and the gains are equal to the bit, the recorded result is the one that a new flight would have.
+"""
+
+import hashlib
+import json
+from dataclasses import asdict
+from functools import cache
+from importlib.metadata import version
+from pathlib import Path
+from typing import Protocol
+
+import numpy as np
+
+import objectives.meters
+import plant
+from objectives.system import Fleet, System
+from plant.records import flatten
+
+# Libraries whose versions can change the bits of a flight.
+LIBRARIES = ("numba", "llvmlite", "numpy", "scipy")
+
+
+class FlightMemory(Protocol):
+    """Keeps the results of flights (flights, rows) by scenario key, gains row and index of the first flight."""
+
+    def recall(self, key: str, gains: np.ndarray, first: int, last: int) -> np.ndarray | None:
+        """Return the results (last - first, rows) of one gains row (g,), or None where any of them is not known."""
+        ...
+
+    def keep(self, key: str, fleet: Fleet, gains: np.ndarray, first: int, results: np.ndarray) -> None:
+        """Take the results (n, flights, rows) of gains rows (n, g) from flight `first` on, recalled ones included."""
+        ...
+
+    def commit(self, name: str) -> None:
+        """Write down what was kept since the last time, under a name."""
+        ...
+
+
+@cache
+def model_key() -> str:
+    """Return the hash of every source that decides a flight and of the libraries that compile it."""
+    digest = hashlib.blake2b(digest_size=12)
+    digest.update(" ".join(f"{name}-{version(name)}" for name in LIBRARIES).encode())
+    home = Path(next(iter(plant.__path__)))
+    for file in [*sorted(home.rglob("*.py")), Path(objectives.meters.__file__)]:
+        digest.update(file.name.encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()
+
+
+def scenario_key(system: System, root: int, fleet: Fleet) -> str:
+    """Return the hash of all that decides a flight of a fleet but its gains and its index."""
+    reference = asdict(fleet.spec.reference)
+    # What is in a waypoint file decides, not where it lies.
+    reference.pop("path", None)
+    content = {
+        "model": model_key(),
+        "laws": [system.cascade.position.name, system.cascade.attitude.name],
+        "numbers": [flatten(part) for part in (system.vehicle, system.nominal, system.limits, system.timing)],
+        "scenario": {**asdict(fleet.spec), "reference": {**reference, "kind": fleet.spec.reference.kind}},
+        "stream": fleet.stream,
+        "root": root,
+    }
+    return hashlib.blake2b(json.dumps(content, sort_keys=True, allow_nan=False).encode(), digest_size=12).hexdigest()

@@ -1,0 +1,229 @@
+"""Racing: candidates that are surely not worth it stop after a part of their flights. For searches with costly flights.
+
+Every candidate flies the first quarter of the scenarios, those that are not settled then the second quarter, the rest the
+remaining half. A candidate is settled and stops
+
+- where a constraint is broken whatever the flights still to come bring: scores are never negative and risks are monotone, so
+  the risk with zeros in place of those flights bounds it from below; or
+- where a candidate that flew everything beats it in all objectives in at least LEVEL of the bootstrap resamples of the scenarios
+  that both flew, flight by flight.
+
+The values of one that was beaten are those of the candidate that beats it plus what it is worse by so far, so it stays
+dominated. After O. Maron, A. W. Moore, "Hoeffding races", NIPS 6, 1994, and M. Birattari, T. Stützle, L. Paquete, K. Varrentrapp,
+"A racing algorithm for configuring metaheuristics", GECCO 2002; there with other tests and for one objective.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from objectives.problem import Evaluation, Problem, with_unflown
+from objectives.requirements import known_values, known_violations, worth_flying
+from objectives.system import Fleet
+from plant.seeds import generator
+
+Array = np.ndarray
+# Shares of the scenarios after which candidates are judged, the share of resamples that settles one, number of resamples.
+SHARES, LEVEL, REPLICATES = (0.25, 0.5), 0.99, 400
+
+
+@dataclass(frozen=True)
+class Champions:
+    """The best candidates so far, all of which flew everything: values (k, objectives), scores (k, objectives, flights)."""
+
+    values: Array
+    scores: Array
+
+
+class Track:
+    """The flights of a race in stages. counts: for each stage, how many flights of each fleet are made at its end."""
+
+    def __init__(self, fleets: tuple[Fleet, ...]) -> None:
+        self.fleets = fleets
+        self.counts = [tuple(max(round(share * fleet.count), 1) for fleet in fleets) for share in (*SHARES, 1.0)]
+        self._starts = np.cumsum([0, *[fleet.count for fleet in fleets]])
+
+    @property
+    def flights(self) -> int:
+        """Number of flights of a candidate that flies everything."""
+        return int(self._starts[-1])
+
+    def seen(self, stage: int) -> Array:
+        """Return the columns, among all flights, of those made at the end of a stage."""
+        starts = self._starts[:-1]
+        return np.concatenate([start + np.arange(n) for start, n in zip(starts, self.counts[stage], strict=True)])
+
+    def origin(self) -> Array:
+        """Return the scenario of every flight."""
+        return np.repeat([fleet.spec.name for fleet in self.fleets], [fleet.count for fleet in self.fleets])
+
+
+class Race:
+    """One generation's race. settled (n,): who has stopped; stage (n,): after which stage; beaten (n,): by which champion.
+
+    scores (n, quantities, flights), failed (n, flights): 0 where not flown.
+    """
+
+    def __init__(
+        self, problem: Problem, gains: Array, flown: Array, whole: Array, track: Track, champions: Champions
+    ) -> None:
+        n = len(gains)
+        self.problem, self.gains, self.whole, self.track, self.champions = problem, gains, whole, track, champions
+        self.settled = ~flown
+        self.stage = np.full(n, -1)
+        self.beaten = np.full(n, -1)
+        self.scores = np.zeros((n, len(problem.quantities), track.flights))
+        self.failed = np.zeros((n, track.flights), dtype=bool)
+
+    def run(self, root: int, landed: Callable[[int], None] | None) -> None:
+        """Fly stage after stage and settle who can be settled."""
+        for stage in range(len(self.track.counts)):
+            running = np.flatnonzero(~self.settled)
+            if not len(running):
+                break
+            self._fly(stage, running, landed)
+            self.stage[running] = stage
+            if stage < len(self.track.counts) - 1:
+                self._settle(stage, running[~self.whole[running]], root)
+
+    def _fly(self, stage: int, running: Array, landed: Callable[[int], None] | None) -> None:
+        start = 0
+        before = self.track.counts[stage - 1] if stage else tuple(0 for _ in self.track.fleets)
+        for fleet, first, last in zip(self.track.fleets, before, self.track.counts[stage], strict=True):
+            if last > first:
+                results = self.problem.results(self.gains[running], fleet, first, last, landed)
+                columns = slice(start + first, start + last)
+                self.scores[running, :, columns], self.failed[running, columns] = self.problem.score(
+                    results, fleet.spec
+                )
+            start += fleet.count
+
+    def _settle(self, stage: int, running: Array, root: int) -> None:
+        hopeless = self.problem.broken(self.problem.risks(self.scores[running], self.track.origin())) > 0.0
+        self.settled[running] = hopeless.any(axis=1)
+        seen, open_rows = self.track.seen(stage), running[~self.settled[running]]
+        if not len(open_rows) or not len(self.champions.values):
+            return
+        beaten = beaten_by(
+            self.problem,
+            self.champions.scores[..., seen],
+            self.scores[open_rows][..., seen],
+            self.track.origin()[seen],
+            root,
+        )
+        self.beaten[open_rows] = beaten
+        self.settled[open_rows] = beaten >= 0
+
+    def conclude(self) -> tuple[Array, Array, Array]:
+        """Return the risks (n, quantities) of what was flown, shares of failures (n,) and numbers of flights (n,).
+
+        Scores of flights not made become the mean of the candidate's others in the same scenario.
+        """
+        n = len(self.gains)
+        risks, failures, counted = np.empty(self.scores.shape[:2]), np.ones(n), np.zeros(n, dtype=int)
+        for stage in range(-1, len(self.track.counts)):
+            rows = np.flatnonzero(self.stage == stage)
+            if not len(rows):
+                continue
+            if stage < 0:
+                self._lose(rows)
+            seen = self.track.seen(stage) if stage >= 0 else np.arange(self.track.flights)
+            risks[rows] = self.problem.risks(self.scores[rows][..., seen], self.track.origin()[seen])
+            failures[rows] = self.failed[rows][:, seen].mean(axis=-1)
+            counted[rows] = len(seen) if stage >= 0 else 0
+            if 0 <= stage < len(self.track.counts) - 1:
+                self._put_behind(rows, seen, risks)
+                self._fill(rows, stage)
+        return risks, failures, counted
+
+    def _lose(self, rows: Array) -> None:
+        """Score candidates that were not worth a flight as failures at t = 0."""
+        start = 0
+        for fleet in self.track.fleets:
+            none = with_unflown(np.zeros((0, fleet.count, self.problem.flyer.rows)), np.zeros(len(rows), dtype=bool))
+            columns = slice(start, start + fleet.count)
+            self.scores[rows, :, columns], self.failed[rows, columns] = self.problem.score(none, fleet.spec)
+            start += fleet.count
+
+    def _put_behind(self, rows: Array, seen: Array, risks: Array) -> None:
+        lost = rows[self.beaten[rows] >= 0]
+        if not len(lost):
+            return
+        m, winners = len(self.problem.objectives), self.beaten[lost]
+        theirs = np.zeros((len(self.champions.values), self.scores.shape[1], len(seen)))
+        theirs[:, :m] = self.champions.scores[..., seen]
+        so_far = self.problem.risks(theirs, self.track.origin()[seen])[winners, :m]
+        risks[lost, :m] = self.champions.values[winners] + np.maximum(risks[lost, :m] - so_far, 0.0)
+
+    def _fill(self, rows: Array, stage: int) -> None:
+        start = 0
+        for fleet, count in zip(self.track.fleets, self.track.counts[stage], strict=True):
+            made, rest = slice(start, start + count), slice(start + count, start + fleet.count)
+            self.scores[rows, :, rest] = self.scores[rows, :, made].mean(axis=-1, keepdims=True)
+            start += fleet.count
+
+
+def race(
+    problem: Problem,
+    points: Array,
+    fleets: tuple[Fleet, ...],
+    champions: Champions,
+    root: int,
+    landed: Callable[[int], None] | None = None,
+    fly_all: bool | Array = False,
+) -> Evaluation:
+    """Evaluate points (n, d) of the unit cube like `Problem.evaluate`, but for the flights of those that settle early.
+
+    fly_all: who flies everything whatever happens.
+    """
+    begin = perf_counter()
+    gains, whole = problem.space.gains(points), np.broadcast_to(fly_all, len(points))
+    known = known_values(problem.screens, gains)
+    screened = perf_counter()
+    flown = worth_flying(problem.requirements, known) | whole
+    track = Track(fleets)
+    run = Race(problem, gains, flown, whole, track, champions)
+    run.run(root, landed)
+    risks, failures, counted = run.conclude()
+    if landed is not None:
+        landed(len(points) * track.flights - int(counted.sum(axis=0)))
+    return Evaluation(
+        values=risks[:, : len(problem.objectives)],
+        violations=np.concatenate([problem.broken(risks), known_violations(problem.requirements, known)], axis=1),
+        failures=failures,
+        scores=run.scores,
+        origin=track.origin(),
+        requirements=known,
+        flown=flown,
+        counted=counted,
+        screening_seconds=screened - begin,
+        flight_seconds=perf_counter() - screened,
+    )
+
+
+def beaten_by(problem: Problem, champions: Array, scores: Array, origin: Array, root: int) -> Array:
+    """Return the champion that surely beats each candidate (n,), -1 for none.
+
+    champions (k, objectives, flights), scores (n, quantities, flights): of the same flights, of scenarios origin (flights,).
+    """
+    drawn = resampled(origin, root)
+    worse = np.ones((len(scores), len(champions), REPLICATES), dtype=bool)
+    for i, objective in enumerate(problem.objectives):
+        columns = drawn if objective.scenario is None else drawn[:, origin == objective.scenario]
+        mine, theirs = (objective.risk.apply(part[:, i][:, columns]) for part in (scores, champions))
+        worse &= mine[:, None] > theirs[None]
+    share = worse.mean(axis=-1)
+    best = share.argmax(axis=1)
+    return np.where(share[np.arange(len(best)), best] >= LEVEL, best, -1)
+
+
+def resampled(origin: Array, root: int) -> Array:
+    """Return resamples (replicates, flights) of flights, those of each scenario among themselves."""
+    draw = generator(root, "racing", len(origin))
+    out = np.empty((REPLICATES, len(origin)), dtype=int)
+    for name in dict.fromkeys(origin.tolist()):
+        own = np.flatnonzero(origin == name)
+        out[:, own] = own[draw.integers(len(own), size=(REPLICATES, len(own)))]
+    return out

@@ -1,0 +1,41 @@
+"""What flies and how often: the system under study, and the fleets of flights it is sent on."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+from objectives import meters
+from objectives.metrics import Limits as MetricLimits
+from plant.cascade import Cascade
+from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
+from plant.nominal import Nominal
+from plant.scenarios import ScenarioSpec
+from plant.vehicle import Vehicle
+
+
+@dataclass(frozen=True)
+class System:
+    """What flies: vehicle, cascade bound to its laws, what the controller knows, limits and timing."""
+
+    vehicle: Vehicle
+    cascade: Cascade
+    nominal: Nominal
+    limits: Limits
+    timing: Timing
+
+    @cached_property
+    def loop(self) -> ClosedLoop:
+        """The closed loop with the meters of this package."""
+        return close_loop(self.cascade, MeterModel(meters.Meters, meters.start, meters.update))
+
+    def metric_limits(self) -> MetricLimits:
+        """Return what no completed flight exceeds."""
+        return MetricLimits(self.limits.position, self.nominal.thrust_max / self.nominal.hover)
+
+
+@dataclass(frozen=True)
+class Fleet:
+    """The flights of one scenario: which stream they are drawn from and how many."""
+
+    spec: ScenarioSpec
+    stream: str
+    count: int

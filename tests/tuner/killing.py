@@ -1,0 +1,90 @@
+"""Run a small study as a process of its own, kill it at an instant, go on with it, and compare what it leaves behind."""
+
+import json
+import os
+import signal
+import subprocess
+import sys
+import time
+
+from tests.tuner.conftest import QUICKSTART
+
+CHANGES = {
+    "search.population": 8, "search.generations": 5, "scenario.0.search": 4, "scenario.0.held_out": 32,
+    "scenario.0.duration": 2.0, "margin": [],
+}  # fmt: skip
+CODE = "import sys; from tuner.cli.main import main; main()"
+# What tells how long something took, and where it was made.
+TIMES = ("wall_seconds", "search_seconds")
+
+
+def command(*arguments):
+    return [sys.executable, "-c", CODE, *map(str, arguments)]
+
+
+def run_arguments(folder):
+    sets = [part for key, value in CHANGES.items() for part in ("--set", f"{key}={json.dumps(value)}")]
+    return ["run", QUICKSTART, "--out", folder, *sets]
+
+
+def finish(*arguments, code=0, **named):
+    done = subprocess.run(command(*arguments), capture_output=True, text=True, timeout=120, **named)
+    assert done.returncode == code, done.stderr + done.stdout
+    return done
+
+
+def killed(folder, instant):
+    """Start the study and kill it after `instant` seconds; return whether it was still running then."""
+    process = subprocess.Popen(
+        command(*run_arguments(folder)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
+    )
+    try:
+        process.wait(instant)
+        return False
+    except subprocess.TimeoutExpired:
+        os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+        return True
+
+
+def finished_after_kill(folder, instant):
+    """Kill the study at an instant and bring it to its end the way its own messages say."""
+    still_running = killed(folder, instant)
+    if not (folder / "run.json").exists():
+        # Nothing was recorded yet: the tool says to remove the folder and run again.
+        if folder.exists():
+            said = finish("resume", folder, code=2).stderr
+            assert "nothing was recorded yet, so remove it" in said and "Traceback" not in said
+            for file in sorted(folder.rglob("*"), reverse=True):
+                file.rmdir() if file.is_dir() else file.unlink()
+            folder.rmdir()
+        finish(*run_arguments(folder))
+    else:
+        finish("resume", folder)
+    return still_running
+
+
+def result_of(folder):
+    """All that a run leaves behind, as bytes by name, but for times, machine and session."""
+    kept = {}
+    for file in sorted(path for path in folder.rglob("*") if path.is_file()):
+        name = file.relative_to(folder).as_posix()
+        if name in ("environment.json", "history.csv", "report.html", ".lock") or name.startswith("figures/"):
+            continue
+        content = file.read_bytes()
+        if name == "summary.json":
+            content = {key: value for key, value in json.loads(content).items() if key not in TIMES}
+        kept[name] = content
+    return kept
+
+
+def compare(one, other):
+    """Assert that two results are the same, naming what is not."""
+    assert sorted(one) == sorted(other)
+    assert [name for name in one if one[name] != other[name]] == []
+
+
+def timed(folder):
+    begin = time.perf_counter()
+    finish(*run_arguments(folder))
+    return time.perf_counter() - begin

@@ -1,0 +1,125 @@
+"""`tuner plan`: what a run will take and how sure its figures will be, before it is started."""
+
+import json
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from objectives.problem import Problem
+from tuner.cli.display import digits
+from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.tuning_study import tuning_study
+from tuner.planning.document import plan_document
+from tuner.planning.pilot import FLIGHTS, Pilot, fly_pilot, pilot_size
+from tuner.run import problem_of, warm_up
+from tuner.study.study import Study
+from tuner.watcher import Watcher
+
+Row = dict[str, Any]
+
+
+def plan_command(path: Path, difference: float, threads: int | None, as_json: bool) -> None:
+    """Fly the pilot and print the plan; difference [%]: from the default, to be told."""
+    study = tuning_study(path, "tuner plan")
+    problem = problem_of(study, threads, None)
+    if as_json:
+        compilation = compiled(problem, study, Watcher())
+        pilot = fly_pilot(problem, study)
+    else:
+        compilation, pilot = watched(problem, study)
+    document = plan_document(study, pilot, compilation, 0.01 * difference)
+    if as_json:
+        print(json.dumps(document, indent=2, allow_nan=False))
+    else:
+        show(document, Console())
+
+
+def watched(problem: Problem, study: Study) -> tuple[float | None, Pilot]:
+    """Compile and fly with a progress display."""
+    with FlightsBar(Console()) as bar:
+        compilation = compiled(problem, study, bar)
+        bar.flying("Pilot", pilot_size(problem.flyer.threads) * FLIGHTS * len(study.scenarios))
+        return compilation, fly_pilot(problem, study, bar.landed)
+
+
+def compiled(problem: Problem, study: Study, watcher: Watcher) -> float | None:
+    """Have the kernel compiled and return how long it took [s]; None where it was there."""
+    cached, begin = problem.flyer.cached, perf_counter()
+    warm_up(problem, study, watcher)
+    # A cached kernel is loaded by its first flight, which takes a second that is not to be timed as flying.
+    problem.warm_up(study.default_row, study.scenarios[0].spec)
+    return None if cached else perf_counter() - begin
+
+
+def show(document: Row, console: Console) -> None:
+    """Print the plan."""
+    pilot = document["pilot"]
+    console.print(
+        f"Pilot: {pilot['candidates']} candidates, {pilot['flights']:,} flights in {pilot['seconds']:.1f} s on "
+        f"{document['threads']} threads; {pilot['worth_flying_percent']:.0f} % of the ranges are worth a flight.",
+        highlight=False,
+    )
+    console.print(cost_table(document))
+    console.print(precision_table(document))
+    for warning in document["warnings"]:
+        console.print(f"Warning: {warning}", style="yellow", highlight=False, markup=False)
+
+
+def cost_table(document: Row) -> Table:
+    """Return flights, time, memory and disk."""
+    flights, seconds = document["flights"], document["seconds"]
+    table = Table(title="A run takes at most", title_justify="left", box=SIMPLE, pad_edge=False, show_header=False)
+    table.add_column("")
+    table.add_column("", justify="right", no_wrap=True)
+    table.add_column("")
+    rows = (
+        ("search", f"{flights['search_at_most']:,} flights", f"{seconds['search']:.0f} s"),
+        (
+            f"held-out check of {flights['finalists_at_most']} finalists",
+            f"{flights['held_out_at_most']:,} flights", f"{seconds['held_out_at_most']:.0f} s",
+        ),
+        ("responses, figures, report", "", f"{seconds['writing']:.0f} s"),
+        ("all of it", f"{flights['total_at_most']:,} flights", f"{seconds['total_at_most']:.0f} s"),
+        ("compilation, once", "", done_or(seconds["compilation"])),
+        ("memory", f"{1e-6 * document['memory_bytes']:,.0f} MB", ""),
+        ("results folder", f"{1e-6 * document['disk_bytes_at_most']:,.0f} MB", ""),
+    )  # fmt: skip
+    for row in rows:
+        table.add_row(*row)
+    return table
+
+
+def done_or(seconds: float | None) -> str:
+    """Return how long the compilation took."""
+    return "done before" if seconds is None else f"{seconds:.0f} s, done now"
+
+
+def precision_table(document: Row) -> Table:
+    """Return the expected intervals of the default's objectives and what a difference takes."""
+    title = f"Widths of 95 % intervals, and held-out scenarios that tell {document['difference_percent']:g} % of the default"
+    table = Table(title=title, title_justify="left", box=SIMPLE, pad_edge=False)
+    table.add_column("objective", no_wrap=True)
+    for heading in ("default", "search", "held out", "needed"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    for row in document["objectives"]:
+        unit = "" if row["unit"] == "1" else f" {row['unit']}"
+        value = digits(row["default"], row["width"]["held_out"] or row["default"])
+        needed = "-" if row["scenarios_needed"] is None else f"{row['scenarios_needed']:,}"
+        table.add_row(
+            escape(row["label"]), f"{value}{unit}", width(row, "search"), width(row, "held_out"),
+            f"{needed} / {row['flights']['held_out']:,}",
+        )  # fmt: skip
+    return table
+
+
+def width(row: Row, stream: str) -> str:
+    """Return an interval's width with its share of the value."""
+    if row["width"][stream] is None:
+        return "unknown"
+    share = row["width_percent"][stream]
+    return digits(row["width"][stream], row["width"][stream]) + ("" if share is None else f" ({share:.2g} %)")

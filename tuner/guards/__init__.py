@@ -1,0 +1,94 @@
+"""Guards: what could make a run's numbers mean less than they seem to, each a small function, in one registry.
+
+A guard before looks at the study, one after at the outcome; both return sentences that say what to change.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from objectives.mission import mission_floor
+from tuner.guards import after
+from tuner.guards.before import few_scenarios
+from tuner.study.study import Study
+
+if TYPE_CHECKING:
+    from tuner.conclusion import Outcome
+
+__all__ = ["GUARDS", "Guard", "said_after", "said_before"]
+
+BEFORE, AFTER = "before", "after"
+
+
+@dataclass(frozen=True)
+class Guard:
+    """when: `BEFORE` a run, message(study), or `AFTER` it, message(outcome). what: what it looks for, one line."""
+
+    when: str
+    what: str
+    message: Callable[[Any], list[str]]
+
+
+def _labels(outcome: "Outcome") -> list[str]:
+    return [objective.label for objective in outcome.study.objectives]
+
+
+def _flown_values(outcome: "Outcome") -> np.ndarray:
+    return outcome.archive.values[outcome.archive.flown]
+
+
+def _duplicate_knees(outcome: "Outcome") -> list[str]:
+    rows = np.flatnonzero(outcome.finalists.non_dominated).tolist()
+    return after.duplicate_knees(outcome.names, outcome.tuned, rows, outcome.finalists.replicates)
+
+
+def _on_bounds(outcome: "Outcome") -> list[str]:
+    from tuner.contest.bounds import on_bounds
+
+    front = outcome.finalist_rows[outcome.finalists.non_dominated]
+    return after.gains_on_bounds(on_bounds(outcome.study, outcome.gains(outcome.tuned), front))
+
+
+def _idle(outcome: "Outcome") -> list[str]:
+    study = outcome.study
+    asked = {entry.objective.label for entry in floor_of(study)}
+    columns = [i for i, entry in enumerate(study.constraints) if entry.objective.label in asked]
+    broken = outcome.archive.violations > 0.0
+    others = np.delete(broken, columns, axis=1).any(axis=1)
+    idle = np.sum(broken[:, columns].any(axis=1) & ~others & outcome.archive.flown, axis=0)
+    floor = [f"{study.constraints[i].objective.label} at most {study.constraints[i].most:.3g}" for i in columns]
+    return after.idle_candidates(int(idle), floor)
+
+
+def floor_of(study: Study) -> tuple[Any, ...]:
+    """Return the mission floor of a study."""
+    system = study.system
+    return mission_floor([entry.spec for entry in study.scenarios], system.limits, system.timing)
+
+
+GUARDS = {
+    "few_scenarios": Guard(BEFORE, "too few scenarios for the level of a risk", few_scenarios),
+    "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle),
+    "constant_objective": Guard(
+        AFTER, "an objective that nothing searched moves",
+        lambda outcome: after.constant_objectives(_labels(outcome), _flown_values(outcome)),
+    ),
+    "correlated_objectives": Guard(
+        AFTER, "two objectives that rank all candidates alike",
+        lambda outcome: after.correlated_objectives(_labels(outcome), _flown_values(outcome)),
+    ),
+    "duplicate_knee": Guard(AFTER, "points that cannot be told from the recommended one", _duplicate_knees),
+    "on_bound": Guard(AFTER, "recommended gains at an end of their range", _on_bounds),
+}  # fmt: skip
+
+
+def said_before(study: Study) -> list[str]:
+    """Return what the guards say of a study before it runs."""
+    return [text for guard in GUARDS.values() if guard.when == BEFORE for text in guard.message(study)]
+
+
+def said_after(outcome: "Outcome") -> list[str]:
+    """Return what the guards say of an outcome."""
+    return [text for guard in GUARDS.values() if guard.when == AFTER for text in guard.message(outcome)]

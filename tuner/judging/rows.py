@@ -1,0 +1,115 @@
+"""One limit after the other: value, interval, verdict.
+
+A limit on flights is judged by the value over all of them; its interval says whether another draw could have judged otherwise.
+The interval is the bootstrap's, but for a mean share of lost flights it is exact, because no resample of flights that all
+completed loses one: C. J. Clopper, E. S. Pearson, Biometrika 26(4):404-413, 1934. Of a worst case none can be given.
+Requirements that are known without flying are exact and have no interval.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from objectives.problem import Evaluation, Objective, Problem
+from objectives.requirements import Requirement
+from objectives.risk import bootstrap_interval
+from plant.seeds import generator
+from tuner.study.study import Study
+
+Array = np.ndarray
+REPLICATES, TAIL = 2000, 0.025
+PASS, UNCERTAIN, FAIL = "pass", "not certain", "fail"
+REPORTED, KEPT, MISSED = "reported", "target kept", "target missed"
+# Kept by the value, broken by the value, but for a target that nothing depends on.
+HARD, SOFT = (PASS, FAIL), (KEPT, MISSED)
+
+
+@dataclass(frozen=True)
+class Judged:
+    """One row: kind is "constraint", "requirement" or "objective"; sense "most" or "least"; limit None for an objective.
+
+    value may be infinite; low, high: ends of the 95 % interval, None where there is none; flights: that it rests on, 0 for
+    what is known without flying.
+    """
+
+    label: str
+    kind: str
+    quantity: str
+    unit: str
+    sense: str
+    limit: float | None
+    value: float
+    low: float | None
+    high: float | None
+    flights: int
+    verdict: str
+
+
+def judged_rows(study: Study, problem: Problem, evaluation: Evaluation) -> list[Judged]:
+    """Return constraints, requirements and objectives of an evaluation of one candidate, in this order."""
+    n = len(study.objectives)
+    constraints = [
+        flown_row(entry.objective, entry.most, evaluation, n + i, study.seed)
+        for i, entry in enumerate(study.constraints)
+    ]
+    known = [
+        known_row(entry, float(evaluation.requirements[0, i])) for i, entry in enumerate(problem.requirements)
+    ]  # fmt: skip
+    objectives = [flown_row(entry, None, evaluation, i, study.seed) for i, entry in enumerate(study.objectives)]
+    return [*constraints, *known, *objectives]
+
+
+def flown_row(quantity: Objective, most: float | None, evaluation: Evaluation, index: int, root: int) -> Judged:
+    """Return the row of a risk over flights; most: its limit, None to report it."""
+    scores = evaluation.samples(index, quantity.scenario)[0]
+    value = float(quantity.risk.apply(scores))
+    low, high = interval(quantity, scores, generator(root, "check/bootstrap", index))
+    metric = quantity.metric.metric
+    return Judged(
+        quantity.label, "objective" if most is None else "constraint", metric.definition, quantity.metric.unit, "most",
+        most, value, low, high, len(scores), verdict(most, value, high),
+    )  # fmt: skip
+
+
+def verdict(most: float | None, value: float, high: float | None) -> str:
+    """Return what a value with an interval up to `high` says of a limit; of a worst case no draw says more than itself."""
+    if most is None:
+        return REPORTED
+    if value > most:
+        return FAIL
+    return PASS if high is not None and high <= most else UNCERTAIN
+
+
+def interval(quantity: Objective, scores: Array, draw: np.random.Generator) -> tuple[float | None, float | None]:
+    """Return the 95 % interval of a risk over scores (flights,); None for a worst case."""
+    if quantity.risk.name == "worst":
+        return None, None
+    if quantity.risk.name == "mean" and not quantity.metric.metric.graded:
+        return share_interval(int(np.sum(scores > 0.0, axis=0)), len(scores))
+    low, high = bootstrap_interval(scores, quantity.risk, draw, REPLICATES)
+    return float(low), float(high)
+
+
+def share_interval(hits: int, count: int) -> tuple[float, float]:
+    """Return the exact 95 % interval of a share of which `hits` of `count` were seen."""
+    from scipy.special import betaincinv
+
+    low = float(betaincinv(hits, count - hits + 1, TAIL)) if hits else 0.0
+    high = float(betaincinv(hits + 1, count - hits, 1.0 - TAIL)) if hits < count else 1.0
+    return low, high
+
+
+def known_row(requirement: Requirement, value: float) -> Judged:
+    """Return the row of a requirement that is known without flying; a soft one is a target and fails nothing."""
+    kept, broken = HARD if requirement.hard else SOFT
+    said = kept if requirement.kept(np.array([value]))[0] else broken
+    return Judged(
+        requirement.label, "requirement", requirement.quantity, requirement.unit, requirement.sense, requirement.limit,
+        value, None, None, 0, said,
+    )  # fmt: skip
+
+
+def overall(rows: list[Judged]) -> str:
+    """Return the verdict on all rows: the worst of theirs."""
+    verdicts = {row.verdict for row in rows}
+    return next((said for said in (FAIL, UNCERTAIN) if said in verdicts), PASS)

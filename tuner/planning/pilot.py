@@ -1,0 +1,107 @@
+"""The pilot: the default and a few other candidates, flown and timed on scenarios of their own stream."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from objectives.problem import Problem
+from objectives.requirements import known_values
+from objectives.system import Fleet
+from plant.backends.lanes import LANES
+from plant.gains import gain_addresses
+from plant.scenarios import ScenarioSpec, sample_scenarios
+from plant.seeds import generator
+from tuner.search.first_generation import first_generation, latin_hypercube
+from tuner.store.flights import Kept, encoded
+from tuner.study.study import Study
+
+Array = np.ndarray
+PILOT = "plan"
+# Flights of each candidate in each scenario, whole blocks of lanes; candidates at least; points asked how many are worth flying.
+FLIGHTS, CANDIDATES, ASKED = 64, 8, 64
+
+
+@dataclass(frozen=True)
+class ScenarioPilot:
+    """One scenario's share: scores (p, q, FLIGHTS) of p candidates and q quantities, failed (p, FLIGHTS).
+
+    block_seconds: of LANES flights on one thread, all threads being busy; draw_seconds, input_bytes: of one scenario drawn;
+    stored_bytes: of one flight in the results folder.
+    """
+
+    spec: ScenarioSpec
+    scores: Array
+    failed: Array
+    block_seconds: float
+    draw_seconds: float
+    input_bytes: float
+    stored_bytes: float
+
+
+@dataclass(frozen=True)
+class Pilot:
+    """points (p, d), the default first; worthy_share: of the ranges, as far as requirements decide it; screen_seconds: of asking
+    for the requirements of one candidate; rows: numbers that a flight ends with; seconds: that the pilot took.
+    """
+
+    points: Array
+    scenarios: tuple[ScenarioPilot, ...]
+    worthy_share: float
+    screen_seconds: float
+    rows: int
+    threads: int
+    seconds: float
+
+    @property
+    def complete(self) -> Array:
+        """Candidates (p,) that lost no flight."""
+        return ~np.any([entry.failed.any(axis=1) for entry in self.scenarios], axis=0)
+
+    @property
+    def flights(self) -> int:
+        """Number of flights made."""
+        return len(self.points) * FLIGHTS * len(self.scenarios)
+
+
+def pilot_size(threads: int) -> int:
+    """Return how many candidates are flown: as many for every thread, at least CANDIDATES in all."""
+    return threads * -(-CANDIDATES // threads)
+
+
+def fly_pilot(problem: Problem, study: Study, landed: Callable[[int], None] | None = None) -> Pilot:
+    """Draw candidates that are worth a flight, fly and time them; the kernel must be compiled already."""
+    begin, threads = perf_counter(), problem.flyer.threads
+    worthy = problem.worth_flying if study.requirements else None
+    draw = generator(study.seed, "plan/candidates", 0)
+    default = study.space.point(study.default_row)[None]
+    points = first_generation(default, pilot_size(threads), draw, worthy)
+    asked = latin_hypercube(ASKED, points.shape[1], generator(study.seed, "plan/worthy", 0))
+    share = 1.0 if worthy is None else float(np.mean(worthy(asked), axis=0))
+    # The default row itself: a gain outside its searched range would be moved by the way through the unit cube.
+    gains = np.concatenate([study.default_row[None], study.space.gains(points[1:])], axis=0)
+    started = perf_counter()
+    known_values(study.screens, gains)
+    screening = (perf_counter() - started) / len(gains)
+    flown = tuple(_fly_scenario(problem, study, entry.spec, gains, landed) for entry in study.scenarios)
+    return Pilot(points, flown, share, screening, problem.flyer.rows, threads, perf_counter() - begin)
+
+
+def _fly_scenario(
+    problem: Problem, study: Study, spec: ScenarioSpec, gains: Array, landed: Callable[[int], None] | None
+) -> ScenarioPilot:
+    system, begin = study.system, perf_counter()
+    inputs = sample_scenarios(spec, system.vehicle, system.timing, study.seed, PILOT, range(FLIGHTS))
+    drawn = perf_counter()
+    results = problem.flyer.fly(gains, system.nominal, inputs, landed)
+    flown = perf_counter()
+    scores, failed = problem.score(results, spec)
+    blocks = len(gains) / problem.flyer.threads * FLIGHTS / LANES
+    held = sum(part.nbytes for part in (inputs.dynamics, inputs.disturbances, inputs.noises))
+    columns = tuple(gain.address for gain in gain_addresses(system.cascade))
+    stored = len(encoded([Kept("pilot", Fleet(spec, PILOT, FLIGHTS), gains, 0, results)], columns))
+    return ScenarioPilot(
+        spec, scores, failed, (flown - drawn) / blocks, (drawn - begin) / FLIGHTS, held / FLIGHTS,
+        stored / (len(gains) * FLIGHTS),
+    )  # fmt: skip

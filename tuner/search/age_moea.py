@@ -1,0 +1,26 @@
+"""AGE-MOEA. For three objectives and more on fronts whose shape is not known: no reference directions to choose.
+
+A. Panichella, "An adaptive evolutionary algorithm based on non-Euclidean geometry for many-objective optimization", GECCO
+2019, pages 595-603, as implemented by pymoo.
+"""
+
+import numpy as np
+from pymoo.algorithms.moo.age import AGEMOEA, AGEMOEASurvival, find_corner_solutions, point_2_line_distance
+
+from tuner.search.pymoo_search import PymooSearch
+from tuner.search.scaling import Scaling
+
+# pymoo has numba compile these in every process, for 5 s; once for a machine is enough.
+for compiled in (point_2_line_distance, find_corner_solutions, AGEMOEASurvival.minkowski_distances):
+    compiled.enable_caching()
+
+
+class AgeMoea(PymooSearch):
+    """Ranks by dominance, then by spread and depth in the p-norm that fits the front."""
+
+    def __init__(self, first: np.ndarray, n_objectives: int, n_constraints: int, seed: int) -> None:
+        self._scaling = Scaling()
+        super().__init__(AGEMOEA(pop_size=len(first)), first, n_objectives, n_constraints, seed)
+
+    def _objectives(self, values: np.ndarray, total: np.ndarray) -> np.ndarray:
+        return self._scaling.of(values, total <= 0.0)

@@ -1,0 +1,63 @@
+"""A genetic algorithm of pymoo on the unit cube, whole generations at a time, its seed honoured.
+
+J. Blank, K. Deb, "pymoo: Multi-objective optimization in Python", IEEE Access 8:89497-89509, 2020; version 0.6.
+"""
+
+import warnings
+
+import numpy as np
+from pymoo.algorithms.base.genetic import GeneticAlgorithm
+from pymoo.core.evaluator import Evaluator
+from pymoo.core.initialization import Initialization
+from pymoo.core.population import Population
+from pymoo.core.problem import Problem
+from pymoo.core.termination import NoTermination
+from pymoo.problems.static import StaticProblem
+
+from tuner.search.standing import TotalViolation
+
+
+class PymooSearch:
+    """Ask for a generation of points, tell what they were worth.
+
+    algorithm: of the population of `first`, points (n, d) of the first generation. seed: of all later draws.
+    """
+
+    def __init__(
+        self, algorithm: GeneticAlgorithm, first: np.ndarray, n_objectives: int, n_constraints: int, seed: int
+    ) -> None:
+        # pymoo sees the total violation as its one constraint: its own total adds metres to seconds.
+        limits = min(n_constraints, 1)
+        self._problem = Problem(n_var=first.shape[1], n_obj=n_objectives, n_ieq_constr=limits, xl=0.0, xu=1.0)
+        self._total = TotalViolation(n_constraints)
+        self._algorithm = algorithm
+        # As it was given: by default two equal starting points would become one, and the generation one short.
+        self._algorithm.initialization = Initialization(first.copy())
+        self._algorithm.setup(self._problem, termination=NoTermination(), seed=seed, verbose=False)
+        self._population = len(first)
+        self._asked: Population | None = None
+
+    def ask(self) -> np.ndarray:
+        """Return the next generation (n, d), points of the unit cube."""
+        asked = self._algorithm.ask()
+        # Mating leaves out copies and tries a hundred times; a mutation on a bound is a copy three times in four at worst.
+        assert asked is not None and len(asked) == self._population, "mating found no further points"
+        self._asked = asked
+        return np.asarray(asked.get("X"), dtype=float)
+
+    def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
+        """Tell the objectives (n, m) and constraint violations (n, c) of the generation asked for."""
+        assert self._asked is not None, "ask before tell"
+        total = self._total.of(violations)
+        outcome = {"F": self._objectives(values, total)}
+        if self._problem.n_ieq_constr:
+            outcome["G"] = total[:, None]
+        # NSGA-III turns warnings off, and for the whole process.
+        with warnings.catch_warnings():
+            Evaluator().eval(StaticProblem(self._problem, **outcome), self._asked)
+            self._algorithm.tell(infills=self._asked)
+        self._asked = None
+
+    def _objectives(self, values: np.ndarray, total: np.ndarray) -> np.ndarray:
+        """Return the objectives (n, m) as the algorithm is to see them; total (n,): of the violations."""
+        return values

@@ -1,0 +1,26 @@
+"""Uniform random search: the baseline. A search that does not beat it over several seeds is not worth its name."""
+
+import numpy as np
+
+from plant.seeds import generator
+
+
+class Uniform:
+    """Ask for a generation of points; what it is told changes nothing.
+
+    first: points (n, d) of the first generation; its size is the population. seed: of all later draws.
+    """
+
+    def __init__(self, first: np.ndarray, n_objectives: int, n_constraints: int, seed: int) -> None:
+        self._seed = seed
+        self._generation = 0
+        self._points = first.copy()
+
+    def ask(self) -> np.ndarray:
+        """Return the next generation (n, d), points of the unit cube."""
+        return self._points.copy()
+
+    def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
+        """Tell the objectives (n, m) and constraint violations (n, c) of the generation asked for."""
+        self._generation += 1
+        self._points = generator(self._seed, "search/random", self._generation).uniform(size=self._points.shape)

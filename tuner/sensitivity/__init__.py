@@ -1,0 +1,1 @@
+"""Which gains decide, and how much is turbulence: Sobol indices and a decomposition of variance on real flights."""

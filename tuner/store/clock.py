@@ -1,0 +1,41 @@
+"""The time a run took, over all its sessions: what a resumed run replays counts with the time it took when it was flown."""
+
+import csv
+from dataclasses import dataclass
+from pathlib import Path
+from time import perf_counter
+
+
+@dataclass(frozen=True)
+class Spent:
+    """Seconds at the end of a generation, from the start of the search: in all, screening, flying."""
+
+    seconds: float
+    screening: float
+    flights: float
+
+
+class Clock:
+    """Seconds since it was made, plus what earlier sessions took longer over what this one replayed."""
+
+    def __init__(self) -> None:
+        self._begin = perf_counter()
+        self._earlier = 0.0
+
+    def now(self) -> float:
+        """Return the seconds so far."""
+        return perf_counter() - self._begin + self._earlier
+
+    def at_least(self, seconds: float) -> None:
+        """Count what was replayed as having taken as long as it did when it was flown."""
+        self._earlier += max(seconds - self.now(), 0.0)
+
+
+def recorded(history: Path) -> list[Spent]:
+    """Return the times in a history.csv; empty where it is missing or damaged, for they decide nothing."""
+    try:
+        with history.open(encoding="utf-8", newline="") as file:
+            rows = list(csv.DictReader(file))
+        return [Spent(*(float(row[key]) for key in ("seconds", "screening_seconds", "flight_seconds"))) for row in rows]
+    except (OSError, ValueError, KeyError, TypeError):
+        return []

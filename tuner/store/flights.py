@@ -1,0 +1,187 @@
+"""Every flight that a run made, so that none is made twice: the memory behind resume, reuse and verification.
+
+flights/NAME-DIGEST.parquet: a row for each flight, with the gains it flew, its scenario, the meters, status and end time. The
+name holds the digest of the file's bytes, so damage shows: such a file is set aside as *.damaged and its flights are
+flown again. Equal flights give equal files, byte for byte.
+"""
+
+import hashlib
+import io
+import json
+from collections import OrderedDict
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from objectives.meters import Meters
+from objectives.system import Fleet
+from plant.errors import StoreError
+from plant.records import paths
+from plant.scenarios import SEARCH
+from tuner.store.folder import Folder
+
+Array = np.ndarray
+FOLDER = "flights"
+# Files whose flights are held in memory at a time, and bytes of flights that are gathered before they are written.
+HELD, GATHERED = 4, 64_000_000
+RESULTS = (*paths(Meters), "status", "end_time")
+
+
+@dataclass(frozen=True)
+class Block:
+    """Consecutive flights of one gains row in one scenario: `count` rows of a file from `row` on, flights from `first` on."""
+
+    file: Path
+    row: int
+    first: int
+    count: int
+
+
+@dataclass(frozen=True)
+class Kept:
+    """Flights waiting to be written: results (n, flights, rows) of gains rows (n, g)."""
+
+    key: str
+    fleet: Fleet
+    gains: Array
+    first: int
+    results: Array
+
+
+class FlightStore:
+    """Recalls what is in a results folder and in others, and writes what it is given into the first.
+
+    columns: names of the gains. damaged: names of files that were set aside, or of other folders passed over.
+    """
+
+    def __init__(self, folder: Folder | None, columns: tuple[str, ...], others: tuple[Path, ...] = ()) -> None:
+        self._folder = folder
+        self._columns = columns
+        self._blocks: dict[tuple[str, bytes], list[Block]] = {}
+        self._held: OrderedDict[Path, Array] = OrderedDict()
+        self._waiting: list[Kept] = []
+        self._generations = 0
+        self.damaged: list[str] = []
+        own = [] if folder is None else [folder.path]
+        for place in [*own, *others]:
+            for file in sorted((place / FOLDER).glob("*.parquet")):
+                self._index(file, place in own)
+
+    @property
+    def generations(self) -> int:
+        """Number of generations whose flights were found in the folder."""
+        return self._generations
+
+    def recall(self, key: str, gains: Array, first: int, last: int) -> Array | None:
+        """Return the results (last - first, rows) of a gains row, or None where any of the flights is not known."""
+        found = self.known(key, gains, first, last)
+        return found if len(found) == last - first else None
+
+    def known(self, key: str, gains: Array, first: int, last: int) -> Array:
+        """Return the results (k, rows) of a gains row from flight `first` on as far as they are known without a gap."""
+        parts, here = [np.empty((0, len(RESULTS)))], first
+        for block in self._blocks.get((key, gains.tobytes()), ()):
+            if block.first <= here < min(block.first + block.count, last):
+                end = min(last, block.first + block.count)
+                start = block.row - block.first
+                parts.append(self._results(block.file)[start + here : start + end])
+                here = end
+        return np.concatenate(parts, axis=0)
+
+    def keep(self, key: str, fleet: Fleet, gains: Array, first: int, results: Array) -> None:
+        """Take flights to be written by the next `commit`, or before where they are many."""
+        if self._folder is None or not len(gains):
+            return
+        self._waiting.append(Kept(key, fleet, gains.copy(), first, results))
+        if sum(part.results.nbytes for part in self._waiting) > GATHERED:
+            self.commit(f"part-{fleet.stream}")
+
+    def commit(self, name: str) -> None:
+        """Write what was kept since the last time under this name; StoreError where it cannot be written."""
+        if self._folder is None or not self._waiting:
+            return
+        content = encoded(self._waiting, self._columns)
+        self._folder.write_bytes(f"{FOLDER}/{name}-{digest_of(content)}.parquet", content)
+        self._waiting = []
+
+    def _index(self, file: Path, own: bool) -> None:
+        try:
+            content = file.read_bytes()
+        except OSError as error:
+            raise StoreError(
+                f"{file} cannot be read ({error.strerror}); give the folder's files back to you"
+            ) from error
+        if not file.stem.endswith(digest_of(content)):
+            self.damaged.append(str(file))
+            if own:
+                file.replace(file.with_suffix(".damaged"))
+            return
+        self._generations += own and file.name.startswith(f"{SEARCH}-")
+        for key, gains, block in blocks_of(file, content, self._columns):
+            self._blocks.setdefault((key, gains), []).append(block)
+            self._blocks[key, gains].sort(key=lambda entry: entry.first)
+
+    def _results(self, file: Path) -> Array:
+        if file not in self._held:
+            self._held[file] = results_of(file)
+            if len(self._held) > HELD:
+                self._held.popitem(last=False)
+        return self._held[file]
+
+
+def digest_of(content: bytes) -> str:
+    """Return the digest of a file's bytes that stands in its name."""
+    return hashlib.blake2b(content, digest_size=8).hexdigest()
+
+
+def encoded(kept: list[Kept], columns: tuple[str, ...]) -> bytes:
+    """Return flights as the bytes of a Parquet file, block after block."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    shapes = [part.results.shape for part in kept]
+    flights = [np.tile(np.arange(part.first, part.first + n), k) for part, (k, n, _) in zip(kept, shapes, strict=True)]
+    gains = np.concatenate([np.repeat(part.gains, n, axis=0) for part, (_, n, _) in zip(kept, shapes, strict=True)])
+    results = np.concatenate(
+        [part.results.reshape(k * n, rows) for part, (k, n, rows) in zip(kept, shapes, strict=True)]
+    )
+    table: dict[str, Any] = {
+        "scenario": np.repeat([part.fleet.spec.name for part in kept], [k * n for k, n, _ in shapes]),
+        "stream": np.repeat([part.fleet.stream for part in kept], [k * n for k, n, _ in shapes]),
+        "flight": np.concatenate(flights),
+    }
+    table |= {f"gain:{name}": gains[:, i] for i, name in enumerate(columns)}
+    table |= {name: results[:, i] for i, name in enumerate(RESULTS)}
+    blocks = [
+        [part.key, part.first, n] for part, (k, n, _) in zip(kept, shapes, strict=True) for _ in range(k)
+    ]  # fmt: skip
+    arrow = pa.table(table).replace_schema_metadata({"blocks": json.dumps(blocks)})
+    sink = io.BytesIO()
+    pq.write_table(arrow, sink, compression="zstd")
+    return sink.getvalue()
+
+
+def blocks_of(file: Path, content: bytes, columns: tuple[str, ...]) -> list[tuple[str, bytes, Block]]:
+    """Return scenario key, bytes of the gains row and place of every block in a file; none where it holds other gains."""
+    import pyarrow.parquet as pq
+
+    source = pq.ParquetFile(io.BytesIO(content))
+    names = [f"gain:{name}" for name in columns]
+    if not {*names, *RESULTS} <= set(source.schema_arrow.names):
+        return []
+    gains = np.stack([column.to_numpy() for column in source.read(names).itercolumns()], axis=1)
+    found, row = [], 0
+    for key, first, count in json.loads(source.schema_arrow.metadata[b"blocks"]):
+        found.append((key, gains[row].tobytes(), Block(file, row, first, count)))
+        row += count
+    return found
+
+
+def results_of(file: Path) -> Array:
+    """Return the results (flights, rows) of a file."""
+    import pyarrow.parquet as pq
+
+    table = pq.read_table(file, columns=list(RESULTS))
+    return np.stack([table[name].to_numpy() for name in RESULTS], axis=1)

@@ -1,0 +1,112 @@
+"""What a run starts from, kept so that it can be continued anywhere: run.json, and inputs/ with the study and its files.
+
+inputs/NAME.toml is the study with every change of the command line in it and with paths to copies beside it; run alone, it
+gives the same results.
+"""
+
+import json
+import shutil
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from objectives.memory import model_key
+from plant.errors import StoreError
+from tuner.store.folder import Folder
+from tuner.study.paths import with_paths
+from tuner.study.toml_text import toml_text
+
+FILE, FORMAT, VERSION = "run.json", "holdfast-run", 1
+TUNING, CONTEST, INFERENCE, JUDGEMENT = "tuning", "contest", "inference", "judgement"
+
+
+@dataclass(frozen=True)
+class RunRecord:
+    """kind: of study. study: its file in the folder. digest: of all that decides the result. generations: asked for; None
+    where a study has no such number. model: `model_key` of the flights.
+    """
+
+    kind: str
+    study: Path
+    digest: str
+    generations: int | None
+    model: str
+
+
+def freeze(
+    folder: Folder, kind: str, source: Path, table: dict[str, Any], digest: str, generations: int | None
+) -> None:
+    """Write the inputs of a run, table: content of the study with paths from the folder of `source`; run.json comes last."""
+    name = f"inputs/{source.stem}.toml"
+    if not (folder.path / name).exists():
+        folder.write_text(name, toml_text(with_paths(table, lambda path: _copied(folder, source.parent / path))))
+    write_record(folder, RunRecord(kind, Path(name), digest, generations, model_key()))
+
+
+def write_record(folder: Folder, record: RunRecord) -> None:
+    """Write run.json."""
+    folder.write_json(
+        FILE,
+        {
+            "format": FORMAT,
+            "version": VERSION,
+            "kind": record.kind,
+            "study": record.study.as_posix(),
+            "digest": record.digest,
+            "generations": record.generations,
+            "model": record.model,
+        },
+    )
+
+
+def read_record(path: Path) -> RunRecord:
+    """Read the run.json of a results folder; StoreError where it is missing or damaged."""
+    if not path.is_dir():
+        raise StoreError(f"{path}: there is no such results folder; give a folder that `tuner run` wrote")
+    try:
+        content = json.loads((path / FILE).read_text(encoding="utf-8"))
+        if content["format"] != FORMAT or content["version"] != VERSION:
+            raise ValueError
+        generations = content["generations"]
+        if not (generations is None or isinstance(generations, int)):
+            raise ValueError
+        texts = [content[key] for key in ("kind", "study", "digest", "model")]
+        if not all(isinstance(text, str) for text in texts):
+            raise ValueError
+    except FileNotFoundError:
+        nothing = not (path / "flights").exists()
+        what = "nothing was recorded yet, so remove it and run the study again" if nothing else _instead(path)
+        raise StoreError(f"{path} holds no {FILE}, so it cannot be continued; {what}") from None
+    except (OSError, ValueError, KeyError, TypeError):
+        raise StoreError(f"{path / FILE} is damaged; {_instead(path)}") from None
+    kind, study, digest, model = texts
+    return RunRecord(kind, Path(study), digest, generations, model)
+
+
+def check_unchanged(path: Path, record: RunRecord, digest: str) -> None:
+    """Refuse to go on with a run whose study or model is no longer what it was."""
+    if digest != record.digest:
+        raise StoreError(
+            f"{path / record.study} is not what the run began with, or this version reads it in another way; {_instead(path)}"
+        )
+    if model_key() != record.model:
+        raise StoreError(
+            f"{path} was flown with another version of the model or of its compilers, whose bits may differ; "
+            f"run the study again, or use the version named in {path / 'environment.json'}"
+        )
+
+
+def _instead(path: Path) -> str:
+    return f"run the study again with `--reuse {path}`, which takes over the flights that are there"
+
+
+def _copied(folder: Folder, source: Path) -> str:
+    """Copy a file that a study names into inputs/ and return its name there."""
+    name = source.name
+    target = folder.path / "inputs" / name
+    try:
+        target.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(source, target)
+    except OSError as error:
+        raise StoreError(f"{target} cannot be written ({error.strerror})") from error
+    return name

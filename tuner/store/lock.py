@@ -1,0 +1,47 @@
+"""One writer for each results folder: a lock that the system takes back when its holder dies, however that happens."""
+
+import os
+from pathlib import Path
+
+from plant.errors import StoreError
+
+NAME = ".lock"
+
+
+class Lock:
+    """Holds a folder for this process until it is released or forgotten; StoreError names who holds it already.
+
+    On systems without `fcntl` the folder is not guarded.
+    """
+
+    def __init__(self, folder: Path) -> None:
+        self._handle: int | None = None
+        try:
+            import fcntl
+        except ImportError:
+            return
+        try:
+            handle = os.open(folder / NAME, os.O_RDWR | os.O_CREAT, 0o644)
+        except OSError as error:
+            raise StoreError(f"{folder} cannot be written ({error.strerror}); choose another with --out") from error
+        try:
+            fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
+        except OSError:
+            holder = os.read(handle, 100).decode(errors="replace").strip() or "another process"
+            os.close(handle)
+            raise StoreError(
+                f"{folder} is being written by {holder}; wait for it to end, or stop it, then try again"
+            ) from None
+        self._handle = handle
+        os.ftruncate(handle, 0)
+        os.write(handle, f"process {os.getpid()}\n".encode())
+
+    def release(self) -> None:
+        """Give the folder back."""
+        if self._handle is not None:
+            os.close(self._handle)
+            self._handle = None
+
+    def __del__(self) -> None:
+        """Give the folder back when nobody writes it any more."""
+        self.release()

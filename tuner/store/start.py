@@ -1,0 +1,33 @@
+"""start.json: the first generation, so that a resumed run need not design and screen its starting points again."""
+
+import hashlib
+import json
+from pathlib import Path
+
+import numpy as np
+
+from tuner.store.folder import Folder
+
+FILE = "start.json"
+
+
+def write_start(folder: Folder, points: np.ndarray, warnings: list[str]) -> None:
+    """Write the points (n, d) of the first generation and what was said about them."""
+    content = {"points": points.tolist(), "warnings": warnings}
+    folder.write_json(FILE, content | {"digest": _digest(content)})
+
+
+def read_start(path: Path, dimensions: int) -> tuple[np.ndarray, list[str]] | None:
+    """Return what `write_start` wrote into a results folder; None where it is missing or damaged."""
+    try:
+        content = json.loads((path / FILE).read_text(encoding="utf-8"))
+        digest = content.pop("digest")
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        return None
+    if digest != _digest(content):
+        return None
+    return np.array(content["points"]).reshape(-1, dimensions), content["warnings"]
+
+
+def _digest(content: dict[str, object]) -> str:
+    return hashlib.blake2b(json.dumps(content, sort_keys=True).encode(), digest_size=8).hexdigest()
