@@ -27,7 +27,7 @@ ANGLES = ("rms.tilt", "rms.yaw")
 def mission_floor(specs: Iterable[ScenarioSpec], limits: Limits, timing: Timing) -> tuple[Constraint, ...]:
     """Return what every scenario asks at least, as constraints beside those of the study."""
     return tuple(
-        Constraint(Objective(parse(address), MEDIAN, spec.name), most)
+        Constraint(Objective(parse(address), MEDIAN, spec.name), most, floor=True)
         for spec in specs
         for address, most in _asked(spec, limits, timing)
     )

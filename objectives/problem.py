@@ -51,10 +51,11 @@ class Objective:
 
 @dataclass(frozen=True)
 class Constraint:
-    """An objective's value that must not exceed `most`."""
+    """An objective's value that must not exceed `most`; floor: asked by no study, see `objectives.mission`."""
 
     objective: Objective
     most: float
+    floor: bool = False
 
 
 @dataclass(frozen=True)

@@ -21,6 +21,7 @@ import numpy as np
 
 from objectives.problem import Evaluation, Problem, with_unflown
 from objectives.requirements import known_values, known_violations, worth_flying
+from objectives.risk.joint import resampled_scenarios, within
 from objectives.system import Fleet
 from plant.seeds import generator
 
@@ -208,22 +209,13 @@ def beaten_by(problem: Problem, champions: Array, scores: Array, origin: Array, 
 
     champions (k, objectives, flights), scores (n, quantities, flights): of the same flights, of scenarios origin (flights,).
     """
-    drawn = resampled(origin, root)
+    drawn = resampled_scenarios(generator(root, "racing", len(origin)), REPLICATES, origin)
     worse = np.ones((len(scores), len(champions), REPLICATES), dtype=bool)
     for i, objective in enumerate(problem.objectives):
-        columns = drawn if objective.scenario is None else drawn[:, origin == objective.scenario]
-        mine, theirs = (objective.risk.apply(part[:, i][:, columns]) for part in (scores, champions))
+        seen = slice(None) if objective.scenario is None else origin == objective.scenario
+        part = within(drawn, origin, objective.scenario)
+        mine, theirs = (objective.risk.apply(flown[:, i, seen][:, part]) for flown in (scores, champions))
         worse &= mine[:, None] > theirs[None]
     share = worse.mean(axis=-1)
     best = share.argmax(axis=1)
     return np.where(share[np.arange(len(best)), best] >= LEVEL, best, -1)
-
-
-def resampled(origin: Array, root: int) -> Array:
-    """Return resamples (replicates, flights) of flights, those of each scenario among themselves."""
-    draw = generator(root, "racing", len(origin))
-    out = np.empty((REPLICATES, len(origin)), dtype=int)
-    for name in dict.fromkeys(origin.tolist()):
-        own = np.flatnonzero(origin == name)
-        out[:, own] = own[draw.integers(len(own), size=(REPLICATES, len(own)))]
-    return out

@@ -14,8 +14,8 @@ from difflib import get_close_matches
 from pathlib import Path
 
 
-# Characters of a text of the user's that a message repeats.
-LONGEST = 60
+# Characters of a name and of a dotted key of the user's that a message repeats.
+LONGEST, LONGEST_KEY = 60, 180
 
 
 def one_line(text: str) -> str:
@@ -23,9 +23,9 @@ def one_line(text: str) -> str:
     return "".join(letter if letter.isprintable() else letter.encode("unicode_escape").decode() for letter in text)
 
 
-def shortened(text: str) -> str:
+def shortened(text: str, longest: int = LONGEST) -> str:
     """Return a text, or the beginning of a long one."""
-    return text if len(text) <= LONGEST else f"{text[: LONGEST - 3]}..."
+    return text if len(text) <= longest else f"{text[: longest - 3]}..."
 
 
 class ToolError(Exception):
@@ -46,7 +46,9 @@ class InputError(ToolError):
         self.message = message
         self.file = None if file is None else str(file)
         self.key = key
-        super().__init__(": ".join(part for part in (self.file, key, message) if part))
+        # An empty key has to be seen.
+        place = None if key is None else shortened(key, LONGEST_KEY) or '""'
+        super().__init__(": ".join(part for part in (self.file, place, message) if part))
 
     def located(self, *, file: str | Path | None = None, key: str | None = None) -> "InputError":
         """Return the same error with file and key filled in where they were still unknown."""

@@ -11,6 +11,10 @@ from plant.errors import InputError
 
 DEEPEST = 16
 """Levels of tables and lists inside each other that are read; what anything here needs is 5."""
+# Digits of a whole number; one of more has no place among floating-point numbers.
+DIGITS = 300
+# Characters before and behind the place of an error that are shown of a line.
+SHOWN = 60
 
 
 def toml_table(text: str, file: Path) -> dict[str, Any]:
@@ -28,35 +32,42 @@ def json_table(text: str, file: Path) -> dict[str, Any]:
 
 def _read(parse: Callable[[str], Any], text: str, file: Path, kind: str) -> Any:
     deep = f"is nested deeper than {DEEPEST} levels of tables and lists, which nothing here needs; take some out"
+    long = f"not {kind} that can be read: a whole number in it has more than {DIGITS} digits"
     try:
         table = parse(text)
     except RecursionError:
         raise InputError(deep, file=file) from None
     except (tomllib.TOMLDecodeError, json.JSONDecodeError) as error:
         raise InputError(f"not {kind}: {error}{_line_of(text, str(error))}", file=file) from None
-    except ValueError as error:
-        # A whole number of thousands of digits, which Python refuses to read.
-        raise InputError(f"not {kind} that can be read: {error}", file=file) from None
-    if _deeper(table, DEEPEST):
+    except ValueError:
+        # Python itself reads no whole number of more than 4300 digits.
+        raise InputError(long, file=file) from None
+    leaves, deeper = _leaves(table)
+    if deeper:
         raise InputError(deep, file=file)
+    if any(isinstance(leaf, int) and abs(leaf) >= 10**DIGITS for leaf in leaves):
+        raise InputError(long, file=file)
     return table
 
 
 def _line_of(text: str, message: str) -> str:
     """Return the line that a syntax error speaks of, ready to be put behind it."""
-    lines, number = text.split("\n"), re.search(r"line (\d+)", message)
-    if number is None or int(number[1]) > len(lines):
+    lines, place = text.split("\n"), re.search(r"line (\d+),? column (\d+)", message)
+    if place is None:
         return ""
-    line = lines[int(number[1]) - 1].strip()
-    return f"; correct this line: {line if len(line) <= 120 else f'{line[:117]}...'}"
+    line, column = lines[int(place[1]) - 1], int(place[2])
+    if len(line) > 2 * SHOWN:
+        line = f"... {line[max(column - SHOWN, 0) : column + SHOWN]} ..."
+    return f"; correct this line: {line.strip()}"
 
 
-def _deeper(value: Any, levels: int) -> bool:
-    """Return whether tables and lists are nested deeper than so many levels."""
-    layer = [value]
-    for _ in range(levels):
-        layer = [inner for outer in layer for inner in _inside(outer)]
-    return any(isinstance(inner, dict | list) for inner in layer)
+def _leaves(table: Any) -> tuple[list[Any], bool]:
+    """Return the values in nested tables and lists as deep as they are read, and whether it goes deeper."""
+    leaves, layer = [], [table]
+    for _ in range(DEEPEST):
+        leaves += [value for value in layer if not isinstance(value, dict | list)]
+        layer = [inner for value in layer for inner in _inside(value)]
+    return leaves + layer, any(isinstance(value, dict | list) for value in layer)
 
 
 def _inside(value: Any) -> list[Any]:

@@ -1,17 +1,21 @@
 """gains.json: a tuned controller with every number's unit, the structure it belongs to and where it came from."""
 
-import json
 from dataclasses import asdict, dataclass
 from math import isfinite
 from pathlib import Path
 from typing import Any
 
-from plant.airframes import Airframe, load
+from plant.airframes import Airframe, load, names
 from plant.cascade import Cascade, close_cascade
 from plant.errors import InputError, UnknownNameError
 from plant.gains import gain_addresses
 from plant.laws import law
 from plant.nominal import ControlOptions
+from plant.texts import json_table
+from tuner.study.build import located
+from tuner.study.gains import check_value
+from tuner.study.messages import shown
+from tuner.study.timing import check_plant_step, timing_of
 
 FORMAT, VERSION = "holdfast-gains", "0.1"
 
@@ -52,85 +56,119 @@ def to_document(controller: Controller, provenance: dict[str, Any]) -> dict[str,
     }
 
 
-def read_gains(path: Path) -> Controller:
-    """Read a gains.json; raises InputError naming file and key where something is missing or wrong."""
+def read_gains(path: Path, airframe: str | None = None) -> Controller:
+    """Read a gains.json; airframe: bundled name or TOML file that flies instead of its own.
+
+    Raises InputError naming file and key where something is missing or wrong.
+    """
     document = _parsed(path)
     if document.get("format") != FORMAT:
-        raise InputError(f"given '{document.get('format')}'; this must be '{FORMAT}'", file=path, key="format")
+        given = f"given {shown(document['format'])}" if "format" in document else "this key is missing"
+        message = f"{given}; this must be '{FORMAT}': give the gains.json of a results folder"
+        raise InputError(message, file=path, key="format")
+    with located(path, "airframe"):
+        own = _section(document, "airframe", path)
+        flown = _airframe(own, path.parent / "inputs") if airframe is None else load(airframe)
     structure = _section(document, "controller", path)
-    cascade = close_cascade(_law(structure, "position", path), _law(structure, "attitude", path))
-    options = ControlOptions(
-        attitude_rate=_text(structure, "attitude_rate", path),
-        position_rate=_text(structure, "position_rate", path),
-        lag_aware=_flag(structure, "lag_aware", path),
-        delay=_flag(structure, "delay", path),
-        tilt_limit=_number(structure, "controller", "tilt_limit", "rad", path),
+    with located(path, "controller"):
+        cascade = close_cascade(_law(structure, "position"), _law(structure, "attitude"))
+        options = _options(structure)
+        timing = timing_of(_number(structure, "control_period", "s"), _number(structure, "plant_step", "s"))
+        check_plant_step(timing, flown)
+    with located(path, "gains"):
+        gains = _gains(_section(document, "gains", path), cascade, timing.control_period)
+    return Controller(flown, cascade, options, timing.control_period, timing.plant_step, gains)
+
+
+def _airframe(table: dict[str, Any], inputs: Path) -> Airframe:
+    """Return the bundled airframe of that name, or a user's own, of which its run keeps a copy in inputs/ beside the file."""
+    name = _text(table, "name")
+    if name in names():
+        return load(name, allow_unphysical=True)
+    kept = [file for file in inputs.glob("*.toml") if file.stem == name]
+    if kept:
+        return load(kept[0], allow_unphysical=True)
+    raise UnknownNameError("airframe", name, names(), key="name")
+
+
+def _options(structure: dict[str, Any]) -> ControlOptions:
+    return ControlOptions(
+        attitude_rate=_text(structure, "attitude_rate"),
+        position_rate=_text(structure, "position_rate"),
+        lag_aware=_flag(structure, "lag_aware"),
+        delay=_flag(structure, "delay"),
+        tilt_limit=_number(structure, "tilt_limit", "rad"),
     )
-    gains = _section(document, "gains", path)
+
+
+def _gains(table: dict[str, Any], cascade: Cascade, control_period: float) -> tuple[float, ...]:
     wanted = gain_addresses(cascade)
-    for name in gains:
-        if name not in {gain.address for gain in wanted}:
-            raise UnknownNameError("gain", name, [gain.address for gain in wanted], file=path, key="gains")
-    return Controller(
-        airframe=load(_text(_section(document, "airframe", path), "name", path), allow_unphysical=True),
-        cascade=cascade,
-        options=options,
-        control_period=_number(structure, "controller", "control_period", "s", path),
-        plant_step=_number(structure, "controller", "plant_step", "s", path),
-        gains=tuple(_number(gains, "gains", gain.address, gain.unit, path) for gain in wanted),
-    )
+    known = {gain.address for gain in wanted}
+    for name in table:
+        if name not in known:
+            raise UnknownNameError("gain", name, known)
+    values = [_number(table, gain.address, gain.unit) for gain in wanted]
+    for gain, value in zip(wanted, values, strict=True):
+        check_value(gain.address, gain, value, control_period)
+    return tuple(values)
 
 
 def _parsed(path: Path) -> dict[str, Any]:
     try:
-        document = json.loads(path.read_text(encoding="utf-8"))
+        text = path.read_text(encoding="utf-8")
     except FileNotFoundError:
         raise InputError("there is no such file; give the gains.json of a results folder", file=path) from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise InputError(f"the file cannot be read: {error}", file=path) from None
-    except json.JSONDecodeError as error:
-        raise InputError(f"not JSON: {error.msg} in line {error.lineno}, column {error.colno}", file=path) from None
-    if not isinstance(document, dict):
-        raise InputError("given no JSON object; give the gains.json of a results folder", file=path)
-    return document
+    except UnicodeDecodeError as error:
+        message = f"is not UTF-8 text ({error.reason} at byte {error.start}); give the gains.json of a results folder"
+        raise InputError(message, file=path) from None
+    except OSError as error:
+        message = f"cannot be read ({error.strerror}); give the gains.json of a results folder"
+        raise InputError(message, file=path) from None
+    return json_table(text, path)
 
 
 def _section(table: dict[str, Any], key: str, path: Path) -> dict[str, Any]:
     value = table.get(key)
     if not isinstance(value, dict):
-        raise InputError("this object is missing", file=path, key=key)
+        given = f"given {shown(value)}; this must be an object" if key in table else "this object is missing"
+        raise InputError(given, file=path, key=key)
     return value
 
 
-def _law(structure: dict[str, Any], key: str, path: Path) -> Any:
+def _law(structure: dict[str, Any], key: str) -> Any:
     try:
-        return law(_text(structure, key, path))
+        return law(_text(structure, key))
     except UnknownNameError as error:
-        raise error.located(file=path, key=f"controller.{key}") from None
+        raise error.located(key=key) from None
 
 
-def _text(table: dict[str, Any], key: str, path: Path) -> str:
-    value = table.get(key)
+def _text(table: dict[str, Any], key: str) -> str:
+    value = _given(table, key)
     if not isinstance(value, str):
-        raise InputError(f"given {value!r}; this must be a text", file=path, key=key)
+        raise InputError(f"given {shown(value)}; this must be a text", key=key)
     return value
 
 
-def _flag(table: dict[str, Any], key: str, path: Path) -> bool:
-    value = table.get(key)
+def _flag(table: dict[str, Any], key: str) -> bool:
+    value = _given(table, key)
     if not isinstance(value, bool):
-        raise InputError(f"given {value!r}; this must be true or false", file=path, key=key)
+        raise InputError(f"given {shown(value)}; this must be true or false", key=key)
     return value
 
 
-def _number(table: dict[str, Any], section: str, name: str, unit: str, path: Path) -> float:
-    key = f"{section}.{name}"
-    entry = table.get(name)
+def _number(table: dict[str, Any], key: str, unit: str) -> float:
+    entry = _given(table, key, f'; write {{"value": ..., "unit": "{unit}"}}')
     if not isinstance(entry, dict) or set(entry) != {"value", "unit"}:
-        raise InputError(f'given {entry!r}; write {{"value": ..., "unit": "{unit}"}}', file=path, key=key)
+        raise InputError(f'given {shown(entry)}; write {{"value": ..., "unit": "{unit}"}}', key=key)
     value = entry["value"]
-    if isinstance(value, bool) or not isinstance(value, (int, float)) or not isfinite(value):
-        raise InputError(f"given {value!r}; this must be a finite number", file=path, key=key)
+    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+        raise InputError(f"given {shown(value)}; this must be a finite number", key=f"{key}.value")
     if entry["unit"] != unit:
-        raise InputError(f"given unit '{entry['unit']}'; this must be in {unit}", file=path, key=key)
+        raise InputError(f"given unit {shown(entry['unit'])}; this must be in {unit}", key=f"{key}.unit")
     return float(value)
+
+
+def _given(table: dict[str, Any], key: str, remedy: str = "") -> Any:
+    if key not in table:
+        raise InputError(f"this key is required and missing{remedy}", key=key)
+    return table[key]

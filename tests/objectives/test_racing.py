@@ -7,7 +7,7 @@ import pytest
 
 from objectives.decisions import DecisionSpace, Variable
 from objectives.problem import Constraint, Objective, Problem
-from objectives.racing import LEVEL, Champions, Track, beaten_by, race, resampled
+from objectives.racing import Champions, Track, beaten_by, race
 from objectives.risk import Risk
 from objectives.system import Fleet
 from plant.seeds import generator
@@ -85,7 +85,9 @@ def test_a_candidate_that_is_worse_in_every_flight_stops_first_and_stays_behind_
     np.testing.assert_allclose(found.values[0], best[0].mean(axis=0) + 0.25, rtol=1e-12)
     np.testing.assert_allclose(found.values[1], best[0].mean(axis=0) - 0.25, rtol=1e-12)
     # Flights not made score what the others do on average.
-    np.testing.assert_allclose(found.scores[0, :, 8:], np.repeat(scores[0, :8].mean(axis=0)[:, None], 24, 1), rtol=1e-12)
+    np.testing.assert_allclose(
+        found.scores[0, :, 8:], np.repeat(scores[0, :8].mean(axis=0)[:, None], 24, 1), rtol=1e-12
+    )
 
 
 def test_who_is_better_in_one_objective_is_never_stopped():
@@ -136,15 +138,6 @@ def test_few_candidates_as_good_as_the_champion_are_stopped(risk):
         scores[1, 1] += 5.0
         wrong += beaten_by(problem, scores[:1], scores[1:], np.repeat(["gusts"], 8), 1)[0] >= 0
     assert wrong / 400 < 0.08
-
-
-def test_resamples_keep_the_flights_of_each_scenario_together():
-    origin = np.repeat(["calm", "storm"], [4, 8])
-    drawn = resampled(origin, 1)
-    assert set(drawn[:, :4].ravel().tolist()) == set(range(4)) and set(drawn[:, 4:].ravel().tolist()) == set(range(4, 12))
-    np.testing.assert_array_equal(drawn, resampled(origin, 1))
-    assert not np.array_equal(drawn, resampled(origin, 2))
-    assert 0.5 < LEVEL < 1.0
 
 
 def test_an_objective_of_one_scenario_is_judged_on_its_flights():

@@ -143,5 +143,5 @@ def test_nobody_worth_a_flight_is_an_answer_too(study):
     evaluation = problem_of(study, (column([[3.0]] * 5, requirement()),)).evaluate(
         points(study), (Fleet(spec, SEARCH, 4), Fleet(spec, SEARCH, 300))
     )
-    assert evaluation.scores.shape == (5, 4, 304)
+    assert evaluation.scores.shape == (5, len(study.objectives) + len(study.constraints), 304)
     assert evaluation.flights == 0 and (evaluation.failures == 1.0).all() and np.isfinite(evaluation.values).all()

@@ -10,7 +10,7 @@ SMALL = {
     "search.generations": 3,
     "scenario.0.search": 4,
     "scenario.0.held_out": 32,
-    "scenario.0.duration": 2.0,
+    "scenario.0.duration": 3.0,
     "margin": [],
 }
 

@@ -10,11 +10,13 @@ import pytest
 import tuner.report
 from objectives import memory
 from plant.errors import InputError, StoreError
+from plant.scenarios import SEARCH
 from tests.tuner.conftest import run_small
 from tests.tuner.killing import compare, result_of
+from tuner.conclusion import fleets
 from tuner.rejudge import judging_study, rejudge
 from tuner.resume import reopen
-from tuner.run import run_study
+from tuner.run import problem_of, run_study
 from tuner.store.folder import Folder
 from tuner.store.inputs import read_record
 from tuner.study import load_study
@@ -244,10 +246,10 @@ def test_other_gains_are_found(copy):
 
 def test_forged_flights_are_found_where_they_are_flown_again(copy):
     """A file whose name fits its forged bytes passes for undamaged: only flying again tells."""
-    from tuner.store.flights import digest_of
-
     import pyarrow as pa
     import pyarrow.parquet as pq
+
+    from tuner.store.flights import digest_of
 
     file = flights_file(copy, "search-0002")
     table = pq.read_table(file)
@@ -300,19 +302,31 @@ def test_the_same_judgement_gives_the_same_result_without_a_flight(small_run, tm
     assert [name for name in other if one.get(name) != other[name]] == ["run.json", "start.json", "study.toml"]
 
 
-def test_another_risk_level_needs_no_flight_for_the_candidates(small_run, tmp_path):
-    outcome = judged(small_run[1], tmp_path / "r", objective__0__level=0.5, objective__1__metric="itae.yaw")
-    assert [objective.label for objective in outcome.study.objectives][0].startswith("cvar50")
-    assert outcome.problem.flights_made % 32 == 0  # finalists that had not been chosen before, on held-out flights
-    np.testing.assert_array_equal(outcome.archive.points, small_run[0].archive.points)
-    direct = load_study(tmp_path / "r" / read_record(tmp_path / "r").study)
-    assert direct.digest() == outcome.study.digest()
-    # What a fresh problem finds for the same points is the same.
-    from tuner.conclusion import fleets
-    from tuner.run import problem_of
+@pytest.fixture(scope="module")
+def unraced(small_run, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "unraced"
+    return run_small(folder, search__racing=False), folder
 
-    fresh = problem_of(direct, 2, None).evaluate(outcome.archive.points[:6], fleets(direct, "search"), fly_all=True)
-    np.testing.assert_array_equal(fresh.values, outcome.archive.values[:6])
+
+def test_another_risk_and_another_metric_need_no_flight_of_the_candidates(unraced, tmp_path):
+    first, folder = unraced
+    outcome = judged(folder, tmp_path / "r", objective__0__level=0.5, objective__1__metric="itae.yaw")
+    assert outcome.study.objectives[0].label.startswith("cvar50")
+    np.testing.assert_array_equal(outcome.archive.points, first.archive.points)
+    # Only finalists that had not been chosen before fly, on held-out scenarios, and the new choice to be confirmed.
+    checked = {row.tobytes() for row in first.finalist_rows}
+    fresh = sum(row.tobytes() not in checked for row in outcome.finalist_rows)
+    same = outcome.gains(outcome.tuned).tobytes() == first.gains(first.tuned).tobytes()
+    assert outcome.problem.flights_made == 32 * (fresh + (not same))
+    # What a problem without a memory finds for the same points is the same.
+    alone = problem_of(outcome.study, 2, None)
+    found = alone.evaluate(outcome.archive.points[:6], fleets(outcome.study, SEARCH), fly_all=True)
+    np.testing.assert_array_equal(found.values, outcome.archive.values[:6])
+
+
+def test_another_limit_and_another_pick_need_no_flight_at_all(unraced, tmp_path):
+    outcome = judged(unraced[1], tmp_path / "r", constraint__1__most=0.03, pick__rule="closest")
+    assert outcome.problem.flights_made in (0, 32)  # 32 where the pick is another one, which is then confirmed
 
 
 def test_only_the_judgement_may_differ(small_run):

@@ -1,7 +1,6 @@
 """The commands that need no file of their own: run, bench, new, report."""
 
 import json
-import tomllib
 from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -10,6 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from plant.errors import InputError, StoreError
+from plant.texts import toml_table
 from tuner.cli.display import TerminalWatcher, comparison_table, gains_table
 from tuner.study import load_study
 from tuner.watcher import Watcher
@@ -28,9 +28,8 @@ def overrides(changes: list[str]) -> dict[str, Any]:
         if not equals or not key:
             raise InputError(f"given '{change}'; write KEY=VALUE, for instance search.generations=3", key="--set")
         try:
-            parsed[key] = tomllib.loads(f"value = {text}")["value"]
-        except (ValueError, RecursionError):
-            # No TOML, or a number or nesting that no study holds: whatever it is for will say so.
+            parsed[key] = toml_table(f"value = {text}", Path("--set"))["value"]
+        except InputError:
             parsed[key] = text
     return parsed
 

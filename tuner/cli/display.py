@@ -138,9 +138,9 @@ def comparison_table(summary: dict[str, Any]) -> Table:
     table = Table(
         title=f"Default / Tuned on {summary['held_out']} confirmation scenarios, 95 % intervals", title_justify="left"
     )
-    table.add_column("", no_wrap=True)
+    table.add_column("", overflow="fold")
     for name in ("default", "tuned", "tuned - default"):
-        table.add_column(name, justify="right")
+        table.add_column(name, justify="right", no_wrap=True)
     for row in summary["table"]:
         limit = "" if row["limit"] is None else f"at {row.get('sense', 'most')} {row['limit']:g} "
         unit = "" if row["unit"] == "1" else row["unit"]

@@ -1,7 +1,7 @@
 """`tuner fly`: fly given gains through turbulence, print metrics over the flights and a plot."""
 
 import json
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from math import cos, degrees, radians
 from pathlib import Path
 from typing import Any
@@ -80,8 +80,7 @@ def fly_command(
 def controller_of(gains: Path | None, law: str | None, position_law: str, airframe: str | None) -> Controller:
     """Return the controller to fly: from a file, or a law's defaults."""
     if gains is not None:
-        controller = read_gains(gains)
-        return controller if airframe is None else replace(controller, airframe=load(airframe))
+        return read_gains(gains, airframe)
     cascade = close_cascade(find_law(position_law), find_law(str(law)))
     row = tuple(default_row(cascade))
     return Controller(load(airframe or "hummingbird"), cascade, ControlOptions(), 0.004, 0.001, row)

@@ -304,6 +304,44 @@ def plan(
 
 
 @app.command()
+def compare(
+    what: Annotated[
+        list[Path], typer.Argument(help="Results folders and gains files, two or more.", show_default=False)
+    ],
+    study: Annotated[
+        Path | None, typer.Option(help="Fly the scenarios of this study; default: those of the first results folder.")
+    ] = None,
+    seeds: Annotated[
+        int | None, typer.Option(help="Flights of each scenario; by default the study's held_out.", min=2)
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="Write numbers, figures and a page into this new folder.")] = None,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fly results and gains files through the same scenarios and compare them with the first, in pairs.
+
+    Example: tuner compare results/quickstart gains.json --seeds 256 --out comparison
+    """
+    from tuner.cli.compare import compare_command
+
+    compare_command(what, study, seeds, out, threads, as_json)
+
+
+@app.command()
+def show(
+    results: Annotated[Path, typer.Argument(help="A results folder, finished or not.", show_default=False)],
+    as_json: AsJson = False,
+) -> None:
+    """Tell in the terminal what a run was asked, what it found, how far to trust it and what to fly.
+
+    Example: tuner show results/quickstart
+    """
+    from tuner.cli.show import show_command
+
+    show_command(results, as_json)
+
+
+@app.command()
 def version() -> None:
     """Print the version.
 

@@ -31,7 +31,7 @@ class OnBound:
 def on_bounds(study: Study, recommended: np.ndarray, front: np.ndarray) -> list[OnBound]:
     """Return every variable that the recommended gains row (gains,) or a row of the front (n, gains) has near an end."""
     point = study.space.point(recommended)
-    points = np.array([study.space.point(row) for row in front]).reshape(-1, len(point))
+    points = np.array([study.space.point(row) for row in front]).reshape(len(front), len(point))
     found = []
     for i, variable in enumerate(study.space.variables):
         for end, bound in (("low", variable.low), ("high", variable.high)):

@@ -10,6 +10,7 @@ from typing import Any
 from objectives.metrics import MetricAddress
 from objectives.problem import Objective
 from objectives.risk import Risk
+from plant.scenarios import HELD_OUT
 from tuner.study.study import Study, StudyScenario
 
 
@@ -76,7 +77,9 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Contest:
-    """Contenders with what they are judged by. table: the merged content of the file, overrides included."""
+    """Contenders with what they are judged by. table: the merged content of the file, overrides included. stream: of the
+    scenarios that all of them fly.
+    """
 
     path: Path
     title: str
@@ -86,6 +89,7 @@ class Contest:
     published: tuple[Published, ...]
     claims: tuple[Claim, ...]
     table: dict[str, Any]
+    stream: str = HELD_OUT
 
     @property
     def base(self) -> Study:
@@ -113,10 +117,11 @@ class Contest:
     def quantities(self) -> tuple[Quantity, ...]:
         """Objectives, constraints, then what printed numbers and claims ask for; each label once."""
         found: dict[str, Quantity] = {}
-        limits = {c.objective.label: c.most for c in self.base.constraints}
+        asked = [constraint for constraint in self.base.constraints if not constraint.floor]
+        limits = {constraint.objective.label: constraint.most for constraint in asked}
         for kind, objectives in (
             ("objective", self.base.objectives),
-            ("constraint", [constraint.objective for constraint in self.base.constraints]),
+            ("constraint", [constraint.objective for constraint in asked]),
             ("published", [cell.objective for cell in self.published]),
             ("claimed", [objective for claim in self.claims for objective in claim.objectives]),
         ):

@@ -13,7 +13,7 @@ import numpy as np
 from objectives.decisions import DecisionSpace
 from objectives.problem import Problem, seen_scores
 from plant.flights import FlightInputs, available_threads
-from plant.scenarios import HELD_OUT, for_vehicle, sample_scenarios
+from plant.scenarios import for_vehicle, sample_scenarios
 from tuner.contest.contest import Contender, Contest
 from tuner.study.study import StudyScenario
 
@@ -96,7 +96,9 @@ def _tasks(contest: Contest) -> tuple[list[_Task], list[str]]:
 
 def _draw(contest: Contest, task: _Task) -> FlightInputs:
     system = contest.base.system
-    return sample_scenarios(task.scenario.spec, system.vehicle, system.timing, contest.seed, HELD_OUT, task.indices)
+    return sample_scenarios(
+        task.scenario.spec, system.vehicle, system.timing, contest.seed, contest.stream, task.indices
+    )
 
 
 def _own(drawn: FlightInputs, contest: Contest, task: _Task, entry: Entry) -> FlightInputs:
@@ -104,4 +106,4 @@ def _own(drawn: FlightInputs, contest: Contest, task: _Task, entry: Entry) -> Fl
     vehicle = entry.problem.system.vehicle
     if vehicle == contest.base.system.vehicle:
         return drawn
-    return for_vehicle(drawn, task.scenario.spec, vehicle, contest.seed, HELD_OUT, task.indices)
+    return for_vehicle(drawn, task.scenario.spec, vehicle, contest.seed, contest.stream, task.indices)

@@ -4,7 +4,7 @@ from typing import Any
 
 import numpy as np
 
-from plant.scenarios import HELD_OUT, WIND_COLUMNS, sample_scenarios
+from plant.scenarios import WIND_COLUMNS, sample_scenarios
 from tuner.contest.result import Result
 from tuner.responses import SIGNALS, UNITS, Responses, fan_table, fly_responses
 from tuner.run_responses import FAN_SCENARIOS
@@ -29,7 +29,7 @@ def response_tables(result: Result) -> tuple[Any, Any]:
         for entry in result.entries:
             system = entry.problem.system
             inputs = sample_scenarios(
-                scenario.spec, system.vehicle, system.timing, contest.seed, HELD_OUT, range(count)
+                scenario.spec, system.vehicle, system.timing, contest.seed, contest.stream, range(count)
             )
             flown = fly_responses(entry.problem.flyer, entry.row, system.nominal, inputs, system.timing.control_period)
             fans.append(fan_table(flown, entry.contender.name, scenario.spec.name))
@@ -64,7 +64,7 @@ def wind_table(result: Result) -> Any:
     contest, system = result.contest, result.contest.base.system
     parts = []
     for scenario in contest.scenarios:
-        drawn = sample_scenarios(scenario.spec, system.vehicle, system.timing, contest.seed, HELD_OUT, range(1))
+        drawn = sample_scenarios(scenario.spec, system.vehicle, system.timing, contest.seed, contest.stream, range(1))
         air = drawn.disturbances[0, :, :, 0]
         every = -(-len(air) // AIR_INSTANTS)
         time = np.arange(0, len(air), every) * system.timing.control_period

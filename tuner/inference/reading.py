@@ -16,6 +16,7 @@ from tuner.inference.unknowns import check_range, unknowns_of
 from tuner.search.names import check_algorithm
 from tuner.study.build import located
 from tuner.study.messages import translated
+from tuner.study.size import Flown, check_size, flight_steps
 
 
 def is_inference(path: Path) -> bool:
@@ -40,6 +41,7 @@ def load_inference(path: Path, overrides: Mapping[str, Any] | None = None) -> In
         inference = Inference(contest, unknowns, cells, settings.flights, settings.held_out, settings.near, whole.table)
         with located(None, "search"):
             check_algorithm(contest.base.search.algorithm, len(inference.kinds))
+            _check_size(inference)
         for i in range(len(unknowns)):
             check_range(inference, i, flown)
     return inference
@@ -71,6 +73,15 @@ def _chosen(contest: Contest, settings: SettingsTable) -> Contest:
     for key in ("claim", *ADDED):
         table.pop(key, None)
     return contest_from_table(contest.path, table)
+
+
+def _check_size(inference: Inference) -> None:
+    base, timing = inference.contest.base, inference.contest.base.system.timing
+    flown = [
+        Flown(flight_steps(entry.spec, timing) * len(inference.contest.contenders), inference.flights, inference.held_out)
+        for entry in base.scenarios
+    ]
+    check_size(base.search.population, base.search.generations, flown)
 
 
 def _cells(contest: Contest) -> tuple[Cell, ...]:

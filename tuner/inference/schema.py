@@ -6,6 +6,7 @@ from pydantic import Field
 
 from tuner.contest.schema import Names
 from tuner.study.schema import Table
+from tuner.study.size import MOST_FLIGHTS
 
 
 class UnknownTable(Table):
@@ -26,8 +27,8 @@ class SettingsTable(Table):
     """
 
     contenders: Names | None = None
-    flights: Annotated[int, Field(ge=8)] = 32
-    held_out: Annotated[int, Field(ge=40)] = 256
+    flights: Annotated[int, Field(ge=8, le=MOST_FLIGHTS)] = 32
+    held_out: Annotated[int, Field(ge=40, le=MOST_FLIGHTS)] = 256
     near: Annotated[float, Field(gt=0.0)] = 0.1
 
 

@@ -39,15 +39,14 @@ from tuner.study.schema import (
     SearchTable,
     StudyTable,
 )
+from tuner.study.size import Flown, check_size, flight_steps
 from tuner.study.study import SearchSpec, Study, StudyScenario
+from tuner.study.timing import check_multiple, check_plant_step, timing_of
 
 T = TypeVar("T")
-# Periods are multiples if they are so within rounding.
-MULTIPLE = 1e-9
 SMALLEST_POPULATION = 8
-# Shortest plant step [s] and longest flight [control periods], an hour at 250 Hz: beyond either a digit slipped, and
-# the run would fill the memory or not end.
-SHORTEST_STEP, MOST_PERIODS = 1e-5, 1_000_000
+# Longest flight [control periods], an hour at 250 Hz: beyond it a digit slipped, and the run would fill the memory or not end.
+MOST_PERIODS = 1_000_000
 
 
 def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
@@ -68,8 +67,8 @@ def _build(path: Path, table: StudyTable) -> Study:
         with located(path, "airframe"):
             airframe = _airframe(table.airframe, path)
         with located(path, "controller"):
-            timing = _timing(table.controller)
-            _check_plant_step(timing, airframe)
+            timing = timing_of(table.controller.control_period, table.controller.plant_step)
+            check_plant_step(timing, airframe)
             cascade = _cascade(table.controller)
             options = _options(table.controller)
         with located(path, "limits"):
@@ -97,6 +96,8 @@ def _build(path: Path, table: StudyTable) -> Study:
         screens = _screens(table, path, system, tuple(entry.spec for entry in scenarios))
         with located(path, "search"):
             search = _search(table.search, len(objectives))
+            flown = [Flown(flight_steps(entry.spec, timing), entry.search, entry.held_out) for entry in scenarios]
+            check_size(search.population, search.generations, flown)
         with located(path, "pick"):
             rule = _pick(table.pick, objectives)
     return Study(
@@ -150,35 +151,6 @@ def _airframe(table: AirframeTable, path: Path) -> Airframe:
     if not file.is_file():
         raise InputError(f"there is no file {file}; the path is relative to the study file", key="file")
     return load(file, allow_unphysical=table.allow_unphysical)
-
-
-def _timing(table: ControllerTable) -> Timing:
-    for key in ("control_period", "plant_step"):
-        value = getattr(table, key)
-        if not SHORTEST_STEP <= value <= 0.1:
-            raise InputError(f"given {value:g} s; allowed: {SHORTEST_STEP:g} s to 0.1 s", key=key)
-    _multiple(table.control_period, table.plant_step, "control_period", "plant_step")
-    return Timing(table.control_period, table.plant_step)
-
-
-def _check_plant_step(timing: Timing, airframe: Airframe) -> None:
-    """Keep the integrator accurate on the fastest thing it integrates; it is unstable beyond 2.8 times the rotor lag."""
-    lag = min(airframe.vehicle.lag_up, airframe.vehicle.lag_down)
-    if timing.plant_step > 0.5 * lag:
-        raise InputError(
-            f"given {timing.plant_step:g} s; the rotors of '{airframe.name}' have a lag of {lag:g} s, so allowed: up to "
-            f"{0.5 * lag:g} s",
-            key="plant_step",
-        )
-
-
-def _multiple(whole: float, part: float, key: str, of: str) -> None:
-    count = round(whole / part)
-    if count < 1 or abs(count * part - whole) > MULTIPLE * whole:
-        near = max(count, 1) * part
-        raise InputError(
-            f"given {whole:g} s; this must be a multiple of {of} = {part:g} s, for instance {near:g} s", key=key
-        )
 
 
 def _cascade(table: ControllerTable) -> Cascade:
@@ -259,7 +231,7 @@ def _check_duration(duration: float, control_period: float) -> None:
     longest = MOST_PERIODS * control_period
     if duration > longest:
         raise InputError(f"given {duration:g} s; at this control period allowed: up to {longest:g} s", key="duration")
-    _multiple(duration, control_period, "duration", "controller.control_period")
+    check_multiple(duration, control_period, "duration", "controller.control_period")
 
 
 def _objective(table: ObjectiveTable, scenarios: tuple[StudyScenario, ...], timing: Timing) -> Objective:

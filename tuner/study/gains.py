@@ -35,7 +35,7 @@ def decision_space(table: Mapping[str, Entry], cascade: Cascade, control_period:
                 tied.setdefault(owner.key, []).extend(claim.gains)
         else:
             for gain in claim.gains:
-                _check_value(claim.key, gain, float(claim.entry), control_period)
+                check_value(claim.key, gain, float(claim.entry), control_period)
                 base[gain.column] = float(claim.entry)
     variables, columns = [], []
     for claim in claims:
@@ -46,7 +46,7 @@ def decision_space(table: Mapping[str, Entry], cascade: Cascade, control_period:
     searched = {column for group in columns for column in group}
     for gain in known:
         if gain.column not in searched:
-            _check_value(gain.address, gain, base[gain.column], control_period, "the default is")
+            check_value(gain.address, gain, base[gain.column], control_period, "the default is")
     return DecisionSpace(tuple(variables), tuple(columns), tuple(base))
 
 
@@ -114,12 +114,13 @@ def _variable(claim: Claim, gains: tuple[GainAddress, ...], control_period: floa
     scale = first.info.scale if entry.scale is None else entry.scale
     variable = Variable(claim.key, tuple(gain.address for gain in gains), low, high, scale)
     for gain in gains:
-        _check_value(claim.key, gain, low, control_period, low_origin)
-        _check_value(claim.key, gain, high, control_period, high_origin)
+        check_value(claim.key, gain, low, control_period, low_origin)
+        check_value(claim.key, gain, high, control_period, high_origin)
     return variable
 
 
-def _check_value(key: str, gain: GainAddress, value: float, control_period: float, origin: str = "given") -> None:
+def check_value(key: str, gain: GainAddress, value: float, control_period: float, origin: str = "given") -> None:
+    """Refuse a value that a gain cannot have at this control period [s]; key: of the entry that gives it."""
     info, what = gain.info, f"{origin} {value:g} {gain.unit} for {gain.address} ({gain.info.meaning})"
     if value < info.least or (info.exclusive and value == info.least):
         bound = "above" if info.exclusive else "at least"

@@ -43,7 +43,9 @@ EXPECTED = {
     "model_type": "a table",
     "finite_number": "a finite number",
     "greater_than_equal": "at least {ge}",
+    "greater_than": "above {gt}",
     "less_than": "below {lt}",
+    "less_than_equal": "at most {le:,}",
 }
 # Where a key takes either of two types, the branch that was tried ends the location.
 EXPECTED_OF_BRANCH = {
@@ -60,7 +62,7 @@ def translated(error: ValidationError, path: Path, root: type[BaseModel] = Study
     key = dotted(location)
     if problem["type"] == "extra_forbidden":
         if _unquoted_gain(location):
-            line = f'"{location[1]}.{location[-1]}" = {_shown(problem["input"])}'
+            line = f'"{location[1]}.{location[-1]}" = {shown(problem["input"])}'
             return InputError(f"the dot is part of the key here; write it in quotes: {line}", file=path, key=key)
         return UnknownNameError("key", str(location[-1]), keys_at(location[:-1], root), file=path, key=key)
     return InputError(_message(problem, key), file=path, key=key)
@@ -77,9 +79,9 @@ def _message(problem: ErrorDetails, key: str) -> str:
         return f"given a single table; write its head in double brackets: [[{key}]]"
     expected = EXPECTED_OF_BRANCH.get(str(location[-1])) or EXPECTED.get(kind)
     if expected is None:
-        return f"given {_shown(given)}; {problem['msg'].lower()}"
+        return f"given {shown(given)}; {problem['msg'].lower()}"
     limits = problem.get("ctx", {})
-    return f"given {_shown(given)}; this must be {expected if not limits else expected.format(**limits)}"
+    return f"given {shown(given)}; this must be {expected if not limits else expected.format(**limits)}"
 
 
 def _importance(problem: ErrorDetails) -> int:
@@ -92,7 +94,7 @@ def _unquoted_gain(location: Location) -> bool:
     return location[0] == "gains" and len(location) > 2 and location[1] in GROUPS
 
 
-def _shown(given: object) -> str:
+def shown(given: object) -> str:
     """Return a value as a study file writes it, or its beginning."""
     text = {True: "true", False: "false"}[given] if isinstance(given, bool) else repr(given)
     return text if len(text) <= 60 else text[:57] + "..."

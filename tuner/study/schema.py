@@ -14,6 +14,7 @@ from plant.air.injection import Injection
 from plant.air.spec import AirSpec
 from plant.scenarios import Bands, Spread
 from plant.sensors import SensorSpec
+from tuner.study.size import MOST_FLIGHTS
 
 
 class Table(BaseModel):
@@ -121,8 +122,8 @@ class ScenarioTable(Table):
 
     name: str
     duration: float = 10.0
-    search: Annotated[int, Field(ge=1)] = 32
-    held_out: Annotated[int, Field(ge=2)] = 1024
+    search: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] = 32
+    held_out: Annotated[int, Field(ge=2, le=MOST_FLIGHTS)] = 1024
     steady_share: float = 0.2
     recovery_from: float | None = None
     reference: dict[str, Any] = Field(default={"kind": "hover"})

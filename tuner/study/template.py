@@ -97,6 +97,5 @@ population = 32
 generations = 15
 
 [pick]
-rule = "knee"                   # knee, closest, min:METRIC, or weights
-# weights = { "itae.position" = 2, "travel" = 1 }    # with rule = "weights"; of objectives scaled to 0..1 over the front
+rule = "knee"                   # knee, closest, min:METRIC, or weights with weights = { "itae.position" = 2, travel = 1 }
 """

@@ -17,7 +17,7 @@ attitude = "hybrid"
 
 [[scenario]]
 name = "gusts"
-duration = 1.0
+duration = 4.0
 search = 4
 held_out = 8
 

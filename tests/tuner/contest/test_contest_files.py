@@ -12,8 +12,8 @@ from tests.tuner.contest.contest_text import CONTEST, NAMES, changed, write
 from tuner.contest import is_contest, load_contest
 from tuner.contest.layers import merged
 from tuner.contest.reading import slug_of
-from tuner.study.toml_text import toml_text
 from tuner.study.build import study_from_table
+from tuner.study.toml_text import toml_text
 
 SHARED, OWN = CONTEST.split('[[contender]]\nname = "PID"', 1)
 TOP = 'title = "On top"\nbase = "shared.toml"\n'

@@ -4,7 +4,7 @@ Everything is drawn from fixed pools, so that a derandomised run makes the same 
 """
 
 from copy import deepcopy
-from math import inf, nan
+from math import inf, isfinite, nan
 
 from hypothesis import strategies as st
 
@@ -12,7 +12,7 @@ from tests.tuner.fuzz.hostile_text import Nested
 
 NUMBERS = (
     0, -1, 1, 2, 3, 7, 8, 0.0, -0.0, 0.5, 1.0, -1.0, 5e-324, 1e-308, 1e-12, 1e-3, 0.1, 90.0, 1e3, 1e6, 1e9, 1e30, 1e308, -1e308,
-    inf, -inf, nan, 10**9, 2**31, 2**63 - 1, 2**63, 2**64, -(2**63), 10**40,
+    inf, -inf, nan, 10**9, 2**31, 2**63 - 1, 2**63, 2**64, -(2**63), 10**40, 10**400,
 )  # fmt: skip
 TEXTS = (
     "", " ", ".", "..", "a\nb\r\nc", "\x00", "\x1b[31mred", "\x7f", "\u202egnp.exe", "\u2028", "e\u0301 🚁 漢字", "x" * 5000, "'\"\\",
@@ -23,7 +23,7 @@ TEXTS = (
     "1797", "severe", "none", "linear", "log", "design", "x", "yaw", "tilt", "crazyflie-rotors", "paper-literal", "ultimate_error",
 )  # fmt: skip
 OTHERS = (True, False, [], {}, [[]], [{}], [1.0], [0.0, 0.0, 0.0], [1.0, nan, 3.0], ["default"], [1, "a", True], {"low": 1.0})
-FACTORS = (-1, 0.1, 0.5, 0.999, 1.001, 2, 10, 1000)
+FACTORS = (-1, 0, 1e-300, 1e-9, 0.1, 0.5, 0.9, 0.999, 1.001, 1.1, 2, 3, 10, 1000, 1e9, 1e300)
 LEVELS = (1, 3, 30, 200, 50_000)
 
 
@@ -86,7 +86,8 @@ def _extreme(draw, table, here, key, path):
 
 def _scale(draw, table, here, key, path):
     if isinstance(here[key], int | float) and not isinstance(here[key], bool):
-        here[key] = type(here[key])(here[key] * draw(st.sampled_from(FACTORS)))
+        scaled = here[key] * draw(st.sampled_from(FACTORS))
+        here[key] = int(scaled) if isinstance(here[key], int) and isfinite(scaled) else scaled
 
 
 def _text(draw, table, here, key, path):
@@ -135,6 +136,19 @@ def mutated(draw, table):
         if depth > 8:
             break
         draw(st.sampled_from(CHANGES))(draw, result, at(result, path[:-1]), path[-1], path)
+    return result
+
+
+@st.composite
+def shaken(draw, table):
+    """Draw a table with one to four numbers or texts changed, often into something that may still be read."""
+    result = deepcopy(table)
+    for _ in range(draw(st.sampled_from((1, 1, 2, 3)))):
+        leaves = [path for path in places(result) if not isinstance(at(result, path), dict | list)]
+        path = draw(st.sampled_from(leaves))
+        here, key = at(result, path[:-1]), path[-1]
+        change = _text if isinstance(here[key], str) else draw(st.sampled_from((_scale, _scale, _scale, _extreme)))
+        change(draw, result, here, key, path)
     return result
 
 

@@ -37,4 +37,6 @@ def _value(value, equals):
         return "[" + ", ".join(_value(entry, equals) for entry in value) + "]"
     if isinstance(value, float) and not isfinite(value):
         return repr(value) if equals == " = " else json.dumps(value)
+    if value is None:
+        return "null"
     return str(value).lower() if isinstance(value, bool) else repr(value)

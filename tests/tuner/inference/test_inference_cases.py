@@ -14,12 +14,12 @@ from plant.scenarios import SEARCH
 from tests.tuner.inference.asked import CELLS, STUDY, cell, published_medians, write
 from tests.tuner.inference.conftest import SMALL, run
 from tuner.contest import load_contest
-from tuner.study.toml_text import toml_text
 from tuner.inference import load_inference
 from tuner.inference.experiment import Experiment
 from tuner.inference.words import unknown_words
 from tuner.inference.writing import with_values
 from tuner.store.folder import Folder
+from tuner.study.toml_text import toml_text
 
 ROOT = Path(__file__).parents[3]
 

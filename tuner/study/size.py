@@ -1,0 +1,47 @@
+"""How large a run may be at most: beyond it a digit slipped, and the run would fill the memory or not end."""
+
+from collections.abc import Iterable
+from typing import NamedTuple
+
+from plant.closed_loop import Timing
+from plant.errors import InputError
+from plant.scenarios import ScenarioSpec
+
+MOST_FLIGHTS = 1_000_000
+"""Flights of one candidate in one scenario."""
+MOST_POPULATION, MOST_CANDIDATES = 10_000, 1_000_000
+MOST_STEPS = 1e12
+"""Plant steps of all flights: more than a day on one thread at ten million a second."""
+# Candidates that fly held-out scenarios, about.
+CHECKED = 50
+
+
+class Flown(NamedTuple):
+    """A scenario: plant steps of a flight, flights of a candidate in the search and in the held-out check."""
+
+    steps: float
+    search: int
+    held_out: int
+
+
+def flight_steps(spec: ScenarioSpec, timing: Timing) -> float:
+    """Return the plant steps of a flight."""
+    return spec.duration / timing.plant_step
+
+
+def check_size(population: int, generations: int, scenarios: Iterable[Flown]) -> None:
+    """Refuse a run that is out of all proportion; InputError with the key inside [search]."""
+    if population > MOST_POPULATION:
+        raise InputError(f"given {population}; allowed: up to {MOST_POPULATION:,}", key="population")
+    candidates = population * generations
+    if candidates > MOST_CANDIDATES:
+        message = f"{generations} generations of {population} are {candidates:,} candidates; allowed: up to {MOST_CANDIDATES:,}"
+        raise InputError(message, key="generations")
+    each = list(scenarios)
+    flights = sum(candidates * entry.search + CHECKED * entry.held_out for entry in each)
+    steps = sum(entry.steps * (candidates * entry.search + CHECKED * entry.held_out) for entry in each)
+    if steps > MOST_STEPS:
+        raise InputError(
+            f"about {flights:,} flights of {steps:.1e} plant steps in all; allowed: up to {MOST_STEPS:.0e} steps: make "
+            "population, generations, or search, held_out or duration of a [[scenario]] smaller"
+        )
