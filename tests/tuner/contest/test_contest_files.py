@@ -54,6 +54,7 @@ def test_quantities_are_those_of_the_study_then_of_cells_and_claims_each_once(tm
         ("cvar50(itae.position)", "objective", None),
         ("mean(travel)", "objective", None),
         ("mean(failure)", "constraint", 0.0),
+        ("quantile50(rms.position)@gusts", "constraint", 100.0),
         ("mean(peak.roll)@gusts", "published", None),
         ("mean(rms.yaw)", "claimed", None),
     ]
