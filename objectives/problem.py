@@ -289,7 +289,8 @@ class Problem:
         return out
 
     def warm_up(self, gains: np.ndarray, spec: ScenarioSpec) -> None:
-        """Fly one flight of a gains row (g,) that nobody remembers, so that the kernel is there."""
+        """Screen and fly a gains row (g,) once, which nobody remembers, so that everything is compiled."""
+        known_values(self.screens, gains[None])
         self.flyer.fly(gains[None], self.system.nominal, self._scenarios.inputs(Fleet(spec, SEARCH, 1), 0, 1))
 
     def score(self, results: np.ndarray, spec: ScenarioSpec) -> tuple[np.ndarray, np.ndarray]:

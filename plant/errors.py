@@ -13,7 +13,6 @@ from collections.abc import Iterable
 from difflib import get_close_matches
 from pathlib import Path
 
-
 # Characters of a name and of a dotted key of the user's that a message repeats.
 LONGEST, LONGEST_KEY = 60, 180
 

@@ -57,7 +57,8 @@ def _line_of(text: str, message: str) -> str:
         return ""
     line, column = lines[int(place[1]) - 1], int(place[2])
     if len(line) > 2 * SHOWN:
-        line = f"... {line[max(column - SHOWN, 0) : column + SHOWN]} ..."
+        begin, end = max(column - SHOWN, 0), column + SHOWN
+        line = f"{'... ' if begin else ''}{line[begin:end]}{' ...' if end < len(line) else ''}"
     return f"; correct this line: {line.strip()}"
 
 

@@ -14,6 +14,7 @@ from plant.nominal import ControlOptions
 from plant.texts import json_table
 from tuner.study.build import located
 from tuner.study.gains import check_value
+from tuner.study.magnitude import check_magnitude
 from tuner.study.messages import shown
 from tuner.study.timing import check_plant_step, timing_of
 
@@ -68,7 +69,7 @@ def read_gains(path: Path, airframe: str | None = None) -> Controller:
         raise InputError(message, file=path, key="format")
     with located(path, "airframe"):
         own = _section(document, "airframe", path)
-        flown = _airframe(own, path.parent / "inputs") if airframe is None else load(airframe)
+        flown = _airframe(own, path.parent) if airframe is None else load(airframe)
     structure = _section(document, "controller", path)
     with located(path, "controller"):
         cascade = close_cascade(_law(structure, "position"), _law(structure, "attitude"))
@@ -80,14 +81,16 @@ def read_gains(path: Path, airframe: str | None = None) -> Controller:
     return Controller(flown, cascade, options, timing.control_period, timing.plant_step, gains)
 
 
-def _airframe(table: dict[str, Any], inputs: Path) -> Airframe:
-    """Return the bundled airframe of that name, or a user's own, of which its run keeps a copy in inputs/ beside the file."""
+def _airframe(table: dict[str, Any], folder: Path) -> Airframe:
+    """Return the bundled airframe of that name, or a user's own: the copy that a run keeps in inputs/, or NAME.toml in the
+    folder of the gains.
+    """
     name = _text(table, "name")
     if name in names():
         return load(name, allow_unphysical=True)
-    kept = [file for file in inputs.glob("*.toml") if file.stem == name]
-    if kept:
-        return load(kept[0], allow_unphysical=True)
+    for file in [*(folder / "inputs").glob("*.toml"), *folder.glob("*.toml")]:
+        if file.stem == name:
+            return load(file, allow_unphysical=True)
     raise UnknownNameError("airframe", name, names(), key="name")
 
 
@@ -158,17 +161,21 @@ def _flag(table: dict[str, Any], key: str) -> bool:
 
 def _number(table: dict[str, Any], key: str, unit: str) -> float:
     entry = _given(table, key, f'; write {{"value": ..., "unit": "{unit}"}}')
-    if not isinstance(entry, dict) or set(entry) != {"value", "unit"}:
+    if not isinstance(entry, dict):
         raise InputError(f'given {shown(entry)}; write {{"value": ..., "unit": "{unit}"}}', key=key)
-    value = entry["value"]
+    for part in entry:
+        if part not in ("value", "unit"):
+            raise UnknownNameError("key", part, ("value", "unit"), key=f"{key}.{part}")
+    value, given_unit = (_given(entry, part, key=f"{key}.{part}") for part in ("value", "unit"))
     if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
         raise InputError(f"given {shown(value)}; this must be a finite number", key=f"{key}.value")
-    if entry["unit"] != unit:
-        raise InputError(f"given unit {shown(entry['unit'])}; this must be in {unit}", key=f"{key}.unit")
+    if given_unit != unit:
+        raise InputError(f"given unit {shown(given_unit)}; this must be in {unit}", key=f"{key}.unit")
+    check_magnitude(value, None, f"{key}.value")
     return float(value)
 
 
-def _given(table: dict[str, Any], key: str, remedy: str = "") -> Any:
-    if key not in table:
-        raise InputError(f"this key is required and missing{remedy}", key=key)
-    return table[key]
+def _given(table: dict[str, Any], name: str, remedy: str = "", key: str | None = None) -> Any:
+    if name not in table:
+        raise InputError(f"this key is required and missing{remedy}", key=key or name)
+    return table[name]

@@ -72,12 +72,18 @@ def flight_store(study: Study, folder: Folder | None, others: tuple[Path, ...] =
 
 def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
     """Have the kernel compiled (once for a combination of laws) before anything is timed."""
-    if problem.flyer.cached:
+    if problem.flyer.cached and not (study.table.margin and _margins_are_cold()):
         return
     watcher.compiling()
     begin = perf_counter()
     problem.warm_up(study.default_row, study.scenarios[0].spec)
     watcher.compiled(perf_counter() - begin)
+
+
+def _margins_are_cold() -> bool:
+    from objectives.margins.curve import is_compiled
+
+    return not is_compiled()
 
 
 def first_points(problem: Problem, study: Study, folder: Folder) -> tuple[np.ndarray, list[str]]:

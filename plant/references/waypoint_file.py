@@ -28,6 +28,9 @@ def read_waypoints(path: Path) -> tuple[Point, ...]:
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
+    # A device or a pipe may never end.
+    if path.exists() and not path.is_file():
+        raise InputError("is no file; give a CSV file of waypoints", file=path)
     try:
         # utf-8-sig: spreadsheets put a byte order mark before the header.
         with path.open(encoding="utf-8-sig", newline="") as file:

@@ -10,7 +10,24 @@ import pytest
 from tests.tuner.conftest import QUICKSTART
 
 ROOT = Path(__file__).parents[2]
-COMMANDS = ("run", "fly", "list", "bench", "new", "check", "report", "theory", "margins", "design", "version")
+COMMANDS = (
+    "run",
+    "resume",
+    "verify",
+    "rejudge",
+    "sensitivity",
+    "plan",
+    "fly",
+    "list",
+    "bench",
+    "new",
+    "check",
+    "report",
+    "theory",
+    "margins",
+    "design",
+    "version",
+)
 
 
 def tuner(*arguments, cwd=ROOT):

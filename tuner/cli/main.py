@@ -190,7 +190,9 @@ def design(
 
 @app.command("list")
 def list_(
-    what: Annotated[str, typer.Argument(help="laws, airframes, metrics, references, risks, studies or theorems.")],
+    what: Annotated[
+        str, typer.Argument(help="airframes, laws, margins, metrics, references, risks, searches, studies or theorems.")
+    ],
     as_json: AsJson = False,
 ) -> None:
     """List what the tool knows.
@@ -306,7 +308,7 @@ def plan(
 @app.command()
 def compare(
     what: Annotated[
-        list[Path], typer.Argument(help="Results folders and gains files, two or more.", show_default=False)
+        list[Path], typer.Argument(help="Results folders and gains files, two or more.", metavar="RESULTS|GAINS")
     ],
     study: Annotated[
         Path | None, typer.Option(help="Fly the scenarios of this study; default: those of the first results folder.")

@@ -16,6 +16,7 @@ from tuner.contest.layers import WHOLE, Layer, Table, depth, laid_over, merged_l
 from tuner.contest.overrides import put
 from tuner.contest.schema import ADDED, ELSEWHERE, OWN, SHARED, ClaimTable, ContenderTable, ContestTable, PublishedTable
 from tuner.study.build import located, study_from_table
+from tuner.study.magnitude import check_magnitudes
 from tuner.study.messages import translated
 
 
@@ -43,6 +44,7 @@ def contest_from_table(path: Path, table: Table, layers: tuple[Layer, ...] = ())
         added = ContestTable.model_validate({key: table[key] for key in ADDED if key in table})
     except ValidationError as error:
         raise translated(error, path, ContestTable) from None
+    check_magnitudes({key: table[key] for key in ADDED if key in table}, path)
     shared = {key: value for key, value in table.items() if key not in (*ADDED, *ELSEWHERE)}
     contenders = tuple(_contender(i, entry, shared, path, layers) for i, entry in enumerate(added.contender))
     with located(path, ""):

@@ -15,6 +15,7 @@ from tuner.inference.schema import ADDED, InferenceTable, SettingsTable
 from tuner.inference.unknowns import check_range, unknowns_of
 from tuner.search.names import check_algorithm
 from tuner.study.build import located
+from tuner.study.magnitude import check_magnitudes
 from tuner.study.messages import translated
 from tuner.study.size import Flown, check_size, flight_steps
 
@@ -51,9 +52,11 @@ def _tables(path: Path, table: dict[str, Any]) -> InferenceTable:
     if "unknown" not in table:
         raise InputError("nothing is unknown here; give at least one [[unknown]]", file=path, key="unknown")
     try:
-        return InferenceTable.model_validate({key: table[key] for key in InferenceTable.model_fields if key in table})
+        tables = InferenceTable.model_validate({key: table[key] for key in ADDED if key in table})
     except ValidationError as error:
         raise translated(error, path, InferenceTable) from None
+    check_magnitudes({key: table[key] for key in ADDED if key in table}, path)
+    return tables
 
 
 def _chosen(contest: Contest, settings: SettingsTable) -> Contest:
@@ -78,7 +81,9 @@ def _chosen(contest: Contest, settings: SettingsTable) -> Contest:
 def _check_size(inference: Inference) -> None:
     base, timing = inference.contest.base, inference.contest.base.system.timing
     flown = [
-        Flown(flight_steps(entry.spec, timing) * len(inference.contest.contenders), inference.flights, inference.held_out)
+        Flown(
+            flight_steps(entry.spec, timing) * len(inference.contest.contenders), inference.flights, inference.held_out
+        )
         for entry in base.scenarios
     ]
     check_size(base.search.population, base.search.generations, flown)

@@ -27,6 +27,7 @@ from tuner.search.front import resolved_rule
 from tuner.search.names import STARTS, check_algorithm
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
+from tuner.study.magnitude import check_magnitudes
 from tuner.study.margins import margin_requirement, margin_screen
 from tuner.study.reading import checked_table, read_study_table
 from tuner.study.schema import (
@@ -92,6 +93,8 @@ def _build(path: Path, table: StudyTable) -> Study:
             )
         )
         _unique("constraint", [constraint.objective.label for constraint in constraints])
+        # Behind what each number's own limits have to say, before anything is worked out from them.
+        check_magnitudes(table.model_dump(), path)
         constraints = with_mission_floor(constraints, [entry.spec for entry in scenarios], system.limits, timing)
         screens = _screens(table, path, system, tuple(entry.spec for entry in scenarios))
         with located(path, "search"):

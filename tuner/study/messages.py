@@ -9,7 +9,7 @@ from pydantic_core import ErrorDetails
 
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS
-from tuner.study.schema import StudyTable
+from tuner.study.schema import ControllerTable, ObjectiveTable, ScenarioTable, SearchTable, StudyTable
 
 Location = tuple[int | str, ...]
 
@@ -32,7 +32,25 @@ LINES = {
     "guarantee[].theorem": 'theorem = "ultimate_error"',
     "guarantee[].axis": 'axis = "attitude"',
     "margin[].quantity": 'quantity = "phase_margin"',
+    "contender[].name": 'name = "PID"',
+    "published[].contender": 'contender = "PID"',
+    "published[].metric": 'metric = "peak.roll"',
+    "published[].scenario": 'scenario = "gusts"',
+    "published[].value": "value = 0.083  # SI units",
+    "claim[].better": 'better = "ADRC"',
+    "claim[].than": 'than = ["PID"]',
+    "claim[].in": 'in = ["peak.roll"]',
 }
+# Where a key belongs that stands at the top of the file, in front of the first table or behind the wrong one.
+HOMES = {
+    name: head
+    for table, head in (
+        (ScenarioTable, "[[scenario]]"), (ObjectiveTable, "[[objective]]"), (ControllerTable, "[controller]"),
+        (SearchTable, "[search]"),
+    )
+    for name in table.model_fields
+    if name not in StudyTable.model_fields
+}  # fmt: skip
 EXPECTED = {
     "string_type": "a text in quotes",
     "float_type": "a number, without unit and without quotes",
@@ -64,6 +82,9 @@ def translated(error: ValidationError, path: Path, root: type[BaseModel] = Study
         if _unquoted_gain(location):
             line = f'"{location[1]}.{location[-1]}" = {shown(problem["input"])}'
             return InputError(f"the dot is part of the key here; write it in quotes: {line}", file=path, key=key)
+        home = HOMES.get(str(location[-1])) if len(location) == 1 else None
+        if home:
+            return InputError(f"this is a key of {home}; put it there", file=path, key=key)
         return UnknownNameError("key", str(location[-1]), keys_at(location[:-1], root), file=path, key=key)
     return InputError(_message(problem, key), file=path, key=key)
 

@@ -118,7 +118,7 @@ def test_margins_are_those_of_python_control(name):
 def disk_of_control(system: Any, skew: float) -> tuple[float, ...]:
     """Disk margin, guaranteed gain [dB] and phase [deg] of python-control, on grids that close in on the worst frequency."""
     w, found = GRID, (np.zeros(1), np.zeros(1), np.zeros(1))
-    for _ in range(4):
+    for _ in range(7):
         found = control.disk_margins(system, w, skew, returnall=True)
         i = int(np.argmin(np.asarray(found[0])))
         w = np.linspace(w[max(i - 1, 0)], w[min(i + 1, len(w) - 1)], 20)
@@ -126,10 +126,11 @@ def disk_of_control(system: Any, skew: float) -> tuple[float, ...]:
     return tuple(float(np.asarray(part)[worst]) for part in found)
 
 
-@pytest.mark.parametrize("name", ["pid", "ladrc", "hybrid", "supertwisting"])
-@pytest.mark.parametrize("skew", [-0.6, 0.0, 0.75])
-def test_disk_margins_are_those_of_python_control(name, skew):
-    for model, _, gains, _, channel in designs(name)[::8]:
+SKEWS = (-0.6, 0.0, 0.75)
+
+
+def disks_agree(name, skew, step):
+    for model, _, gains, _, channel in designs(name)[::step]:
         # The skew is all that changes: the model is built once.
         model.skew = skew
         margins = model.evaluate(gains[None])
@@ -139,3 +140,16 @@ def test_disk_margins_are_those_of_python_control(name, skew):
         held = disk_range(wanted, skew)
         assert 20.0 * np.log10(min(1.0 / held.low, held.high)) == pytest.approx(gain, rel=1e-9)
         assert np.degrees(held.phase) == pytest.approx(phase, rel=1e-9)
+
+
+@pytest.mark.parametrize("name", LAWS)
+def test_disk_margins_are_those_of_python_control(name):
+    for skew in SKEWS:
+        disks_agree(name, skew, 8)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("skew", SKEWS)
+@pytest.mark.parametrize("name", LAWS)
+def test_disk_margins_of_every_design_are_those_of_python_control(name, skew):
+    disks_agree(name, skew, 1)

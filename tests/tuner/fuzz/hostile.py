@@ -22,7 +22,20 @@ TEXTS = (
     "overshoot.x", "settling.position", "recovery.x", "min:travel", "weights", "closest", "sobol", "cmaes", "observer", "measured",
     "1797", "severe", "none", "linear", "log", "design", "x", "yaw", "tilt", "crazyflie-rotors", "paper-literal", "ultimate_error",
 )  # fmt: skip
-OTHERS = (True, False, [], {}, [[]], [{}], [1.0], [0.0, 0.0, 0.0], [1.0, nan, 3.0], ["default"], [1, "a", True], {"low": 1.0})
+OTHERS = (
+    True,
+    False,
+    [],
+    {},
+    [[]],
+    [{}],
+    [1.0],
+    [0.0, 0.0, 0.0],
+    [1.0, nan, 3.0],
+    ["default"],
+    [1, "a", True],
+    {"low": 1.0},
+)
 FACTORS = (-1, 0, 1e-300, 1e-9, 0.1, 0.5, 0.9, 0.999, 1.001, 1.1, 2, 3, 10, 1000, 1e9, 1e300)
 LEVELS = (1, 3, 30, 200, 50_000)
 
@@ -50,7 +63,11 @@ def values(draw):
 
 def _misspelt(draw, text):
     i = draw(st.integers(0, max(len(text) - 1, 0)))
-    return draw(st.sampled_from((text[:i] + text[i + 1 :], text[:i] + "q" + text[i:], text.upper(), f"{text} ", f"{text}.{text}", "")))
+    return draw(
+        st.sampled_from(
+            (text[:i] + text[i + 1 :], text[:i] + "q" + text[i:], text.upper(), f"{text} ", f"{text}.{text}", "")
+        )
+    )
 
 
 def _delete(draw, table, here, key, path):
@@ -106,7 +123,13 @@ def _insert(draw, table, here, key, path):
     if isinstance(here, list):
         here.append(draw(values()))
     else:
-        here[draw(st.sampled_from(("name", "file", "path", "scale", "tie", "window", "level", "axis", "x", "[bold]", "a\nb")))] = draw(values())
+        here[
+            draw(
+                st.sampled_from(
+                    ("name", "file", "path", "scale", "tie", "window", "level", "axis", "x", "[bold]", "a\nb")
+                )
+            )
+        ] = draw(values())
 
 
 def _empty(draw, table, here, key, path):
@@ -157,9 +180,33 @@ def broken(draw, content):
     """Draw bytes with a part cut off, doubled or overwritten."""
     first = draw(st.integers(0, len(content) - 1))
     last = min(first + draw(st.sampled_from((1, 2, 10, 200))), len(content))
-    junk = draw(st.sampled_from((b"", b"\x00", b"\xff\xfe", b"=", b'"', b"[", b"]", b"{", b"\n", b"'''", b"[[", b"#", b"\xef\xbb\xbf", b"9" * 5000)))
+    junk = draw(
+        st.sampled_from(
+            (
+                b"",
+                b"\x00",
+                b"\xff\xfe",
+                b"=",
+                b'"',
+                b"[",
+                b"]",
+                b"{",
+                b"\n",
+                b"'''",
+                b"[[",
+                b"#",
+                b"\xef\xbb\xbf",
+                b"9" * 5000,
+            )
+        )
+    )
     return draw(
         st.sampled_from(
-            (content[:first], content[first:], content[:first] + junk + content[last:], content[:last] + content[first:])
+            (
+                content[:first],
+                content[first:],
+                content[:first] + junk + content[last:],
+                content[:last] + content[first:],
+            )
         )
     )

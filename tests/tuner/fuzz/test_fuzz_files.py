@@ -25,9 +25,9 @@ CONTESTS, INFERENCES = ["contest.toml", "paper_table3.toml"], ["paper_inference.
 TUNINGS = sorted(file.name for file in STUDIES.glob("*.toml") if file.name not in CONTESTS + INFERENCES)
 # Files of each kind: in the short profile, in the long one, and the least share of them that is read and that is refused.
 PROFILES = {
-    "study": (110, 1000, 0.05, 0.5),
-    "contest": (40, 300, 0.05, 0.5),
-    "inference": (8, 100, 0.0, 0.3),
+    "study": (80, 1000, 0.05, 0.5),
+    "contest": (30, 300, 0.05, 0.5),
+    "inference": (4, 100, 0.0, 0.3),
     "study text": (50, 400, 0.1, 0.3),
     "airframe": (30, 300, 0.02, 0.3),
     "gains": (60, 400, 0.1, 0.3),

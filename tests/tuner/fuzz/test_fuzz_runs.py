@@ -70,7 +70,10 @@ def is_short(study):
         return False
     candidates = study.search.population * study.search.generations
     timing = study.system.timing
-    flights = [(flight_steps(entry.spec, timing), candidates * entry.search + candidates * entry.held_out) for entry in study.scenarios]
+    flights = [
+        (flight_steps(entry.spec, timing), candidates * entry.search + candidates * entry.held_out)
+        for entry in study.scenarios
+    ]
     if sum(steps * count for steps, count in flights) > MOST_STEPS or any(count > 2000 for _, count in flights):
         return False
     return problem_of(study, 1, None).flyer.cached
@@ -164,11 +167,11 @@ def fly_hostile(examples, desk, tmp_path_factory, monkeypatch, capsys):
 
 
 def test_hostile_studies_run(desk, tmp_path_factory, monkeypatch, capsys):
-    run_hostile(25, desk, tmp_path_factory, monkeypatch, capsys)
+    run_hostile(8, desk, tmp_path_factory, monkeypatch, capsys)
 
 
 def test_hostile_gains_fly(desk, tmp_path_factory, monkeypatch, capsys):
-    fly_hostile(15, desk, tmp_path_factory, monkeypatch, capsys)
+    fly_hostile(10, desk, tmp_path_factory, monkeypatch, capsys)
 
 
 @pytest.mark.slow

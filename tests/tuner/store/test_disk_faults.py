@@ -11,16 +11,20 @@ import subprocess
 
 import pytest
 
-from tests.tuner.conftest import QUICKSTART
+from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.in_process import tuner
-from tests.tuner.killing import CHANGES, command, compare, result_of
+from tests.tuner.killing import command, compare, result_of
 from tuner.store.folder import ASIDE
 
-SETS = [
-    part for key, value in {**CHANGES, "search.generations": 3}.items() for part in ("--set", f"{key}={json.dumps(value)}")
-]
+SETS = [part for key, value in SMALL.items() for part in ("--set", f"{key}={json.dumps(value)}")]
 # Sizes of the disk [kB] and what is being written when it is full.
-ROOMS = {120: "flights/search-", 300: "flights/held-out-", 600: "responses.parquet", 1100: "figures", 3000: "report.html"}
+ROOMS = {
+    120: "flights/search-",
+    300: "flights/held-out-",
+    600: "responses.parquet",
+    1100: "figures",
+    3000: "report.html",
+}
 FULL, TOO_LARGE = "No space left on device", "File too large"
 
 
@@ -45,11 +49,8 @@ def namespace(tmp_path_factory):
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory):
-    folder = tmp_path_factory.mktemp("undisturbed") / "r"
-    done = subprocess.run(command(*run(folder)), capture_output=True, text=True, timeout=180, check=False)
-    assert done.returncode == 0, done.stderr
-    return folder
+def undisturbed(small_run):
+    return small_run[1]
 
 
 @pytest.fixture
@@ -101,6 +102,7 @@ def assert_survives(room, undisturbed, tmp_path, monkeypatch, capsys):
     compare(result_of(kept / "r"), result_of(undisturbed))
 
 
+@pytest.mark.slow
 def test_a_full_disk(namespace, undisturbed, tmp_path, monkeypatch, capsys):
     assert_survives(600, undisturbed, tmp_path, monkeypatch, capsys)
 
