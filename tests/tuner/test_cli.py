@@ -15,6 +15,8 @@ COMMANDS = (
     "resume",
     "verify",
     "rejudge",
+    "compare",
+    "show",
     "sensitivity",
     "plan",
     "fly",

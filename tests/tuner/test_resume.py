@@ -165,16 +165,17 @@ def test_the_inputs_run_alone_to_the_same_result(small_run, copy, tmp_path):
 
 def test_an_airframe_file_is_carried_along(tmp_path):
     source = tmp_path / "study"
-    source.mkdir()
+    (source / "frames").mkdir(parents=True)
     import plant.airframes
 
     bundled = next(iter(plant.airframes.__path__))
-    shutil.copy(f"{bundled}/hummingbird.toml", source / "mine.toml")
+    shutil.copy(f"{bundled}/hummingbird.toml", source / "frames" / "mine.toml")
     from tests.tuner.conftest import QUICKSTART, SMALL
 
-    text = QUICKSTART.read_text().replace('name = "hummingbird"', 'file = "mine.toml"', 1)
-    (source / "s.toml").write_text(text)
-    first = run_study(load_study(source / "s.toml", SMALL), Folder.create(tmp_path / "r"), Watcher(), 2)
+    # The study's own name in another folder: both lie in inputs/ in the end.
+    text = QUICKSTART.read_text().replace('name = "hummingbird"', 'file = "frames/mine.toml"', 1)
+    (source / "mine.toml").write_text(text)
+    first = run_study(load_study(source / "mine.toml", SMALL), Folder.create(tmp_path / "r"), Watcher(), 2)
     shutil.rmtree(source)
     shutil.move(tmp_path / "r", tmp_path / "moved")
     outcome, _ = resumed(tmp_path / "moved")

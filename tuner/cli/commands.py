@@ -145,7 +145,11 @@ def new_command(name: str) -> None:
 
 def report_command(results: Path) -> None:
     """Write report and figures of a results folder again, be it of a study, a contest or an inference."""
-    if (results / "contest.json").exists():
+    if (results / "comparison.json").exists():
+        from tuner.compare.values_figure import write_values_figure
+
+        write_values_figure(results)
+    if (results / "contest.json").exists() or (results / "comparison.json").exists():
         from tuner.report.contest import write_contest_figures, write_contest_report
 
         write_contest_figures(results)

@@ -2,7 +2,7 @@
 
 import json
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
@@ -14,16 +14,27 @@ from tuner.inference import load_inference
 from tuner.report.numbers import significant
 from tuner.watcher import Watcher
 
+if TYPE_CHECKING:
+    from tuner.inference.inference import Inference
+    from tuner.store.folder import Folder
+
 
 def run_inference_command(
     study: Path, out: Path | None, threads: int | None, changes: dict[str, Any], as_json: bool
 ) -> None:
     """Infer the unknowns and print cells, unknowns and what they say."""
     asked = load_inference(study, changes)
-    from tuner.inference.run import default_folder, run_inference
+    from tuner.inference.run import default_folder
     from tuner.store.folder import Folder
 
     folder = Folder.create(out or default_folder(asked))
+    print_inference(asked, folder, threads, as_json)
+
+
+def print_inference(asked: "Inference", folder: "Folder", threads: int | None, as_json: bool) -> None:
+    """Infer in a folder with progress on the terminal and print what it found, or its document as JSON."""
+    from tuner.inference.run import run_inference
+
     if as_json:
         run_inference(asked, folder, Watcher(), threads)
         print((folder.path / "inference.json").read_text(encoding="utf-8"))

@@ -1,22 +1,41 @@
-"""`tuner resume`: go on with a run."""
+"""`tuner resume`: go on with a run, be it of a study, a contest or an inference."""
 
 from pathlib import Path
 
-from tuner.cli.commands import print_run
+from tuner.store.inputs import CONTEST, INFERENCE, read_record
 
 
 def resume_command(results: Path, budget: int | None, threads: int | None, as_json: bool) -> None:
-    """Go on with a tuning run or a contest and print what it found."""
-    from tuner.contest.resume import reopen_contest
+    """Go on with a run and print what it found."""
+    kind = read_record(results).kind
+    if kind == CONTEST:
+        _resume_contest(results, budget, threads, as_json)
+    elif kind == INFERENCE:
+        _resume_inference(results, budget, threads, as_json)
+    else:
+        _resume_study(results, budget, threads, as_json)
+
+
+def _resume_study(results: Path, budget: int | None, threads: int | None, as_json: bool) -> None:
+    from tuner.cli.commands import print_run
     from tuner.resume import reopen
     from tuner.run import run_study
-    from tuner.store.inputs import CONTEST, read_record
 
-    if read_record(results).kind == CONTEST:
-        from tuner.cli.contest import print_contest
-
-        contest, folder = reopen_contest(results, budget)
-        print_contest(contest, folder, threads, as_json)
-        return
     study, folder = reopen(results, budget)
     print_run(study, folder, as_json, lambda watcher: run_study(study, folder, watcher, threads))
+
+
+def _resume_contest(results: Path, budget: int | None, threads: int | None, as_json: bool) -> None:
+    from tuner.cli.contest import print_contest
+    from tuner.contest.resume import reopen_contest
+
+    contest, folder = reopen_contest(results, budget)
+    print_contest(contest, folder, threads, as_json)
+
+
+def _resume_inference(results: Path, budget: int | None, threads: int | None, as_json: bool) -> None:
+    from tuner.cli.inference import print_inference
+    from tuner.inference.resume import reopen_inference
+
+    inference, folder = reopen_inference(results, budget)
+    print_inference(inference, folder, threads, as_json)

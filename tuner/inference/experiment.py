@@ -16,6 +16,7 @@ from plant.flights import FlightInputs, Flyer, available_threads, result_parts
 from plant.scenarios import ScenarioSpec
 from tuner.inference.draws import Draws, Flights
 from tuner.inference.inference import Inference
+from tuner.inference.record import Settings
 from tuner.study.study import Study
 
 # Flights drawn at once: those of a whole setting in a search, and a part of those at the end that the memory can hold.
@@ -32,13 +33,15 @@ class Task:
 
 
 class Experiment:
-    """Flies settings. threads: by default one for each core.
+    """Flies settings. threads: by default one for each core. settings: what was flown before; flights_made counts the rest.
 
     flights_of(count): flights of one setting with so many flights of each contender and scenario.
     """
 
-    def __init__(self, inference: Inference, threads: int | None = None) -> None:
+    def __init__(self, inference: Inference, threads: int | None = None, settings: Settings | None = None) -> None:
         self._inference = inference
+        self._settings = settings
+        self.flights_made = 0
         self._draws = Draws(inference.contest.seed)
         self._flyers: dict[tuple[object, ...], Flyer] = {}
         self.threads = threads or available_threads()
@@ -52,7 +55,26 @@ class Experiment:
     def fly(
         self, values: np.ndarray, stream: str, count: int, landed: Callable[[int], None] | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
-        """Return scores (n, cells, flights) and failed (n, cells, flights) of settings (n, unknowns)."""
+        """Return scores (n, cells, flights) and failed (n, cells, flights) of settings (n, unknowns), recalled or flown."""
+        known = [self._settings.recall(stream, count, row) if self._settings else None for row in values]
+        missing = np.array([part is None for part in known], dtype=bool)
+        scores = np.empty((len(values), len(self._inference.cells), count))
+        failed = np.empty(scores.shape, dtype=bool)
+        for i, part in enumerate(known):
+            if part is not None:
+                scores[i], failed[i] = part
+        if landed is not None:
+            landed(int(np.sum(~missing, axis=0)) * self.flights_of(count))
+        if missing.any():
+            scores[missing], failed[missing] = self._flown(values[missing], stream, count, landed)
+        if self._settings is not None:
+            self._settings.keep(stream, values, scores, failed)
+        return scores, failed
+
+    def _flown(
+        self, values: np.ndarray, stream: str, count: int, landed: Callable[[int], None] | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        self.flights_made += len(values) * self.flights_of(count)
         scores = np.empty((len(values), len(self._inference.cells), count))
         failed = np.empty(scores.shape, dtype=bool)
 

@@ -1,5 +1,7 @@
 """An inference, checked and ready to run: a contest, its published cells, and what in it is not known."""
 
+import hashlib
+import json
 from copy import deepcopy
 from dataclasses import dataclass
 from functools import cached_property
@@ -66,6 +68,12 @@ class Inference:
     held_out: int
     near: float
     table: dict[str, Any]
+
+    def digest(self) -> str:
+        """Return a hash of everything that decides the result."""
+        asked = [self.table.get(key) for key in ("unknown", "inference")]
+        text = json.dumps([self.contest.digest(), asked], sort_keys=True, allow_nan=False)
+        return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
     @property
     def path(self) -> Path:

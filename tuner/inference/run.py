@@ -12,6 +12,7 @@ from plant.seeds import generator
 from tuner.inference.experiment import Experiment
 from tuner.inference.inference import Inference
 from tuner.inference.ranges import Range, ranges
+from tuner.inference.record import Settings
 from tuner.inference.refine import DAMPINGS, ROUNDS, Slope, refined
 from tuner.inference.tried import AROUND, Tried, front, inferred, joined, tried
 from tuner.search.first_generation import first_generation
@@ -52,11 +53,18 @@ class Findings:
 
 
 def run_inference(inference: Inference, folder: Folder, watcher: Watcher, threads: int | None = None) -> Findings:
-    """Run an inference into a new results folder; every generation is on disk before the next one flies."""
+    """Run an inference in a results folder; every generation is on disk before the next one flies.
+
+    Settings that are in the folder already are not flown again: one that was stopped goes on where it was.
+    """
     from tuner.inference.writing import write_findings, write_inputs
 
     begin = perf_counter()
-    experiment = Experiment(inference, threads)
+    names = tuple(unknown.variable.name for unknown in inference.unknowns)
+    settings = Settings(folder, names, len(inference.cells))
+    for name in settings.damaged:
+        watcher.noticed(f"{name} is damaged; it is not used, and what it held is flown again.")
+    experiment = Experiment(inference, threads, settings)
     write_inputs(inference, folder, experiment.threads)
     warm_up(experiment, inference, watcher)
     spec = inference.contest.base.search
@@ -67,6 +75,7 @@ def run_inference(inference: Inference, folder: Folder, watcher: Watcher, thread
     found, slope = around_best(experiment, inference, joined(parts), watcher)
     findings = check(experiment, inference, generations, found, slope, watcher, begin)
     write_findings(findings, folder, watcher)
+    folder.close()
     return findings
 
 

@@ -15,8 +15,9 @@ from tuner.inference.inference import Inference
 from tuner.inference.paths import put_at
 from tuner.inference.schema import ADDED
 from tuner.inference.tried import Tried
-from tuner.store.environment import environment
+from tuner.store.environment import environment, with_session
 from tuner.store.folder import Folder
+from tuner.store.inputs import INFERENCE, freeze
 from tuner.store.tables import history_table
 from tuner.study.paths import with_paths
 from tuner.study.toml_text import toml_text
@@ -28,8 +29,10 @@ if TYPE_CHECKING:
 
 def write_inputs(inference: Inference, folder: Folder, threads: int) -> None:
     """Write what the run starts from."""
-    folder.write_text("study.toml", inference.path.read_text(encoding="utf-8"))
-    folder.write_json("environment.json", environment(threads))
+    if not (folder.path / "study.toml").exists():
+        folder.write_text("study.toml", inference.path.read_text(encoding="utf-8"))
+    folder.write_json("environment.json", with_session(folder.path / "environment.json", environment(threads)))
+    freeze(folder, INFERENCE, inference.path, inference.table, inference.digest(), None)
 
 
 def write_findings(findings: "Findings", folder: Folder, watcher: Watcher) -> None:

@@ -39,7 +39,8 @@ def freeze(
     """Write the inputs of a run, table: content of the study with paths from the folder of `source`; run.json comes last."""
     name = f"inputs/{source.stem}.toml"
     if not (folder.path / name).exists():
-        folder.write_text(name, toml_text(with_paths(table, lambda path: _copied(folder, source.parent / path))))
+        taken = {f"{source.stem}.toml": source}
+        folder.write_text(name, toml_text(with_paths(table, lambda path: _copied(folder, source.parent / path, taken))))
     write_record(folder, RunRecord(kind, Path(name), digest, generations, model_key()))
 
 
@@ -100,9 +101,12 @@ def _instead(path: Path) -> str:
     return f"run the study again with `--reuse {path}`, which takes over the flights that are there"
 
 
-def _copied(folder: Folder, source: Path) -> str:
-    """Copy a file that a study names into inputs/ and return its name there."""
-    name = source.name
+def _copied(folder: Folder, source: Path, taken: dict[str, Path]) -> str:
+    """Copy a file that a study names into inputs/ and return its name there; taken: what lies there, by name."""
+    name, number = source.name, 1
+    while taken.setdefault(name, source) != source:
+        number += 1
+        name = f"{source.stem}-{number}{source.suffix}"
     target = folder.path / "inputs" / name
     try:
         target.parent.mkdir(parents=True, exist_ok=True)

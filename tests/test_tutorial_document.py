@@ -1,0 +1,188 @@
+"""docs/tutorial.md and docs/reading_the_report.md hold: links, commands, the airframe, the law and the metric that they show."""
+
+import json
+import re
+import shutil
+import subprocess
+import sys
+import textwrap
+from pathlib import Path
+
+import pytest
+from typer.testing import CliRunner
+
+from plant.airframes import load
+from tests.tuner.in_process import tuner
+from tests.tuner.report.fabricate import fabricate
+from tuner import report
+from tuner.cli.main import app
+
+ROOT = Path(__file__).parents[1]
+DOCS = [ROOT / "docs" / name for name in ("tutorial.md", "reading_the_report.md")]
+TUTORIAL, READING = (path.read_text(encoding="utf-8") for path in DOCS)
+# A block that is the content of a file stands below a line that begins with the file's name.
+BLOCKS = dict(re.findall(r"^`([\w./]+)`[^\n]*:\n\n```\w+\n(.*?)```", TUTORIAL, re.MULTILINE | re.DOTALL))
+FENCED = re.findall(r"```sh\n(.*?)```", TUTORIAL + READING, re.DOTALL)
+INLINE = re.findall(r"`(tuner [^`]*)`", TUTORIAL + READING)
+COMMANDS = [line for block in FENCED for line in block.splitlines()] + INLINE
+TUNER = sorted({command for command in COMMANDS if command.startswith("tuner ")})
+# Few and short flights, none that asks for margins.
+SMALL = [
+    argument
+    for change in (
+        "search.population=8", "search.generations=2", "scenario.0.search=4", "scenario.0.held_out=16",
+        "scenario.0.duration=2.0", "margin=[]",
+    )
+    for argument in ("--set", change)
+]  # fmt: skip
+
+
+def slug(heading):
+    """A heading as GitHub names it: lower case, punctuation dropped, spaces turned into hyphens."""
+    return re.sub(r"[^\w\- ]", "", heading.lower()).replace(" ", "-")
+
+
+@pytest.mark.parametrize("path", DOCS, ids=lambda path: path.name)
+def test_every_link_points_at_something(path):
+    text = path.read_text(encoding="utf-8")
+    targets = re.findall(r"\]\(([^)\s]+)\)", text)
+    headings = {slug(heading) for heading in re.findall(r"^#+ (.*)$", text, re.MULTILINE)}
+    assert targets
+    assert [t for t in targets if t.startswith("#") and t[1:] not in headings] == []
+    assert [t for t in targets if not t.startswith(("#", "http")) and not (path.parent / t).exists()] == []
+
+
+@pytest.mark.parametrize("command", TUNER)
+def test_every_command_and_option_exists(command):
+    words = command.split()[1:]
+    result = CliRunner().invoke(app, [words[0], "--help"], terminal_width=200)
+    assert result.exit_code == 0, command
+    for option in (word for word in words if word.startswith("--")):
+        assert re.search(rf"{option}\b", result.output), option
+
+
+def test_every_test_that_is_named_is_there():
+    named = [
+        word for command in COMMANDS for word in command.split() if word.endswith(".py") and word.startswith("tests/")
+    ]
+    assert len(named) == 2
+    assert all((ROOT / name).exists() for name in named)
+
+
+@pytest.fixture(scope="module")
+def home(tmp_path_factory):
+    """The folder of someone who follows the tutorial: an airframe and a study with it."""
+    folder = tmp_path_factory.mktemp("tutorial")
+    (folder / "kestrel.toml").write_text(BLOCKS["kestrel.toml"], encoding="utf-8")
+    done = subprocess.run(
+        [sys.executable, "-c", "from tuner.cli.main import main; main()", "new", "first"],
+        cwd=folder, capture_output=True, text=True, check=False, env={"PYTHONPATH": str(ROOT), "PATH": ""},
+    )  # fmt: skip
+    assert done.returncode == 0, done.stderr
+    study = folder / "first.toml"
+    text, count = re.subn(r"\[airframe\]\n.*?\n\n", BLOCKS["first.toml"] + "\n", study.read_text(), flags=re.DOTALL)
+    assert count == 1
+    study.write_text(text, encoding="utf-8")
+    return folder
+
+
+def test_the_airframe_is_one(home):
+    airframe = load(home / "kestrel.toml")
+    assert airframe.vehicle.mass == 0.85
+    assert all(number.source for number in airframe.sources.values())
+
+
+def test_the_commands_of_the_first_part_one_after_the_other(home, monkeypatch, capsys):
+    """As written, but for a small search and few flights; `tuner margins` and `tuner design` have tests of their own."""
+    monkeypatch.chdir(home)
+    # Pictures and page take most of the time of a short run, and other tests look at them.
+    monkeypatch.setattr(report, "write_report", lambda folder: None)
+    monkeypatch.setattr(report, "write_figures", lambda folder: None)
+
+    def typed(command, *more, allowed=(0,)):
+        assert command in COMMANDS, f"the page does not say {command}"
+        code, out, err = tuner(monkeypatch, capsys, *command.split()[1:], *more)
+        assert code in allowed, err
+        return out
+
+    assert "6" in next(line for line in typed("tuner check first.toml").splitlines() if line.startswith("variables"))
+    typed("tuner run first.toml", *SMALL, "--threads", 2)
+    assert "@ recommended" in typed("tuner show results/first")
+    # The small search asked for no margins, so the gains may well break those of the study.
+    asked = "tuner check results/first/gains.json --requirements first.toml"
+    judged = json.loads(typed(asked, "--seeds", 4, "--json", allowed=(0, 1)))
+    assert {"mean(failure)", "phase_margin", "ms"} <= {row["label"] for row in judged["rows"]}
+    typed("tuner fly results/first/gains.json --seeds 256 --plot fly.png", "--seeds", 4)
+    assert (home / "fly.png").read_bytes().startswith(b"\x89PNG")
+    gains = json.loads((home / "results/first/gains.json").read_text())
+    assert gains["airframe"]["name"] == "kestrel"
+    (home / "designed.json").write_text(json.dumps(gains))
+    assert "tuner compare results/first designed.json --seeds 256 --out comparison" in COMMANDS
+    code, out, err = tuner(monkeypatch, capsys, "compare", "results/first", "designed.json", "--seeds", 4)
+    assert code == 0 and "designed" in out, err
+
+
+@pytest.fixture(scope="module")
+def scratch(tmp_path_factory):
+    """A copy of the packages and tests with the tutorial's law and metric in it."""
+    folder = tmp_path_factory.mktemp("scratch")
+    for name in ("plant", "objectives", "tuner", "tests"):
+        shutil.copytree(ROOT / name, folder / name, ignore=shutil.ignore_patterns("__pycache__"))
+    shutil.copy(ROOT / "pyproject.toml", folder)
+    (folder / "plant/laws/pid_plain.py").write_text(BLOCKS["plant/laws/pid_plain.py"], encoding="utf-8")
+    put(folder / "plant/laws/__init__.py", "    pid,\n", "    pid_plain,\n")
+    put(folder / "plant/laws/__init__.py", "    pid.LAW,\n", "    pid_plain.LAW,\n")
+    entry = textwrap.indent(textwrap.dedent(BLOCKS["objectives/metrics/axis.py"]), "    ")
+    put(folder / "objectives/metrics/axis.py", "AXIS_METRICS = (\n", entry)
+    return folder
+
+
+def put(file, after, text):
+    """Put lines behind the one place where others stand."""
+    before = file.read_text(encoding="utf-8")
+    assert before.count(after) == 1
+    file.write_text(before.replace(after, after + text), encoding="utf-8")
+
+
+def run_there(scratch, *arguments):
+    done = subprocess.run(
+        [sys.executable, *arguments], cwd=scratch, capture_output=True, text=True, timeout=300, check=False
+    )
+    assert done.returncode == 0, done.stdout + done.stderr
+    return done.stdout
+
+
+def test_what_is_added_keeps_the_contract_of_its_kind(scratch):
+    """With the commands of the page, both in one process; a contract finds its entries by itself, so there must be such tests."""
+    commands = [command.split() for command in COMMANDS if command.startswith("python3 -m pytest")]
+    files, names = [words[3] for words in commands], [words[5] for words in commands]
+    assert names == ["pid_plain", "mae"]
+    out = run_there(scratch, "-m", "pytest", *files, "-k", " or ".join(names), "-q", "-rp", "-p", "no:cacheprovider")
+    for name in names:
+        assert sum(line.startswith("PASSED") and name in line for line in out.splitlines()) >= 5
+
+
+def test_what_is_added_is_listed_and_can_be_asked_for(scratch):
+    """And its study is checked; nothing is compiled."""
+    code = "import sys; sys.path.insert(0, '.'); from tuner.cli.main import main; main()"
+    laws = json.loads(run_there(scratch, "-c", code, "list", "laws", "--json"))
+    assert {row["gain"] for row in laws if row["law"] == "pid_plain"} == {"kp", "ki", "kd"}
+    assert any(
+        row["metric"] == "mae" for row in json.loads(run_there(scratch, "-c", code, "list", "metrics", "--json"))
+    )
+    study = (ROOT / "studies" / "quickstart.toml").read_text(encoding="utf-8")
+    head, rest = study.split("[gains]\n")
+    head = re.sub(r'attitude = "\w+"', 'attitude = "pid_plain"', head)
+    rest = '"attitude.kp" = {}\n\n' + rest[rest.index("[[scenario]]") :]
+    (scratch / "asked.toml").write_text(
+        f"{head}[gains]\n{rest}".replace("itae.position", "mae.position"), encoding="utf-8"
+    )
+    figures = json.loads(run_there(scratch, "-c", code, "check", "asked.toml", "--json"))
+    assert figures["objectives"][0] == "cvar80(mae.position)"
+
+
+def test_the_report_has_the_sections_that_are_explained(tmp_path):
+    page = report.write_report(fabricate(tmp_path / "made-up")).read_text(encoding="utf-8")
+    headings = re.findall(r"<h2[^>]*>([^<]*)</h2>", page)
+    explained = re.findall(r"^## (.*)$", READING, re.MULTILINE)
+    assert explained[:-1] == headings

@@ -1,0 +1,114 @@
+"""`tuner compare`: several results folders and gains files on the same scenarios, with paired differences to the first."""
+
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from tuner.cli.display import digits, estimate
+from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.tuning_study import tuning_study
+
+Row = dict[str, Any]
+
+
+def compare_command(
+    paths: list[Path], study: Path | None, seeds: int | None, out: Path | None, threads: int | None, as_json: bool
+) -> None:
+    """Compare, print, and write a folder if asked to."""
+    from tuner.compare.compare import comparison_document, fly_comparison, prospect
+    from tuner.compare.entrants import read_entrants
+    from tuner.compare.shared import base_study
+    from tuner.compare.writing import check_free, write_comparison
+    from tuner.run import warm_up
+
+    given = None if study is None else tuning_study(study, "tuner compare --study")
+    entrants = read_entrants(paths)
+    asked = prospect(entrants, base_study(entrants, given, seeds))
+    if out is not None:
+        check_free(out)
+    console = Console(stderr=as_json)
+    with FlightsBar(console) as bar:
+        for entry in asked.entries:
+            warm_up(entry.problem, entry.contender.study, bar)
+        bar.flying("Comparing", asked.flights)
+        result = fly_comparison(asked, threads, bar.landed)
+        document = comparison_document(asked, result)
+        if out is not None:
+            write_comparison(out, result, document, threads, bar)
+    if as_json:
+        print(json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False))
+        return
+    print_comparison(document, console)
+    if out is not None:
+        console.print(f"Report: {out / 'report.html'}  Figures: {out / 'figures'}", highlight=False, soft_wrap=True)
+
+
+def print_comparison(found: Row, console: Console) -> None:
+    """Print a table for each quantity, the sentences and the warnings of a comparison.json."""
+    flights = sum(entry["flights"] for entry in found["compared_on"])
+    console.print(f"{found['title']}  (seed {found['seed']})", style="bold", highlight=False, markup=False)
+    console.print(
+        f"Each flew the same {flights:,} flights; 95 % intervals; behind each value its difference to {found['first']}, "
+        "paired flight by flight.",
+        highlight=False, markup=False,
+    )  # fmt: skip
+    for quantity, rows in blocks(found):
+        console.print(f"\n{heading(quantity)}", style="bold", highlight=False, markup=False)
+        console.print(block_table(rows, console.width))
+    console.print()
+    for text in found["words"]:
+        console.print(f"- {text}", highlight=False, markup=False)
+    for warning in found["warnings"]:
+        console.print(f"Warning: {warning}", style="yellow", highlight=False, markup=False)
+    console.print(f"{found['flights']:,} flights in {found['wall_seconds']:.1f} s.", highlight=False)
+
+
+def blocks(found: Row) -> Iterator[tuple[Row, list[list[str]]]]:
+    """Yield each quantity with a row for each contender: name, value, difference to the first, verdict."""
+    values = {(row["contender"], row["quantity"]): row for row in found["estimates"]}
+    apart = {(r["second"], r["quantity"]): r for r in found["differences"] if r["first"] == found["first"]}
+    for quantity in found["quantities"]:
+        keys = [(contender["name"], quantity["label"]) for contender in found["contenders"]]
+        yield quantity, [[key[0], estimate(values[key]), *against(apart.get(key))] for key in keys]
+
+
+def heading(quantity: Row) -> str:
+    """Return label, unit and limit of a quantity."""
+    unit = "" if quantity["unit"] == "1" else f" [{quantity['unit']}]"
+    limit = "" if quantity["limit"] is None else f", at most {quantity['limit']:g}"
+    return f"{quantity['label']}{unit}{limit}"
+
+
+def against(row: Row | None) -> tuple[str, str]:
+    """Return the paired difference to the first and what its interval allows to say."""
+    if row is None:
+        return "", ""
+    width = row["high"] - row["low"] or row["difference"]
+    value, low, high = (digits(row[key], width) for key in ("difference", "low", "high"))
+    sign = "+" if row["difference"] > 0.0 else ""
+    return f"{sign}{value}\n[{low}, {high}]", verdict(row)
+
+
+def verdict(row: Row) -> str:
+    """Return in a word what a difference says of the second."""
+    if row["low"] == row["high"] == 0.0:
+        return "same"
+    return {None: "no clear difference", row["second"]: "better", row["first"]: "worse"}[row["lower"]]
+
+
+def block_table(rows: list[list[str]], width: int) -> Table:
+    """Return the rows as a table; a value stands beside its interval where the terminal is wide enough, else above it."""
+    wide = [[cell.replace("\n", " ") for cell in row] for row in rows]
+    fits = sum(max(map(len, column)) + 2 for column in zip(*wide, strict=True)) + 2 <= width
+    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column(overflow="fold", style="bold")
+    for justify in ("right", "right", "left"):
+        table.add_column(justify=justify)
+    for row in wide if fits else rows:
+        table.add_row(*map(Text, row))
+    return table

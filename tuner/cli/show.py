@@ -1,0 +1,236 @@
+"""`tuner show`: the story of a results folder in the terminal, for people on ssh; what the page of the report tells at length."""
+
+import json
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from rich.console import Console
+from rich.table import Table
+from rich.text import Text
+
+from plant.errors import StoreError
+from tuner.cli.compare import block_table, print_comparison
+from tuner.cli.display import digits, estimate
+
+if TYPE_CHECKING:
+    from tuner.report.results import Results
+
+Row = dict[str, Any]
+PLOT_WIDTH, PLOT_HEIGHT, BAR = 72, 16, 16
+MOST_POINTS = 12
+# Columns from which on the tables of a contest fit.
+WIDE = 80
+
+
+def show_command(folder: Path, as_json: bool) -> None:
+    """Print the story of a run, finished or not, of a contest, an inference or a comparison."""
+    if not folder.is_dir():
+        raise StoreError(f"{folder}: there is no such results folder; give a folder that `tuner run` wrote")
+    console = Console()
+    for name, tell in (
+        ("contest.json", tell_contest),
+        ("inference.json", tell_inference),
+        ("comparison.json", tell_compared),
+    ):
+        if (folder / name).exists():
+            found = json.loads((folder / name).read_text(encoding="utf-8"))
+            if as_json:
+                print(json.dumps(found, indent=2, ensure_ascii=False))
+            else:
+                tell(found, folder, console)
+            return
+    if (folder / "summary.json").exists():
+        from tuner.show.tuning import tuning_story
+
+        story, results = tuning_story(folder)
+    else:
+        from tuner.show.unfinished import unfinished_story
+
+        story, results = unfinished_story(folder), None
+    if as_json:
+        print(json.dumps(story, indent=2, allow_nan=False, ensure_ascii=False))
+    elif results is not None:
+        tell_tuning(story, results, console)
+    else:
+        tell_unfinished(story, console)
+
+
+def tell_contest(found: Row, folder: Path, console: Console) -> None:
+    """Print the main tables of a contest; where they would not fit, a block for each quantity."""
+    from tuner.cli.contest import print_found
+
+    if console.width < WIDE:
+        print_comparison({"first": found["contenders"][0]["name"], **found}, console)
+        return
+    head(console, found["title"])
+    print_found(found, folder, console)
+
+
+def tell_inference(found: Row, folder: Path, console: Console) -> None:
+    """Print the main tables of an inference."""
+    from tuner.cli.inference import cells_table, unknowns_table
+
+    head(console, found["title"])
+    for table in (cells_table(found), unknowns_table(found)):
+        table.columns[0].overflow = "fold"
+        console.print(table)
+    for text in found["words"]:
+        say(console, f"- {text}")
+    say(console, f"{found['flights']:,} flights. Study with these values: {folder / 'inferred.toml'}")
+
+
+def tell_compared(found: Row, folder: Path, console: Console) -> None:
+    """Print a comparison."""
+    print_comparison(found, console)
+    say(console, f"Report: {folder / 'report.html'}")
+
+
+def tell_unfinished(story: Row, console: Console) -> None:
+    """Print how far a run came and how it goes on."""
+    head(console, story["title"])
+    if "generations_done" in story:
+        say(console, f"Not finished: {story['generations_done']} of {story['generations'] or 'its'} generations, "
+                     f"{story['flights']:,} flights in {story['seconds']:.0f} s.")  # fmt: skip
+        if story["generations_done"]:
+            say(console, f"Feasible {100.0 * story['feasible_share']:.0f} %, hypervolume {story['hypervolume']:.4f}.")
+    else:
+        for key, said in (("contenders_finished", "Tuned"), ("contenders_begun", "Begun")):
+            say(console, f"{said}: {', '.join(story[key]) or 'none'}")
+    section(console, "If no process is at it any more, go on with it", story["commands"])
+
+
+def tell_tuning(story: Row, results: "Results", console: Console) -> None:
+    """Print everything of a finished run, in the order of the report."""
+    head(console, story["title"])
+    say(console, asked_text(story["asked"]))
+    section(console, "Found", [f"{story['recommended']['point']}: {story['recommended']['why']}."])
+    for row in story["table"]:
+        console.print(f"\n{heading(row)}", style="bold", highlight=False, markup=False)
+        console.print(block_table(default_and_tuned(row), console.width))
+    section(console, "Gains (D default, @ tuned, within the range searched)", [])
+    console.print(gains_table(story["gains"], console.width))
+    section(console, "Trade-off on held-out flights", [])
+    tell_front(story, results, console)
+    section(console, "How far to trust it", trust_texts(story))
+    for text in story["warnings"]:
+        console.print(f"Warning: {text}", style="yellow", highlight=False, markup=False)
+    for text in story["remarks"]:
+        say(console, text)
+    section(console, "What to fly", story["commands"])
+
+
+def head(console: Console, title: str) -> None:
+    """Print the title."""
+    console.print(title, style="bold", highlight=False, markup=False)
+
+
+def say(console: Console, text: str) -> None:
+    """Print a line as it is."""
+    console.print(text, highlight=False, markup=False)
+
+
+def section(console: Console, name: str, lines: list[str]) -> None:
+    """Print a heading and lines below it."""
+    console.print(f"\n{name}", style="bold underline", highlight=False, markup=False)
+    for line in lines:
+        console.print(line, highlight=False, markup=False, soft_wrap=line.startswith("tuner "))
+
+
+def asked_text(asked: Row) -> str:
+    """Return what was asked in a sentence."""
+    return (
+        f"{len(asked['searched'])} gains of {asked['laws']['attitude']} (attitude) and {asked['laws']['position']} (position) "
+        f"on {asked['airframe']}, seed {asked['seed']}; {asked['algorithm']} tried {asked['candidates']:,} candidates in "
+        f"{asked['flights']:,} flights and {asked['wall_seconds']:.0f} s. To be made small: {', '.join(asked['objectives'])}."
+    )
+
+
+def heading(row: Row) -> str:
+    """Return label, unit and limit of a row of the table."""
+    unit = "" if row["unit"] == "1" else f" [{row['unit']}]"
+    limit = "" if row["limit"] is None else f", at {row.get('sense') or 'most'} {row['limit']:g}"
+    return f"{row['label']}{unit}{limit}"
+
+
+def default_and_tuned(row: Row) -> list[list[str]]:
+    """Return default and tuned as rows: name, value, difference, verdict."""
+    difference = estimate(row["difference"])
+    sign = "+" if (row["difference"]["value"] or 0.0) > 0.0 else ""
+    return [
+        ["default", estimate(row["default"]), "", ""],
+        ["tuned", estimate(row["tuned"]), f"{sign}{difference}", row["verdict"]],
+    ]
+
+
+def gains_table(gains: list[Row], width: int) -> Table:
+    """Return the searched gains with units and their place in the range."""
+    from tuner.show.scatter import place_bar
+
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    table.add_column("gain", no_wrap=True)
+    for name in ("default", "tuned"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("unit", overflow="fold")
+    # The bar is longer than the ends of the range where there is room, else it goes.
+    wide = width >= 72
+    table.add_column("range", no_wrap=True)
+    for row in gains:
+        ends = f"{row['low']:g} {place_bar(row['place'], row['default_place'], BAR)} {row['high']:g}" if wide else (
+            place_bar(row["place"], row["default_place"], BAR // 2))  # fmt: skip
+        unit = "" if row["unit"] == "1" else row["unit"]
+        table.add_row(Text(row["name"]), f"{row['default']:.4g}", f"{row['tuned']:.4g}", Text(unit), ends)
+    return table
+
+
+def tell_front(story: Row, results: "Results", console: Console) -> None:
+    """Print a plot of two objectives, a table of the points for any other number."""
+    if len(results.objectives) == 2:
+        from tuner.show.front_plot import front_lines
+
+        for line in front_lines(results, min(console.width, PLOT_WIDTH), PLOT_HEIGHT):
+            console.print(line, highlight=False, markup=False, no_wrap=True, overflow="crop")
+        return
+    console.print(front_table(story["front"], [entry.label for entry in results.objectives]))
+
+
+def front_table(rows: list[Row], labels: list[str]) -> Table:
+    """Return default, recommended and further points of the front, evenly among them, a row each."""
+    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    for name in ("", *labels):
+        table.add_column(Text(name), justify="left" if not name else "right", overflow="fold")
+    named = [row for row in rows if row["role"]]
+    others = [row for row in rows if not row["role"]]
+    step = -(-len(others) // MOST_POINTS) or 1
+    for row in [*named, *others[::step]]:
+        name = row["role"] if row["role"] == "default" else f"{row['point']} {row['role']}".rstrip()
+        values = [row["values"][label] for label in labels]
+        table.add_row(Text(name), *[digits(v["value"], v["high"] - v["low"] or v["value"]) for v in values])
+    return table
+
+
+def trust_texts(story: Row) -> list[str]:
+    """Return what the numbers rest on and how optimistic the search was."""
+    trust = story["trust"]
+    said = [
+        f"Default and tuned flew {story['confirmation_flights']:,} confirmation flights each, which decided nothing; "
+        "[..]: 95 % intervals, differences paired flight by flight."
+    ]
+    picked = trust["picked_on"]
+    for row in picked["objectives"] if picked else []:
+        gap, held = row["gap"], row["held_out"]
+        width = held["high"] - held["low"] or held["value"]
+        unit = "" if row["unit"] == "1" else f" {row['unit']}"
+        told = "the search was optimistic" if gap["low"] > 0.0 else "no optimism of the search to be told"
+        said.append(
+            f"{row['label']}: {digits(row['search'], width)}{unit} in the search, {digits(held['value'], width)}{unit} held "
+            f"out, gap {digits(gap['value'], width)} [{digits(gap['low'], width)}, {digits(gap['high'], width)}]: {told}."
+        )
+    if picked:
+        said.append(
+            f"It is on the front in {100.0 * picked['probability']:.0f} % of the resamples of the held-out flights."
+        )
+    said.append(
+        f"{trust['generations']} generations, {100.0 * trust['feasible_share']:.0f} % of the last one feasible; front of "
+        f"{trust['front_size']} points, hypervolume {trust['hypervolume']:.4f}."
+    )
+    return said

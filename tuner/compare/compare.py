@@ -1,0 +1,95 @@
+"""A comparison from beginning to end: fly every entrant and every front through the same scenarios and judge them in pairs."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from tuner.compare.entrants import Entrant
+from tuner.compare.fronts import MOST_POINTS, entries_of, front_of, thinned
+from tuner.compare.shared import COMPARE, contest_of, same_objectives, sources, what_differs
+from tuner.contest.contest import Contest
+from tuner.contest.document import contest_document
+from tuner.contest.flying import Entry, Flown, comparison_problem, fly_all
+from tuner.contest.result import Result, judge_contest
+from tuner.contest.tuning import Prepared
+from tuner.study.study import Study
+
+
+@dataclass(frozen=True)
+class Prospect:
+    """What will be flown. entries: of the entrants, in order; fronts: of each entrant's front, none where it has none here."""
+
+    contest: Contest
+    entrants: list[Entrant]
+    entries: list[Entry]
+    fronts: list[list[Entry]]
+    warnings: list[str]
+
+    @property
+    def flights(self) -> int:
+        """Number of flights."""
+        each = sum(entry.held_out for entry in self.contest.scenarios)
+        return each * (len(self.entries) + sum(len(front) for front in self.fronts))
+
+
+def prospect(entrants: list[Entrant], base: Study) -> Prospect:
+    """Check entrants against the scenarios of a study and say what will be flown."""
+    contest = contest_of(entrants, base)
+    warnings = what_differs(entrants, base)
+    entries, fronts = [], []
+    for entrant, contender in zip(entrants, contest.contenders, strict=True):
+        row = np.array(entrant.controller.gains)
+        entry = Entry(contender, entrant.point, row, comparison_problem(contest, contender))
+        entries.append(entry)
+        shown = thinned(entrant, np.arange(len(entrant.points))) if same_objectives(entrant, base) else None
+        if shown is not None and len(shown.points) < len(entrant.points):
+            warnings.append(f"Of the {len(entrant.points)} points of {entrant.name} {len(shown.points)} were flown.")
+        fronts.append([] if shown is None else entries_of(shown, entry))
+    return Prospect(contest, entrants, entries, fronts, warnings)
+
+
+def fly_comparison(asked: Prospect, threads: int | None, landed: Callable[[int], None]) -> Result:
+    """Fly everything and work out all that follows; the result does not depend on the number of threads."""
+    begin = perf_counter()
+    everyone = [*asked.entries, *(entry for front in asked.fronts for entry in front)]
+    flown = fly_all(asked.contest, everyone, threads, landed)
+    count, first = len(asked.entries), len(asked.entries)
+    prepared = []
+    overlaid = any(asked.fronts)
+    for k, (entrant, front) in enumerate(zip(asked.entrants, asked.fronts, strict=True)):
+        own = slice(first, first + len(front))
+        first += len(front)
+        # Who has no front of its own in these objectives is one point among the fronts of the others.
+        rows, shown = (own, front) if front else (slice(k, k + 1), [asked.entries[k]])
+        judged = front_of(asked.contest, shown, part(flown, rows)) if overlaid else None
+        why = "recommended by its run" if entrant.study is not None else "its gains are given"
+        prepared.append(
+            Prepared(
+                asked.contest.contenders[k], entrant.point, asked.entries[k].row, why, judged, None,
+                len(front) * flown.scores.shape[-1], [],
+            )
+        )  # fmt: skip
+    return judge_contest(asked.contest, prepared, asked.entries, part(flown, slice(0, count)), perf_counter() - begin)
+
+
+def part(flown: Flown, rows: slice) -> Flown:
+    """Return the flights of some entries."""
+    return Flown(flown.scores[rows], flown.failed[rows], flown.origin)
+
+
+def comparison_document(asked: Prospect, result: Result) -> dict[str, Any]:
+    """Return the content of comparison.json: that of a contest.json, and where every contender came from."""
+    document = contest_document(result, asked.warnings)
+    for row, (source, kind) in zip(document["contenders"], sources(asked.entrants), strict=True):
+        row |= {"source": str(source), "kind": kind, "budget": None}
+    return {
+        "kind": "comparison",
+        "first": result.names[0],
+        "study_file": str(asked.contest.path),
+        "stream": COMPARE,
+        "front_points_at_most": MOST_POINTS,
+        **document,
+    }

@@ -1,0 +1,52 @@
+"""The folder of a comparison: numbers, tables, figures and one offline page; the form is that of a contest's folder."""
+
+from pathlib import Path
+from typing import Any
+
+from plant.errors import StoreError
+from plant.flights import available_threads
+from tuner.contest.records import response_tables, wind_table
+from tuner.contest.result import Result
+from tuner.contest.tables import fronts_table, listed_table, scores_table
+from tuner.store.environment import environment
+from tuner.store.folder import Folder
+from tuner.watcher import Watcher
+
+DOCUMENT = "comparison.json"
+
+
+def check_free(out: Path) -> None:
+    """Refuse a folder that exists, before anything flies."""
+    if out.exists():
+        raise StoreError(
+            f"{out} exists already and nothing in it was touched; choose another folder with --out, or remove it"
+        )
+
+
+def write_comparison(
+    out: Path, result: Result, document: dict[str, Any], threads: int | None, watcher: Watcher
+) -> None:
+    """Write everything that a comparison found into a folder that does not exist yet."""
+    from tuner.compare.values_figure import write_values_figure
+    from tuner.report.contest import write_contest_figures, write_contest_report
+
+    check_free(out)
+    folder = Folder.create(out, inside="figures")
+    folder.write_text("study.toml", result.contest.path.read_text(encoding="utf-8"))
+    folder.write_json("environment.json", environment(threads or available_threads()))
+    folder.write_table("scores.parquet", scores_table(result))
+    folder.write_table("differences.csv", listed_table(document["differences"]))
+    if result.fronts:
+        folder.write_table("fronts.csv", fronts_table(result))
+    watcher.writing("responses")
+    fans, traces = response_tables(result)
+    folder.write_table("responses.parquet", fans)
+    folder.write_table("traces.parquet", traces)
+    folder.write_table("wind.parquet", wind_table(result))
+    folder.write_json(DOCUMENT, document)
+    watcher.writing("figures")
+    write_contest_figures(out)
+    write_values_figure(out)
+    watcher.writing("report")
+    write_contest_report(out)
+    folder.close()

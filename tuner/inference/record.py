@@ -1,0 +1,62 @@
+"""Every setting that an inference flew, so that a resumed one flies none twice.
+
+flights/STREAM-NNNN-DIGEST.parquet: a row for each setting with its values as `unknown:NAME`, and its scores and failures, (cells,
+flights) laid flat. The name holds the digest of the file's bytes; a file that does not fit it is set aside and flown again.
+"""
+
+import io
+from typing import Any
+
+import numpy as np
+
+from tuner.store.flights import FOLDER, digest_of
+from tuner.store.folder import Folder
+
+Array = np.ndarray
+
+
+class Settings:
+    """Recalls scores and failures of settings, and writes those it is given. names: of the unknowns; cells: how many.
+
+    damaged: names of files that were set aside.
+    """
+
+    def __init__(self, folder: Folder, names: tuple[str, ...], cells: int) -> None:
+        self._folder, self._names, self._cells = folder, names, cells
+        self._known: dict[tuple[str, int, bytes], tuple[Array, Array]] = {}
+        self._written = 0
+        self.damaged: list[str] = []
+        for file in sorted((folder.path / FOLDER).glob("*.parquet")):
+            content = file.read_bytes()
+            if file.stem.endswith(digest_of(content)):
+                self._read(file.stem.rsplit("-", 2)[0], content)
+            else:
+                self.damaged.append(str(file))
+                file.replace(file.with_suffix(".damaged"))
+
+    def recall(self, stream: str, count: int, values: Array) -> tuple[Array, Array] | None:
+        """Return scores and failed (cells, count) of a setting's values (unknowns,), or None where they are not known."""
+        return self._known.get((stream, count, values.tobytes()))
+
+    def keep(self, stream: str, values: Array, scores: Array, failed: Array) -> None:
+        """Write settings (n, unknowns) with scores and failed (n, cells, flights)."""
+        import pyarrow as pa
+        import pyarrow.parquet as pq
+
+        table: dict[str, Any] = {f"unknown:{name}": values[:, i] for i, name in enumerate(self._names)}
+        table |= {"scores": list(scores.reshape(len(values), -1)), "failed": list(failed.reshape(len(values), -1))}
+        sink = io.BytesIO()
+        pq.write_table(pa.table(table), sink, compression="zstd")
+        content = sink.getvalue()
+        self._folder.write_bytes(f"{FOLDER}/{stream}-{self._written:04d}-{digest_of(content)}.parquet", content)
+        self._written += 1
+
+    def _read(self, stream: str, content: bytes) -> None:
+        import pyarrow.parquet as pq
+
+        table = pq.read_table(io.BytesIO(content))
+        values = np.stack([table[f"unknown:{name}"].to_numpy() for name in self._names], axis=1)
+        scores, failed = (np.stack(table[name].to_numpy()) for name in ("scores", "failed"))
+        for row, score, lost in zip(values, scores, failed, strict=True):
+            shape = (self._cells, len(score) // self._cells)
+            self._known[stream, shape[1], row.tobytes()] = (score.reshape(shape), lost.reshape(shape).astype(bool))
