@@ -16,30 +16,6 @@ from tuner.report.numbers import compact
 
 Trace = dict[str, Any]
 
-# Symbol and colour of what is shown, the same in every figure, legend and table.
-SYMBOLS = {
-    "default": "square-open",
-    "tuned": "diamond",
-    "other": "triangle-up",
-    "front": "circle",
-    "finalist": "circle-open",
-    "searched": "circle",
-    "infeasible": "x-thin-open",
-}
-COLOURS = {
-    "default": "@default",
-    "tuned": "@tuned",
-    "other": "@other",
-    "front": "@front",
-    "finalist": "@front/0.75",
-    "searched": "@faint/0.5",
-    "infeasible": "@faint/0.6",
-}
-DASHES = {"default": "6px,3px", "tuned": "solid", "other": "solid"}
-# In three dimensions plotly has fewer symbols and blends what is transparent with black.
-SPACE_SYMBOLS = {**SYMBOLS, "other": "diamond-open", "infeasible": "x"}
-SPACE_COLOURS = {kind: colour.split("/")[0] for kind, colour in COLOURS.items()}
-
 
 class Panel(NamedTuple):
     """Where a figure goes: the id of its element, its form (a class of page.css) and its heading."""
@@ -70,14 +46,6 @@ class Charts:
 def listed(values: np.ndarray) -> list[float | None]:
     """Return an array (n,) for a trace: five significant digits, None where it is not finite."""
     return [compact(value) for value in values.tolist()]
-
-
-def marker(kind: str, size: float, space: bool = False) -> dict[str, Any]:
-    """Return the marker of a kind of point; space: for a figure in three dimensions."""
-    symbol = (SPACE_SYMBOLS if space else SYMBOLS)[kind]
-    colour = (SPACE_COLOURS if space else COLOURS)[kind]
-    line = {"width": 0 if symbol in ("circle", "diamond") else 1.5, "color": colour}
-    return {"symbol": symbol, "size": size, "color": colour, "line": line}
 
 
 def axis(title: str, **more: Any) -> dict[str, Any]:

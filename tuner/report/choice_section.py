@@ -1,4 +1,4 @@
-"""What the recommended point was chosen by: its values in the search and held out, how far they are apart, what limits cost."""
+"""What the recommended point was chosen by: its values in the search and held out, how far they are apart."""
 
 from typing import Any
 
@@ -21,10 +21,8 @@ def choice_section(results: Results) -> Markup:
         "resamples."
     )
     rows = [_row(entry) for entry in picked["objectives"]]
-    remarks = [element("li", text) for text in results.summary.get("remarks", [])]
-    notes = element("ul", *remarks, class_="notes") if remarks else Markup()
     about = element("p", share, class_="aid")
-    return join((element("h3", "How it was chosen"), about, table(HEAD, rows, class_="stacked"), notes))
+    return join((element("h3", "How it was chosen"), about, table(HEAD, rows, class_="stacked")))
 
 
 def _row(entry: dict[str, Any]) -> list[Markup]:

@@ -125,14 +125,15 @@ class Columns:
         return np.array([cell == "true" for cell in cells])
 
 
-def read_table(file: Path, columns: list[str]) -> pa.Table:
-    """Return these columns of a Parquet file."""
+def read_table(file: Path, columns: list[str], optional: list[str] | None = None) -> pa.Table:
+    """Return these columns of a Parquet file, and of the optional ones all or none."""
     try:
         found = pq.ParquetFile(file)
         missing = [name for name in columns if name not in found.schema_arrow.names]
         if missing:
             raise refuse(file, f"the column '{missing[0]}' is missing")
-        return found.read(columns)
+        more = optional if optional and set(optional) <= set(found.schema_arrow.names) else []
+        return found.read(columns + more)
     except FileNotFoundError:
         raise refuse(file, "there is no such file") from None
     except (OSError, pa.ArrowException) as error:

@@ -4,7 +4,6 @@ Search candidates, and finalists that failed when held out, may lie decades away
 completed one), so they do not count.
 """
 
-from math import log
 from typing import NamedTuple
 
 import numpy as np
@@ -37,10 +36,3 @@ def shown_range(front: Front, objective: int) -> Range:
         return Range(low / stretch, high * stretch, True)
     margin = PADDING * (high - low) or 0.1 * abs(high) or 1.0
     return Range(low - margin, high + margin, False)
-
-
-def place(shown: Range, value: float) -> float:
-    """Return where on an axis a value lies: 0 at its low end, 1 at its high end."""
-    if not shown.log:
-        return (value - shown.low) / (shown.high - shown.low)
-    return log(value / shown.low) / log(shown.high / shown.low) if value > 0.0 else 0.0

@@ -1,7 +1,5 @@
 """The tuned gains: a table with their place in the search range, and the same numbers to copy."""
 
-import json
-
 from tuner.report.drawings import position, share
 from tuner.report.markup import Markup, element, join, table
 from tuner.report.numbers import MISSING, significant
@@ -32,11 +30,6 @@ def symbol(text: str) -> Markup:
 def study_lines(results: Results) -> str:
     """Return the tuned gains as lines for the [gains] table of a study file."""
     return "\n".join(["[gains]", *[f'"{entry.name}" = {entry.tuned!r}' for entry in results.variables]])
-
-
-def all_gains(results: Results) -> str:
-    """Return gains.json."""
-    return json.dumps(results.gains, indent=2, ensure_ascii=False)
 
 
 def _row(variable: Variable) -> list[str]:

@@ -8,6 +8,7 @@ import pyarrow as pa
 
 from plant.errors import StoreError
 from tuner.report.files import Columns, Node, numbers, read_table, read_text, refuse
+from tuner.report.loading_finalists import addresses_of, design_start, read_limited, read_loops, read_sensitivity
 from tuner.report.results import Candidates, Estimate, Fan, Front, History, Quantity, Required, Results, Variable
 from tuner.report.units import in_degrees
 
@@ -15,6 +16,21 @@ KINDS = ("objective", "constraint", "requirement")
 SENSES = ("most", "least")
 FAN_KEYS = ["point", "scenario", "signal", "unit"]
 FAN_NUMBERS = ["time", "reference", "low", "median", "high"]
+# Columns of fans, of the history and of the front that folders of earlier versions lack.
+WORST = ["worst", "worst_flight"]
+SAVED = ("flights_saved", "flights_raced")
+JUDGED = (
+    "search",
+    "held_out",
+    "low",
+    "high",
+    "gap",
+    "gap_low",
+    "gap_high",
+    "difference",
+    "difference_low",
+    "difference_high",
+)
 
 
 def load(folder: Path) -> Results:
@@ -31,7 +47,8 @@ def load(folder: Path) -> Results:
     if not objectives:
         raise refuse(summary.file, "'table' holds no objective")
     variables = [_variable(row) for row in summary["variables"].entries()]
-    front = _front(folder / "front.csv", objectives, variables)
+    front = _front(folder / "front.csv", objectives, variables, requirements)
+    fans = _fans(folder / "responses.parquet")
     return Results(
         folder=folder,
         summary=summary.value,
@@ -45,7 +62,13 @@ def load(folder: Path) -> Results:
         front=front,
         candidates=_candidates(folder / "generations", objectives, variables),
         history=_history(folder / "history.csv"),
-        fans=_fans(folder / "responses.parquet"),
+        fans=fans,
+        gains_text=read_text(gains.file),
+        addresses=addresses_of(resolved.value, [variable.name for variable in variables], gains.value["gains"]),
+        limited=read_limited(folder / "constraints.csv"),
+        loops=read_loops(folder / "margins.parquet"),
+        start=design_start(folder, resolved.value),
+        sensitivity=read_sensitivity(folder / "sensitivity.json"),
     )
 
 
@@ -104,6 +127,7 @@ def _required(row: Node) -> Required:
         label=row["label"].text(),
         quantity=row["quantity"].text(),
         unit=unit,
+        factor=factor,
         limit=row["limit"].number() * factor,
         sense=_one_of(row, "sense", SENSES),
         default=_estimate(row["default"], factor),
@@ -133,13 +157,22 @@ def _variable(row: Node) -> Variable:
     )
 
 
-def _front(file: Path, objectives: list[Quantity], variables: list[Variable]) -> Front:
+def _front(
+    file: Path, objectives: list[Quantity], variables: list[Variable], requirements: list[Required]
+) -> Front:  # fmt: skip
     table = Columns.read(file)
     factors = np.array([objective.factor for objective in objectives])
+    stored = {
+        prefix: np.stack([table.numbers(f"{prefix}:{entry.label}") for entry in objectives], axis=1)
+        for prefix in JUDGED
+        if prefix in JUDGED[:4] or f"{prefix}:{objectives[0].label}" in table.columns
+    }
 
     def values(prefix: str) -> np.ndarray:
-        return np.stack([table.numbers(f"{prefix}:{entry.label}") for entry in objectives], axis=1) * factors
+        return stored[prefix] * factors
 
+    known = [table.numbers(name) if (name := f"requirement:{entry.label}") in table.columns else np.full(rows, np.nan)
+             for entry in requirements for rows in [len(table.text("point"))]]  # fmt: skip
     gains = [table.numbers(f"gain:{variable.name}") for variable in variables]
     return Front(
         points=table.text("point"),
@@ -152,6 +185,8 @@ def _front(file: Path, objectives: list[Quantity], variables: list[Variable]) ->
         held_out=values("held_out"),
         low=values("low"),
         high=values("high"),
+        stored=stored,
+        requirements=np.stack(known, axis=1) if known else np.empty((len(table.text("point")), 0)),
         probability=table.numbers("probability") if "probability" in table.columns else None,
     )
 
@@ -173,14 +208,15 @@ def _candidates(folder: Path, objectives: list[Quantity], variables: list[Variab
 def _history(file: Path) -> History:
     table = Columns.read(file)
     names = ("generation", "flights", "seconds", "feasible_share", "hypervolume")
-    return History(*[table.numbers(name) for name in names])
+    saved = {name: table.numbers(name) for name in SAVED if name in table.columns}
+    return History(*[table.numbers(name) for name in names], **saved)
 
 
 def _fans(file: Path) -> list[Fan]:
     """Return the fans of every point, scenario and signal, none where the file is missing."""
     if not file.exists():
         return []
-    table = read_table(file, FAN_KEYS + FAN_NUMBERS)
+    table = read_table(file, FAN_KEYS + FAN_NUMBERS, WORST)
     if table.num_rows == 0:
         return []
     encoded = [codes_of(table.column(key), file) for key in FAN_KEYS]
@@ -188,13 +224,15 @@ def _fans(file: Path) -> list[Fan]:
     group = np.ravel_multi_index([codes for codes, _ in encoded], [len(names) for _, names in encoded])
     order = np.argsort(group, kind="stable")
     starts = np.flatnonzero(np.diff(group[order], prepend=-1))
-    values = numbers(table, FAN_NUMBERS, file)
+    wanted = FAN_NUMBERS + [name for name in WORST if name in table.column_names]
+    values = numbers(table, wanted, file)
     fans = []
     for rows in np.split(order, starts[1:]):
         point, scenario, signal, unit = (names[int(codes[rows[0]])] for codes, names in encoded)
         shown, factor = in_degrees(unit)
         time, *series = values[rows].T
-        fans.append(Fan(point, scenario, signal, shown, time, *[entry * factor for entry in series]))
+        flight = int(series.pop()[0]) if len(wanted) > len(FAN_NUMBERS) else None
+        fans.append(Fan(point, scenario, signal, shown, time, *[entry * factor for entry in series], flight=flight))
     return fans
 
 

@@ -4,15 +4,16 @@ Every row ends in a verdict.
 """
 
 import re
+from collections.abc import Sequence
 
 from tuner.report.drawings import intervals
 from tuner.report.markup import Markup, cells, coded, element, join
 from tuner.report.numbers import MISSING, estimate, fixed, significant
 from tuner.report.prose import limit_text
 from tuner.report.results import Estimate, Quantity, Required, Results
-from tuner.report.units import marked_up, plain
+from tuner.report.units import marked_up
 
-HEAD = ["Quantity", "Unit", "Default", "Tuned", "Tuned − default", "From zero", "Verdict"]
+HEAD = ["Quantity", "Unit", "Limit", "Default", "Tuned", "Tuned − default", "From zero", "Verdict"]
 _LEVEL = re.compile(r"[a-z_]+(\d+(?:\.\d+)?)\(")
 _SHARE = re.compile(r"(?:the )?share (1 - )?`level`")
 # A sign beside the word, for the quick eye; nothing is said by colour alone.
@@ -36,20 +37,24 @@ def metric_anchor(quantity: Quantity) -> str:
     return "metric-" + "".join(letter if letter.isalnum() else "-" for letter in quantity.metric)
 
 
-def _group(title: str, rows: list[list[Markup]]) -> Markup:
+def _group(title: str, rows: Sequence[Sequence[str]]) -> Markup:
     head = element("tr", element("th", title, scope="rowgroup", colspan=len(HEAD)), class_="group")
     return element("tbody", head, *[element("tr", join(cells(HEAD, row))) for row in rows])
 
 
-def _row(quantity: Quantity) -> list[Markup]:
-    link = element("a", element("code", quantity.label), href=f"#{metric_anchor(quantity)}")
+def _row(quantity: Quantity) -> list[str]:
+    link = element(
+        "a",
+        element("code", quantity.label),
+        href=f"#{metric_anchor(quantity)}",
+        data_tip=quantity.definition.replace("`", ""),
+    )
     where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
     about = join((coded(risk_text(quantity)), ", ", where))
-    if quantity.limit is not None:
-        about = join((limit_text(quantity.limit, plain(quantity.unit)), "; ", about))
     return [
         join((link, element("small", about))),
         marked_up(quantity.unit or MISSING),
+        MISSING if quantity.limit is None else limit_text(quantity.limit, ""),
         _numbers(quantity.default),
         _numbers(quantity.tuned),
         _numbers(quantity.difference, signed=True, remark=_relative(quantity)),
@@ -58,11 +63,11 @@ def _row(quantity: Quantity) -> list[Markup]:
     ]
 
 
-def _known_row(required: Required) -> list[Markup]:
-    about = f"{limit_text(required.limit, plain(required.unit), required.sense)}; {required.quantity}"
+def _known_row(required: Required) -> list[str]:
     return [
-        join((element("code", required.label), element("small", about))),
+        join((element("code", required.label), element("small", required.quantity))),
         marked_up(required.unit or MISSING),
+        limit_text(required.limit, "", required.sense),
         _number(required.default.value),
         _number(required.tuned.value),
         _number(required.difference.value, signed=True),

@@ -4,36 +4,31 @@ import json
 from importlib.resources import files
 from pathlib import Path
 from string import Template
+from typing import Any
 
 from plotly.offline import get_plotlyjs
 
 from plant.errors import StoreError
 from tuner.report.chart import Charts, Panel
 from tuner.report.choice_section import choice_section
-from tuner.report.controls import layer_switches, response_choices
-from tuner.report.front_charts import add_front
-from tuner.report.gains_section import all_gains, gains_table, study_lines
+from tuner.report.explorer_data import explorer_data
+from tuner.report.explorer_section import explorer_section
+from tuner.report.gains_section import gains_table, study_lines
 from tuner.report.loading import load
 from tuner.report.markup import Markup, described, element, join, safe
 from tuner.report.outcome_table import outcome_table
-from tuner.report.progress_charts import add_progress
+from tuner.report.point_section import point_section
 from tuner.report.prose import key_figures, paragraph
 from tuner.report.provenance import air_table, definitions, resolved_text, run_facts
-from tuner.report.response_charts import add_responses
 from tuner.report.results import Results
+from tuner.report.trust_section import trust_section
 
 AIDS = {
     "outcome": "Values on scenarios that had no part in the choice, with 95 % intervals; angles in degrees. In the "
     "drawing the open square is the default, the filled diamond is tuned, a dashed line is a limit; every row has a scale of "
     "its own from zero.",
-    "gains": "Open square: default; filled diamond: tuned. Gains are in the units of the study file, angles in rad.",
-    "front": "Down and to the left is better. Point at a mark for its gains, drag to zoom, double-click to zoom out.",
-    "lines": "One line a point; below 1 is better than the default in that objective.",
-    "ranking": "Best on top; to the left is better. Point at a mark for its gains.",
-    "responses": "Line: median over flights; band: 5 to 95 % of them; fine dashes: reference, for roll and pitch the "
-    "mean of what the position loop asks for. Zooming one figure in time zooms all.",
-    "progress": "Hypervolume is the share of the box between zero and 1.1 times the default's values that the front "
-    "dominates: once it is level, more generations find little.",
+    "gains": "The recommended point. Open square: default; filled diamond: tuned. Gains are in the units of the study file, "
+    "angles in rad; gains.json holds them with units, structure and origin, and tuner fly takes it.",
 }
 
 
@@ -56,18 +51,16 @@ def write_aside(file: Path, content: str) -> Path:
 
 def page(results: Results) -> str:
     """Return the page of a results folder."""
-    charts = Charts()
     sections = {
         "outcome": ("Default against tuned", _outcome(results)),
-        "gains": ("Tuned gains", _gains(results)),
-        "front": ("Trade-off", _front(results, charts)),
-        "responses": ("Responses", _responses(results, charts)),
-        "progress": ("Search", _progress(results, charts)),
+        "gains": ("What to fly", _gains(results)),
+        "front": ("Trade-off", explorer_section(results)),
+        "point": ("The point picked", point_section(results)),
+        "trust": ("Can it be trusted", trust_section(results)),
         "provenance": ("Provenance", _provenance(results)),
     }
     title = results.summary["title"]
-    return Template(asset("page.html")).substitute(
-        kind="tuning report",
+    return Template(asset("tuning.html")).substitute(
         title=safe(title),
         description=element("p", results.resolved["description"]) if results.resolved.get("description") else "",
         paragraph=paragraph(results),
@@ -75,11 +68,17 @@ def page(results: Results) -> str:
         warnings=warnings_aside(results.summary["warnings"]),
         navigation=join(element("li", element("a", name, href=f"#{key}")) for key, (name, _) in sections.items()),
         sections=join(page_section(key, name, content) for key, (name, content) in sections.items()),
-        data=embedded(charts),
-        style=asset("page.css"),
-        script=asset("page.js"),
+        data=in_script(explorer_data(results)),
+        style="\n".join((asset("page.css"), asset("explorer.css"))),
+        script=scripts(),
         plotly=get_plotlyjs(),
     )
+
+
+def scripts() -> str:
+    """Return the scripts of the page one after the other, in the order of their names."""
+    found = files("tuner.report").joinpath("js").iterdir()
+    return "\n".join(entry.read_text(encoding="utf-8") for entry in sorted(found, key=lambda entry: entry.name))
 
 
 def asset(name: str) -> str:
@@ -89,7 +88,11 @@ def asset(name: str) -> str:
 
 def embedded(charts: Charts) -> str:
     """Return the figures as JSON that can stand inside a script element: no "<", so nothing can close it."""
-    content = {"charts": charts.charts, "shared": charts.shared}
+    return in_script({"charts": charts.charts, "shared": charts.shared})
+
+
+def in_script(content: dict[str, Any]) -> str:
+    """Return JSON that can stand inside a script element: no "<", so nothing can close it."""
     return json.dumps(content, allow_nan=False, separators=(",", ":")).replace("<", "\\u003c")
 
 
@@ -103,7 +106,9 @@ def warnings_aside(warnings: list[str]) -> Markup:
     if not warnings:
         return Markup()
     listed = element("ul", *[element("li", warning) for warning in warnings])
-    return element("aside", element("strong", "Mind this"), listed, class_="warnings", aria_label="Warnings")
+    return element(
+        "aside", element("strong", "Mind this"), listed, class_="warnings", id="warnings", aria_label="Warnings"
+    )
 
 
 def _outcome(results: Results) -> Markup:
@@ -113,7 +118,7 @@ def _outcome(results: Results) -> Markup:
 def _gains(results: Results) -> Markup:
     texts = (
         ("For the study file", "copy-study", study_lines(results), True),
-        ("All gains of the controller (gains.json)", "copy-all", all_gains(results), False),
+        ("All gains of the controller (gains.json)", "copy-all", results.gains_text, False),
     )
     copies = [
         element(
@@ -125,28 +130,12 @@ def _gains(results: Results) -> Markup:
         )
         for name, key, text, opened in texts
     ]
-    return join((_aid("gains"), element("div", gains_table(results), class_="wide"), *copies))
-
-
-def _front(results: Results, charts: Charts) -> Markup:
-    panels = add_front(results, charts)
-    count = len(results.objectives)
-    aid = _aid("ranking") if count == 1 else _aid("front")
-    lines = _aid("lines") if count > 3 else Markup()
-    return join((aid, lines, layer_switches(charts), grid(panels, f"front-grid objectives-{min(count, 4)}")))
-
-
-def _responses(results: Results, charts: Charts) -> Markup:
-    panels = add_responses(results, charts)
-    if not panels:
-        text = "This folder holds no recorded responses (responses.parquet is missing or empty)."
-        return element("p", text, class_="note")
-    grids = [grid([entry for entry in panels if entry.form == form], f"{form}-grid") for form in ("axis", "rotor")]
-    return join((_aid("responses"), response_choices(results), *grids))
-
-
-def _progress(results: Results, charts: Charts) -> Markup:
-    return join((_aid("progress"), grid(add_progress(results, charts), "progress-grid")))
+    actions = (
+        element("button", "Save gains.json", type="button", id="save-tuned"),
+        element("button", "Copy gains.json", type="button", id="copy-tuned"),
+    )
+    table = element("div", gains_table(results), class_="wide")
+    return join((_aid("gains"), table, element("div", *actions, class_="actions"), *copies))
 
 
 def _provenance(results: Results) -> Markup:

@@ -1,6 +1,7 @@
 """Where the numbers come from: study, seed, versions, machine, the air that was flown, and what the words mean."""
 
 import json
+import shlex
 
 from tuner.report.markup import Markup, coded, described, element, join, table
 from tuner.report.numbers import MISSING, count, duration, significant
@@ -61,6 +62,7 @@ def run_facts(results: Results) -> Markup:
         ("Pick rule", results.summary["pick"]["rule"]),
         ("Flights", f"{count(results.summary['flights'])} in {duration(results.summary['wall_seconds'])}"),
         ("Command", element("code", str(environment.get("command", MISSING)))),
+        ("To reproduce it", _reproduced(results)),
         ("Started", str(environment.get("started", MISSING))),
         ("Machine", _machine(environment)),
         ("Versions", versions),
@@ -117,6 +119,15 @@ def _machine(environment: dict[str, object]) -> str:
     if environment.get("threads"):
         names.insert(1, f"{environment['threads']} threads")
     return ", ".join(names) or MISSING
+
+
+def _reproduced(results: Results) -> Markup:
+    """Return the commands that check this folder and that fly it once more."""
+    name = shlex.quote(results.folder.name or ".")
+    again, check = f"tuner run {name}/study.toml --out again", f"tuner verify {name}"
+    return join(
+        (element("code", again), ", or ", element("code", check), "; any number of threads gives the same bits")
+    )
 
 
 def _with_unit(value: object, unit: str) -> str:

@@ -64,8 +64,8 @@ def fans_of(responses: "Responses", scenario: str) -> list[Fan]:
     fans = []
     for i, (signal, unit) in enumerate(zip(SIGNALS, UNITS, strict=True)):
         shown, factor = in_degrees(unit)
-        series = [np.asarray(part[:, i]) * factor for part in (reference, *responses.fans())]
-        fans.append(Fan(TUNED, scenario, signal, shown, responses.time, *series))
+        asked, low, median, high = (np.asarray(part[:, i]) * factor for part in (reference, *responses.fans()))
+        fans.append(Fan(TUNED, scenario, signal, shown, responses.time, asked, low, median, high))
     return fans
 
 

@@ -44,6 +44,7 @@ class Required:
     label: str
     quantity: str
     unit: str
+    factor: float
     limit: float
     sense: str
     default: Estimate
@@ -72,7 +73,9 @@ class Front:
     """The points flown on held-out scenarios.
 
     points, roles, candidates (n,); non_dominated, feasible: masks (n,); gains (n, variables); search, held_out, low,
-    high (n, objectives). probability (n,): of being non-dominated, None where the folder does not hold it.
+    high (n, objectives). probability (n,): of being non-dominated, None where the folder does not hold it. stored: by
+    the names of their columns, values (n, objectives) in the units of the file, where the folder holds them: search, held_out,
+    low, high, gap and difference with their ends. requirements (n, requirements): likewise, NaN where not known.
     """
 
     points: list[str]
@@ -85,6 +88,8 @@ class Front:
     held_out: np.ndarray
     low: np.ndarray
     high: np.ndarray
+    stored: dict[str, np.ndarray]
+    requirements: np.ndarray
     probability: np.ndarray | None = None
 
     def of(self, role: str) -> list[int]:
@@ -108,18 +113,43 @@ class Candidates:
 
 @dataclass(frozen=True)
 class History:
-    """Progress by generation, each (generations,); flights and seconds are cumulative."""
+    """Progress by generation, each (generations,); all but the shares are cumulative.
+
+    flights_saved, flights_raced: not flown because of requirements, and because a race ended early; None in older folders.
+    """
 
     generation: np.ndarray
     flights: np.ndarray
     seconds: np.ndarray
     feasible_share: np.ndarray
     hypervolume: np.ndarray
+    flights_saved: np.ndarray | None = None
+    flights_raced: np.ndarray | None = None
+
+    def series(self) -> dict[str, np.ndarray]:
+        """Return what is known, by name."""
+        return {name: values for name, values in vars(self).items() if values is not None}
+
+
+@dataclass(frozen=True)
+class Loop:
+    """One loop of a point at hover: margins as stored, None where unlimited; response (f,) at frequency (f,) [rad/s]."""
+
+    point: str
+    channel: str
+    stable: bool
+    values: dict[str, float | None]
+    case: str
+    frequency: np.ndarray
+    response: np.ndarray
 
 
 @dataclass(frozen=True)
 class Fan:
-    """One signal of a point in a scenario: time [s], reference, 5 %, 50 % and 95 % over flights, each (instants,)."""
+    """One signal of a point in a scenario: time [s], reference, 5 %, 50 % and 95 % over flights, each (instants,).
+
+    worst: the same signal in the flight in which the point did worst, number `flight` of the held-out ones; None where unknown.
+    """
 
     point: str
     scenario: str
@@ -130,11 +160,18 @@ class Fan:
     low: np.ndarray
     median: np.ndarray
     high: np.ndarray
+    worst: np.ndarray | None = None
+    flight: int | None = None
 
 
 @dataclass(frozen=True)
 class Results:
-    """A results folder. summary, resolved, environment, gains: the JSON documents; study: study.toml as given."""
+    """A results folder. summary, resolved, environment, gains: the JSON documents; study: study.toml as given.
+
+    gains_text: gains.json as it stands. addresses: gains that each variable stands for. limited: (point, constraint) -> value,
+    low, high, and difference to the default with its ends, held out and as stored. start: candidate that is the design start,
+    or None. sensitivity: a sensitivity analysis that lies in the folder, or None.
+    """
 
     folder: Path
     summary: dict[str, Any]
@@ -149,6 +186,12 @@ class Results:
     candidates: Candidates
     history: History
     fans: list[Fan]
+    gains_text: str
+    addresses: dict[str, list[str]]
+    limited: dict[tuple[str, str], np.ndarray]
+    loops: list[Loop]
+    start: int | None
+    sensitivity: dict[str, Any] | None
 
     @cached_property
     def objectives(self) -> list[Quantity]:

@@ -27,16 +27,23 @@ VARIABLES = (
 SIGNALS = (*((name, "m") for name in "xyz"), *((name, "rad") for name in ("roll", "pitch", "yaw")),
            *((f"rotor{i}", "1") for i in range(1, 5)))  # fmt: skip
 GENERATIONS, POPULATION, FINALISTS = 12, 32, 14
+CHANNELS = ("x", "y", "z", "roll", "pitch", "yaw")
+# Seconds of a made-up flight, and instants recorded of it.
+DURATION, INSTANTS = 10.0, 400
 
 
 @dataclass
 class Made:
-    """What a fabricated run knows of itself."""
+    """What a fabricated run knows of itself. best: whether any finalist keeps every limit; old: without later files."""
 
     objectives: int
     scenarios: tuple[str, ...]
     title: str
     rng: np.random.Generator
+    population: int = POPULATION
+    finalists: int = FINALISTS
+    best: bool = True
+    old: bool = False
 
     @property
     def labels(self):
@@ -50,9 +57,11 @@ class Made:
         return "p0101"
 
 
-def fabricate(folder: Path, objectives=2, scenarios=("gusts",), title="Quickstart: hold a hover", responses=True):
-    """Write a results folder and return its path."""
-    made = Made(objectives, scenarios, title, np.random.default_rng(20250509))
+def fabricate(
+    folder: Path, objectives=2, scenarios=("gusts",), title="Quickstart: hold a hover", responses=True, **more
+):
+    """Write a results folder and return its path; more: further fields of `Made`."""
+    made = Made(objectives, scenarios, title, np.random.default_rng(20250509), **more)
     (folder / "generations").mkdir(parents=True)
     (folder / "study.toml").write_text('title = "made up"\nseed = 2025\n', encoding="utf-8")
     write_search(folder, made)
@@ -61,12 +70,15 @@ def fabricate(folder: Path, objectives=2, scenarios=("gusts",), title="Quickstar
         "resolved": resolved(made),
         "environment": ENVIRONMENT,
         "summary": summary(made, front),
-        "gains": gains(front),
+        "gains": gains(made, front),
     }
     for name, content in documents.items():
-        (folder / f"{name}.json").write_text(json.dumps(content, indent=2), encoding="utf-8")
+        (folder / f"{name}.json").write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
     if responses:
         write_responses(folder, made)
+    if not made.old:
+        write_constraints(folder, made, front)
+        write_margins(folder, made)
     return folder
 
 
@@ -88,50 +100,63 @@ def values_of_gains(made, n):
 
 
 def write_search(folder, made):
-    history = ["generation,flights,seconds,feasible_share,hypervolume"]
+    saved = "" if made.old else ",flights_saved,flights_raced"
+    history = [f"generation,flights,seconds,feasible_share,hypervolume{saved}"]
     for generation in range(GENERATIONS):
-        values = trade_off(made, POPULATION, 3.0 / (1.0 + 0.5 * generation))
-        failed = made.rng.uniform(size=POPULATION) < 0.4 / (1.0 + generation)
+        values = trade_off(made, made.population, 3.0 / (1.0 + 0.5 * generation))
+        failed = made.rng.uniform(size=made.population) < (0.4 / (1.0 + generation) if made.best else 2.0)
         values[failed] *= 30.0
-        gains_rows = values_of_gains(made, POPULATION)
-        columns = {"candidate": np.arange(POPULATION) + generation * POPULATION}
+        gains_rows = values_of_gains(made, made.population)
+        columns = {"candidate": np.arange(made.population) + generation * made.population}
         columns |= {f"gain:{entry[0]}": gains_rows[:, i] for i, entry in enumerate(VARIABLES)}
         columns |= {f"objective:{label}": values[:, i] for i, label in enumerate(made.labels)}
         columns |= {"violation:mean(failure)": failed * 0.25, "failures": failed * 0.25, "feasible": ~failed}
         pq.write_table(pa.table(columns), folder / "generations" / f"{generation:04d}.parquet")
-        flights = (generation + 1) * POPULATION * 32 * len(made.scenarios)
+        flights = (generation + 1) * made.population * 32 * len(made.scenarios)
         volume = 0.55 * (1.0 - np.exp(-0.4 * (generation + 1)))
-        history.append(f"{generation},{flights},{flights / 9000:.17g},{1.0 - failed.mean():.17g},{volume:.17g}")
+        saved = "" if made.old else f",{flights // 5},{flights // 8}"
+        history.append(f"{generation},{flights},{flights / 9000:.17g},{1.0 - failed.mean():.17g},{volume:.17g}{saved}")
     (folder / "history.csv").write_text("\n".join(history) + "\n", encoding="utf-8")
 
 
 def write_front(folder, made):
     """Write front.csv and return its rows as dictionaries."""
-    search = np.concatenate([[DEFAULTS[: made.objectives]], trade_off(made, FINALISTS, 0.05)])
+    search = np.concatenate([[DEFAULTS[: made.objectives]], trade_off(made, made.finalists, 0.05)])
     held_out = search * made.rng.normal(1.04, 0.02, search.shape)
     half = held_out * made.rng.uniform(0.015, 0.05, search.shape)
     best = [not any(np.all(other < row) for other in held_out[1:]) for row in held_out]
-    gain_rows = np.concatenate([[[entry[6] for entry in VARIABLES]], values_of_gains(made, FINALISTS)])
+    gain_rows = np.concatenate([[[entry[6] for entry in VARIABLES]], values_of_gains(made, made.finalists)])
     rows = []
-    for k in range(FINALISTS + 1):
+    for k in range(made.finalists + 1):
         row = {
             "point": "default" if k == 0 else f"p{100 + k:04d}",
             "candidate": 0 if k == 0 else 100 + k,
             "role": {0: "default", 1: "tuned"}.get(k, ""),
-            "non_dominated": bool(best[k]) and k > 0 and k != 5,
-            "feasible": k != 5,
+            "non_dominated": bool(best[k]) and k > 0 and k != 5 and made.best,
+            "feasible": k != 5 and made.best,
         }
+        if not made.old:
+            row["probability"] = 0.0 if k in (0, 5) else float(made.rng.uniform(0.2, 1.0))
         row |= {f"gain:{entry[0]}": float(gain_rows[k, i]) for i, entry in enumerate(VARIABLES)}
         for i, label in enumerate(made.labels):
             value = float(held_out[k, i])
             row |= {f"search:{label}": float(search[k, i]), f"held_out:{label}": value}
             row |= {f"low:{label}": value - float(half[k, i]), f"high:{label}": value + 1.2 * float(half[k, i])}
+            if not made.old:
+                row |= judged("gap", value - float(search[k, i]), float(half[k, i]), label)
+                row |= judged("difference", value - float(held_out[0, i]), 0.4 * float(half[k, i]) * (k > 0), label)
+        if not made.old:
+            row["requirement:phase_margin"] = 30.0 + k if k else float("inf")
         rows.append(row)
     with open(folder / "front.csv", "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, rows[0], lineterminator="\n")
         writer.writeheader()
         writer.writerows(rows)
     return rows
+
+
+def judged(name, value, half, label):
+    return {f"{name}:{label}": value, f"{name}_low:{label}": value - half, f"{name}_high:{label}": value + half}
 
 
 def estimate(row, label):
@@ -170,6 +195,19 @@ CONSTRAINTS = [
 ]  # fmt: skip
 
 
+REQUIREMENT = {
+    "label": "phase_margin", "quantity": "phase margin of every loop", "unit": "deg", "kind": "requirement", "limit": 35.0,
+    "sense": "least", "default": {"value": None, "low": None, "high": None},
+    "tuned": {"value": 31.0, "low": None, "high": None}, "difference": {"value": None, "low": None, "high": None},
+    "verdict": "broken",
+}  # fmt: skip
+
+
+def table(made, front):
+    rows = [table_row(made, front, i) for i in range(made.objectives)] + CONSTRAINTS
+    return rows if made.old else [*rows, REQUIREMENT]
+
+
 def summary(made, front):
     return {
         "title": made.title, "study": "quickstart.toml", "tuned": made.tuned,
@@ -183,7 +221,7 @@ def summary(made, front):
              "default": default, "tuned": front[1][f"gain:{name}"]}
             for name, symbol, unit, low, high, scale, default in VARIABLES
         ],
-        "table": [table_row(made, front, i) for i in range(made.objectives)] + CONSTRAINTS,
+        "table": table(made, front),
         "air": [
             {"scenario": name, "spec": "MIL-F-8785C", "intensity": "moderate", "altitude": 10.0, "mean_wind": 11.9,
              "airspeed": 11.9, "frozen_field_ratio": 0.245, "length_u": 67.37, "sigma_u": 2.915, "tau_u": 5.66,
@@ -209,13 +247,19 @@ ENVIRONMENT = {
 }  # fmt: skip
 
 
-def gains(front):
+def gains(made, front):
     bandwidth = {"value": front[1]["gain:attitude.omega_o"], "unit": "rad/s"}
+    keys = ("label", "unit", "kind", "limit", "default", "tuned", "difference", "verdict")
     return {
         "format": "holdfast-gains",
         "version": "0.1",
         "controller": {"position": "ladrc", "attitude": "hybrid"},
-        "gains": {f"{axis}.omega_o": bandwidth for axis in ("roll", "pitch", "yaw")},
+        "gains": {
+            **{f"{axis}.omega_o": bandwidth for axis in ("roll", "pitch", "yaw")},
+            "roll.delta": {"value": 30.0, "unit": "rad/s"},
+        },
+        "study": {"title": made.title, "point": made.tuned},
+        "objectives": [{key: row[key] for key in keys} for row in table(made, front)],
     }
 
 
@@ -247,14 +291,55 @@ def fan(made, signal, time, quality):
 
 
 def write_responses(folder, made):
-    time = np.arange(0.0, 10.0, 0.025)
-    parts = []
+    time = np.linspace(0.0, DURATION, INSTANTS, endpoint=False)
+    qualities = {"default": 1.0, made.tuned: 1.7, "p0103": 1.4}
+    if not made.old:
+        qualities = {"default": 1.0} | {f"p{100 + k:04d}": 1.1 + 0.9 / k for k in range(1, made.finalists + 1)}
+    columns = {name: [] for name in ("point", "scenario", "signal", "unit")}
+    series = {name: [] for name in ("time", "reference", "low", "median", "high", "worst")}
     for scenario in made.scenarios:
-        for point, quality in (("default", 1.0), (made.tuned, 1.7), ("p0103", 1.4)):
+        for point, quality in qualities.items():
             for signal, unit in SIGNALS:
                 reference, low, median, high = fan(made, signal, time, quality)
-                names = {"point": point, "scenario": scenario, "signal": signal, "unit": unit}
-                columns = {key: [value] * len(time) for key, value in names.items()}
-                columns |= {"time": time, "reference": reference, "low": low, "median": median, "high": high}
-                parts.append(pa.table(columns))
-    pq.write_table(pa.concat_tables(parts), folder / "responses.parquet")
+                for name, value in zip(columns, (point, scenario, signal, unit), strict=True):
+                    columns[name] += [value] * len(time)
+                worst = high + 0.3 * (high - low) * np.sin(time)
+                for name, values in zip(series, (time, reference, low, median, high, worst), strict=True):
+                    series[name].append(values)
+    found = {name: pa.array(values).dictionary_encode() for name, values in columns.items()}
+    found |= {name: np.concatenate(parts) for name, parts in series.items()}
+    found["worst_flight"] = np.full(len(found["time"]), 17, dtype=np.int32)
+    if made.old:
+        del found["worst"], found["worst_flight"]
+    pq.write_table(pa.table(found), folder / "responses.parquet")
+
+
+def write_constraints(folder, made, front):
+    rows = ["point,label,value,low,high,difference,difference_low,difference_high"]
+    for k, row in enumerate(front):
+        rows.append(f"{row['point']},mean(failure),0,0,0,0,0,0")
+        rows.append(
+            f"{row['point']},quantile95(peak.tilt),{0.3 + 0.005 * k},{0.28 + 0.005 * k},{0.33 + 0.005 * k},{0.005 * k},0,0.1"
+        )
+    (folder / "constraints.csv").write_text("\n".join(rows) + "\n", encoding="utf-8")
+
+
+def write_margins(folder, made):
+    """A double integrator with a delay under a lead, faster from point to point."""
+    frequency = np.geomspace(0.05, 785.0, 120)
+    rows = []
+    for k in range(made.finalists + 1):
+        for channel in CHANNELS:
+            # x and y, roll and pitch are alike.
+            rate = (1.0 + 0.05 * k) * {"x": 2.0, "y": 2.0, "z": 3.0, "roll": 12.0, "pitch": 12.0, "yaw": 8.0}[channel]
+            s = 1j * frequency
+            loop = (rate / s) ** 2 * (1.0 + 3.0 * s / rate) / (1.0 + s / (9.0 * rate)) * np.exp(-0.01 * s)
+            rows.append(
+                {
+                    "point": f"p{100 + k:04d}" if k else "default", "channel": channel, "stable": True, "gain_up": 4.0,
+                    "gain_down": None, "phase_margin": 0.7 + 0.01 * k, "delay_margin": 0.03, "ms": 1.5, "mt": 1.3, "disk": 0.8,
+                    "crossover": 3.0 * rate, "bandwidth": 2.0 * rate, "case": "", "frequency": frequency.tolist(),
+                    "real": loop.real.tolist(), "imag": loop.imag.tolist(),
+                }
+            )  # fmt: skip
+    pq.write_table(pa.Table.from_pylist(rows), folder / "margins.parquet")

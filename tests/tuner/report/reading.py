@@ -60,3 +60,16 @@ def strings(value):
     elif isinstance(value, list):
         for entry in value:
             yield from strings(entry)
+
+
+def resolved(value, shared):
+    """Stand in for page.js: names become grey, or arrays."""
+    if isinstance(value, str):
+        return "#888888" if value.startswith("@") else shared[value[1:]] if value.startswith("#") else value
+    if isinstance(value, list):
+        return [resolved(entry, shared) for entry in value]
+    if isinstance(value, dict):
+        if "zip" in value:
+            return list(zip(*[shared[name[1:]] for name in value["zip"]], strict=True))
+        return {key: resolved(entry, shared) for key, entry in value.items()}
+    return value

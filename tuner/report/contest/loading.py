@@ -28,11 +28,13 @@ from tuner.report.results import Estimate
 def load_contest(folder: Path) -> Contest:
     """Read a contest folder; StoreError names the file that is missing or damaged.
 
-    contest.json, environment.json and study.toml must be there; what the other files hold is left out where they are not.
+    contest.json (or comparison.json, which has the same form), environment.json and study.toml must be there; what the other
+    files hold is left out where they are not.
     """
     if not folder.is_dir():
         raise StoreError(f"{folder}: there is no such results folder; give a folder that `tuner run` wrote")
-    root = Node.read(folder / "contest.json")
+    compared = folder / "comparison.json"
+    root = Node.read(compared if compared.exists() else folder / "contest.json")
     _check(root)
     contenders = _contenders(root["contenders"].entries())
     return Contest(

@@ -60,7 +60,7 @@ def page(contest: Contest) -> str:
     description = document.get("description")
     opening = join((asked(contest), " Angles are in rad throughout, as in printed numbers and in study files."))
     return Template(asset("page.html")).substitute(
-        kind="contest report",
+        kind="comparison" if (contest.folder / "comparison.json").exists() else "contest report",
         title=safe(document["title"]),
         description=element("p", str(description)) if description else "",
         paragraph=opening,
@@ -142,7 +142,7 @@ def _inference(contest: Contest) -> list[tuple[str, str, Markup]]:
 def _provenance(contest: Contest) -> Markup:
     files = (
         ("Study file as given", contest.study),
-        ("Every number of this page (contest.json)", document_text(contest)),
+        ("Every number of this page, as JSON", document_text(contest)),
     )
     folded = [element("details", element("summary", name), element("pre", text, tabindex="0")) for name, text in files]
     return join((facts(contest), element("h3", "What the words mean"), definitions(contest), *folded))

@@ -19,8 +19,7 @@ from tests.tuner.report.contest.reading_contest import (
     strip_rows,
     table_rows,
 )
-from tests.tuner.report.reading import read, strings
-from tests.tuner.report.test_report_page import resolved
+from tests.tuner.report.reading import read, resolved, strings
 from tuner.report.contest import write_contest_report
 from tuner.report.contest.loading import load_contest
 from tuner.report.numbers import estimate, significant
