@@ -147,9 +147,10 @@ def encoded(kept: list[Kept], columns: tuple[str, ...]) -> bytes:
     results = np.concatenate(
         [part.results.reshape(k * n, rows) for part, (k, n, rows) in zip(kept, shapes, strict=True)]
     )
+    sizes = [k * n for k, n, _ in shapes]
     table: dict[str, Any] = {
-        "scenario": np.repeat([part.fleet.spec.name for part in kept], [k * n for k, n, _ in shapes]),
-        "stream": np.repeat([part.fleet.stream for part in kept], [k * n for k, n, _ in shapes]),
+        "scenario": _repeated([part.fleet.spec.name for part in kept], sizes),
+        "stream": _repeated([part.fleet.stream for part in kept], sizes),
         "flight": np.concatenate(flights),
     }
     table |= {f"gain:{name}": gains[:, i] for i, name in enumerate(columns)}
@@ -159,8 +160,19 @@ def encoded(kept: list[Kept], columns: tuple[str, ...]) -> bytes:
     ]  # fmt: skip
     arrow = pa.table(table).replace_schema_metadata({"blocks": json.dumps(blocks)})
     sink = io.BytesIO()
-    pq.write_table(arrow, sink, compression="zstd")
+    # Meters hardly compress: dictionaries and statistics of them would take four times as long to write.
+    same = [name for name in table if name not in RESULTS]
+    pq.write_table(arrow, sink, compression="lz4", use_dictionary=same, write_statistics=False)
     return sink.getvalue()
+
+
+def _repeated(names: list[str], counts: list[int]) -> Any:
+    """Return each name as often as its count says, as an Arrow dictionary: millions of texts would take their time."""
+    import pyarrow as pa
+
+    known = list(dict.fromkeys(names))
+    codes = np.repeat(np.array([known.index(name) for name in names], dtype=np.int32), counts)
+    return pa.DictionaryArray.from_arrays(pa.array(codes), pa.array(known))
 
 
 def blocks_of(file: Path, content: bytes, columns: tuple[str, ...]) -> list[tuple[str, bytes, Block]]:
