@@ -185,6 +185,8 @@ def write_inputs(study: Study, folder: Folder, threads: int, kind: str = TUNING)
 def write_outcome(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:
     """Write front, summary, gains, responses, figures and report."""
     from tuner.report import write_figures, write_report
+    from tuner.run_constraints import constraint_table
+    from tuner.run_margins import margin_table
     from tuner.run_responses import response_table
 
     document: dict[str, Any] = summary_document(outcome)
@@ -193,6 +195,12 @@ def write_outcome(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:
     folder.write_json("summary.json", document)
     watcher.writing("responses")
     folder.write_table("responses.parquet", response_table(outcome))
+    if outcome.study.constraints:
+        folder.write_table("constraints.csv", constraint_table(outcome))
+    watcher.writing("margins")
+    margins = margin_table(outcome)
+    if margins is not None:
+        folder.write_table("margins.parquet", margins)
     watcher.writing("figures")
     write_figures(folder.path)
     watcher.writing("report")

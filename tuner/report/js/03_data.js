@@ -1,0 +1,54 @@
+// The data of the page, see explorer_data.py. Long series stay packed until a point that needs them is picked.
+
+const data = JSON.parse(byId("data").textContent);
+const objectives = data.objectives;
+const variables = data.variables;
+// Dimensions of the explorer: objectives in shown units, then gains.
+const dimensions = [
+  ...objectives.map((entry, index) => ({ ...entry, index, name: entry.label, gain: false })),
+  ...variables.map((entry, index) => ({ ...entry, index: objectives.length + index, gain: true, definition: entry.meaning })),
+];
+
+function bytesOf(packed) {
+  const text = atob(packed);
+  const bytes = new Uint8Array(text.length);
+  for (let i = 0; i < text.length; i += 1) bytes[i] = text.charCodeAt(i);
+  return bytes.buffer;
+}
+
+const singles = (packed) => new Float32Array(bytesOf(packed));
+const inShownUnits = (stored) => stored.map((value, i) => (value == null ? value : value * objectives[i].factor));
+
+function layerOf(point) {
+  if (point.role) return point.role;
+  return point.front ? "front" : "finalist";
+}
+
+// What is drawn: name, layer, values along all dimensions, intervals of the objectives, and the point as stored.
+const finalists = data.points.map((point) => ({
+  name: point.name,
+  layer: layerOf(point),
+  values: [...inShownUnits(point.held_out), ...point.gains],
+  low: inShownUnits(point.low),
+  high: inShownUnits(point.high),
+  point,
+}));
+const byName = new Map(finalists.map((row) => [row.name, row]));
+const defaultRow = finalists.find((row) => row.layer === "default") ?? null;
+
+let candidateRows = null;
+
+// What the search tried beside the finalists, at search values; unpacked when it is first asked for.
+function candidates() {
+  if (candidateRows) return candidateRows;
+  const { number, state, values } = data.candidates;
+  const numbers = new Uint32Array(bytesOf(number));
+  const states = new Uint8Array(bytesOf(state));
+  const columns = values.map(singles);
+  candidateRows = Array.from(numbers, (candidate, i) => ({
+    name: `candidate ${candidate}`,
+    layer: ["infeasible", "searched", "start"][states[i]],
+    values: columns.map((column, d) => (d < objectives.length ? column[i] * objectives[d].factor : column[i])),
+  }));
+  return candidateRows;
+}

@@ -1,0 +1,52 @@
+// What is selected: an interval for any of the dimensions, the same for every view. Pure functions.
+
+const passes = (row, ranges) =>
+  Object.entries(ranges).every(([i, [low, high]]) => row.values[i] >= low && row.values[i] <= high);
+
+function withRange(ranges, dimension, range) {
+  const { [dimension]: _, ...others } = ranges;
+  return Object.freeze(range ? { ...others, [dimension]: range } : others);
+}
+
+// An upper end alone, as aspiration levels set it; the lower end of a brush stays.
+function withLevel(ranges, dimension, level) {
+  const low = ranges[dimension]?.[0] ?? -Infinity;
+  return withRange(ranges, dimension, level === Infinity && low === -Infinity ? null : [low, level]);
+}
+
+// How far a row is from what is selected: the largest excess, in shares of the spans shown.
+function distanceTo(row, ranges, spans) {
+  const apart = Object.entries(ranges).map(([i, [low, high]]) => {
+    const span = spans[i].high - spans[i].low || 1;
+    return Math.max(low - row.values[i], row.values[i] - high, 0) / span;
+  });
+  return Math.max(0, ...apart);
+}
+
+const nearest = (rows, ranges, spans) =>
+  rows.reduce((best, row) => (!best || distanceTo(row, ranges, spans) < distanceTo(best, ranges, spans) ? row : best), null);
+
+function rangeText([low, high], { unit, name }) {
+  const end = (value) => withUnit(significant(value, 3), unit);
+  if (low === -Infinity) return `${name} at most ${end(high)}`;
+  if (high === Infinity) return `${name} at least ${end(low)}`;
+  return `${name} ${significant(low, 3)} to ${end(high)}`;
+}
+
+// Lines on a row: what it is and its objectives, with intervals where it was flown on held-out scenarios.
+function summaryOf(row) {
+  return objectives.map((entry, i) => {
+    const [value, interval] = row.low ? estimate(row.values[i], row.low[i], row.high[i]) : [significant(row.values[i], 3), ""];
+    return withUnit(`${entry.label} ${value} ${interval}`.trim(), entry.unit);
+  });
+}
+
+const STATES = {
+  default: "the default", tuned: "the recommended point", front: "on the held-out front", finalist: "off the front when held out",
+  start: "design start, search values", searched: "feasible, search values", infeasible: "breaks a limit, search values",
+};
+
+function tellingOf(row) {
+  const broken = row.point && !row.point.feasible ? " (breaks a limit)" : "";
+  return [`${row.name}: ${STATES[row.layer]}${broken}`, ...summaryOf(row)];
+}

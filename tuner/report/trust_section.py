@@ -1,0 +1,163 @@
+"""Whether to believe it: search against held-out values, places on the front, how the search went, prices, sensitivity."""
+
+from typing import Any
+
+from tuner.report.explorer_data import definition_text
+from tuner.report.figure_box import plot_box
+from tuner.report.markup import Markup, element, join, table
+from tuner.report.numbers import count, estimate, per_cent, significant
+from tuner.report.results import Results
+from tuner.report.units import in_degrees, marked_up
+
+GAP_AID = "On the dotted line both agree; above it the search was optimistic. Bars: 95 % intervals, held-out."
+VOLUME_AID = (
+    "Share of the box between zero and 1.1 times the default's values that the front dominates; once level, more generations "
+    "find little."
+)
+PLACE_AID = (
+    "How sure each finalist's place on the front is: share of resamples of the flights on which none dominates it."
+)
+FEASIBLE_AID = "Share of a generation's candidates that break no limit."
+SAVED_AID = "What the search flew, and what requirements and races spared it."
+
+
+def trust_section(results: Results) -> Markup:
+    """Return the section without its heading."""
+    gaps = [
+        plot_box(f"gap-{i}", entry.label, GAP_AID, "plot square", definition_text(entry))
+        for i, entry in enumerate(results.objectives)
+    ]
+    progress = [
+        plot_box("progress-hypervolume", "Hypervolume [share of the box]", VOLUME_AID),
+        plot_box("progress-feasible", "Feasible candidates [%]", FEASIBLE_AID),
+    ]
+    if results.history.flights_saved is not None or results.history.flights_raced is not None:
+        progress.append(plot_box("progress-saved", "Flights", SAVED_AID))
+    if results.front.probability is not None:
+        gaps.append(plot_box("probability", "Places on the front", PLACE_AID, "plot square"))
+    return join(
+        (
+            _guards(results),
+            element("h3", "Search against held-out"),
+            element("div", *gaps, class_="grid axis-grid"),
+            element("h3", "How the search went"),
+            _saved(results),
+            element("div", *progress, class_="grid axis-grid"),
+            _prices(results),
+            _conflict(results),
+            _sensitivity(results),
+        )
+    )
+
+
+def _guards(results: Results) -> Markup:
+    warnings = len(results.summary["warnings"])
+    if not warnings:
+        return element("p", "The guards of the run raised no warning.", class_="aid")
+    word = "one warning" if warnings == 1 else f"{count(warnings)} warnings"
+    link = element("a", "at the top of this page", href="#warnings")
+    return element("p", f"The guards of the run raised {word}, ", link, ".", class_="aid")
+
+
+def _saved(results: Results) -> Markup:
+    """Return how many flights requirements and races saved, where the summary knows."""
+    told = [
+        f"{count(entry['flights'])} flights of {count(entry['candidates'])} candidates {why}"
+        for key, why in (("screened", "that break a hard requirement"), ("raced", "whose race ended early"))
+        if (entry := results.summary.get(key)) and entry["candidates"]
+    ]
+    flown = f"{count(results.summary['flights'])} flights were made."
+    saved = f" Saved: {', and '.join(told)}." if told else ""
+    return element("p", flown + saved, class_="aid")
+
+
+def _prices(results: Results) -> Markup:
+    costs = results.summary.get("costs") or []
+    if not costs:
+        return Markup()
+    rows = [
+        [
+            element("code", entry["limit"]),
+            element("code", entry["objective"]),
+            marked_up(in_degrees(entry["unit"]).unit),
+            *[_shown(entry, key) for key in ("with", "without")],
+        ]
+        for entry in costs
+    ]
+    head = ["Limit", "Objective", "Unit", "Best with it", "Best without it"]
+    aid = (
+        "The best values that the search found, with each limit and without it; limits that cost nothing are left out."
+    )
+    notes = [element("li", text) for text in results.summary.get("remarks", [])]
+    return join(
+        (
+            element("h3", "What the limits cost"),
+            element("p", aid, class_="aid"),
+            element("div", table(head, rows, class_="stacked"), class_="wide"),
+            element("ul", *notes, class_="notes") if notes else Markup(),
+        )
+    )
+
+
+def _shown(entry: dict[str, Any], key: str) -> Markup:
+    return element("span", significant(entry[key] * in_degrees(entry["unit"]).factor), class_="number")
+
+
+def _conflict(results: Results) -> Markup:
+    """Return the sets of limits that nobody kept together and what would let a candidate in."""
+    conflict = results.summary.get("conflict")
+    if not conflict:
+        return Markup()
+    sets = element("ul", *[element("li", " and ".join(some)) for some in conflict["sets"]], class_="notes")
+    steps = [("one limit alone", entry) for entry in conflict.get("single", [])]
+    if conflict.get("common"):
+        steps.append(("every limit a little", conflict["common"]))
+    rows = [
+        [
+            words,
+            entry["candidate"],
+            per_cent(entry["share"]),
+            element("span", "; ".join(_relaxed(limit) for limit in entry["limits"])),
+        ]
+        for words, entry in steps
+    ]
+    head = ["Giving way", "Lets in", "Largest step", "Limits"]
+    parts = [element("h3", "Limits in conflict"), element("p", "No candidate kept these together:", class_="aid"), sets]
+    return join([*parts, element("div", table(head, rows, class_="stacked"), class_="wide")] if rows else parts)
+
+
+def _relaxed(limit: dict[str, Any]) -> str:
+    unit, factor = in_degrees(limit["unit"])
+    values = [significant(limit[key] * factor) for key in ("limit", "relaxed")]
+    return f"{limit['label']} {values[0]} → {values[1]} {unit}".rstrip()
+
+
+def _sensitivity(results: Results) -> Markup:
+    """Return how much of the spread of each objective each gain makes, where an analysis lies in the folder."""
+    found = results.sensitivity
+    if found is None:
+        said = "No sensitivity analysis lies in this folder; tuner sensitivity makes one from the study."
+        return element("p", said, class_="aid")
+    wanted = [row for row in found["indices"] if row["scale"] == "rank"] or found["indices"]
+    outputs = list(dict.fromkeys(row["output"] for row in wanted))
+    names = list(dict.fromkeys(row["variable"] for row in wanted))
+    by_place = {(row["variable"], row["output"]): row["total"] for row in wanted}
+    rows = [[element("code", name), *[_index(by_place.get((name, output))) for output in outputs]] for name in names]
+    aid = (
+        "Share of the spread of each quantity, over the whole search ranges, that vanishes when a gain is fixed (total Sobol "
+        "index of ranks), with 95 % intervals: near 0 the gain does not matter."
+    )
+    return join(
+        (
+            element("h3", "Which gains matter"),
+            element("p", aid, class_="aid"),
+            element("div", table(["Gain", *outputs], rows, class_="stacked"), class_="wide"),
+        )
+    )
+
+
+def _index(entry: dict[str, float] | None) -> Markup:
+    if entry is None:
+        return Markup()
+    value, interval = estimate(entry["value"], entry["low"], entry["high"])
+    return element("span", value, " ", element("small", interval, class_="interval"), class_="number")
