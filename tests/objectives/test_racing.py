@@ -1,6 +1,7 @@
 """Races: nobody who belongs on the front is stopped, who stops stays behind, and every flight is counted."""
 
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -37,11 +38,13 @@ class Made(Problem):
 
 
 def objective(name, risk=MEAN, scenario=None):
-    return Objective(SimpleNamespace(text=name), risk, scenario)
+    metric: Any = SimpleNamespace(text=name)
+    return Objective(metric, risk, scenario)
 
 
 def fleet(count=FLIGHTS, name="gusts"):
-    return Fleet(SimpleNamespace(name=name), "search", count)
+    spec: Any = SimpleNamespace(name=name)
+    return Fleet(spec, "search", count)
 
 
 def points(*numbers):

@@ -51,6 +51,13 @@ def brute_force(kept):
     return [some for some in every if len(some) == len(every[0])] if every else []
 
 
+def conflicting(found, limits):
+    """Return the conflict of an archive that has one."""
+    conflict = conflict_of(found, limits)
+    assert conflict is not None
+    return conflict
+
+
 @pytest.mark.parametrize("seed", range(12))
 def test_smallest_sets_against_brute_force(seed):
     kept = np.random.default_rng(seed).random((9, 5)) < 0.35 + 0.04 * seed
@@ -77,7 +84,7 @@ def test_conflict_and_both_relaxations_by_hand():
         [0.021, 0.0, 33.6, 1.9],  # 5 % and 4 %: the least in common
         [0.010, 0.0, 40.0, 9.0],  # ms too high by 350 %
     ])  # fmt: skip
-    conflict = conflict_of(found, LIMITS)
+    conflict = conflicting(found, LIMITS)
     assert conflict is not None
     # Phase and saturation are kept together by the last, as is each pair: only all three conflict.
     assert conflict.sets == ((0, 2, 3),)
@@ -101,14 +108,15 @@ def test_conflict_and_both_relaxations_by_hand():
 
 def test_a_relaxed_limit_as_written_lets_the_candidate_in():
     found = archive([[0.010, 0.0, 31.23456, 1.9], [0.0212345, 0.0, 40.0, 1.9]])
-    told = " ".join(told_conflict(conflict_of(found, LIMITS), LIMITS))
+    told = " ".join(told_conflict(conflicting(found, LIMITS), LIMITS))
     assert "35 deg -> 31.23 deg" in told and "0.02 -> 0.02124" in told
 
 
 def test_a_limit_of_zero_gives_way_in_its_own_unit():
-    conflict = conflict_of(archive([[0.01, 0.25, 40.0, 1.5], [0.01, 0.125, 40.0, 1.5]]), LIMITS)
+    conflict = conflicting(archive([[0.01, 0.25, 40.0, 1.5], [0.01, 0.125, 40.0, 1.5]]), LIMITS)
     assert conflict.sets == ((1,),)
-    assert conflict.common.changes == ((1, 0.125),) and conflict.common.candidate == 1
+    common = conflict.common
+    assert common is not None and common.changes == ((1, 0.125),) and common.candidate == 1
     assert told_conflict(conflict, LIMITS)[0] == "Kept by none of them: mean(failure) at most 0."
 
 
@@ -116,12 +124,12 @@ def test_of_candidates_that_did_not_fly_only_requirements_are_known():
     # The second would be the smallest step of the phase margin, but nobody knows whether it saturates.
     found = archive([[0.01, 0.0, 30.0, 1.5], [0.0, 0.0, 34.0, 1.5]], flown=[True, False])
     assert np.isinf(shares(found, LIMITS)[1, :2]).all() and np.isfinite(shares(found, LIMITS)[1, 2:]).all()
-    conflict = conflict_of(found, LIMITS)
+    conflict = conflicting(found, LIMITS)
     assert conflict.sets == ((2,),) and [entry.candidate for entry in conflict.single] == [0]
 
 
 def test_no_finite_step_is_said():
-    conflict = conflict_of(archive([[0.01, 0.0, 40.0, np.inf]]), LIMITS)
+    conflict = conflicting(archive([[0.01, 0.0, 40.0, np.inf]]), LIMITS)
     assert conflict.common is None and conflict.single == ()
     assert "widen the ranges" in told_conflict(conflict, LIMITS)[-1]
 

@@ -227,14 +227,14 @@ def test_one_bit_of_a_recorded_candidate_is_found(copy):
     spoil_table(file, column, up)
     found = verify(copy, 3, 2, Watcher())
     assert not found.identical
-    assert f"generations/0001.parquet, row 3, {column}: recorded" in found.difference
+    assert f"generations/0001.parquet, row 3, {column}: recorded" in found.words
 
 
 def test_one_bit_of_the_front_is_found(copy):
     column = next(name for name in pd.read_csv(copy / "front.csv").columns if name.startswith("held_out:"))
     spoil_table(copy / "front.csv", column, up)
     found = verify(copy, 3, 2, Watcher())
-    assert f"front.csv, row 3, {column}: recorded" in found.difference
+    assert f"front.csv, row 3, {column}: recorded" in found.words
 
 
 def test_other_gains_are_found(copy):
@@ -263,7 +263,7 @@ def test_forged_flights_are_found_where_they_are_flown_again(copy):
     pq.write_table(forged, file, compression="zstd")
     file.rename(file.with_name(f"search-0002-{digest_of(file.read_bytes())}.parquet"))
     found = verify(copy, None, 2, Watcher())
-    assert not found.identical and f"{name}: recorded" in found.difference
+    assert not found.identical and f"{name}: recorded" in found.words
 
 
 @pytest.mark.parametrize("name", ["flights/search-0000-*.parquet", "start.json", "generations/0002.parquet"])
@@ -271,7 +271,7 @@ def test_what_is_missing_or_damaged_is_a_difference(copy, name):
     next(copy.glob(name)).write_bytes(b"no")
     found = verify(copy, 2, 2, Watcher())
     assert not found.identical
-    assert any(word in found.difference for word in ("damaged", "cannot be read", "recorded"))
+    assert any(word in found.words for word in ("damaged", "cannot be read", "recorded"))
 
 
 def test_a_run_that_is_not_finished_is_verified_as_far_as_it_went(copy):

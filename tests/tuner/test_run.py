@@ -51,7 +51,7 @@ def test_tables_agree_with_each_other(small_run):
             assert low <= middle <= high
             assert row[f"gap:{label}"] == row[f"held_out:{label}"] - row[f"search:{label}"]
             assert row[f"gap_low:{label}"] <= row[f"gap:{label}"] <= row[f"gap_high:{label}"]
-            default = float(front[f"held_out:{label}"][0])
+            default = front[f"held_out:{label}"].tolist()[0]
             assert row[f"difference:{label}"] == pytest.approx(row[f"held_out:{label}"] - default, abs=1e-12)
             assert row[f"difference_low:{label}"] <= row[f"difference:{label}"] <= row[f"difference_high:{label}"]
         line = next(entry for entry in summary["table"] if entry["label"] == label)

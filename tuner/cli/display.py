@@ -3,6 +3,7 @@
 from time import perf_counter
 from typing import Any
 
+from rich.box import SIMPLE_HEAD
 from rich.console import Console
 from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TextColumn, TimeRemainingColumn
 from rich.table import Table
@@ -136,8 +137,9 @@ def estimate(entry: dict[str, float | None]) -> str:
 def comparison_table(summary: dict[str, Any]) -> Table:
     """Return the Default / Tuned table of a summary."""
     table = Table(
-        title=f"Default / Tuned on {summary['held_out']} confirmation scenarios, 95 % intervals", title_justify="left"
-    )
+        title=f"Default / Tuned on {summary['held_out']} confirmation scenarios, 95 % intervals", title_justify="left",
+        box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False,
+    )  # fmt: skip
     table.add_column("", overflow="fold")
     for name in ("default", "tuned", "tuned - default"):
         table.add_column(name, justify="right", no_wrap=True)
@@ -146,7 +148,8 @@ def comparison_table(summary: dict[str, Any]) -> Table:
         unit = "" if row["unit"] == "1" else row["unit"]
         parts = [estimate(row[key]) for key in ("default", "tuned", "difference")]
         parts[2] = f"{row['verdict']}: {parts[2]}"
-        table.add_row(f"{row['label']}\n{limit}{unit}".rstrip(), *parts)
+        label = row["label"].replace("@", "\n@")
+        table.add_row(f"{label}\n{limit}{unit}".rstrip(), *parts)
     return table
 
 

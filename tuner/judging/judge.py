@@ -21,7 +21,7 @@ CHECK = "check"
 
 def controller_to_judge(gains: Path, study: Study) -> Controller:
     """Read a gains file; InputError where it is none, the study is about something else or has nothing to judge by."""
-    if not study.constraints and not study.requirements:
+    if all(entry.floor for entry in study.constraints) and not study.requirements:
         raise InputError(
             'nothing here limits anything; write at least one [[constraint]], for instance metric = "failure" with most = 0.01, '
             "a [[guarantee]] or a [[margin]]",

@@ -46,11 +46,15 @@ class Judged:
 
 
 def judged_rows(study: Study, problem: Problem, evaluation: Evaluation) -> list[Judged]:
-    """Return constraints, requirements and objectives of an evaluation of one candidate, in this order."""
+    """Return constraints, requirements and objectives of an evaluation of one candidate, in this order.
+
+    The mission floor is no limit here: what is judged need not beat anybody.
+    """
     n = len(study.objectives)
     constraints = [
         flown_row(entry.objective, entry.most, evaluation, n + i, study.seed)
         for i, entry in enumerate(study.constraints)
+        if not entry.floor
     ]
     known = [
         known_row(entry, float(evaluation.requirements[0, i])) for i, entry in enumerate(problem.requirements)

@@ -17,6 +17,8 @@ from tuner.study.study import Study
 
 # What a run takes besides its flights: interpreter and libraries, responses, figures and report.
 FIXED_BYTES, FIXED_DISK, FIXED_SECONDS = 430e6, 6.5e6, 3.5
+# What margins as requirements hold beside them.
+MARGIN_BYTES = 250e6
 # The default and the recommended point fly once more, on scenarios that decided nothing.
 CONFIRMED = 2
 # While a chunk is laid out in lanes its inputs stand in memory this many times more, and results while they are written.
@@ -104,7 +106,8 @@ def memory_of(study: Study, pilot: Pilot) -> float:
             largest = max(largest, flown.input_bytes * chunk)
             results = max(results, NUMBER * pilot.rows * flying * chunk)
     waiting = min(WRITING * results, WRITING * (GATHERED + results))
-    return FIXED_BYTES + kept + LAYING_OUT * largest + waiting
+    margins = MARGIN_BYTES if study.table.margin else 0.0
+    return FIXED_BYTES + margins + kept + LAYING_OUT * largest + waiting
 
 
 def disk_of(study: Study, pilot: Pilot) -> float:

@@ -162,7 +162,7 @@ def encoded(kept: list[Kept], columns: tuple[str, ...]) -> bytes:
     sink = io.BytesIO()
     # Meters hardly compress: dictionaries and statistics of them would take four times as long to write.
     same = [name for name in table if name not in RESULTS]
-    pq.write_table(arrow, sink, compression="lz4", use_dictionary=same, write_statistics=False)
+    pq.write_table(arrow, sink, compression="lz4", use_dictionary=same, write_statistics=False)  # pyright: ignore[reportArgumentType]
     return sink.getvalue()
 
 

@@ -89,8 +89,8 @@ def assert_same_bits(margins, other, rows):
 def test_a_candidate_has_its_bits_whatever_else_is_in_the_batch(pair, trim, monkeypatch):
     """On vehicles that are not the nominal one, where steady flight is found by iteration."""
     corners = spread_corners(HUMMINGBIRD, Spread(mass=0.15, inertia=0.2, thrust=0.1, lag=0.3))[6:11:4]
-    model = model_of(*pair, trim=trim, cases=(Case(0.0), Case(0.2), Case(None)), others=corners)
-    gains = random_gains(*pair, 4, 2, 0.5)
+    model = model_of(pair[0], pair[1], trim=trim, cases=(Case(0.0), Case(0.2), Case(None)), others=corners)
+    gains = random_gains(pair[0], pair[1], 4, 2, 0.5)
     whole = model.evaluate(gains)
     assert whole.stable.any()
     order = np.array([2, 0, 3, 1])
@@ -103,8 +103,8 @@ def test_a_candidate_has_its_bits_whatever_else_is_in_the_batch(pair, trim, monk
 
 @pytest.mark.parametrize("pair", [("pid", "ladrc"), ("ladrc", "hybrid")], ids="-".join)
 def test_no_candidates_have_no_margins(pair):
-    model = model_of(*pair, others=spread_corners(HUMMINGBIRD, Spread(mass=0.1)))
-    some, none = (arrays_of(model.evaluate(random_gains(*pair, n, 1))) for n in (2, 0))
+    model = model_of(pair[0], pair[1], others=spread_corners(HUMMINGBIRD, Spread(mass=0.1)))
+    some, none = (arrays_of(model.evaluate(random_gains(pair[0], pair[1], n, 1))) for n in (2, 0))
     for name, found in none.items():
         assert found.shape == (0, *some[name].shape[1:]) and found.dtype == some[name].dtype, name
 
@@ -290,7 +290,7 @@ def test_a_gain_margin_in_the_first_or_last_interval_of_the_grid_is_found(angle,
     start, end = np.poly(poles), np.array([1.0, -2.0 * np.cos(angle), 1.0])
     closed = start + 0.8 * (end - start)
     a = np.array([[-closed[1:], [1.0, 0.0]]])
-    b, c = np.array([[[1.0], [0.0]]]), -0.8 * (end - start)[None, None, 1:]
+    b, c = np.array([[[1.0], [0.0]]]), np.array(-0.8 * (end - start)[None, None, 1:], dtype=float)
     found = read_curves(modes_of(a), b, c, frequency_grid(H), H, 0.0)["gain_up"]
     assert found.value[0, 0] == pytest.approx(1.25, rel=1e-6)
     assert found.frequency[0, 0] == pytest.approx(angle / H, rel=1e-6)

@@ -132,7 +132,12 @@ def test_height_of_drag_may_be_negative(tmp_path: Path) -> None:
 
 @pytest.mark.parametrize(
     ("content", "words"),
-    [(b"title = ", "not TOML"), (b"\xff\xfe\x00", "not UTF-8 text"), (b"a = " + 9999 * b"[", "nested"), (None, "bundled")],
+    [
+        (b"title = ", "not TOML"),
+        (b"\xff\xfe\x00", "not UTF-8 text"),
+        (b"a = " + 9999 * b"[", "nested"),
+        (None, "bundled"),
+    ],
 )
 def test_unreadable_files(tmp_path: Path, content: bytes | None, words: str) -> None:
     """Broken TOML, bytes that are no text, and no file at all."""

@@ -79,7 +79,7 @@ def test_differences_are_paired():
         expected = paired_difference(samples[entry.second], samples[entry.first], judged.risk, draw)
         assert entry.estimate.value == float(expected.difference)
         # Percentile against studentised intervals, of other resamples: alike to a sixth of their width.
-        near = (expected.high - expected.low) / 6.0
+        near = float(expected.high - expected.low) / 6.0
         assert entry.estimate.low == pytest.approx(float(expected.low), abs=near)
         assert entry.estimate.high == pytest.approx(float(expected.high), abs=near)
 

@@ -25,7 +25,7 @@ def fuzzed(examples, home):
     configuration.set_hypothesis_home_dir(home)
     return settings(
         max_examples=examples, derandomize=True, database=None, deadline=None, report_multiple_bugs=False,
-        suppress_health_check=list(HealthCheck),
+        suppress_health_check=[HealthCheck.too_slow, HealthCheck.data_too_large, HealthCheck.filter_too_much],
     )  # fmt: skip
 
 

@@ -26,7 +26,7 @@ def test_the_lock_of_a_killed_process_is_gone(tmp_path):
         "folder = Folder.create(Path(sys.argv[1])); print('held', flush=True); time.sleep(60)"
     )
     process = subprocess.Popen([sys.executable, "-c", code, str(tmp_path / "r")], stdout=subprocess.PIPE, text=True)
-    assert process.stdout.readline() == "held\n"
+    assert process.stdout is not None and process.stdout.readline() == "held\n"
     with pytest.raises(StoreError, match=f"process {process.pid}"):
         Folder.open(tmp_path / "r")
     process.kill()
@@ -85,7 +85,7 @@ def test_readers_never_see_half_a_file(tmp_path):
     )
     Folder.create(tmp_path / "r").close()
     process = subprocess.Popen([sys.executable, "-c", code, str(tmp_path / "r")], stdout=subprocess.PIPE, text=True)
-    assert process.stdout.readline() == "begun\n"
+    assert process.stdout is not None and process.stdout.readline() == "begun\n"
     seen, end = set(), time.monotonic() + 1.5
     while time.monotonic() < end:
         if (tmp_path / "r" / "big").exists():

@@ -6,6 +6,7 @@ attitude, else of the first.
 """
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -179,8 +180,8 @@ def _fan(contest: Contest, trace: Trace, kind: Kind) -> Fan | None:
         return fan
     if asked_for(contest, trace.scenario, trace.signal) is None:
         return None
-    edges = [edge - fan.reference for edge in (fan.low, fan.median, fan.high)]
-    return Fan(fan.point, fan.scenario, fan.signal, fan.unit, fan.time, fan.reference, *edges)
+    low, median, high = (edge - fan.reference for edge in (fan.low, fan.median, fan.high))
+    return replace(fan, low=low, median=median, high=high)
 
 
 def _legend(ax: Axes, airframe: str | None) -> None:
