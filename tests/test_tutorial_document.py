@@ -12,6 +12,7 @@ import pytest
 from typer.testing import CliRunner
 
 from plant.airframes import load
+from tests.tuner.conftest import NoDrawing
 from tests.tuner.in_process import tuner
 from tests.tuner.report.fabricate import fabricate
 from tuner import report
@@ -97,7 +98,7 @@ def test_the_commands_of_the_first_part_one_after_the_other(home, monkeypatch, c
     monkeypatch.chdir(home)
     # Pictures and page take most of the time of a short run, and other tests look at them.
     monkeypatch.setattr(report, "write_report", lambda folder: None)
-    monkeypatch.setattr(report, "write_figures", lambda folder: None)
+    monkeypatch.setattr(report, "start_figures", lambda folder: NoDrawing())
 
     def typed(command, *more, allowed=(0,)):
         assert command in COMMANDS, f"the page does not say {command}"

@@ -184,7 +184,7 @@ def write_inputs(study: Study, folder: Folder, threads: int, kind: str = TUNING)
 
 def write_outcome(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:
     """Write front, summary, gains, responses, figures and report."""
-    from tuner.report import write_figures, write_report
+    from tuner.report import start_figures, write_report
     from tuner.run_constraints import constraint_table
     from tuner.run_margins import margin_table
     from tuner.run_responses import response_table
@@ -197,14 +197,17 @@ def write_outcome(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:
     folder.write_table("responses.parquet", response_table(outcome))
     if outcome.study.constraints:
         folder.write_table("constraints.csv", constraint_table(outcome))
-    watcher.writing("margins")
-    margins = margin_table(outcome)
-    if margins is not None:
-        folder.write_table("margins.parquet", margins)
-    watcher.writing("figures")
-    write_figures(folder.path)
-    watcher.writing("report")
-    write_report(folder.path)
+    drawing = start_figures(folder.path)
+    try:
+        watcher.writing("margins")
+        margins = margin_table(outcome)
+        if margins is not None:
+            folder.write_table("margins.parquet", margins)
+        watcher.writing("report")
+        write_report(folder.path)
+    finally:
+        watcher.writing("figures")
+        drawing.wait()
 
 
 def default_folder(study: Study) -> Path:

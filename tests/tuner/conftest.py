@@ -15,6 +15,13 @@ SMALL = {
 }
 
 
+class NoDrawing:
+    """What stands for figures where a test looks at none: they take most of the time of a short run."""
+
+    def wait(self):
+        pass
+
+
 def run_small(folder, threads=2, reuse=(), **changes):
     from tuner.run import run_study
     from tuner.store.folder import Folder

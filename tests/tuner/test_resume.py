@@ -11,7 +11,7 @@ import tuner.report
 from objectives import memory
 from plant.errors import InputError, StoreError
 from plant.scenarios import SEARCH
-from tests.tuner.conftest import run_small
+from tests.tuner.conftest import NoDrawing, run_small
 from tests.tuner.killing import compare, result_of
 from tuner.conclusion import fleets
 from tuner.rejudge import judging_study, rejudge
@@ -36,7 +36,7 @@ class Listener(Watcher):
 def without_pictures(small_run, monkeypatch):
     """Pictures and page take most of the time of a short run, and other tests look at them."""
     monkeypatch.setattr(tuner.report, "write_report", lambda folder: None)
-    monkeypatch.setattr(tuner.report, "write_figures", lambda folder: None)
+    monkeypatch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
 
 
 @pytest.fixture

@@ -5,12 +5,19 @@ Both read nothing but the folder. What draws is imported when it is asked for: m
 
 from pathlib import Path
 
+from tuner.report.drawing import Drawing
+
 
 def write_report(folder: Path) -> Path:
     """Write report.html into a results folder and return its path; StoreError names a missing or damaged file."""
     from tuner.report.page import write_page
 
     return write_page(folder)
+
+
+def start_figures(folder: Path) -> Drawing:
+    """Begin to write figures/ like `write_figures` and return at once; `wait` for them."""
+    return Drawing(folder)
 
 
 def write_figures(folder: Path) -> list[Path]:

@@ -13,7 +13,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from tests.tuner.conftest import QUICKSTART
+from tests.tuner.conftest import QUICKSTART, NoDrawing
 from tests.tuner.fuzz.fuzzing import fuzzed, load_any, outcome, patience
 from tests.tuner.fuzz.hostile import mutated, shaken
 from tests.tuner.fuzz.hostile_text import json_of, toml_of
@@ -93,7 +93,7 @@ def told_well(code, out, err, codes):
 def desk(tmp_path, monkeypatch):
     """An empty folder that is the working directory; the figures, which take most of a short run's time, are left out."""
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr("tuner.report.write_figures", lambda folder: None)
+    monkeypatch.setattr("tuner.report.start_figures", lambda folder: NoDrawing())
     return tmp_path
 
 

@@ -12,9 +12,10 @@ import pytest
 from objectives.problem import Fleet, Problem
 from plant.scenarios import SEARCH
 from plant.seeds import generator
-from tests.tuner.conftest import QUICKSTART
+from tests.tuner.conftest import QUICKSTART, NoDrawing
 from tests.tuner.test_run import FILES
 from tuner.cli.listing import LISTINGS
+from tuner.report import write_figures
 from tuner.report.figures import response_names
 from tuner.run import run_study
 from tuner.store.folder import Folder
@@ -109,6 +110,7 @@ def test_shortened_it_runs_to_a_complete_folder(name, tmp_path, monkeypatch):
     folder = tmp_path / name
     # Figures are drawn, but not written to files as pictures: that is most of the time, and the quickstart's own test does it.
     monkeypatch.setattr("tuner.report.figures.save", lambda figure, stem: stems.append(stem.name) or [])
+    monkeypatch.setattr("tuner.report.start_figures", lambda folder: write_figures(folder) or NoDrawing())
     outcome = run_study(study, Folder.create(folder), Watcher(), 2)
     assert [file for file in FILES if not file.startswith("figures") and not (folder / file).stat().st_size] == []
     assert set(stems) >= {"front", *response_names([entry.spec.name for entry in study.scenarios])}
