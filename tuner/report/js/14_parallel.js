@@ -17,6 +17,8 @@ function startParallel() {
   addView(canvas, ["ranges", "layers", "picked", "gains"], (context, width, height) => {
     const { ranges, layers, picked } = store.get();
     const shown = axes();
+    // A phone scrolls only where there are more axes than it has room for; a change of width paints again.
+    canvas.style.minWidth = `${Math.min(34, 7 * shown.length)}rem`;
     const rows = visibleRows(layers);
     for (const keep of [false, true]) {
       for (const row of rows) if (passes(row, ranges) === keep && row.name !== picked) paintLine(context, row, line(row), keep);
