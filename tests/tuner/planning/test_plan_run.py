@@ -8,7 +8,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from objectives.margins.curve import is_compiled
 from objectives.problem import Fleet
 from objectives.risk import bootstrap_interval
 from plant.scenarios import HELD_OUT
@@ -47,9 +46,9 @@ def pilot(study):
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
     """A run in a process of its own, for its memory: flights of search and in all, finalists, peak [bytes], folder."""
-    # Compilers take memory too, in the first process of a machine.
+    # Compilers take memory too, in the first process of a machine: 0.7 GB were seen.
     folder = tmp_path_factory.mktemp("runs")
-    for name in ["small"] if is_compiled() else ["cold", "small"]:
+    for name in ("first", "small"):
         done = subprocess.run(
             [sys.executable, "-c", RUN, str(folder / name), json.dumps({"search__racing": False})],
             cwd=ROOT, capture_output=True, text=True, check=True, timeout=300,
