@@ -24,11 +24,13 @@ from tuner.study import load_study
 EVERYTHING = {**SMALL, "search.racing": False}
 ROOT = Path(__file__).parents[3]
 RUN = """
-import json, resource, sys
+import json, sys
 from pathlib import Path
 from tests.tuner.conftest import run_small
 outcome = run_small(Path(sys.argv[1]), threads=2, **json.loads(sys.argv[2]))
-peak = resource.getrusage(resource.RUSAGE_SELF).ru_maxrss * 1024
+# Not ru_maxrss: that of a process begins with what its parent held.
+held = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM"))
+peak = int(held.split()[1]) * 1024
 print(json.dumps([outcome.generations[-1].flights, outcome.flights, len(outcome.candidates), peak]))
 """
 
@@ -46,7 +48,7 @@ def pilot(study):
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
     """A run in a process of its own, for its memory: flights of search and in all, finalists, peak [bytes], folder."""
-    # Compilers take memory too, in the first process of a machine: 0.7 GB were seen.
+    # Compilers take memory too, in the first process of a machine.
     folder = tmp_path_factory.mktemp("runs")
     for name in ("first", "small"):
         done = subprocess.run(
