@@ -16,6 +16,7 @@ import numpy as np
 
 import objectives.meters
 import plant
+from objectives.engine import LANES
 from objectives.system import Fleet, System
 from plant.records import flatten
 
@@ -50,7 +51,7 @@ def model_key() -> str:
     return digest.hexdigest()
 
 
-def scenario_key(system: System, root: int, fleet: Fleet) -> str:
+def scenario_key(system: System, root: int, fleet: Fleet, arithmetic: str = LANES) -> str:
     """Return the hash of all that decides a flight of a fleet but its gains and its index."""
     reference = asdict(fleet.spec.reference)
     # What is in a waypoint file decides, not where it lies.
@@ -63,4 +64,6 @@ def scenario_key(system: System, root: int, fleet: Fleet) -> str:
         "stream": fleet.stream,
         "root": root,
     }
+    if arithmetic != LANES:
+        content["arithmetic"] = arithmetic
     return hashlib.blake2b(json.dumps(content, sort_keys=True, allow_nan=False).encode(), digest_size=12).hexdigest()

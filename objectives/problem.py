@@ -7,6 +7,7 @@ from time import perf_counter
 import numpy as np
 
 from objectives.decisions import DecisionSpace
+from objectives.engine import Engine, LocalEngine
 from objectives.memory import FlightMemory, scenario_key
 from objectives.metrics import FlightContext, MetricAddress, evaluate
 from objectives.requirements import (
@@ -20,15 +21,15 @@ from objectives.requirements import (
 from objectives.risk import Risk
 from objectives.system import Fleet, System
 from plant.closed_loop import Status
-from plant.flights import FlightInputs, Flyer, result_parts
-from plant.scenarios import SEARCH, ScenarioSpec, sample_scenarios
+from plant.flights import Flyer, result_parts
+from plant.scenarios import SEARCH, ScenarioSpec
 from plant.targets import Targets
 
 __all__ = ["Constraint", "Evaluation", "Fleet", "Objective", "Problem", "System", "seen_scores"]
 
-# Scenarios drawn at once, and scenarios of a fleet that are kept between generations; at 10 s and 250 Hz one takes 0.3 MB of
-# wind and noise, and laying a chunk out in lanes takes three times that for a moment.
-CHUNK, KEPT = 256, 1024
+# Scenarios drawn at once; at 10 s and 250 Hz one takes 0.3 MB of wind and noise, and laying a chunk out in lanes takes three
+# times that for a moment.
+CHUNK = 256
 # The row of a flight's result that holds its status, see `plant.flights.result_parts`.
 STATUS_ROW = -2
 
@@ -127,33 +128,12 @@ def with_unflown(results: np.ndarray, flown: np.ndarray) -> np.ndarray:
     return everyone
 
 
-class Scenarios:
-    """The drawn scenarios of a study, kept where they are few and drawn again where they are not."""
-
-    def __init__(self, system: System, root: int) -> None:
-        self._system = system
-        self._root = root
-        self._kept: dict[tuple[ScenarioSpec, str, int, int], FlightInputs] = {}
-
-    def inputs(self, fleet: Fleet, first: int, last: int) -> FlightInputs:
-        """Return the scenarios of a fleet from `first` to before `last`."""
-        key = (fleet.spec, fleet.stream, first, last)
-        if key in self._kept:
-            return self._kept[key]
-        inputs = sample_scenarios(
-            fleet.spec, self._system.vehicle, self._system.timing, self._root, fleet.stream, range(first, last)
-        )
-        if fleet.count <= KEPT:
-            self._kept[key] = inputs
-        return inputs
-
-
 class Problem:
     """Evaluates points of the unit cube: requirements, every candidate worth it through every scenario, metrics, risks.
 
     fleets: one for each scenario of the study. landed(n) is called as n more flights have ended or been spared. fly_all:
     fly what breaks a hard requirement too; a mask (n,) says so for single candidates. memory: of flights already flown;
-    flights_made counts those that it did not know.
+    flights_made counts those that it did not know. engine: who flies, by default this machine; flyer: of this machine.
     """
 
     def __init__(
@@ -166,6 +146,7 @@ class Problem:
         threads: int | None = None,
         screens: tuple[Screen, ...] = (),
         memory: FlightMemory | None = None,
+        engine: Engine | None = None,
     ) -> None:
         self.system = system
         self.space = space
@@ -176,7 +157,7 @@ class Problem:
         self.memory = memory
         self.flights_made = 0
         self._root = root
-        self._scenarios = Scenarios(system, root)
+        self.engine = engine or LocalEngine(system, root, self.flyer)
         self._known_targets: dict[ScenarioSpec, Targets] = {}
 
     @property
@@ -265,7 +246,7 @@ class Problem:
 
     def key(self, fleet: Fleet) -> str:
         """Return what names the flights of a fleet, but for gains and index, see `objectives.memory`."""
-        return scenario_key(self.system, self._root, fleet)
+        return scenario_key(self.system, self._root, fleet, self.engine.arithmetic)
 
     def results(
         self, gains: np.ndarray, fleet: Fleet, first: int, last: int, landed: Callable[[int], None] | None = None
@@ -279,8 +260,7 @@ class Problem:
             if part is not None:
                 out[i] = part
         if unknown.any():
-            inputs = self._scenarios.inputs(fleet, first, last)
-            out[unknown] = self.flyer.fly(gains[unknown], self.system.nominal, inputs, landed)
+            out[unknown] = self.engine.fly(gains[unknown], fleet, first, last, landed)
         if landed is not None:
             landed(int(np.sum(~unknown, axis=0)) * (last - first))
         self.flights_made += int(np.sum(unknown, axis=0)) * (last - first)
@@ -291,7 +271,7 @@ class Problem:
     def warm_up(self, gains: np.ndarray, spec: ScenarioSpec) -> None:
         """Screen and fly a gains row (g,) once, which nobody remembers, so that everything is compiled."""
         known_values(self.screens, gains[None])
-        self.flyer.fly(gains[None], self.system.nominal, self._scenarios.inputs(Fleet(spec, SEARCH, 1), 0, 1))
+        self.engine.fly(gains[None], Fleet(spec, SEARCH, 1), 0, 1)
 
     def score(self, results: np.ndarray, spec: ScenarioSpec) -> tuple[np.ndarray, np.ndarray]:
         """Turn result rows (n, flights, rows) into scores (n, quantities, flights) and failures (n, flights)."""

@@ -183,10 +183,30 @@ def write_inputs(study: Study, folder: Folder, threads: int, kind: str = TUNING)
 
 
 def write_outcome(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:
-    """Write front, summary, gains, responses, figures and report."""
+    """Write front, summary, gains, responses, margins, figures and report."""
     from tuner.report import start_figures, write_report
-    from tuner.run_constraints import constraint_table
     from tuner.run_margins import margin_table
+
+    drawing = start_figures(folder.path)
+    try:
+        write_contents(outcome, folder, watcher)
+        drawing.begin()
+        watcher.writing("margins")
+        margins = margin_table(outcome)
+        if margins is not None:
+            folder.write_table("margins.parquet", margins)
+        watcher.writing("report")
+        write_report(folder.path)
+    except BaseException:
+        drawing.stop()
+        raise
+    watcher.writing("figures")
+    drawing.wait()
+
+
+def write_contents(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:
+    """Write what the figures show: front, summary, responses; and gains."""
+    from tuner.run_constraints import constraint_table
     from tuner.run_responses import response_table
 
     document: dict[str, Any] = summary_document(outcome)
@@ -197,17 +217,6 @@ def write_outcome(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:
     folder.write_table("responses.parquet", response_table(outcome))
     if outcome.study.constraints:
         folder.write_table("constraints.csv", constraint_table(outcome))
-    drawing = start_figures(folder.path)
-    try:
-        watcher.writing("margins")
-        margins = margin_table(outcome)
-        if margins is not None:
-            folder.write_table("margins.parquet", margins)
-        watcher.writing("report")
-        write_report(folder.path)
-    finally:
-        watcher.writing("figures")
-        drawing.wait()
 
 
 def default_folder(study: Study) -> Path:

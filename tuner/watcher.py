@@ -24,6 +24,9 @@ class Watcher:
     def generation(self, record: Generation) -> None:
         """Hear of a finished generation."""
 
+    def flying(self, what: str, flights: int) -> None:
+        """Hear that so many flights begin; what: a participle, for instance "Sampling"."""
+
     def refining(self, flights: int) -> None:
         """Hear that the best of an inference is refined, with so many flights at most."""
 

@@ -18,6 +18,12 @@ SMALL = {
 class NoDrawing:
     """What stands for figures where a test looks at none: they take most of the time of a short run."""
 
+    def begin(self):
+        pass
+
+    def stop(self):
+        pass
+
     def wait(self):
         pass
 

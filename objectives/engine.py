@@ -1,0 +1,71 @@
+"""Who makes the flights of a problem: this machine's cores, or whatever else takes gains and a fleet and gives back results.
+
+A flight is a pure function of system, root seed, fleet, index and gains. An engine of the same `arithmetic` gives the same
+bits, wherever it flies.
+"""
+
+from collections.abc import Callable
+from typing import Protocol
+
+import numpy as np
+
+from objectives.system import Fleet, System
+from plant.flights import FlightInputs, Flyer
+from plant.scenarios import ScenarioSpec, sample_scenarios
+
+Landed = Callable[[int], None]
+# Scenarios of a fleet that are kept between generations; at 10 s and 250 Hz one takes 0.3 MB of wind and noise.
+KEPT = 1024
+LANES = "lanes"
+"""Arithmetic of the compiled lanes on the processor, which recorded flights have unless they say otherwise."""
+
+
+class Engine(Protocol):
+    """Flies gains through ranges of a fleet. arithmetic: names the bits, see `objectives.memory.scenario_key`."""
+
+    @property
+    def arithmetic(self) -> str:
+        """Name of the arithmetic: engines of one name agree to the bit."""
+        ...
+
+    def fly(self, gains: np.ndarray, fleet: Fleet, first: int, last: int, landed: Landed | None = None) -> np.ndarray:
+        """Fly gains rows (n, g) through the flights first..last of a fleet; return results (n, last - first, rows).
+
+        landed(k) is called as k more flights have ended.
+        """
+        ...
+
+
+class Scenarios:
+    """The drawn scenarios of a study, kept where they are few and drawn again where they are not."""
+
+    def __init__(self, system: System, root: int) -> None:
+        self._system = system
+        self._root = root
+        self._kept: dict[tuple[ScenarioSpec, str, int, int], FlightInputs] = {}
+
+    def inputs(self, fleet: Fleet, first: int, last: int) -> FlightInputs:
+        """Return the scenarios of a fleet from `first` to before `last`."""
+        key = (fleet.spec, fleet.stream, first, last)
+        if key in self._kept:
+            return self._kept[key]
+        inputs = sample_scenarios(
+            fleet.spec, self._system.vehicle, self._system.timing, self._root, fleet.stream, range(first, last)
+        )
+        if fleet.count <= KEPT:
+            self._kept[key] = inputs
+        return inputs
+
+
+class LocalEngine:
+    """The cores of this machine."""
+
+    arithmetic = LANES
+
+    def __init__(self, system: System, root: int, flyer: Flyer) -> None:
+        self._system, self._flyer = system, flyer
+        self._scenarios = Scenarios(system, root)
+
+    def fly(self, gains: np.ndarray, fleet: Fleet, first: int, last: int, landed: Landed | None = None) -> np.ndarray:
+        """Fly; see `Engine`."""
+        return self._flyer.fly(gains, self._system.nominal, self._scenarios.inputs(fleet, first, last), landed)
