@@ -15,7 +15,8 @@ from tuner.contest.contest import Claim, Contender, Contest, Published
 from tuner.contest.layers import WHOLE, Layer, Table, depth, laid_over, merged_layers, read_layers
 from tuner.contest.overrides import put
 from tuner.contest.schema import ADDED, ELSEWHERE, OWN, SHARED, ClaimTable, ContenderTable, ContestTable, PublishedTable
-from tuner.study.build import located, study_from_table
+from tuner.study.build import study_from_table
+from tuner.study.locating import located
 from tuner.study.magnitude import check_magnitudes
 from tuner.study.messages import translated
 

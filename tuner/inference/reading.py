@@ -14,7 +14,7 @@ from tuner.inference.inference import Cell, Inference
 from tuner.inference.schema import ADDED, InferenceTable, SettingsTable
 from tuner.inference.unknowns import check_range, unknowns_of
 from tuner.search.names import check_algorithm
-from tuner.study.build import located
+from tuner.study.locating import located
 from tuner.study.magnitude import check_magnitudes
 from tuner.study.messages import translated
 from tuner.study.size import Flown, check_size, flight_steps

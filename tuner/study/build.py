@@ -1,7 +1,6 @@
 """From the tables of a study file to what runs; every value is checked here or by the type that it becomes."""
 
 from collections.abc import Callable, Iterator, Mapping
-from contextlib import contextmanager
 from math import cos, isfinite, radians
 from pathlib import Path
 from typing import Any, TypeVar
@@ -27,6 +26,7 @@ from tuner.search.front import resolved_rule
 from tuner.search.names import STARTS, check_algorithm
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
+from tuner.study.locating import located
 from tuner.study.magnitude import check_magnitudes
 from tuner.study.margins import margin_requirement, margin_screen
 from tuner.study.reading import checked_table, read_study_table
@@ -72,12 +72,13 @@ def _build(path: Path, table: StudyTable) -> Study:
             check_plant_step(timing, airframe)
             cascade = _cascade(table.controller)
             options = _options(table.controller)
+            default = _default_gains(table.controller, cascade, path)
         with located(path, "limits"):
             limits = _limits(table.limits)
         knowledge = nominal(airframe.vehicle, options, timing.control_period)
         system = System(airframe.vehicle, cascade, knowledge, limits, timing)
         with located(path, "gains"):
-            space = decision_space(table.gains, cascade, timing.control_period)
+            space = decision_space(table.gains, cascade, timing.control_period, default)
         scenarios = tuple(_listed("scenario", path, table.scenario, lambda entry: _scenario(entry, timing, path)))
         _unique("scenario", [entry.spec.name for entry in scenarios], ".name")
         objectives = tuple(
@@ -107,25 +108,6 @@ def _build(path: Path, table: StudyTable) -> Study:
         path, table.title, table.description, table.seed, airframe, options, system, space, scenarios, objectives,
         constraints, screens, search, rule, table,
     )  # fmt: skip
-
-
-@contextmanager
-def located(path: Path | None, key: str) -> Iterator[None]:
-    """Put a table in front of the key of an error raised inside, and name the file; None leaves the file to an outer one."""
-    try:
-        yield
-    except InputError as error:
-        if error.file is not None:
-            raise
-        inner = error.key or ""
-        joined = f"{key}.{inner}" if key and inner else key or inner
-        raise _moved(error, path, joined) from None
-
-
-def _moved(error: InputError, path: Path | None, key: str) -> InputError:
-    copy = type(error).__new__(type(error))
-    InputError.__init__(copy, error.message, file=path, key=key or None)
-    return copy
 
 
 def _listed(name: str, path: Path, entries: list[Any], make: Callable[[Any], T]) -> Iterator[T]:
@@ -171,6 +153,27 @@ def _options(table: ControllerTable) -> ControlOptions:
         raise InputError(f"given {table.tilt_limit_deg} deg; allowed: 3 to 60 deg", key="tilt_limit_deg")
     tilt = radians(table.tilt_limit_deg)
     return ControlOptions(table.attitude_rate, table.position_rate, table.lag_aware, table.delay, tilt)
+
+
+def _default_gains(table: ControllerTable, cascade: Cascade, path: Path) -> tuple[float, ...] | None:
+    """Return the gains row of the file that controller.default names; its laws must be those of the study."""
+    if table.default is None:
+        return None
+    from tuner.gains_file import read_gains
+
+    file = path.parent / table.default
+    if not file.is_file():
+        raise InputError(f"there is no file {file}; the path is relative to the study file", key="default")
+    given = read_gains(file)
+    for loop in ("position", "attitude"):
+        mine, its = getattr(cascade, loop).name, getattr(given.cascade, loop).name
+        if mine != its:
+            raise InputError(
+                f"{file} holds the {loop} law '{its}', this study flies '{mine}'; give gains of the same laws, or write "
+                f'{loop} = "{its}"',
+                key="default",
+            )
+    return given.gains
 
 
 def _limits(table: LimitsTable) -> Limits:

@@ -1,6 +1,6 @@
 """The [gains] table: which gains are searched, tied or fixed; the rest stand at their defaults."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
 from objectives.decisions import DecisionSpace, Variable
@@ -21,11 +21,16 @@ class Claim:
     gains: tuple[GainAddress, ...]
 
 
-def decision_space(table: Mapping[str, Entry], cascade: Cascade, control_period: float) -> DecisionSpace:
-    """Return the decision space of a [gains] table; raises InputError with the key inside the table."""
+def decision_space(
+    table: Mapping[str, Entry], cascade: Cascade, control_period: float, default: Sequence[float] | None = None
+) -> DecisionSpace:
+    """Return the decision space of a [gains] table; raises InputError with the key inside the table.
+
+    default: gains row that stands where the table says nothing, by default that of the laws.
+    """
     known = gain_addresses(cascade)
     claims = [claim for claim in _settled(_claims(table, known)) if claim.gains]
-    base = [gain.default for gain in known]
+    base = [gain.default for gain in known] if default is None else list(default)
     owners: dict[str, Claim] = {claim.key: claim for claim in claims}
     tied: dict[str, list[GainAddress]] = {}
     for claim in claims:

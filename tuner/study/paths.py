@@ -8,11 +8,12 @@ Table = dict[str, Any]
 
 
 def with_paths(table: Table, move: Callable[[str], str]) -> Table:
-    """Return a study's content with every path in it put through `move`: airframe.file, path of a reference."""
+    """Return a study's content with every path in it put through `move`: of airframes, default gains, references."""
     result = deepcopy(table)
-    frames = [result.get("airframe"), *[c.get("airframe") for c in _tables(result.get("contender"))]]
+    holders = [result, *_tables(result.get("contender"))]
     for holder, key in [
-        *[(frame, "file") for frame in frames],
+        *[(holder.get("airframe"), "file") for holder in holders],
+        *[(holder.get("controller"), "default") for holder in holders],
         *[(entry.get("reference"), "path") for entry in _tables(result.get("scenario"))],
     ]:
         if isinstance(holder, dict) and isinstance(holder.get(key), str):

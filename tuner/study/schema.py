@@ -32,7 +32,7 @@ class AirframeTable(Table):
 
 
 class ControllerTable(Table):
-    """[controller]: the law of each loop and what is no gain."""
+    """[controller]: the law of each loop and what is no gain; default: a gains.json that stands in for the laws' defaults."""
 
     attitude: str
     position: str = "ladrc"
@@ -43,6 +43,7 @@ class ControllerTable(Table):
     lag_aware: bool = True
     delay: bool = False
     tilt_limit_deg: float = 30.0
+    default: str | None = None
 
 
 class LimitsTable(Table):

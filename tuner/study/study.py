@@ -79,6 +79,8 @@ class Study:
         content: dict[str, Any] = {**self._values(), "vehicle": self.system.vehicle}
         for key in ("title", "description", "airframe", *without):
             content.pop(key, None)
+        # Its gains count, under "gains".
+        content["controller"].pop("default", None)
         for scenario in content["scenario"]:
             scenario["reference"].pop("path", None)
         return content
