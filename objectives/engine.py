@@ -4,7 +4,7 @@ A flight is a pure function of system, root seed, fleet, index and gains. An eng
 bits, wherever it flies.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Iterable, Iterator
 from typing import Protocol
 
 import numpy as np
@@ -21,7 +21,10 @@ LANES = "lanes"
 
 
 class Engine(Protocol):
-    """Flies gains through ranges of a fleet. arithmetic: names the bits, see `objectives.memory.scenario_key`."""
+    """Flies gains through ranges of a fleet. arithmetic: names the bits, see `objectives.memory.scenario_key`.
+
+    An engine of its own has `arithmetic` and `fly`; the rest stands here for classes that derive from this one.
+    """
 
     @property
     def arithmetic(self) -> str:
@@ -34,6 +37,24 @@ class Engine(Protocol):
         landed(k) is called as k more flights have ended.
         """
         ...
+
+    def ready(self, fleet: Fleet) -> bool:  # noqa: ARG002
+        """Return whether flights begin at once; if not, the first one waits for a compiler."""
+        return True
+
+    def warm_up(self, gains: np.ndarray, fleet: Fleet) -> None:
+        """Fly a gains row (g,) once, so that everything is compiled."""
+        self.fly(gains[None], fleet, 0, 1)
+
+    def stream(
+        self, parts: Iterable[np.ndarray], fleet: Fleet, first: int, last: int, landed: Landed | None = None
+    ) -> Iterator[np.ndarray]:
+        """Fly parts (k, g) of many gains rows and yield the results of each in turn, of an empty part (0, last - first, 0).
+
+        An engine far away reads the next parts while the results of earlier ones are still to come.
+        """
+        for part in parts:
+            yield self.fly(part, fleet, first, last, landed) if len(part) else np.empty((0, last - first, 0))
 
 
 class Scenarios:
@@ -57,14 +78,21 @@ class Scenarios:
         return inputs
 
 
-class LocalEngine:
+class LocalEngine(Engine):
     """The cores of this machine."""
-
-    arithmetic = LANES
 
     def __init__(self, system: System, root: int, flyer: Flyer) -> None:
         self._system, self._flyer = system, flyer
         self._scenarios = Scenarios(system, root)
+
+    @property
+    def arithmetic(self) -> str:
+        """The compiled lanes."""
+        return LANES
+
+    def ready(self, fleet: Fleet) -> bool:  # noqa: ARG002
+        """Return whether an earlier process compiled the kernel."""
+        return self._flyer.cached
 
     def fly(self, gains: np.ndarray, fleet: Fleet, first: int, last: int, landed: Landed | None = None) -> np.ndarray:
         """Fly; see `Engine`."""

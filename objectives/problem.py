@@ -1,5 +1,6 @@
 """The problem a search solves: points of the unit cube in, risks of metrics over scenarios out."""
 
+from collections import deque
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
 from time import perf_counter
@@ -30,6 +31,9 @@ __all__ = ["Constraint", "Evaluation", "Fleet", "Objective", "Problem", "System"
 # Scenarios drawn at once; at 10 s and 250 Hz one takes 0.3 MB of wind and noise, and laying a chunk out in lanes takes three
 # times that for a moment.
 CHUNK = 256
+# Bytes of results that candidates fly for at a time: 72 numbers a flight are soon scored to a few. 434 candidates on 64
+# scenarios, which keep 100 threads busy for half a second.
+PART = 16_000_000
 # The row of a flight's result that holds its status, see `plant.flights.result_parts`.
 STATUS_ROW = -2
 
@@ -118,16 +122,6 @@ def seen_scores(scores: np.ndarray, index: int, origin: np.ndarray, scenario: st
     return scores[:, index] if scenario is None else np.ascontiguousarray(scores[:, index][:, origin == scenario])
 
 
-def with_unflown(results: np.ndarray, flown: np.ndarray) -> np.ndarray:
-    """Put result rows (flown, flights, rows) among those of candidates (n, flights, rows) that failed at t = 0 instead."""
-    if flown.all():
-        return results
-    everyone = np.zeros((len(flown), *results.shape[1:]))
-    everyone[..., STATUS_ROW] = Status.LOST.code
-    everyone[flown] = results
-    return everyone
-
-
 class Problem:
     """Evaluates points of the unit cube: requirements, every candidate worth it through every scenario, metrics, risks.
 
@@ -198,10 +192,11 @@ class Problem:
         flown = worth_flying(self.requirements, known) | fly_all
         scores, failed, origin = [], [], []
         for fleet in fleets:
-            for part, status in self._fly(gains, flown, fleet, landed):
+            for first, last in self.chunks(fleet):
+                part, status = self.scored(gains, flown, fleet, first, last, landed)
                 scores.append(part)
                 failed.append(status)
-                origin += [fleet.spec.name] * part.shape[-1]
+                origin += [fleet.spec.name] * (last - first)
         all_scores, names = np.concatenate(scores, axis=-1), np.array(origin)
         risks = self.risks(all_scores, names)
         n = len(self.objectives)
@@ -229,16 +224,37 @@ class Problem:
             risks[:, i] = quantity.risk.apply(seen_scores(scores, i, origin, quantity.scenario))
         return risks
 
-    def _fly(
-        self, gains: np.ndarray, flown: np.ndarray, fleet: Fleet, landed: Callable[[int], None] | None
-    ) -> Iterator[tuple[np.ndarray, np.ndarray]]:
-        """Yield the scores and failures of a fleet, at most CHUNK scenarios at a time."""
-        spared = int(np.sum(~flown, axis=0))
-        for first, last in self.chunks(fleet):
-            results = self.results(gains[flown], fleet, first, last, landed)
-            if landed is not None and spared:
-                landed(spared * (last - first))
-            yield self.score(with_unflown(results, flown), fleet.spec)
+    def scored(
+        self,
+        gains: np.ndarray,
+        flown: np.ndarray,
+        fleet: Fleet,
+        first: int,
+        last: int,
+        landed: Callable[[int], None] | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Fly those of the gains rows (n, g) that are `flown` (n,) and score everyone, part after part.
+
+        Return scores (n, quantities, last - first) and failures (n, last - first).
+        """
+        n, spared = len(gains), np.flatnonzero(~flown)
+        # Laid out as the scores of one part are, see `seen_scores`.
+        scores = np.moveaxis(np.empty((len(self.quantities), n, last - first)), 0, 1)
+        failed = np.empty((n, last - first), dtype=bool)
+        flying = np.flatnonzero(flown)
+        for part, results in self.parts(gains[flying], fleet, first, last, landed):
+            scores[flying[part]], failed[flying[part]] = self.score(results, fleet.spec)
+        if len(spared):
+            scores[spared], failed[spared] = self.unflown(fleet, last - first)
+            if landed is not None:
+                landed(len(spared) * (last - first))
+        return scores, failed
+
+    def unflown(self, fleet: Fleet, flights: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return scores (1, quantities, flights) and failures (1, flights) of one that was not worth a flight: lost at t = 0."""
+        results = np.zeros((1, flights, self.flyer.rows))
+        results[..., STATUS_ROW] = Status.LOST.code
+        return self.score(results, fleet.spec)
 
     def chunks(self, fleet: Fleet) -> list[tuple[int, int]]:
         """Return the ranges of flights that a fleet is flown in, one after the other."""
@@ -251,27 +267,61 @@ class Problem:
     def results(
         self, gains: np.ndarray, fleet: Fleet, first: int, last: int, landed: Callable[[int], None] | None = None
     ) -> np.ndarray:
-        """Return the results (n, last - first, rows) of gains rows (n, g): recalled where the memory has them, else flown."""
-        key = self.key(fleet)
-        known = [self.memory.recall(key, row, first, last) if self.memory else None for row in gains]
-        unknown = np.array([part is None for part in known], dtype=bool)
+        """Return the results (n, last - first, rows) of gains rows (n, g); all at once, so for few rows: see `parts`."""
         out = np.empty((len(gains), last - first, self.flyer.rows))
-        for i, part in enumerate(known):
-            if part is not None:
-                out[i] = part
-        if unknown.any():
-            out[unknown] = self.engine.fly(gains[unknown], fleet, first, last, landed)
-        if landed is not None:
-            landed(int(np.sum(~unknown, axis=0)) * (last - first))
-        self.flights_made += int(np.sum(unknown, axis=0)) * (last - first)
-        if self.memory:
-            self.memory.keep(key, fleet, gains, first, out)
+        for part, results in self.parts(gains, fleet, first, last, landed):
+            out[part] = results
         return out
 
+    def parts(
+        self, gains: np.ndarray, fleet: Fleet, first: int, last: int, landed: Callable[[int], None] | None = None
+    ) -> Iterator[tuple[slice, np.ndarray]]:
+        """Yield slices of the gains rows (n, g), in order, with their results (k, last - first, rows).
+
+        Recalled where the memory has them, else flown. Nobody else may write into them: the memory may keep them.
+        """
+        key, flights = self.key(fleet), last - first
+        each = max(PART // (8 * flights * self.flyer.rows), 1)
+        under_way: deque[tuple[slice, np.ndarray, np.ndarray]] = deque()
+
+        def asked() -> Iterator[np.ndarray]:
+            for start in range(0, len(gains), each):
+                part = slice(start, start + each)
+                out, unknown = self._recalled(key, gains[part], first, last)
+                under_way.append((part, out, unknown))
+                yield gains[part][unknown]
+
+        for flown in self.engine.stream(asked(), fleet, first, last, landed):
+            part, out, unknown = under_way.popleft()
+            if len(flown):
+                out[unknown] = flown
+            if landed is not None:
+                landed((len(out) - len(flown)) * flights)
+            self.flights_made += len(flown) * flights
+            if self.memory:
+                self.memory.keep(key, fleet, gains[part], first, out)
+            yield part, out
+
+    def _recalled(self, key: str, gains: np.ndarray, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return results (n, last - first, rows) with what the memory has, and which rows (n,) it does not have."""
+        out = np.empty((len(gains), last - first, self.flyer.rows))
+        unknown = np.ones(len(gains), dtype=bool)
+        for i, row in enumerate(gains):
+            known = self.memory.recall(key, row, first, last) if self.memory else None
+            if known is not None:
+                out[i], unknown[i] = known, False
+        return out, unknown
+
     def warm_up(self, gains: np.ndarray, spec: ScenarioSpec) -> None:
-        """Screen and fly a gains row (g,) once, which nobody remembers, so that everything is compiled."""
+        """Screen and fly a gains row (g,) once, which nobody remembers, so that everything is compiled.
+
+        Here too where others fly, for the responses: their kernel may be in a cache that is not this machine's.
+        """
         known_values(self.screens, gains[None])
-        self.engine.fly(gains[None], Fleet(spec, SEARCH, 1), 0, 1)
+        fleet = Fleet(spec, SEARCH, 1)
+        self.engine.warm_up(gains, fleet)
+        if not isinstance(self.engine, LocalEngine):
+            LocalEngine(self.system, self._root, self.flyer).warm_up(gains, fleet)
 
     def score(self, results: np.ndarray, spec: ScenarioSpec) -> tuple[np.ndarray, np.ndarray]:
         """Turn result rows (n, flights, rows) into scores (n, quantities, flights) and failures (n, flights)."""

@@ -19,7 +19,7 @@ from time import perf_counter
 
 import numpy as np
 
-from objectives.problem import Evaluation, Problem, with_unflown
+from objectives.problem import Evaluation, Problem
 from objectives.requirements import known_values, known_violations, worth_flying
 from objectives.risk.joint import resampled_scenarios, within
 from objectives.system import Fleet
@@ -28,6 +28,8 @@ from plant.seeds import generator
 Array = np.ndarray
 # Shares of the scenarios after which candidates are judged, the share of resamples that settles one, number of resamples.
 SHARES, LEVEL, REPLICATES = (0.25, 0.5), 0.99, 400
+# Candidates whose resamples are worked out together: 64 x 400 x 64 flights are 13 MB.
+TOGETHER = 64
 
 
 @dataclass(frozen=True)
@@ -94,10 +96,9 @@ class Race:
         before = self.track.counts[stage - 1] if stage else tuple(0 for _ in self.track.fleets)
         for fleet, first, last in zip(self.track.fleets, before, self.track.counts[stage], strict=True):
             if last > first:
-                results = self.problem.results(self.gains[running], fleet, first, last, landed)
-                columns = slice(start + first, start + last)
-                self.scores[running, :, columns], self.failed[running, columns] = self.problem.score(
-                    results, fleet.spec
+                columns, everyone = slice(start + first, start + last), np.ones(len(running), dtype=bool)
+                self.scores[running, :, columns], self.failed[running, columns] = self.problem.scored(
+                    self.gains[running], everyone, fleet, first, last, landed
                 )
             start += fleet.count
 
@@ -143,9 +144,8 @@ class Race:
         """Score candidates that were not worth a flight as failures at t = 0."""
         start = 0
         for fleet in self.track.fleets:
-            none = with_unflown(np.zeros((0, fleet.count, self.problem.flyer.rows)), np.zeros(len(rows), dtype=bool))
             columns = slice(start, start + fleet.count)
-            self.scores[rows, :, columns], self.failed[rows, columns] = self.problem.score(none, fleet.spec)
+            self.scores[rows, :, columns], self.failed[rows, columns] = self.problem.unflown(fleet, fleet.count)
             start += fleet.count
 
     def _put_behind(self, rows: Array, seen: Array, risks: Array) -> None:
@@ -210,12 +210,27 @@ def beaten_by(problem: Problem, champions: Array, scores: Array, origin: Array, 
     champions (k, objectives, flights), scores (n, quantities, flights): of the same flights, of scenarios origin (flights,).
     """
     drawn = resampled_scenarios(generator(root, "racing", len(origin)), REPLICATES, origin)
-    worse = np.ones((len(scores), len(champions), REPLICATES), dtype=bool)
+    theirs = np.concatenate([_resampled(problem, part, origin, drawn) for part in _few(champions)], axis=1)
+    found = [_surely_beaten(_resampled(problem, part, origin, drawn), theirs) for part in _few(scores)]
+    return np.concatenate(found, axis=0)
+
+
+def _few(scores: Array) -> list[Array]:
+    """Split scores (n, ...) into parts of few candidates: their resamples are REPLICATES times as large."""
+    return [scores[start : start + TOGETHER] for start in range(0, len(scores), TOGETHER)]
+
+
+def _resampled(problem: Problem, scores: Array, origin: Array, drawn: Array) -> Array:
+    """Return the objectives (objectives, n, replicates) of candidates on resampled flights."""
+    risks = np.empty((len(problem.objectives), len(scores), REPLICATES))
     for i, objective in enumerate(problem.objectives):
         seen = slice(None) if objective.scenario is None else origin == objective.scenario
-        part = within(drawn, origin, objective.scenario)
-        mine, theirs = (objective.risk.apply(flown[:, i, seen][:, part]) for flown in (scores, champions))
-        worse &= mine[:, None] > theirs[None]
-    share = worse.mean(axis=-1)
+        risks[i] = objective.risk.apply(scores[:, i, seen][:, within(drawn, origin, objective.scenario)])
+    return risks
+
+
+def _surely_beaten(mine: Array, theirs: Array) -> Array:
+    """Return which of the champions, theirs (objectives, k, replicates), surely beats each candidate (n,), -1 for none."""
+    share = np.all(mine[:, :, None] > theirs[:, None], axis=0).mean(axis=-1)
     best = share.argmax(axis=1)
     return np.where(share[np.arange(len(best)), best] >= LEVEL, best, -1)

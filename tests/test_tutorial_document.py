@@ -19,12 +19,12 @@ from tuner import report
 from tuner.cli.main import app
 
 ROOT = Path(__file__).parents[1]
-DOCS = [ROOT / "docs" / name for name in ("tutorial.md", "reading_the_report.md")]
-TUTORIAL, READING = (path.read_text(encoding="utf-8") for path in DOCS)
+DOCS = [ROOT / "docs" / name for name in ("tutorial.md", "reading_the_report.md", "exports.md")]
+TUTORIAL, READING, EXPORTS = (path.read_text(encoding="utf-8") for path in DOCS)
 # A block that is the content of a file stands below a line that begins with the file's name.
 BLOCKS = dict(re.findall(r"^`([\w./]+)`[^\n]*:\n\n```\w+\n(.*?)```", TUTORIAL, re.MULTILINE | re.DOTALL))
-FENCED = re.findall(r"```sh\n(.*?)```", TUTORIAL + READING, re.DOTALL)
-INLINE = re.findall(r"`(tuner [^`]*)`", TUTORIAL + READING)
+FENCED = re.findall(r"```sh\n(.*?)```", TUTORIAL + READING + EXPORTS, re.DOTALL)
+INLINE = re.findall(r"`(tuner [^`]*)`", TUTORIAL + READING + EXPORTS)
 COMMANDS = [line for block in FENCED for line in block.splitlines()] + INLINE
 TUNER = sorted({command for command in COMMANDS if command.startswith("tuner ")})
 # Few and short flights, none that asks for margins.

@@ -14,6 +14,7 @@ import numpy as np
 from plant.errors import InputError, StoreError
 from plant.scenarios import HELD_OUT
 from tuner.conclusion import Outcome, conclude
+from tuner.gpu.choice import engine_again
 from tuner.replay import replayed
 from tuner.resume import recorded_study
 from tuner.run import flight_store, problem_of, search, write_inputs, write_outcome
@@ -59,11 +60,14 @@ def rejudge(path: Path, first: Study, asked: Study, folder: Folder, watcher: Wat
     """Judge the candidates of the results folder `path`, of the study `first`, by another study, into a new folder."""
     begin = perf_counter()
     generations = asked.search.generations
-    recorded = replayed(path, first, problem_of(first, threads, flight_store(first, None, (path,))), generations)
+    engine = engine_again(path, first.system, first.seed)
+    recorded = replayed(
+        path, first, problem_of(first, threads, flight_store(first, None, (path,)), engine), generations
+    )
     candidates = [record.points for record in recorded]
     store = flight_store(asked, folder, (path,))
-    problem = problem_of(asked, threads, store)
-    write_inputs(asked, folder, problem.flyer.threads, JUDGEMENT)
+    problem = problem_of(asked, threads, store, engine)
+    write_inputs(asked, folder, problem, JUDGEMENT)
     found = search(problem, asked, folder, watcher, Recorded(iter(candidates)))
     outcome = conclude(problem, asked, found, watcher, begin, [])
     store.commit(HELD_OUT)

@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 
+from objectives.engine import Engine
 from objectives.memory import FlightMemory
 from objectives.problem import Evaluation, Problem
 from objectives.racing import Champions, race
@@ -32,17 +33,22 @@ from tuner.watcher import Watcher
 
 
 def run_study(
-    study: Study, folder: Folder, watcher: Watcher, threads: int | None = None, reuse: tuple[Path, ...] = ()
+    study: Study,
+    folder: Folder,
+    watcher: Watcher,
+    threads: int | None = None,
+    reuse: tuple[Path, ...] = (),
+    engine: Engine | None = None,
 ) -> Outcome:
     """Run a study in a results folder; every generation is on disk before the next one flies.
 
     Flights that are in the folder already, or in the results folders `reuse`, are not flown again: a run that was stopped goes
-    on where it was, and ends with the bits that it would have ended with.
+    on where it was, and ends with the bits that it would have ended with. engine: who flies, this machine unless given.
     """
     begin, clock = perf_counter(), Clock()
     store = flight_store(study, folder, reuse)
-    problem = problem_of(study, threads, store)
-    write_inputs(study, folder, problem.flyer.threads)
+    problem = problem_of(study, threads, store, engine)
+    write_inputs(study, folder, problem)
     for name in store.damaged:
         watcher.noticed(f"{name} is damaged; it is not used, and what it held is flown again.")
     if store.generations < study.search.generations:
@@ -57,11 +63,12 @@ def run_study(
     return outcome
 
 
-def problem_of(study: Study, threads: int | None, memory: FlightMemory | None) -> Problem:
+def problem_of(study: Study, threads: int | None, memory: FlightMemory | None, engine: Engine | None = None) -> Problem:
     """Return the problem that a study poses."""
     return Problem(
-        study.system, study.space, study.objectives, study.constraints, study.seed, threads, study.screens, memory
-    )
+        study.system, study.space, study.objectives, study.constraints, study.seed, threads, study.screens, memory,
+        engine,
+    )  # fmt: skip
 
 
 def flight_store(study: Study, folder: Folder | None, others: tuple[Path, ...] = ()) -> FlightStore:
@@ -72,7 +79,8 @@ def flight_store(study: Study, folder: Folder | None, others: tuple[Path, ...] =
 
 def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
     """Have the kernel compiled (once for a combination of laws) before anything is timed."""
-    if problem.flyer.cached and not (study.table.margin and _margins_are_cold()):
+    ready = problem.flyer.cached and problem.engine.ready(fleets(study, SEARCH)[0])
+    if ready and not (study.table.margin and _margins_are_cold()):
         return
     watcher.compiling()
     begin = perf_counter()
@@ -172,14 +180,16 @@ def as_recorded(evaluation: Evaluation, past: list[Spent], number: int) -> Evalu
     )
 
 
-def write_inputs(study: Study, folder: Folder, threads: int, kind: str = TUNING) -> None:
+def write_inputs(study: Study, folder: Folder, problem: Problem, kind: str = TUNING) -> None:
     """Write what the run starts from; a resumed run adds its session to what is there."""
     if not (folder.path / "study.toml").exists():
         folder.write_text("study.toml", study.path.read_text(encoding="utf-8"))
     folder.write_json("resolved.json", study.resolved())
-    folder.write_json("environment.json", with_session(folder.path / "environment.json", environment(threads)))
+    folder.write_json(
+        "environment.json", with_session(folder.path / "environment.json", environment(problem.flyer.threads))
+    )
     table = study.table.model_dump(mode="json", exclude_unset=True)
-    freeze(folder, kind, study.path, table, study.digest(), study.search.generations)
+    freeze(folder, kind, study.path, table, study.digest(), study.search.generations, problem.engine.arithmetic)
 
 
 def write_outcome(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:

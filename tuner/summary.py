@@ -10,7 +10,7 @@ from objectives.risk import RISKS
 from plant.air.air import summary as air_summary
 from plant.gains import gain_addresses
 from tuner.conflicts import Conflict, Cost, Limit, Relaxation, limits_of
-from tuner.gains_file import Controller, to_document
+from tuner.gains_of_run import gains_document
 from tuner.held_out import Comparison, Estimate, KnownComparison
 from tuner.store.tables import point_name
 
@@ -178,24 +178,3 @@ def variables(outcome: "Outcome") -> list[dict[str, Any]]:
         }
         for variable, columns in zip(study.space.variables, study.space.columns, strict=True)
     ]
-
-
-def gains_document(outcome: "Outcome", tuned: str, table: list[dict[str, Any]]) -> dict[str, Any]:
-    """Return the content of gains.json for the recommended point."""
-    study = outcome.study
-    controller = Controller(
-        airframe=study.airframe,
-        cascade=study.system.cascade,
-        options=study.options,
-        control_period=study.system.timing.control_period,
-        plant_step=study.system.timing.plant_step,
-        gains=tuple(float(gain) for gain in outcome.gains(outcome.tuned)),
-    )
-    provenance = {
-        "study": {"name": study.path.name, "title": study.title, "seed": study.seed, "digest": study.digest(), "point": tuned},
-        "objectives": [
-            {key: row[key] for key in ("label", "unit", "kind", "limit", "default", "tuned", "difference", "verdict")}
-            for row in table
-        ],
-    }  # fmt: skip
-    return to_document(controller, provenance)

@@ -18,6 +18,8 @@ from plant.errors import StoreError
 from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.conclusion import Outcome, conclude, fleets
+from tuner.gains_file.agreement import same_result
+from tuner.gpu.choice import engine_again
 from tuner.replay import replayed
 from tuner.resume import recorded_study
 from tuner.run import flight_store, problem_of
@@ -75,13 +77,14 @@ def verify(path: Path, sample: int | None, threads: int | None, watcher: Watcher
     """Compare a results folder with what comes out now; sample: fly only so many candidates again, drawn at random."""
     study, record = recorded_study(path)
     store = flight_store(study, None, (path,))
-    again = problem_of(study, threads, None)
+    engine = engine_again(path, study.system, study.seed)
+    again = problem_of(study, threads, None, engine)
     generations: list[Generation] = []
     flown, finished = np.zeros(0, dtype=int), (path / "front.csv").exists()
     try:
         if store.damaged:
             raise Different(f"{store.damaged[0]} is damaged")
-        problem = problem_of(study, threads, store)
+        problem = problem_of(study, threads, store, engine)
         generations = replay(path, study, problem, record.generations if finished else None)
         flown = chosen(generations, sample, study.seed)
         refly(study, again, generations, flown, store, watcher)
@@ -180,7 +183,7 @@ def compare_front(path: Path, study: Study, problem: Problem, generations: list[
     except (OSError, ValueError) as error:
         raise Different(f"front.csv or gains.json cannot be read ({error})") from None
     compare_csv("front.csv", there, csv_text(front_table(outcome)))
-    if gains != json.loads(json.dumps(summary_document(outcome)["gains_document"])):
+    if not same_result(gains, json.loads(json.dumps(summary_document(outcome)["gains_document"]))):
         raise Different("gains.json holds other values")
 
 

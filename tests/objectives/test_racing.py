@@ -27,11 +27,10 @@ class Made(Problem):
         self.flyer = SimpleNamespace(rows=len(objectives) + len(constraints))
         self.flights_made = 0
 
-    def results(self, gains, fleet, first, last, landed=None):
+    def parts(self, gains, fleet, first, last, landed=None):
         self.flights_made += len(gains) * (last - first)
-        return np.array([[self.made(row[0], flight) for flight in range(first, last)] for row in gains]).reshape(
-            len(gains), last - first, -1
-        )
+        flown = [[self.made(row[0], flight) for flight in range(first, last)] for row in gains]
+        yield slice(0, len(gains)), np.array(flown).reshape(len(gains), last - first, -1)
 
     def score(self, results, spec):
         return np.moveaxis(results, 2, 1), np.zeros(results.shape[:2], dtype=bool)

@@ -35,7 +35,14 @@ def overrides(changes: list[str]) -> dict[str, Any]:
 
 
 def run_command(
-    study: Path, out: Path | None, threads: int | None, changes: list[str], reuse: list[Path], as_json: bool
+    study: Path,
+    out: Path | None,
+    threads: int | None,
+    changes: list[str],
+    reuse: list[Path],
+    as_json: bool,
+    dask: str | None = None,
+    backend: str = "lanes",
 ) -> None:
     """Run a study and print the Default / Tuned table; a file with contenders is a contest, one with unknowns an inference."""
     from tuner.contest import is_contest
@@ -46,6 +53,9 @@ def run_command(
             raise InputError(f"there is no results folder {results}", key="--reuse")
     if reuse and (is_inference(study) or is_contest(study)):
         raise InputError("only a tuning study takes flights over", key="--reuse")
+    if dask is not None and (is_inference(study) or is_contest(study)):
+        raise InputError("only a tuning study flies on a cluster", key="--dask")
+    check_backend(backend, is_inference(study) or is_contest(study), dask)
     if is_inference(study):
         from tuner.cli.inference import run_inference_command
 
@@ -63,11 +73,33 @@ def run_command(
             file=study,
             key="gains",
         )
+    from tuner.cluster.connect import engine_at
+    from tuner.gpu.choice import engine_named
     from tuner.run import default_folder, run_study
     from tuner.store.folder import Folder
 
-    folder = Folder.create(out or default_folder(asked))
-    print_run(asked, folder, as_json, lambda watcher: run_study(asked, folder, watcher, threads, tuple(reuse)))
+    console = Console(stderr=as_json)
+
+    def say(text: str) -> None:
+        console.print(text, highlight=False, markup=False, soft_wrap=True)
+
+    # Before the folder is made: where there is no cluster, nothing is left behind.
+    with engine_at(dask, asked, threads, say) as cluster:
+        engine = cluster or engine_named(backend, asked.system, asked.seed, say)
+        folder = Folder.create(out or default_folder(asked))
+        taken = tuple(reuse)
+        print_run(asked, folder, as_json, lambda watcher: run_study(asked, folder, watcher, threads, taken, engine))
+
+
+def check_backend(backend: str, several: bool, dask: str | None) -> None:
+    """Refuse a backend that there is not, or not for this kind of study; several: it is a contest or an inference."""
+    from tuner.gpu.choice import KEY, LANES, check
+
+    check(backend)
+    if backend != LANES and several:
+        raise InputError("only a tuning study flies on a graphics card", key=KEY)
+    if backend != LANES and dask is not None:
+        raise InputError(f"given {backend}; the workers of a cluster fly lanes, so give --dask or --backend", key=KEY)
 
 
 def print_run(asked: "Study", folder: "Folder", as_json: bool, run: "Callable[[Watcher], Outcome]") -> None:

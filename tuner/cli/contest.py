@@ -69,10 +69,13 @@ def estimates_table(found: dict[str, Any]) -> Table:
         unit = "" if quantity["unit"] == "1" else quantity["unit"]
         limit = "" if quantity["limit"] is None else f"at most {quantity['limit']:g} "
         table.add_column(escape(f"{quantity['label']}\n{limit}{unit}".rstrip()), justify="right", overflow="fold")
+    table.add_column("instructions\na step", justify="right", overflow="fold")
     values = {(entry["contender"], entry["quantity"]): entry for entry in found["estimates"]}
     for contender in found["contenders"]:
         cells = [estimate(values[contender["name"], quantity["label"]]) for quantity in judged]
-        table.add_row(escape(f"{contender['name']}\n{contender['point']}"), *cells)
+        processor = contender["cost"].get("processor")
+        counted = f"{processor['instructions_step']:.0f}\n{processor['target']}" if processor else ""
+        table.add_row(escape(f"{contender['name']}\n{contender['point']}"), *cells, counted)
     return table
 
 

@@ -15,6 +15,8 @@ from plant.errors import StoreError
 from plant.gains import gain_addresses
 from tuner.cli.margins import LINES, announce_compilation, mark, marks_of, shown
 from tuner.gains_file import Controller, to_document
+from tuner.gains_file.document import seed_entry
+from tuner.gains_file.ucum import quantity
 from tuner.margin_report.document import default_requirements, margins_document
 from tuner.margin_report.readings import subject_of
 from tuner.search.starts import design_row, study_designs, without_design
@@ -45,8 +47,7 @@ def design_command(path: Path, out: Path, as_json: bool) -> None:
     ]  # fmt: skip
     announce_compilation()
     margins = {name: judged(study, controller) for name, controller in controllers.items()}
-    provenance = {"study": study.title, "seed": study.seed, "point": "design", "design": axes}
-    document = to_document(controllers["design"], provenance)
+    document = to_document(controllers["design"], provenance_of(study, axes))
     write(out, document)
     if as_json:
         result = {"gains": document, "design": axes, "margins": margins, "warnings": warnings}
@@ -58,6 +59,16 @@ def design_command(path: Path, out: Path, as_json: bool) -> None:
     for warning in warnings:
         console.print(f"Warning: {warning}", style="yellow", highlight=False, markup=False)
     console.print(f"Gains: {out}", highlight=False, soft_wrap=True)
+
+
+def provenance_of(study: Study, axes: list[Row]) -> Row:
+    """Return what gains.json says of the origin of a design."""
+    origin = {
+        "name": study.path.name, "title": study.title, "seed": seed_entry(study.seed), "digest": study.digest(),
+        "point": "design",
+    }  # fmt: skip
+    coded = [{**row, "load_rejection": row["load_rejection"] and quantity(**row["load_rejection"])} for row in axes]
+    return {"study": origin, "design": coded}
 
 
 def controller_for(study: Study, gains: np.ndarray) -> Controller:

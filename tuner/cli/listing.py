@@ -128,9 +128,34 @@ def studies() -> Rows:
     return rows
 
 
+def targets() -> Rows:
+    """Targets of `tuner export`."""
+    from tuner.export.registry import EXPORTERS
+
+    return [
+        {
+            "target": entry.name, "title": entry.title,
+            "attitude": ", ".join(entry.attitude_laws) or "every law", "position": ", ".join(entry.position_laws) or "every law",
+            "options": "; ".join(f"{o.name}: {', '.join(o.choices) or o.about}" for o in entry.options),
+            "experimental": entry.experimental,
+        }
+        for entry in EXPORTERS.values()
+    ]  # fmt: skip
+
+
+def sources() -> Rows:
+    """Parameter files that `tuner import` reads."""
+    from tuner.importing.registry import IMPORTERS
+
+    return [
+        {"source": entry.name, "title": entry.title, "options": ", ".join(option.name for option in entry.options)}
+        for entry in IMPORTERS.values()
+    ]
+
+
 LISTINGS: dict[str, Callable[[], Rows]] = {
     "airframes": airframes, "laws": laws, "margins": margins, "metrics": metrics, "references": references, "risks": risks,
-    "searches": searches, "studies": studies, "theorems": theorems,
+    "searches": searches, "sources": sources, "studies": studies, "targets": targets, "theorems": theorems,
 }  # fmt: skip
 # Columns that --json carries and a terminal has no room for.
 WIDE = {"laws": {"title", "source", "scale", "symbol"}, "theorems": {"quantity", "rates", "assumes", "source"}}

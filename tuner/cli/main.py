@@ -39,6 +39,13 @@ def run(
         list[Path] | None,
         typer.Option(help="Results folder whose flights are taken over where they are the same; may be repeated."),
     ] = None,
+    dask: Annotated[
+        str | None,
+        typer.Option(help="Fly on a Dask cluster: local:N processes, or a scheduler such as tcp://host:8786."),
+    ] = None,
+    backend: Annotated[
+        str, typer.Option(help="Who flies: lanes (the processor), cuda (a graphics card) or cuda-float32.")
+    ] = "lanes",
     as_json: AsJson = False,
 ) -> None:
     """Search a study's gains, check the finalists on unseen turbulence, write results and report.
@@ -47,7 +54,7 @@ def run(
     """
     from tuner.cli.commands import run_command
 
-    run_command(study, out, threads, change or [], reuse or [], as_json)
+    run_command(study, out, threads, change or [], reuse or [], as_json, dask, backend)
 
 
 @app.command()
@@ -57,6 +64,10 @@ def resume(
         int | None, typer.Option(help="Generations in all: more than before extends the search.", min=1)
     ] = None,
     threads: Threads = None,
+    dask: Annotated[
+        str | None,
+        typer.Option(help="Fly on a Dask cluster: local:N processes, or a scheduler such as tcp://host:8786."),
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Go on with a run that was stopped, killed or ran out of disk; it ends with the bits it would have ended with.
@@ -65,7 +76,7 @@ def resume(
     """
     from tuner.cli.resume import resume_command
 
-    resume_command(results, budget, threads, as_json)
+    resume_command(results, budget, threads, as_json, dask)
 
 
 @app.command()
@@ -191,7 +202,10 @@ def design(
 @app.command("list")
 def list_(
     what: Annotated[
-        str, typer.Argument(help="airframes, laws, margins, metrics, references, risks, searches, studies or theorems.")
+        str,
+        typer.Argument(
+            help="airframes, laws, margins, metrics, references, risks, searches, sources, studies, targets or theorems."
+        ),
     ],
     as_json: AsJson = False,
 ) -> None:
@@ -341,6 +355,96 @@ def show(
     from tuner.cli.show import show_command
 
     show_command(results, as_json)
+
+
+@app.command()
+def export(
+    gains: Annotated[Path, typer.Argument(help="A gains.json.", show_default=False)],
+    to: Annotated[str, typer.Option(help="Target: see `tuner list targets`.", show_default=False)],
+    out: Annotated[Path | None, typer.Option(help="Folder to write. Default: export/TARGET beside the gains.")] = None,
+    firmware: Annotated[
+        str | None, typer.Option(help="Firmware version, for targets whose names depend on it.")
+    ] = None,
+    change: Annotated[list[str] | None, typer.Option("--set", help="NAME=VALUE: an option of the target.")] = None,
+    previous: Annotated[
+        Path | None,
+        typer.Option(help="What the vehicle flies at present, for the rollback; default: the target's defaults."),
+    ] = None,
+    flights: Annotated[int, typer.Option(help="Flights before and after rounding.", min=2)] = 64,
+    as_json: AsJson = False,
+) -> None:
+    """Write gains for a target, work out again what rounding does to them, and keep what to go back to.
+
+    Example: tuner export results/quickstart/gains.json --to c99
+    """
+    from tuner.cli.export import export_command
+
+    export_command(gains, to, out, firmware, change or [], previous, flights, as_json)
+
+
+@app.command("import")
+def import_(
+    parameters: Annotated[Path, typer.Argument(help="Parameter file of a vehicle.", show_default=False)],
+    source: Annotated[str, typer.Option("--from", help="px4, ardupilot or betaflight.", show_default=False)],
+    airframe: Annotated[str, typer.Option(help="Airframe: a bundled name or a TOML file.", show_default=False)],
+    out: Annotated[Path, typer.Option(help="The gains.json to write; must not exist.")] = Path("vehicle.json"),
+    firmware: Annotated[str | None, typer.Option(help="Firmware version, where names depend on it.")] = None,
+    change: Annotated[list[str] | None, typer.Option("--set", help="NAME=VALUE: an option of the source.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Read the gains that a vehicle flies already, for `[controller] default = "vehicle.json"` in a study.
+
+    Example: tuner import quad.params --from px4 --airframe iris --out vehicle.json
+    """
+    from tuner.cli.importing import import_command
+
+    import_command(parameters, source, airframe, out, firmware, change or [], as_json)
+
+
+@app.command()
+def validate(
+    file: Annotated[Path, typer.Argument(help="A gains.json.", show_default=False)],
+    as_json: AsJson = False,
+) -> None:
+    """Check schema, units, ranges and hash of a gains.json: exit code 0, or 2 with one line for each problem.
+
+    Example: tuner validate results/quickstart/gains.json
+    """
+    from tuner.cli.validate import validate_command
+
+    validate_command(file, as_json)
+
+
+@app.command()
+def schema(name: Annotated[str, typer.Argument(help="gains.", show_default=False)]) -> None:
+    """Print the JSON Schema (2020-12) of a file that the tool writes.
+
+    Example: tuner schema gains > gains.schema.json
+    """
+    from tuner.cli.schema import schema_command
+
+    schema_command(name)
+
+
+@app.command()
+def cost(
+    gains: Annotated[
+        Path | None, typer.Argument(help="A gains.json; leave out for laws at their default gains.")
+    ] = None,
+    law: Annotated[str | None, typer.Option(help="Attitude law; leave out for all.")] = None,
+    position_law: Annotated[str, typer.Option(help="Position law, with --law or for all.")] = "ladrc",
+    measure: Annotated[
+        bool, typer.Option("--measure", help="Count now, with arm-none-eabi-gcc and qemu-system-arm.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Print what a control step costs on a Cortex-M4F: instructions, code, state and stack.
+
+    Example: tuner cost --law hybrid
+    """
+    from tuner.cli.cost import cost_command
+
+    cost_command(gains, law, position_law, measure, as_json)
 
 
 @app.command()

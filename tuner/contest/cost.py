@@ -1,7 +1,8 @@
-"""What a control step costs, counted and not timed: operations of the laws' step functions as CasADi expressions.
+"""What a control step costs, counted and not timed: operations of the laws, and instructions of the whole step on a processor.
 
-The count is deterministic and the same on every machine; it leaves out the cascade between the laws, which all
-contenders share, and says nothing of memory or of how well a compiler does.
+Operations are those of the laws' step functions as CasADi expressions: deterministic, the same on every machine, without the
+cascade between the laws, which all contenders share. Instructions, memory and what a compiler makes of it come from the packaged
+table of `tuner.cost`.
 """
 
 from dataclasses import dataclass
@@ -10,6 +11,8 @@ from functools import cache
 from plant.cascade import ATTITUDE_AXES, POSITION_AXES, Cascade
 from plant.laws import Law
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from tuner.cost.cost import Cost as Processor
+from tuner.cost.table import tabled
 
 MEANING = (
     "scalar operations of one control step: the instructions of the CasADi expressions of the laws of three position and "
@@ -19,10 +22,14 @@ MEANING = (
 
 @dataclass(frozen=True)
 class Cost:
-    """Operations of one axis of each loop, and of a control step."""
+    """Operations of one axis of each loop, and of a control step.
+
+    processor: instructions and bytes on a microcontroller; None for laws younger than the packaged table.
+    """
 
     position: int
     attitude: int
+    processor: Processor | None = None
 
     @property
     def operations(self) -> int:
@@ -31,8 +38,9 @@ class Cost:
 
 
 def cost_of(cascade: Cascade) -> Cost:
-    """Count the operations of a cascade's laws."""
-    return Cost(step_operations(cascade.position), step_operations(cascade.attitude))
+    """Count the operations of a cascade's laws and look up its instructions."""
+    known = tabled(cascade.position.name, cascade.attitude.name)
+    return Cost(step_operations(cascade.position), step_operations(cascade.attitude), known)
 
 
 @cache

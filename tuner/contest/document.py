@@ -8,11 +8,12 @@ from objectives.risk import RISKS
 from plant.gains import gain_addresses
 from tuner.contest.comparison import Difference
 from tuner.contest.contest import Quantity
-from tuner.contest.cost import MEANING
+from tuner.contest.cost import MEANING, Cost
 from tuner.contest.fronts import Best
 from tuner.contest.published import Cell
 from tuner.contest.result import Result
 from tuner.contest.words import sentences
+from tuner.cost.cost import MEANING as PROCESSOR_MEANING
 from tuner.held_out import Estimate
 
 Document = dict[str, Any]
@@ -75,9 +76,20 @@ def contender_row(result: Result, k: int) -> Document:
         "searched": [variable.name for variable in study.space.variables],
         "cost": {
             "operations": cost.operations, "position": cost.position, "attitude": cost.attitude, "meaning": MEANING,
+            "processor": processor_row(cost, study.system.timing.control_period),
         },
         "on_bounds": [vars(entry) for entry in result.bounds[k]],
         "failures": float(result.flown.failed[k].mean(axis=0)),
+    }  # fmt: skip
+
+
+def processor_row(cost: Cost, control_period: float) -> Document | None:
+    """Return instructions and bytes on a microcontroller, a step and a second; None where they are not known."""
+    known = cost.processor
+    if known is None:
+        return None
+    return {
+        **known.as_dict(), "instructions_per_second": known.per_second(control_period), "meaning": PROCESSOR_MEANING,
     }  # fmt: skip
 
 

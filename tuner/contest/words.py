@@ -149,12 +149,21 @@ _END = {"low": "lower", "high": "upper"}
 
 def cost_words(result: "Result") -> Iterable[str]:
     """Say what a control step costs."""
-    operations = [cost.operations for cost in result.costs]
-    counts = [
-        f"{count} with {listed(name for name, own in zip(result.names, operations, strict=True) if own == count)}"
-        for count in sorted(set(operations))
-    ]
-    yield f"Scalar operations of the laws in one control step, counted: {'; '.join(counts)}."
+    operations = _counts(result.names, [cost.operations for cost in result.costs])
+    yield f"Scalar operations of the laws in one control step, counted: {operations}."
+    known = {name: cost.processor for name, cost in zip(result.names, result.costs, strict=True) if cost.processor}
+    if known:
+        instructions = _counts(list(known), [round(cost.instructions_step) for cost in known.values()])
+        target = next(iter(known.values())).target
+        yield f"Instructions of the whole control step on a {target}, mean in flight, counted: {instructions}."
+
+
+def _counts(names: list[str], counts: list[int]) -> str:
+    """Return counts in rising order, each with the names that have it."""
+    return "; ".join(
+        f"{count} with {listed(name for name, own in zip(names, counts, strict=True) if own == count)}"
+        for count in sorted(set(counts))
+    )
 
 
 def certainty_words(result: "Result") -> Iterable[str]:

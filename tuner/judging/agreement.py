@@ -34,7 +34,9 @@ def differences(controller: Controller, study: Study) -> list[str]:
     ]
     found = [f"{name} {mine!r} instead of {its!r}" for name, mine, its in pairs if not _same(mine, its)]
     if controller.airframe.name == study.airframe.name and controller.airframe.vehicle != study.airframe.vehicle:
-        found.insert(0, f"airframe '{study.airframe.name}' has other numbers in the study's file than the bundled one")
+        found.insert(
+            0, f"airframe '{study.airframe.name}' has other numbers in the study's file than in the gains file"
+        )
     return found
 
 

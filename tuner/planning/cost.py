@@ -7,7 +7,8 @@ shared x86 cores.
 
 from dataclasses import dataclass
 
-from objectives.problem import CHUNK, KEPT
+from objectives.engine import KEPT
+from objectives.problem import CHUNK
 from plant.backends.lanes import LANES
 from tuner.conclusion import MOST_FINALISTS
 from tuner.planning.pilot import Pilot

@@ -3,6 +3,7 @@
 import json
 import shlex
 
+from tuner.cost.words import told
 from tuner.report.markup import Markup, coded, described, element, join, table
 from tuner.report.numbers import MISSING, count, duration, significant
 from tuner.report.outcome_table import metric_anchor
@@ -58,6 +59,7 @@ def run_facts(results: Results) -> Markup:
         ("Position law", law_title(controller["position"])),
         ("Attitude law", law_title(controller["attitude"])),
         ("Control period", _with_unit(controller.get("control_period"), "s")),
+        ("Control step", _control_step(controller)),
         ("Search", _search(search)),
         ("Pick rule", results.summary["pick"]["rule"]),
         ("Flights", f"{count(results.summary['flights'])} in {duration(results.summary['wall_seconds'])}"),
@@ -106,6 +108,11 @@ def resolved_text(results: Results) -> str:
 
 def _in_unit(unit: str) -> Markup:
     return join((" [", marked_up(unit), "]")) if unit else Markup()
+
+
+def _control_step(controller: dict[str, object]) -> str:
+    period, laws = controller.get("control_period"), [str(controller[loop]) for loop in ("position", "attitude")]
+    return told(laws[0], laws[1], period) or MISSING if isinstance(period, (int, float)) else MISSING
 
 
 def _search(search: dict[str, object]) -> str:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
+from objectives.engine import LANES
 from objectives.memory import model_key
 from plant.errors import StoreError
 from tuner.store.folder import Folder
@@ -23,7 +24,7 @@ TUNING, CONTEST, INFERENCE, JUDGEMENT = "tuning", "contest", "inference", "judge
 @dataclass(frozen=True)
 class RunRecord:
     """kind: of study. study: its file in the folder. digest: of all that decides the result. generations: asked for; None
-    where a study has no such number. model: `model_key` of the flights.
+    where a study has no such number. model: `model_key` of the flights. arithmetic: of the engine that makes them.
     """
 
     kind: str
@@ -31,17 +32,19 @@ class RunRecord:
     digest: str
     generations: int | None
     model: str
+    arithmetic: str = LANES
 
 
 def freeze(
-    folder: Folder, kind: str, source: Path, table: dict[str, Any], digest: str, generations: int | None
-) -> None:
+    folder: Folder, kind: str, source: Path, table: dict[str, Any], digest: str, generations: int | None,
+    arithmetic: str = LANES,
+) -> None:  # fmt: skip
     """Write the inputs of a run, table: content of the study with paths from the folder of `source`; run.json comes last."""
     name = f"inputs/{source.stem}.toml"
     if not (folder.path / name).exists():
         taken = {f"{source.stem}.toml": source}
         folder.write_text(name, toml_text(with_paths(table, lambda path: _copied(folder, source.parent / path, taken))))
-    write_record(folder, RunRecord(kind, Path(name), digest, generations, model_key()))
+    write_record(folder, RunRecord(kind, Path(name), digest, generations, model_key(), arithmetic))
 
 
 def write_record(folder: Folder, record: RunRecord) -> None:
@@ -56,6 +59,7 @@ def write_record(folder: Folder, record: RunRecord) -> None:
             "digest": record.digest,
             "generations": record.generations,
             "model": record.model,
+            "arithmetic": record.arithmetic,
         },
     )
 
@@ -71,7 +75,7 @@ def read_record(path: Path) -> RunRecord:
         generations = content["generations"]
         if not (generations is None or isinstance(generations, int)):
             raise ValueError
-        texts = [content[key] for key in ("kind", "study", "digest", "model")]
+        texts = [content[key] for key in ("kind", "study", "digest", "model")] + [content.get("arithmetic", LANES)]
         if not all(isinstance(text, str) for text in texts):
             raise ValueError
     except FileNotFoundError:
@@ -80,8 +84,8 @@ def read_record(path: Path) -> RunRecord:
         raise StoreError(f"{path} holds no {FILE}, so it cannot be continued; {what}") from None
     except (OSError, ValueError, KeyError, TypeError):
         raise StoreError(f"{path / FILE} is damaged; {_instead(path)}") from None
-    kind, study, digest, model = texts
-    return RunRecord(kind, Path(study), digest, generations, model)
+    kind, study, digest, model, arithmetic = texts
+    return RunRecord(kind, Path(study), digest, generations, model, arithmetic)
 
 
 def check_unchanged(path: Path, record: RunRecord, digest: str) -> None:

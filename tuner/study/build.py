@@ -22,6 +22,7 @@ from plant.nominal import ControlOptions, nominal
 from plant.references import ReferenceSpec, from_mapping
 from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
+from tuner.cost.requirement import cost_screen
 from tuner.search.front import resolved_rule
 from tuner.search.names import STARTS, check_algorithm
 from tuner.study.gains import decision_space
@@ -282,7 +283,9 @@ def _screens(table: StudyTable, path: Path, system: System, specs: tuple[Scenari
         _listed("margin", path, table.margin, lambda entry: margin_requirement(entry, system.timing, specs))
     )
     _unique("margin", [entry.label for entry in margins])
-    return (*guarantees, *([margin_screen(margins, path, system, specs)] if margins else []))
+    costs = tuple(_listed("cost", path, table.cost, lambda entry: cost_screen(entry, system)))
+    _unique("cost", [screen.requirements[0].label for screen in costs])
+    return (*guarantees, *([margin_screen(margins, path, system, specs)] if margins else []), *costs)
 
 
 def _finite(value: float, key: str) -> float:

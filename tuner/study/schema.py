@@ -175,6 +175,14 @@ class MarginTable(Table):
     hard: bool = True
 
 
+class CostTable(Table):
+    """[[cost]]: what a control step may take on a microcontroller; the same for all gains of one pair of laws."""
+
+    quantity: str
+    most: float
+    hard: bool = True
+
+
 class SearchTable(Table):
     """[search]: how the gains are looked for."""
 
@@ -207,5 +215,6 @@ class StudyTable(Table):
     constraint: list[ConstraintTable] = Field(default=[])
     guarantee: list[GuaranteeTable] = Field(default=[])
     margin: list[MarginTable] = Field(default=[])
+    cost: list[CostTable] = Field(default=[])
     search: SearchTable = SearchTable()
     pick: PickTable = PickTable()

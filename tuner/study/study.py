@@ -81,6 +81,9 @@ class Study:
             content.pop(key, None)
         # Its gains count, under "gains".
         content["controller"].pop("default", None)
+        # No limit on cost is as before there were any.
+        if not content["cost"]:
+            content.pop("cost")
         for scenario in content["scenario"]:
             scenario["reference"].pop("path", None)
         return content

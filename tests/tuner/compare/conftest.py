@@ -4,10 +4,13 @@ import json
 
 import pytest
 
+from plant.airframes import load
 from tuner.compare.compare import comparison_document, fly_comparison, prospect
 from tuner.compare.entrants import read_entrants
 from tuner.compare.shared import base_study
 from tuner.compare.writing import write_comparison
+from tuner.gains_file import content_hash
+from tuner.gains_file.airframe_block import airframe_block
 from tuner.watcher import Watcher
 
 SEEDS = 16
@@ -20,9 +23,9 @@ def changed_gains(source, target, factor=1.0, airframe=None, **controller):
         if address.endswith("omega_c"):
             entry["value"] *= factor
     if airframe is not None:
-        document["airframe"]["name"] = airframe
+        document["airframe"] = airframe_block(load(airframe))
     document["controller"] |= controller
-    target.write_text(json.dumps(document))
+    target.write_text(json.dumps(document | {"sha256": content_hash(document)}))
     return target
 
 

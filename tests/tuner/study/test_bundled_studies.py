@@ -101,6 +101,16 @@ def test_the_default_flies_every_scenario_and_margins_leave_a_choice(name):
     assert SHARE <= problem.worth_flying(points).mean() <= 0.9
 
 
+class DrawnHere(NoDrawing):
+    """Draws in this process."""
+
+    def __init__(self, folder):
+        self.folder = folder
+
+    def begin(self):
+        write_figures(self.folder)
+
+
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "quickstart"])
 def test_shortened_it_runs_to_a_complete_folder(name, tmp_path, monkeypatch):
     stems = []
@@ -110,7 +120,7 @@ def test_shortened_it_runs_to_a_complete_folder(name, tmp_path, monkeypatch):
     folder = tmp_path / name
     # Figures are drawn, but not written to files as pictures: that is most of the time, and the quickstart's own test does it.
     monkeypatch.setattr("tuner.report.figures.save", lambda figure, stem: stems.append(stem.name) or [])
-    monkeypatch.setattr("tuner.report.start_figures", lambda folder: write_figures(folder) or NoDrawing())
+    monkeypatch.setattr("tuner.report.start_figures", DrawnHere)
     outcome = run_study(study, Folder.create(folder), Watcher(), 2)
     assert [file for file in FILES if not file.startswith("figures") and not (folder / file).stat().st_size] == []
     assert set(stems) >= {"front", *response_names([entry.spec.name for entry in study.scenarios])}

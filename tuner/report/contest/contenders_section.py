@@ -17,6 +17,7 @@ HEAD = [
     "Airframe",
     "Gains",
     "Operations a step",
+    "Instructions a step",
     "Failed flights",
     "Report",
 ]
@@ -45,6 +46,7 @@ def _row(contest: Contest, entry: Contender, most: float) -> list[Markup | str]:
         entry.airframe,
         gains,
         element("span", element("span", count(entry.operations), class_="number"), bar),
+        MISSING if entry.instructions is None else element("span", count(entry.instructions), class_="number"),
         per_cent(entry.failures),
         link,
     ]

@@ -39,7 +39,7 @@ class Contender:
     """One controller as it flew. index: its place; folder: of its own results, "" for none.
 
     point: of its own study; searched: the variables a search chose; operations: of its laws in one control step;
-    failures: share of its flights.
+    failures: share of its flights; instructions: mean of a control step on a microcontroller, None if not known.
     """
 
     index: int
@@ -56,6 +56,7 @@ class Contender:
     operations: float
     on_bounds: list[OnBound]
     failures: float
+    instructions: float | None = None
 
 
 @dataclass(frozen=True)

@@ -105,6 +105,7 @@ def _contender(index: int, row: Node, look: Look) -> Contender:
         operations=row["cost"]["operations"].number(),
         on_bounds=[_on_bound(entry) for entry in row["on_bounds"].entries()],
         failures=row["failures"].number(),
+        instructions=row["cost"]["processor"]["instructions_step"].number() if row["cost"].get("processor") else None,
     )
 
 

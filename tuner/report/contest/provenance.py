@@ -83,6 +83,10 @@ def definitions(contest: Contest) -> Markup:
     meaning = next((row["cost"].get("meaning") for row in contest.document["contenders"]), None)
     if meaning:
         words.append(("Operations", meaning))
+    counted = next((own for row in contest.document["contenders"] if (own := row["cost"].get("processor"))), None)
+    if counted:
+        tools = f"{counted['compiler']} ({counted['flags']}), {counted['emulator']}"
+        words.append(("Instructions", f"On a {counted['target']}: {counted['meaning']}. {tools}."))
     told = join(element("div", element("dt", term), element("dd", said)) for term, said in words)
     return element("dl", listed, told, class_="facts")
 

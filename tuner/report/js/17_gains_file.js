@@ -36,9 +36,13 @@ function verdictOf({ kind, limit, sense }, value, apart) {
 
 const senseOf = (row) => data.requirements.find((entry) => entry.label === row.label && row.kind === "requirement")?.sense;
 
+// What a document says of the recommended point alone: its hash, its margins, what was done with it later.
+const OWN = ["sha256", "margins", "cost", "exports"];
+
 // The document of a point: that of the recommended one with this point's gains and held-out values.
 function gainsDocument(point) {
   const made = JSON.parse(data.gains_file);
+  for (const key of OWN) delete made[key];
   variables.forEach((entry, i) => {
     for (const address of entry.addresses) if (made.gains[address]) made.gains[address].value = point.gains[i];
   });

@@ -1,0 +1,59 @@
+"""The graphics card as an engine of flights, see `objectives.engine`.
+
+Its bits differ from those of the processor, so its flights have keys of their own. Traces for reports stay on the processor.
+"""
+
+from collections.abc import Iterable, Iterator
+
+import numpy as np
+
+from objectives.engine import Engine, Landed, Scenarios
+from objectives.system import Fleet, System
+from plant.backends.cuda_flights import CudaFlyer
+
+FLOAT64, FLOAT32 = "float64", "float32"
+
+
+class CudaEngine(Engine):
+    """The first CUDA device of this machine; raises what Numba raises where there is none, see `cuda_card.missing`."""
+
+    def __init__(self, system: System, root: int, precision: str = FLOAT64) -> None:
+        self._system = system
+        self._flyer = CudaFlyer(system.loop, system.limits, system.timing, precision)
+        self._scenarios = Scenarios(system, root)
+        self._arithmetic = f"cuda-{precision}, {self._flyer.card.words}"
+
+    @property
+    def arithmetic(self) -> str:
+        """Precision, kind of card, compiler and driver: together with the sources they decide the bits."""
+        return self._arithmetic
+
+    def ready(self, fleet: Fleet) -> bool:
+        """Return whether an earlier process compiled the kernel for the scenarios of a fleet."""
+        return self._flyer.kernel(self._scenarios.inputs(fleet, 0, 1)).cached
+
+    def fly(self, gains: np.ndarray, fleet: Fleet, first: int, last: int, landed: Landed | None = None) -> np.ndarray:
+        """Fly; see `Engine`."""
+        return self._flyer.fly(gains, self._system.nominal, self._scenarios.inputs(fleet, first, last), landed)
+
+    def stream(
+        self, parts: Iterable[np.ndarray], fleet: Fleet, first: int, last: int, landed: Landed | None = None
+    ) -> Iterator[np.ndarray]:
+        """Fly as many parts together as fill the card: one launch takes as long for half of it as for all of it."""
+        waiting: list[np.ndarray] = []
+        for part in parts:
+            waiting.append(part)
+            if sum(map(len, waiting)) * (last - first) >= self._flyer.resident:
+                yield from self._together(waiting, fleet, first, last, landed)
+                waiting = []
+        yield from self._together(waiting, fleet, first, last, landed)
+
+    def _together(
+        self, parts: list[np.ndarray], fleet: Fleet, first: int, last: int, landed: Landed | None
+    ) -> Iterator[np.ndarray]:
+        if not any(map(len, parts)):
+            yield from (np.empty((0, last - first, self._flyer.rows)) for _ in parts)
+            return
+        results = self.fly(np.concatenate(parts, axis=0), fleet, first, last, landed)
+        ends = np.cumsum([len(part) for part in parts], axis=0)
+        yield from np.split(results, ends[:-1], axis=0)

@@ -1,0 +1,209 @@
+"""The cuda backend: one thread of a graphics card flies one flight, in double or in single precision.
+
+The kernel is generated from the closed loop like that of the lanes (`plant.backends.lanes`); model functions become device
+functions, all inlined. Threads of a warp fly neighbouring scenarios of one candidate: wind and noise have the scenario as
+their last axis and are read side by side, a candidate's constants are read by all of them at once. Those constants are worked
+out before the launch, in double precision. What is the same for all flights (nominal vehicle, targets, limits) travels as
+arguments of the kernel, which lie in the constant bank and take no registers. What scenarios leave out (gusts of rotation,
+injections, noise) is a zero that the compiler sees.
+
+Fast-math flags are NVVM's own: multiply-adds are contracted; in single precision subnormals are zero, and division and square
+root are approximate, to 2 units in the last place. LLVM's nnan and ninf are not set, so the test for a diverged flight stays.
+"""
+
+import math
+import sys
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from importlib.metadata import version
+from importlib.util import find_spec
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from plant import primitives, records
+from plant.backends import cuda_precision, vector_math
+from plant.backends.cache import load_kernel
+from plant.backends.cuda_precision import CudaRebinder
+from plant.backends.lanes import result_rows
+from plant.backends.rebind import source_of
+from plant.closed_loop import ClosedLoop, Limits, hover_body, place
+from plant.disturbance import Disturbance
+from plant.nominal import Nominal
+from plant.records import build_source, paths, size
+from plant.references.track import Reference
+from plant.rigid_body import Dynamics
+from plant.sensors import Noise
+from plant.targets import Targets
+
+BLOCK = 128
+"""Threads of a block."""
+BLOCKS: Mapping[str, int] = {"float32": 3, "float64": 2}
+"""Blocks that shall fit a multiprocessor at once: 65536 registers are 168 for each of 3 x 128 threads, 255 for 2 x 128.
+
+Assembled for sm_90 (hybrid under ladrc, air without gusts of rotation): in single precision the plant's loop spills nothing up
+to 4 blocks; 3 keep their 432 bytes of local memory a thread within the 256 kB of the first cache, 4 (712 bytes) do not. In
+double precision 1 or 2 blocks have all 255 registers and read 21 spilled values in that loop, 3 read 81.
+"""
+REALS: Mapping[str, type[np.floating]] = {"float32": np.float32, "float64": np.float64}
+
+
+def simulated() -> bool:
+    """Return whether Numba's simulator stands in for the card (NUMBA_ENABLE_CUDASIM=1)."""
+    from numba import config
+
+    return bool(config.ENABLE_CUDASIM)  # pyright: ignore[reportAttributeAccessIssue]
+
+
+def compiler() -> str:
+    """Return name and version of what compiles kernels; the simulator does without numba-cuda."""
+    return f"numba-cuda {version('numba-cuda')}" if find_spec("numba_cuda") else f"numba {version('numba')}"
+
+
+def _inline(function: Callable[..., Any]) -> Any:
+    """Return a device function; the simulator calls the plain one, without its slow wrapper."""
+    from numba import cuda
+
+    if simulated():
+        return function
+    return cuda.jit(device=True, forceinline=True, fastmath=True)(function)
+
+
+def _kernel(blocks: int) -> Callable[..., Any]:
+    """Return the decorator of kernels; without link-time optimisation, whose presence would decide bits."""
+    from numba import cuda
+
+    if simulated():
+        return cuda.jit
+    return cuda.jit(launch_bounds=(BLOCK, blocks), fastmath=True, lto=False, cache=True)
+
+
+def _names(real: type[np.floating]) -> dict[str, Any]:
+    zero, one = real(0.0), real(1.0)
+
+    def absolute(a):  # noqa: ANN001, ANN202
+        return abs(a)
+
+    def minimum(a, b):  # noqa: ANN001, ANN202
+        return min(a, b)
+
+    def maximum(a, b):  # noqa: ANN001, ANN202
+        return max(a, b)
+
+    def clip(a, low, high):  # noqa: ANN001, ANN202
+        return min(max(a, low), high)
+
+    def select(condition, if_true, if_false):  # noqa: ANN001, ANN202
+        return if_true if condition else if_false
+
+    def both(a, b):  # noqa: ANN001, ANN202
+        return a & b
+
+    def either(a, b):  # noqa: ANN001, ANN202
+        return a | b
+
+    def sign(a):  # noqa: ANN001, ANN202
+        return (one if a > zero else zero) - (one if a < zero else zero)
+
+    functions = (absolute, minimum, maximum, clip, select, both, either, sign)
+    names: dict[str, Any] = {function.__name__: _inline(function) for function in functions}
+    # On the card math.floor gives a number of the same precision; in the simulator it is Python's, which refuses a NaN.
+    floor = np.floor if simulated() else math.floor
+    names |= {"sqrt": math.sqrt, "floor": floor, "exp": math.exp, "sin": math.sin, "cos": math.cos, "atan2": math.atan2}
+    return names | {"asin": CudaRebinder(names, _inline, real)(vector_math.asin)}
+
+
+RUN = """
+@kernel
+def run(constants_rows, nominal, dynamics_rows, disturbances, noises, references, targets, limits, h, plant_step, substeps,
+        out):
+    i = cuda.grid(1)
+    if i >= out.shape[0]:
+        return
+    scenario = i % dynamics_rows.shape[1]
+    candidate = i // dynamics_rows.shape[1]
+    dynamics = load_dynamics(dynamics_rows, scenario)
+    reference = load_reference(references, 0)
+    body = place(hover_body(nominal), reference)
+    constants = load_constants(constants_rows, candidate)
+    flight = start(body, constants, nominal, reference, load_noise(noises, 0, scenario), targets)
+    for k in range(references.shape[0]):
+        reference = load_reference(references, k)
+        disturbance = load_disturbance(disturbances, k, scenario)
+        flight = decide(flight, constants, nominal, reference, load_noise(noises, k, scenario), targets, limits,
+                        real(k) * h, h)
+        body = flight.body
+        for j in range(substeps):
+            body = advance(body, flight.speed, disturbance, dynamics, plant_step)
+        flight = with_body(flight, body)
+    store_result(out, i, flight)
+"""
+
+
+def kernel_source(loop: ClosedLoop, wind_rows: int, noise_rows: int, names: dict[str, Any]) -> str:
+    """Return the source of the kernel module of a loop; collects the record types it names."""
+    flight = loop.Flight
+    result = result_rows(loop)
+    build = [f"body.{p[5:]}" if p.startswith("body.") else f"s.{p}" for p in paths(flight)]
+    store = [f"    a[i, {i}] = s.{path}" for i, path in enumerate(paths(flight)[result])]
+    parts = [
+        _loader(loop.cascade.Constants, "constants", "a, i", "a[i, {}]", names),
+        _loader(Reference, "reference", "a, i", "a[i, {}]", names),
+        _loader(Dynamics, "dynamics", "a, i", "a[{}, i]", names),
+        _loader(Disturbance, "disturbance", "a, k, i", "a[k, {}, i]", names, wind_rows),
+        _loader(Noise, "noise", "a, k, i", "a[k, {}, i]", names, noise_rows),
+        f"@inline\ndef with_body(s, body):\n    return {build_source(flight, build, names)}\n",
+        "@inline\ndef store_result(a, i, s):\n" + "\n".join(store) + "\n",
+        RUN,
+    ]
+    return "\n".join(parts)
+
+
+def _loader(kind: Any, name: str, arguments: str, entry: str, names: dict[str, Any], rows: int | None = None) -> str:
+    """Return the source of a function that builds a record from an array; leaves from `rows` on are zero."""
+    count = size(kind) if rows is None else rows
+    leaves = [entry.format(i) if i < count else "ZERO" for i in range(size(kind))]
+    return f"@inline\ndef load_{name}({arguments}):\n    return {build_source(kind, leaves, names)}\n"
+
+
+def kernel_names(loop: ClosedLoop, precision: str) -> tuple[dict[str, Any], set[Path]]:
+    """Return the globals that kernel modules of a loop need, and the source files that they came from."""
+    from numba import cuda
+
+    real = REALS[precision]
+    bind = CudaRebinder(_names(real), _inline, real)
+    names: dict[str, Any] = {
+        "cuda": cuda, "inline": _inline, "real": real, "ZERO": real(0.0),
+        "start": bind(loop.start), "decide": bind(loop.decide), "advance": bind(loop.advance),
+        "hover_body": bind(hover_body), "place": bind(place),
+    }  # fmt: skip
+    own = {
+        Path(str(part.__file__)) for part in (records, primitives, vector_math, cuda_precision, sys.modules[__name__])
+    }
+    kinds = (loop.Flight, loop.cascade.Constants, Dynamics, Disturbance, Noise, Nominal, Reference, Targets, Limits)
+    return names, bind.sources | own | {source_of(part) for kind in kinds for part in records.parts(kind)}
+
+
+@dataclass(frozen=True)
+class CudaKernel:
+    """A kernel: run[blocks, BLOCK](...) launches it; cached says whether an earlier process compiled it."""
+
+    run: Any
+    cached: bool
+
+
+def kernel_of(
+    loop: ClosedLoop, wind_rows: int, noise_rows: int, precision: str, blocks: int | None = None
+) -> CudaKernel:
+    """Return the kernel of a loop for scenarios with so many rows of air and noise, to be compiled by its first launch.
+
+    blocks: see `BLOCKS`.
+    """
+    names, sources = kernel_names(loop, precision)
+    bound = blocks or BLOCKS[precision]
+    header = f"# {precision}, {compiler()}, blocks of {BLOCK}, {bound} at once\n"
+    source = header + kernel_source(loop, wind_rows, noise_rows, names)
+    name = f"cuda_{precision}_{loop.cascade.position.name}_{loop.cascade.attitude.name}"
+    module, cached = load_kernel(name, source, names | {"kernel": _kernel(bound)}, sources)
+    return CudaKernel(module.run, cached)

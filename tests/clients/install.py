@@ -1,0 +1,68 @@
+"""Install the clients that exports are checked against: programs nobody here wrote, each group in an environment of its own.
+
+    python3 tests/clients/install.py            # all groups into .clients/, and Debian's packages where this user may
+
+Tests ask `tests.clients` for them and skip, with the reason, what cannot be installed here.
+"""
+
+import os
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+HERE = Path(__file__).resolve().parent
+CLIENTS = HERE.parents[1] / ".clients"
+DEBIAN = (
+    "gcc", "make", "libc6-dev", "gcc-arm-none-eabi", "libnewlib-arm-none-eabi", "qemu-system-arm", "octave", "clang",
+    "libclang-rt-14-dev",
+)  # fmt: skip
+PROGRAMS = ("gcc", "make", "arm-none-eabi-gcc", "qemu-system-arm", "octave", "clang")
+
+
+def main() -> int:
+    """Install what is missing; a group that cannot be installed is named and left out."""
+    debian()
+    for requirements in sorted(HERE.glob("*.txt")):
+        group(requirements)
+    return 0
+
+
+def debian() -> None:
+    """Install Debian's packages where programs are missing and this user is root."""
+    missing = [program for program in PROGRAMS if shutil.which(program) is None]
+    if not missing:
+        return
+    if shutil.which("apt-get") is None or os.geteuid() != 0:
+        print(f"Not here: {', '.join(missing)}; on Debian: apt-get install {' '.join(DEBIAN)}")
+        return
+    print(f"Installing Debian's packages for {', '.join(missing)}", flush=True)
+    quiet = {"env": {**os.environ, "DEBIAN_FRONTEND": "noninteractive"}, "stdout": subprocess.DEVNULL}
+    for command in (["update", "-qq"], ["install", "-y", "-qq", "--no-install-recommends", *DEBIAN]):
+        if subprocess.call(["apt-get", *command], **quiet) != 0:
+            print(f"apt-get {command[0]} failed; tests that need {', '.join(missing)} will be skipped")
+            return
+
+
+def group(requirements: Path) -> None:
+    """Make the environment of one requirements file, unless it was made for this very file."""
+    folder = CLIENTS / requirements.stem
+    stamp = folder / "installed.txt"
+    wanted = requirements.read_text()
+    if stamp.exists() and stamp.read_text() == wanted:
+        return
+    print(f"Installing clients: {requirements.stem}", flush=True)
+    shutil.rmtree(folder, ignore_errors=True)
+    python = folder / "bin" / "python"
+    made = subprocess.call([sys.executable, "-m", "venv", str(folder)])
+    if made == 0:
+        pip = [str(python), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-r", str(requirements)]
+        made = subprocess.call(pip)
+    if made == 0:
+        stamp.write_text(wanted)
+    else:
+        print(f"{requirements.name} could not be installed; the tests that need it will be skipped")
+
+
+if __name__ == "__main__":
+    sys.exit(main())

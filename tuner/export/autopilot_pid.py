@@ -1,0 +1,75 @@
+"""Our PID gains by axis, as the exporters and importers of parameter files take them and give them back."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from plant.errors import InputError
+from plant.gains import gain_addresses
+from plant.laws.pid import Gains
+from tuner.gains_file import Controller
+
+# Horizontal gains this close to each other, relatively, are one set.
+SAME = 1e-9
+
+
+def axis_gains(controller: Controller, axis: str) -> Gains:
+    """Return the PID gains of one axis."""
+    held = {
+        gain.info.name: controller.gains[gain.column]
+        for gain in gain_addresses(controller.cascade)
+        if gain.axis == axis
+    }
+    return Gains(**held)
+
+
+def with_gains(controller: Controller, gains: Mapping[str, Gains]) -> Controller:
+    """Return the controller with the PID gains of some axes replaced; other axes may have other laws."""
+    row = list(controller.gains)
+    for gain in gain_addresses(controller.cascade):
+        if gain.axis in gains:
+            row[gain.column] = getattr(gains[gain.axis], gain.info.name)
+    return replace(controller, gains=tuple(row))
+
+
+def with_measured_rates(controller: Controller) -> Controller:
+    """Return the controller with gyro and velocity as rates, which is all that autopilots have."""
+    options = replace(controller.options, attitude_rate="measured", position_rate="measured")
+    return replace(controller, options=options)
+
+
+def check_horizontal(controller: Controller, target: str) -> None:
+    """Refuse position gains that differ between x and y; raises InputError naming the gain."""
+    x, y = axis_gains(controller, "x"), axis_gains(controller, "y")
+    for name in ("kp", "ki", "kd"):
+        one, other = getattr(x, name), getattr(y, name)
+        if abs(one - other) > SAME * max(abs(one), abs(other)):
+            raise InputError(
+                f"given {other:g}, and x.{name} = {one:g}; {target} has one set for x and y: tune them together, as "
+                f'"horizontal.{name}" in the study\'s [gains]',
+                key=f"y.{name}",
+            )
+
+
+def rate_sources(controller: Controller) -> tuple[str, ...]:
+    """Return a sentence for each loop that was tuned on observed rates."""
+    options = controller.options
+    loops = (("attitude", options.attitude_rate, "the gyro"), ("position", options.position_rate, "estimated velocity"))
+    return tuple(
+        f"The {loop} loops were tuned with differenced rates (observer); the target takes {source}, and so does what is verified."
+        for loop, rate, source in loops
+        if rate == "observer"
+    )
+
+
+def setpoint_weights(weights: Mapping[str, float]) -> str:
+    """Return the sentence on how much of the reference reaches the proportional action."""
+    shares = ", ".join(f"{axis} {100.0 * weight:.0f} %" for axis, weight in weights.items())
+    return (
+        "The reference enters through the outer loop alone: feedback and margins are the same, but the proportional action gets "
+        f"this share of the reference: {shares}, and no reference rate."
+    )
+
+
+def rate_filters(controller: Controller, axes: tuple[str, ...]) -> str:
+    """Return our derivative filters as text: 'roll 5 ms'."""
+    return ", ".join(f"{axis} {1000.0 * axis_gains(controller, axis).t_f:.3g} ms" for axis in axes)

@@ -1,0 +1,149 @@
+"""What the exported C does, as model functions: the entry points that the code is traced from and its golden vectors run on."""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any, NamedTuple
+
+from plant.attitude import euler_angles, heading_direction, nearest_turn, thrust_direction
+from plant.cascade import Cascade, commanded_torque
+from plant.closed_loop import select_rotors
+from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.nominal import Nominal
+from plant.records import record_type
+from plant.references.track import Reference
+from plant.sensors import Measurement
+from plant.vectors import Quaternion, Rotors, Vec3, rotors_sum
+
+
+class Command(NamedTuple):
+    """rotor_thrust: to be put in force now [N]; thrust [N] and torque [N m] that they sum to."""
+
+    rotor_thrust: Rotors
+    thrust: float
+    torque: Vec3
+
+
+class AttitudeSetpoint(NamedTuple):
+    """roll, pitch, yaw [rad] and yaw_rate [rad/s] asked for."""
+
+    roll: float
+    pitch: float
+    yaw: float
+    yaw_rate: float
+
+
+class AttitudeMeasurement(NamedTuple):
+    """angles: roll, pitch, yaw [rad]; rate: body FLU [rad/s]."""
+
+    angles: Vec3
+    rate: Vec3
+
+
+class AttitudeApplied(NamedTuple):
+    """What became of the last torques [N m], body FLU: effect and excess as in `plant.laws.channel.Applied`."""
+
+    effect: Vec3
+    excess: Vec3
+
+
+@dataclass(frozen=True)
+class Entries:
+    """Entry points of a cascade.
+
+    State, AttitudeState: what each keeps. init(constants, nominal, m) -> State; step(state, constants, nominal, reference, m, h)
+    -> (Command, State); attitude_init(constants, m) -> AttitudeState; attitude_step(state, constants, nominal, setpoint, m,
+    applied, h) -> (torque, AttitudeState).
+    """
+
+    State: Any
+    AttitudeState: Any
+    init: Callable[..., Any]
+    step: Callable[..., Any]
+    attitude_init: Callable[..., Any]
+    attitude_step: Callable[..., Any]
+
+
+def commanded(thrust: Rotors, nominal: Nominal) -> Command:
+    """Rotor thrusts [N] with what they sum to on the nominal vehicle."""
+    return Command(thrust, rotors_sum(thrust), commanded_torque(thrust, nominal.vehicle))
+
+
+def measurement_of(position: Vec3, velocity: Vec3, q: Quaternion, rate: Vec3) -> Measurement:
+    """Measurement of a vehicle whose attitude is known as a unit quaternion."""
+    return Measurement(position, velocity, euler_angles(q), rate, thrust_direction(q), heading_direction(q))
+
+
+def entries(cascade: Cascade) -> Entries:
+    """Bind the entry points to a cascade."""
+    Memory = cascade.attitude.Memory
+    State = record_type("State", {"control": cascade.Memory, "in_force": Rotors, "pending": Rotors})
+    AttitudeState = record_type("AttitudeState", {"roll": Memory, "pitch": Memory, "yaw": Memory, "yaw_seen": float})
+    cascade_start, cascade_step = cascade.start, cascade.step
+    law_start, law_step = cascade.attitude.start, cascade.attitude.step
+
+    def init(constants: Any, nominal: Nominal, m: Measurement) -> Any:
+        hover = Rotors(nominal.hover, nominal.hover, nominal.hover, nominal.hover)
+        return State(cascade_start(constants, m, nominal), hover, hover)
+
+    def step(
+        state: Any, constants: Any, nominal: Nominal, reference: Reference, m: Measurement, h: float
+    ) -> tuple[Command, Any]:
+        command, control = cascade_step(state.control, constants, nominal, reference, m, state.in_force, h)
+        in_force = select_rotors(nominal.delay > 0.5, state.pending, command)
+        return commanded(in_force, nominal), State(control, in_force, command)
+
+    def attitude_init(constants: Any, m: AttitudeMeasurement) -> Any:
+        return AttitudeState(
+            law_start(constants.roll, Measured(m.angles.x, m.rate.x)),
+            law_start(constants.pitch, Measured(m.angles.y, m.rate.y)),
+            law_start(constants.yaw, Measured(m.angles.z, m.rate.z)),
+            m.angles.z,
+        )
+
+    def attitude_step(
+        state: Any,
+        constants: Any,
+        nominal: Nominal,
+        setpoint: AttitudeSetpoint,
+        m: AttitudeMeasurement,
+        applied: AttitudeApplied,
+        h: float,
+    ) -> tuple[Vec3, Any]:
+        effect, excess, inertia, observed = (
+            applied.effect,
+            applied.excess,
+            nominal.vehicle.inertia,
+            nominal.attitude_observer,
+        )
+        yaw_now = nearest_turn(m.angles.z, state.yaw_seen)
+        yaw_goal = nearest_turn(setpoint.yaw, yaw_now)
+        t_x, roll = law_step(
+            state.roll,
+            constants.roll,
+            Channel(1.0 / inertia.x, observed),
+            Setpoint(setpoint.roll, 0.0, 0.0),
+            Measured(m.angles.x, m.rate.x),
+            Applied(effect.x, excess.x),
+            h,
+        )
+        t_y, pitch = law_step(
+            state.pitch,
+            constants.pitch,
+            Channel(1.0 / inertia.y, observed),
+            Setpoint(setpoint.pitch, 0.0, 0.0),
+            Measured(m.angles.y, m.rate.y),
+            Applied(effect.y, excess.y),
+            h,
+        )
+        t_z, yaw = law_step(
+            state.yaw,
+            constants.yaw,
+            Channel(1.0 / inertia.z, observed),
+            Setpoint(yaw_goal, setpoint.yaw_rate, 0.0),
+            Measured(yaw_now, m.rate.z),
+            Applied(effect.z, excess.z),
+            h,
+        )
+        return Vec3(t_x, t_y, t_z), AttitudeState(roll, pitch, yaw, yaw_now)
+
+    return Entries(State, AttitudeState, init, step, attitude_init, attitude_step)

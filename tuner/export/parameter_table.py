@@ -1,0 +1,67 @@
+"""What a target documents of its parameters, and the numbers of an export held against it."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from math import isfinite
+
+from plant.errors import InputError
+from tuner.export.exporter import Parameter
+from tuner.export.parameter_text import MOST, single
+
+Rounding = Callable[[float], float]
+
+
+@dataclass(frozen=True)
+class Entry:
+    """One parameter of a target: name, unit, documented range and default, and what of ours it follows from."""
+
+    name: str
+    unit: str
+    low: float
+    high: float
+    usual: float
+    source: str
+
+
+def unbounded(name: str, unit: str, low: float, usual: float, source: str) -> Entry:
+    """Return an entry without a documented upper limit; that of float32 stands in its place."""
+    return Entry(name, unit, low, MOST, usual, source)
+
+
+def parameters(
+    table: Mapping[str, Entry], values: Mapping[str, float], rounding: Rounding, target: str
+) -> tuple[Parameter, ...]:
+    """Return every value with its entry, rounded; target: name and version, for the messages.
+
+    Raises InputError naming the parameter where a value is not finite or leaves the documented range: nothing on the vehicle
+    would say so, for no autopilot checks ranges when a file is loaded.
+    """
+    return tuple(_parameter(table[name], value, rounding, target) for name, value in values.items())
+
+
+def _parameter(entry: Entry, asked: float, rounding: Rounding, target: str) -> Parameter:
+    low, high = single(entry.low), single(entry.high)
+    held = rounding(asked) if isfinite(asked) else asked
+    if not low <= held <= high:
+        unit = "" if entry.unit == "1" else f" {entry.unit}"
+        limit = f"at least {entry.low:g}" if entry.high == MOST else f"{entry.low:g} to {entry.high:g}"
+        raise InputError(
+            f"works out at {asked:.6g}{unit}; {target} documents {limit}{unit}: change {entry.source}",
+            key=entry.name,
+        )
+    return Parameter(entry.name, entry.unit, asked, held, low, high, entry.usual)
+
+
+def misfit(table: Mapping[str, Entry], values: Mapping[str, float]) -> float:
+    """Return how far values leave their documented ranges, each in widths of its range, added up; 0 where all fit."""
+    return sum(_overshoot(table[name], value) for name, value in values.items())
+
+
+def _overshoot(entry: Entry, value: float) -> float:
+    low, high, given = single(entry.low), single(entry.high), single(value)
+    return max(low - given, given - high, 0.0) / (high - low)
+
+
+def defaults(table: Mapping[str, Entry]) -> dict[str, float]:
+    """Return the target's default of every parameter."""
+    return {entry.name: entry.usual for entry in table.values()}

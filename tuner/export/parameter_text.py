@@ -1,0 +1,62 @@
+"""Numbers and files as parameter files have them: float32, positional, never an exponent, always a dot.
+
+Autopilots hold parameters as IEEE 754 binary32, so what is written is the shortest text that reads back as the same float32.
+Some ground stations tell integers from reals by the dot and do not know exponents at all (mavros: `float(x) if "." in x else
+int(x)`), so 5e-05 is written 0.00005 and 1 is written 1.0.
+"""
+
+import re
+from math import isfinite
+from pathlib import Path
+
+import numpy as np
+
+from plant.errors import InputError, shortened
+
+NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+# Largest finite float32: where a target documents no upper limit, this is its limit.
+MOST = float(np.finfo(np.float32).max)
+
+
+def single(value: float) -> float:
+    """Return a number rounded to float32."""
+    return float(np.float32(value))
+
+
+def positional(value: float) -> str:
+    """Return the shortest text with a dot and no exponent that reads back as the same float32; value must be finite."""
+    assert isfinite(value), value
+    return np.format_float_positional(np.float32(value + 0.0), unique=True, trim="0")
+
+
+def read_number(text: str, name: str, file: Path) -> float:
+    """Return a number of a parameter file, exponents allowed; raises InputError naming the parameter."""
+    value = float(text) if NUMBER.fullmatch(text) else float("nan")
+    if not isfinite(value) or abs(value) > MOST:
+        raise InputError(f"given '{shortened(text)}'; this must be a finite number", file=file, key=name)
+    return value
+
+
+def read_lines(file: Path, what: str) -> list[str]:
+    """Return the lines of a text file without their ends; what: which file to give, for the message of an InputError."""
+    try:
+        return file.read_text(encoding="utf-8-sig").splitlines()
+    except FileNotFoundError:
+        raise InputError(f"there is no such file; give {what}", file=file) from None
+    except UnicodeDecodeError as error:
+        message = f"is not UTF-8 text ({error.reason} at byte {error.start}); give {what}"
+        raise InputError(message, file=file) from None
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror}); give {what}", file=file) from None
+
+
+def enter(values: dict[str, float], name: str, value: float, file: Path) -> None:
+    """Put a parameter among those read; raises InputError where it stood there with another value."""
+    if values.setdefault(name, value) != value:
+        message = f"given twice, as {values[name]:.9g} and as {value:.9g}; leave one out"
+        raise InputError(message, file=file, key=name)
+
+
+def as_bytes(lines: list[str]) -> bytes:
+    """Return lines as the content of a text file."""
+    return ("\n".join(lines) + "\n").encode("ascii", "backslashreplace")

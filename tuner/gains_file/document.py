@@ -1,0 +1,76 @@
+"""From a controller to the content of gains.json."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from importlib.metadata import PackageNotFoundError, version
+
+from plant.gains import gain_addresses
+from tuner.gains_file.airframe_block import airframe_block
+from tuner.gains_file.controller import Controller
+from tuner.gains_file.hashing import content_hash
+from tuner.gains_file.sampling import SAMPLING
+from tuner.gains_file.sections import CONVENTIONS, FORMAT, MOST_EXACT, STRUCTURE, VERSION
+from tuner.gains_file.shapes import Row
+from tuner.gains_file.ucum import quantity
+
+Ranges = Mapping[str, tuple[float, float]]
+
+NO_RANGES: Ranges = {}
+
+
+def to_document(controller: Controller, provenance: Row, ranges: Ranges = NO_RANGES) -> Row:
+    """Return the content of gains.json with its hash.
+
+    provenance: the sections of `sections` that tell where the gains come from, units in UCUM. ranges: address of a gain ->
+    ends of the range that a search had for it.
+    """
+    document: Row = {
+        "format": FORMAT,
+        "version": VERSION,
+        "generator": {"name": "holdfast", "version": _own_version()},
+        "conventions": CONVENTIONS,
+        "airframe": airframe_block(controller.airframe),
+        "controller": controller_block(controller),
+        "gains": gains_block(controller, ranges),
+        **provenance,
+    }
+    return {**document, "sha256": content_hash(document)}
+
+
+def controller_block(controller: Controller) -> Row:
+    """Return laws, periods, options, structure and how the laws are sampled."""
+    options = asdict(controller.options)
+    tilt = options.pop("tilt_limit")
+    laws = {"position": controller.cascade.position.name, "attitude": controller.cascade.attitude.name}
+    return {
+        **laws,
+        "control_period": quantity(controller.control_period, "s"),
+        "plant_step": quantity(controller.plant_step, "s"),
+        "tilt_limit": quantity(tilt, "rad"),
+        **options,
+        "structure": STRUCTURE,
+        "discretisation": {loop: SAMPLING.get(name, f"as the law '{name}' does it") for loop, name in laws.items()},
+    }
+
+
+def gains_block(controller: Controller, ranges: Ranges) -> Row:
+    """Return the gains by address."""
+    return {
+        gain.address: {
+            **quantity(controller.gains[gain.column], gain.unit),
+            **dict(zip(("low", "high"), ranges.get(gain.address, ()), strict=False)),
+        }
+        for gain in gain_addresses(controller.cascade)
+    }
+
+
+def seed_entry(seed: int) -> int | str:
+    """Return a seed as JSON holds it: as text where a double would not tell it from its neighbours."""
+    return seed if seed <= MOST_EXACT else str(seed)
+
+
+def _own_version() -> str:
+    try:
+        return version("holdfast")
+    except PackageNotFoundError:
+        return "not installed"

@@ -1,0 +1,46 @@
+"""The content hash of gains.json: SHA-256 over its canonical form.
+
+RFC 8785, "JSON Canonicalization Scheme": keys sorted by UTF-16 code units, numbers as ECMAScript writes doubles, UTF-8, no
+blanks. So the hash does not depend on the order of keys, on indentation, or on who writes 0.10 for 0.1.
+"""
+
+import hashlib
+from typing import Any
+
+from plant.errors import InputError
+
+# What may be added later without another controller coming of it.
+OUTSIDE = ("sha256", "exports", "cost")
+# Beyond it neighbouring whole numbers share a double.
+MOST_EXACT = 2**53 - 1
+
+
+def content_hash(document: dict[str, Any]) -> str:
+    """Return the hash (64 hex digits) of everything in a gains document but `OUTSIDE`."""
+    return canonical_hash({key: value for key, value in document.items() if key not in OUTSIDE})
+
+
+def canonical_hash(value: Any) -> str:
+    """Return the SHA-256 over the canonical form; raises InputError where there is none."""
+    return hashlib.sha256(canonical(value)).hexdigest()
+
+
+def canonical(value: Any) -> bytes:
+    """Return the canonical form; raises InputError for numbers that are not finite and texts that are no Unicode."""
+    import rfc8785
+
+    try:
+        return rfc8785.dumps(_doubles(value))
+    except (rfc8785.CanonicalizationError, UnicodeError) as error:
+        raise InputError(f"has no canonical form ({error}); take out what is no number or no Unicode text") from None
+
+
+def _doubles(value: Any) -> Any:
+    """Return the same with large whole numbers as the doubles that every other reader of JSON makes of them."""
+    if isinstance(value, dict):
+        return {key: _doubles(inner) for key, inner in value.items()}
+    if isinstance(value, list | tuple):
+        return [_doubles(inner) for inner in value]
+    if isinstance(value, int) and not isinstance(value, bool) and abs(value) > MOST_EXACT:
+        return float(value)
+    return value

@@ -1,0 +1,1 @@
+"""Flights on a graphics card: `tuner run --backend cuda`."""

@@ -1,0 +1,56 @@
+"""Which engine `--backend` names; where there is no graphics card, the processor flies and says so."""
+
+from collections.abc import Callable
+from pathlib import Path
+
+from objectives.engine import Engine
+from objectives.system import System
+from plant.errors import StoreError, UnknownNameError
+from tuner.store.inputs import read_record
+
+KEY = "--backend"
+LANES = "lanes"
+PRECISIONS = {"cuda": "float64", "cuda-float32": "float32"}
+BACKENDS = (LANES, *PRECISIONS)
+
+
+def engine_named(backend: str, system: System, root: int, say: Callable[[str], None]) -> Engine | None:
+    """Return the engine of a backend, None for the processor; say is told where that stands in for a card."""
+    check(backend)
+    if backend == LANES:
+        return None
+    from plant.backends.cuda_card import missing
+
+    why = missing()
+    if why is not None:
+        say(f"{why}; flying on the processor instead")
+        return None
+    from objectives.cuda_engine import CudaEngine
+
+    return CudaEngine(system, root, PRECISIONS[backend])
+
+
+def engine_again(results: Path, system: System, root: int, cluster: Engine | None = None) -> Engine | None:
+    """Return the engine whose bits a results folder holds, None for this processor; cluster: one that flies lanes instead.
+
+    Raises StoreError where they cannot be had here: no other arithmetic stands in, for it would mix bits.
+    """
+    recorded = read_record(results).arithmetic
+    if recorded == LANES:
+        return cluster
+    if cluster is not None:
+        raise StoreError(f"{results} was flown by {recorded}; the workers of a cluster fly lanes, so leave --dask out")
+    backend = next((name for name, precision in PRECISIONS.items() if recorded.startswith(f"cuda-{precision},")), None)
+    engine = None if backend is None else engine_named(backend, system, root, lambda _: None)
+    if engine is None or engine.arithmetic != recorded:
+        here = "there is none here" if engine is None else f"here it is {engine.arithmetic}"
+        raise StoreError(
+            f"{results} was flown by {recorded}, and {here}; go on where it was flown, or run its study again"
+        )
+    return engine
+
+
+def check(backend: str) -> None:
+    """Raise UnknownNameError where no backend has this name."""
+    if backend not in BACKENDS:
+        raise UnknownNameError("backend", backend, BACKENDS, key=KEY)

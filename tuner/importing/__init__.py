@@ -1,0 +1,1 @@
+"""Parameter files of autopilots, read back as controllers of ours."""

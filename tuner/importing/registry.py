@@ -1,0 +1,15 @@
+"""Importers by name; a new one is one module with an `IMPORTER` and one line here."""
+
+from plant.errors import UnknownNameError
+from tuner.importing import ardupilot, betaflight, px4
+from tuner.importing.importer import Importer
+
+MODULES = (px4, ardupilot, betaflight)
+IMPORTERS: dict[str, Importer] = {module.IMPORTER.name: module.IMPORTER for module in MODULES}
+
+
+def importer(name: str) -> Importer:
+    """Return the importer of a target; raises UnknownNameError."""
+    if name not in IMPORTERS:
+        raise UnknownNameError("source", name, IMPORTERS, key="--from")
+    return IMPORTERS[name]
