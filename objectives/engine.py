@@ -14,8 +14,9 @@ from plant.flights import FlightInputs, Flyer
 from plant.scenarios import ScenarioSpec, sample_scenarios
 
 Landed = Callable[[int], None]
-# Scenarios of a fleet that are kept between generations; at 10 s and 250 Hz one takes 0.3 MB of wind and noise.
-KEPT = 1024
+# Scenarios of a fleet that are kept between generations, and their control periods together; at 10 s and 250 Hz, 2500 periods,
+# one takes 0.3 MB of wind and noise.
+KEPT, KEPT_PERIODS = 1024, 1024 * 2500
 LANES = "lanes"
 """Arithmetic of the compiled lanes on the processor, which recorded flights have unless they say otherwise."""
 
@@ -57,6 +58,11 @@ class Engine(Protocol):
             yield self.fly(part, fleet, first, last, landed) if len(part) else np.empty((0, last - first, 0))
 
 
+def keeps(count: int, steps: int) -> bool:
+    """Return whether a fleet of so many flights of so many control periods is kept between generations."""
+    return count <= KEPT and count * steps <= KEPT_PERIODS
+
+
 class Scenarios:
     """The drawn scenarios of a study, kept where they are few and drawn again where they are not."""
 
@@ -73,7 +79,7 @@ class Scenarios:
         inputs = sample_scenarios(
             fleet.spec, self._system.vehicle, self._system.timing, self._root, fleet.stream, range(first, last)
         )
-        if fleet.count <= KEPT:
+        if keeps(fleet.count, fleet.spec.steps(self._system.timing)):
             self._kept[key] = inputs
         return inputs
 

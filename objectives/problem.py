@@ -21,6 +21,7 @@ from objectives.requirements import (
 )
 from objectives.risk import Risk
 from objectives.system import Fleet, System
+from plant.backends.lanes import LANES
 from plant.closed_loop import Status
 from plant.flights import Flyer, result_parts
 from plant.scenarios import SEARCH, ScenarioSpec
@@ -28,9 +29,9 @@ from plant.targets import Targets
 
 __all__ = ["Constraint", "Evaluation", "Fleet", "Objective", "Problem", "System", "seen_scores"]
 
-# Scenarios drawn at once; at 10 s and 250 Hz one takes 0.3 MB of wind and noise, and laying a chunk out in lanes takes three
-# times that for a moment.
-CHUNK = 256
+# Scenarios drawn at once, and their control periods together; at 10 s and 250 Hz, 2500 periods, one takes 0.3 MB of wind and
+# noise, and laying a chunk out in lanes takes three times that for a moment.
+CHUNK, CHUNK_PERIODS = 256, 256 * 2500
 # Bytes of results that candidates fly for at a time: 72 numbers a flight are soon scored to a few. 434 candidates on 64
 # scenarios, which keep 100 threads busy for half a second.
 PART = 16_000_000
@@ -120,6 +121,11 @@ def seen_scores(scores: np.ndarray, index: int, origin: np.ndarray, scenario: st
     Contiguous, because numpy sums in another order along other layouts: a candidate's bits must not depend on its batch.
     """
     return scores[:, index] if scenario is None else np.ascontiguousarray(scores[:, index][:, origin == scenario])
+
+
+def chunk_size(steps: int) -> int:
+    """Return how many flights of so many control periods are drawn at once: few of long ones, always whole blocks of lanes."""
+    return max(min(CHUNK, CHUNK_PERIODS // steps) // LANES * LANES, LANES)
 
 
 class Problem:
@@ -258,7 +264,8 @@ class Problem:
 
     def chunks(self, fleet: Fleet) -> list[tuple[int, int]]:
         """Return the ranges of flights that a fleet is flown in, one after the other."""
-        return [(first, min(first + CHUNK, fleet.count)) for first in range(0, fleet.count, CHUNK)]
+        size = chunk_size(fleet.spec.steps(self.system.timing))
+        return [(first, min(first + size, fleet.count)) for first in range(0, fleet.count, size)]
 
     def key(self, fleet: Fleet) -> str:
         """Return what names the flights of a fleet, but for gains and index, see `objectives.memory`."""

@@ -7,8 +7,8 @@ shared x86 cores.
 
 from dataclasses import dataclass
 
-from objectives.engine import KEPT
-from objectives.problem import CHUNK
+from objectives.engine import keeps
+from objectives.problem import chunk_size
 from plant.backends.lanes import LANES
 from tuner.conclusion import MOST_FINALISTS
 from tuner.planning.pilot import Pilot
@@ -82,7 +82,7 @@ def seconds_of(study: Study, pilot: Pilot) -> Seconds:
     search, held_out = screening, 0.0
     finalists = flights_of(study).finalists + 1
     for entry, flown in zip(study.scenarios, pilot.scenarios, strict=True):
-        times = 1 if entry.search <= KEPT else spec.generations
+        times = 1 if keeps(entry.search, entry.spec.steps(study.system.timing)) else spec.generations
         search += times * entry.search * flown.draw_seconds
         held_out += 2 * entry.held_out * flown.draw_seconds
         search += spec.generations * _rounds(spec.population, entry.search, pilot.threads) * flown.block_seconds
@@ -101,9 +101,10 @@ def memory_of(study: Study, pilot: Pilot) -> float:
     candidates, kept, largest, results = study.search.population, 0.0, 0.0, 0.0
     finalists = flights_of(study).finalists + 1
     for entry, flown in zip(study.scenarios, pilot.scenarios, strict=True):
+        steps = entry.spec.steps(study.system.timing)
         for count, flying in ((entry.search, candidates), (entry.held_out, finalists), (entry.held_out, CONFIRMED)):
-            kept += flown.input_bytes * (count if count <= KEPT else 0)
-            chunk = min(count, CHUNK)
+            kept += flown.input_bytes * (count if keeps(count, steps) else 0)
+            chunk = min(count, chunk_size(steps))
             largest = max(largest, flown.input_bytes * chunk)
             results = max(results, NUMBER * pilot.rows * flying * chunk)
     waiting = min(WRITING * results, WRITING * (GATHERED + results))

@@ -23,7 +23,7 @@ def written(folder, given, name="gains.json"):
 
 
 @pytest.mark.parametrize(
-    ("target", "options"), [("c99", ()), ("px4", ()), ("ardupilot", ("--firmware", "4.6")), ("matlab", ())]
+    ("target", "options"), [("c99", ()), ("px4", ()), ("ardupilot", ("--firmware", "4.7")), ("matlab", ())]
 )
 def test_an_export_is_written_and_verified(run, tmp_path, target, options):
     gains = written(tmp_path, pid(period=0.002))
