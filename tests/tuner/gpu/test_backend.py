@@ -3,6 +3,7 @@
 from dataclasses import replace
 from pathlib import Path
 from types import SimpleNamespace
+from typing import Any
 
 import pytest
 
@@ -68,8 +69,13 @@ def recorded(folder, arithmetic):
     return folder
 
 
+def flying(arithmetic: str) -> Any:
+    """An engine of which nothing is asked but its arithmetic."""
+    return SimpleNamespace(arithmetic=arithmetic)
+
+
 def test_what_the_processor_flew_it_flies_again(tmp_path):
-    cluster = SimpleNamespace(arithmetic="lanes")
+    cluster = flying("lanes")
     folder = recorded(tmp_path / "lanes", "lanes")
     assert choice.engine_again(folder, system(), 1) is None
     assert choice.engine_again(folder, system(), 1, cluster) is cluster
@@ -82,12 +88,12 @@ def test_another_arithmetic_is_never_mixed_in(monkeypatch, tmp_path):
     monkeypatch.setattr(choice, "engine_named", lambda *_: None)
     with pytest.raises(StoreError, match="sm_90.*there is none here"):
         choice.engine_again(folder, system(), 1)
-    other = SimpleNamespace(arithmetic=flown.replace("sm_90", "sm_80"))
+    other = flying(flown.replace("sm_90", "sm_80"))
     monkeypatch.setattr(choice, "engine_named", lambda *_: other)
     with pytest.raises(StoreError, match="here it is cuda-float32, sm_80"):
         choice.engine_again(folder, system(), 1)
     with pytest.raises(StoreError, match="leave --dask out"):
-        choice.engine_again(folder, system(), 1, SimpleNamespace(arithmetic="lanes"))
-    same = SimpleNamespace(arithmetic=flown)
+        choice.engine_again(folder, system(), 1, flying("lanes"))
+    same = flying(flown)
     monkeypatch.setattr(choice, "engine_named", lambda backend, *_: same if backend == "cuda-float32" else None)
     assert choice.engine_again(folder, system(), 1) is same

@@ -1,0 +1,1 @@
+"""Measurements that need what not every machine has: a graphics card, other simulators."""

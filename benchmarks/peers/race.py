@@ -1,0 +1,72 @@
+"""Contestants in turns: every round each of them flies the batch once, in its own process."""
+
+import json
+import subprocess
+from collections.abc import Callable
+from dataclasses import dataclass, field
+from pathlib import Path
+from typing import Any
+
+from benchmarks.course import SUBSTEPS, Course
+from benchmarks.peers.contestant import Contestant
+from benchmarks.peers.environments import ROOT, worker_environment
+
+LEAST_PERIODS = 5
+"""Shorter flights would measure how a flight starts."""
+
+
+@dataclass
+class Runner:
+    """A contestant's process; results of each batch in the order of the rounds, or the reason why there are none."""
+
+    contestant: Contestant
+    process: subprocess.Popen[str]
+    rounds: dict[int, list[dict[str, Any]]] = field(default_factory=dict)
+    failed: dict[int, str] = field(default_factory=dict)
+
+    @classmethod
+    def begin(cls, contestant: Contestant, python: str, course: Path, scratch: Path) -> "Runner":
+        """Start the process."""
+        command = [python, "-m", "benchmarks.peers.worker", contestant.name, str(course), str(scratch)]
+        process = subprocess.Popen(
+            command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True, cwd=ROOT,
+            env=worker_environment(),
+        )  # fmt: skip
+        return cls(contestant, process)
+
+    def fly(self, batch: int, periods: int) -> None:
+        """Fly a batch once and keep what it took."""
+        assert self.process.stdin is not None and self.process.stdout is not None
+        try:
+            self.process.stdin.write(json.dumps({"batch": batch, "periods": periods}) + "\n")
+            self.process.stdin.flush()
+            answer = json.loads(self.process.stdout.readline() or '{"error": "the process ended"}')
+        except (BrokenPipeError, ValueError) as error:
+            answer = {"error": str(error)}
+        if "error" in answer:
+            self.failed[batch] = answer["error"]
+        else:
+            self.rounds.setdefault(batch, []).append(answer)
+
+    def end(self) -> None:
+        """Close the process."""
+        try:
+            self.process.communicate(timeout=60)
+        except BrokenPipeError:
+            self.process.wait(timeout=60)
+
+
+def periods_of(contestant: Contestant, batch: int, course: Course) -> int:
+    """Return how many control periods a contestant flies of a batch, so that a round takes it a second or so."""
+    wanted = contestant.budget // (batch * SUBSTEPS)
+    return max(LEAST_PERIODS, min(course.periods, contestant.periods, wanted))
+
+
+def race(runners: list[Runner], batches: list[int], rounds: int, course: Course, told: Callable[[str], None]) -> None:
+    """Let all contestants fly all batches, in turns; told(what) is called after every round."""
+    for batch in batches:
+        for number in range(rounds):
+            for runner in runners:
+                if batch <= runner.contestant.largest and batch not in runner.failed:
+                    runner.fly(batch, periods_of(runner.contestant, batch, course))
+            told(f"batch {batch}: round {number + 1} of {rounds}")

@@ -1,0 +1,96 @@
+"""What a flight costs does not grow with the number of flights, of scenarios or with the length of a flight: by memory, not by clock."""
+
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from objectives.decisions import DecisionSpace
+from objectives.metrics import parse
+from objectives.problem import Objective, Problem
+from objectives.risk import Risk
+from objectives.system import Fleet, System
+from plant.air.air import AirSpec
+from plant.airframes import load
+from plant.cascade import close_cascade
+from plant.closed_loop import Limits, Timing
+from plant.gains import default_row
+from plant.laws import law
+from plant.nominal import ControlOptions, nominal
+from plant.references.steps import Steps
+from plant.scenarios import SEARCH, ScenarioSpec
+
+ROOT = Path(__file__).parents[1]
+TIMING = Timing(0.004, 0.001)
+# Up to 24 rows of wind and noise, 8 bytes each, drawn, stacked and laid out in lanes: 600 bytes were seen.
+PERIOD_BYTES = 24 * 8 * 4
+
+
+def problem_and_row():
+    vehicle, cascade = load("hummingbird").vehicle, close_cascade(law("ladrc"), law("hybrid"))
+    system = System(
+        vehicle, cascade, nominal(vehicle, ControlOptions(), TIMING.control_period), Limits(5.0, 0.17), TIMING
+    )
+    row = np.array(default_row(cascade))
+    objectives = (Objective(parse("itae.position"), Risk("mean")),)
+    return Problem(system, DecisionSpace((), (), tuple(row)), objectives, (), 1, threads=1), row
+
+
+def spec(seconds: float) -> ScenarioSpec:
+    return ScenarioSpec("growth", seconds, Steps(x=1.0, time=0.02), AirSpec(intensity="moderate", mean_wind=False))
+
+
+def traced_peak(monkeypatch, candidates: int, scenarios: int, seconds: float) -> int:
+    """Largest memory that an evaluation held at once [B]; NumPy tells tracemalloc of its arrays. Flights are those of a stand-in."""
+    import tracemalloc
+
+    problem, row = problem_and_row()
+
+    def stand_in(gains, nominal, inputs, landed=None):
+        return np.zeros((len(gains), inputs.count, problem.flyer.rows))
+
+    monkeypatch.setattr(problem.flyer, "fly", stand_in)
+    gains, fleet = np.tile(row, (candidates, 1)), Fleet(spec(seconds), SEARCH, scenarios)
+    tracemalloc.start()
+    try:
+        problem.evaluate_gains(gains, (fleet,))
+        return tracemalloc.get_traced_memory()[1]
+    finally:
+        tracemalloc.stop()
+
+
+def test_ten_times_the_candidates_hold_ten_times_the_results_and_nothing_more(monkeypatch):
+    """Beyond wind and noise, which all share: results, meters and scores of a flight, 1.2 kB; 4 kB leaves room."""
+    few, many = (traced_peak(monkeypatch, n, 16, 0.1) for n in (20, 200))
+    assert many - few < 180 * 16 * 4096
+
+
+def test_wind_and_noise_of_flown_chunks_are_let_go(monkeypatch):
+    """Beyond what is kept between generations, 8 chunks hold no more than 3; their scores and results do."""
+    monkeypatch.setattr("objectives.problem.CHUNK", 32)
+    monkeypatch.setattr("objectives.engine.KEPT", 64)
+    periods, more = 250, (8 - 3) * 32
+    few, many = (traced_peak(monkeypatch, 1, chunks * 32, periods * TIMING.control_period) for chunks in (3, 8))
+    # Held, they would be 15 rows of 8 bytes a period; a flight's results and scores are 1.2 kB.
+    assert many - few < more * (0.25 * periods * 15 * 8 + 2048)
+
+
+def test_memory_grows_with_the_length_of_a_flight_by_wind_and_noise_alone(monkeypatch):
+    short, long = (traced_peak(monkeypatch, 1, 16, seconds) for seconds in (0.4, 4.0))
+    assert long - short < 1.25 * 16 * 900 * PERIOD_BYTES
+
+
+@pytest.mark.slow
+def test_process_memory_stays_flat_from_4096_to_65536_scenarios():
+    """65 536 flights of 0.2 s would be 0.4 GB of wind and noise if they were all held; a chunk is 2 MB."""
+
+    def peak(scenarios: int) -> float:
+        import json
+
+        command = [sys.executable, "-m", "benchmarks.growth", "--point", f"1,{scenarios},0.2"]
+        done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT)
+        return json.loads(done.stdout.splitlines()[-1])["peak_mb"]
+
+    assert peak(65_536) - peak(4096) < 150.0
