@@ -28,6 +28,8 @@ from tuner.search.front import non_dominated
 
 # Bootstrap replicates for the error bars of the front, and for the Default / Tuned table.
 FRONT_REPLICATES, TABLE_REPLICATES = 400, 2000
+# Relative difference of two values that are the same within rounding.
+SAME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -58,6 +60,9 @@ class Comparison:
         """Say in words what the interval of the difference, or the limit, allows to say."""
         if self.limit is not None:
             return "kept" if self.tuned.value <= self.limit else "broken"
+        # The same gains, decoded from a point of the unit cube, differ in the last digit.
+        if abs(self.difference.value) <= SAME * abs(self.default.value):
+            return "no clear difference"
         if self.difference.high < 0.0:
             return "better"
         return "worse" if self.difference.low > 0.0 else "no clear difference"

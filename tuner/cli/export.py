@@ -16,8 +16,8 @@ from tuner.export.run import Export, export_gains
 from tuner.gains_file import read_gains
 
 BROKEN = 1
-# Beyond it a bound is that of a number type, not of a parameter; a pipe has no width, and 80 columns would cut names.
-LARGEST, PIPE_WIDTH = 1e30, 160
+# A pipe has no width, and 80 columns would cut names.
+PIPE_WIDTH = 160
 
 Row = dict[str, Any]
 
@@ -48,7 +48,7 @@ def print_export(made: Export, airframe: str) -> None:
     def say(text: str) -> None:
         console.print(text, markup=False, highlight=False, soft_wrap=not console.is_terminal)
 
-    say(f"{document['title']}, {document['target_version']}: {laws} for {airframe}")
+    say(f"{document['target_version']}: {laws} for {airframe}")
     if document["experimental"]:
         say(f"Experimental: {document['experimental']}")
     if document["parameters"]:
@@ -59,7 +59,7 @@ def print_export(made: Export, airframe: str) -> None:
     for sentence in document["lossy"]:
         say(f"- {sentence}")
     for label in verification["broken"]:
-        say(f"Broken by rounding: {label}")
+        say(f"Broken by what the target holds: {label}")
     say(f"{made.folder}: {', '.join([*document['files'], 'rollback/', 'export.json', 'gains.json'])}")
 
 
@@ -78,19 +78,19 @@ def parameters_table(rows: list[Row]) -> Table:
 
 
 def _allowed(row: Row) -> str:
-    """Return the range of a parameter; a bound that is the end of its type is none."""
-    low, high = (None if row[key] is None or abs(row[key]) > LARGEST else f"{row[key]:g}" for key in ("low", "high"))
+    """Return the range of a parameter; null is no bound."""
+    low, high = (None if row[key] is None else f"{row[key]:g}" for key in ("low", "high"))
     if low is None:
         return "any" if high is None else f"to {high}"
     return f"{low} up" if high is None else f"{low} to {high}"
 
 
 def changes_table(verification: Row) -> Table:
-    """Return what rounding changes in the digits shown: limits and metrics before and after."""
-    table = Table(
-        title=f"Before and after rounding, {verification['flights']} flights", title_justify="left", box=SIMPLE
-    )
-    for name in ("", "unit", "limit", "asked", "held"):
+    """Return what the target changes in the digits shown: limits and metrics as tuned and as held."""
+    flights, scenario = verification["flights"], verification["scenario"]
+    title = f"As tuned, and as the target holds it; metrics over {flights} flights, {scenario}"
+    table = Table(title=title, title_justify="left", box=SIMPLE)
+    for name in ("", "unit", "limit", "tuned", "held"):
         table.add_column(name, justify="left" if name in ("", "unit") else "right", no_wrap=True)
     for row in changed_margins(verification):
         sign = ">=" if row["sense"] == "least" else "<="
@@ -110,12 +110,14 @@ def changed_margins(verification: Row) -> list[Row]:
 
 
 def said_of_margins(verification: Row) -> str:
-    """Return in a sentence what rounding does to the margins that the table leaves out."""
+    """Return in a sentence what becomes of the limits on margins."""
     rows = verification["margins"]
-    same = len(rows) - len(changed_margins(verification))
     if not rows:
         return "No margins: this controller holds no steady hover."
-    return f"{same} of {len(rows)} limits on margins at hover are kept, the same to five digits before and after."
+    differing = sum(_shown(row["asked"]) != _shown(row["held"]) for row in rows)
+    kept = sum(row["kept_held"] for row in rows)
+    changed = f"{differing} of them change in five digits, see above" if differing else "none changes in five digits"
+    return f"The target keeps {kept} of {len(rows)} limits on margins at hover; {changed}."
 
 
 def _shown(value: float | None) -> str:

@@ -2,7 +2,7 @@
 
 import json
 import sys
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
@@ -136,11 +136,19 @@ def targets() -> Rows:
         {
             "target": entry.name, "title": entry.title,
             "attitude": ", ".join(entry.attitude_laws) or "every law", "position": ", ".join(entry.position_laws) or "every law",
-            "options": "; ".join(f"{o.name}: {', '.join(o.choices) or o.about}" for o in entry.options),
-            "experimental": entry.experimental,
+            "options": _options(entry.options), "experimental": entry.experimental or "",
         }
         for entry in EXPORTERS.values()
     ]  # fmt: skip
+
+
+def _options(options: Iterable[Any]) -> str:
+    """Return options as text: name, what it is, default or that it is required."""
+    return "; ".join(
+        f"{o.name}{'' if not o.choices else f' ({chr(124).join(o.choices)})'}: {o.about}, "
+        f"{'required' if o.default is None else f'default {o.default}'}"
+        for o in options
+    )
 
 
 def sources() -> Rows:
@@ -148,8 +156,7 @@ def sources() -> Rows:
     from tuner.importing.registry import IMPORTERS
 
     return [
-        {"source": entry.name, "title": entry.title, "options": ", ".join(option.name for option in entry.options)}
-        for entry in IMPORTERS.values()
+        {"source": entry.name, "title": entry.title, "options": _options(entry.options)} for entry in IMPORTERS.values()
     ]
 
 
@@ -158,7 +165,10 @@ LISTINGS: dict[str, Callable[[], Rows]] = {
     "searches": searches, "sources": sources, "studies": studies, "targets": targets, "theorems": theorems,
 }  # fmt: skip
 # Columns that --json carries and a terminal has no room for.
-WIDE = {"laws": {"title", "source", "scale", "symbol"}, "theorems": {"quantity", "rates", "assumes", "source"}}
+WIDE = {
+    "laws": {"title", "source", "scale", "symbol"}, "targets": {"experimental", "attitude", "position"},
+    "theorems": {"quantity", "rates", "assumes", "source"},
+}  # fmt: skip
 # Columns of a pipe, and of a terminal in which only the last column needs to wrap.
 PIPE_WIDTH, ROOMY = 160, 120
 

@@ -36,20 +36,27 @@ def parameters(
     Raises InputError naming the parameter where a value is not finite or leaves the documented range: nothing on the vehicle
     would say so, for no autopilot checks ranges when a file is loaded.
     """
-    return tuple(_parameter(table[name], value, rounding, target) for name, value in values.items())
-
-
-def _parameter(entry: Entry, asked: float, rounding: Rounding, target: str) -> Parameter:
-    low, high = single(entry.low), single(entry.high)
-    held = rounding(asked) if isfinite(asked) else asked
-    if not low <= held <= high:
-        unit = "" if entry.unit == "1" else f" {entry.unit}"
-        limit = f"at least {entry.low:g}" if entry.high == MOST else f"{entry.low:g} to {entry.high:g}"
+    found = [_parameter(table[name], value, rounding) for name, value in values.items()]
+    outside = [parameter for parameter in found if not parameter.low <= parameter.held <= parameter.high]
+    if outside:
+        further = [f"{parameter.name} {_outside(table[parameter.name], parameter.asked)}" for parameter in outside[1:]]
         raise InputError(
-            f"works out at {asked:.6g}{unit}; {target} documents {limit}{unit}: change {entry.source}",
-            key=entry.name,
+            f"{_outside(table[outside[0].name], outside[0].asked)}; {target} documents these ranges"
+            + "".join(f"; {text}" for text in further),
+            key=outside[0].name,
         )
-    return Parameter(entry.name, entry.unit, asked, held, low, high, entry.usual)
+    return tuple(found)
+
+
+def _parameter(entry: Entry, asked: float, rounding: Rounding) -> Parameter:
+    held = rounding(asked) if isfinite(asked) else asked
+    return Parameter(entry.name, entry.unit, asked, held, single(entry.low), single(entry.high), entry.usual)
+
+
+def _outside(entry: Entry, asked: float) -> str:
+    unit = "" if entry.unit == "1" else f" {entry.unit}"
+    limit = f"at least {entry.low:g}" if entry.high == MOST else f"{entry.low:g} to {entry.high:g}"
+    return f"works out at {asked:.6g}{unit}, allowed {limit}{unit}: change {entry.source}"
 
 
 def misfit(table: Mapping[str, Entry], values: Mapping[str, float]) -> float:

@@ -4,7 +4,7 @@ from dataclasses import replace
 
 from plant.gains import default_row
 from tuner.export.exporter import Request
-from tuner.gains_file import Controller, content_sha256, read_gains
+from tuner.gains_file import Controller, content_hash, content_sha256, read_gains, to_document
 
 
 def previous_controller(request: Request) -> tuple[Controller, str, str]:
@@ -17,7 +17,7 @@ def previous_controller(request: Request) -> tuple[Controller, str, str]:
         return read_gains(request.previous), content_sha256(request.previous), "The gains flown before this export."
     defaults = replace(controller, gains=tuple(default_row(controller.cascade)))
     sentence = "The default gains of these laws: no gains.json with the previous ones was given."
-    return defaults, "0" * 64, sentence
+    return defaults, content_hash(to_document(defaults, {})), sentence
 
 
 def rollback_request(request: Request) -> tuple[Request, str]:

@@ -13,6 +13,7 @@ EXPORTERS: dict[str, Exporter] = {module.EXPORTER.name: module.EXPORTER for modu
 
 def exporter(name: str) -> Exporter:
     """Return the exporter of a target; raises UnknownNameError."""
+    name = name.lower()
     if name not in EXPORTERS:
         raise UnknownNameError("target", name, EXPORTERS, key="--to")
     return EXPORTERS[name]

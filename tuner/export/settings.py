@@ -6,6 +6,9 @@ from typing import Protocol
 from plant.errors import InputError, UnknownNameError
 from tuner.export.exporter import Option
 
+# The option that has a flag of its own.
+FIRMWARE = "firmware"
+
 
 class Optioned(Protocol):
     """What takes options: an exporter or an importer."""
@@ -30,6 +33,10 @@ def settings_of(optioned: Optioned, given: Sequence[str]) -> dict[str, str]:
         if not sign:
             raise InputError(f"given '{entry}'; write NAME=VALUE, for instance {_example(optioned)}", key="--set")
         if name not in options:
+            if name == FIRMWARE:
+                raise InputError(
+                    f"given '{value}'; '{optioned.name}' does not ask for it, leave it out", key=_flag(name)
+                )
             if not options:
                 raise InputError(f"given '{entry}'; '{optioned.name}' has no options", key="--set")
             raise UnknownNameError(f"option of '{optioned.name}'", name, options, key="--set")
@@ -40,31 +47,32 @@ def settings_of(optioned: Optioned, given: Sequence[str]) -> dict[str, str]:
         if option.name not in values:
             if option.default is None:
                 raise InputError(
-                    f"'{optioned.name}' needs {option.name} ({option.about}): {_flag(option.name)} "
-                    f"{' or '.join(option.choices) or 'NUMBER'}",
+                    f"'{optioned.name}' needs {option.name} ({option.about}): {_flag(option.name)}"
+                    f"{' ' if option.name == FIRMWARE else '='}{' or '.join(option.choices) or 'NUMBER'}",
                     key=_flag(option.name),
                 )
             values[option.name] = option.default
         elif option.choices and values[option.name] not in option.choices:
             allowed = ", ".join(option.choices)
-            raise InputError(f"given '{values[option.name]}'; allowed: {allowed}", key=f"--set {option.name}")
+            raise InputError(f"given '{values[option.name]}'; allowed: {allowed}", key=_flag(option.name))
     return values
 
 
 def number(settings: Mapping[str, str], name: str, low: float, high: float, unit: str) -> float:
     """Return an option as a number of that unit; raises InputError where it is none, or outside [low, high]."""
-    text = settings[name]
+    text, with_unit = settings[name], "" if unit == "1" else f" {unit}"
     try:
         value = float(text)
     except ValueError:
-        raise InputError(f"given '{text}'; this must be a number in {unit}", key=f"--set {name}") from None
+        asked = f"a number{'' if unit == '1' else f' in {unit}'}"
+        raise InputError(f"given '{text}'; this must be {asked}", key=_flag(name)) from None
     if not low <= value <= high:
-        raise InputError(f"given {text} {unit}; allowed: {low:g} to {high:g} {unit}", key=f"--set {name}")
+        raise InputError(f"given {text}{with_unit}; allowed: {low:g} to {high:g}{with_unit}", key=_flag(name))
     return value
 
 
 def _flag(name: str) -> str:
-    return "--firmware" if name == "firmware" else f"--set {name}="
+    return f"--{name}" if name == FIRMWARE else f"--set {name}"
 
 
 def _example(optioned: Optioned) -> str:

@@ -14,7 +14,6 @@ import json
 import os
 import shutil
 from dataclasses import asdict
-from math import isfinite
 from pathlib import Path, PurePosixPath
 from typing import Any
 
@@ -23,6 +22,8 @@ from tuner.export.exporter import Bundle, Exporter, Request
 from tuner.export.verification import Verification
 
 FORMAT, VERSION = "holdfast-export", "1.0"
+# Beyond it a bound is that of a number type, not of a parameter.
+LARGEST = 1e30
 
 Row = dict[str, Any]
 
@@ -103,5 +104,5 @@ def sha256(content: bytes) -> str:
 
 
 def _finite(value: Any) -> Any:
-    """Return null for a bound that is infinite: JSON has no number for it."""
-    return None if isinstance(value, float) and not isfinite(value) else value
+    """Return null for a bound that is none: infinite, or the end of a number type."""
+    return None if isinstance(value, float) and not abs(value) < LARGEST else value

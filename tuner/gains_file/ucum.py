@@ -7,7 +7,7 @@ written as an annotation in braces, which UCUM takes for a dimensionless number 
 from plant.errors import InputError
 
 UCUM = {
-    "1": "1", "%": "%", "dB": "dB", "deg": "deg",
+    "1": "1", "%": "%", "dB": "dB", "deg": "deg", "byte": "By",
     "kg": "kg", "kg m2": "kg.m2", "N": "N", "N m": "N.m", "N m s": "N.m.s", "N s/m": "N.s/m", "N s2": "N.s2",
     "N s2/m2": "N.s2/m2",
     "s": "s", "1/s": "s-1", "s^-1": "s-1", "s^-2": "s-2", "s^-3": "s-3",

@@ -11,7 +11,7 @@ import numpy as np
 
 from objectives.mission import mission_floor
 from tuner.guards import after
-from tuner.guards.before import few_scenarios
+from tuner.guards.before import default_elsewhere, few_scenarios
 from tuner.study.study import Study
 
 if TYPE_CHECKING:
@@ -70,6 +70,7 @@ def floor_of(study: Study) -> tuple[Any, ...]:
 
 GUARDS = {
     "few_scenarios": Guard(BEFORE, "too few scenarios for the level of a risk", few_scenarios),
+    "default_elsewhere": Guard(BEFORE, "default gains of a file that were flown otherwise", default_elsewhere),
     "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle),
     "constant_objective": Guard(
         AFTER, "an objective that nothing searched moves",

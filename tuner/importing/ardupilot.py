@@ -18,6 +18,7 @@ from tuner.importing.assembly import (
     DERIVATIVE,
     POSITION_FILTER,
     absent_note,
+    assumed_note,
     control_period,
     controller,
     curve,
@@ -67,7 +68,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         ),
         *tilt_note(tilt, tilt_name),
     )
-    return Imported(controller(file, airframe, gains, tilt, settings), notes)
+    return Imported(controller(file, airframe, gains, tilt, settings), (*notes, assumed_note(settings)))
 
 
 def added_inertia(

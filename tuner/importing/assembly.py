@@ -57,6 +57,15 @@ def filters(settings: Mapping[str, str]) -> dict[str, float]:
     return {axis: attitude if axis in ATTITUDE_AXES else position for axis in AXES}
 
 
+def assumed_note(settings: Mapping[str, str]) -> str:
+    """Return the sentence about what no parameter file tells."""
+    return (
+        f"The file does not tell our control period (taken as {settings['control_period']} s) and our derivative filters "
+        f"({settings[ATTITUDE_FILTER.name]} s in the attitude, {settings[POSITION_FILTER.name]} s in the position loops): "
+        "give --set control_period, attitude_filter, position_filter."
+    )
+
+
 def lightened(gains: Gains, share: float) -> Gains:
     """Return the gains of a loop whose derivative on the acceleration adds a share of the inertia."""
     return Gains(gains.kp / (1.0 + share), gains.ki / (1.0 + share), gains.kd / (1.0 + share), gains.t_f)

@@ -24,6 +24,7 @@ from tuner.importing.assembly import (
     DERIVATIVE,
     POSITION_FILTER,
     absent_note,
+    assumed_note,
     control_period,
     controller,
     curve,
@@ -80,7 +81,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         *_switches(texts),
         *tilt_note(tilt, "angle_limit"),
     )
-    return Imported(controller(file, airframe, gains, tilt, settings), notes)
+    return Imported(controller(file, airframe, gains, tilt, settings), (*notes, assumed_note(settings)))
 
 
 def check_version(texts: Mapping[str, str], file: Path) -> None:

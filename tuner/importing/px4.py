@@ -16,6 +16,7 @@ from tuner.importing.assembly import (
     DERIVATIVE,
     POSITION_FILTER,
     absent_note,
+    assumed_note,
     control_period,
     controller,
     curve,
@@ -58,7 +59,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         *_hover(fixed, values),
         *tilt_note(tilt, "MPC_TILTMAX_AIR"),
     )
-    return Imported(controller(file, airframe, gains, tilt, settings), notes)
+    return Imported(controller(file, airframe, gains, tilt, settings), (*notes, assumed_note(settings)))
 
 
 def added_inertia(values: Mapping[str, float], airframe: Airframe, settings: Mapping[str, str]) -> dict[str, float]:

@@ -82,6 +82,7 @@ def test_the_registry_knows_when_each_speaks():
     assert {guard.when for guard in GUARDS.values()} == {BEFORE, AFTER}
     assert {
         "few_scenarios",
+        "default_elsewhere",
         "mission_floor",
         "constant_objective",
         "correlated_objectives",

@@ -2,14 +2,17 @@
 
 import json
 import re
+from math import radians
 from pathlib import Path
 
 import pytest
 
 from plant.errors import InputError
 from plant.gains import gain_addresses
+from plant.nominal import ControlOptions
 from tests.tuner.export.controllers import controller
 from tuner.gains_file import to_document
+from tuner.guards import said_before
 from tuner.study import load_study
 
 QUICKSTART = Path(__file__).parents[3] / "studies" / "quickstart.toml"
@@ -51,3 +54,23 @@ def test_the_place_of_the_file_does_not_count(tmp_path):
     file = study(other, controller(roll__k2=7.5), 'default = "again.json"')
     (other / "vehicle.json").rename(other / "again.json")
     assert load_study(file).digest() == first
+
+
+def test_gains_of_another_vehicle_are_told(tmp_path):
+    flown = {"period": 0.004, "options": ControlOptions(delay=True, tilt_limit=radians(30.0))}
+    assert said_before(load_study(study(tmp_path, controller(**flown)))) == []
+    other = load_study(study(tmp_path, controller(airframe="iris", period=0.002, options=ControlOptions(delay=False))))
+    (said,) = said_before(other)
+    for words in (
+        "airframe 'iris' instead of 'hummingbird'",
+        "control_period [s] 0.002 instead of 0.004",
+        "delay False instead of True",
+    ):
+        assert words in said
+    assert "plant_step" not in said
+
+
+def test_one_value_for_several_is_told(tmp_path):
+    given = controller(options=ControlOptions(delay=True, tilt_limit=radians(30.0)), yaw__k2=2.0)
+    (said,) = said_before(load_study(study(tmp_path, given)))
+    assert "attitude.k2 (5, 5, 2)" in said and '"yaw.kp" = {}' in said
