@@ -75,7 +75,7 @@ def test_values_out_of_range_are_refused(value, words):
 
 
 def test_values_without_upper_limit_and_at_the_limit():
-    with pytest.raises(InputError, match="MC_N: works out at -1; PX4 1.16 documents at least 0: change"):
+    with pytest.raises(InputError, match="MC_N: works out at -1, allowed at least 0: change"):
         parameters(TABLE, {"MC_N": -1.0}, single, "PX4 1.16")
     (at_limit,) = parameters(TABLE, {"MC_P": 0.6}, single, "PX4 1.16")
     assert at_limit.low <= at_limit.held <= at_limit.high and at_limit.asked == 0.6 and at_limit.usual == 0.3
