@@ -4,6 +4,10 @@ A block holds LANES scenarios of one candidate. Its whole state lives in one wor
 lanes and is turned into vector code by LLVM. Wind, noise and dynamics are copied into the workspace too: read from their own
 arrays they exceed the compiler's run-time alias checks and the loop stays scalar, six times slower.
 
+The plant's loop stands there twice: where the air of a batch is wind alone, its other nine rows are zeros that the compiler
+sees. That makes a flight 7 % faster and the compilation 1 s of 15 longer. The two loops may round differently (1e-12 after
+10 s). Which of them flies is a scenario's own: whether it has gust rates or injections does not hang on the batch.
+
 The composed kernel is written as a module into the kernel cache and compiled there once (`plant.backends.cache`).
 """
 
@@ -110,9 +114,13 @@ def layout(loop: ClosedLoop) -> Layout:
     return Layout(0, flight, disturbance, noise, noise + size(Noise))
 
 
-def loader(kind: Any, name: str, expression: str, offset: int, names: dict[str, Any]) -> str:
-    """Return the source of a function that builds a record from consecutive rows of one lane, or entries of a vector."""
-    leaves = [expression.format(offset + i) for i in range(size(kind))]
+def loader(kind: Any, name: str, expression: str, offset: int, names: dict[str, Any], given: int | None = None) -> str:
+    """Return the source of a function that builds a record from consecutive rows of one lane, or entries of a vector.
+
+    given: number of leaves that are read, by default all; the others are zeros that the compiler sees.
+    """
+    read = size(kind) if given is None else given
+    leaves = [expression.format(offset + i) if i < read else "0.0" for i in range(size(kind))]
     return f"@inline\ndef {name}(a, l):\n    return {build_source(kind, leaves, names)}\n"
 
 
@@ -151,10 +159,16 @@ def run(gains, nominal_row, dynamicss, disturbances, noises, references, targets
                                           limits, time, h))
             if every > 0 and k % every == 0:
                 trace[candidate, block, k // every] = a
-            for j in range(substeps):
-                for l in range(LANES):
-                    store_body(a, l, advance(load_body(a, l), load_speed(a, l), load_disturbance(a, l),
-                                             load_dynamics(a, l), plant_step))
+            if n_disturbance <= N_WIND:
+                for j in range(substeps):
+                    for l in range(LANES):
+                        store_body(a, l, advance(load_body(a, l), load_speed(a, l), load_wind(a, l),
+                                                 load_dynamics(a, l), plant_step))
+            else:
+                for j in range(substeps):
+                    for l in range(LANES):
+                        store_body(a, l, advance(load_body(a, l), load_speed(a, l), load_disturbance(a, l),
+                                                 load_dynamics(a, l), plant_step))
         out[candidate, block] = a[RESULT:RESULT + N_RESULT]
 """
 
@@ -164,6 +178,7 @@ def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
     place_of = layout(loop)
     flight = loop.Flight
     body, speed = rows(flight, "body"), rows(flight, "speed")
+    wind = rows(Disturbance, "wind").stop
     types = flight.__annotations__
     parts = [
         loader(flight, "load_flight", LANE, place_of.flight, names),
@@ -173,6 +188,7 @@ def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
         loader(types["speed"], "load_speed", LANE, speed.start, names),
         loader(Dynamics, "load_dynamics", LANE, place_of.dynamics, names),
         loader(Disturbance, "load_disturbance", LANE, place_of.disturbance, names),
+        loader(Disturbance, "load_wind", LANE, place_of.disturbance, names, wind),
         loader(Noise, "load_noise", LANE, place_of.noise, names),
         vector_loaders(loop, names),
     ]
@@ -180,7 +196,7 @@ def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
     constants = {
         "TOTAL": place_of.total, "DYNAMICS": place_of.dynamics, "N_DYNAMICS": size(Dynamics), "NOISE": place_of.noise,
         "DISTURBANCE": place_of.disturbance, "RESULT": result.start, "N_RESULT": result.stop - result.start,
-        "LANES": LANES,
+        "N_WIND": wind, "LANES": LANES,
     }  # fmt: skip
     judged = f"# judged by {loop.meter.update.__module__}.{loop.meter.update.__qualname__}\n"
     header = judged + "\n".join(f"{name} = {value}" for name, value in constants.items())
