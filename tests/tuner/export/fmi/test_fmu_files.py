@@ -17,6 +17,7 @@ from tests.tuner.export.fmi.fmus import STEP_INPUTS, STEP_OUTPUTS, request
 from tuner.export.fmi.exporter import EXPORTER, fmu
 from tuner.export.fmi.units import base_unit, exponents
 from tuner.export.settings import settings_of
+from tuner.gains_file import content_hash, to_document
 
 SOURCES = ["binding.h", "fmi2_cosimulation.c", "fmi2_interface.h", "holdfast_controller.c", "holdfast_controller.h"]
 
@@ -147,7 +148,7 @@ def test_the_bundle_holds_what_was_asked_and_goes_back_to_the_defaults(monkeypat
     assert single.held.gains == pytest.approx(asked.controller.gains, rel=2.0**-24)
     assert single.held.gains != asked.controller.gains
     assert sorted(single.rollback) == ["README.txt", "holdfast.fmu", "holdfast.ssv"]
-    back = request(digest="0" * 64)
+    back = request(digest=content_hash(to_document(request().controller, {})))
     assert single.rollback["holdfast.fmu"] == fmu(back)[0] != single.files["holdfast.fmu"]
     delayed = EXPORTER.carry(request(delay=True))
     assert any("one control period" in said for said in single.lossy)
