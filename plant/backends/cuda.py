@@ -23,7 +23,7 @@ from typing import Any
 import numpy as np
 
 from plant import primitives, records
-from plant.backends import cuda_precision, vector_math
+from plant.backends import branch_free, cuda_precision, vector_math
 from plant.backends.cache import load_kernel
 from plant.backends.cuda_precision import CudaRebinder
 from plant.backends.lanes import result_rows
@@ -82,31 +82,10 @@ def _kernel(blocks: int) -> Callable[..., Any]:
 def _names(real: type[np.floating]) -> dict[str, Any]:
     zero, one = real(0.0), real(1.0)
 
-    def absolute(a):  # noqa: ANN001, ANN202
-        return abs(a)
-
-    def minimum(a, b):  # noqa: ANN001, ANN202
-        return min(a, b)
-
-    def maximum(a, b):  # noqa: ANN001, ANN202
-        return max(a, b)
-
-    def clip(a, low, high):  # noqa: ANN001, ANN202
-        return min(max(a, low), high)
-
-    def select(condition, if_true, if_false):  # noqa: ANN001, ANN202
-        return if_true if condition else if_false
-
-    def both(a, b):  # noqa: ANN001, ANN202
-        return a & b
-
-    def either(a, b):  # noqa: ANN001, ANN202
-        return a | b
-
     def sign(a):  # noqa: ANN001, ANN202
         return (one if a > zero else zero) - (one if a < zero else zero)
 
-    functions = (absolute, minimum, maximum, clip, select, both, either, sign)
+    functions = (*branch_free.FUNCTIONS, sign)
     names: dict[str, Any] = {function.__name__: _inline(function) for function in functions}
     # On the card math.floor gives a number of the same precision; in the simulator it is Python's, which refuses a NaN.
     floor = np.floor if simulated() else math.floor
@@ -179,7 +158,8 @@ def kernel_names(loop: ClosedLoop, precision: str) -> tuple[dict[str, Any], set[
         "hover_body": bind(hover_body), "place": bind(place),
     }  # fmt: skip
     own = {
-        Path(str(part.__file__)) for part in (records, primitives, vector_math, cuda_precision, sys.modules[__name__])
+        Path(str(part.__file__))
+        for part in (records, primitives, branch_free, vector_math, cuda_precision, sys.modules[__name__])
     }
     kinds = (loop.Flight, loop.cascade.Constants, Dynamics, Disturbance, Noise, Nominal, Reference, Targets, Limits)
     return names, bind.sources | own | {source_of(part) for kind in kinds for part in records.parts(kind)}

@@ -22,7 +22,7 @@ import numba
 import numpy as np
 
 from plant import primitives, records
-from plant.backends import vector_math
+from plant.backends import branch_free, vector_math
 from plant.backends.cache import load_kernel
 from plant.backends.rebind import Rebinder, source_of
 from plant.closed_loop import ClosedLoop, Limits, hover_body, place
@@ -48,31 +48,10 @@ def _inline(function: Callable[..., Any]) -> Any:
 
 
 def _names() -> dict[str, Any]:
-    def absolute(a):  # noqa: ANN001, ANN202
-        return abs(a)
-
-    def minimum(a, b):  # noqa: ANN001, ANN202
-        return min(a, b)
-
-    def maximum(a, b):  # noqa: ANN001, ANN202
-        return max(a, b)
-
-    def clip(a, low, high):  # noqa: ANN001, ANN202
-        return min(max(a, low), high)
-
-    def select(condition, if_true, if_false):  # noqa: ANN001, ANN202
-        return if_true if condition else if_false
-
-    def both(a, b):  # noqa: ANN001, ANN202
-        return a & b
-
-    def either(a, b):  # noqa: ANN001, ANN202
-        return a | b
-
     def sign(a):  # noqa: ANN001, ANN202
         return (1.0 if a > 0.0 else 0.0) - (1.0 if a < 0.0 else 0.0)
 
-    functions = (absolute, minimum, maximum, clip, select, both, either, sign)
+    functions = (*branch_free.FUNCTIONS, sign)
     names: dict[str, Any] = {function.__name__: _inline(function) for function in functions}
     names |= {"sqrt": math.sqrt, "floor": np.floor, "exp": math.exp, "sin": math.sin, "cos": math.cos}
     inner = Rebinder(names, _inline)
@@ -240,7 +219,7 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
         "hover_body": bind(hover_body),
         "place": bind(place),
     }
-    own = {Path(str(part.__file__)) for part in (records, primitives, vector_math, sys.modules[__name__])}
+    own = {Path(str(part.__file__)) for part in (records, primitives, branch_free, vector_math, sys.modules[__name__])}
     kinds = (loop.Flight, loop.cascade.Gains, Dynamics, Disturbance, Noise, Nominal, Reference, Targets, Limits)
     return names, bind.sources | own | {source_of(part) for kind in kinds for part in records.parts(kind)}
 

@@ -1,7 +1,6 @@
 """`tuner export`: gains for a target, verified after rounding, with what to go back to."""
 
 import json
-import sys
 from pathlib import Path
 from typing import Any
 
@@ -11,13 +10,11 @@ from rich.console import Console
 from rich.table import Table
 
 from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.wide import wide_console
 from tuner.export.registry import exporter as find_exporter
 from tuner.export.run import Export, export_gains
-from tuner.gains_file import read_gains
 
 BROKEN = 1
-# A pipe has no width, and 80 columns would cut names.
-PIPE_WIDTH = 160
 
 Row = dict[str, Any]
 
@@ -35,20 +32,20 @@ def export_command(
     if as_json:
         print(json.dumps({**made.document, "folder": str(made.folder)}, indent=2, allow_nan=False))
     else:
-        print_export(made, read_gains(gains).airframe.title)
+        print_export(made)
     if not made.verification.passed:
         raise typer.Exit(BROKEN)
 
 
-def print_export(made: Export, airframe: str) -> None:
+def print_export(made: Export) -> None:
     """Print files, parameters, margins and flights after rounding, and what the target adds or lacks."""
-    console, document = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH), made.document
+    console, document = wide_console(), made.document
     laws = f"{document['laws']['position']} / {document['laws']['attitude']}"
 
     def say(text: str) -> None:
         console.print(text, markup=False, highlight=False, soft_wrap=not console.is_terminal)
 
-    say(f"{document['target_version']}: {laws} for {airframe}")
+    say(f"{document['target_version']}: {laws} for {made.airframe}")
     if document["experimental"]:
         say(f"Experimental: {document['experimental']}")
     if document["parameters"]:

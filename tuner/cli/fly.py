@@ -2,7 +2,7 @@
 
 import json
 from dataclasses import dataclass
-from math import cos, degrees, radians
+from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -14,23 +14,19 @@ from objectives.decisions import DecisionSpace
 from objectives.metrics import METRICS, parse
 from objectives.problem import Fleet, Objective, Problem, System
 from objectives.risk import Risk
-from plant.air.spec import AirSpec
 from plant.airframes import load
 from plant.cascade import close_cascade
-from plant.closed_loop import Limits, Timing
 from plant.errors import InputError
 from plant.gains import default_row
 from plant.laws import law as find_law
-from plant.nominal import ControlOptions, nominal
-from plant.references.steps import Steps
+from plant.nominal import ControlOptions
 from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
 from tuner.cli.display import digits
 from tuner.gains_file import Controller, read_gains
 from tuner.responses import SIGNALS, UNITS, Responses, fly_responses
 from tuner.study import load_study
+from tuner.usual_flight import LIMITS, SCENARIO, system_of
 
-# Without a study: one metre steps in moderate turbulence at 10 m for 10 s, default limits.
-DURATION, POSITION_LIMIT, TILT_LIMIT = 10.0, 5.0, 80.0
 SHOWN_GROUPS = ("position", "attitude")
 SPARKS = "▁▂▃▄▅▆▇█"
 FAN_FLIGHTS = 64
@@ -88,14 +84,7 @@ def controller_of(gains: Path | None, law: str | None, position_law: str, airfra
 
 def prepare(controller: Controller, study: Path | None, scenario: int, seed: int) -> Sortie:
     """Return what to fly: the study's scenario and limits where a study is given, the usual ones else."""
-    vehicle = controller.airframe.vehicle
-    knowledge = nominal(vehicle, controller.options, controller.control_period)
-    timing = Timing(controller.control_period, controller.plant_step)
-    limits = Limits(POSITION_LIMIT, cos(radians(TILT_LIMIT)))
-    spec = ScenarioSpec(
-        "steps in moderate turbulence", DURATION, Steps(x=1.0, y=-1.0, z=0.5, yaw_deg=20.0, time=0.5),
-        AirSpec(intensity="moderate", mean_wind=False),
-    )  # fmt: skip
+    spec, limits = SCENARIO, LIMITS
     if study is not None:
         asked = load_study(study)
         if scenario >= len(asked.scenarios):
@@ -103,8 +92,7 @@ def prepare(controller: Controller, study: Path | None, scenario: int, seed: int
                 f"given scenario {scenario}; allowed: 0 to {len(asked.scenarios) - 1}", file=study, key="--scenario"
             )
         spec, limits, seed = asked.scenarios[scenario].spec, asked.system.limits, asked.seed
-    system = System(vehicle, controller.cascade, knowledge, limits, timing)
-    return Sortie(system, np.array(controller.gains), spec, seed)
+    return Sortie(system_of(controller, limits), np.array(controller.gains), spec, seed)
 
 
 def shown_addresses(sortie: Sortie) -> list[str]:

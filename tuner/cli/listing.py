@@ -1,15 +1,14 @@
 """`tuner list`: every registry as a table, or as JSON."""
 
 import json
-import sys
 from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 
 from plant.errors import UnknownNameError
+from tuner.cli.wide import wide_console
 
 Rows = list[dict[str, Any]]
 
@@ -169,8 +168,8 @@ WIDE = {
     "laws": {"title", "source", "scale", "symbol"}, "targets": {"experimental", "attitude", "position"},
     "theorems": {"quantity", "rates", "assumes", "source"},
 }  # fmt: skip
-# Columns of a pipe, and of a terminal in which only the last column needs to wrap.
-PIPE_WIDTH, ROOMY = 160, 120
+# Columns of a terminal in which only the last column needs to wrap.
+ROOMY = 120
 
 
 def list_command(what: str, as_json: bool) -> None:
@@ -185,8 +184,7 @@ def list_command(what: str, as_json: bool) -> None:
         print(f"no {what} here")
         return
     columns = [column for column in rows[0] if column not in WIDE.get(what, set())]
-    # A pipe has no width; 80 columns would fold the meanings into ribbons.
-    console = Console(width=None if sys.stdout.isatty() else PIPE_WIDTH)
+    console = wide_console()
     whole = len(columns) - 1 if console.width >= ROOMY else 1
     table = Table()
     for i, column in enumerate(columns):

@@ -5,7 +5,7 @@ names what the target cannot hold. What the target adds or lacks beside the gain
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from pathlib import Path
 
 from tuner.gains_file import Controller
@@ -72,7 +72,7 @@ class Bundle:
     held: Controller
     lossy: tuple[str, ...]
     target_version: str
-    parameters: tuple[Parameter, ...] = field(default=())
+    parameters: tuple[Parameter, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -21,11 +21,12 @@ QUIET = Watcher()
 
 @dataclass(frozen=True)
 class Export:
-    """What was exported: content of export.json, its verification, and the folder."""
+    """What was exported: content of export.json, its verification, the folder, and the title of the airframe."""
 
     document: dict[str, Any]
     verification: Verification
     folder: Path
+    airframe: str
 
 
 def export_gains(
@@ -46,7 +47,7 @@ def export_gains(
     content = json.loads(gains.read_text(encoding="utf-8"))
     content["exports"] = [*content.get("exports", []), *export_records(document)]
     write_export(out, bundle, document, content)
-    return Export(document, verification, out)
+    return Export(document, verification, out, request.controller.airframe.title)
 
 
 def check_laws(exporter: Exporter, request: Request) -> None:

@@ -1,11 +1,9 @@
 """What rounding to a target's resolution does to a controller: its gains, its margins and its flights, before and after.
 
-Both are flown through the same turbulence, on a stream that no search and no check has seen: one metre steps with a turn of
-20 deg in moderate turbulence, the flight of `tuner fly`.
+Both fly the usual flight (`tuner.usual_flight`) through the same turbulence, on a stream that no search and no check has seen.
 """
 
 from dataclasses import dataclass
-from math import cos, radians
 from time import perf_counter
 from typing import Any
 
@@ -14,31 +12,22 @@ import numpy as np
 from objectives.decisions import DecisionSpace
 from objectives.margins.trim import Trim
 from objectives.metrics import parse
-from objectives.problem import Fleet, Objective, Problem, System
+from objectives.problem import Fleet, Objective, Problem
 from objectives.risk import Risk, paired_difference
-from plant.air.spec import AirSpec
-from plant.closed_loop import Limits, Timing
 from plant.errors import InputError
 from plant.gains import gain_addresses
-from plant.nominal import nominal
-from plant.references.steps import Steps
-from plant.scenarios import ScenarioSpec
 from plant.seeds import generator
 from plant.vectors import Vec3
 from tuner.export.exporter import Bundle, Request
 from tuner.gains_file import Controller
 from tuner.margin_report.document import default_requirements
 from tuner.margin_report.readings import subject_of
+from tuner.usual_flight import SCENARIO, system_of
 from tuner.watcher import Watcher
 
 STREAM, SEED = "export", 1
 FLIGHTS = 64
 METRICS = ("itae.position", "itae.attitude", "rms.position", "travel", "saturation", "failure")
-SCENARIO = ScenarioSpec(
-    "steps in moderate turbulence", 10.0, Steps(x=1.0, y=-1.0, z=0.5, yaw_deg=20.0, time=0.5),
-    AirSpec(intensity="moderate", mean_wind=False),
-)  # fmt: skip
-LIMITS = Limits(5.0, cos(radians(80.0)))
 REPLICATES = 400
 
 Row = dict[str, Any]
@@ -158,10 +147,7 @@ def _interval(after: np.ndarray, before: np.ndarray, drawn: np.random.Generator)
 
 
 def _problem(controller: Controller) -> Problem:
-    vehicle = controller.airframe.vehicle
-    knowledge = nominal(vehicle, controller.options, controller.control_period)
-    timing = Timing(controller.control_period, controller.plant_step)
-    system = System(vehicle, controller.cascade, knowledge, LIMITS, timing)
+    system = system_of(controller)
     objectives = tuple(Objective(parse(name), Risk("mean")) for name in METRICS)
     return Problem(system, DecisionSpace((), (), controller.gains), objectives, (), SEED, None)
 

@@ -89,7 +89,7 @@ def test_nothing_tells_of_the_machine_or_the_hour(entry, given):
     bundle = entry.carry(request_of(entry, given))
     for name, content in bundle.files.items():
         text = content.decode(errors="replace")
-        assert not re.search(r"\b20\d\d-\d\d-\d\d\b|/home/|/tmp/|/root/", text), name
+        assert not re.search(r"\b20\d\d-\d\d-\d\d\b|/(?:home|tmp|root)/", text), name
 
 
 @pytest.mark.parametrize(("entry", "given"), PAIRS)
