@@ -115,13 +115,14 @@ def rotor_torque(thrust: Rotors, rotor_x: Rotors, rotor_y: Rotors, spin: Rotors,
     return Vec3(rotors_dot(rotor_y, thrust), -rotors_dot(rotor_x, thrust), torque_ratio * rotors_dot(spin, thrust))
 
 
-def gyroscopic_torque(rate: Vec3, speed: Rotors, spin: Rotors, rotor_inertia: float) -> Vec3:
-    """Torque of the spinning rotors on the turning body [N m]: -w x (0, 0, H).
+def momentum_torque(rate: Vec3, speed: Rotors, acceleration: Rotors, spin: Rotors, rotor_inertia: float) -> Vec3:
+    """Torque on the body of the rotors' angular momentum (0, 0, H) [N m]: -w x (0, 0, H) - (0, 0, H').
 
-    A rotor whose reaction torque is about +z turns about -z, so H = -J sum_i spin_i w_i. It does no work: w . tau = 0.
+    speed [rad/s], acceleration [rad/s2]. A rotor whose reaction torque is about +z turns about -z, so H = -J sum_i spin_i w_i.
+    Rotors that speed up push the body the way their drag does, before the drag has grown: yaw leads by J / (2 k_m w).
     """
     momentum = -rotor_inertia * rotors_dot(spin, speed)
-    return Vec3(-rate.y * momentum, rate.x * momentum, 0.0)
+    return Vec3(-rate.y * momentum, rate.x * momentum, rotor_inertia * rotors_dot(spin, acceleration))
 
 
 def drag_force(relative: Vec3, linear: Vec3, quadratic: Vec3) -> Vec3:
@@ -139,15 +140,19 @@ def rotor_acceleration(speed: float, command: float, rise: float, fall: float) -
     return (command - speed) * select(command > speed, rise, fall)
 
 
-def body_torque(rate: Vec3, speed: Rotors, thrust: Rotors, drag: Vec3, gust: Vec3, f: Dynamics) -> Vec3:
-    """Total torque on the body [N m]: rotors, gyroscopic, drag at its centre of pressure, damping of the air-relative rate."""
+def body_torque(
+    rate: Vec3, speed: Rotors, acceleration: Rotors, thrust: Rotors, drag: Vec3, gust: Vec3, f: Dynamics
+) -> Vec3:
+    """Total torque on the body [N m]: thrust and reaction of the rotors, their angular momentum, drag at its centre of
+    pressure, damping of the air-relative rate.
+    """
     rotor = rotor_torque(thrust, f.rotor_x, f.rotor_y, f.spin, f.torque_ratio)
-    gyro = gyroscopic_torque(rate, speed, f.spin, f.rotor_inertia)
+    spun = momentum_torque(rate, speed, acceleration, f.spin, f.rotor_inertia)
     damping, lever = f.rate_damping, f.drag_height
     return Vec3(
-        rotor.x + gyro.x - lever * drag.y - damping.x * (rate.x - gust.x),
-        rotor.y + gyro.y + lever * drag.x - damping.y * (rate.y - gust.y),
-        rotor.z + gyro.z - damping.z * (rate.z - gust.z),
+        rotor.x + spun.x - lever * drag.y - damping.x * (rate.x - gust.x),
+        rotor.y + spun.y + lever * drag.x - damping.y * (rate.y - gust.y),
+        rotor.z + spun.z - damping.z * (rate.z - gust.z),
     )
 
 
@@ -157,11 +162,17 @@ def body_rate(body: Body, command: Rotors, disturbance: Disturbance, f: Dynamics
     m v' = R (F_drag + T e3) - m g e3, I w' = tau - w x I w (principal axes), q' = q (0, w)/2.
     """
     q, rate, speed = body.attitude, body.rate, body.rotor_speed
+    spin_up = Rotors(
+        rotor_acceleration(speed.r1, command.r1, f.rise, f.fall),
+        rotor_acceleration(speed.r2, command.r2, f.rise, f.fall),
+        rotor_acceleration(speed.r3, command.r3, f.rise, f.fall),
+        rotor_acceleration(speed.r4, command.r4, f.rise, f.fall),
+    )
     thrust = rotor_thrusts(speed, f.thrust_coefficient)
     relative = to_body(q, axpy3(body.velocity, -1.0, disturbance.wind))
     drag = drag_force(relative, f.drag_linear, f.drag_quadratic)
     force = to_world(q, Vec3(drag.x, drag.y, drag.z + rotors_sum(thrust)))
-    torque = body_torque(rate, speed, thrust, drag, disturbance.gust_rate, f)
+    torque = body_torque(rate, speed, spin_up, thrust, drag, disturbance.gust_rate, f)
     push, twist = disturbance.acceleration, disturbance.angular_acceleration
     return Body(
         body.velocity,
@@ -176,10 +187,5 @@ def body_rate(body: Body, command: Rotors, disturbance: Disturbance, f: Dynamics
             f.inverse_inertia.y * torque.y - f.coupling.y * rate.z * rate.x + twist.y,
             f.inverse_inertia.z * torque.z - f.coupling.z * rate.x * rate.y + twist.z,
         ),
-        Rotors(
-            rotor_acceleration(speed.r1, command.r1, f.rise, f.fall),
-            rotor_acceleration(speed.r2, command.r2, f.rise, f.fall),
-            rotor_acceleration(speed.r3, command.r3, f.rise, f.fall),
-            rotor_acceleration(speed.r4, command.r4, f.rise, f.fall),
-        ),
+        spin_up,
     )

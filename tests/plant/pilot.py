@@ -97,12 +97,14 @@ class Quadrotor:
         moment -= n["rate_damping"] * (rate - held.gust) + spin @ momentum
         drag[2] += lift[0]
         change = np.empty_like(state)
+        change[SPEED] = (held.command - speed) / np.where(held.command > speed, n["lag_up"], n["lag_down"])
+        # The motors speed the rotors up against the body, which takes the opposite torque.
+        moment[2] -= n["rotor_inertia"] * (-n["spin"] @ change[SPEED])
         change[:3] = state[3:6]
         change[3:6] = attitude @ drag / n["mass"] + held.push
         change[5] -= n["gravity"]
         change[6:15] = (attitude @ spin).ravel()
         change[15:18] = moment / n["inertia"] + held.twist
-        change[SPEED] = (held.command - speed) / np.where(held.command > speed, n["lag_up"], n["lag_down"])
         return change
 
     def after(self, state: Array, held: Period, time: float) -> Array:

@@ -9,7 +9,7 @@ from plant.closed_loop import hover_body
 from plant.disturbance import Disturbance
 from plant.integrator import runge_kutta_step
 from plant.nominal import ControlOptions, nominal
-from plant.rigid_body import Body, axpy_body, body_rate, drag_force, dynamics, gyroscopic_torque
+from plant.rigid_body import Body, axpy_body, body_rate, drag_force, dynamics, momentum_torque
 from plant.vectors import Quaternion, Rotors, Vec3
 from plant.vehicle import Vehicle
 from tests.plant.harness import CALM, HUMMINGBIRD, VEHICLES, ZERO, random_quaternion
@@ -159,7 +159,7 @@ def test_free_tumbling_conserves_angular_momentum_and_energy() -> None:
 def test_spinning_rotors_do_no_work_on_the_body() -> None:
     rng = np.random.default_rng(3)
     for rate, speed in zip(rng.normal(0.0, 5.0, (100, 3)), rng.uniform(100.0, 900.0, (100, 4)), strict=True):
-        torque = gyroscopic_torque(vec3(rate), Rotors(*speed.tolist()), HUMMINGBIRD.spin, 1e-4)
+        torque = momentum_torque(vec3(rate), Rotors(*speed.tolist()), STOPPED, HUMMINGBIRD.spin, 1e-4)
         size = np.linalg.norm(rate, axis=0) * np.linalg.norm(torque, axis=0)
         assert abs(rate @ np.array(torque)) <= 4e-16 * size
         assert np.linalg.norm(torque, axis=0) > 0.0
@@ -167,8 +167,42 @@ def test_spinning_rotors_do_no_work_on_the_body() -> None:
 
 def test_gyroscopic_torque_turns_the_rotor_axis_the_right_way() -> None:
     """A rotor turning about -z (reaction on the body about +z) has momentum along -z; rolling it left takes -w x H."""
-    torque = gyroscopic_torque(Vec3(2.0, 0.0, 0.0), Rotors(500.0, 0.0, 0.0, 0.0), Rotors(1.0, -1.0, -1.0, 1.0), 1e-3)
+    speed, spin = Rotors(500.0, 0.0, 0.0, 0.0), Rotors(1.0, -1.0, -1.0, 1.0)
+    torque = momentum_torque(Vec3(2.0, 0.0, 0.0), speed, STOPPED, spin, 1e-3)
     np.testing.assert_allclose(torque, -np.cross([2.0, 0.0, 0.0], [0.0, 0.0, -0.5]), rtol=1e-15, atol=0.0)
+
+
+def test_motors_that_turn_rotors_in_empty_space_keep_the_total_angular_momentum() -> None:
+    # No air, so no thrust and no drag: what the rotors gain the body loses. RK4 at 1 ms over 0.2 s: 1e-10 of the momentum.
+    vehicle = FREE._replace(thrust_coefficient=0.0, rotor_inertia=1e-4)
+    f, spin = dynamics(vehicle), np.array(vehicle.spin)
+    body = Body(ZERO, ZERO, Quaternion(1.0, 0.0, 0.0, 0.0), Vec3(0.5, -0.3, 0.2), Rotors(400.0, 500.0, 600.0, 450.0))
+
+    def momentum(body: Body) -> Array:
+        own = np.array(vehicle.inertia) * np.array(body.rate)
+        own[2] -= 1e-4 * float(spin @ np.array(body.rotor_speed))
+        return matrix_of(body.attitude) @ own
+
+    before = momentum(body)
+    for _ in range(200):
+        body = runge_kutta_step(body, Rotors(900.0, 100.0, 300.0, 700.0), CALM, f, 0.001)
+    assert max(map(abs, body.rate)) > 1.0  # the body was turned
+    np.testing.assert_allclose(momentum(body), before, rtol=0.0, atol=1e-8 * np.linalg.norm(before, axis=0))
+
+
+@pytest.mark.parametrize("name", ["f450", "hummingbird", "iris", "crazyflie-rotors"])
+def test_yaw_leads_by_the_torque_of_accelerating_rotors(name: str) -> None:
+    """Diagonal rotors asked for w0 +- d: I r' = 8 k_m w0 D + 4 J D' exactly, D = d (1 - exp(-t/tau)), for the squares cancel."""
+    vehicle = VEHICLES[name]._replace(lag_up=0.02, lag_down=0.02, gravity=0.0, drag_linear=ZERO, drag_quadratic=ZERO)
+    vehicle = vehicle._replace(rate_damping=ZERO)
+    w0, d, tau, end = 0.5 * vehicle.speed_max, 0.05 * vehicle.speed_max, 0.02, 0.1
+    body = Body(ZERO, ZERO, Quaternion(1.0, 0.0, 0.0, 0.0), ZERO, Rotors(w0, w0, w0, w0))
+    command = Rotors(*[w0 + d * spin for spin in vehicle.spin])
+    for _ in range(1000):
+        body = runge_kutta_step(body, command, CALM, dynamics(vehicle), 1e-4)
+    reached, k_m = 1.0 - exp(-end / tau), vehicle.thrust_coefficient * vehicle.torque_ratio
+    angular_impulse = 8.0 * k_m * w0 * d * (end - tau * reached) + 4.0 * vehicle.rotor_inertia * d * reached
+    assert body.rate.z == pytest.approx(angular_impulse / vehicle.inertia.z, rel=1e-9)
 
 
 @pytest.mark.parametrize("speed", [0.1, 1.0, 8.0])
