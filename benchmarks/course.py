@@ -59,6 +59,12 @@ class Course:
         """What the meters measure against, as a record."""
         return pack(Targets, self.targets.tolist())
 
+    def starts(self) -> np.ndarray:
+        """Return the bodies (17, S) in which its flights start: hover, for its air has no mean wind."""
+        from plant.trim import steady_flight
+
+        return steady_flight(self.dynamics.T, np.zeros((self.dynamics.shape[1], 3))).body.T
+
     def part(self, scenarios: int, periods: int) -> "Course":
         """Return the first scenarios and control periods."""
         return Course(

@@ -107,6 +107,7 @@ def first_block(inputs: FlightInputs, flights: int) -> FlightInputs:
     return replace(
         inputs,
         dynamics=inputs.dynamics[:1],
+        starts=inputs.starts[:1],
         disturbances=inputs.disturbances[:1],
         noises=inputs.noises[:1],
         count=count,

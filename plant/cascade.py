@@ -37,6 +37,16 @@ class Tilt(NamedTuple):
     pitch: float
 
 
+class Held(NamedTuple):
+    """Commands that hold the vehicle at rest where a flight starts: thrust of each rotor [N] on the nominal vehicle, acceleration
+    that they answer [m/s2], tilt.
+    """
+
+    thrust: Rotors
+    acceleration: Vec3
+    tilt: Tilt
+
+
 class ActuatorModel(NamedTuple):
     """thrust: modelled rotor thrusts at the last control instant [N]; acceleration_excess [m/s2] and torque_excess [N m]:
     last command after limits minus the command asked for.
@@ -81,6 +91,12 @@ def applied_acceleration(command: Rotors, average: Rotors, direction: Vec3, aske
     )
 
 
+def hovering(nominal: Nominal) -> Held:
+    """Commands that hold the nominal vehicle in still air."""
+    hover = nominal.hover
+    return Held(Rotors(hover, hover, hover, hover), Vec3(0.0, 0.0, 0.0), Tilt(0.0, 0.0))
+
+
 def commanded_torque(thrust: Rotors, vehicle: Vehicle) -> Vec3:
     """Torque [N m] of rotor thrusts [N] on the nominal vehicle."""
     return rotor_torque(thrust, vehicle.rotor_x, vehicle.rotor_y, vehicle.spin, vehicle.torque_ratio)
@@ -90,7 +106,7 @@ def commanded_torque(thrust: Rotors, vehicle: Vehicle) -> Vec3:
 class Cascade:
     """A cascade bound to its laws: record types and model functions.
 
-    prepare(gains, h) -> Constants; start(constants, measurement, nominal) -> Memory;
+    prepare(gains, h) -> Constants; start(constants, measurement, nominal, held) -> Memory;
     step(memory, constants, nominal, reference, measurement, in_force, h) -> (rotor thrusts [N], Memory).
     """
 
@@ -112,7 +128,8 @@ def close_cascade(position: Law, attitude: Law) -> Cascade:
     memory_parts = {axis: law.Memory for axis, law in laws.items()}
     Memory = record_type(
         "CascadeMemory",
-        memory_parts | {"actuators": ActuatorModel, "acceleration": Vec3, "tilt": Tilt, "yaw_seen": float},
+        memory_parts
+        | {"actuators": ActuatorModel, "acceleration": Vec3, "tilt": Tilt, "yaw_seen": float, "yaw_torque": float},
     )
     position_prepare, attitude_prepare = position.prepare, attitude.prepare
     position_start, attitude_start = position.start, attitude.start
@@ -128,21 +145,26 @@ def close_cascade(position: Law, attitude: Law) -> Cascade:
             attitude_prepare(gains.yaw, h),
         )
 
-    def start(constants: Any, m: Measurement, nominal: Nominal) -> Any:
+    def start(constants: Any, m: Measurement, nominal: Nominal, held: Held) -> Any:
         angles = m.angles
-        hover = nominal.hover
         still = Vec3(0.0, 0.0, 0.0)
+        push, torque, inertia = (
+            held.acceleration,
+            commanded_torque(held.thrust, nominal.vehicle),
+            nominal.vehicle.inertia,
+        )
         return Memory(
-            position_start(constants.x, Measured(m.position.x, m.velocity.x)),
-            position_start(constants.y, Measured(m.position.y, m.velocity.y)),
-            position_start(constants.z, Measured(m.position.z, m.velocity.z)),
-            attitude_start(constants.roll, Measured(angles.x, m.rate.x)),
-            attitude_start(constants.pitch, Measured(angles.y, m.rate.y)),
-            attitude_start(constants.yaw, Measured(angles.z, m.rate.z)),
-            ActuatorModel(Rotors(hover, hover, hover, hover), still, still),
-            still,
-            Tilt(0.0, 0.0),
+            position_start(constants.x, Measured(m.position.x, m.velocity.x), push.x),
+            position_start(constants.y, Measured(m.position.y, m.velocity.y), push.y),
+            position_start(constants.z, Measured(m.position.z, m.velocity.z), push.z),
+            attitude_start(constants.roll, Measured(angles.x, m.rate.x), torque.x / inertia.x),
+            attitude_start(constants.pitch, Measured(angles.y, m.rate.y), torque.y / inertia.y),
+            attitude_start(constants.yaw, Measured(angles.z, m.rate.z), torque.z / inertia.z),
+            ActuatorModel(held.thrust, still, still),
+            push,
+            held.tilt,
             angles.z,
+            torque.z,
         )
 
     def step(
@@ -235,11 +257,13 @@ def close_cascade(position: Law, attitude: Law) -> Cascade:
         )
         # Rotor thrusts, and what the limits took away.
         lift = vehicle.mass * (demand.z + gravity) / maximum(direction.z, LEAST_COSINE)
-        torque = Vec3(t_x, t_y, t_z)
+        smoothing = nominal.yaw_smoothing
+        turning = smoothing * t_z + (1.0 - smoothing) * memory.yaw_torque
+        torque = Vec3(t_x, t_y, turning)
         command = allocate(lift, torque, nominal)
         lift_excess = (rotors_sum(command) - lift) / vehicle.mass
         excess = Vec3(demand.x - u_x, demand.y - u_y, demand.z - u_z + lift_excess)
         actuators = ActuatorModel(thrust_now, excess, axpy3(commanded_torque(command, vehicle), -1.0, torque))
-        return command, Memory(x, y, z, roll, pitch, yaw, actuators, demand, tilt, yaw_now)
+        return command, Memory(x, y, z, roll, pitch, yaw, actuators, demand, tilt, yaw_now, turning)
 
     return Cascade(position, attitude, Gains, Constants, Memory, prepare, start, step)

@@ -11,18 +11,18 @@ from typing import Any, NamedTuple
 
 from plant.allocation import saturated, speed_commands
 from plant.attitude import euler_angles, nearest_turn, thrust_direction
-from plant.cascade import Cascade, Tilt
+from plant.cascade import Cascade, Held, Tilt
 from plant.disturbance import Disturbance
 from plant.integrator import runge_kutta_step
 from plant.nominal import Nominal
 from plant.primitives import absolute, both, either, select, sqrt
 from plant.records import record_type, selector
 from plant.references.track import Reference
-from plant.rigid_body import Body, Dynamics
+from plant.rigid_body import Body, Dynamics, rotor_thrusts
 from plant.sample import AxisSample, Sample
 from plant.sensors import Noise, measure
 from plant.targets import Targets
-from plant.vectors import Quaternion, Rotors, Vec3
+from plant.vectors import Quaternion, Rotors, Vec3, rotors_sum
 
 
 class Status(Enum):
@@ -68,6 +68,15 @@ def hover_body(nominal: Nominal) -> Body:
 def place(body: Body, reference: Reference) -> Body:
     """The same body at the position where the reference starts."""
     return Body(reference.position, body.velocity, body.attitude, body.rate, body.rotor_speed)
+
+
+def held_by(body: Body, angles: Vec3, nominal: Nominal) -> Held:
+    """Commands that would hold a body at rest as it is, as its controller counts them; angles: its roll, pitch, yaw [rad]."""
+    vehicle = nominal.vehicle
+    thrust = rotor_thrusts(body.rotor_speed, vehicle.thrust_coefficient)
+    lift, up = rotors_sum(thrust) / vehicle.mass, thrust_direction(body.attitude)
+    acceleration = Vec3(lift * up.x, lift * up.y, lift * up.z - vehicle.gravity)
+    return Held(thrust, acceleration, Tilt(angles.x, angles.y))
 
 
 def status_of(body: Body, reference: Reference, limits: Limits) -> float:
@@ -181,12 +190,12 @@ def close_loop(cascade: Cascade, meter: MeterModel) -> ClosedLoop:
     def start(
         body: Body, constants: Any, nominal: Nominal, reference: Reference, noise: Noise, targets: Targets
     ) -> Any:
-        hover = nominal.hover
-        level = Rotors(hover, hover, hover, hover)
         angles = euler_angles(body.attitude)
-        control = cascade_start(constants, measure(body, angles, noise), nominal)
-        sample = sample_of(body, angles, reference, Tilt(0.0, 0.0), level, level, nominal, 0.0)
-        return Flight(body, body.rotor_speed, level, level, control, meter_start(sample, targets), 0.0, 0.0)
+        held = held_by(body, angles, nominal)
+        thrust = held.thrust
+        control = cascade_start(constants, measure(body, angles, noise), nominal, held)
+        sample = sample_of(body, angles, reference, held.tilt, thrust, thrust, nominal, 0.0)
+        return Flight(body, body.rotor_speed, thrust, thrust, control, meter_start(sample, targets), 0.0, 0.0)
 
     def decide(
         flight: Any,

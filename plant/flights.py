@@ -22,11 +22,13 @@ from plant.targets import Targets
 class FlightInputs:
     """Scenarios of a batch in blocks of lanes.
 
-    dynamics: (blocks, rows, lanes); disturbances: (blocks, K, rows, lanes); noises: the same; references: (K, 14);
+    dynamics: (blocks, rows, lanes); starts: (blocks, 17, lanes), the body at the start, about where the reference starts;
+    disturbances: (blocks, K, rows, lanes); noises: the same; references: (K, 14);
     count: number of scenarios, the rest of the last block is padding.
     """
 
     dynamics: np.ndarray
+    starts: np.ndarray
     disturbances: np.ndarray
     noises: np.ndarray
     references: np.ndarray
@@ -100,7 +102,7 @@ class Flyer:
         h, plant_step = self._timing
         self._kernel(
             np.ascontiguousarray(gains, dtype=float), np.array(flatten(nominal), dtype=float), inputs.dynamics,
-            inputs.disturbances, inputs.noises, inputs.references, np.array(flatten(inputs.targets), dtype=float),
+            inputs.starts, inputs.disturbances, inputs.noises, inputs.references, np.array(flatten(inputs.targets), dtype=float),
             self._limits, h, plant_step, round(h / plant_step), out, trace, every,
         )  # fmt: skip
 

@@ -1,7 +1,7 @@
 """What the controller knows of the vehicle: nominal numbers, rotor allocation, actuator model and options."""
 
 from dataclasses import dataclass
-from math import exp, hypot, tan
+from math import exp, hypot, inf, pi, sqrt, tan
 from typing import NamedTuple
 
 import numpy as np
@@ -9,6 +9,9 @@ import numpy as np
 from plant.errors import InputError
 from plant.vectors import Rotors, Vec3
 from plant.vehicle import Vehicle
+
+# Cut-off of the low-pass on the yaw torque [Hz]; PX4's MC_YAW_TQ_CUTOFF goes from 0 to 10.
+LEAST_CUTOFF, MOST_CUTOFF = 0.1, 100.0
 
 
 class Allocation(NamedTuple):
@@ -27,7 +30,7 @@ class Nominal(NamedTuple):
     missing share over that period; tilt_tangent: tangent of the largest commanded tilt; attitude_observer,
     position_observer: 1 where that loop takes rates from its observer; position_achieved: 1 where the position observers
     are fed with the acceleration that the measured tilt and modelled thrust achieve, 0 for the one commanded; delay: 1 for
-    one period of compute delay.
+    one period of compute delay; yaw_smoothing: share of a new yaw torque that a period of its low-pass takes over, 1 without.
     """
 
     vehicle: Vehicle
@@ -43,6 +46,7 @@ class Nominal(NamedTuple):
     position_observer: float
     position_achieved: float
     delay: float
+    yaw_smoothing: float
 
 
 @dataclass(frozen=True)
@@ -51,7 +55,8 @@ class ControlOptions:
 
     attitude_rate, position_rate: "measured" (gyro, velocity) or "observer". lag_aware: the observers are fed with the
     modelled (lagged, clipped) actuator output instead of the clipped command. delay: the command acts one control period
-    after its measurement. tilt_limit: largest commanded tilt [rad].
+    after its measurement. tilt_limit: largest commanded tilt [rad]. yaw_torque_cutoff: of the low-pass on the yaw torque asked
+    for [Hz], 0 for none; where rotors are heavy their own angular momentum makes yaw lead, and this takes the lead back.
     """
 
     attitude_rate: str = "measured"
@@ -59,6 +64,7 @@ class ControlOptions:
     lag_aware: bool = True
     delay: bool = False
     tilt_limit: float = 0.5236
+    yaw_torque_cutoff: float = 0.0
 
     def __post_init__(self) -> None:
         for key in ("attitude_rate", "position_rate"):
@@ -66,6 +72,29 @@ class ControlOptions:
                 raise InputError(f"given '{getattr(self, key)}'; allowed: 'measured', 'observer'", key=key)
         if not 0.05 <= self.tilt_limit <= 1.05:
             raise InputError(f"given {self.tilt_limit} rad; allowed: 0.05 to 1.05 rad (3 to 60 deg)", key="tilt_limit")
+        if self.yaw_torque_cutoff != 0.0 and not LEAST_CUTOFF <= self.yaw_torque_cutoff <= MOST_CUTOFF:
+            raise InputError(
+                f"given {self.yaw_torque_cutoff} Hz; allowed: {LEAST_CUTOFF:g} to {MOST_CUTOFF:g} Hz, or 0 for no filter",
+                key="yaw_torque_cutoff",
+            )
+
+
+def yaw_lead(vehicle: Vehicle) -> float:
+    """Frequency [rad/s] above which accelerating rotors turn the body in yaw more than their drag does: 2 k_m w_hover / J.
+
+    The zero of yaw torque at hover, (1 + s/yaw_lead)/(1 + tau s); infinite for rotors without inertia.
+    """
+    hover = sqrt(0.25 * vehicle.mass * vehicle.gravity / vehicle.thrust_coefficient)
+    drag = 2.0 * vehicle.thrust_coefficient * vehicle.torque_ratio * hover
+    return drag / vehicle.rotor_inertia if vehicle.rotor_inertia > 0.0 else inf
+
+
+def yaw_smoothing(cutoff: float, h: float) -> float:
+    """Share of a new value that a first-order low-pass takes over in a period h [s]: h/(h + tau), tau = 1/(2 pi cutoff [Hz]).
+
+    The form of PX4's AlphaFilter, which passes everything where the cutoff is 0 or reaches half the control rate.
+    """
+    return h / (h + 0.5 / (pi * cutoff)) if 0.0 < cutoff < 0.5 / h else 1.0
 
 
 def mixer_matrix(vehicle: Vehicle) -> np.ndarray:
@@ -100,6 +129,7 @@ def nominal(vehicle: Vehicle, options: ControlOptions, h: float) -> Nominal:
         position_observer=float(options.position_rate == "observer"),
         position_achieved=float(options.lag_aware),
         delay=float(options.delay),
+        yaw_smoothing=yaw_smoothing(options.yaw_torque_cutoff, h),
     )
 
 

@@ -9,23 +9,26 @@ from math import isfinite
 
 import numpy as np
 
-from plant.air.air import AirSpec, sample_air
+from plant.air.air import AirSpec, sample_air, steady_wind
 from plant.closed_loop import Timing
 from plant.errors import InputError
 from plant.flights import FlightInputs, to_lanes
 from plant.nominal import arm_of, off_centre, vary
-from plant.records import flatten
+from plant.records import flatten, index
 from plant.references import ReferenceSpec, Track, build
 from plant.references.hover import Hover
+from plant.references.track import Reference
 from plant.rigid_body import dynamics
 from plant.seeds import generator
 from plant.sensors import SensorSpec, sample_noise
 from plant.targets import Target, Targets
+from plant.trim import steady_flight
 from plant.vehicle import Vehicle
 
 SEARCH, HELD_OUT, CONFIRMATION = "search", "held-out", "confirmation"
 # Columns of the air that are always there: the wind. Gust rates and injections come behind and are left out when all zero.
 WIND_COLUMNS = 3
+HOLD = index(Reference, "hold")
 
 
 # What of a vehicle varies by a factor, in the order of `plant.nominal.vary`, and the least factor that is flown.
@@ -150,20 +153,23 @@ def sample_scenarios(
 ) -> FlightInputs:
     """Draw the scenarios with the given indices of a stream and lay them out in lanes."""
     steps, h = spec.steps(timing), timing.control_period
-    airs, noises, bodies = [], [], []
-    for index in indices:
-        airs.append(sample_air(spec.air, h, steps, generator(root, f"{stream}/{spec.name}/air", index)))
-        noises.append(sample_noise(spec.sensors, steps, generator(root, f"{stream}/{spec.name}/sensors", index)))
-        bodies.append(_dynamics_row(spec.spread, vehicle, generator(root, f"{stream}/{spec.name}/vehicle", index)))
+    indices = list(indices)
+    airs, noises = [], []
+    for i in indices:
+        airs.append(sample_air(spec.air, h, steps, generator(root, f"{stream}/{spec.name}/air", i)))
+        noises.append(sample_noise(spec.sensors, steps, generator(root, f"{stream}/{spec.name}/sensors", i)))
     air = np.stack(airs)
     if not air[..., WIND_COLUMNS:].any():
         air = air[..., :WIND_COLUMNS]
     noise = np.stack(noises)[..., :0] if spec.sensors.silent() else np.stack(noises)
+    references = np.ascontiguousarray(spec.track(timing).samples)
+    bodies, starts = _vehicles(spec, vehicle, references, root, stream, indices)
     return FlightInputs(
-        dynamics=to_lanes(np.array(bodies)),
+        dynamics=to_lanes(bodies),
+        starts=to_lanes(starts),
         disturbances=to_lanes(air),
         noises=to_lanes(noise),
-        references=np.ascontiguousarray(spec.track(timing).samples),
+        references=references,
         targets=spec.targets(timing),
         count=len(airs),
     )
@@ -173,8 +179,8 @@ def for_vehicle(
     inputs: FlightInputs, spec: ScenarioSpec, vehicle: Vehicle, root: int, stream: str, indices: Iterable[int]
 ) -> FlightInputs:
     """Return drawn scenarios with another vehicle in them: same air, noise and relative spread, as if drawn for it."""
-    draws = (generator(root, f"{stream}/{spec.name}/vehicle", index) for index in indices)
-    return replace(inputs, dynamics=to_lanes(np.array([_dynamics_row(spec.spread, vehicle, draw) for draw in draws])))
+    bodies, starts = _vehicles(spec, vehicle, inputs.references, root, stream, list(indices))
+    return replace(inputs, dynamics=to_lanes(bodies), starts=to_lanes(starts))
 
 
 def draw_vehicle(spread: Spread, vehicle: Vehicle, draw: np.random.Generator) -> Vehicle:
@@ -185,5 +191,16 @@ def draw_vehicle(spread: Spread, vehicle: Vehicle, draw: np.random.Generator) ->
     return off_centre(vary(vehicle, mass, inertia, thrust, lag), x, y)
 
 
-def _dynamics_row(spread: Spread, vehicle: Vehicle, draw: np.random.Generator) -> list[float]:
-    return flatten(dynamics(draw_vehicle(spread, vehicle, draw)))
+def _vehicles(
+    spec: ScenarioSpec, vehicle: Vehicle, references: np.ndarray, root: int, stream: str, indices: list[int]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Draw vehicles: their dynamics (n, rows) and the bodies (n, 17) in which they start.
+
+    A flight that holds its place starts in steady flight in its own mean wind, one that does not level and in still air.
+    """
+    draws = [generator(root, f"{stream}/{spec.name}/vehicle", i) for i in indices]
+    rows = np.array([flatten(dynamics(draw_vehicle(spec.spread, vehicle, draw))) for draw in draws])
+    wind = np.zeros((len(indices), 3))
+    if references[0, HOLD] > 0.5:
+        wind = np.array([steady_wind(spec.air, generator(root, f"{stream}/{spec.name}/air", i)) for i in indices])
+    return rows, steady_flight(rows, wind).body

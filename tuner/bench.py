@@ -158,6 +158,7 @@ def _numpy_rate(
     blocks = sample_scenarios(short, vehicle, timing, 1, SEARCH, range(NUMPY_FLIGHTS))
     flat = Inputs(
         np.concatenate(list(blocks.dynamics), axis=-1),
+        np.concatenate(list(blocks.starts), axis=-1),
         np.concatenate(list(blocks.disturbances), axis=-1),
         np.concatenate(list(blocks.noises), axis=-1),
         blocks.references,

@@ -11,10 +11,12 @@ from plant.flights import FlightInputs, Flyer, available_threads, to_lanes
 
 def inputs_of(course: Course) -> FlightInputs:
     """Lay a course out in blocks of lanes."""
-    dynamics, winds, noises = (
-        to_lanes(np.moveaxis(part, -1, 0)) for part in (course.dynamics, course.winds, course.noises)
+    dynamics, starts, winds, noises = (
+        to_lanes(np.moveaxis(part, -1, 0)) for part in (course.dynamics, course.starts(), course.winds, course.noises)
     )
-    return FlightInputs(dynamics, winds, noises, course.references, course.targets_record(), course.dynamics.shape[-1])
+    return FlightInputs(
+        dynamics, starts, winds, noises, course.references, course.targets_record(), course.dynamics.shape[-1]
+    )
 
 
 def prepare(course: Course, batch: int, periods: int, threads: int, scratch: Path) -> Work:

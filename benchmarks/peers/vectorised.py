@@ -17,7 +17,7 @@ def prepare(course: Course, batch: int, periods: int, threads: int, scratch: Pat
     candidates, scenarios = split(batch)
     part, model, bind = course.part(scenarios, periods), loop(), rebinder()
     gains = pack(model.cascade.Gains, [np.full((candidates, 1), value) for value in course.gains])
-    inputs = Inputs(part.dynamics, part.winds, part.noises, part.references)
+    inputs = Inputs(part.dynamics, part.starts(), part.winds, part.noises, part.references)
 
     def fly() -> Any:
         with np.errstate(all="ignore"):

@@ -58,30 +58,33 @@ class Factors:
 
 @dataclass(frozen=True)
 class RotorLag:
-    """Rotors as the actuator: dead time, then a first-order lag.
+    """Rotors as the actuator: dead time, low-pass, then a first-order lag with a lead, e^(-sT) (1 + lead s)/((1 + smoothing s)(1 + lag s)).
 
-    lag, delay [s]; lag_aware: whether the law knows the lagged output, by a model with the nominal lag, or only the delayed
-    command; order of the Pade approximant: 0 (no delay at all), 1 or 2.
+    lag, delay [s]; lag_aware: whether the law knows the lagged output, by a model with the nominal lag and no lead, or only the
+    delayed command; order of the Pade approximant: 0 (no delay at all), 1 or 2; lead [s]: of yaw, by the rotors' inertia;
+    smoothing [s]: time constant of the low-pass on yaw torque.
     """
 
     lag: float
     delay: float
     lag_aware: bool = True
     order: int = 1
+    lead: float = 0.0
+    smoothing: float = 0.0
 
     def model(self, factors: Factors) -> StateSpace:
         """Return the state space from u to (delivered, known)."""
-        dead = _dead_time(self.delay, self.order if self.delay > 0.0 else 0)
-        poles = [self.lag * factors.lag, self.lag] if self.lag_aware else [self.lag * factors.lag]
-        n, lags = len(dead.a), len(poles)
-        per = 1.0 / np.array(poles)[:, None]
-        a = np.block([[dead.a, np.zeros((n, lags))], [per @ dead.c, -np.diagflat(per)]])
-        b = np.concatenate([dead.b, per @ dead.d], axis=0)
-        delivered = np.eye(n + lags)[n]
-        known = np.eye(n + lags)[n + 1] if self.lag_aware else np.append(dead.c[0], 0.0)
-        return StateSpace(
-            a, b, np.stack([delivered, known]), np.array([[0.0], [0.0 if self.lag_aware else dead.d[0, 0]]])
+        ahead = _dead_time(self.delay, self.order if self.delay > 0.0 else 0)
+        if self.smoothing > 0.0:
+            ahead = _in_series(ahead, _first_order([self.smoothing], [0.0]))
+        lag = self.lag * factors.lag
+        if self.lag_aware:
+            return _in_series(ahead, _first_order([lag, self.lag], [self.lead, 0.0]))
+        rotors = _first_order([lag], [self.lead])
+        passed = StateSpace(
+            rotors.a, rotors.b, np.append(rotors.c, [[0.0]], axis=0), np.append(rotors.d, [[1.0]], axis=0)
         )
+        return _in_series(ahead, passed)
 
 
 @dataclass(frozen=True)
@@ -209,6 +212,19 @@ def _with_observer(omega_o: float, c: Array, d: Array, last: float = 1.0) -> Sta
     a = np.array([[-b1, 1.0, 0.0], [-b2, 0.0, 1.0], [-b3, 0.0, 0.0]])
     b = np.array([[0.0, b1, 0.0, 0.0], [0.0, b2, 0.0, 1.0], [0.0, b3, 0.0, 0.0]])
     return StateSpace(a, b, c, d)
+
+
+def _first_order(lags: list[float], leads: list[float]) -> StateSpace:
+    """(1 + lead s)/(1 + lag s) side by side, from one input."""
+    per = 1.0 / np.array(lags)[:, None]
+    through = per * np.array(leads)[:, None]
+    return StateSpace(-np.diagflat(per), per, np.diagflat(1.0 - through), through)
+
+
+def _in_series(first: StateSpace, then: StateSpace) -> StateSpace:
+    a = np.block([[first.a, np.zeros((len(first.a), len(then.a)))], [then.b @ first.c, then.a]])
+    b = np.concatenate([first.b, then.b @ first.d], axis=0)
+    return StateSpace(a, b, np.concatenate([then.d @ first.c, then.c], axis=1), then.d @ first.d)
 
 
 def _dead_time(delay: float, order: int) -> StateSpace:

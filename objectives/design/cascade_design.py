@@ -18,7 +18,7 @@ from collections.abc import Callable
 
 import numpy as np
 
-from objectives.certificates.axis_of_cascade import TILTED_BY, rotor_lag
+from objectives.certificates.axis_of_cascade import TILTED_BY, rotor_lag, yaw_actuator
 from objectives.certificates.channel_model import CONTROLLERS, AxisLoop, RotorLag, TiltLoop, closed_loop, is_stable
 from objectives.design.adrc_design import design_hybrid, design_ladrc
 from objectives.design.design_axis import AxisDesign, DesignAxis, fall_back
@@ -60,7 +60,7 @@ def design_axes(
     for axis in (*ATTITUDE_AXES, *POSITION_AXES):
         loop = "attitude" if axis in ATTITUDE_AXES else "position"
         law = cascade.attitude if loop == "attitude" else cascade.position
-        actuator: RotorLag | TiltLoop | None = rotors
+        actuator: RotorLag | TiltLoop | None = yaw_actuator(nominal, timing, order=2) if axis == "yaw" else rotors
         if axis in TILTED_BY:
             gains = designs[TILTED_BY[axis]].gains
             attitude = AxisLoop(cascade.attitude.name, gains, rotors, "attitude", observed["attitude"])

@@ -44,9 +44,9 @@ def actuator_response(actuator: RotorLag | TiltLoop, s: Array) -> tuple[Array, A
     if isinstance(actuator, TiltLoop):
         delivered = responses(actuator.attitude, s).closed()
         return delivered, delivered if actuator.lag_aware else np.ones_like(delivered)
-    dead = np.exp(-s * actuator.delay)
-    delivered = dead / (actuator.lag * s + 1.0)
-    return delivered, delivered if actuator.lag_aware else dead
+    asked = np.exp(-s * actuator.delay) / (actuator.smoothing * s + 1.0)
+    reached = asked / (actuator.lag * s + 1.0)
+    return (actuator.lead * s + 1.0) * reached, reached if actuator.lag_aware else asked
 
 
 def mean_delays(actuator: RotorLag | TiltLoop) -> tuple[float, float]:

@@ -22,10 +22,10 @@ from plant.integrator import runge_kutta_step
 from plant.nominal import Nominal
 from plant.records import flatten, pack, record_type, size
 from plant.references.track import Reference
-from plant.rigid_body import Body, Dynamics, body_rate
+from plant.rigid_body import Body, Dynamics
 from plant.sensors import Noise
 from plant.targets import Targets
-from plant.vectors import Quaternion, Rotors, Vec3, rotors_sum
+from plant.vectors import Rotors, Vec3, rotors_sum
 
 __all__ = [
     "BODY",
@@ -72,7 +72,6 @@ class PeriodMap:
         at_rest(body, gains, nominal, reference) -> state
         decide(x with v, w, r, gains, nominal, reference) -> (speeds and next memory, readings c, s, y, e), derivative, f(s)
         fly(body, speeds and load, disturbance, dynamics) -> body one plant step later, derivative
-        pushed(roll, pitch and speeds, yaw, disturbance, dynamics) -> acceleration, derivative, body
     """
 
     def __init__(self, cascade: Cascade, timing: Timing) -> None:
@@ -147,18 +146,6 @@ class PeriodMap:
         )  # fmt: skip
         return Derivative("fly", inputs, [inputs, disturbance, constants], _stack(end), ca.SX(0, 1))
 
-    @cached_property
-    def pushed(self) -> Derivative:
-        """Acceleration of a vehicle that stands still, differentiated by roll, pitch and rotor speeds; and its body."""
-        inputs, yaw, disturbance, constants = _columns(2 + ROTORS, 1, size(Disturbance), size(Dynamics))
-        speed = _record(Rotors, inputs[2:])
-        body = Body(STILL, STILL, _quaternion(inputs[0], inputs[1], yaw), STILL, speed)
-        rate = symbolic.rebinder(SMOOTH)(body_rate)(
-            body, speed, _record(Disturbance, disturbance), _record(Dynamics, constants)
-        )
-        outputs = ca.vertcat(*rate.velocity, *rate.rate)
-        return Derivative("pushed", inputs, [inputs, yaw, disturbance, constants], outputs, _stack(body))
-
 
 def _columns(*sizes: int) -> list[Any]:
     return [ca.SX.sym(f"a{i}", rows) for i, rows in enumerate(sizes)]
@@ -200,9 +187,3 @@ def _readings(injection: Injection, before: Any, after: Any, known: Any, goal: R
         ca.vertcat(*output),
         ca.vertcat(*[y - set_point for y, set_point in zip(output, goals, strict=True)]),
     )
-
-
-def _quaternion(roll: Any, pitch: Any, yaw: Any) -> Quaternion:
-    """Attitude Rz(yaw) Ry(pitch) Rx(roll)."""
-    (a, x), (b, y), (c, z) = [(ca.cos(0.5 * angle), ca.sin(0.5 * angle)) for angle in (roll, pitch, yaw)]
-    return Quaternion(a * b * c + x * y * z, x * b * c - a * y * z, a * y * c + x * b * z, a * b * z - x * y * c)

@@ -5,7 +5,7 @@ velocity: the plant feels its air-relative velocity only, and laws see errors. S
 """
 
 from dataclasses import dataclass, field, replace
-from math import acos, atan, cos, degrees, sin, sqrt
+from math import atan, cos, degrees, sin, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -20,6 +20,7 @@ from plant.nominal import Nominal
 from plant.records import flatten, index, size
 from plant.references.track import Reference
 from plant.rigid_body import Dynamics, dynamics
+from plant.trim import steady_flight, within_limits
 from plant.vectors import Quaternion, Vec3
 from plant.vehicle import Vehicle
 
@@ -29,8 +30,6 @@ ITERATIONS = 40
 # Largest change of any state over a period, relative to 1 + |state|, that counts as steady.
 STEADY = 1e-8
 HOLD = index(Reference, "hold")
-# Largest acceleration [m/s2, rad/s2] of a vehicle that counts as balanced.
-BALANCED = 1e-11
 # Size of a term's signal, in its unit, below which it is at rest.
 AT_REST = 1e-12
 # What a term's value may lack of f(s), in its unit, and the body of its balance, relative to 1 + |value|.
@@ -116,21 +115,11 @@ def balanced_plant(period: PeriodMap, trim: Trim, nominal: Nominal, setting: Set
     Raises InputError where there are none within the limits of tilt, of rotor speed and of how little lift the controller asks
     for.
     """
-    unknown = np.concatenate([np.zeros(2), level_body(trim, nominal)[-ROTORS:]])
-    push = slope = body = np.empty(0)
-    for _ in range(ITERATIONS):
-        push, slope, body = period.pushed(unknown, np.array([trim.yaw]), setting.disturbance, setting.dynamics)
-        if np.abs(push).max(axis=None) < BALANCED:
-            break
-        unknown = unknown - np.linalg.solve(slope[0], push[0])
-    tilt, speeds = acos(cos(unknown[0]) * cos(unknown[1])), unknown[2:]
-    low, high = (sqrt(t / nominal.vehicle.thrust_coefficient) for t in (nominal.thrust_min, nominal.thrust_max))
-    balanced = np.abs(push).max(axis=None) < BALANCED
-    within = low < speeds.min(axis=0) and speeds.max(axis=0) < high and tilt < atan(nominal.tilt_tangent)
+    flight = steady_flight(setting.dynamics[None], np.array([trim.air]), trim.yaw)
     # Lift as the controller counts it, by its own mass and thrust coefficient.
-    known = nominal.vehicle
-    lift = known.thrust_coefficient * float(np.sum(speeds**2, axis=0)) * cos(tilt)
-    if not (balanced and within and lift > LEAST_LIFT * known.mass * known.gravity):
+    known, speeds = nominal.vehicle, flight.body[0, -ROTORS:]
+    lift = known.thrust_coefficient * float(np.sum(speeds**2, axis=0)) * cos(flight.tilt[0])
+    if not (within_limits(flight, nominal)[0] and lift > LEAST_LIFT * known.mass * known.gravity):
         raise InputError(
             f"no steady flight in an air flow of {sqrt(sum(part * part for part in trim.air)):.3g} m/s within the limits of tilt "
             f"({degrees(atan(nominal.tilt_tangent)):.3g} deg), rotor speed and least lift ({LEAST_LIFT:.0%} of the weight that "
@@ -138,7 +127,7 @@ def balanced_plant(period: PeriodMap, trim: Trim, nominal: Nominal, setting: Set
             "its controller",
             key="trim",
         )
-    return plant_about(period, body[0], setting)
+    return plant_about(period, flight.body[0], setting)
 
 
 @dataclass(frozen=True)

@@ -57,9 +57,7 @@ def sample_air(spec: AirSpec, dt: float, steps: int, generator: Generator) -> Ar
     assert dt > 0.0 and steps > 0, "dt and steps come from a checked study"
     plan = _plan(spec, dt, steps)
     turbulence, rates, injection = generator.spawn(3)
-    angle = turbulence.uniform(0.0, 2.0 * pi)
-    if spec.wind_direction_deg is not None:
-        angle = radians(spec.wind_direction_deg)
+    angle = _wind_direction(spec, turbulence)
     out = np.zeros((steps, COLUMNS))
     wind = plan.along
     if plan.processes is not None:
@@ -71,6 +69,14 @@ def sample_air(spec: AirSpec, dt: float, steps: int, generator: Generator) -> Ar
     if spec.injection is not None:
         out[:, 6:12] = sample_injection(spec.injection, dt, plan.gate, injection)
     return out
+
+
+def steady_wind(spec: AirSpec, generator: Generator) -> Array:
+    """Return the mean wind (3,) [m/s], world ENU, that `sample_air` would blow from the same fresh generator."""
+    if not spec.mean_wind:
+        return np.zeros(3)
+    angle = _wind_direction(spec, generator.spawn(3)[0])
+    return spec.wind_speed * np.array([cos(angle), sin(angle), 0.0])
 
 
 def injection_normals(steps: int, generator: Generator) -> Array:
@@ -131,6 +137,12 @@ def _turbulence(
     p = sample(processes.p, more[:, :1])[:, 0]
     spin = np.stack([p * plan.roll_sigma, q * plan.sigma[:, 2], r * plan.sigma[:, 1]], axis=1)
     return np.stack([u, v, w], axis=1) * plan.sigma, spin
+
+
+def _wind_direction(spec: AirSpec, turbulence: Generator) -> float:
+    """Where the mean wind blows to, counter-clockwise from East [rad]; drawn even where it is given."""
+    drawn = turbulence.uniform(0.0, 2.0 * pi)
+    return drawn if spec.wind_direction_deg is None else radians(spec.wind_direction_deg)
 
 
 def _turned(wind_axes: Array, angle: float) -> Array:

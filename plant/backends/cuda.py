@@ -28,12 +28,12 @@ from plant.backends.cache import load_kernel
 from plant.backends.cuda_precision import CudaRebinder
 from plant.backends.lanes import result_rows
 from plant.backends.rebind import source_of
-from plant.closed_loop import ClosedLoop, Limits, hover_body, place
+from plant.closed_loop import ClosedLoop, Limits, place
 from plant.disturbance import Disturbance
 from plant.nominal import Nominal
 from plant.records import build_source, paths, size
 from plant.references.track import Reference
-from plant.rigid_body import Dynamics
+from plant.rigid_body import Body, Dynamics
 from plant.sensors import Noise
 from plant.targets import Targets
 
@@ -95,8 +95,8 @@ def _names(real: type[np.floating]) -> dict[str, Any]:
 
 RUN = """
 @kernel
-def run(constants_rows, nominal, dynamics_rows, disturbances, noises, references, targets, limits, h, plant_step, substeps,
-        out):
+def run(constants_rows, nominal, dynamics_rows, starts, disturbances, noises, references, targets, limits, h, plant_step,
+        substeps, out):
     i = cuda.grid(1)
     if i >= out.shape[0]:
         return
@@ -104,7 +104,7 @@ def run(constants_rows, nominal, dynamics_rows, disturbances, noises, references
     candidate = i // dynamics_rows.shape[1]
     dynamics = load_dynamics(dynamics_rows, scenario)
     reference = load_reference(references, 0)
-    body = place(hover_body(nominal), reference)
+    body = place(load_body(starts, scenario), reference)
     constants = load_constants(constants_rows, candidate)
     flight = start(body, constants, nominal, reference, load_noise(noises, 0, scenario), targets)
     for k in range(references.shape[0]):
@@ -130,6 +130,7 @@ def kernel_source(loop: ClosedLoop, wind_rows: int, noise_rows: int, names: dict
         _loader(loop.cascade.Constants, "constants", "a, i", "a[i, {}]", names),
         _loader(Reference, "reference", "a, i", "a[i, {}]", names),
         _loader(Dynamics, "dynamics", "a, i", "a[{}, i]", names),
+        _loader(Body, "body", "a, i", "a[{}, i]", names),
         _loader(Disturbance, "disturbance", "a, k, i", "a[k, {}, i]", names, wind_rows),
         _loader(Noise, "noise", "a, k, i", "a[k, {}, i]", names, noise_rows),
         f"@inline\ndef with_body(s, body):\n    return {build_source(flight, build, names)}\n",
@@ -155,7 +156,7 @@ def kernel_names(loop: ClosedLoop, precision: str) -> tuple[dict[str, Any], set[
     names: dict[str, Any] = {
         "cuda": cuda, "inline": _inline, "real": real, "ZERO": real(0.0),
         "start": bind(loop.start), "decide": bind(loop.decide), "advance": bind(loop.advance),
-        "hover_body": bind(hover_body), "place": bind(place),
+        "place": bind(place),
     }  # fmt: skip
     own = {
         Path(str(part.__file__))

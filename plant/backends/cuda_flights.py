@@ -35,10 +35,12 @@ SCENARIOS_SHARE, SCENARIOS_BYTES = 0.25, 1e9
 class CardInputs:
     """Scenarios on the card, the scenario as the last axis.
 
-    dynamics (rows, scenarios); disturbances and noises (K, rows, scenarios); references (K, 14); source: where they came from.
+    dynamics and starts (rows, scenarios); disturbances and noises (K, rows, scenarios); references (K, 14);
+    source: where they came from.
     """
 
     dynamics: Any
+    starts: Any
     disturbances: Any
     noises: Any
     references: Any
@@ -127,7 +129,7 @@ class CudaFlyer:
         begin, end = cuda.event(), cuda.event()
         begin.record()
         launcher(kernel.run, flights)(
-            constants, nominal, inputs.dynamics, inputs.disturbances, inputs.noises, inputs.references, targets,
+            constants, nominal, inputs.dynamics, inputs.starts, inputs.disturbances, inputs.noises, inputs.references, targets,
             self._limits, self._real(control_period), self._real(plant_step),
             np.int32(round(control_period / plant_step)), out,
         )  # fmt: skip
@@ -166,7 +168,12 @@ class CudaFlyer:
             copied(by_scenario(inputs.noises, inputs.count)),
         )
         return CardInputs(
-            copied(by_scenario(inputs.dynamics, inputs.count)), air, noise, copied(inputs.references), inputs
+            copied(by_scenario(inputs.dynamics, inputs.count)),
+            copied(by_scenario(inputs.starts, inputs.count)),
+            air,
+            noise,
+            copied(inputs.references),
+            inputs,
         )
 
     def _record(self, kind: Any, record: Any) -> Any:

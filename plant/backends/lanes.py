@@ -25,7 +25,7 @@ from plant import primitives, records
 from plant.backends import branch_free, vector_math
 from plant.backends.cache import load_kernel
 from plant.backends.rebind import Rebinder, source_of
-from plant.closed_loop import ClosedLoop, Limits, hover_body, place
+from plant.closed_loop import ClosedLoop, Limits, place
 from plant.disturbance import Disturbance
 from plant.nominal import Nominal
 from plant.records import build_source, paths, rows, size
@@ -112,8 +112,8 @@ LANE, ENTRY = "a[{}, l]", "a[{}]"
 
 RUN = """
 @jit(nogil=True, cache=CACHE, fastmath=FAST_MATH, error_model="numpy")
-def run(gains, nominal_row, dynamicss, disturbances, noises, references, targets_row, limits_row, h, plant_step, substeps,
-        out, trace, every):
+def run(gains, nominal_row, dynamicss, starts, disturbances, noises, references, targets_row, limits_row, h, plant_step,
+        substeps, out, trace, every):
     nominal = load_nominal(nominal_row, 0)
     targets = load_targets(targets_row, 0)
     limits = load_limits(limits_row, 0)
@@ -125,8 +125,9 @@ def run(gains, nominal_row, dynamicss, disturbances, noises, references, targets
         a = np.zeros((TOTAL, LANES))
         a[DYNAMICS:DYNAMICS + N_DYNAMICS] = dynamicss[block]
         a[NOISE:NOISE + n_noise] = noises[block, 0]
-        body = place(hover_body(nominal), reference)
+        a[BODY:BODY + N_BODY] = starts[block]
         for l in range(LANES):
+            body = place(load_body(a, l), reference)
             store_flight(a, l, start(body, constants, nominal, reference, load_noise(a, l), targets))
         for k in range(references.shape[0]):
             a[DISTURBANCE:DISTURBANCE + n_disturbance] = disturbances[block, k]
@@ -175,7 +176,7 @@ def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
     constants = {
         "TOTAL": place_of.total, "DYNAMICS": place_of.dynamics, "N_DYNAMICS": size(Dynamics), "NOISE": place_of.noise,
         "DISTURBANCE": place_of.disturbance, "RESULT": result.start, "N_RESULT": result.stop - result.start,
-        "N_WIND": wind, "LANES": LANES,
+        "N_WIND": wind, "LANES": LANES, "BODY": body.start, "N_BODY": body.stop - body.start,
     }  # fmt: skip
     judged = f"# judged by {loop.meter.update.__module__}.{loop.meter.update.__qualname__}\n"
     header = judged + "\n".join(f"{name} = {value}" for name, value in constants.items())
@@ -216,7 +217,6 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
         "start": bind(loop.start),
         "decide": bind(loop.decide),
         "advance": bind(loop.advance),
-        "hover_body": bind(hover_body),
         "place": bind(place),
     }
     own = {Path(str(part.__file__)) for part in (records, primitives, branch_free, vector_math, sys.modules[__name__])}

@@ -16,13 +16,13 @@ from plant.disturbance import Disturbance
 from plant.flights import FlightInputs
 from plant.nominal import Nominal
 from plant.records import build_source, flatten, size
-from plant.rigid_body import Dynamics
+from plant.rigid_body import Body, Dynamics
 from plant.sensors import Noise
 
 # The flight is a function of its own because `prange` cannot carry records into a thread, only arrays and numbers.
 RUN = """
 @jit(fastmath=FAST_MATH, error_model="numpy")
-def fly_one(gains, nominal_row, dynamics_row, disturbances, noises, references, targets_row, limits_row, h, plant_step,
+def fly_one(gains, nominal_row, dynamics_row, start_row, disturbances, noises, references, targets_row, limits_row, h, plant_step,
             substeps, out):
     nominal = load_nominal(nominal_row, 0)
     targets = load_targets(targets_row, 0)
@@ -30,7 +30,7 @@ def fly_one(gains, nominal_row, dynamics_row, disturbances, noises, references, 
     constants = prepare(load_gains(gains, 0), h)
     dynamics = load_dynamics(dynamics_row, 0)
     reference = load_reference(references[0], 0)
-    body = place(hover_body(nominal), reference)
+    body = place(load_body(start_row, 0), reference)
     flight = start(body, constants, nominal, reference, load_noise(noises[0], 0), targets)
     for k in range(references.shape[0]):
         reference = load_reference(references[k], 0)
@@ -44,11 +44,11 @@ def fly_one(gains, nominal_row, dynamics_row, disturbances, noises, references, 
 
 
 @jit(parallel=True, cache=CACHE, fastmath=FAST_MATH, error_model="numpy")
-def run(gains, nominal_row, dynamics_rows, disturbances, noises, references, targets_row, limits_row, h, plant_step,
+def run(gains, nominal_row, dynamics_rows, start_rows, disturbances, noises, references, targets_row, limits_row, h, plant_step,
         substeps, out):
     flights = dynamics_rows.shape[0]
     for i in prange(gains.shape[0] * flights):
-        fly_one(gains[i // flights], nominal_row, dynamics_rows[i % flights], disturbances[i % flights],
+        fly_one(gains[i // flights], nominal_row, dynamics_rows[i % flights], start_rows[i % flights], disturbances[i % flights],
                 noises[i % flights], references, targets_row, limits_row, h, plant_step, substeps,
                 out[i // flights, i % flights])
 """
@@ -70,6 +70,7 @@ class ScalarKernel:
         h, plant_step = timing
         self.run(
             gains, np.array(flatten(nominal), dtype=float), _flat(inputs.dynamics, size(Dynamics))[: inputs.count],
+            _flat(inputs.starts, size(Body))[: inputs.count],
             _flat(inputs.disturbances, size(Disturbance))[: inputs.count], _flat(inputs.noises, size(Noise))[: inputs.count],
             inputs.references, np.array(flatten(inputs.targets), dtype=float), np.array(flatten(limits)), h, plant_step,
             round(h / plant_step), out,
@@ -93,6 +94,7 @@ def scalar_kernel(loop: ClosedLoop) -> ScalarKernel:
     parts = [
         lanes.vector_loaders(loop, names),
         lanes.loader(Dynamics, "load_dynamics", lanes.ENTRY, 0, names),
+        lanes.loader(Body, "load_body", lanes.ENTRY, 0, names),
         lanes.loader(Disturbance, "load_disturbance", lanes.ENTRY, 0, names),
         lanes.loader(Noise, "load_noise", lanes.ENTRY, 0, names),
         _with_body(flight, names),

@@ -8,12 +8,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from plant.closed_loop import ClosedLoop, Limits, Timing, hover_body, place
+from plant.closed_loop import ClosedLoop, Limits, Timing, place
 from plant.disturbance import Disturbance
 from plant.nominal import Nominal
 from plant.records import pack, size
 from plant.references.track import Reference
-from plant.rigid_body import Dynamics
+from plant.rigid_body import Body, Dynamics
 from plant.sensors import Noise
 from plant.targets import Targets
 
@@ -23,11 +23,12 @@ Bind = Callable[[Callable[..., Any]], Any]
 class Inputs(NamedTuple):
     """What a batch of flights meets; a lane is one scenario.
 
-    dynamics: (rows of Dynamics, lanes); disturbances (K, up to 12, lanes) and noises (K, up to 12, lanes): missing rows
-    are zero; references (K, 14).
+    dynamics: (rows of Dynamics, lanes); starts: (rows of Body, lanes), about where the reference starts;
+    disturbances (K, up to 12, lanes) and noises (K, up to 12, lanes): missing rows are zero; references (K, 14).
     """
 
     dynamics: np.ndarray
+    starts: np.ndarray
     disturbances: np.ndarray
     noises: np.ndarray
     references: np.ndarray
@@ -56,7 +57,7 @@ def fly_steps(
         noise = _record(Noise, inputs.noises[k])
         disturbance = _record(Disturbance, inputs.disturbances[k])
         if k == 0:
-            body = bind(place)(bind(hover_body)(nominal), reference)
+            body = bind(place)(pack(Body, inputs.starts), reference)
             flight = start(body, constants, nominal, reference, noise, targets)
         flight = decide(flight, constants, nominal, reference, noise, targets, limits, k * h, h)
         if watch is not None:

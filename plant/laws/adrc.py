@@ -70,9 +70,9 @@ def prepare(gains: Gains, h: float) -> Constants:
     )
 
 
-def start(constants: Constants, measured: Measured) -> Memory:
-    """Start observer and profile at the measurement, with no disturbance yet."""
-    return Memory(Observer(measured.value, measured.rate, 0.0), Profile(measured.value, measured.rate))
+def start(constants: Constants, measured: Measured, held: float) -> Memory:
+    """Start observer and profile at the measurement, the disturbance what is held against."""
+    return Memory(Observer(measured.value, measured.rate, 0.0 - held), Profile(measured.value, measured.rate))
 
 
 def error_term(e1: float, constants: Constants) -> float:

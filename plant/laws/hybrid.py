@@ -47,9 +47,9 @@ def prepare(gains: Gains, h: float) -> Constants:
     return Constants(observer, gains.lambda_, gains.k1, gains.k2, 1.0 / gains.delta)
 
 
-def start(constants: Constants, measured: Measured) -> Observer:
-    """Rest: the observer at the measurement, no disturbance yet."""
-    return Observer(measured.value, measured.rate, 0.0)
+def start(constants: Constants, measured: Measured, held: float) -> Observer:
+    """Rest: the observer at the measurement, the disturbance what is held against."""
+    return Observer(measured.value, measured.rate, 0.0 - held)
 
 
 def sliding_term(s: float, constants: Constants) -> float:

@@ -53,9 +53,9 @@ def prepare(gains: Gains, h: float) -> Constants:
     return Constants(observer_constants(gains.omega_o, h), gains.lambda_, term)
 
 
-def start(constants: Constants, measured: Measured) -> Memory:
-    """Rest: the observer at the measurement, no disturbance yet, nothing integrated."""
-    return Memory(Observer(measured.value, measured.rate, 0.0), Twist(0.0, 0.0, 0.0))
+def start(constants: Constants, measured: Measured, held: float) -> Memory:
+    """Rest: the observer at the measurement, the disturbance what is held against, nothing integrated."""
+    return Memory(Observer(measured.value, measured.rate, 0.0 - held), Twist(0.0, 0.0, 0.0))
 
 
 def step(

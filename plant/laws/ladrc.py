@@ -42,9 +42,9 @@ def prepare(gains: Gains, h: float) -> Constants:
     return Constants(wc * wc, 2.0 * gains.zeta * wc, observer_constants(gains.omega_o, h))
 
 
-def start(constants: Constants, measured: Measured) -> Observer:
-    """Rest: the observer at the measurement, no disturbance yet."""
-    return Observer(measured.value, measured.rate, 0.0)
+def start(constants: Constants, measured: Measured, held: float) -> Observer:
+    """Rest: the observer at the measurement, the disturbance what is held against."""
+    return Observer(measured.value, measured.rate, 0.0 - held)
 
 
 def step(

@@ -75,8 +75,9 @@ class Law:
     """A single-input single-output control law for y'' = f + b0 u.
 
     Gains, Constants, Memory: NamedTuples of floats. prepare(gains, h) -> Constants runs once a flight. start(constants,
-    measured) -> Memory is the state of a loop at rest at the measured value. step(memory, constants, channel, setpoint,
-    measured, applied, h) -> (command, Memory) runs every control period. gains: one entry for each field of Gains.
+    measured, held) -> Memory is the state of a loop at rest at the measured value that holds the plant with b0 u = held [y/s2].
+    step(memory, constants, channel, setpoint, measured, applied, h) -> (command, Memory) runs every control period. gains: one
+    entry for each field of Gains.
 
     promises: "tracks": a reference that the channel can fly is flown without error; "rejects": a constant disturbance leaves
     no error. nonlinear: all that makes the feedback depend on amplitude; empty for a linear law.

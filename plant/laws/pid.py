@@ -48,9 +48,9 @@ def prepare(gains: Gains, h: float) -> Constants:
     return Constants(gains.kp, gains.ki, gains.kd, smoothing, gains.ki / maximum(gains.kp, 1e-9))
 
 
-def start(constants: Constants, measured: Measured) -> Memory:
-    """Rest: nothing integrated, the filter at the measured rate."""
-    return Memory(0.0, measured.rate, measured.value)
+def start(constants: Constants, measured: Measured, held: float) -> Memory:
+    """Rest: the integral holds the plant, the filter at the measured rate."""
+    return Memory(held, measured.rate, measured.value)
 
 
 def step(

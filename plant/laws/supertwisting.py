@@ -49,9 +49,9 @@ def prepare(gains: Gains, h: float) -> Constants:
     return Constants(gains.lambda_, twist_constants(gains.k1, gains.k2, 0.0, h))
 
 
-def start(constants: Constants, measured: Measured) -> Memory:
-    """Rest: nothing integrated; the last value is the one that the measured rate leads from."""
-    return Memory(Twist(0.0, 0.0, 0.0), measured.value - constants.twist.h * measured.rate)
+def start(constants: Constants, measured: Measured, held: float) -> Memory:
+    """Rest: the integral holds the plant; the last value is the one that the measured rate leads from."""
+    return Memory(Twist(held, 0.0, 0.0), measured.value - constants.twist.h * measured.rate)
 
 
 def differenced(memory: Memory, channel: Channel, measured: Measured, applied: Applied, h: float) -> float:

@@ -61,7 +61,7 @@ class Axis:
         """Fly from rest at 0, or from the state given, for `steps` periods."""
         y, v = start or Measured(0.0, 0.0)
         constants = law.prepare(gains, h)
-        memory, channel, applied = law.start(constants, Measured(y, v)), self.channel, Applied(0.0, 0.0)
+        memory, channel, applied = law.start(constants, Measured(y, v), 0.0), self.channel, Applied(0.0, 0.0)
         rows = []
         for k in range(steps):
             asked, memory = law.step(memory, constants, channel, goal(k * h), Measured(y, v), applied, h)
@@ -89,7 +89,7 @@ def run(
 ) -> tuple[Array, Any]:
     """Feed given inputs, whatever the law commands; commands (K,) and the last memory. Starts at the first measurement."""
     constants = law.prepare(gains, h)
-    memory = law.start(constants, inputs[0].measured) if memory is None else memory
+    memory = law.start(constants, inputs[0].measured, 0.0) if memory is None else memory
     commands = []
     for setpoint, measured, applied in inputs:
         command, memory = law.step(memory, constants, channel, setpoint, measured, applied, h)

@@ -19,6 +19,7 @@ from plant.laws import LAWS
 from plant.records import flatten, pack, size
 from plant.rigid_body import dynamics
 from plant.targets import Target, Targets
+from plant.trim import steady_flight
 from plant.vectors import Quaternion, Vec3
 from plant.vehicle import Vehicle
 
@@ -72,16 +73,22 @@ def references(steps: int, hold: float = 1.0, **values: float) -> Array:
 def batch(vehicles: list[Vehicle], disturbances: Array, noises: Array, reference: Array) -> Inputs:
     """Return what a batch of flights meets from arrays (scenarios, K, 12), as the steppers read it: lanes last."""
     rows = np.array([flatten(dynamics(vehicle)) for vehicle in vehicles])
-    return Inputs(rows.T, np.moveaxis(disturbances, 0, -1), np.moveaxis(noises, 0, -1), reference)
+    return Inputs(
+        rows.T,
+        steady_flight(rows, np.zeros((len(rows), 3))).body.T,
+        np.moveaxis(disturbances, 0, -1),
+        np.moveaxis(noises, 0, -1),
+        reference,
+    )
 
 
 def scenario(inputs: Inputs, lane: int) -> Inputs:
     """Return one lane of a batch as floats."""
-    return Inputs(inputs.dynamics[:, lane], inputs.disturbances[..., lane], inputs.noises[..., lane], inputs.references)
+    return Inputs(*[part[..., lane] for part in inputs[:4]], inputs.references)
 
 
 def in_blocks(inputs: Inputs, order: list[int] | None = None) -> FlightInputs:
     """Return a batch as blocks of lanes for the compiled kernel; order: which scenario flies in which place."""
     order = list(range(inputs.dynamics.shape[-1])) if order is None else order
-    parts = [to_lanes(np.moveaxis(part, -1, 0)[order]) for part in inputs[:3]]
-    return FlightInputs(parts[0], parts[1], parts[2], inputs.references, TARGETS, len(order))
+    parts = [to_lanes(np.moveaxis(part, -1, 0)[order]) for part in inputs[:4]]
+    return FlightInputs(parts[0], parts[1], parts[2], parts[3], inputs.references, TARGETS, len(order))

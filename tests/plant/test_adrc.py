@@ -63,7 +63,7 @@ def test_inside_the_linear_zones_it_is_ladrc(from_observer: float) -> None:
         )
         for p in path
     ]
-    start = LAW.start(CONSTANTS, Measured(0.3, 0.1))
+    start = LAW.start(CONSTANTS, Measured(0.3, 0.1), 0.0)
     mine, _ = run(LAW, GAINS, inputs, Channel(3.0, from_observer), memory=start)
     theirs, _ = run(ladrc.LAW, ladrc.Gains(4.0, 0.8, 15.0), inputs, Channel(3.0, from_observer), memory=start.observer)
     np.testing.assert_array_equal(mine, theirs)
@@ -72,7 +72,7 @@ def test_inside_the_linear_zones_it_is_ladrc(from_observer: float) -> None:
 
 def test_far_outside_an_error_counts_less_and_its_rate_more_than_in_ladrc() -> None:
     """One period from rest at e1 = 16 delta1, e2 = 16 delta2: 16^(-1/4) = 1/2 of kp e1 and 16^(1/2) = 4 times kd e2."""
-    memory = LAW.start(CONSTANTS, Measured(0.0, 0.0))
+    memory = LAW.start(CONSTANTS, Measured(0.0, 0.0), 0.0)
     ahead = memory._replace(profile=memory.profile._replace(v1=16.0 * 0.2))
     moving = memory._replace(profile=memory.profile._replace(v2=16.0 * 0.9))
     at_rest, channel = (Measured(0.0, 0.0), Applied(0.0, 0.0), H), Channel(1.0, 0.0)

@@ -8,7 +8,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from plant.attitude import euler_angles
-from plant.cascade import LEAST_LIFT, applied_acceleration, limit_to_cone, tilt_for
+from plant.cascade import LEAST_LIFT, applied_acceleration, hovering, limit_to_cone, tilt_for
 from plant.closed_loop import hover_body
 from plant.gains import default_row
 from plant.laws import LAWS
@@ -46,7 +46,7 @@ def first_command(
     """Rotor thrusts and memory after the first period, started at what is measured."""
     cascade = loop_of(*pair).cascade
     constants = constants_of(cascade)
-    memory = cascade.start(constants, measured, know)
+    memory = cascade.start(constants, measured, know, hovering(know))
     level = Rotors(know.hover, know.hover, know.hover, know.hover)
     command, after = cascade.step(memory, constants, know, reference, measured, level, H)
     return np.array(command), after
@@ -93,7 +93,7 @@ def test_hover_at_the_reference_is_a_fixed_point(pair: tuple[str, str], name: st
     cascade = loop_of(*pair).cascade
     place = Vec3(1.5, -2.0, 3.0)
     measured = seen(know, place)
-    before = cascade.start(constants_of(cascade), measured, know)
+    before = cascade.start(constants_of(cascade), measured, know, hovering(know))
     command, after = first_command(pair, HERE._replace(position=place), measured, know)
     np.testing.assert_allclose(command, know.hover, rtol=1e-12)
     np.testing.assert_allclose(flatten(after), flatten(before), rtol=1e-12, atol=1e-12)
@@ -132,11 +132,13 @@ def test_the_thrust_at_the_tilt_asked_for_gives_the_acceleration_asked_for(yaw: 
     gains = gains._replace(**{axis: getattr(gains, axis)._replace(ki=0.0) for axis in ("x", "y", "z")})
     constants = cascade.prepare(gains, H)
     level = seen(know, q=attitude(0.0, 0.0, yaw))
-    hovering = Rotors(know.hover, know.hover, know.hover, know.hover)
-    _, first = cascade.step(cascade.start(constants, level, know), constants, know, reference, level, hovering, H)
+    held = Rotors(know.hover, know.hover, know.hover, know.hover)
+    _, first = cascade.step(
+        cascade.start(constants, level, know, hovering(know)), constants, know, reference, level, held, H
+    )
     leaning = seen(know, q=attitude(first.tilt.roll, first.tilt.pitch, yaw))
     command, second = cascade.step(
-        cascade.start(constants, leaning, know), constants, know, reference, leaning, hovering, H
+        cascade.start(constants, leaning, know, hovering(know)), constants, know, reference, leaning, held, H
     )
     assert hypot(first.tilt.roll, first.tilt.pitch) > 0.2
     felt = sum(command) / HUMMINGBIRD.mass * np.array(leaning.thrust_direction) - [0.0, 0.0, G]
@@ -174,7 +176,7 @@ def test_a_world_turned_by_a_quarter_gives_the_same_commands(pair: tuple[str, st
             acceleration=turned(reference.acceleration), yaw=reference.yaw + pi / 2,
         )  # fmt: skip
         if k == 0:
-            memories = [cascade.start(constants, each, know) for each in (m, other_m)]
+            memories = [cascade.start(constants, each, know, hovering(know)) for each in (m, other_m)]
         first, memories[0] = cascade.step(memories[0], constants, know, reference, m, hover, H)
         second, memories[1] = cascade.step(memories[1], constants, know, other, other_m, hover, H)
         np.testing.assert_allclose(second, first, rtol=0.0, atol=1e-10 * know.thrust_max)
@@ -187,7 +189,7 @@ def test_attitude_mode_tracks_the_given_tilt_and_forgets_x_and_y(pair: tuple[str
     reference = HERE._replace(roll=0.1, pitch=-0.2, hold=0.0)
     commands = []
     for stray in (0.0, 7.0):
-        memory = cascade.start(constants, seen(know), know)
+        memory = cascade.start(constants, seen(know), know, hovering(know))
         flown, force = [], Rotors(know.hover, know.hover, know.hover, know.hover)
         for k in range(20):
             place = Vec3(stray * sin(k), stray * cos(k), 0.01 * k)
@@ -219,7 +221,7 @@ def test_a_yaw_step_past_half_a_turn_does_not_shock_the_loop(law: str, rates: st
     level = Rotors(know.hover, know.hover, know.hover, know.hover)
     torques = []
     for goal in (radians(200.0), radians(-160.0)):
-        memory = cascade.start(constants, seen(know), know)
+        memory = cascade.start(constants, seen(know), know, hovering(know))
         for yaw in (0.0, 0.0, goal, goal, goal):
             command, memory = cascade.step(memory, constants, know, HERE._replace(yaw=yaw), seen(know), level, H)
             achieved = HUMMINGBIRD.torque_ratio * np.array(HUMMINGBIRD.spin) @ np.array(command)

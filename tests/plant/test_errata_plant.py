@@ -21,7 +21,7 @@ from plant.airframes import load
 from plant.airframes.rules import broken_rules
 from plant.allocation import allocate, speed_commands
 from plant.attitude import euler_angles, thrust_direction
-from plant.cascade import close_cascade, tilt_for
+from plant.cascade import close_cascade, hovering, tilt_for
 from plant.closed_loop import hover_body
 from plant.errors import UnphysicalError
 from plant.flights import result_parts
@@ -354,7 +354,7 @@ def told_input_gains() -> list[float]:
     seen = measure(body, euler_angles(body.attitude), pack(Noise, [0.0] * 12))
     here = Reference(ZERO, ZERO, ZERO, 0.0, 0.0, 0.0, 0.0, 1.0)
     level = Rotors(*[KNOW.hover] * 4)
-    cascade.step(cascade.start(constants, seen, KNOW), constants, KNOW, here, seen, level, H)
+    cascade.step(cascade.start(constants, seen, KNOW, hovering(KNOW)), constants, KNOW, here, seen, level, H)
     return told
 
 

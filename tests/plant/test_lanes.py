@@ -24,6 +24,7 @@ def flat_lane(blocks, scenario):
     block, lane = divmod(scenario, LANES)
     return Inputs(
         blocks.dynamics[block, :, lane].tolist(),
+        blocks.starts[block, :, lane].tolist(),
         blocks.disturbances[block, :, :, lane],
         blocks.noises[block, :, :, lane],
         blocks.references,
@@ -65,7 +66,9 @@ def test_lanes_fly_what_plain_python_and_numpy_fly():
             loop(), unchanged, record, NOMINAL, flat_lane(blocks, scenario), blocks.targets, LIMITS, TIMING
         )
         np.testing.assert_allclose(np.array(flatten(flight))[rows], lanes[scenario], rtol=1e-9, atol=1e-9)
-    all_lanes = Inputs(blocks.dynamics[0], blocks.disturbances[0], blocks.noises[0], blocks.references)
+    all_lanes = Inputs(
+        blocks.dynamics[0], blocks.starts[0], blocks.disturbances[0], blocks.noises[0], blocks.references
+    )
     with np.errstate(all="ignore"):
         flights = fly_steps(loop(), array.rebinder(), record, NOMINAL, all_lanes, blocks.targets, LIMITS, TIMING)
     columns = np.stack([np.broadcast_to(leaf, LANES) for leaf in flatten(flights)], axis=1)

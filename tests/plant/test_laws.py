@@ -79,7 +79,7 @@ def test_at_rest_without_error_nothing_is_commanded_and_nothing_changes(
     entry: Law, loop: str, from_observer: bool, place: float
 ) -> None:
     constants = entry.prepare(defaults(entry, loop), H)
-    memory = entry.start(constants, Measured(place, 0.0))
+    memory = entry.start(constants, Measured(place, 0.0), 0.0)
     arrived, here = Setpoint(place, 0.0, 0.0), Measured(place, 0.0)
     command, after = entry.step(memory, constants, Channel(2.0, float(from_observer)), arrived, here, STILL, H)
     assert command == 0.0
@@ -91,7 +91,7 @@ def test_at_rest_without_error_nothing_is_commanded_and_nothing_changes(
 @each_rate
 def test_command_points_at_the_setpoint_and_against_the_motion(entry: Law, loop: str, from_observer: bool) -> None:
     constants = entry.prepare(defaults(entry, loop), H)
-    memory = entry.start(constants, Measured(0.0, 0.0))
+    memory = entry.start(constants, Measured(0.0, 0.0), 0.0)
     channel = Channel(2.0, float(from_observer))
     for sign in (1.0, -1.0):
         ahead, _ = entry.step(memory, constants, channel, Setpoint(0.1 * sign, 0.0, 0.0), Measured(0.0, 0.0), STILL, H)
@@ -99,7 +99,7 @@ def test_command_points_at_the_setpoint_and_against_the_motion(entry: Law, loop:
         assert ahead * sign > 0.0
         # What does not follow an acceleration need not be pushed by it, what does not come to rest need not brake.
         assert pushed * sign > 0.0 or "tracks" not in entry.promises
-        moving = entry.start(constants, Measured(0.0, 0.1 * sign))
+        moving = entry.start(constants, Measured(0.0, 0.1 * sign), 0.0)
         braking, _ = entry.step(moving, constants, channel, REST, Measured(0.0, 0.1 * sign), STILL, H)
         assert braking * sign < 0.0 or "rejects" not in entry.promises
 
@@ -235,7 +235,7 @@ def feedback(entry: Law, loop: str, from_observer: bool, linear: bool, inputs: A
     stand_ins = {part.function: lambda s, constants, k=k: k * s for k, part in enumerate(entry.nonlinear, 2)}
     step = Rebinder(PRIMITIVES, stand_ins=stand_ins if linear else None)(entry.step)
     constants = entry.prepare(defaults(entry, loop), H)
-    memory, channel = entry.start(constants, Measured(0.0, 0.0)), Channel(1.0, float(from_observer))
+    memory, channel = entry.start(constants, Measured(0.0, 0.0), 0.0), Channel(1.0, float(from_observer))
     commands = []
     for value, rate, effect in inputs.tolist():
         command, memory = step(memory, constants, channel, REST, Measured(value, rate), Applied(effect, 0.0), H)

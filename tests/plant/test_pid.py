@@ -57,7 +57,7 @@ def test_integral_of_a_loop_held_at_its_limit_stops_at_the_limit() -> None:
     """With e held and the command clipped at a, I' = ki e + (ki/kp)(a - kp e - I) rests at I = a: no windup however long."""
     gains, limit, error = Gains(2.5, 0.6, 2.6, 0.01), 0.8, 4.0
     constants = LAW.prepare(gains, H)
-    memory, excess = LAW.start(constants, Measured(0.0, 0.0)), 0.0
+    memory, excess = LAW.start(constants, Measured(0.0, 0.0), 0.0), 0.0
     for _ in range(round(100.0 / H)):
         goal, applied = Setpoint(error, 0.0, 0.0), Applied(limit, excess)
         asked, memory = LAW.step(memory, constants, Channel(1.0, 0.0), goal, Measured(0.0, 0.0), applied, H)

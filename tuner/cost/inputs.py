@@ -60,7 +60,10 @@ def typical_inputs(controller: Controller) -> list[Instant]:
     )  # fmt: skip
     vehicle = controller.airframe.vehicle
     drawn = sample_scenarios(spec, vehicle, timing, SEED, STREAM, [0])
-    lane = Inputs(drawn.dynamics[0, :, 0], drawn.disturbances[0, :, :, 0], drawn.noises[0, :, :, 0], drawn.references)
+    lane = Inputs(
+        *[part[0, ..., 0] for part in (drawn.dynamics, drawn.starts, drawn.disturbances, drawn.noises)],
+        drawn.references,
+    )
     seen: list[Instant] = []
     spy = _Spy(controller.cascade.attitude)
     loop = close_loop(close_cascade(controller.cascade.position, spy.law), NO_METERS)

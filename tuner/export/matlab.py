@@ -62,6 +62,7 @@ def entries(request: Request) -> dict[str, Entry]:
         "laws.delay": (options.delay, ""),
         "sample_time": (controller.control_period, "s"),
         "limits.tilt": (options.tilt_limit, "rad"),
+        "filters.yaw_torque_cutoff": (options.yaw_torque_cutoff, "Hz"),
         "limits.rotor_thrust_min": (knows.thrust_min, "N"),
         "limits.rotor_thrust_max": (knows.thrust_max, "N"),
         "limits.least_lift": (LEAST_LIFT, "1"),

@@ -12,7 +12,7 @@ import numpy as np
 
 from plant.allocation import speed_commands
 from plant.attitude import euler_angles
-from plant.cascade import close_cascade, commanded_torque
+from plant.cascade import close_cascade, commanded_torque, hovering
 from plant.laws.law import Law
 from plant.nominal import ControlOptions, nominal
 from plant.records import pack
@@ -85,7 +85,7 @@ class FlightController:
     def _decide(self, m: Measurement, reference: Reference) -> None:
         """One control period, as in `plant.closed_loop`: a command comes into force at once, or a period later with delay."""
         if self._memory is None:
-            self._memory = self._cascade.start(self._constants, m, self._nominal)
+            self._memory = self._cascade.start(self._constants, m, self._nominal, hovering(self._nominal))
         command, self._memory = self._cascade.step(
             self._memory, self._constants, self._nominal, reference, m, self._in_force, self._period
         )

@@ -40,13 +40,14 @@ def to_document(controller: Controller, provenance: Row, ranges: Ranges = NO_RAN
 def controller_block(controller: Controller) -> Row:
     """Return laws, periods, options, structure and how the laws are sampled."""
     options = asdict(controller.options)
-    tilt = options.pop("tilt_limit")
+    tilt, cutoff = options.pop("tilt_limit"), options.pop("yaw_torque_cutoff")
     laws = {"position": controller.cascade.position.name, "attitude": controller.cascade.attitude.name}
     return {
         **laws,
         "control_period": quantity(controller.control_period, "s"),
         "plant_step": quantity(controller.plant_step, "s"),
         "tilt_limit": quantity(tilt, "rad"),
+        **({"yaw_torque_cutoff": quantity(cutoff, "Hz")} if cutoff else {}),
         **options,
         "structure": STRUCTURE,
         "discretisation": {loop: SAMPLING.get(name, f"as the law '{name}' does it") for loop, name in laws.items()},

@@ -123,4 +123,5 @@ def options_of(structure: Row) -> ControlOptions:
         lag_aware=structure["lag_aware"],
         delay=structure["delay"],
         tilt_limit=float(structure["tilt_limit"]["value"]),
+        yaw_torque_cutoff=float(structure.get("yaw_torque_cutoff", {"value": 0.0})["value"]),
     )

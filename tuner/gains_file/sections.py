@@ -9,7 +9,7 @@ exports     files that the gains were written to, and what the target adds or la
 """
 
 from plant.cascade import AXES
-from plant.nominal import ControlOptions
+from plant.nominal import LEAST_CUTOFF, MOST_CUTOFF, ControlOptions
 from tuner.gains_file.shapes import DIGEST, Row, closed, listed, measured, texts
 from tuner.gains_file.ucum import UCUM
 from tuner.study.timing import LONGEST, SHORTEST
@@ -52,18 +52,23 @@ def controller_schema(laws: list[str]) -> Row:
         "lag_aware": {"type": "boolean"},
         "delay": {"type": "boolean"},
     }
-    assert {*options, "tilt_limit"} == set(ControlOptions.__dataclass_fields__), "every option is in the file"
+    measures = {
+        "tilt_limit": measured("rad", minimum=0.05, maximum=1.05),
+        "yaw_torque_cutoff": measured("Hz", minimum=LEAST_CUTOFF, maximum=MOST_CUTOFF),
+    }
+    assert {*options, *measures} == set(ControlOptions.__dataclass_fields__), "every option is in the file"
     return closed(
         {
             "position": {"enum": laws},
             "attitude": {"enum": laws},
             "control_period": period,
             "plant_step": period,
-            "tilt_limit": measured("rad", minimum=0.05, maximum=1.05),
+            **measures,
             **options,
             "structure": closed({key: {"const": text} for key, text in STRUCTURE.items()}),
             "discretisation": closed(texts("position", "attitude")),
-        }
+        },
+        optional=["yaw_torque_cutoff"],
     )
 
 

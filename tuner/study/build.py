@@ -153,7 +153,8 @@ def _options(table: ControllerTable) -> ControlOptions:
     if not 3.0 <= table.tilt_limit_deg <= 60.0:
         raise InputError(f"given {table.tilt_limit_deg} deg; allowed: 3 to 60 deg", key="tilt_limit_deg")
     tilt = radians(table.tilt_limit_deg)
-    return ControlOptions(table.attitude_rate, table.position_rate, table.lag_aware, table.delay, tilt)
+    rates = (table.attitude_rate, table.position_rate)
+    return ControlOptions(*rates, table.lag_aware, table.delay, tilt, table.yaw_torque_cutoff)
 
 
 def _default_gains(table: ControllerTable, cascade: Cascade, path: Path) -> tuple[float, ...] | None:

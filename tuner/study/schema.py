@@ -43,6 +43,7 @@ class ControllerTable(Table):
     lag_aware: bool = True
     delay: bool = False
     tilt_limit_deg: float = 30.0
+    yaw_torque_cutoff: float = 0.0
     default: str | None = None
 
 

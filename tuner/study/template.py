@@ -19,6 +19,7 @@ position = "ladrc"              # law of x, y, z
 # lag_aware = true              # observers are fed with the modelled actuator output
 # delay = false                 # true: the command acts one period after its measurement
 # tilt_limit_deg = 30
+# yaw_torque_cutoff = 0         # Hz, low-pass on the yaw torque; 0: none, `tuner check` says where heavy rotors want one
 
 # [limits]                      # a flight that leaves these has failed
 # position = 5.0                # m

@@ -21,6 +21,7 @@ from objectives.certificates.channel_model import (
     is_stable,
     sector,
 )
+from objectives.design.frequency import actuator_response
 from plant.laws import LAWS, hybrid, ladrc, pid
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.seeds import generator
@@ -148,6 +149,21 @@ def test_true_and_modelled_lag_are_two_things() -> None:
     assert RotorLag(0.02, 0.0).model(Factors()).at(s)[0, 0, 0] == pytest.approx(1.0 / (0.02 * s[0] + 1.0), rel=1e-12)
 
 
+@pytest.mark.parametrize("lag_aware", [True, False])
+def test_lead_and_low_pass_of_yaw(lag_aware: bool) -> None:
+    """The law knows what passed the low-pass, with the lag if it is aware of it, and nothing of the lead."""
+    s = np.array([30j])
+    rotors = RotorLag(0.02, 0.006, lag_aware, lead=0.6, smoothing=0.5)
+    delivered, known = rotors.model(Factors(lag=1.5)).at(s)[0, :, 0]
+    asked = RotorLag(0.02, 0.006, lag_aware).model(Factors()).at(s)[0, 1, 0] / (0.5 * s[0] + 1.0)
+    dead = asked * (0.02 * s[0] + 1.0) if lag_aware else asked
+    assert known == pytest.approx(asked, rel=1e-12)
+    assert delivered == pytest.approx(dead * (0.6 * s[0] + 1.0) / (0.03 * s[0] + 1.0), rel=1e-12)
+    exact = np.stack(actuator_response(rotors, s))[:, 0]
+    fine = RotorLag(0.02, 0.006, lag_aware, 2, 0.6, 0.5).model(Factors()).at(s)[0, :, 0]
+    np.testing.assert_allclose(exact, fine, rtol=1e-6)
+
+
 @pytest.mark.parametrize("axis", [LADRC, PID, HYBRID], ids=lambda axis: axis.law)
 def test_closed_loop_by_hand(axis: AxisLoop) -> None:
     """y = (G/m K_r r + w)/(s^2 (1 - K_e G_k) + ...): the feedback equations solved at one frequency."""
@@ -193,7 +209,7 @@ def fly(law: Any, gains: Any, rotors: RotorLag, h: float, duration: float) -> np
     """y(t) at each period under a unit disturbance from t = 0; the law as sampled, the axis exact, delay whole periods."""
     constants = law.prepare(gains, h)
     channel, measured = Channel(1.0, 0.0), Measured(0.0, 0.0)
-    memory = law.start(constants, measured)
+    memory = law.start(constants, measured, 0.0)
     wait = round(rotors.delay / h)
     waiting = [0.0] * wait
     e = math.exp(-h / rotors.lag)

@@ -68,7 +68,8 @@ def fly(law: str, index: int, duration: float = 4.0) -> Any:
         AirSpec(intensity="moderate", mean_wind=False),
     )
     batch = sample_scenarios(spec, HUMMINGBIRD, TIMING, 1, HELD_OUT, [index])
-    inputs = Inputs(batch.dynamics[0, :, 0], batch.disturbances[0, ..., 0], batch.noises[0, ..., 0], batch.references)
+    lane = (part[0, ..., 0] for part in (batch.dynamics, batch.starts, batch.disturbances, batch.noises))
+    inputs = Inputs(*lane, batch.references)
     row = row_of(cascade, designs(law))
     away: list[float] = []
 

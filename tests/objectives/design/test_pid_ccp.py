@@ -120,7 +120,7 @@ def command_noise(case: DesignAxis, requirements: DesignRequirements, gains: pid
     value, rate = requirements.noises("attitude")
     draw = np.random.default_rng(3).standard_normal((steps, 2)) * [value, rate]
     constants, channel = law.prepare(gains, h), Channel(1.0, float(case.from_observer))
-    memory, commands = law.start(constants, Measured(0.0, 0.0)), []
+    memory, commands = law.start(constants, Measured(0.0, 0.0), 0.0), []
     for y, v in draw.tolist():
         u, memory = law.step(memory, constants, channel, Setpoint(0.0, 0.0, 0.0), Measured(y, v), Applied(0.0, 0.0), h)
         commands.append(u)

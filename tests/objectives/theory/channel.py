@@ -14,7 +14,7 @@ def fly(law, gains, h, slopes, start=STILL):
     """
     constants, channel, applied = law.prepare(gains, h), Channel(1.0, 0.0), Applied(0.0, 0.0)
     y, v, d = start.value, start.rate, 0.0
-    memory, found = law.start(constants, start), []
+    memory, found = law.start(constants, start, 0.0), []
     for slope in slopes:
         slope = slope(y, v, d) if callable(slope) else slope
         u, memory = law.step(memory, constants, channel, REST, Measured(y, v), applied, h)

@@ -35,7 +35,8 @@ def plain(pair, row, scenarios, index):
     """Result of one flight in plain Python."""
     block, lane = divmod(index, LANES)
     flat = Inputs(
-        scenarios.dynamics[block, :, lane].tolist(), scenarios.disturbances[block, :, :, lane],
+        scenarios.dynamics[block, :, lane].tolist(), scenarios.starts[block, :, lane].tolist(),
+        scenarios.disturbances[block, :, :, lane],
         scenarios.noises[block, :, :, lane], scenarios.references,
     )  # fmt: skip
     record = pack(loop(*pair).cascade.Gains, row.tolist())

@@ -90,7 +90,7 @@ def test_the_targets_law_is_ours_without_the_filter(tmp_path, axis):
     theirs = flown_by_the_target(fields, h, values, rates)
     gains = getattr(held, axis)
     constants = law.prepare(gains, h)
-    memory = law.start(constants, Measured(0.0, 0.0))
+    memory = law.start(constants, Measured(0.0, 0.0), 0.0)
     excess, ours = 0.0, []
     for value, rate in zip(values, rates, strict=True):
         channel = Channel(1.0 / inertia, 0.0)

@@ -14,6 +14,7 @@ import pytest
 from plant.airframes import load
 from plant.attitude import euler_angles
 from plant.backends.stepping import Inputs, fly_steps, unchanged
+from plant.cascade import hovering
 from plant.closed_loop import Limits, Timing
 from plant.laws import LAWS
 from plant.nominal import ControlOptions, nominal
@@ -21,6 +22,7 @@ from plant.records import flatten, pack
 from plant.references.track import Reference
 from plant.rigid_body import Body, dynamics
 from plant.sensors import Noise, measure
+from plant.trim import trim_of
 from plant.vectors import Rotors, Vec3
 from tests.clients import ask
 from tests.plant.harness import TARGETS, loop_of, random_quaternion, references
@@ -75,10 +77,11 @@ def ours(given, vehicle=None, steps=STEPS):
     reference[0, :13] = 0.0
     none = np.zeros((steps, 0))
     plant = np.array(flatten(dynamics(vehicle or given.airframe.vehicle)))
+    start = trim_of(given.airframe.vehicle, [0.0, 0.0, 0.0]).body[0]
     places = []
     fly_steps(
         loop_of(given.cascade.position.name, given.cascade.attitude.name), unchanged, pack(given.cascade.Gains, given.gains),
-        nominal(given.airframe.vehicle, given.options, given.control_period), Inputs(plant, none, none, reference), TARGETS,
+        nominal(given.airframe.vehicle, given.options, given.control_period), Inputs(plant, start, none, none, reference), TARGETS,
         LIMITS, Timing(given.control_period, given.plant_step), lambda k, flight: places.append(flight.body.position),
     )  # fmt: skip
     return np.array(places)
@@ -205,7 +208,7 @@ def test_the_package_computes_our_bits(load_package, law, delay):
     memory = None
     for k, (position, velocity, rate, q, goal, yaw) in enumerate(random_flight(30)):
         m = measure(Body(position, velocity, q, rate, still), euler_angles(q), Noise(ZERO, ZERO, ZERO, ZERO))
-        memory = cascade.start(constants, m, knows) if memory is None else memory
+        memory = cascade.start(constants, m, knows, hovering(knows)) if memory is None else memory
         wanted = Reference(Vec3(*goal), rate, velocity, 0.0, 0.0, yaw, 0.3, 1.0)
         command, memory = cascade.step(memory, constants, knows, wanted, m, in_force, H)
         in_force, pending = (pending if delay else command), command

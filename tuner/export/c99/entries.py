@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import Any, NamedTuple
 
 from plant.attitude import euler_angles, heading_direction, nearest_turn, thrust_direction
-from plant.cascade import Cascade, commanded_torque
+from plant.cascade import Cascade, commanded_torque, hovering
 from plant.closed_loop import select_rotors
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.nominal import Nominal
@@ -77,13 +77,15 @@ def entries(cascade: Cascade) -> Entries:
     """Bind the entry points to a cascade."""
     Memory = cascade.attitude.Memory
     State = record_type("State", {"control": cascade.Memory, "in_force": Rotors, "pending": Rotors})
-    AttitudeState = record_type("AttitudeState", {"roll": Memory, "pitch": Memory, "yaw": Memory, "yaw_seen": float})
+    AttitudeState = record_type(
+        "AttitudeState", {"roll": Memory, "pitch": Memory, "yaw": Memory, "yaw_seen": float, "yaw_torque": float}
+    )
     cascade_start, cascade_step = cascade.start, cascade.step
     law_start, law_step = cascade.attitude.start, cascade.attitude.step
 
     def init(constants: Any, nominal: Nominal, m: Measurement) -> Any:
-        hover = Rotors(nominal.hover, nominal.hover, nominal.hover, nominal.hover)
-        return State(cascade_start(constants, m, nominal), hover, hover)
+        held = hovering(nominal)
+        return State(cascade_start(constants, m, nominal, held), held.thrust, held.thrust)
 
     def step(
         state: Any, constants: Any, nominal: Nominal, reference: Reference, m: Measurement, h: float
@@ -94,10 +96,11 @@ def entries(cascade: Cascade) -> Entries:
 
     def attitude_init(constants: Any, m: AttitudeMeasurement) -> Any:
         return AttitudeState(
-            law_start(constants.roll, Measured(m.angles.x, m.rate.x)),
-            law_start(constants.pitch, Measured(m.angles.y, m.rate.y)),
-            law_start(constants.yaw, Measured(m.angles.z, m.rate.z)),
+            law_start(constants.roll, Measured(m.angles.x, m.rate.x), 0.0),
+            law_start(constants.pitch, Measured(m.angles.y, m.rate.y), 0.0),
+            law_start(constants.yaw, Measured(m.angles.z, m.rate.z), 0.0),
             m.angles.z,
+            0.0,
         )
 
     def attitude_step(
@@ -144,6 +147,7 @@ def entries(cascade: Cascade) -> Entries:
             Applied(effect.z, excess.z),
             h,
         )
-        return Vec3(t_x, t_y, t_z), AttitudeState(roll, pitch, yaw, yaw_now)
+        turning = nominal.yaw_smoothing * t_z + (1.0 - nominal.yaw_smoothing) * state.yaw_torque
+        return Vec3(t_x, t_y, turning), AttitudeState(roll, pitch, yaw, yaw_now, turning)
 
     return Entries(State, AttitudeState, init, step, attitude_init, attitude_step)

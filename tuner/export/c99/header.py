@@ -110,8 +110,9 @@ typedef struct {{
 
 typedef struct {{
     {loop_memory} roll, pitch, yaw;
-    {p}_real yaw_seen; /* yaw, counted on through whole turns [rad] */
-    {p}_vec3 torque;   /* the last good output [N m] */
+    {p}_real yaw_seen;   /* yaw, counted on through whole turns [rad] */
+    {p}_real yaw_torque; /* behind its low-pass [N m] */
+    {p}_vec3 torque;     /* the last good output [N m] */
 }} {p}_attitude_state;
 
 /* Fills a measurement from an attitude quaternion; refused, and left as it is, where the nose points straight up or down. */

@@ -16,6 +16,7 @@ from plant.references.track import Reference
 from plant.rigid_body import dynamics
 from plant.sensors import Measurement, Noise, measure
 from plant.targets import Targets
+from plant.trim import trim_of
 from tests.tuner.export.c99.compiled import build, uneven
 from tests.tuner.export.c99.signals import attitude_inputs
 from tests.tuner.export.controllers import controller
@@ -34,7 +35,9 @@ def flown(given):
     references[:, 0], references[:, 2], references[:, 11], references[:, 13] = 0.5, -0.3, 0.4, 1.0
     references[K // 2 :, [9, 13]] = 0.1, 0.0
     noises = 0.01 * rng.standard_normal((K, 12))
-    lane = Inputs(np.array(flatten(dynamics(given.airframe.vehicle))), np.zeros((K, 12)), noises, references)
+    vehicle = given.airframe.vehicle
+    start = trim_of(vehicle, [0.0, 0.0, 0.0]).body[0]
+    lane = Inputs(np.array(flatten(dynamics(vehicle))), start, np.zeros((K, 12)), noises, references)
     seen = []
 
     def watch(k, flight):
