@@ -58,7 +58,7 @@ class Factors:
 
 @dataclass(frozen=True)
 class RotorLag:
-    """Rotors as the actuator: dead time, low-pass, then a first-order lag with a lead, e^(-sT) (1 + lead s)/((1 + smoothing s)(1 + lag s)).
+    """Rotors as the actuator: dead time T, low-pass, lag and lead: e^(-sT) (1 + lead s)/((1 + smoothing s)(1 + lag s)).
 
     lag, delay [s]; lag_aware: whether the law knows the lagged output, by a model with the nominal lag and no lead, or only the
     delayed command; order of the Pade approximant: 0 (no delay at all), 1 or 2; lead [s]: of yaw, by the rotors' inertia;

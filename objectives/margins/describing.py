@@ -31,8 +31,9 @@ Array = NDArray[np.float64]
 # short enough that a kink costs 1e-4 at most.
 PANELS = (0.0, 0.01, 0.05, 0.15, 0.3, 0.5, 0.7, 0.9, 1.1, 1.3, 0.5 * np.pi)
 NODES = 8
-# Amplitude that stands for zero, in the unit of the signal: far below every width that a law's gains can ask for.
-REST = 1e-9
+# Signal at which the slope at rest is read: |s|^(3/2) is left with 1e-50 of it. Where that slope has no end, as at a root or a
+# jump, a ramp as wide as REST, far below every width that a law's gains can ask for, stands for it.
+VANISHING, REST = 1e-100, 1e-9
 # Signals between which slopes are taken in search of the steepest. About it they are taken again, so many times between so many
 # points: from 15 % of the signal apart down to 2e-7, where what lies between costs 1e-7 of the slope and rounding 1e-9.
 SLOPE_GRID = np.concatenate([[-REST, REST], np.geomspace(1e-6, 1e2, 385)])
@@ -76,9 +77,11 @@ def _rule() -> tuple[Array, Array]:
 
 def describing_function(function: Callable[..., Any], constants: Any, amplitudes: Array) -> Array:
     """N(A) (n, amplitudes) of a term for constants with leaves (n, 1, 1); amplitude 0 gives the slope at rest."""
-    sine, weight = _rule()
+    bound, (sine, weight) = array.rebinder()(function), _rule()
     a = np.where(amplitudes > 0.0, amplitudes, REST)[:, None]
-    return np.sum(array.rebinder()(function)(a * sine, constants) * weight, axis=-1) / a[:, 0]
+    swung = np.sum(bound(a * sine, constants) * weight, axis=-1) / a[:, 0]
+    at_rest = np.broadcast_to(bound(VANISHING, constants), (*swung.shape[:-1], 1, 1))[..., 0] / VANISHING
+    return np.where((amplitudes == 0.0) & (at_rest <= 2.0 * swung), at_rest, swung)
 
 
 def steepest_slope(function: Callable[..., Any], constants: Any) -> Array:

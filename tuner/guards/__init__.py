@@ -12,6 +12,7 @@ import numpy as np
 from objectives.mission import mission_floor
 from tuner.guards import after
 from tuner.guards.before import default_elsewhere, few_scenarios
+from tuner.guards.vehicle import leading_yaw, rates_without_damping
 from tuner.study.study import Study
 
 if TYPE_CHECKING:
@@ -71,6 +72,11 @@ def floor_of(study: Study) -> tuple[Any, ...]:
 GUARDS = {
     "few_scenarios": Guard(BEFORE, "too few scenarios for the level of a risk", few_scenarios),
     "default_elsewhere": Guard(BEFORE, "default gains of a file that were flown otherwise", default_elsewhere),
+    "rates_without_damping": Guard(BEFORE, "gust rates on a vehicle that they do not touch", rates_without_damping),
+    "leading_yaw": Guard(
+        BEFORE, "a yaw loop that the inertia of the rotors speeds up",
+        lambda study: leading_yaw(study, study.default_row, "the default's yaw loop"),
+    ),
     "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle),
     "constant_objective": Guard(
         AFTER, "an objective that nothing searched moves",

@@ -43,6 +43,7 @@ from tuner.study.schema import (
 )
 from tuner.study.size import Flown, check_size, flight_steps
 from tuner.study.study import SearchSpec, Study, StudyScenario
+from tuner.study.trim import check_trim
 from tuner.study.timing import check_multiple, check_plant_step, timing_of
 
 T = TypeVar("T")
@@ -97,6 +98,9 @@ def _build(path: Path, table: StudyTable) -> Study:
         _unique("constraint", [constraint.objective.label for constraint in constraints])
         # Behind what each number's own limits have to say, before anything is worked out from them.
         check_magnitudes(table.model_dump(), path)
+        for i, entry in enumerate(scenarios):
+            with located(path, f"scenario[{i}]"):
+                check_trim(entry.spec, system)
         constraints = with_mission_floor(constraints, [entry.spec for entry in scenarios], system.limits, timing)
         screens = _screens(table, path, system, tuple(entry.spec for entry in scenarios))
         with located(path, "search"):

@@ -4,7 +4,9 @@ Ranges and meanings are checked where the values are used, by the domain's own t
 the place of a number is found. Lengths in m, times in s, angles in rad unless a key ends in `_deg`.
 """
 
+from collections.abc import Mapping
 from dataclasses import MISSING, fields
+from types import MappingProxyType
 from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, create_model
@@ -87,11 +89,13 @@ ListOrText = Annotated[
 ]
 
 
-def mirror(kind: Any, doc: str, **nested: Any) -> Any:
-    """Return the table of a domain dataclass: its fields, types and defaults; nested: tables of its own dataclasses."""
+def mirror(kind: Any, doc: str, defaults: Mapping[str, Any] = MappingProxyType({}), **nested: Any) -> Any:
+    """Return the table of a domain dataclass: its fields, types and defaults, some of which a study has of its own; nested:
+    tables of its own dataclasses.
+    """
     columns: dict[str, Any] = {}
     for entry in fields(kind):
-        default = MISSING if entry.default is MISSING else entry.default
+        default = defaults.get(entry.name, entry.default)
         shape = nested.get(entry.name) or _TYPES.get(str(entry.type), entry.type)
         columns[entry.name] = (shape, ... if default is MISSING else _listed(default))
     return create_model(f"{kind.__name__}Table", __base__=Table, __doc__=doc, **columns)
@@ -112,7 +116,9 @@ def _listed(default: Any) -> Any:
 
 
 SensorsTable = mirror(SensorSpec, "[scenario.sensors]")
-SpreadTable = mirror(Spread, "[scenario.spread]")
+# An observer that is fed with the modelled rotors knows their lag; without a spread it would know the true one.
+USUAL_SPREAD = {"lag": 0.2}
+SpreadTable = mirror(Spread, "[scenario.spread]", USUAL_SPREAD)
 BandsTable = mirror(Bands, "[scenario.bands]")
 GustTable = mirror(Gust, "[scenario.air.gust]")
 InjectionTable = mirror(Injection, "[scenario.air.injection]")

@@ -50,7 +50,7 @@ time = 1.0                      # s
 [scenario.air]
 intensity = "light"             # none, light, moderate, severe, or the wind at 20 ft in m/s
 altitude = 10.0                 # m above ground
-mean_wind = false               # true: the mean wind blows too
+mean_wind = true                # flights start trimmed against the mean wind; false: its turbulence alone
 # window = [1.0, 6.0]           # s, turbulence only then
 
 # [scenario.air.gust]           # one 1-cos pulse of wind
@@ -64,6 +64,7 @@ mean_wind = false               # true: the mean wind blows too
 [scenario.spread]               # uniform, as a share of the nominal value
 mass = 0.05
 inertia = 0.10
+lag = 0.20                      # of the rotors, whose nominal lag the observers are made for; 0.2 unless given
 
 [[objective]]
 metric = "itae.position"        # `tuner list metrics`

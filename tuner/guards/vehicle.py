@@ -1,0 +1,53 @@
+"""Warnings that follow from the vehicle alone: what a study asks of it that it cannot show, or that it turns against."""
+
+from math import pi
+
+import numpy as np
+
+from plant.nominal import yaw_lead
+from tuner.study.study import Study
+
+# The lead of the rotors' inertia is felt where it begins below this many times the crossover of yaw: at 3 it still adds 18 deg
+# and 5 % of gain. A low-pass on yaw torque up to as many times the lead takes it back.
+NEAR = 3.0
+# A lead from here on [rad/s] is beyond any yaw loop that the search ranges of the laws can make.
+FAR = 150.0
+
+
+def rates_without_damping(study: Study) -> list[str]:
+    """Warn of gust rates that act on nothing."""
+    named = [entry.spec.name for entry in study.scenarios if entry.spec.air.angular_rates]
+    if not named or any(study.system.vehicle.rate_damping):
+        return []
+    return [
+        f"angular_rates = true in {', '.join(named)} changes no number: gust rates act through rate_damping, which is 0 for "
+        f"{study.airframe.name}. Give the airframe a rate_damping with its source, or leave angular_rates out."
+    ]
+
+
+def leading_yaw(study: Study, row: np.ndarray, whose: str) -> list[str]:
+    """Warn where the angular momentum of the rotors makes yaw lead below or near its crossover under a gains row (gains,)."""
+    system, cutoff = study.system, 2.0 * pi * study.options.yaw_torque_cutoff
+    lead = yaw_lead(system.vehicle)
+    if lead > FAR or 0.0 < cutoff <= NEAR * lead:
+        return []
+    crossover = _yaw_crossover(study, row)
+    if not lead < NEAR * crossover:
+        return []
+    return [
+        f"Yaw of {study.airframe.name} leads from {lead:.3g} rad/s on, where its accelerating rotors turn the body more than their "
+        f"drag does, and {whose} crosses over at {crossover:.3g} rad/s: the loop gain there is {max(1.0, crossover / lead):.2g} "
+        f"times what drag alone gives. Set controller.yaw_torque_cutoff = {lead / (2.0 * pi):.2g} (Hz), which takes the lead "
+        "back, or lower the yaw gains."
+    ]
+
+
+def _yaw_crossover(study: Study, row: np.ndarray) -> float:
+    """Highest gain crossover of the yaw loop [rad/s], for the signals of sliding terms at their worst."""
+    from objectives.margins.margins import MarginModel
+    from objectives.margins.period import CHANNELS
+    from objectives.margins.trim import Trim
+
+    system = study.system
+    model = MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, Trim(hold=False))
+    return float(model.evaluate(np.asarray(row, dtype=float)[None]).crossover.value[0, CHANNELS.index("yaw")])
