@@ -1,4 +1,4 @@
-"""What is flown where no study says so: one metre steps with a turn of 20 deg in a fresh breeze at 10 m (15 kt at 20 ft), for 10 s."""
+"""Default scenario of commands without a study: one metre steps and a turn of 20 deg in a fresh breeze at 10 m, for 10 s."""
 
 from math import cos, radians
 

@@ -160,7 +160,7 @@ from plant.nominal import Nominal
 from plant.records import size
 f = lambda *shape: np.zeros(shape)
 run.compile(tuple(__import__("numba").typeof(x) for x in (
-    f(1, 1), f(1), f(1, 1, 16), f(1, 1, 1, 16), f(1, 1, 1, 16), f(1, 14), f(1), f(2), 0.1, 0.1, 1,
+    f(1, 1), f(1), f(1, 1, 16), f(1, 17, 16), f(1, 1, 1, 16), f(1, 1, 1, 16), f(1, 14), f(1), f(2), 0.1, 0.1, 1,
     f(1, 1, 1, 16), f(1, 1, 1, 1, 16), 0)))
 code = next(iter(run.inspect_asm().values()))
 print(len(re.findall(r"v?f?n?m(?:add|sub)\\d*pd|v?mulpd|v?addpd|v?subpd", code)),

@@ -35,10 +35,10 @@ def leading_yaw(study: Study, row: np.ndarray, whose: str) -> list[str]:
     if not lead < NEAR * crossover:
         return []
     return [
-        f"Yaw of {study.airframe.name} leads from {lead:.3g} rad/s on, where its accelerating rotors turn the body more than their "
-        f"drag does, and {whose} crosses over at {crossover:.3g} rad/s: the loop gain there is {max(1.0, crossover / lead):.2g} "
-        f"times what drag alone gives. Set controller.yaw_torque_cutoff = {lead / (2.0 * pi):.2g} (Hz), which takes the lead "
-        "back, or lower the yaw gains."
+        f"Yaw of {study.airframe.name} leads from {lead:.3g} rad/s on, where accelerating rotors turn the body more than their "
+        f"drag does; {whose} crosses over at {crossover:.3g} rad/s, with {max(1.0, crossover / lead):.2g} times the gain of "
+        f"drag alone. Set controller.yaw_torque_cutoff = {lead / (2.0 * pi):.2g} (Hz), which takes the lead back, or lower the "
+        "yaw gains."
     ]
 
 

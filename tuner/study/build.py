@@ -43,8 +43,8 @@ from tuner.study.schema import (
 )
 from tuner.study.size import Flown, check_size, flight_steps
 from tuner.study.study import SearchSpec, Study, StudyScenario
-from tuner.study.trim import check_trim
 from tuner.study.timing import check_multiple, check_plant_step, timing_of
+from tuner.study.trim import check_trim
 
 T = TypeVar("T")
 SMALLEST_POPULATION = 8

@@ -23,12 +23,15 @@ Step = Callable[[Array, float], tuple[Array, float]]
 
 @dataclass(frozen=True)
 class Rotors:
-    """First-order lag [s] behind a hold of h [s], with one period of computing where late; aware: the law knows the lag."""
+    """First-order lag [s] behind a hold of h [s], with one period of computing where late; aware: the law knows the lag; lead [s]:
+    of the acceleration, which is what is delivered plus lead times its rate.
+    """
 
     lag: float
     h: float
     late: bool = True
     aware: bool = True
+    lead: float = 0.0
 
     def advance(self, state: Array, command: float) -> tuple[Array, float, float]:
         """(pending, a) after a period; the command held, and the mean of what is delivered."""
@@ -40,11 +43,14 @@ class Rotors:
 
 
 def move(y: float, v: float, a: float, held: float, rotors: Rotors) -> tuple[float, float]:
-    """Double integrator under an acceleration that goes from a to held with the rotors' lag, over one period."""
+    """Double integrator under an acceleration that goes from a to held with the rotors' lag, and its lead, over one period."""
     h, tau = rotors.h, rotors.lag
     e = math.exp(-h / tau)
     gone = (a - held) * tau
-    return y + h * v + 0.5 * h * h * held + gone * (h - tau * (1.0 - e)), v + h * held + gone * (1.0 - e)
+    rise = gone * (1.0 - e)
+    ahead = rotors.lead * rise - rotors.lead * a * h + rotors.lead * held * h
+    faster = rotors.lead * (held - a) * (1.0 - e)
+    return y + h * v + 0.5 * h * h * held + gone * (h - tau * (1.0 - e)) + ahead, v + h * held + rise + faster
 
 
 @dataclass(frozen=True)

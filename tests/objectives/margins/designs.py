@@ -1,11 +1,12 @@
 """What the tests of the margins share: models of law pairs, random gains, and loops that are known in closed form."""
 
 from functools import cache
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.margins.describing import Case
+from objectives.margins.describing import Case, constants_of
 from objectives.margins.margins import MarginModel
 from objectives.margins.trim import Trim
 from plant.airframes import load
@@ -73,9 +74,21 @@ def gains_with(position: str, attitude: str, **changed: float) -> Array:
     return row[None]
 
 
+def constants_of_hybrid(k1: float, k2: float, delta: float) -> Any:
+    """Constants of the hybrid law's roll loop, as arrays."""
+    gains = gains_with("hybrid", "hybrid", roll__k1=k1, roll__k2=k2, roll__delta=delta)
+    return constants_of(cascade_of("hybrid", "hybrid"), gains, H).roll
+
+
 def ideal_vehicle(lag: float) -> Vehicle:
-    """A vehicle without drag or damping whose rotors follow with a time constant [s]."""
+    """A vehicle without drag or damping whose massless rotors follow with a time constant [s]."""
     none = Vec3(0.0, 0.0, 0.0)
     return HUMMINGBIRD._replace(
-        drag_linear=none, drag_quadratic=none, rate_damping=none, drag_height=0.0, lag_up=lag, lag_down=lag
+        drag_linear=none,
+        drag_quadratic=none,
+        rate_damping=none,
+        drag_height=0.0,
+        lag_up=lag,
+        lag_down=lag,
+        rotor_inertia=0.0,
     )

@@ -101,12 +101,14 @@ def test_super_twisting_flies_the_cycle_that_is_predicted():
 def test_a_hybrid_law_with_too_large_a_gain_has_an_edge_and_a_cycle_and_flies_both():
     pair, slope = ("pid", "hybrid"), 5.0
     gains = gains_with(*pair, yaw__k1=40.0, yaw__delta=0.01, yaw__k2=5.0, yaw__lambda=slope)[0]
-    edge, cycle = yaw_cycles(pair, gains, DELAYED)
+    # Rotors without inertia: the lead of real ones takes this cycle away.
+    light = HUMMINGBIRD._replace(rotor_inertia=0.0)
+    edge, cycle = yaw_cycles(pair, gains, DELAYED, light)
     assert (edge.stable, cycle.stable) == (False, True)
     low, high = (each.amplitudes["yaw", "sliding term"] for each in (edge, cycle))
 
     def from_rate(rate):
-        return flown(pair, gains, DELAYED, HUMMINGBIRD, TIMING, rate, slope)
+        return flown(pair, gains, DELAYED, light, TIMING, rate, slope)
 
     w, amplitude = oscillation(from_rate(3.0 * high), TIMING.control_period)
     assert w == pytest.approx(cycle.frequency, rel=0.02)
