@@ -44,7 +44,7 @@ def test_every_axis_and_theorem_with_the_rate_measured_in_the_study(gains):
 
 def test_the_table_says_what_is_assumed(gains):
     shown = tuner("theory", gains).stdout
-    assert "steps in moderate turbulence" in " ".join(shown.split())
+    assert "steps in a fresh breeze" in " ".join(shown.split())
     assert "ultimate_error" in shown and "rad/s^3" in shown and "Assumes" in shown
 
 

@@ -32,18 +32,18 @@ def leading_yaw(study: Study, row: np.ndarray, whose: str) -> list[str]:
     if lead > FAR or 0.0 < cutoff <= NEAR * lead:
         return []
     crossover = _yaw_crossover(study, row)
-    if not lead < NEAR * crossover:
+    if not (crossover == 0.0 or lead < NEAR * crossover):
         return []
+    where = f"crosses over at {crossover:.3g} rad/s" if crossover else "is not stable with it"
     return [
         f"Yaw of {study.airframe.name} leads from {lead:.3g} rad/s on, where accelerating rotors turn the body more than their "
-        f"drag does; {whose} crosses over at {crossover:.3g} rad/s, with {max(1.0, crossover / lead):.2g} times the gain of "
-        f"drag alone. Set controller.yaw_torque_cutoff = {lead / (2.0 * pi):.2g} (Hz), which takes the lead back, or lower the "
-        "yaw gains."
+        f"drag does; {whose} {where}. Set controller.yaw_torque_cutoff = {lead / (2.0 * pi):.2g} (Hz), which takes the lead "
+        "back, or lower the yaw gains."
     ]
 
 
 def _yaw_crossover(study: Study, row: np.ndarray) -> float:
-    """Highest gain crossover of the yaw loop [rad/s], for the signals of sliding terms at their worst."""
+    """Highest gain crossover of the yaw loop [rad/s], for the signals of sliding terms at their worst; 0 for an unstable loop."""
     from objectives.margins.margins import MarginModel
     from objectives.margins.period import CHANNELS
     from objectives.margins.trim import Trim

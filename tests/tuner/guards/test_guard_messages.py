@@ -83,6 +83,8 @@ def test_the_registry_knows_when_each_speaks():
     assert {
         "few_scenarios",
         "default_elsewhere",
+        "rates_without_damping",
+        "leading_yaw",
         "mission_floor",
         "constant_objective",
         "correlated_objectives",

@@ -18,7 +18,7 @@ TWISTING = changed('attitude = "hybrid"', 'attitude = "supertwisting"').replace(
     '"roll.k1" = 20.0', '"attitude.k1" = 10.0\n"attitude.k2" = 40.0'
 )
 BORNE = '[[guarantee]]\ntheorem = "sta_seeber_horn"\naxis = "attitude"\n'
-SEVERE = '[[scenario]]\nname = "severe"\nduration = 3.0\nair = { intensity = "severe" }\n'
+SEVERE = '[[scenario]]\nname = "severe"\nduration = 3.0\nair = { intensity = "severe", mean_wind = false }\n'
 
 
 def study(folder, lines, text=STUDY):

@@ -102,7 +102,7 @@ def test_the_digest_is_in_the_document(tmp_path: Path):
         ("search = 4", "search = 5"),
         ("held_out = 8", "held_out = 9"),
         ("x = 1.0", "x = 1.5"),
-        ('"light"', '"moderate"'),
+        ('"light"', '"none"'),
         ("mass = 0.1", "mass = 0.2"),
         ("level = 0.9", "level = 0.8"),
         ("most = 0.0", "most = 0.1"),
@@ -121,7 +121,7 @@ def test_the_digest_sees_what_decides_the_result(old: str, new: str, tmp_path: P
         ("seed = 1", "# a comment\nseed = 1"),
         ("x = 1.0", "x = 1"),
         ("x = 1.0", "x = 1.0\ny = 0.0"),
-        ("mass = 0.1", "mass = 0.1\nlag = 0.0"),
+        ("mass = 0.1", "mass = 0.1\nlag = 0.2"),
         ("population = 8", 'population = 8\nalgorithm = "nsga2"'),
     ],
 )
