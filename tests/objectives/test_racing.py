@@ -8,7 +8,7 @@ import pytest
 
 from objectives.decisions import DecisionSpace, Variable
 from objectives.problem import Constraint, Objective, Problem
-from objectives.racing import Champions, Track, beaten_by, race
+from objectives.racing import Champions, Race, Track, beaten_by, race
 from objectives.risk import Risk
 from objectives.system import Fleet
 from plant.seeds import generator
@@ -163,3 +163,16 @@ def test_stages_fly_every_flight_once():
     for before, after in zip(track.counts, track.counts[1:], strict=False):
         assert all(0 < a <= b for a, b in zip(before, after, strict=True))
     np.testing.assert_array_equal(track.seen(2), np.arange(14))
+
+
+def test_who_is_beaten_never_gets_a_value_ahead_of_the_champions():
+    """So far equal in the first objective and ahead in the second, as flights may be that resamples settle: not below it."""
+    best = table(generator(1, "test/race", 6), 1)
+    scores = best + np.array([0.25, -0.125])
+    problem = Made(None, (objective("a"), objective("b")))
+    track, held = Track((fleet(),)), champions(best)
+    run = Race(problem, points(0), np.array([True]), np.array([False]), track, held)
+    run.scores[0, :, :8], run.stage[:], run.beaten[:] = np.moveaxis(scores, 2, 1)[0, :, :8], 0, 0
+    risks, _, counted = run.conclude()
+    assert counted.tolist() == [8]
+    np.testing.assert_allclose(risks[0], held.values[0] + [0.25, 0.0], rtol=1e-12)

@@ -5,9 +5,11 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 
+from objectives.metrics import parse
+from objectives.problem import Objective
 from objectives.risk import Risk, bootstrap_interval
 from tuner.conclusion import broken_by
-from tuner.held_out import share_non_dominated
+from tuner.held_out import Comparison, Estimate, share_non_dominated
 from tuner.search.front import non_dominated, pick
 
 
@@ -55,3 +57,33 @@ def test_the_pick_is_flattered_on_what_it_was_picked_by_and_not_on_fresh_flights
     # 400 intervals: four standard errors of 0.95 are 0.044.
     assert confirmed > 0.95 - 0.044 and picked < 0.85
     assert np.mean(flattery, axis=0) == pytest.approx(1.38, abs=0.25)
+
+
+@pytest.mark.parametrize(
+    ("low", "value", "high", "verdict"),
+    [
+        (-0.3, -0.2, -0.1, "better"),
+        (0.1, 0.2, 0.3, "worse"),
+        (-0.1, 0.1, 0.3, "no clear difference"),
+        (-0.3, -0.1, 0.1, "no clear difference"),
+        # An end at zero leaves nothing out.
+        (-0.2, -0.1, 0.0, "no clear difference"),
+        (0.0, 0.1, 0.2, "no clear difference"),
+        (0.0, 0.0, 0.0, "no clear difference"),
+        # Gains that are the same within rounding.
+        (1e-12, 1e-12, 1e-12, "no clear difference"),
+        (-1e-12, -1e-12, -1e-12, "no clear difference"),
+    ],
+)
+def test_a_verdict_is_what_the_whole_interval_allows(low, value, high, verdict):
+    quantity = Objective(parse("travel"), Risk("mean"))
+    default, tuned = Estimate(1.0, 0.9, 1.1), Estimate(1.0 + value, 0.9 + value, 1.1 + value)
+    assert Comparison(quantity, None, default, tuned, Estimate(value, low, high)).verdict == verdict
+
+
+@pytest.mark.parametrize(("value", "verdict"), [(0.9, "kept"), (1.0, "kept"), (1.0001, "broken")])
+def test_a_constraint_is_judged_by_its_value_and_not_by_the_difference(value, verdict):
+    quantity = Objective(parse("travel"), Risk("mean"))
+    better = Estimate(-1.0, -2.0, -0.5)
+    compared = Comparison(quantity, 1.0, Estimate(2.0, 1.5, 2.5), Estimate(value, value - 0.5, value + 0.5), better)
+    assert compared.verdict == verdict
