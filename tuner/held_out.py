@@ -15,6 +15,7 @@ import numpy as np
 from objectives.problem import Evaluation, Objective, Problem
 from objectives.requirements import Requirement
 from objectives.risk import (
+    PairedDifference,
     Risk,
     bootstrap_interval,
     interval_on,
@@ -90,7 +91,7 @@ class Finalists:
     second among the feasible rows behind the default. search: values of the search; gap: held-out minus search, with
     gap_low, gap_high; difference: row minus default, paired, with difference_low, difference_high (rows, objectives).
     probability (rows,): share of the resamples on which the row is non-dominated among the feasible rows behind the default,
-    0 for the others. replicates (rows, objectives, resamples): held-out values on every resample, the same for all.
+    0 for the others.
     """
 
     evaluation: Evaluation
@@ -106,7 +107,6 @@ class Finalists:
     difference: np.ndarray
     difference_low: np.ndarray
     difference_high: np.ndarray
-    replicates: np.ndarray
 
 
 @dataclass(frozen=True)
@@ -124,20 +124,15 @@ class Searched:
 
 def judge(problem: Problem, evaluation: Evaluation, searched: list[Searched], root: int) -> Finalists:
     """Find out what the held-out flights of all finalists say; searched: each of them in the search."""
-    draw = generator(root, "bootstrap/front", 0)
-    drawn = resampled_scenarios(draw, FRONT_REPLICATES, evaluation.origin)
+    drawn = _front_resamples(evaluation, root)
     shape = evaluation.values.shape
-    low, high, difference, difference_low, difference_high = (np.empty(shape) for _ in range(5))
-    search, gap_low, gap_high = (np.empty(shape) for _ in range(3))
+    low, high, search, gap_low, gap_high = (np.empty(shape) for _ in range(5))
     replicates = np.empty((*shape, FRONT_REPLICATES))
     for i, objective in enumerate(problem.objectives):
         samples = evaluation.samples(i, objective.scenario)
         part = within(drawn, evaluation.origin, objective.scenario)
         low[:, i], high[:, i] = interval_on(samples, objective.risk, part)
         replicates[:, i] = replicates_on(samples, objective.risk, part)
-        default = np.broadcast_to(samples[0], samples.shape)
-        found = paired_difference_on(samples, default, objective.risk, part)
-        difference[:, i], difference_low[:, i], difference_high[:, i] = found
         before = [entry.samples(i, objective.scenario) for entry in searched]
         search[:, i] = [entry.values[i] for entry in searched]
         ends = [_search_interval(entry, objective.risk, root, i) for entry in before]
@@ -151,8 +146,25 @@ def judge(problem: Problem, evaluation: Evaluation, searched: list[Searched], ro
     probability[rows] = share_non_dominated(replicates[rows])
     return Finalists(
         evaluation, low, high, feasible, best, search, evaluation.values - search, gap_low, gap_high, probability,
-        difference, difference_low, difference_high, replicates,
+        *differences_to(problem, evaluation, 0, root),
     )  # fmt: skip
+
+
+def differences_to(problem: Problem, evaluation: Evaluation, row: int, root: int) -> PairedDifference:
+    """Return every finalist minus one of them (rows, objectives), paired over the held-out flights."""
+    drawn = _front_resamples(evaluation, root)
+    found = []
+    for i, objective in enumerate(problem.objectives):
+        samples = evaluation.samples(i, objective.scenario)
+        other = np.broadcast_to(samples[row], samples.shape)
+        part = within(drawn, evaluation.origin, objective.scenario)
+        found.append(paired_difference_on(samples, other, objective.risk, part))
+    return PairedDifference(*np.stack(found, axis=-1))
+
+
+def _front_resamples(evaluation: Evaluation, root: int) -> np.ndarray:
+    """Return the resamples (FRONT_REPLICATES, flights) of the held-out flights, the same for all finalists and questions."""
+    return resampled_scenarios(generator(root, "bootstrap/front", 0), FRONT_REPLICATES, evaluation.origin)
 
 
 def _search_interval(samples: np.ndarray, risk: Risk, root: int, objective: int) -> tuple[float, float]:

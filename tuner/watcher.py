@@ -34,7 +34,7 @@ class Watcher:
         """Hear that the finalists are re-flown on held-out scenarios."""
 
     def comparing(self, flights: int) -> None:
-        """Hear that all contenders of a contest are flown through the same held-out scenarios."""
+        """Hear that all contenders of a contest are flown through the same scenarios of the comparison."""
 
     def noticed(self, text: str) -> None:
         """Hear of something that a person should know."""

@@ -59,26 +59,6 @@ def interval_on(values: Values, risk: Risk, resample: Indices, confidence: float
     return Interval(*np.array(pairs).reshape(-1, 2).T.reshape(2, *values.shape[:-1]))
 
 
-def bootstrap_replicates(
-    values: Values, risk: Risk, rng: np.random.Generator, replicates: int = 2000
-) -> NDArray[np.float64]:
-    """Return the risk of every resample (..., replicates) of values (..., n), n scenarios.
-
-    All entries see the same resamples, so differences of their replicates are those of `paired_difference`: use this for
-    every pair among many candidates at the cost of one bootstrap each.
-    """
-    values = np.asarray(values, dtype=np.float64)
-    _check(values, replicates, 0.5)
-    found = _replicates(values.reshape(-1, values.shape[-1]), risk, _resamples(rng, replicates, values.shape[-1]))
-    return found.reshape(*values.shape[:-1], replicates)
-
-
-def percentile_interval(replicates: Values, confidence: float = 0.95) -> Interval:
-    """Return the central share `confidence` of replicates (..., replicates) for each leading entry."""
-    _check(replicates, replicates.shape[-1], confidence)
-    return Interval(*np.quantile(replicates, _tails(confidence), axis=-1))
-
-
 def paired_difference(
     values_a: Values,
     values_b: Values,
@@ -144,10 +124,6 @@ def _ends_of(
 def _measured(first: Values, second: Values | None, risk: Risk) -> Measured:
     found = measured(first, risk)
     return found if second is None else difference(found, measured(second, risk))
-
-
-def _tails(confidence: float) -> list[float]:
-    return [0.5 * (1.0 - confidence), 0.5 * (1.0 + confidence)]
 
 
 def _replicates(values: Values, risk: Risk, resample: Indices) -> Values:

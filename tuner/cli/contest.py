@@ -10,6 +10,7 @@ from rich.table import Table
 
 from tuner.cli.display import TerminalWatcher, digits, estimate
 from tuner.contest import Contest, load_contest
+from tuner.contest.words import flights_of
 from tuner.watcher import Watcher
 
 if TYPE_CHECKING:
@@ -62,7 +63,8 @@ def print_found(found: dict[str, Any], folder: Path, console: Console) -> None:
 def estimates_table(found: dict[str, Any]) -> Table:
     """Return contenders down, objectives and constraints across, each value over its interval."""
     flights = sum(entry["flights"] for entry in found["compared_on"])
-    table = Table(title=f"On {flights} held-out flights each, 95 % intervals", title_justify="left")
+    title = f"On {flights} {flights_of(found['stream'])} each, 95 % intervals"
+    table = Table(title=title, title_justify="left")
     table.add_column("", no_wrap=True)
     judged = [quantity for quantity in found["quantities"] if quantity["kind"] in ("objective", "constraint")]
     for quantity in judged:
@@ -102,6 +104,8 @@ def published_table(found: dict[str, Any]) -> Table:
 
 def check_contest(path: Path) -> dict[str, Any]:
     """Return what a contest would fly; InputError where it is wrong."""
+    from tuner.planning.contest import comparison_flights
+
     contest = load_contest(path)
     return {
         "title": contest.title,
@@ -110,7 +114,7 @@ def check_contest(path: Path) -> dict[str, Any]:
         "published": len(contest.published),
         "claims": len(contest.claims),
         "search_flights": sum(_search_flights(contest, i) for i in range(len(contest.contenders))),
-        "comparison_flights": contest.flights,
+        "comparison_flights_at_most": comparison_flights(contest),
     }
 
 

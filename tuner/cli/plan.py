@@ -14,6 +14,9 @@ from objectives.problem import Problem
 from tuner.cli.display import digits
 from tuner.cli.flights_bar import FlightsBar
 from tuner.cli.tuning_study import tuning_study
+from tuner.contest import is_contest, load_contest
+from tuner.inference import is_inference
+from tuner.planning.contest import contest_plan
 from tuner.planning.document import plan_document
 from tuner.planning.pilot import FLIGHTS, Pilot, fly_pilot, pilot_size
 from tuner.run import problem_of, warm_up
@@ -25,6 +28,9 @@ Row = dict[str, Any]
 
 def plan_command(path: Path, difference: float, threads: int | None, as_json: bool) -> None:
     """Fly the pilot and print the plan; difference [%]: from the default, to be told."""
+    if not is_inference(path) and is_contest(path):
+        plan_contest(path, difference, threads, as_json)
+        return
     study = tuning_study(path, "tuner plan")
     problem = problem_of(study, threads, None)
     if as_json:
@@ -39,11 +45,51 @@ def plan_command(path: Path, difference: float, threads: int | None, as_json: bo
         show(document, Console())
 
 
-def watched(problem: Problem, study: Study) -> tuple[float | None, Pilot]:
+def plan_contest(path: Path, difference: float, threads: int | None, as_json: bool) -> None:
+    """Fly a pilot of every contender of a contest and print the plan of the whole."""
+    contest = load_contest(path)
+    pilots, compilation = [], []
+    for contender in contest.contenders:
+        problem = problem_of(contender.study, threads, None)
+        if as_json:
+            compilation.append(compiled(problem, contender.study, Watcher()))
+            pilots.append(fly_pilot(problem, contender.study))
+        else:
+            seconds, pilot = watched(problem, contender.study, f"Pilot of {contender.name}")
+            compilation.append(seconds)
+            pilots.append(pilot)
+    document = contest_plan(contest, pilots, compilation, 0.01 * difference)
+    if as_json:
+        print(json.dumps(document, indent=2, allow_nan=False))
+    else:
+        show_contest(document, Console())
+
+
+def show_contest(document: Row, console: Console) -> None:
+    """Print the plan of a contest: each run, the comparison, and all of it."""
+    for name, run in document["runs"].items():
+        console.print(f"\n{name}", style="bold", highlight=False, markup=False)
+        show(run, console)
+    compared, total = document["comparison"], document["total"]
+    table = plain_table("The contest takes at most")
+    for name, run in document["runs"].items():
+        flights, seconds = run["flights"]["total_at_most"], run["seconds"]["total_at_most"]
+        table.add_row(escape(f"tuning {name}"), f"{flights:,} flights", f"{seconds:.0f} s")
+    table.add_row(
+        f"comparison of {compared['points_at_most']} points on fresh scenarios", f"{compared['flights_at_most']:,} flights",
+        f"{compared['seconds_at_most']:.0f} s",
+    )  # fmt: skip
+    table.add_row("all of it", f"{total['flights_at_most']:,} flights", f"{total['seconds_at_most']:.0f} s")
+    table.add_row("compilation, once", "", done_or(total["compilation_seconds"]))
+    table.add_row("results folder", f"{1e-6 * total['disk_bytes_at_most']:,.0f} MB", "")
+    console.print(table)
+
+
+def watched(problem: Problem, study: Study, what: str = "Pilot") -> tuple[float | None, Pilot]:
     """Compile and fly with a progress display."""
     with FlightsBar(Console()) as bar:
         compilation = compiled(problem, study, bar)
-        bar.flying("Pilot", pilot_size(problem.flyer.threads) * FLIGHTS * len(study.scenarios))
+        bar.flying(what, pilot_size(problem.flyer.threads) * FLIGHTS * len(study.scenarios))
         return compilation, fly_pilot(problem, study, bar.landed)
 
 
@@ -73,10 +119,7 @@ def show(document: Row, console: Console) -> None:
 def cost_table(document: Row) -> Table:
     """Return flights, time, memory and disk."""
     flights, seconds = document["flights"], document["seconds"]
-    table = Table(title="A run takes at most", title_justify="left", box=SIMPLE, pad_edge=False, show_header=False)
-    table.add_column("")
-    table.add_column("", justify="right", no_wrap=True)
-    table.add_column("")
+    table = plain_table("A run takes at most")
     rows = (
         ("search", f"{flights['search_at_most']:,} flights", f"{seconds['search']:.0f} s"),
         (
@@ -91,6 +134,15 @@ def cost_table(document: Row) -> Table:
     )  # fmt: skip
     for row in rows:
         table.add_row(*row)
+    return table
+
+
+def plain_table(title: str) -> Table:
+    """Return an empty table of names, counts and times."""
+    table = Table(title=title, title_justify="left", box=SIMPLE, pad_edge=False, show_header=False)
+    table.add_column("")
+    table.add_column("", justify="right", no_wrap=True)
+    table.add_column("")
     return table
 
 

@@ -8,12 +8,12 @@ from typing import Any
 import numpy as np
 
 from tuner.compare.entrants import Entrant
-from tuner.compare.fronts import MOST_POINTS, entries_of, front_of, thinned
-from tuner.compare.shared import COMPARE, contest_of, same_objectives, sources, what_differs
+from tuner.compare.fronts import MOST_POINTS, entries_of, thinned
+from tuner.compare.shared import contest_of, same_flights, same_objectives, sources, what_differs
 from tuner.contest.contest import Contest
 from tuner.contest.document import contest_document
-from tuner.contest.flying import Entry, Flown, comparison_problem, fly_all
-from tuner.contest.result import Result, judge_contest
+from tuner.contest.flying import Entry, comparison_problem, fly_groups
+from tuner.contest.result import Result, groups_of, judge_contest
 from tuner.contest.tuning import Prepared
 from tuner.study.study import Study
 
@@ -31,8 +31,7 @@ class Prospect:
     @property
     def flights(self) -> int:
         """Number of flights."""
-        each = sum(entry.held_out for entry in self.contest.scenarios)
-        return each * (len(self.entries) + sum(len(front) for front in self.fronts))
+        return self.contest.flights_each * (len(self.entries) + sum(len(front) for front in self.fronts))
 
 
 def prospect(entrants: list[Entrant], base: Study) -> Prospect:
@@ -47,37 +46,20 @@ def prospect(entrants: list[Entrant], base: Study) -> Prospect:
         shown = thinned(entrant, np.arange(len(entrant.points))) if same_objectives(entrant, base) else None
         if shown is not None and len(shown.points) < len(entrant.points):
             warnings.append(f"Of the {len(entrant.points)} points of {entrant.name} {len(shown.points)} were flown.")
-        fronts.append([] if shown is None else entries_of(shown, entry))
+        fronts.append([] if shown is None else entries_of(shown, entry, same_flights(entrant, base)))
     return Prospect(contest, entrants, entries, fronts, warnings)
 
 
 def fly_comparison(asked: Prospect, threads: int | None, landed: Callable[[int], None]) -> Result:
     """Fly everything and work out all that follows; the result does not depend on the number of threads."""
     begin = perf_counter()
-    everyone = [*asked.entries, *(entry for front in asked.fronts for entry in front)]
-    flown = fly_all(asked.contest, everyone, threads, landed)
-    count, first = len(asked.entries), len(asked.entries)
     prepared = []
-    overlaid = any(asked.fronts)
-    for k, (entrant, front) in enumerate(zip(asked.entrants, asked.fronts, strict=True)):
-        own = slice(first, first + len(front))
-        first += len(front)
-        # Who has no front of its own in these objectives is one point among the fronts of the others.
-        rows, shown = (own, front) if front else (slice(k, k + 1), [asked.entries[k]])
-        judged = front_of(asked.contest, shown, part(flown, rows)) if overlaid else None
+    for entrant, entry, front in zip(asked.entrants, asked.entries, asked.fronts, strict=True):
         why = "recommended by its run" if entrant.study is not None else "its gains are given"
-        prepared.append(
-            Prepared(
-                asked.contest.contenders[k], entrant.point, asked.entries[k].row, why, judged, None,
-                len(front) * flown.scores.shape[-1], [],
-            )
-        )  # fmt: skip
-    return judge_contest(asked.contest, prepared, asked.entries, part(flown, slice(0, count)), perf_counter() - begin)
-
-
-def part(flown: Flown, rows: slice) -> Flown:
-    """Return the flights of some entries."""
-    return Flown(flown.scores[rows], flown.failed[rows], flown.origin)
+        # Who has no front of its own in these objectives is one point among the fronts of the others.
+        prepared.append(Prepared(entry, why, front or None, None, 0, []))
+    flown = fly_groups(asked.contest, groups_of(prepared), threads, landed)
+    return judge_contest(asked.contest, prepared, flown, perf_counter() - begin)
 
 
 def comparison_document(asked: Prospect, result: Result) -> dict[str, Any]:
@@ -89,7 +71,6 @@ def comparison_document(asked: Prospect, result: Result) -> dict[str, Any]:
         "kind": "comparison",
         "first": result.names[0],
         "study_file": str(asked.contest.path),
-        "stream": COMPARE,
         "front_points_at_most": MOST_POINTS,
         **document,
     }

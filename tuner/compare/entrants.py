@@ -19,7 +19,8 @@ GAINS = "gains"
 class Entrant:
     """One controller to compare. name: unique; source: as given; point: what `controller` is called in its own run.
 
-    study: that of the run, None for a gains file. points, rows (n, gains): the front of the run, none for a gains file.
+    study: that of the run, None for a gains file. points, rows (n, gains), picked (n, objectives): the front of the run and its
+    held-out values, none for a gains file.
     """
 
     name: str
@@ -29,6 +30,7 @@ class Entrant:
     study: Study | None
     points: tuple[str, ...]
     rows: np.ndarray
+    picked: np.ndarray
 
 
 def read_entrants(paths: list[Path]) -> list[Entrant]:
@@ -62,7 +64,7 @@ def _short(path: Path) -> str:
 def read_file(path: Path, name: str) -> Entrant:
     """Read a gains file."""
     controller = read_gains(path)
-    return Entrant(name, path, controller, GAINS, None, (), np.empty((0, len(controller.gains))))
+    return Entrant(name, path, controller, GAINS, None, (), np.empty((0, len(controller.gains))), np.empty((0, 0)))
 
 
 def read_folder(path: Path, name: str) -> Entrant:
@@ -93,7 +95,8 @@ def read_folder(path: Path, name: str) -> Entrant:
         study.airframe, study.system.cascade, study.options, timing.control_period, timing.plant_step,
         tuple(rows[tuned].tolist()),
     )  # fmt: skip
-    return Entrant(name, path, controller, front.points[tuned], study, tuple(front.points[k] for k in best), rows[best])
+    points = tuple(front.points[k] for k in best)
+    return Entrant(name, path, controller, front.points[tuned], study, points, rows[best], front.held_out[best])
 
 
 def rows_of(study: Study, values: np.ndarray) -> np.ndarray:

@@ -88,7 +88,7 @@ def what_differs(entrants: list[Entrant], base: Study) -> list[str]:
     """Return what a reader must know of entrants that were not made for these flights, and of too few flights."""
     said = []
     for entrant in entrants:
-        if entrant.study is not None and _flown(entrant.study) != _flown(base):
+        if entrant.study is not None and not same_flights(entrant, base):
             said.append(f"{entrant.name} was tuned on other scenarios than those flown here.")
         if entrant.study is not None and entrant.points and not same_objectives(entrant, base):
             said.append(f"{entrant.name} was tuned for other objectives, so its front is not laid over the others.")
@@ -96,6 +96,11 @@ def what_differs(entrants: list[Entrant], base: Study) -> list[str]:
     if len(frames) > 1:
         said.append(f"The airframes differ ({', '.join(frames)}): what differs is not due to the controllers alone.")
     return [*said, *_few_flights(base)]
+
+
+def same_flights(entrant: Entrant, base: Study) -> bool:
+    """Return whether the run of an entrant flew scenarios of the kind that a study flies, however many."""
+    return entrant.study is not None and _flown(entrant.study) == _flown(base)
 
 
 def _flown(study: Study) -> list[dict[str, object]]:

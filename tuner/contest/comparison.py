@@ -2,11 +2,8 @@
 
 from dataclasses import dataclass
 from itertools import combinations
-from typing import Any
 
-import numpy as np
-
-from objectives.risk import bootstrap_replicates, percentile_interval
+from objectives.risk import interval_on, paired_difference_on, resampled_scenarios, within
 from plant.seeds import generator
 from tuner.contest.contest import Quantity
 from tuner.contest.flying import Flown
@@ -47,29 +44,21 @@ class Comparison:
 
 
 def compare_all(flown: Flown, quantities: tuple[Quantity, ...], root: int) -> Comparison:
-    """Put 95 % bootstrap intervals over scenarios on every risk and on every paired difference.
+    """Put 95 % intervals over scenarios on every risk and on every paired difference, as a run's table has them.
 
-    All contenders see the same resamples of the same flights, so a difference of replicates is a replicate of the paired
-    difference.
+    All contenders and quantities see the same resamples of the same flights.
     """
     count = len(flown.scores)
     estimates: list[list[Estimate]] = [[] for _ in range(count)]
     differences = []
+    drawn = resampled_scenarios(generator(root, "bootstrap/contest", 0), TABLE_REPLICATES, flown.origin)
     for i, quantity in enumerate(quantities):
-        risk = quantity.objective.risk
-        samples = flown.samples(i, quantity.objective.scenario)
-        values = risk.apply(samples)
-        draw = generator(root, "bootstrap/contest", i)
-        replicates = bootstrap_replicates(samples, risk, draw, TABLE_REPLICATES)
-        for k in range(count):
-            estimates[k].append(estimate_of(values[k], replicates[k]))
+        risk, scenario = quantity.objective.risk, quantity.objective.scenario
+        samples, part = flown.samples(i, scenario), within(drawn, flown.origin, scenario)
+        found = zip(risk.apply(samples), *interval_on(samples, risk, part), strict=True)
+        for own, ends in zip(estimates, found, strict=True):
+            own.append(Estimate(*map(float, ends)))
         for first, second in combinations(range(count), 2):
-            apart = estimate_of(values[second] - values[first], replicates[second] - replicates[first])
-            differences.append(Difference(first, second, i, apart))
+            apart = paired_difference_on(samples[second], samples[first], risk, part)
+            differences.append(Difference(first, second, i, Estimate(*map(float, apart))))
     return Comparison(estimates, differences)
-
-
-def estimate_of(value: Any, replicates: np.ndarray) -> Estimate:
-    """Return a value with the 95 % percentile interval of its replicates (replicates,)."""
-    low, high = percentile_interval(replicates)
-    return Estimate(float(value), float(low), float(high))

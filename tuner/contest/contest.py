@@ -10,7 +10,7 @@ from typing import Any
 from objectives.metrics import MetricAddress
 from objectives.problem import Objective
 from objectives.risk import Risk
-from plant.scenarios import HELD_OUT
+from plant.scenarios import CONFIRMATION
 from tuner.study.study import Study, StudyScenario
 
 
@@ -78,7 +78,7 @@ class Quantity:
 @dataclass(frozen=True)
 class Contest:
     """Contenders with what they are judged by. table: the merged content of the file, overrides included. stream: of the
-    scenarios that all of them fly.
+    scenarios on which they are compared; each contender's point is picked on held-out scenarios, which are others.
     """
 
     path: Path
@@ -89,7 +89,7 @@ class Contest:
     published: tuple[Published, ...]
     claims: tuple[Claim, ...]
     table: dict[str, Any]
-    stream: str = HELD_OUT
+    stream: str = CONFIRMATION
 
     @property
     def base(self) -> Study:
@@ -102,9 +102,9 @@ class Contest:
         return self.base.scenarios
 
     @property
-    def flights(self) -> int:
-        """Number of flights of the comparison."""
-        return len(self.contenders) * sum(entry.held_out for entry in self.scenarios)
+    def flights_each(self) -> int:
+        """Number of flights of the comparison that one controller makes."""
+        return sum(entry.held_out for entry in self.scenarios)
 
     def digest(self) -> str:
         """Return a hash of everything that decides the result."""

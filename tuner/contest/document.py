@@ -30,6 +30,7 @@ def contest_document(result: Result, warnings: list[str]) -> Document:
         "study": contest.path.name,
         "seed": contest.seed,
         "flights": result.flights,
+        "stream": contest.stream,
         "compared_on": [{"scenario": s.spec.name, "flights": s.held_out, "duration": s.spec.duration} for s in contest.scenarios],
         "wall_seconds": result.seconds,
         "contenders": [contender_row(result, k) for k in range(len(result.names))],
@@ -61,7 +62,7 @@ def contender_row(result: Result, k: int) -> Document:
         "airframe": study.airframe.name,
         "tuned": own.contender.tuned,
         "folder": own.folder,
-        "point": own.point,
+        "point": own.entry.point,
         "pick": {"rule": study.pick if own.contender.tuned else None, "why": own.why},
         "budget": {
             "population": study.search.population,
@@ -71,7 +72,7 @@ def contender_row(result: Result, k: int) -> Document:
         if own.contender.tuned
         else None,
         "gains": {
-            gain.address: {"value": float(own.row[gain.column]), "unit": gain.unit} for gain in gain_addresses(cascade)
+            gain.address: {"value": float(own.entry.row[gain.column]), "unit": gain.unit} for gain in gain_addresses(cascade)
         },
         "searched": [variable.name for variable in study.space.variables],
         "cost": {
@@ -136,7 +137,10 @@ def fronts_part(result: Result) -> Document | None:
         "ideal": dict(zip(labels, volumes.ideal.tolist(), strict=True)),
         "reference": dict(zip(labels, volumes.reference.tolist(), strict=True)),
         "meaning": BOX,
-        "sizes": [{"contender": n, "points": len(f.points)} for n, f in zip(result.names, result.fronts, strict=True)],
+        "sizes": [
+            {"contender": name, "points": len(front.points), "broken": front.broken}
+            for name, front in zip(result.names, result.fronts, strict=True)
+        ],
         "hypervolume": [
             {"contender": name, **entry.as_dict()} for name, entry in zip(result.names, volumes.volumes, strict=True)
         ],

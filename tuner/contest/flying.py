@@ -1,4 +1,4 @@
-"""The flights of a comparison: every contender through the same held-out scenarios.
+"""The flights of a comparison: every contender, and every point of its front, through the same scenarios.
 
 Scenarios are drawn once, chunk by chunk, and every contender flies a chunk while it is there: so flight i of a scenario
 is the same air, the same noise and the same relative spread of the vehicle for all of them, whatever their airframe.
@@ -23,12 +23,18 @@ CHUNK = 64
 
 @dataclass(frozen=True)
 class Entry:
-    """A contender at the gains it is compared with. row: gains row (gains,). point: its name among the contender's points."""
+    """A contender at gains that fly. row: gains row (gains,). point: its name among the contender's points.
+
+    candidate: index in the contender's search, -1 where it comes from none. picked: values (objectives,) on other scenarios,
+    by which a point of the contender is picked; None where there are none to compare.
+    """
 
     contender: Contender
     point: str
     row: np.ndarray
     problem: Problem
+    candidate: int = -1
+    picked: np.ndarray | None = None
 
 
 @dataclass(frozen=True)
@@ -52,7 +58,7 @@ def comparison_problem(contest: Contest, contender: Contender) -> Problem:
 
 
 def fly_all(contest: Contest, entries: Sequence[Entry], threads: int | None, landed: Callable[[int], None]) -> Flown:
-    """Fly every entry through every held-out scenario; the result does not depend on the number of threads."""
+    """Fly every entry through every scenario of the comparison; the result does not depend on the number of threads."""
     tasks, origin = _tasks(contest)
     scores = np.empty((len(entries), len(contest.quantities), len(origin)))
     failed = np.empty((len(entries), len(origin)), dtype=bool)
@@ -74,6 +80,16 @@ def fly_all(contest: Contest, entries: Sequence[Entry], threads: int | None, lan
             pool.shutdown(cancel_futures=True)
             raise
     return Flown(scores, failed, np.array(origin))
+
+
+def fly_groups(
+    contest: Contest, groups: Sequence[Sequence[Entry]], threads: int | None, landed: Callable[[int], None]
+) -> list[Flown]:
+    """Fly groups of entries together, so that each scenario is drawn once, and return the flights of each group."""
+    flown = fly_all(contest, [entry for group in groups for entry in group], threads, landed)
+    ends = np.cumsum([len(group) for group in groups])
+    parts = zip(np.split(flown.scores, ends[:-1]), np.split(flown.failed, ends[:-1]), strict=True)
+    return [Flown(scores, failed, flown.origin) for scores, failed in parts]
 
 
 @dataclass(frozen=True)

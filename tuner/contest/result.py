@@ -3,14 +3,15 @@
 from dataclasses import dataclass
 from functools import cached_property
 
+import numpy as np
+
 from tuner.contest.bounds import OnBound, on_bounds
 from tuner.contest.claims import JudgedClaim, judge_claims
 from tuner.contest.comparison import Comparison, compare_all
 from tuner.contest.contest import Contest
 from tuner.contest.cost import Cost, cost_of
 from tuner.contest.flying import Entry, Flown
-from tuner.contest.fronts import Best, Front, Volumes, best_under, volumes_of
-from tuner.contest.given import given_front
+from tuner.contest.fronts import Best, Front, Volumes, best_under, front_of, volumes_of
 from tuner.contest.published import Cell, judge_cells
 from tuner.contest.tuning import Prepared
 
@@ -19,13 +20,14 @@ from tuner.contest.tuning import Prepared
 class Result:
     """A contest with its contenders' gains, flights and what follows from them; lists run over the contenders.
 
-    fronts, best_under: empty, and volumes None, where no contender was tuned.
+    flown: the points compared; flights: of all searches and of the comparison. fronts, best_under: empty, and volumes None,
+    where no contender was tuned.
     """
 
     contest: Contest
     prepared: list[Prepared]
-    entries: list[Entry]
     flown: Flown
+    flights: int
     comparison: Comparison
     fronts: list[Front]
     volumes: Volumes | None
@@ -42,40 +44,48 @@ class Result:
         return [contender.name for contender in self.contest.contenders]
 
     @property
-    def flights(self) -> int:
-        """Number of flights of all searches and of the comparison."""
-        return sum(entry.flights for entry in self.prepared) + self.flown.failed.size
+    def entries(self) -> list[Entry]:
+        """The points compared."""
+        return [own.entry for own in self.prepared]
 
 
-def judge_contest(
-    contest: Contest, prepared: list[Prepared], entries: list[Entry], flown: Flown, seconds: float
-) -> Result:
-    """Work out everything that follows from the flights."""
+def groups_of(prepared: list[Prepared]) -> list[list[Entry]]:
+    """Return what is flown: the points compared, then the front of each contender."""
+    return [[own.entry for own in prepared], *[own.offered or [] for own in prepared]]
+
+
+def judge_contest(contest: Contest, prepared: list[Prepared], groups: list[Flown], seconds: float) -> Result:
+    """Work out everything that follows from the flights of `groups_of`."""
+    flown, *behind = groups
     comparison = compare_all(flown, contest.quantities, contest.seed)
     objectives = contest.base.objectives
-    fronts = (
-        [
-            given_front(contest, k, flown, comparison) if own.front is None else own.front
-            for k, own in enumerate(prepared)
-        ]
-        if any(own.front is not None for own in prepared)
-        else []
-    )
+    fronts = _fronts(contest, prepared, flown, behind) if any(own.offered is not None for own in prepared) else []
     return Result(
         contest=contest,
         prepared=prepared,
-        entries=entries,
         flown=flown,
+        flights=sum(own.flights for own in prepared) + sum(group.failed.size for group in groups),
         comparison=comparison,
         fronts=fronts,
-        volumes=volumes_of(fronts, objectives, contest.seed) if fronts else None,
+        volumes=volumes_of(fronts, objectives, flown.origin, contest.seed) if fronts else None,
         best_under=best_under(fronts, len(objectives)) if fronts else [],
         cells=judge_cells(contest, flown, comparison),
         claims=judge_claims(contest, comparison),
         costs=[cost_of(contender.study.system.cascade) for contender in contest.contenders],
         bounds=[
-            on_bounds(own.contender.study, own.row, own.front.gains) if own.front is not None else []
+            on_bounds(own.contender.study, own.entry.row, np.array([entry.row for entry in own.offered]))
+            if own.offered is not None
+            else []
             for own in prepared
         ],
         seconds=seconds,
     )
+
+
+def _fronts(contest: Contest, prepared: list[Prepared], flown: Flown, behind: list[Flown]) -> list[Front]:
+    """Return the fronts of all; who has none of its own is one point among those of the others."""
+    alone = [Flown(flown.scores[[k]], flown.failed[[k]], flown.origin) for k in range(len(prepared))]
+    return [
+        front_of(contest, [own.entry], single) if own.offered is None else front_of(contest, own.offered, group)
+        for own, single, group in zip(prepared, alone, behind, strict=True)
+    ]

@@ -7,9 +7,9 @@ from plant.flights import available_threads
 from plant.scenarios import HELD_OUT
 from tuner.contest.contest import Contest
 from tuner.contest.document import contest_document
-from tuner.contest.flying import Entry, comparison_problem, fly_all
+from tuner.contest.flying import fly_groups
 from tuner.contest.records import response_tables, wind_table
-from tuner.contest.result import Result, judge_contest
+from tuner.contest.result import Result, groups_of, judge_contest
 from tuner.contest.tables import fronts_table, listed_table, scores_table
 from tuner.contest.tuning import Prepared, prepare
 from tuner.guards.before import few_scenarios
@@ -25,12 +25,12 @@ def run_contest(contest: Contest, folder: Folder, watcher: Watcher, threads: int
     begin = perf_counter()
     write_inputs(contest, folder, threads or available_threads())
     prepared = prepare_all(contest, folder, watcher, threads)
-    entries = [Entry(own.contender, own.point, own.row, comparison_problem(contest, own.contender)) for own in prepared]
-    for entry in entries:
-        warm_up(entry.problem, entry.contender.study, watcher)
-    watcher.comparing(contest.flights)
-    flown = fly_all(contest, entries, threads, watcher.landed)
-    result = judge_contest(contest, prepared, entries, flown, perf_counter() - begin)
+    for own in prepared:
+        warm_up(own.entry.problem, own.contender.study, watcher)
+    groups = groups_of(prepared)
+    watcher.comparing(contest.flights_each * sum(map(len, groups)))
+    flown = fly_groups(contest, groups, threads, watcher.landed)
+    result = judge_contest(contest, prepared, flown, perf_counter() - begin)
     write_result(result, folder, watcher)
     folder.close()
     return result
@@ -61,12 +61,23 @@ def warnings_of(result: Result) -> list[str]:
     tuned = [own for own in result.prepared if own.contender.tuned]
     warnings = [text for text in common if tuned or HELD_OUT in text]
     warnings += [f"{own.contender.name}: {text}" for own in tuned for text in own.warnings if text not in common]
+    warnings += broken_again(result)
     if len({own.contender.study.search for own in tuned}) > 1:
         warnings.append("The contenders were not tuned with the same budget; see budget in contest.json.")
     given = [own.contender.name for own in result.prepared if not own.contender.tuned]
     if tuned and given:
         warnings.append(f"Flown as given, beside contenders that were tuned: {', '.join(given)}.")
     return warnings
+
+
+def broken_again(result: Result) -> list[str]:
+    """Say how many points of a held-out front broke a constraint on the flights of the comparison, and count no longer."""
+    return [
+        f"{own.contender.name}: on the confirmation flights {front.broken} of the {len(own.offered)} points of its "
+        "held-out front break a constraint and count no longer; raise held_out, or ask for a reserve."
+        for own, front in zip(result.prepared, result.fronts, strict=False)
+        if own.offered is not None and front.broken
+    ]
 
 
 def write_result(result: Result, folder: Folder, watcher: Watcher) -> None:

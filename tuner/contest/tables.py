@@ -32,7 +32,7 @@ def scores_table(result: Result) -> Any:
 
 
 def fronts_table(result: Result) -> Any:
-    """Return the points of all fronts; a gain that a contender's laws have not is empty."""
+    """Return the points of all fronts; a gain that a contender's laws have not, or a value not picked by, is empty."""
     import pandas as pd
 
     rows = []
@@ -42,11 +42,13 @@ def fronts_table(result: Result) -> Any:
         for n, point in enumerate(front.points):
             row: dict[str, Any] = {
                 "contender": name, "point": point, "candidate": int(front.candidates[n]),
-                "recommended": point == own.point,
+                "recommended": point == own.entry.point, "lost": int(front.lost[n]),
             }  # fmt: skip
             for i, objective in enumerate(objectives):
-                row |= {f"held_out:{objective.label}": front.values[n, i]}
+                row |= {f"value:{objective.label}": front.values[n, i]}
                 row |= {f"low:{objective.label}": front.low[n, i], f"high:{objective.label}": front.high[n, i]}
+            if front.picked is not None:
+                row |= {f"picked_on:{o.label}": front.picked[n, i] for i, o in enumerate(objectives)}
             row |= {f"gain:{gain.address}": front.gains[n, gain.column] for gain in known}
             rows.append(row)
     return pd.DataFrame(rows)

@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
+from plant.scenarios import CONFIRMATION
 from tuner.contest.claims import FAILS, SURVIVES, UNDECIDED, JudgedClaim
 from tuner.contest.contest import Quantity
 from tuner.contest.published import Cell
@@ -86,7 +87,10 @@ def limit_words(result: "Result") -> Iterable[str]:
             parts.append(f"{name} {_spanned(Estimate(float(front.values[row, best.objective]), low, high))}")
         wanted, held = objectives[best.objective], objectives[best.subject_to]
         limit = f"{significant(best.limit, 3)}{_unit(held)}"
-        yield f"Lowest {wanted.label}{_bracketed(wanted)} with {held.label} at most {limit}: {listed(parts)}."
+        yield (
+            f"Lowest {wanted.label}{_bracketed(wanted)} with {held.label} at most {limit}, picked on held-out flights: "
+            f"{listed(parts)}."
+        )
 
 
 def published_words(result: "Result") -> Iterable[str]:
@@ -172,6 +176,10 @@ def certainty_words(result: "Result") -> Iterable[str]:
         if lost > 0.0:
             yield f"{name} lost {per_cent(float(lost))} of its flights."
     if result.fronts:
+        yield (
+            f"Points were picked on held-out flights; every value here is from {flights_of(result.contest.stream)}, which "
+            "picked nothing."
+        )
         yield "Intervals are over flights: every contender was searched once, and another search would end at another front."
     tested = len(result.comparison.differences)
     if tested:
@@ -179,6 +187,11 @@ def certainty_words(result: "Result") -> Iterable[str]:
             f"Every interval is a 95 % interval by itself: of {tested} paired differences about {round(0.05 * tested)} "
             "would exclude zero if no contender differed from another."
         )
+
+
+def flights_of(stream: str) -> str:
+    """Return the flights of a comparison in words."""
+    return f"{'confirmation' if stream == CONFIRMATION else 'comparison'} flights"
 
 
 def listed(parts: Iterable[str]) -> str:

@@ -13,12 +13,13 @@ from objectives.mission import mission_floor
 from tuner.guards import after
 from tuner.guards.before import default_elsewhere, few_scenarios
 from tuner.guards.vehicle import leading_yaw, rates_without_damping
+from tuner.held_out import differences_to
 from tuner.study.study import Study
 
 if TYPE_CHECKING:
     from tuner.conclusion import Outcome
 
-__all__ = ["GUARDS", "Guard", "said_after", "said_before"]
+__all__ = ["GUARDS", "Guard", "said_after", "said_before", "times_of_never"]
 
 BEFORE, AFTER = "before", "after"
 
@@ -42,7 +43,8 @@ def _flown_values(outcome: "Outcome") -> np.ndarray:
 
 def _duplicate_knees(outcome: "Outcome") -> list[str]:
     rows = np.flatnonzero(outcome.finalists.non_dominated).tolist()
-    return after.duplicate_knees(outcome.names, outcome.tuned, rows, outcome.finalists.replicates)
+    apart = differences_to(outcome.problem, outcome.finalists.evaluation, outcome.tuned, outcome.study.seed)
+    return after.duplicate_knees(outcome.names, outcome.tuned, rows, apart.low, apart.high)
 
 
 def _on_bounds(outcome: "Outcome") -> list[str]:
@@ -63,6 +65,21 @@ def _idle(outcome: "Outcome") -> list[str]:
     return after.idle_candidates(int(idle), floor)
 
 
+def times_of_never(study: Study) -> list[list[float]]:
+    """Return for each objective, by scenario, the time [s] that stands for an event that a flight did not come to."""
+    timing, found = study.system.timing, []
+    for objective in study.objectives:
+        metric = objective.metric.metric
+        seen = [entry.spec for entry in study.scenarios if objective.scenario in (None, entry.spec.name)]
+        windows = [
+            min(getattr(target, metric.window) if metric.window else 0.0 for target in spec.targets(timing))
+            for spec in seen
+        ]
+        left = [spec.duration - begin for spec, begin in zip(seen, windows, strict=True)]
+        found.append(left if metric.censored is not None else [])
+    return found
+
+
 def floor_of(study: Study) -> tuple[Any, ...]:
     """Return the mission floor of a study."""
     system = study.system
@@ -80,7 +97,7 @@ GUARDS = {
     "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle),
     "constant_objective": Guard(
         AFTER, "an objective that nothing searched moves",
-        lambda outcome: after.constant_objectives(_labels(outcome), _flown_values(outcome)),
+        lambda outcome: after.constant_objectives(_labels(outcome), _flown_values(outcome), times_of_never(outcome.study)),
     ),
     "correlated_objectives": Guard(
         AFTER, "two objectives that rank all candidates alike",
@@ -88,6 +105,10 @@ GUARDS = {
     ),
     "duplicate_knee": Guard(AFTER, "points that cannot be told from the recommended one", _duplicate_knees),
     "on_bound": Guard(AFTER, "recommended gains at an end of their range", _on_bounds),
+    "still_rising": Guard(
+        AFTER, "a search that ended before its front had come to rest",
+        lambda outcome: after.still_rising([entry.hypervolume for entry in outcome.generations]),
+    ),
 }  # fmt: skip
 
 

@@ -76,9 +76,12 @@ def fly_pilot(problem: Problem, study: Study, landed: Callable[[int], None] | No
     worthy = problem.worth_flying if study.requirements else None
     draw = generator(study.seed, "plan/candidates", 0)
     default = study.space.point(study.default_row)[None]
-    points = first_generation(default, pilot_size(threads), draw, worthy)
-    asked = latin_hypercube(ASKED, points.shape[1], generator(study.seed, "plan/worthy", 0))
-    share = 1.0 if worthy is None else float(np.mean(worthy(asked), axis=0))
+    if study.space.variables:
+        points = first_generation(default, pilot_size(threads), draw, worthy)
+        asked = latin_hypercube(ASKED, points.shape[1], generator(study.seed, "plan/worthy", 0))
+        share = 1.0 if worthy is None else float(np.mean(worthy(asked), axis=0))
+    else:
+        points, share = np.repeat(default, pilot_size(threads), axis=0), 1.0
     # The default row itself: a gain outside its searched range would be moved by the way through the unit cube.
     gains = np.concatenate([study.default_row[None], study.space.gains(points[1:])], axis=0)
     started = perf_counter()

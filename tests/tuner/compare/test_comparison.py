@@ -14,9 +14,10 @@ from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
 from tests.tuner.compare.conftest import SEEDS, compared
 from tests.tuner.in_process import tuner
 from tuner.compare.entrants import Entrant
-from tuner.compare.fronts import MOST_POINTS, front_of, thinned
+from tuner.compare.fronts import MOST_POINTS, thinned
 from tuner.compare.shared import COMPARE
 from tuner.contest.flying import comparison_problem, fly_all
+from tuner.contest.fronts import front_of
 from tuner.report.contest.loading import load_contest
 
 
@@ -160,6 +161,21 @@ def test_rows_of_a_folder_are_those_of_its_gains_file(comparison):
     assert np.array_equal(asked.entries[0].row, asked.entries[1].row)
 
 
+def test_a_point_under_a_limit_is_picked_by_the_held_out_values_of_its_run(small_run, comparison):
+    """Where every front has them: a run with one that flew other scenarios has no such table."""
+    outcome, _ = small_run
+    asked, result, _ = comparison
+    front = result.fronts[0]
+    for point, picked in zip(front.points, front.picked, strict=True):
+        row = outcome.names.index(point)
+        np.testing.assert_allclose(picked, outcome.finalists.evaluation.values[row], rtol=1e-15)
+    assert result.best_under
+    entries = [replace(entry, picked=None) for entry in asked.fronts[0]]
+    assert len(entries) > 1
+    flown = fly_all(asked.contest, entries, 2, lambda flights: None)
+    assert front_of(asked.contest, entries, flown).picked is None
+
+
 def test_few_flights_and_other_airframes_are_told(comparison):
     warnings = comparison[2]["warnings"]
     assert any("f450" in text for text in warnings)
@@ -171,14 +187,16 @@ def test_a_long_front_is_thinned_evenly_and_keeps_its_recommended_point(comparis
     count = 5 * MOST_POINTS
     points = tuple(f"p{i}" for i in range(count))
     long = replace(
-        small, points=points, rows=np.tile(small.rows[:1], (count, 1)) * np.arange(count)[:, None], point="p17"
-    )
+        small, points=points, rows=np.tile(small.rows[:1], (count, 1)) * np.arange(count)[:, None], point="p17",
+        picked=np.arange(2.0 * count).reshape(count, 2),
+    )  # fmt: skip
     kept = thinned(long, np.arange(count)[::-1])
     assert isinstance(kept, Entrant) and {"p0", "p17", f"p{count - 1}"} <= set(kept.points)
     assert MOST_POINTS <= len(kept.points) <= MOST_POINTS + 1
     numbers = [int(point[1:]) for point in kept.points]
     assert max(np.diff(numbers)) <= 6
     assert np.array_equal(kept.rows[-1], long.rows[count - 1])
+    assert kept.picked[:, 0].tolist() == [2.0 * number for number in numbers]
     assert thinned(small, np.arange(len(small.points))) is small
 
 

@@ -10,8 +10,26 @@ def test_check_says_what_a_contest_would_fly(tmp_path):
     figures = json.loads(tuner("check", write(tmp_path), "--json").stdout)
     assert figures["contenders"] == ["PID (1 searched)", "The hybrid, v1.0 (as given)", "LADRC (as given)"]
     assert figures["search_flights"] == 8 * 3 * (4 + 2)
-    assert figures["comparison_flights"] == 3 * (8 + 6)
+    # Three contenders, and of the one that is tuned a front that holds all 24 candidates at most.
+    assert figures["comparison_flights_at_most"] == (3 + 24) * (8 + 6)
     assert "LADRC (as given)" in tuner("check", tmp_path / "contest.toml").stdout
+
+
+def test_a_plan_counts_the_flights_of_the_comparison(small_contest, tmp_path):
+    """Against what the small contest flew: the search to the last flight, the rest not above what the plan allows."""
+    result, folder = small_contest
+    plan = json.loads(tuner("plan", write(tmp_path), "--json", "--threads", 2).stdout)
+    run, compared = plan["runs"]["PID"], plan["comparison"]
+    assert list(plan["runs"]) == ["PID"] and compared["stream"] == "confirmation"
+    assert run["flights"]["search_at_most"] == 8 * 3 * (4 + 2)
+    assert compared["flights_at_most"] == (3 + 24) * (8 + 6)
+    assert plan["total"]["flights_at_most"] == compared["flights_at_most"] + run["flights"]["total_at_most"]
+    own = json.loads((folder / "contenders" / "pid" / "summary.json").read_text())["flights"]
+    assert (own, result.flights - own) <= (run["flights"]["total_at_most"], compared["flights_at_most"])
+    assert result.flights - own > 3 * (8 + 6)
+    assert 0.0 < compared["seconds_at_most"] < plan["total"]["seconds_at_most"]
+    shown = tuner("plan", tmp_path / "contest.toml", "--threads", 2).stdout
+    assert "The contest takes at most" in shown and f"{plan['total']['flights_at_most']:,} flights" in shown
 
 
 def test_run_prints_tables_and_sentences(tmp_path):

@@ -13,7 +13,7 @@ from plant.airframes import load
 from plant.backends.lanes import LANES
 from plant.closed_loop import Timing
 from plant.errors import StoreError
-from plant.scenarios import HELD_OUT, for_vehicle, sample_scenarios
+from plant.scenarios import CONFIRMATION, HELD_OUT, for_vehicle, sample_scenarios
 from tests.tuner.contest.conftest import run_small
 from tests.tuner.contest.contest_text import CONTEST, NAMES, changed, write
 from tuner.contest import load_contest
@@ -54,14 +54,14 @@ def test_every_file_is_there_and_no_half_file(small_contest):
 
 
 def test_every_contender_scores_as_if_it_flew_alone(small_contest):
-    """Same bits as the contender's own problem on its own held-out fleets: nobody's air depends on who else is there."""
+    """Same bits as the contender's own problem on its own confirmation fleets: nobody's air depends on who else is there."""
     result, _ = small_contest
     contest = result.contest
     for k, entry in enumerate(result.entries):
         study = entry.contender.study
         objectives = tuple(quantity.objective for quantity in contest.quantities)
         problem = Problem(study.system, study.space, objectives, (), contest.seed, 1)
-        fleets = tuple(Fleet(scenario.spec, HELD_OUT, scenario.held_out) for scenario in study.scenarios)
+        fleets = tuple(Fleet(scenario.spec, CONFIRMATION, scenario.held_out) for scenario in study.scenarios)
         alone = problem.evaluate_gains(entry.row[None], fleets)
         assert np.array_equal(alone.scores[0], result.flown.scores[k])
         assert np.array_equal(alone.origin, result.flown.origin)
@@ -196,15 +196,19 @@ def test_a_tuned_contender_is_compared_at_a_point_of_its_front(small_contest):
     assert (first["tuned"], first["folder"]) == (True, "contenders/pid")
     own = pd.read_csv(folder / "contenders" / "pid" / "front.csv")
     stays = own[own.non_dominated]
-    assert fronts[fronts.contender == "PID"].point.tolist() == stays.point.tolist()
+    assert set(fronts[fronts.contender == "PID"].point) <= set(stays.point)
+    assert found["stream"] == CONFIRMATION
     row = fronts[fronts.recommended & (fronts.contender == "PID")].iloc[0]
     assert fronts.recommended.sum() == 2
     assert row["point"] == first["point"]
     assert row["gain:roll.kp"] == first["gains"]["roll.kp"]["value"]
     values = {entry["quantity"]: entry for entry in found["estimates"] if entry["contender"] == "PID"}
+    before = own[own.point == first["point"]].iloc[0]
     for label in ("cvar50(itae.position)", "mean(travel)"):
-        # The held-out flights of the contender's own run and those of the comparison are the same flights.
-        assert values[label]["value"] == row[f"held_out:{label}"]
+        assert values[label]["value"] == row[f"value:{label}"]
+        # What it was picked by, and what it is compared on: flights of two streams.
+        assert row[f"picked_on:{label}"] == before[f"held_out:{label}"]
+        assert values[label]["value"] != before[f"held_out:{label}"]
     scaled = np.array([stays["held_out:cvar50(itae.position)"], stays["held_out:mean(travel)"]]).T
     scaled = (scaled - scaled.min(axis=0)) / np.where(np.ptp(scaled, axis=0) > 0.0, np.ptp(scaled, axis=0), 1.0)
     assert stays.point.iloc[int(scaled.sum(axis=1).argmin())] == first["point"]
@@ -212,16 +216,29 @@ def test_a_tuned_contender_is_compared_at_a_point_of_its_front(small_contest):
     assert [text for text in found["warnings"] if text.startswith("Flown as given")] != []
 
 
+def test_a_front_is_flown_again_on_flights_that_picked_nothing(small_contest):
+    """Every point of the front by the contender's own problem on its own confirmation fleets, bit for bit."""
+    result, _ = small_contest
+    study, front = result.entries[0].contender.study, result.fronts[0]
+    problem = Problem(study.system, study.space, study.objectives, study.constraints, study.seed, 2)
+    fleets = tuple(Fleet(scenario.spec, CONFIRMATION, scenario.held_out) for scenario in study.scenarios)
+    alone = problem.evaluate_gains(front.gains, fleets)
+    assert len(front.points) > 1
+    assert np.array_equal(alone.values, front.values)
+    assert np.all(alone.violations <= 0.0)
+
+
 def test_fronts_and_best_values_follow_from_the_points(small_contest):
     _, folder = small_contest
     found, table = document(folder), pd.read_csv(folder / "fronts.csv")
     labels = found["fronts"]["objectives"]
-    points = {
-        name: group[[f"held_out:{label}" for label in labels]].to_numpy() for name, group in table.groupby("contender")
-    }
+    points, picked = (
+        {name: group[[f"{kind}:{label}" for label in labels]].to_numpy() for name, group in table.groupby("contender")}
+        for kind in ("value", "picked_on")
+    )
     # On the f450 the default gains lose flights, so LADRC keeps no constraint.
     assert set(points) == {"PID", "The hybrid, v1.0"}
-    points["LADRC"] = np.empty((0, 2))
+    points["LADRC"] = picked["LADRC"] = np.empty((0, 2))
     union = np.concatenate(list(points.values()))
     ideal, reference = union.min(axis=0), 1.1 * union.max(axis=0)
     np.testing.assert_allclose(list(found["fronts"]["ideal"].values()), ideal, rtol=1e-12)
@@ -233,8 +250,10 @@ def test_fronts_and_best_values_follow_from_the_points(small_contest):
     for best in found["best_under"]:
         i, j = labels.index(best["objective"]), labels.index(best["subject_to"])
         for row in best["rows"]:
-            kept = points[row["contender"]][points[row["contender"]][:, j] <= best["limit"]]
-            assert row["value"] == (pytest.approx(kept[:, i].min(), rel=1e-12) if len(kept) else None)
+            by, compared = picked[row["contender"]], points[row["contender"]]
+            kept = np.flatnonzero(by[:, j] <= best["limit"])
+            chosen = kept[np.argmin(by[kept, i])] if len(kept) else None
+            assert row["value"] == (None if chosen is None else pytest.approx(compared[chosen, i], rel=1e-12))
             assert (row["point"] is None) == (len(kept) == 0)
 
 
@@ -256,11 +275,11 @@ def test_traces_and_air_are_those_of_flight_0(small_contest):
     assert x.reference.tolist()[-1] == 1.0
     entry = result.entries[2]
     system = entry.problem.system
-    first = sample_scenarios(result.contest.scenarios[0].spec, system.vehicle, system.timing, 3, HELD_OUT, range(1))
+    first = sample_scenarios(result.contest.scenarios[0].spec, system.vehicle, system.timing, 3, CONFIRMATION, range(1))
     again = fly_responses(entry.problem.flyer, entry.row, system.nominal, first, system.timing.control_period)
     assert x.value.tolist() == again.actual[0, :, 0].tolist()
     spec = result.contest.scenarios[0].spec
-    drawn = sample_scenarios(spec, load("hummingbird").vehicle, Timing(0.004, 0.001), 3, HELD_OUT, range(1))
+    drawn = sample_scenarios(spec, load("hummingbird").vehicle, Timing(0.004, 0.001), 3, CONFIRMATION, range(1))
     gusts = air[(air.scenario == "gusts") & (air.signal == "wind_y")]
     assert gusts.value.tolist() == drawn.disturbances[0, :, 1, 0].tolist()
     np.testing.assert_allclose(gusts.time, 0.004 * np.arange(250), atol=1e-12)

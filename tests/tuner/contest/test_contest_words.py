@@ -14,7 +14,6 @@ from tuner.contest.claims import JudgedClaim, Ruling
 from tuner.contest.comparison import Comparison, Difference
 from tuner.contest.contest import Claim, Published, Quantity
 from tuner.contest.cost import Cost
-from tuner.contest.fronts import Front
 from tuner.contest.published import Cell
 from tuner.contest.tuning import compared_at
 from tuner.contest.words import (
@@ -99,11 +98,16 @@ def test_lists_read_as_english(parts, text):
     assert listed(parts) == text
 
 
-def outcome(rule) -> Any:
+def outcome(rule, values) -> Any:
     study = SimpleNamespace(pick=rule, objectives=(TRAVEL, Objective(parse("rms.yaw"), Risk("mean"))))
     return SimpleNamespace(
         study=study,
         tuned=2,
+        finalists=SimpleNamespace(
+            # The default and a finalist that is off the front have the best values.
+            non_dominated=np.array([False, *[True] * len(values), False]),
+            evaluation=SimpleNamespace(values=np.concatenate([np.zeros((1, 2)), values, np.zeros((1, 2))])),
+        ),
         candidates=np.array([7, 8]),
         why="it beats the default",
         gains=lambda row: np.array([float(row)]),
@@ -113,14 +117,10 @@ def outcome(rule) -> Any:
 @pytest.mark.parametrize(("rule", "point"), [("min:mean(travel)", "p0"), ("min:mean(rms.yaw)", "p2"), ("knee", "p1")])
 def test_a_contender_is_compared_where_the_rule_says_whatever_its_default(rule, point):
     values = np.array([[1.0, 5.0], [1.5, 1.5], [5.0, 1.0]])
-    gains = np.arange(3.0)[:, None]
-    front = Front(["p0", "p1", "p2"], np.arange(3), gains, values, values, values, [])
-    name, row, why = compared_at(outcome(rule), front)
-    assert (name, row.tolist()) == (point, [float(point[1:])])
+    finalist, why = compared_at(outcome(rule, values))
+    assert finalist == 1 + int(point[1:])
     assert why.endswith("on its held-out front")
 
 
-def test_without_a_front_the_point_is_the_one_that_breaks_least():
-    none = np.zeros((0, 2))
-    name, row, why = compared_at(outcome("knee"), Front([], none, none, none, none, none, []))
-    assert (name, row.tolist(), why) == ("p0008", [2.0], "it beats the default")
+def test_without_a_front_the_recommended_point_is_compared():
+    assert compared_at(outcome("knee", np.empty((0, 2)))) == (2, "it beats the default")

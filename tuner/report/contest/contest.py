@@ -103,9 +103,10 @@ class Claim(NamedTuple):
 
 @dataclass(frozen=True)
 class Front:
-    """The points of one contender on held-out flights: names (n,), values, low, high (n, objectives), gains by address.
+    """The points of one contender on the flights of the comparison.
 
-    recommended: mask (n,).
+    points: names (n,); recommended: mask (n,); values, low, high (n, objectives); gains: of each point by address; lost (n,):
+    flights that did not reach their end.
     """
 
     contender: str
@@ -115,6 +116,7 @@ class Front:
     low: np.ndarray
     high: np.ndarray
     gains: list[dict[str, float]]
+    lost: np.ndarray
 
 
 class Volume(NamedTuple):

@@ -12,6 +12,7 @@ from tuner.report.contest.joined_gains import joined
 from tuner.report.contest.look import Look, plotly_line, plotly_marker
 from tuner.report.contest.spans import Span, span_of
 from tuner.report.numbers import estimate, significant
+from tuner.report.prose import counted
 from tuner.report.units import bracketed, plain
 
 # Projections drawn at most: those of five objectives.
@@ -65,7 +66,8 @@ def hover_texts(contest: Contest, fronts: Fronts, front: Front) -> list[str]:
     texts = []
     for row, point in enumerate(front.points):
         mark = ", recommended" if front.recommended[row] else ""
-        lines = [f"<b>{escape(front.contender)} {escape(point)}</b>{mark} (held-out)"]
+        mark += f", lost {counted(int(front.lost[row]), 'flight')}" if front.lost[row] else ""
+        lines = [f"<b>{escape(front.contender)} {escape(point)}</b>{mark}"]
         for i, label in enumerate(fronts.objectives):
             middle, low, high = (float(part[row, i]) for part in (front.values, front.low, front.high))
             value, ends = estimate(middle, low, high)
@@ -97,6 +99,7 @@ def _pair(contest: Contest, front: Front, pair: tuple[int, int], hover: str, sta
         }
     )  # fmt: skip
     traces.append(_points(x, y, look, hover, meta))
+    traces += _crosses(x[front.lost > 0], y[front.lost > 0], meta)
     chosen = front.recommended
     if chosen.any():
         place = PLACES[contest.index[front.contender] % len(PLACES)]
@@ -114,6 +117,13 @@ def _staircase(x: np.ndarray, y: np.ndarray, look: Look, meta: dict[str, str]) -
 def _points(x: np.ndarray, y: np.ndarray, look: Look, hover: str, meta: dict[str, str]) -> Trace:
     shown = {"type": "scatter", "mode": "markers", "x": listed(x), "y": listed(y), "marker": plotly_marker(look, 9)}
     return {**shown, "hovertext": hover, "hovertemplate": "%{hovertext}<extra></extra>", "meta": meta}
+
+
+def _crosses(x: np.ndarray, y: np.ndarray, meta: dict[str, str]) -> list[Trace]:
+    """Return a cross over each point that lost flights."""
+    marker = {"symbol": "x-thin", "size": 12, "line": {"width": 2, "color": "@bad"}}
+    shown = {"type": "scatter", "mode": "markers", "x": listed(x), "y": listed(y), "hoverinfo": "skip"}
+    return [{**shown, "marker": marker, "meta": meta}] if len(x) else []
 
 
 def _bars(front: Front, objective: int, look: Look) -> dict[str, Any]:
@@ -141,6 +151,7 @@ def _ranking(contest: Contest, fronts: Fronts, charts: Charts, hovers: dict[str,
         height = np.full(len(front.points), float(len(names) - row))
         points = _points(front.values[:, 0], height, look, hovers[front.contender], meta)
         traces.append({**points, "error_x": _bars(front, 0, look)})
+        traces += _crosses(front.values[front.lost > 0, 0], height[front.lost > 0], meta)
     ticks = {"tickvals": list(range(len(names), 0, -1)), "ticktext": [escape(name, quote=False) for name in names]}
     y = axis("", **ticks, nticks=0, range=[0.4, len(names) + 0.6])
     charts.add("front-ranking", traces, layout(_axis(contest, fronts, 0), y))

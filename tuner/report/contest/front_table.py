@@ -1,4 +1,4 @@
-"""fronts.csv and the sizes of the fronts: what each contender offers on held-out flights."""
+"""fronts.csv and the sizes of the fronts: what each contender offers on the flights of the comparison."""
 
 from pathlib import Path
 
@@ -22,16 +22,17 @@ def read_fronts(root: Node, file: Path) -> Fronts | None:
 
 def _front(table: Columns, name: str, objectives: list[str]) -> Front:
     rows = [i for i, entry in enumerate(table.text("contender")) if entry == name]
-    held_out, low, high = (
+    values, low, high = (
         np.stack([table.numbers(f"{kind}:{label}")[rows] for label in objectives], axis=1)
-        for kind in ("held_out", "low", "high")
+        for kind in ("value", "low", "high")
     )
     gains = {key.removeprefix("gain:"): table.numbers(key)[rows] for key in table.columns if key.startswith("gain:")}
     # The laws of other contenders have other gains: their columns are empty here.
     own = {address: column for address, column in gains.items() if np.isfinite(column).all()}
     points = [{address: float(column[i]) for address, column in own.items()} for i in range(len(rows))]
     names = [table.text("point")[i] for i in rows]
-    return Front(name, names, table.flags("recommended")[rows], held_out, low, high, points)
+    lost = table.numbers("lost")[rows].astype(int)
+    return Front(name, names, table.flags("recommended")[rows], values, low, high, points, lost)
 
 
 def _volumes(node: Node) -> list[Volume]:

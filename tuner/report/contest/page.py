@@ -26,14 +26,15 @@ from tuner.report.page import asset, embedded, grid, page_section, warnings_asid
 
 AIDS = {
     "contenders": "Operations are those of the laws in one control step, counted and not timed.",
-    "values": "Values on held-out flights with 95 % intervals; smaller is better. ★ smallest, ≈ not told apart from the "
-    "smallest by the paired difference, ✗ limit broken. Every drawing has a scale of its own, logarithmic where values "
+    "values": "Values on the flights of the comparison with 95 % intervals; smaller is better. ★ smallest, ≈ not told apart "
+    "from the smallest by the paired difference, ✗ limit broken. Every drawing has a scale of its own, logarithmic where values "
     "cover decades; a dashed line is a limit.",
     "differences": "The one named first minus the other, flight by flight in the same air: left of the line the one named "
     "first is better. Bar: 95 % interval; filled mark: the interval leaves out zero; hollow mark: it does not.",
-    "fronts": "Down and to the left is better. Ring: the recommended point of a contender. Point at a mark for its gains, "
-    "drag to zoom, double-click to zoom out.",
-    "best": "The best point of each front that keeps the limit, on held-out flights. ★ best in the row.",
+    "fronts": "Down and to the left is better. Ring: the recommended point of a contender; cross: a point that lost flights. "
+    "Point at a mark for its gains, drag to zoom, double-click to zoom out.",
+    "best": "The best point of each front that keeps the limit, picked on held-out flights; values are those on the flights of "
+    "the comparison. ★ best in the row.",
     "published": "A printed number is one draw: the question is whether one of our flights could have given it. Ours is "
     "the mean over flights with the central 95 % of them in brackets. The percentile is that of the printed number; "
     "fitted: the study was set to meet it.",

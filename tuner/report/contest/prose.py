@@ -14,7 +14,7 @@ def asked(contest: Contest) -> Markup:
     """Return who flew what, how often and on which airframes."""
     many = counted(len(contest.contenders), "controller")
     where = listing([f"{count(entry.flights)} of {entry.scenario}" for entry in contest.compared_on])
-    flown = f" flew {listing(contest.airframes)} through the same held-out flights ({where}), each in the same air. "
+    flown = f" flew {listing(contest.airframes)} through the same flights ({where}), each in the same air. "
     return join((element("strong", many[:1].upper() + many[1:]), flown, _tuned(contest)))
 
 
@@ -32,7 +32,7 @@ def key_figures(contest: Contest) -> list[tuple[str, str]]:
     figures = [
         ("Contenders", count(len(contest.contenders))),
         ("Flights in all", count(contest.document["flights"])),
-        ("Held-out flights of each", count(sum(entry.flights for entry in contest.compared_on))),
+        ("Flights of each in the comparison", count(sum(entry.flights for entry in contest.compared_on))),
     ]
     free = [cell.inside for cell in contest.cells if not cell.fitted]
     if free:

@@ -1,4 +1,4 @@
-"""Every contender in every quantity on the same held-out flights, the best marked by a sign and not by colour alone."""
+"""Every contender in every quantity on the same flights, the best marked by a sign and not by colour alone."""
 
 from tuner.report.contest.contest import Contest, Quantity
 from tuner.report.contest.look import Look, sample

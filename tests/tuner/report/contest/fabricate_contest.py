@@ -65,12 +65,15 @@ reference = { kind = "level" }
 
 @dataclass
 class Made:
-    """What a fabricated contest knows of itself. objectives: how many of the first quantities are objectives with fronts."""
+    """What a fabricated contest knows of itself. objectives: how many of the first quantities are objectives with fronts; lost: how
+    many points of each front lost two flights.
+    """
 
     names: tuple[str, ...] = ALL[:3]
     title: str = "Three controllers in gusts"
     objectives: int = 2
     tuned: bool = True
+    lost: int = 0
     rng: np.random.Generator = field(default_factory=lambda: np.random.default_rng(20250509))
 
     @property
@@ -146,6 +149,7 @@ def contest_document(made, scores, fronts):
     quantities = [row for row, _ in made.quantities]
     return {
         "title": made.title, "description": "Made up for tests.", "study": "made.toml", "seed": 2025, "flights": 38400,
+        "stream": "confirmation",
         "compared_on": [{"scenario": name, "flights": n, "duration": 10.0} for name, n in FLIGHTS.items()],
         "wall_seconds": 72.4,
         "contenders": [contender(made, name) for name in made.names],
@@ -234,9 +238,10 @@ def front(made, name):
     rows = []
     for n in range(count):
         row = {"contender": name, "point": f"p{70 + n:04d}", "candidate": 70 + n, "recommended": n == 3}
+        row["lost"] = 2 if n < made.lost else 0
         for label, (_, size), column in zip(made.labels, made.quantities, columns, strict=False):
             value = float(size * SHARES[name] * column[n])
-            row |= {f"held_out:{label}": value, f"low:{label}": 0.9 * value, f"high:{label}": 1.15 * value}
+            row |= {f"value:{label}": value, f"low:{label}": 0.9 * value, f"high:{label}": 1.15 * value}
         gains = contender(made, name)["gains"]
         rows.append(row | {f"gain:{address}": entry["value"] * (1.0 + 0.01 * n) for address, entry in gains.items()})
     return rows
@@ -265,7 +270,7 @@ def best_under(made, fronts):
     rows = []
     for name, points in fronts.items():
         best = points[2]
-        ends = {"value": best[f"held_out:{wanted}"], "low": best[f"low:{wanted}"], "high": best[f"high:{wanted}"]}
+        ends = {"value": best[f"value:{wanted}"], "low": best[f"low:{wanted}"], "high": best[f"high:{wanted}"]}
         rows.append({"contender": name, **ends, "point": best["point"]})
     none = [{"contender": name, "value": None, "low": None, "high": None, "point": None} for name in fronts]
     return [

@@ -204,12 +204,12 @@ def test_fronts_stand_at_their_values_with_the_recommended_points_ringed(tmp_pat
     containers: list[Any] = axes[0].containers
     for name, container in zip(contest.index, containers, strict=True):
         mine = [row for row in rows if row["contender"] == name]
-        assert container.lines[0].get_xdata() == pytest.approx([float(row[f"held_out:{labels[0]}"]) for row in mine])
+        assert container.lines[0].get_xdata() == pytest.approx([float(row[f"value:{labels[0]}"]) for row in mine])
         for axis, bars in enumerate(container.lines[2]):
             ends = [[float(row[f"{end}:{labels[axis]}"]) for end in ("low", "high")] for row in mine]
             assert [part[:, axis].tolist() for part in bars.get_segments()] == [pytest.approx(pair) for pair in ends]
     rings = [line for line in axes[0].get_lines() if line.get_markersize() == 9 and len(across(line))]
-    chosen = [float(row[f"held_out:{labels[0]}"]) for row in rows if row["recommended"] == "True"]
+    chosen = [float(row[f"value:{labels[0]}"]) for row in rows if row["recommended"] == "True"]
     assert [across(line)[0] for line in rings] == pytest.approx(chosen)
 
 

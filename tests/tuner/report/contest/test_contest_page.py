@@ -79,7 +79,7 @@ def test_figures_are_valid_plotly(folder):
 def test_what_was_asked_and_found_is_said_first(folder):
     text, told = said_once(folder), content(folder)
     for sentence in (told["title"], told["description"], told["words"][0], told["warnings"][0]):
-        assert 0 <= text.find(sentence) < text.index("Values on held-out flights")
+        assert 0 <= text.find(sentence) < text.index("Values on the flights of the comparison")
     for claim in told["claims"]:
         assert f"{claim['verdict']} {claim['text']}" in text
         # What the sentence of the claim says stands beside the claim.
@@ -273,7 +273,7 @@ def test_fronts_stand_at_their_values(folder):
             mine = [row for row in rows if row["contender"] == entry["name"]]
             traces = [t for t in charts[name]["traces"] if t["meta"]["layer"] == f"contender-{k}"]
             points = next(t for t in traces if "hovertext" in t)
-            values = [[float(row[f"held_out:{labels[axis]}"]) for row in mine] for axis in (i, j)]
+            values = [[float(row[f"value:{labels[axis]}"]) for row in mine] for axis in (i, j)]
             assert points["x"] == pytest.approx(values[0], rel=1e-4)
             high = [float(row[f"high:{labels[i]}"]) for row in mine]
             bars = next(t for t in traces if "error_x" in t)
@@ -293,7 +293,7 @@ def test_gains_of_a_front_are_under_the_pointer(folder):
             assert row["point"] in text and ("recommended" in text) == (row["recommended"] == "True")
             assert f"position.omega_c = {significant(float(row['gain:x.omega_c']))}" in text
             first = told["fronts"]["objectives"][0]
-            middle, low, high = (float(row[f"{part}:{first}"]) for part in ("held_out", "low", "high"))
+            middle, low, high = (float(row[f"{part}:{first}"]) for part in ("value", "low", "high"))
             value, ends = estimate(middle, low, high)
             assert f"{value} {ends} m" in text
 

@@ -95,9 +95,9 @@ def test_number_that_is_none_is_refused(made):
 
 
 def test_column_that_is_not_there_is_named(made):
-    fronts = (made / "fronts.csv").read_text().replace("held_out:mean(travel)", "held_out:mean(effort)")
+    fronts = (made / "fronts.csv").read_text().replace("value:mean(travel)", "value:mean(effort)")
     (made / "fronts.csv").write_text(fronts)
-    with pytest.raises(StoreError, match=r"fronts.csv: the column 'held_out:mean\(travel\)' is missing"):
+    with pytest.raises(StoreError, match=r"fronts.csv: the column 'value:mean\(travel\)' is missing"):
         load_contest(made)
 
 
