@@ -106,6 +106,11 @@ class Evaluation:
         return int(self.flown.sum(axis=0)) * self.scores.shape[-1] - self.flights
 
     @property
+    def lost(self) -> np.ndarray:
+        """Number of flights of each candidate (n,) that were made and did not complete."""
+        return np.rint(self.failures * self.flights_each).astype(int)
+
+    @property
     def complete(self) -> np.ndarray:
         """Which candidates (n,) flew through every scenario."""
         return self.flown & (self.flights_each == self.scores.shape[-1])

@@ -94,7 +94,8 @@ def conclude(
         warnings.append(f"The recommended point breaks {broken}; see the table.")
     limits, known = limits_of(study.constraints, study.requirements), completely_known(found, generations)
     conflict = conflict_of(known, limits)
-    warnings += told_conflict(conflict, limits) if conflict is not None else []
+    default = default_candidate(found, study)
+    warnings += told_conflict(conflict, limits, default) if conflict is not None else []
     outcome = Outcome(
         study, problem, generations, candidates, finalists, confirmation, tuned, why,
         compare(problem, confirmation, study.seed), compare_known(problem, confirmation),
@@ -114,6 +115,12 @@ def searched(generations: list[Generation], candidates: list[int]) -> list[Searc
 def completely_known(found: Archive, generations: list[Generation]) -> Archive:
     """Return an archive in which only those count as flown that flew through every scenario: a race ends others early."""
     return replace(found, flown=np.concatenate([entry.evaluation.complete for entry in generations], axis=0))
+
+
+def default_candidate(found: Archive, study: Study) -> int | None:
+    """Return the first candidate that is the default, None where the search did not try it."""
+    same = np.flatnonzero(np.all(found.points == study.space.point(study.default_row), axis=1))
+    return int(same[0]) if len(same) else None
 
 
 def remarks(outcome: Outcome) -> list[str]:

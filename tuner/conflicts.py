@@ -147,18 +147,25 @@ def costs_of(found: Archive, limits: Sequence[Limit]) -> list[Cost]:
     return costs
 
 
-def told_conflict(conflict: Conflict, limits: Sequence[Limit]) -> list[str]:
-    """Return a conflict in sentences."""
+def told_conflict(conflict: Conflict, limits: Sequence[Limit], default: int | None = None) -> list[str]:
+    """Return a conflict in sentences; default: the candidate that is the default, None where it was not searched."""
     told = [_told_sets(conflict, limits)]
     if conflict.common is None:
         return [*told, "No flown candidate is within a finite step of the limits; widen the ranges of the gains."]
     for relaxation in sorted(conflict.single, key=lambda entry: entry.share):
-        told.append(f"{_steps(relaxation, limits)} alone would let {point_name(relaxation.candidate)} in.")
+        told.append(f"{_steps(relaxation, limits)} alone would let {_named(relaxation, default)} in.")
     if len(conflict.common.changes) > 1:
-        share = f"{100.0 * conflict.common.share:.3g} %"
-        let_in = f"would let {point_name(conflict.common.candidate)} in"
-        told.append(f"Giving way everywhere by at most {share}: {_steps(conflict.common, limits)} {let_in}.")
+        share, let_in = conflict.common.share, _named(conflict.common, default)
+        size = f"{100.0 * share:.3g} %" if share <= 1.0 else f"{share:.3g} times its size"
+        told.append(
+            f"Giving way everywhere by at most {size}: {_steps(conflict.common, limits)} would let {let_in} in."
+        )
     return told
+
+
+def _named(relaxation: Relaxation, default: int | None) -> str:
+    point = point_name(relaxation.candidate)
+    return f"{point}, the default itself, and nothing that was searched," if relaxation.candidate == default else point
 
 
 def _told_sets(conflict: Conflict, limits: Sequence[Limit]) -> str:

@@ -10,6 +10,7 @@ from objectives.risk import RISKS
 from plant.air.air import summary as air_summary
 from plant.gains import gain_addresses
 from tuner.conflicts import Conflict, Cost, Limit, Relaxation, limits_of
+from tuner.contest.bounds import ENDS, natural_end
 from tuner.gains_of_run import gains_document
 from tuner.held_out import Comparison, Estimate, KnownComparison
 from tuner.store.tables import point_name
@@ -20,7 +21,7 @@ if TYPE_CHECKING:
 
 def summary_document(outcome: "Outcome") -> dict[str, Any]:
     """Return the content of summary.json; under "gains_document" that of gains.json."""
-    from tuner.conclusion import remarks
+    from tuner.conclusion import default_candidate, remarks
 
     study, finalists = outcome.study, outcome.finalists
     tuned = point_name(int(outcome.candidates[outcome.tuned - 1]))
@@ -44,7 +45,7 @@ def summary_document(outcome: "Outcome") -> dict[str, Any]:
         "front_size": int(finalists.non_dominated.sum()),
         "hypervolume": last.hypervolume,
         "picked_on": pick_row(outcome),
-        "conflict": conflict_row(outcome.conflict, limits),
+        "conflict": conflict_row(outcome.conflict, limits, default_candidate(outcome.archive, study)),
         "costs": [cost_row(cost, limits, study.objectives) for cost in outcome.costs],
         "remarks": remarks(outcome),
         "warnings": outcome.warnings,
@@ -60,6 +61,7 @@ def pick_row(outcome: "Outcome") -> dict[str, Any]:
     finalists, row = outcome.finalists, outcome.tuned
     return {
         "probability": float(finalists.probability[row]),
+        "lost_in_search": lost_in_search(outcome),
         "objectives": [
             {
                 "label": objective.label,
@@ -73,25 +75,36 @@ def pick_row(outcome: "Outcome") -> dict[str, Any]:
     }
 
 
+def lost_in_search(outcome: "Outcome") -> float | None:
+    """Return the share of its flights in the search that the recommended point lost, None where it was not flown there."""
+    failures = np.concatenate([entry.evaluation.failures for entry in outcome.generations])
+    candidate = outcome.candidates[outcome.tuned - 1]
+    return float(failures[candidate]) if outcome.archive.flown[candidate] else None
+
+
 def _estimate(value: np.ndarray, low: np.ndarray, high: np.ndarray, row: int, column: int) -> dict[str, float]:
     return Estimate(*[float(part[row, column]) for part in (value, low, high)]).as_dict()
 
 
-def conflict_row(conflict: Conflict | None, limits: list[Limit]) -> dict[str, Any] | None:
-    """Return which limits nobody kept together and what would help, None where something was feasible."""
+def conflict_row(conflict: Conflict | None, limits: list[Limit], default: int | None) -> dict[str, Any] | None:
+    """Return which limits nobody kept together and what would help, None where something was feasible.
+
+    default: the candidate that is the default, None where the search did not try it.
+    """
     if conflict is None:
         return None
     return {
         "sets": [[limits[i].label for i in some] for some in conflict.sets],
-        "single": [relaxation_row(entry, limits) for entry in conflict.single],
-        "common": None if conflict.common is None else relaxation_row(conflict.common, limits),
+        "single": [relaxation_row(entry, limits, default) for entry in conflict.single],
+        "common": None if conflict.common is None else relaxation_row(conflict.common, limits, default),
     }
 
 
-def relaxation_row(relaxation: Relaxation, limits: list[Limit]) -> dict[str, Any]:
+def relaxation_row(relaxation: Relaxation, limits: list[Limit], default: int | None) -> dict[str, Any]:
     """Return the limits that would let a candidate in."""
     return {
         "candidate": point_name(relaxation.candidate),
+        "default": relaxation.candidate == default,
         "share": relaxation.share,
         "limits": [
             {
@@ -173,8 +186,9 @@ def variables(outcome: "Outcome") -> list[dict[str, Any]]:
             "low": variable.low,
             "high": variable.high,
             "scale": variable.scale,
+            "natural_ends": [end for end in ENDS if natural_end(study, i, getattr(variable, end))],
             "default": float(default[columns[0]]),
             "tuned": float(tuned[columns[0]]),
         }
-        for variable, columns in zip(study.space.variables, study.space.columns, strict=True)
+        for i, (variable, columns) in enumerate(zip(study.space.variables, study.space.columns, strict=True))
     ]

@@ -120,6 +120,16 @@ def test_a_limit_of_zero_gives_way_in_its_own_unit():
     assert told_conflict(conflict, LIMITS)[0] == "Kept by none of them: mean(failure) at most 0."
 
 
+def test_the_default_is_no_find_of_the_search_and_steps_beyond_a_limit_are_told_as_multiples():
+    """The default breaks saturation 3.5 times over and one other limit by 10 %; everything searched lost flights."""
+    found = archive([(0.09, 0.0, 31.5, 1.0), (0.0, 1.0, 3.0, 9.0)])
+    conflict = conflicting(found, LIMITS)
+    told = told_conflict(conflict, LIMITS, default=0)[-1]
+    assert "by at most 3.5 times its size" in told and "350 %" not in told
+    assert told.endswith("would let p0000, the default itself, and nothing that was searched, in.")
+    assert told_conflict(conflict, LIMITS, default=1)[-1].endswith("would let p0000 in.")
+
+
 def test_of_candidates_that_did_not_fly_only_requirements_are_known():
     # The second would be the smallest step of the phase margin, but nobody knows whether it saturates.
     found = archive([[0.01, 0.0, 30.0, 1.5], [0.0, 0.0, 34.0, 1.5]], flown=[True, False])

@@ -59,6 +59,12 @@ def test_tables_agree_with_each_other(small_run):
         assert picked["held_out"]["value"] == pytest.approx(tuned[f"held_out:{label}"], rel=1e-12)
         difference = line["tuned"]["value"] - line["default"]["value"]
         assert line["difference"]["value"] == pytest.approx(difference, rel=1e-9, abs=1e-12)
+    assert summary["picked_on"]["lost_in_search"] == tried.loc[tuned.candidate, "failures"]
+    # A sliding gain below 0 means nothing, a bandwidth below 1 rad/s is merely low.
+    ends = {row["name"]: row["natural_ends"] for row in summary["variables"]}
+    assert {name: "low" in found for name, found in ends.items()} == {
+        row["name"]: row["low"] <= 0.0 for row in summary["variables"]
+    }
     history = pd.read_csv(folder / "history.csv")
     assert (history.flights + history.flights_raced).tolist() == [32 * (k + 1) for k in range(3)]
     assert history.hypervolume.is_monotonic_increasing

@@ -210,6 +210,8 @@ def front_table(rows: list[Row], labels: list[str]) -> Table:
 
 def trust_texts(story: Row) -> list[str]:
     """Return what the numbers rest on and how optimistic the search was."""
+    from tuner.report.prose import gap_words
+
     trust = story["trust"]
     said = [
         f"Default and tuned flew {story['confirmation_flights']:,} confirmation flights each, which decided nothing; "
@@ -220,10 +222,10 @@ def trust_texts(story: Row) -> list[str]:
         gap, held = row["gap"], row["held_out"]
         width = held["high"] - held["low"] or held["value"]
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
-        told = "the search was optimistic" if gap["low"] > 0.0 else "no optimism of the search to be told"
         said.append(
             f"{row['label']}: {digits(row['search'], width)}{unit} in the search, {digits(held['value'], width)}{unit} held "
-            f"out, gap {digits(gap['value'], width)} [{digits(gap['low'], width)}, {digits(gap['high'], width)}]: {told}."
+            f"out, gap {digits(gap['value'], width)} [{digits(gap['low'], width)}, {digits(gap['high'], width)}]: "
+            f"{gap_words(picked, gap)}."
         )
     if picked:
         said.append(

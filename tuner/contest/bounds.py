@@ -9,6 +9,7 @@ from tuner.study.study import Study
 
 # A gain within this share of its range, on the range's own scale, from an end counts as on it.
 NEAR = 0.01
+ENDS = ("low", "high")
 
 
 @dataclass(frozen=True)
@@ -34,17 +35,18 @@ def on_bounds(study: Study, recommended: np.ndarray, front: np.ndarray) -> list[
     points = np.array([study.space.point(row) for row in front]).reshape(len(front), len(point))
     found = []
     for i, variable in enumerate(study.space.variables):
-        for end, bound in (("low", variable.low), ("high", variable.high)):
+        for end, bound in zip(ENDS, (variable.low, variable.high), strict=True):
             here, near = (u <= NEAR if end == "low" else u >= 1.0 - NEAR for u in (point[i], points[:, i]))
             share = float(near.mean(axis=0)) if len(near) else 0.0
             if here or share > 0.0:
                 value = float(recommended[study.space.columns[i][0]])
-                natural = _natural(study, i, bound)
+                natural = natural_end(study, i, bound)
                 found.append(OnBound(variable.name, end, bound, value, bool(here), share, natural))
     return found
 
 
-def _natural(study: Study, variable: int, bound: float) -> bool:
+def natural_end(study: Study, variable: int, bound: float) -> bool:
+    """Return whether an end of the range of a variable cannot be moved, see `OnBound`."""
     known = gain_addresses(study.system.cascade)[study.space.columns[variable][0]].info
     period = study.system.timing.control_period
     return bound <= known.least or (known.observer and bound * period >= MOST_OBSERVER * (1.0 - 1e-9))

@@ -4,10 +4,11 @@ from typing import Any
 
 from tuner.report.markup import Markup, element, join, table
 from tuner.report.numbers import estimate, significant
+from tuner.report.prose import gap_words
 from tuner.report.results import Results
 from tuner.report.units import in_degrees, marked_up
 
-HEAD = ["Objective", "Unit", "Search", "Held-out", "Held-out − search"]
+HEAD = ["Objective", "Unit", "Search", "Held-out", "Held-out − search", "What it says"]
 
 
 def choice_section(results: Results) -> Markup:
@@ -20,7 +21,7 @@ def choice_section(results: Results) -> Markup:
         f"that had no part in the choice. It is non-dominated on {significant(100.0 * picked['probability'], 3)} % of the "
         "resamples."
     )
-    rows = [_row(entry) for entry in picked["objectives"]]
+    rows = [[*_row(entry), gap_words(picked, entry["gap"])] for entry in picked["objectives"]]
     about = element("p", share, class_="aid")
     return join((element("h3", "How it was chosen"), about, table(HEAD, rows, class_="stacked")))
 

@@ -5,6 +5,7 @@ import numpy as np
 from tuner.report.drawings import diamond, square
 from tuner.report.markup import Markup, element, join
 from tuner.report.numbers import count
+from tuner.report.prose import counted
 from tuner.report.results import DEFAULT, TUNED, Results
 
 LAYERS = {
@@ -16,6 +17,8 @@ LAYERS = {
     "searched": "other candidates, search values",
     "infeasible": "limit broken, search values",
 }
+LOST = "lost flights when held out"
+BEYOND = "at the edge: beyond the axes, that way"
 
 
 def layer_switches(results: Results) -> Markup:
@@ -26,6 +29,12 @@ def layer_switches(results: Results) -> Markup:
         for kind, label in LAYERS.items()
         if sizes[kind]
     ]
+    lost = results.front.lost
+    if lost.any():
+        points, flights = int((lost > 0).sum()), int(lost.sum())
+        said = f" {LOST} ({counted(points, 'point')}, {counted(flights, 'flight')})"
+        boxes.append(element("span", icon("lost"), said, class_="switch", id="lost-legend"))
+    boxes.append(element("span", icon("beyond"), f" {BEYOND}", class_="switch", id="beyond-legend", hidden=True))
     boxes.append(_switch("intervals", join((icon("intervals"), " 95 % intervals"))))
     return element("fieldset", element("legend", "Show", class_="hidden"), *boxes, class_="controls", id="layers")
 
@@ -58,6 +67,8 @@ def icon(kind: str) -> Markup:
         "searched": element("circle", cx=8, cy=8, r=2.5, class_="mark-searched"),
         "infeasible": element("path", d="M5 5l6 6M11 5l-6 6", class_="mark-infeasible"),
         "intervals": element("path", d="M8 1v14M1 8h14", class_="mark-intervals"),
+        "lost": element("path", d="M3 3l10 10M13 3l-10 10", class_="mark-lost"),
+        "beyond": element("path", d="M3 4l10 4l-10 4z", class_="mark-front"),
     }
     return element("svg", drawn[kind], class_="icon", viewBox="0 0 16 16", width=16, height=16, aria_hidden="true")
 

@@ -1,6 +1,7 @@
 """The data of the page that its scripts draw: everything in it is a number or a text of the results folder.
 
     tuned, gains_file                  name of the recommended point; gains.json as it stands in the folder
+    held_out                           held-out flights of each point
     objectives, variables              dimensions of the explorer: label or name, unit, definition, range shown
     constraints, requirements          what is limited: label, unit, factor, limit as stored
     points                             default and finalists: values as stored, `factor` of their quantity makes shown units
@@ -33,6 +34,7 @@ def explorer_data(results: Results) -> dict[str, Any]:
     return {
         "tuned": results.tuned,
         "gains_file": results.gains_text,
+        "held_out": results.summary["held_out"],
         "objectives": [_objective(results, i) for i in range(len(results.objectives))],
         "variables": [_variable(entry, results.addresses[entry.name]) for entry in results.variables],
         "constraints": [_limited(entry, entry.limit) for entry in results.constraints],
@@ -95,6 +97,7 @@ def _point(results: Results, row: int) -> dict[str, Any]:
         "role": front.roles[row],
         "front": bool(front.non_dominated[row]),
         "feasible": bool(front.feasible[row]),
+        "lost": int(front.lost[row]),
         "probability": None if probability is None else finite(probability)[0],
         "gains": finite(front.gains[row]),
         **{name: finite(values[row]) for name, values in front.stored.items()},

@@ -15,11 +15,20 @@ from matplotlib.figure import Figure
 
 from plant.errors import StoreError
 
-COLOURS = {"default": "#b4530a", "tuned": "#0b63a5", "front": "#2f7d6d", "grey": "#9aa3ab", "ink": "#2b3238"}
+COLOURS = {
+    "default": "#b4530a",
+    "tuned": "#0b63a5",
+    "front": "#2f7d6d",
+    "grey": "#9aa3ab",
+    "ink": "#2b3238",
+    "bad": "#a3262a",
+}
 MARKERS = {"default": "s", "tuned": "D", "front": "o"}
 DASHES = {"default": (0, (4, 2)), "tuned": "solid"}
 # Text width of a two-column page [in], and resolution of the PNG [dots/in].
 WIDTH, DPI = 7.1, 200
+# Room that an entry of a legend takes: the mark with its gaps, a letter, and a row [in].
+LEGEND_MARK, LEGEND_LETTER, LEGEND_ROW = 0.55, 0.05, 0.16
 STYLE: dict[Any, Any] = {
     "font.size": 8,
     "axes.labelsize": 8,
@@ -59,9 +68,14 @@ def grid(count: int, columns: int, height: float, width: float = WIDTH) -> tuple
 
 
 def legend_above(figure: Figure, ax: Axes) -> None:
-    """Put one legend for the whole figure above it."""
+    """Put one legend for the whole figure above it, in as many columns as fit."""
     handles, labels = ax.get_legend_handles_labels()
-    figure.legend(handles, labels, loc="outside upper center", ncols=len(labels))
+    widths = [LEGEND_MARK + LEGEND_LETTER * len(label) for label in labels]
+    room = float(figure.get_size_inches()[0])
+    columns = len(labels) if sum(widths) <= room else max(int(room / max(widths)), 1)
+    width, height = figure.get_size_inches()
+    figure.set_size_inches(width, height + LEGEND_ROW * (ceil(len(labels) / columns) - 1))
+    figure.legend(handles, labels, loc="outside upper center", ncols=columns)
 
 
 def save(figure: Figure, stem: Path) -> list[Path]:

@@ -8,12 +8,15 @@ from matplotlib.figure import Figure
 
 from tuner.report.figure_style import COLOURS, MARKERS, WIDTH, grid, legend_above
 from tuner.report.front_ranges import Range, shown_range
+from tuner.report.prose import counted
 from tuner.report.results import Results
 from tuner.report.units import bracketed
 
 # Two panels a row for few pairs, three for more; pairs beyond these do not fit on a page.
 MOST_PAIRS = 12
-LABELS = {"front": "front, held-out", "default": "default", "tuned": "tuned"}
+LABELS = {"front": "front, held-out", "default": "default", "tuned": "tuned", "finalist": "off the front when held out"}
+# Marks at the edge of an axis for what lies beyond it: to the left, right, below, above.
+EDGES = {(-1, 0): "<", (1, 0): ">", (0, -1): "v", (0, 1): "^"}
 
 
 def front_figure(results: Results) -> Figure:
@@ -41,7 +44,11 @@ def _pair(ax: Axes, results: Results, ranges: list[Range], i: int, j: int) -> No
     for kind, rows in _kinds(results).items():
         value = front.held_out[rows]
         bars = _bars(results, rows)
-        _mark(ax, kind, value[:, i], value[:, j], bars[:, :, i], bars[:, :, j])
+        inside = ~beyond(value[:, [i, j]], [ranges[i], ranges[j]]).any(axis=1)
+        _mark(ax, kind, *value[inside][:, [i, j]].T, bars[:, inside, i], bars[:, inside, j])
+    rows = [row for kind in _kinds(results).values() for row in kind]
+    _mark_edges(ax, front.held_out[rows][:, [i, j]], [ranges[i], ranges[j]])
+    mark_lost(ax, held(front.held_out[front.lost > 0][:, [i, j]], [ranges[i], ranges[j]]), results.front.lost)
     _show(ax, "x", results, ranges[i], i)
     _show(ax, "y", results, ranges[j], j)
 
@@ -51,9 +58,12 @@ def _ranking(ax: Axes, results: Results, shown: Range) -> None:
     order = np.argsort(-front.held_out[:, 0], kind="stable")
     height = np.empty(len(order))
     height[order] = np.arange(len(order))
-    rest = [k for k, role in enumerate(front.roles) if role == "" and not front.non_dominated[k]]
-    for kind, rows in {"finalist": rest, **_kinds(results)}.items():
+    for kind, every in _kinds(results).items():
+        rows = [row for row in every if not beyond(front.held_out[[row], :1], [shown]).any()]
         _mark(ax, kind, front.held_out[rows, 0], height[rows], _bars(results, rows)[:, :, 0], None)
+    places, ranges = np.stack([front.held_out[:, 0], height], axis=1), [shown, Range(-1.0, len(order), False)]
+    _mark_edges(ax, places, ranges)
+    mark_lost(ax, held(places[front.lost > 0], ranges), front.lost)
     ax.set_yticks(height, front.points, fontsize=6.5)
     ax.grid(visible=False, axis="y")
     _show(ax, "x", results, shown, 0)
@@ -61,8 +71,39 @@ def _ranking(ax: Axes, results: Results, shown: Range) -> None:
 
 def _kinds(results: Results) -> dict[str, list[int]]:
     front = results.front
-    best = [k for k, role in enumerate(front.roles) if role == "" and front.non_dominated[k]]
-    return {"front": best, "default": front.of("default"), "tuned": front.of("tuned")}
+    plain = [k for k, role in enumerate(front.roles) if role == ""]
+    best, rest = ([k for k in plain if bool(front.non_dominated[k]) is wanted] for wanted in (True, False))
+    return {"finalist": rest, "front": best, "default": front.of("default"), "tuned": front.of("tuned")}
+
+
+def beyond(places: np.ndarray, ranges: list[Range]) -> np.ndarray:
+    """Return on which side of the axes places (n, axes) lie: -1 below, 0 within, 1 above (n, axes)."""
+    low, high = (np.array([getattr(shown, end) for shown in ranges]) for end in ("low", "high"))
+    return (places > high).astype(int) - (places < low).astype(int)
+
+
+def held(places: np.ndarray, ranges: list[Range]) -> np.ndarray:
+    """Return places (n, axes), moved to the edge where they lie beyond the axes."""
+    return np.clip(places, [shown.low for shown in ranges], [shown.high for shown in ranges])
+
+
+def _mark_edges(ax: Axes, places: np.ndarray, ranges: list[Range]) -> None:
+    """Mark places (n, 2) beyond the axes at the edge; one beyond both is marked at the corner by its first."""
+    sides, shown = beyond(places, ranges), held(places, ranges)
+    count = int(sides.any(axis=1).sum())
+    label = f"beyond the axes ({count})"
+    for (x, y), marker in EDGES.items():
+        rows = (sides[:, 0] == x) & ((sides[:, 1] == y) | bool(x))
+        if rows.any():
+            ax.plot(*shown[rows].T, marker, markersize=5, color=COLOURS["grey"], clip_on=False, zorder=5, label=label)
+            label = "_"
+
+
+def mark_lost(ax: Axes, places: np.ndarray, lost: np.ndarray) -> None:
+    """Cross out the places (n, 2) of points that lost flights; lost (points,): how many each point lost."""
+    if len(places):
+        label = f"lost {counted(int(lost.sum()), 'flight')} ({counted(len(places), 'point')})"
+        ax.plot(*places.T, "x", markersize=7, color=COLOURS["bad"], clip_on=False, zorder=6, label=label)
 
 
 def _bars(results: Results, rows: list[int]) -> np.ndarray:

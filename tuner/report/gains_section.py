@@ -49,4 +49,6 @@ def _remark(variable: Variable) -> str:
     place = share(variable, variable.tuned)
     if EDGE < place < 1.0 - EDGE:
         return ""
-    return f"at the {'low' if place <= EDGE else 'high'} end: a wider range may do better"
+    end = "low" if place <= EDGE else "high"
+    why = "which cannot be moved" if end in variable.natural_ends else "a wider range may do better"
+    return f"at the {end} end: {why}"

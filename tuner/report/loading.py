@@ -154,6 +154,7 @@ def _variable(row: Node) -> Variable:
         scale=row["scale"].text(),
         default=row["default"].number(),
         tuned=row["tuned"].number(),
+        natural_ends=tuple(entry.text() for entry in row["natural_ends"].entries()) if row.get("natural_ends") else (),
     )
 
 
@@ -187,6 +188,9 @@ def _front(
         high=values("high"),
         stored=stored,
         requirements=np.stack(known, axis=1) if known else np.empty((len(table.text("point")), 0)),
+        lost=table.numbers("lost").astype(int)
+        if "lost" in table.columns
+        else np.zeros(len(table.text("point")), dtype=int),
         probability=table.numbers("probability") if "probability" in table.columns else None,
     )
 

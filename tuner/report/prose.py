@@ -1,8 +1,10 @@
 """The report's opening paragraph and its key figures, in plain words."""
 
+from typing import Any
+
 from plant.laws import LAWS
 from tuner.report.markup import Markup, element, join
-from tuner.report.numbers import count, duration, significant
+from tuner.report.numbers import count, duration, per_cent, significant
 from tuner.report.results import DEFAULT, Results
 
 NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
@@ -92,6 +94,21 @@ def _checked(results: Results) -> str:
 
 def _all_of(number: int, noun: str) -> str:
     return {1: f"the {noun}", 2: f"both {noun}s"}.get(number, f"all {counted(number, noun)}")
+
+
+def gap_words(picked: dict[str, Any], gap: dict[str, float]) -> str:
+    """Return what the gap between held-out and search value of the recommended point says of the search.
+
+    picked: `picked_on` of summary.json; a folder of an earlier version holds no `lost_in_search`.
+    """
+    lost = picked.get("lost_in_search", 0.0)
+    if lost is None:
+        return "it was not flown in the search, whose value is that of flights that failed at once"
+    if lost > 0.0:
+        return f"it lost {per_cent(lost)} of its flights in the search, and a lost flight costs more than any other"
+    if gap["low"] > 0.0:
+        return "the search was optimistic"
+    return "the search was pessimistic" if gap["high"] < 0.0 else "no optimism of the search to be told"
 
 
 def limit_text(limit: float, unit: str, sense: str = "most") -> str:

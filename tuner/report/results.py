@@ -55,7 +55,10 @@ class Required:
 
 @dataclass(frozen=True)
 class Variable:
-    """One searched gain, in its own unit; symbol and meaning may be empty."""
+    """One searched gain, in its own unit; symbol and meaning may be empty.
+
+    natural_ends: "low", "high", whichever end of the range cannot be moved.
+    """
 
     name: str
     symbol: str
@@ -66,6 +69,7 @@ class Variable:
     scale: str
     default: float
     tuned: float
+    natural_ends: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)
@@ -75,7 +79,8 @@ class Front:
     points, roles, candidates (n,); non_dominated, feasible: masks (n,); gains (n, variables); search, held_out, low,
     high (n, objectives). probability (n,): of being non-dominated, None where the folder does not hold it. stored: by
     the names of their columns, values (n, objectives) in the units of the file, where the folder holds them: search, held_out,
-    low, high, gap and difference with their ends. requirements (n, requirements): likewise, NaN where not known.
+    low, high, gap and difference with their ends. requirements (n, requirements): likewise, NaN where not known. lost (n,):
+    held-out flights that did not reach their end, 0 where the folder does not tell.
     """
 
     points: list[str]
@@ -90,6 +95,7 @@ class Front:
     high: np.ndarray
     stored: dict[str, np.ndarray]
     requirements: np.ndarray
+    lost: np.ndarray
     probability: np.ndarray | None = None
 
     def of(self, role: str) -> list[int]:

@@ -115,8 +115,8 @@ def _conflict(results: Results) -> Markup:
     rows = [
         [
             words,
-            entry["candidate"],
-            per_cent(entry["share"]),
+            f"{entry['candidate']}, the default" if entry.get("default") else entry["candidate"],
+            per_cent(entry["share"]) if entry["share"] <= 1.0 else f"{significant(entry['share'], 3)} times the limit",
             element("span", "; ".join(_relaxed(limit) for limit in entry["limits"])),
         ]
         for words, entry in steps

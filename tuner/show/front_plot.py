@@ -7,6 +7,11 @@ from tuner.report.units import bracketed
 from tuner.show.scatter import Layer, scatter
 
 
+def lost_words(lost: np.ndarray) -> str:
+    """Return the legend of points that lost flights; lost (points,): how many each lost."""
+    return f"lost flights when held out ({int((lost > 0).sum())} points, {int(lost.sum())} flights; at the edge if beyond it)"
+
+
 def front_lines(results: Results, width: int, height: int) -> list[str]:
     """Return the lines; values are in the units that reports show, angles in degrees."""
     front, tried = results.front, results.candidates
@@ -14,6 +19,7 @@ def front_lines(results: Results, width: int, height: int) -> list[str]:
     layers = [
         Layer(".", "tried, as the search saw it", tried.values[tried.feasible], cut=True),
         Layer("o", "front", front.held_out[best]),
+        Layer("x", lost_words(front.lost), front.held_out[front.lost > 0], cut=True, edge=True),
         Layer("D", "default", front.held_out[front.of(DEFAULT)]),
         Layer("@", "recommended", front.held_out[front.of(TUNED)]),
     ]

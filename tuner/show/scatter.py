@@ -12,12 +12,16 @@ MARGIN = 0.04
 
 
 class Layer(NamedTuple):
-    """Points (n, 2) that share a mark of one letter; later layers lie on top. cut: those outside the axes are left out."""
+    """Points (n, 2) that share a mark of one letter; later layers lie on top.
+
+    cut: they do not widen the axes. edge: those outside the axes stand at the edge, instead of being left out.
+    """
 
     mark: str
     name: str
     points: Array
     cut: bool = False
+    edge: bool = False
 
 
 def scatter(layers: Sequence[Layer], labels: tuple[str, str], width: int, height: int) -> list[str]:
@@ -31,7 +35,8 @@ def scatter(layers: Sequence[Layer], labels: tuple[str, str], width: int, height
     indent = max(map(len, ends))
     cells = [[" "] * (width - indent - 2) for _ in range(height)]
     for layer in layers:
-        for column, row in places(layer.points, low, high, len(cells[0]), height):
+        points = np.clip(layer.points, low, high) if layer.edge else layer.points
+        for column, row in places(points, low, high, len(cells[0]), height):
             cells[row][column] = layer.mark
     lines = [labels[1]]
     for row, line in enumerate(cells):

@@ -72,7 +72,8 @@ def front(results: Results) -> list[Row]:
             for entry, value, low, high in zip(results.objectives, *ends, strict=True)
         }
         chance = None if found.probability is None else float(found.probability[i])
-        rows.append({"point": found.points[i], "role": found.roles[i], "values": values, "probability": chance})
+        known = {"point": found.points[i], "role": found.roles[i], "probability": chance, "lost": int(found.lost[i])}
+        rows.append({**known, "values": values})
     return rows
 
 

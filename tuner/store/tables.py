@@ -74,6 +74,7 @@ def front_table(outcome: "Outcome") -> Any:
     columns: dict[str, Any] = {
         "point": outcome.names, "candidate": rows, "role": roles,
         "non_dominated": finalists.non_dominated, "probability": finalists.probability, "feasible": finalists.feasible,
+        "lost": finalists.evaluation.lost,
     }  # fmt: skip
     gains = outcome.finalist_rows
     columns |= {

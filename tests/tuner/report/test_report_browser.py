@@ -196,6 +196,43 @@ def test_candidates_of_the_search_are_shown_on_demand(reader):
     assert reader.picture("plane") != before
 
 
+RED = """id => {
+  const canvas = document.getElementById(id);
+  const [r, g, b] = getComputedStyle(document.documentElement).getPropertyValue("--bad").trim().match(/[0-9a-f]{2}/gi)
+    .map((part) => parseInt(part, 16));
+  const { data, width } = canvas.getContext("2d").getImageData(0, 0, canvas.width, canvas.height);
+  const found = [];
+  for (let k = 0; k < data.length; k += 4) {
+    const apart = Math.abs(data[k] - r) + Math.abs(data[k + 1] - g) + Math.abs(data[k + 2] - b);
+    if (data[k + 3] > 200 && apart < 24) found.push([(k / 4) % width, Math.floor(k / 4 / width)]);
+  }
+  return { found, width, height: canvas.height };
+}"""
+
+
+@pytest.mark.parametrize("lost", [0, 2])
+def test_lost_flights_are_crossed_out_at_the_edge_of_every_view_and_told(browser, tmp_path, lost):
+    folder = fabricate(tmp_path / "made-up", objectives=3, lost=lost, responses=False)
+    write_report(folder)
+    reader = Reader(browser, folder)
+    for view in ("plane", "space", "matrix", "parallel"):
+        reader.picture(view)
+        red = reader.page.evaluate(RED, view)
+        assert bool(red["found"]) is bool(lost), view
+        if view == "plane" and lost:
+            # Forty times the others' values: in the corner at the top right.
+            assert all(x > red["width"] - 60 and y < 60 for x, y in red["found"])
+            box = reader.page.locator("#plane").bounding_box()
+            reader.page.mouse.move(box["x"] + box["width"] - RIGHT, box["y"] + TOP)
+            reader.page.wait_for_selector("#tip:not([hidden])")
+            assert "lost 2 of 256 held-out flights" in reader.page.inner_text("#tip")
+    assert reader.page.locator("#lost-legend").count() == bool(lost)
+    assert reader.page.locator("#beyond-legend").is_visible() is bool(lost)
+    states = reader.page.inner_text("#finalists")
+    assert states.count("lost 2 of 256 held-out flights") == lost
+    assert reader.complaints == []
+
+
 def test_picked_point_shows_its_numbers_gains_responses_and_loops(reader):
     page, folder = reader.page, reader.folder
     reader.pick("p0107")

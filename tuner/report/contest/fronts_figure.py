@@ -11,6 +11,7 @@ from tuner.report.contest.contest import Contest, Front, Fronts
 from tuner.report.contest.figure_axes import show_span
 from tuner.report.contest.front_charts import objective_span, reach, stairs
 from tuner.report.figure_style import COLOURS, WIDTH, grid, legend_above
+from tuner.report.front_figure import mark_lost
 from tuner.report.units import bracketed
 
 # Pairs beyond these do not fit on a page.
@@ -41,6 +42,9 @@ def fronts_figure(contest: Contest) -> Figure | None:
             _front(contest, ax, front, i, j, joined=single)
         _axis(contest, fronts, ax, "x", i)
         _axis(contest, fronts, ax, "y", j)
+    for ax, (i, j) in zip(axes, pairs, strict=True):
+        crossed = np.concatenate([front.values[front.lost > 0][:, [i, j]] for front in fronts.fronts])
+        mark_lost(ax, crossed, np.concatenate([front.lost for front in fronts.fronts]))
     axes[0].plot([], [], "o", **RING, label="recommended")
     legend_above(figure, axes[0])
     return figure
@@ -69,6 +73,7 @@ def _ranking(contest: Contest, fronts: Fronts, ax: Axes) -> None:
         bars = {"xerr": reach(front, 0), "fmt": look.marker, "color": look.ink, "markerfacecolor": face}
         ax.errorbar(front.values[:, 0], height, **bars, markersize=4, elinewidth=0.6)
         _ring(ax, front.values[front.recommended, 0], height[front.recommended])
+        mark_lost(ax, np.stack([front.values[front.lost > 0, 0], height[front.lost > 0]], axis=1), front.lost)
     ax.set_yticks([-float(row) for row in range(len(names))], names)
     ax.set_ylim(0.6 - len(names), 0.6)
     ax.grid(visible=False, axis="y")

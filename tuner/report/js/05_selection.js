@@ -46,7 +46,15 @@ const STATES = {
   start: "design start, search values", searched: "feasible, search values", infeasible: "breaks a limit, search values",
 };
 
+// What is wrong with a finalist: limits broken, flights lost; empty where nothing is.
+function faultsOf({ point }) {
+  const said = [];
+  if (point && !point.feasible) said.push("breaks a limit");
+  if (point?.lost) said.push(`lost ${point.lost} of ${data.held_out} held-out flights`);
+  return said.join(", ");
+}
+
 function tellingOf(row) {
-  const broken = row.point && !row.point.feasible ? " (breaks a limit)" : "";
-  return [`${row.name}: ${STATES[row.layer]}${broken}`, ...summaryOf(row)];
+  const faults = faultsOf(row);
+  return [`${row.name}: ${STATES[row.layer]}${faults && ` (${faults})`}`, ...summaryOf(row)];
 }

@@ -58,6 +58,30 @@ function mark(context, layer, x, y, opacity = 1, scale = 1) {
   context.globalAlpha = 1;
 }
 
+// A cross over the mark of a point that lost flights when held out.
+function crossOut(context, x, y, opacity = 1, scale = 1) {
+  const r = 7 * scale;
+  context.globalAlpha = opacity;
+  stroke(context, x - r, y - r, x + r, y + r, colour("bad"), 1.6);
+  stroke(context, x + r, y - r, x - r, y + r, colour("bad"), 1.6);
+  context.globalAlpha = 1;
+}
+
+// An arrow head at the edge of a view, towards a point that lies beyond its axes.
+function arrowHead(context, layer, x, y, [dx, dy], opacity = 1, scale = 1) {
+  const size = Math.hypot(dx, dy) || 1;
+  const [a, b] = [(8 * scale * dx) / size, (8 * scale * dy) / size];
+  context.globalAlpha = opacity;
+  context.beginPath();
+  context.moveTo(x + a, y + b);
+  context.lineTo(x - a - 0.6 * b, y - b + 0.6 * a);
+  context.lineTo(x - a + 0.6 * b, y - b - 0.6 * a);
+  context.closePath();
+  context.fillStyle = colour(COLOURS[layer]);
+  context.fill();
+  context.globalAlpha = 1;
+}
+
 // The ring around the picked point.
 function ring(context, x, y, radius = 10) {
   context.beginPath();

@@ -6,8 +6,19 @@ const scalesOf = (box, i, j) => ({
   y: makeScale(dimensions[j], box.bottom, box.top),
 });
 
-const shownIn = (row, i, j) => inSpan(row.values[i], dimensions[i]) && inSpan(row.values[j], dimensions[j]);
 const inSpan = (value, { low, high }) => value >= low && value <= high;
+const within = (row, i, j) => inSpan(row.values[i], dimensions[i]) && inSpan(row.values[j], dimensions[j]);
+// What was flown on held-out scenarios is drawn wherever it lies, at the edge where it lies beyond the axes.
+const shownIn = (row, i, j) => within(row, i, j) || (Boolean(row.low) && [i, j].every((k) => isNumber(row.values[k])));
+
+// Place of a row in a box, at its edge where the row lies beyond the axes.
+function spotIn(box, i, j, row) {
+  const { x, y } = scalesOf(box, i, j);
+  return [
+    Math.min(Math.max(x.to(row.values[i]), box.left), box.right),
+    Math.min(Math.max(y.to(row.values[j]), box.top), box.bottom),
+  ];
+}
 
 function paintScatter(context, box, i, j, rows, { ranges, layers, picked }, scale = 1) {
   const { x, y } = scalesOf(box, i, j);
@@ -19,12 +30,21 @@ function paintScatter(context, box, i, j, rows, { ranges, layers, picked }, scal
   for (const row of rows) {
     if (!shownIn(row, i, j)) continue;
     const opacity = passes(row, ranges) ? 1 : 0.16;
-    const [u, v] = [x.to(row.values[i]), y.to(row.values[j])];
-    if (layers.intervals && row.low) paintBars(context, row, i, j, x, y, u, v, opacity * 0.5);
-    mark(context, row.layer, u, v, row.low ? opacity : opacity * 0.7, scale);
+    const [u, v] = spotIn(box, i, j, row);
+    if (within(row, i, j)) {
+      if (layers.intervals && row.low) paintBars(context, row, i, j, x, y, u, v, opacity * 0.5);
+      mark(context, row.layer, u, v, row.low ? opacity : opacity * 0.7, scale);
+    } else arrowHead(context, row.layer, u, v, beyond(row, i, j), opacity, scale);
+    if (row.point?.lost) crossOut(context, u, v, opacity, scale);
     if (row.name === picked) ring(context, u, v, 10 * scale);
   }
   context.restore();
+}
+
+// Which way a row lies beyond the axes on the paper: -1, 0 or 1 to the right and down.
+function beyond(row, i, j) {
+  const side = (value, { low, high }) => (value > high ? 1 : value < low ? -1 : 0);
+  return [side(row.values[i], dimensions[i]), -side(row.values[j], dimensions[j])];
 }
 
 // Held-out intervals of the objectives; gains have none.

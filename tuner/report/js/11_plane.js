@@ -13,15 +13,17 @@ function startPlane() {
     const area = box();
     paintFrame(context, area, state.x, state.y, [Math.min(7, width / 80), Math.min(7, height / 55)]);
     if (objectives.length === 2 && state.x === 0 && state.y === 1) paintStaircase(context, area);
-    paintScatter(context, area, state.x, state.y, visibleRows(state.layers), state);
+    const rows = visibleRows(state.layers);
+    paintScatter(context, area, state.x, state.y, rows, state);
+    const shown = rows.filter((row) => shownIn(row, state.x, state.y));
+    byId("beyond-legend").hidden = shown.every((row) => within(row, state.x, state.y));
     paintNames(context, area, state);
     paintTitle(context, axisTitle(dimensions[state.x]), (area.left + area.right) / 2, height - 12, area.right - area.left);
     paintTitle(context, axisTitle(dimensions[state.y]), 12, (area.top + area.bottom) / 2, area.bottom - area.top, "center", true);
   });
   const spot = (row) => {
     const { x, y } = store.get();
-    const scales = scalesOf(box(), x, y);
-    return [scales.x.to(row.values[x]), scales.y.to(row.values[y])];
+    return spotIn(box(), x, y, row);
   };
   const near = (rows, x, y) => nearestRow(rows.filter((row) => shownIn(row, store.get().x, store.get().y)), spot, x, y);
   addPointer(canvas, {
@@ -63,13 +65,12 @@ function paintStaircase(context, box) {
 
 // Names beside the marks that matter.
 function paintNames(context, box, { x: i, y: j, layers, picked }) {
-  const { x, y } = scalesOf(box, i, j);
   context.font = `600 12px ${typeface()}`;
   context.textBaseline = "bottom";
   for (const row of finalists) {
     const named = (row.layer === "default" || row.layer === "tuned") && layers[row.layer];
     if (!(named || row.name === picked) || !shownIn(row, i, j)) continue;
-    const [u, v] = [x.to(row.values[i]), y.to(row.values[j])];
+    const [u, v] = spotIn(box, i, j, row);
     const right = u > box.left + 0.8 * (box.right - box.left);
     context.textAlign = right ? "right" : "left";
     context.fillStyle = colour(named ? row.layer : "ink");

@@ -27,10 +27,7 @@ function startMatrix() {
       if (j === count - 1) paintTitle(context, objectives[i].label, (box.left + box.right) / 2, height - 8, box.right - box.left);
     }
   });
-  const spot = ([i, j]) => {
-    const { x, y } = scalesOf(cell(j, i), i, j);
-    return (row) => [x.to(row.values[i]), y.to(row.values[j])];
-  };
+  const spot = ([i, j]) => (row) => spotIn(cell(j, i), i, j, row);
   const near = (rows, x, y) => {
     const found = inCell(x, y);
     return found ? nearestRow(rows.filter((row) => shownIn(row, ...found)), spot(found), x, y, 10) : null;

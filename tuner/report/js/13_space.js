@@ -16,21 +16,26 @@ function startSpace() {
   const canvas = byId("space");
   if (!canvas) return;
   const scales = [0, 1, 2].map((i) => makeScale(dimensions[i], 0, 1));
-  const placeOf = (row, width, height) => projected(scales.map((scale, i) => scale.to(row.values[i])), width, height);
+  const at = (scale, value) => Math.min(Math.max(scale.to(value), 0), 1);
+  const placeOf = (row, width, height) => projected(scales.map((scale, i) => at(scale, row.values[i])), width, height);
   const inside = (row) => scales.every((scale, i) => scale.inside(row.values[i]));
+  const drawn = (row) => inside(row) || (Boolean(row.low) && scales.every((_, i) => isNumber(row.values[i])));
   const view = addView(canvas, ["ranges", "layers", "picked"], (context, width, height) => {
     const { ranges, layers, picked } = store.get();
     paintCube(context, width, height, scales);
-    const rows = visibleRows(layers).filter(inside).map((row) => ({ row, at: placeOf(row, width, height) }));
+    const rows = visibleRows(layers).filter(drawn).map((row) => ({ row, at: placeOf(row, width, height) }));
     for (const { row, at } of rows.sort((a, b) => a.at[2] - b.at[2])) {
       const opacity = passes(row, ranges) ? 1 : 0.16;
-      if (row.low) paintStem(context, row, scales, at, width, height, opacity);
-      mark(context, row.layer, at[0], at[1], opacity, 0.9);
+      if (inside(row)) {
+        if (row.low) paintStem(context, row, scales, at, width, height, opacity);
+        mark(context, row.layer, at[0], at[1], opacity, 0.9);
+      } else arrowHead(context, row.layer, at[0], at[1], [at[0] - width / 2, at[1] - height / 2], opacity, 0.9);
+      if (row.point?.lost) crossOut(context, at[0], at[1], opacity, 0.9);
       if (row.name === picked) ring(context, at[0], at[1]);
     }
   });
   const near = (rows, x, y) =>
-    nearestRow(rows.filter(inside), (row) => placeOf(row, canvas.clientWidth, canvas.clientHeight), x, y);
+    nearestRow(rows.filter(drawn), (row) => placeOf(row, canvas.clientWidth, canvas.clientHeight), x, y);
   let before = null;
   addPointer(canvas, {
     drag: (x0, y0, x, y, done) => {

@@ -66,6 +66,7 @@ function paintLine(context, row, points, selected, bold = false) {
   context.setLineDash([]);
   context.globalAlpha = 1;
   if (special || bold) for (const [x, y] of points) mark(context, row.layer, x, y, selected ? 1 : 0.3, 0.9);
+  if (row.point?.lost) for (const [x, y] of points.slice(0, objectives.length)) crossOut(context, x, y, selected ? 1 : 0.3, 0.6);
 }
 
 function paintAxis(context, axis, x, scale, range, { height, room, first, last }) {

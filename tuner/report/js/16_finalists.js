@@ -33,7 +33,7 @@ function showFinalists(holder) {
       return make("span", { class: "number" }, value, " ", make("small", { class: "interval" }, interval));
     }),
     make("span", { class: "number" }, row.layer === "default" ? MISSING : perCent(row.point.probability)),
-    `${STATES[row.layer]}${row.point.feasible ? "" : ", breaks a limit"}`,
+    [STATES[row.layer], faultsOf(row)].filter(Boolean).join(", "),
   ]);
   const table = tableOf(head, body, { class: "stacked" });
   [...table.tBodies[0].rows].forEach((line, k) => line.classList.toggle("picked", rows[k].name === picked));

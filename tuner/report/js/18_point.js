@@ -24,10 +24,11 @@ function showPoint() {
 }
 
 function stateText({ layer, point }) {
-  if (layer === "default") return "The default gains, which everything is measured by.";
+  const lost = point.lost ? ` It lost ${point.lost} of ${data.held_out} held-out flights.` : "";
+  if (layer === "default") return `The default gains, which everything is measured by.${lost}`;
   const said = [`It is ${point.front ? "" : "not "}on the held-out front`];
   if (isNumber(point.probability)) said.push(`and non-dominated on ${perCent(point.probability)} of the resamples`);
-  return `${said.join(" ")}. It ${point.feasible ? "keeps every limit" : "breaks a limit"} there.`;
+  return `${said.join(" ")}. It ${point.feasible ? "keeps every limit" : "breaks a limit"} there.${lost}`;
 }
 
 const SIGNS = { better: "✓", kept: "✓", worse: "✗", broken: "✗", "no clear difference": "≈" };

@@ -1,0 +1,42 @@
+"""Sentences of the report that judge: what a gap between search and held-out says, and what a gain at an end of its range says."""
+
+from typing import Any
+
+import pytest
+
+from tuner.report.gains_section import gains_table
+from tuner.report.prose import gap_words
+from tuner.report.results import Variable
+
+
+@pytest.mark.parametrize(
+    ("low", "high", "said"),
+    [(0.1, 0.3, "optimistic"), (-0.1, 0.3, "no optimism"), (-29.0, -28.0, "pessimistic"), (0.0, 0.3, "no optimism")],
+)
+def test_a_gap_is_judged_by_its_interval(low, high, said):
+    assert said in gap_words({"lost_in_search": 0.0}, {"low": low, "high": high})
+    # A folder of an earlier version does not tell what was lost.
+    assert said in gap_words({}, {"low": low, "high": high})
+
+
+@pytest.mark.parametrize("low", [-29.0, 1.0])
+def test_a_gap_to_lost_flights_says_nothing_of_optimism(low):
+    """30.00 m in the search, gap -28.49: the value of a flight that was lost, or never made."""
+    gap = {"low": low, "high": low + 1.0}
+    assert gap_words({"lost_in_search": 0.25}, gap).startswith("it lost 25 % of its flights in the search")
+    assert gap_words({"lost_in_search": None}, gap).startswith("it was not flown in the search")
+    for lost in (0.25, None):
+        assert "optimis" not in gap_words({"lost_in_search": lost}, gap)
+
+
+def remark(tuned, *natural_ends):
+    results: Any = type("Results", (), {})()
+    results.variables = [Variable("tilt.k1", "k1", "", "1", 0.0, 40.0, "linear", 20.0, tuned, natural_ends)]
+    return gains_table(results)
+
+
+def test_a_wider_range_is_advised_only_where_the_end_can_be_moved():
+    assert "at the low end: which cannot be moved" in remark(0.0, "low")
+    assert "at the low end: a wider range may do better" in remark(0.0, "high")
+    assert "at the high end: a wider range may do better" in remark(40.0, "low")
+    assert "end:" not in remark(20.0, "low")
