@@ -12,6 +12,7 @@ import pytest
 from scipy.stats import binom, norm
 
 from objectives.risk import Risk, interval_on, paired_difference_on, resampled_scenarios, within
+from objectives.risk.studentised import difference, measured, standard_error
 from tuner.held_out import gap_interval
 
 SIGMA = 0.5
@@ -117,6 +118,19 @@ def test_cvar_of_few_tail_values_is_covered_where_the_percentile_interval_fails(
     # Paired repetitions; the standard error of a share of 0.95 is 0.013.
     assert np.mean(hits, axis=0) > 0.95 - 4 * 0.013
     assert np.mean(hits, axis=0) > np.mean(percentile, axis=0)
+
+
+@pytest.mark.parametrize("n", [7, 13, 64, 101])
+@pytest.mark.parametrize("level", [0.5, 0.8, 0.93])
+def test_the_risk_that_is_measured_in_standard_errors_is_the_risk_itself(n, level):
+    """Also where level n is no whole number, and the pull of each value averages to the risk but for the edge."""
+    values, risk = np.random.default_rng(n).lognormal(size=(3, n)), Risk("cvar", level)
+    found = measured(values, risk)
+    np.testing.assert_allclose(found.risk, risk.apply(values), rtol=1e-12)
+    assert found.pull is not None
+    apart = difference(found, measured(values[::-1], risk))
+    np.testing.assert_allclose(apart.pull, found.pull - found.pull[::-1], rtol=1e-12)
+    np.testing.assert_allclose(standard_error(found), found.pull.std(axis=1) / sqrt(n), rtol=1e-12)
 
 
 @pytest.mark.parametrize(("level", "low", "high"), [(1.0, 0.6, 1.6), (2.0, 1.2, 3.2)])

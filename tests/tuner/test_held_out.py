@@ -64,6 +64,8 @@ def test_the_pick_is_flattered_on_what_it_was_picked_by_and_not_on_fresh_flights
     [
         (-0.3, -0.2, -0.1, "better"),
         (0.1, 0.2, 0.3, "worse"),
+        # However small, where the interval leaves out zero.
+        (4e-6, 5e-6, 6e-6, "worse"),
         (-0.1, 0.1, 0.3, "no clear difference"),
         (-0.3, -0.1, 0.1, "no clear difference"),
         # An end at zero leaves nothing out.
