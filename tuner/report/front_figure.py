@@ -41,14 +41,13 @@ def _pair(ax: Axes, results: Results, ranges: list[Range], i: int, j: int) -> No
     front, tried = results.front, results.candidates
     kept = tried.feasible
     ax.plot(tried.values[kept, i], tried.values[kept, j], ".", markersize=2, color=COLOURS["grey"], label="searched")
-    for kind, rows in _kinds(results).items():
-        value = front.held_out[rows]
+    places, shown = front.held_out[:, [i, j]], [ranges[i], ranges[j]]
+    for kind, every in _kinds(results).items():
+        rows = [row for row in every if not beyond(places[[row]], shown).any()]
         bars = _bars(results, rows)
-        inside = ~beyond(value[:, [i, j]], [ranges[i], ranges[j]]).any(axis=1)
-        _mark(ax, kind, *value[inside][:, [i, j]].T, bars[:, inside, i], bars[:, inside, j])
-    rows = [row for kind in _kinds(results).values() for row in kind]
-    _mark_edges(ax, front.held_out[rows][:, [i, j]], [ranges[i], ranges[j]])
-    mark_lost(ax, held(front.held_out[front.lost > 0][:, [i, j]], [ranges[i], ranges[j]]), results.front.lost)
+        _mark(ax, kind, places[rows, 0], places[rows, 1], bars[:, :, i], bars[:, :, j])
+    _mark_edges(ax, places, shown)
+    mark_lost(ax, held(places[front.lost > 0], shown), front.lost)
     _show(ax, "x", results, ranges[i], i)
     _show(ax, "y", results, ranges[j], j)
 

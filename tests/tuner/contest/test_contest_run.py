@@ -1,6 +1,7 @@
 """What a contest leaves behind: the same air for all, complete and consistent files, the same bits for any thread count."""
 
 import json
+import shutil
 
 import numpy as np
 import pandas as pd
@@ -19,8 +20,11 @@ from tests.tuner.contest.contest_text import CONTEST, NAMES, changed, write
 from tuner.contest import load_contest
 from tuner.contest.bounds import on_bounds
 from tuner.contest.fronts import volume
+from tuner.contest.resume import reopen_contest
+from tuner.contest.run import run_contest
 from tuner.responses import fly_responses
 from tuner.study import load_study
+from tuner.watcher import Watcher
 
 FILES = (
     "study.toml", "resolved.json", "environment.json", "contest.json", "scores.parquet", "differences.csv", "published.csv",
@@ -284,6 +288,19 @@ def test_traces_and_air_are_those_of_flight_0(small_contest):
     assert gusts.value.tolist() == drawn.disturbances[0, :, 1, 0].tolist()
     np.testing.assert_allclose(gusts.time, 0.004 * np.arange(250), atol=1e-12)
     assert set(air.unit) == {"m/s"}
+
+
+def test_a_resumed_contest_ends_in_the_same_bits(small_contest, tmp_path, without_report):
+    """As if it had been killed after the search of its contender, before anything was judged."""
+    _, folder = small_contest
+    copy = shutil.copytree(folder, tmp_path / "copy")
+    tables = ("fronts.csv", "differences.csv", "contenders/pid/front.csv", "contenders/pid/summary.json")
+    for name in ("contest.json", "scores.parquet", *tables):
+        (copy / name).unlink()
+    run_contest(*reopen_contest(copy, None), Watcher(), 1)
+    assert timeless(copy) == timeless(folder)
+    for name in tables[:3]:
+        assert (copy / name).read_bytes() == (folder / name).read_bytes()
 
 
 def test_an_existing_folder_is_not_touched(small_contest, tmp_path):

@@ -1,9 +1,11 @@
 """Finalists that lost flights when held out are marked, counted and never out of sight, in every drawing of the trade-off."""
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
+from matplotlib.container import ErrorbarContainer
 
 from tests.tuner.in_process import tuner
 from tests.tuner.report.contest.fabricate_contest import Made
@@ -33,6 +35,11 @@ def drawn(ax, label):
     return np.stack(found.get_data(), axis=1)
 
 
+def count_of(line: Any) -> int:
+    """How many marks a line of a figure is made of."""
+    return len(line.get_xdata())
+
+
 def test_the_paper_figure_crosses_them_out_at_the_edge_and_counts_them(folder):
     results = load(folder)
     for ax in [ax for ax in front_figure(results).axes if ax.get_visible()]:
@@ -58,9 +65,9 @@ def test_legends_of_the_paper_figure_lie_within_it(folder):
 def test_every_finalist_is_drawn_once(folder):
     results = load(folder)
     for ax in [ax for ax in front_figure(results).axes if ax.get_visible()]:
-        inside = sum(len(bars.lines[0].get_xdata()) for bars in ax.containers)
+        inside = sum(count_of(bars.lines[0]) for bars in ax.containers if isinstance(bars, ErrorbarContainer))
         edge = [line for line in ax.get_lines() if str(line.get_marker()) in ("<", ">", "^", "v")]
-        beyond = sum(len(line.get_xdata()) for line in edge)
+        beyond = sum(map(count_of, edge))
         assert beyond >= LOST and inside + beyond == len(results.front.points) == FINALISTS + 1
 
 
@@ -103,7 +110,7 @@ def test_fronts_of_a_contest_cross_them_out(tmp_path, objectives):
     figure = fronts_figure(contest)
     assert figure is not None
     crosses = [line for line in figure.axes[0].get_lines() if line.get_marker() == "x"]
-    assert sum(len(line.get_xdata()) for line in crosses) == 2 * len(made.names)
+    assert sum(map(count_of, crosses)) == 2 * len(made.names)
     traces = json.dumps(Page(contest_page(contest)).data)
     assert traces.count('"x-thin"') == len(made.names)
     assert "lost two flights" in traces
