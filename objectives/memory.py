@@ -18,6 +18,7 @@ import objectives.meters
 import plant
 from objectives.engine import LANES
 from objectives.system import Fleet, System
+from plant.backends import processor
 from plant.records import flatten
 
 # Libraries whose versions can change the bits of a flight.
@@ -52,7 +53,7 @@ def model_key() -> str:
 
 
 def scenario_key(system: System, root: int, fleet: Fleet, arithmetic: str = LANES) -> str:
-    """Return the hash of all that decides a flight of a fleet but its gains and its index."""
+    """Return the hash of all that decides a flight of a fleet but its gains and its index, the machine's arithmetic included."""
     reference = asdict(fleet.spec.reference)
     # What is in a waypoint file decides, not where it lies.
     reference.pop("path", None)
@@ -63,6 +64,8 @@ def scenario_key(system: System, root: int, fleet: Fleet, arithmetic: str = LANE
         "scenario": {**asdict(fleet.spec), "reference": {**reference, "kind": fleet.spec.reference.kind}},
         "stream": fleet.stream,
         "root": root,
+        # Also where a card flies: the air is drawn here.
+        "machine": processor.arithmetic().label,
     }
     if arithmetic != LANES:
         content["arithmetic"] = arithmetic

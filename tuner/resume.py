@@ -4,18 +4,22 @@ The result is that of a run that was never interrupted, to the bit: nothing of t
 stale, and a file that was damaged is flown again. For runs that were stopped, killed, ran out of disk, or shall search longer.
 """
 
+from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
 
 from plant.errors import InputError, StoreError
 from tuner.store.folder import Folder
-from tuner.store.inputs import TUNING, RunRecord, check_unchanged, read_record, write_record
+from tuner.store.inputs import TUNING, RunRecord, check_unchanged, compute_as_recorded, read_record, write_record
 from tuner.study import load_study
 from tuner.study.study import Study
 
 
-def recorded_study(path: Path) -> tuple[Study, RunRecord]:
-    """Return the study of a tuning run's folder as it was run; StoreError where it cannot be had again."""
+def recorded_study(path: Path, here: bool = False) -> tuple[Study, RunRecord]:
+    """Return the study of a tuning run's folder as it was run, and go over to the run's arithmetic, unless `here`.
+
+    Raises StoreError where either cannot be had again.
+    """
     record = read_record(path)
     if record.kind != TUNING:
         raise StoreError(
@@ -26,12 +30,17 @@ def recorded_study(path: Path) -> tuple[Study, RunRecord]:
     except InputError as error:
         raise StoreError(f"the inputs of this run are damaged: {error}") from None
     check_unchanged(path, record, study.digest())
+    if not here:
+        compute_as_recorded(path, record)
     return study, record
 
 
-def reopen(path: Path, budget: int | None) -> tuple[Study, Folder]:
-    """Return the study of a results folder, with another number of generations if asked for, and the folder for writing."""
-    study, record = recorded_study(path)
+def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Study, Folder]:
+    """Return the study of a results folder, with another number of generations if asked for, and the folder for writing.
+
+    here: compute with this machine's arithmetic; what another recorded has other keys, so all of it is computed anew.
+    """
+    study, record = recorded_study(path, here)
     folder = Folder.open(path)
     if budget is None or budget == record.generations:
         return study, folder
@@ -43,3 +52,14 @@ def reopen(path: Path, budget: int | None) -> tuple[Study, Folder]:
     longer = load_study(path / record.study, {"search.generations": budget})
     write_record(folder, replace(record, digest=longer.digest(), generations=budget))
     return longer, folder
+
+
+def compute_as_reused(paths: Iterable[Path]) -> None:
+    """Go over to the arithmetic of the runs whose flights are to be taken over; StoreError where this machine does not have it."""
+    for path in paths:
+        try:
+            record = read_record(path)
+        except StoreError:
+            # What is left of it is taken over all the same, where its keys are those of this run.
+            continue
+        compute_as_recorded(path, record, "leave --reuse out")

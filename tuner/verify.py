@@ -207,7 +207,7 @@ def elsewhere(path: Path) -> str:
     except (OSError, ValueError):
         return ""
     now = environment(0)
-    names = ("holdfast", "numpy", "scipy", "numba", "llvmlite", "pymoo", "cpu", "simd")
+    names = ("holdfast", "numpy", "scipy", "numba", "llvmlite", "pymoo", "cpu", "simd", "target")
     changed = [
         f"{name} {then.get(name)} then, {now.get(name)} now" for name in names if then.get(name) != now.get(name)
     ]

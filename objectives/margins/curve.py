@@ -10,16 +10,22 @@ point of the real axis or a crossing of a line:
 T is a sum of modes r/(z - p), so it and its derivatives cost n operations at any frequency, and a peak or a crossing is refined
 by Newton's method kept inside a bracket. On the circle a curve of n modes is real, or on the line, at n frequencies at most.
 
-All compiled functions stand in this file, because Numba's cache watches no other.
+All compiled functions stand in this file, which names what is kept of them; what the two entries call is inlined into each, so
+that both give the same bits whether they were compiled by this process or loaded, and in which order.
 """
 
 import math
+from collections.abc import Callable
+from functools import partial
 from pathlib import Path
 from typing import Any
 
 import numba
 import numpy as np
 from numpy.typing import NDArray
+
+from plant.backends import cache
+from plant.backends.cache import keep_file
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -36,12 +42,18 @@ OFFSETS = (-3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0)
 # A peak below this share of the highest point on the grid, squared, does not become the highest by being refined.
 RIVAL = 0.5
 
-compiled = numba.njit(
-    cache=True, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz", "afn"}, nogil=True
+inlined, entry = (
+    partial(numba.njit, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz", "afn"}, **options)
+    for options in ({"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}, {"nogil": True})
 )
 
 
-@compiled
+def compiled(function: Callable[..., Any]) -> Any:
+    """Compile a function that is called from Python and keep it."""
+    return keep_file(entry(function), Path(__file__))
+
+
+@inlined
 def value_and_slopes(w: float, poles: Complex, residues: Complex, h: float) -> tuple[complex, complex, complex]:
     """T and its first and second derivative by w at z = e^{jwh}."""
     z = complex(math.cos(w * h), math.sin(w * h))
@@ -58,7 +70,7 @@ def value_and_slopes(w: float, poles: Complex, residues: Complex, h: float) -> t
     return t, first * by_w, second * by_w * by_w + first * 1j * h * by_w
 
 
-@compiled
+@inlined
 def sought(
     w: float, poles: Complex, residues: Complex, h: float, kind: int, level: float
 ) -> tuple[float, float, complex]:
@@ -75,7 +87,7 @@ def sought(
     return t.real * t.real + t.imag * t.imag - level, 2.0 * along, t
 
 
-@compiled
+@inlined
 def root(
     low: float, high: float, rising: bool, poles: Complex, residues: Complex, h: float, kind: int, level: float
 ) -> tuple[float, complex]:
@@ -98,7 +110,7 @@ def root(
     return w, t
 
 
-@compiled
+@inlined
 def resonances(first: float, last: float, poles: Complex, h: float, extra: Array) -> int:
     """Fill in, sorted, points between two frequencies on every resonance that is too narrow for the grid; count."""
     n = 0
@@ -118,7 +130,7 @@ def resonances(first: float, last: float, poles: Complex, h: float, extra: Array
     return n
 
 
-@compiled
+@inlined
 def merged(grid: Array, poles: Complex, h: float) -> Array:
     """Columns (3, n): frequencies w of the grid (3, f) and of narrow resonances in order, cos wh, sin wh."""
     extra = np.empty(len(OFFSETS) * len(poles))
@@ -137,7 +149,7 @@ def merged(grid: Array, poles: Complex, h: float) -> Array:
     return out
 
 
-@compiled
+@inlined
 def sample(points: Array, poles: Complex, residues: Complex, t: Array) -> None:
     """Fill t (2, f) with real and imaginary part of T; the loop over frequencies is the inner one, for SIMD.
 
@@ -164,7 +176,7 @@ def sample(points: Array, poles: Complex, residues: Complex, t: Array) -> None:
                 im[i] += s * (rise * under - top * skew)
 
 
-@compiled
+@inlined
 def highest(points: Array, t: Array, poles: Complex, residues: Complex, h: float, level: float) -> tuple[float, float]:
     """Frequency and height of the highest peak of |T + level|."""
     w, n = points[0], points.shape[1]
@@ -190,7 +202,7 @@ def highest(points: Array, t: Array, poles: Complex, residues: Complex, h: float
     return best_w, math.sqrt(best)
 
 
-@compiled
+@inlined
 def crossings(
     w: Array, part: Array, poles: Complex, residues: Complex, h: float, kind: int, level: float, found: Array
 ) -> None:
@@ -204,7 +216,7 @@ def crossings(
             count += 1
 
 
-@compiled
+@inlined
 def read_curve(
     grid: Array, poles: Complex, residues: Complex, h: float, middle: float, peaks: Array, real: Array, line: Array
 ) -> None:
@@ -242,7 +254,7 @@ def read_all(
                 read_curve(grid, poles[i], residues[i, j], h, middle, peaks[i, j], real[i, j], line[i, j])
 
 
-@compiled
+@inlined
 def highest_level(grid: Array, poles: Complex, residues: Complex, h: float, square: float) -> float:
     """Highest frequency at which |T|^2 falls to `square`; the end of the grid where it is above there, 0 where it never is."""
     points = merged(grid, poles, h)
@@ -269,10 +281,4 @@ def highest_levels(
 
 def is_compiled() -> bool:
     """Whether this process or an earlier one has compiled this file; if not, the first evaluation waits some 10 s for it."""
-    since = Path(__file__).stat().st_mtime
-
-    def found(function: Any) -> bool:
-        kept = Path(function.stats.cache_path).glob(f"*.{function.py_func.__name__}-*.nbi")
-        return bool(function.signatures) or any(file.stat().st_mtime >= since for file in kept)
-
-    return found(read_all) and found(highest_levels)
+    return cache.is_compiled(read_all) and cache.is_compiled(highest_levels)

@@ -18,6 +18,7 @@ step is then doubled.
 from collections.abc import Callable
 from functools import cache
 from math import ceil, log2
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -103,7 +104,9 @@ def _recursion() -> Callable[[float, Array], None]:
     """Return the compiled loop x_k = pole x_(k-1) + drive_k, in place. (scipy.signal has it too, but takes 1.4 s to import.)"""
     from numba import njit
 
-    return njit(cache=True, nogil=True)(_recursive_sum)
+    from plant.backends.cache import keep_file
+
+    return keep_file(njit(nogil=True)(_recursive_sum), Path(__file__))
 
 
 def _recursive_sum(pole: float, drive: Array) -> None:

@@ -1,18 +1,25 @@
-"""Compiled kernels, kept between processes and rebuilt when any source they came from changes.
+"""Compiled kernels, kept between processes and rebuilt when anything that they came from changes.
 
-Numba's own file cache does not notice edits in functions that a cached function calls, so each kernel is written as a module
-of its own into a folder whose name is a hash of every model source that went into it and of the library versions.
+Numba's own file cache does not notice edits in functions that a cached function calls, loads whatever lies in its folder, and
+has every process compile for itself. Here a kernel is named by a hash of its source, of every file that went into it, of what
+it is a kernel of and of the compilers; its files are sealed (`plant.backends.sealed`). The source is never read from the cache.
+
+A kernel is one function: everything that it calls is inlined (`forceinline`). Else each kernel would carry copies of what it
+calls, optimised in its own way, and the copy that runs would be that of whatever was compiled or loaded first.
 """
 
 import hashlib
-import importlib.util
 import os
 import sys
 from collections.abc import Iterable
+from functools import cache
 from importlib.metadata import version
 from pathlib import Path
 from types import ModuleType
 from typing import Any
+
+from plant.backends.processor import compiled_for
+from plant.backends.sealed import SealedFiles, private_folder
 
 COMPILERS = ("numba", "llvmlite", "numpy")
 
@@ -26,10 +33,18 @@ def cache_folder() -> Path:
     return (Path(base) if base else Path.home() / ".cache") / "holdfast" / "kernels"
 
 
-def fingerprint(source: str, files: Iterable[Path]) -> str:
-    """Return the hash of a kernel: its own source, the files of all functions in it and the compilers' versions."""
+def _sealed_folder() -> Path | None:
+    """Return the part of the cache folder that is this user's alone; None where there can be none."""
+    return _checked(cache_folder() / "sealed")
+
+
+_checked = cache(private_folder)
+
+
+def fingerprint(source: str, files: Iterable[Path], of: str = "") -> str:
+    """Return the hash of a kernel: its own source, the files of all functions in it, what it is of, the compilers' versions."""
     digest = hashlib.blake2b(digest_size=12)
-    digest.update(source.encode())
+    digest.update(source.encode() + b"\0" + of.encode() + b"\0")
     digest.update(" ".join(f"{name}-{version(name)}" for name in COMPILERS).encode())
     digest.update(sys.version.encode())
     for file in sorted(file for file in files if file.is_file()):
@@ -37,26 +52,78 @@ def fingerprint(source: str, files: Iterable[Path]) -> str:
     return digest.hexdigest()
 
 
-def load_kernel(name: str, source: str, names: dict[str, Any], files: Iterable[Path]) -> tuple[ModuleType, bool]:
-    """Return the module of a kernel and whether it is compiled already; names: its globals."""
-    key = fingerprint(source, files)
+def load_kernel(
+    name: str, source: str, names: dict[str, Any], files: Iterable[Path], of: str = "", kind: Any = None
+) -> tuple[ModuleType, bool]:
+    """Return the module of a kernel, whose entry is `run`, and whether it is compiled already.
+
+    names: its globals. of: `identity` of the model in it. kind: of numba's caches, see `keep`; False for none.
+    """
+    key = fingerprint(source, files, of)
     module_name = f"kernel_{name}_{key}"
-    file = cache_folder() / key / f"{module_name}.py"
-    if module_name in sys.modules:
-        return sys.modules[module_name], _is_compiled(file)
-    if not file.exists():
-        file.parent.mkdir(parents=True, exist_ok=True)
-        aside = file.with_suffix(f".{os.getpid()}.tmp")
-        aside.write_text(source)
-        aside.replace(file)
-    spec = importlib.util.spec_from_file_location(module_name, file)
-    assert spec is not None and spec.loader is not None
-    module = importlib.util.module_from_spec(spec)
-    vars(module).update(names)
-    sys.modules[module_name] = module
-    spec.loader.exec_module(module)
-    return module, _is_compiled(file)
+    if module_name not in sys.modules:
+        module = ModuleType(module_name)
+        vars(module).update(names)
+        sys.modules[module_name] = module
+        exec(compile(source, f"<{module_name}>", "exec"), vars(module))
+        if kind is not False:
+            keep(module.run, module_name, kind)
+    module = sys.modules[module_name]
+    return module, is_compiled(module.run)
 
 
-def _is_compiled(file: Path) -> bool:
-    return any(file.parent.glob("__pycache__/*.nbc"))
+def keep(dispatcher: Any, name: str, kind: Any = None) -> Any:
+    """Have what numba compiles of a function kept in the cache under a name that says all that decides it; return the function.
+
+    kind: numba's class for caches of such functions, by default that of the processor, whose kernels one process compiles.
+    """
+    from numba.core.caching import FunctionCache
+
+    parent: Any = kind or FunctionCache
+    kept = type("Kept", (parent,), {"_impl_class": _here(parent._impl_class)})(dispatcher.py_func)
+    kept._cache_file = SealedFiles(_sealed_folder, lambda: f"{name}-{compiled_for().label}", alone=kind is None)
+    dispatcher._cache = kept
+    return dispatcher
+
+
+def keep_file(dispatcher: Any, *files: Path) -> Any:
+    """`keep` a function that stands, with all that it calls, in some files; return it."""
+    function = dispatcher.py_func
+    return keep(dispatcher, f"{function.__name__}-{fingerprint(function.__qualname__, files)}")
+
+
+def is_compiled(dispatcher: Any) -> bool:
+    """Return whether this process or an earlier one has compiled a function that is kept."""
+    files = getattr(getattr(dispatcher, "_cache", None), "_cache_file", None)
+    return isinstance(files, SealedFiles) and (bool(dispatcher.overloads) or any(files.kept()))
+
+
+def _here(parts: Any) -> Any:
+    """Return numba's class for the parts of a cache, without its search for a folder beside the source."""
+    return type("Parts", (parts,), {"_locator_classes": [_CacheFolder]})
+
+
+class _CacheFolder:
+    """Tells numba the folder of the cache; `SealedFiles` does all the rest."""
+
+    def __init__(self, file: str) -> None:
+        self._py_file = file
+
+    @classmethod
+    def from_function(cls, _: Any, file: str) -> "_CacheFolder":
+        """Return the place for a function of a file."""
+        return cls(file)
+
+    def get_cache_path(self) -> str:
+        """Return the folder."""
+        return str(cache_folder())
+
+    def get_source_stamp(self) -> None:
+        """Return nothing: names say all."""
+
+    def get_disambiguator(self) -> str:
+        """Return nothing."""
+        return ""
+
+    def ensure_cache_path(self) -> None:
+        """Do nothing: the folder is made and checked where it is used."""

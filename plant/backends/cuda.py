@@ -26,6 +26,7 @@ from plant import primitives, records
 from plant.backends import branch_free, cuda_precision, vector_math
 from plant.backends.cache import load_kernel
 from plant.backends.cuda_precision import CudaRebinder
+from plant.backends.identity import identity
 from plant.backends.lanes import result_rows
 from plant.backends.rebind import source_of
 from plant.closed_loop import ClosedLoop, Limits, place
@@ -76,7 +77,16 @@ def _kernel(blocks: int) -> Callable[..., Any]:
 
     if simulated():
         return cuda.jit
-    return cuda.jit(launch_bounds=(BLOCK, blocks), fastmath=True, lto=False, cache=True)
+    return cuda.jit(launch_bounds=(BLOCK, blocks), fastmath=True, lto=False)
+
+
+def _kept() -> Any:
+    """Return the class of numba-cuda's caches; the simulator compiles nothing that could be kept."""
+    if simulated():
+        return False
+    from numba.cuda.dispatcher import CUDACache
+
+    return CUDACache
 
 
 def _names(real: type[np.floating]) -> dict[str, Any]:
@@ -186,5 +196,5 @@ def kernel_of(
     header = f"# {precision}, {compiler()}, blocks of {BLOCK}, {bound} at once\n"
     source = header + kernel_source(loop, wind_rows, noise_rows, names)
     name = f"cuda_{precision}_{loop.cascade.position.name}_{loop.cascade.attitude.name}"
-    module, cached = load_kernel(name, source, names | {"kernel": _kernel(bound)}, sources)
+    module, cached = load_kernel(name, source, names | {"kernel": _kernel(bound)}, sources, identity(loop), _kept())
     return CudaKernel(module.run, cached)

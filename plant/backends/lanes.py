@@ -8,7 +8,7 @@ The plant's loop stands there twice: where the air of a batch is wind alone, its
 sees. That makes a flight 7 % faster and the compilation 1 s of 15 longer. The two loops may round differently (1e-12 after
 10 s). Which of them flies is a scenario's own: whether it has gust rates or injections does not hang on the batch.
 
-The composed kernel is written as a module into the kernel cache and compiled there once (`plant.backends.cache`).
+The composed kernel is compiled once and kept (`plant.backends.cache`).
 """
 
 import math
@@ -24,6 +24,7 @@ import numpy as np
 from plant import primitives, records
 from plant.backends import branch_free, vector_math
 from plant.backends.cache import load_kernel
+from plant.backends.identity import identity
 from plant.backends.rebind import Rebinder, source_of
 from plant.closed_loop import ClosedLoop, Limits, place
 from plant.disturbance import Disturbance
@@ -111,7 +112,7 @@ def _store(kind: Any, name: str, offset: int) -> str:
 LANE, ENTRY = "a[{}, l]", "a[{}]"
 
 RUN = """
-@jit(nogil=True, cache=CACHE, fastmath=FAST_MATH, error_model="numpy")
+@jit(nogil=True, fastmath=FAST_MATH, error_model="numpy")
 def run(gains, nominal_row, dynamicss, starts, disturbances, noises, references, targets_row, limits_row, h, plant_step,
         substeps, out, trace, every):
     nominal = load_nominal(nominal_row, 0)
@@ -178,8 +179,7 @@ def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
         "DISTURBANCE": place_of.disturbance, "RESULT": result.start, "N_RESULT": result.stop - result.start,
         "N_WIND": wind, "LANES": LANES, "BODY": body.start, "N_BODY": body.stop - body.start,
     }  # fmt: skip
-    judged = f"# judged by {loop.meter.update.__module__}.{loop.meter.update.__qualname__}\n"
-    header = judged + "\n".join(f"{name} = {value}" for name, value in constants.items())
+    header = "\n".join(f"{name} = {value}" for name, value in constants.items())
     return "\n".join([header, *parts, RUN])
 
 
@@ -212,7 +212,6 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
         "jit": numba.njit,
         "inline": _inline,
         "FAST_MATH": FAST_MATH,
-        "CACHE": True,
         "prepare": bind(loop.cascade.prepare),
         "start": bind(loop.start),
         "decide": bind(loop.decide),
@@ -229,5 +228,5 @@ def kernel_of(loop: ClosedLoop) -> Kernel:
     names, sources = kernel_names(loop)
     source = kernel_source(loop, names)
     name = f"{loop.cascade.position.name}_{loop.cascade.attitude.name}"
-    module, cached = load_kernel(name, source, names, sources)
+    module, cached = load_kernel(name, source, names, sources, identity(loop))
     return Kernel(module.run, cached)

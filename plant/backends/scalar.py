@@ -11,6 +11,7 @@ import numpy as np
 
 from plant.backends import lanes
 from plant.backends.cache import load_kernel
+from plant.backends.identity import identity
 from plant.closed_loop import ClosedLoop, Limits, Timing
 from plant.disturbance import Disturbance
 from plant.flights import FlightInputs
@@ -21,7 +22,7 @@ from plant.sensors import Noise
 
 # The flight is a function of its own because `prange` cannot carry records into a thread, only arrays and numbers.
 RUN = """
-@jit(fastmath=FAST_MATH, error_model="numpy")
+@inline
 def fly_one(gains, nominal_row, dynamics_row, start_row, disturbances, noises, references, targets_row, limits_row, h, plant_step,
             substeps, out):
     nominal = load_nominal(nominal_row, 0)
@@ -43,7 +44,7 @@ def fly_one(gains, nominal_row, dynamics_row, start_row, disturbances, noises, r
     store_result(out, flight)
 
 
-@jit(parallel=True, cache=CACHE, fastmath=FAST_MATH, error_model="numpy")
+@jit(parallel=True, fastmath=FAST_MATH, error_model="numpy")
 def run(gains, nominal_row, dynamics_rows, start_rows, disturbances, noises, references, targets_row, limits_row, h, plant_step,
         substeps, out):
     flights = dynamics_rows.shape[0]
@@ -103,7 +104,7 @@ def scalar_kernel(loop: ClosedLoop) -> ScalarKernel:
     ]
     names["prange"] = numba.prange
     name = f"scalar_{loop.cascade.position.name}_{loop.cascade.attitude.name}"
-    module, _ = load_kernel(name, "\n".join(parts), names, sources)
+    module, _ = load_kernel(name, "\n".join(parts), names, sources, identity(loop))
     return ScalarKernel(module.run, result.stop - result.start)
 
 

@@ -152,7 +152,6 @@ from numba import njit
 from plant.backends import lanes
 from tests.plant.loops import loop
 names, _ = lanes.kernel_names(loop())
-names["CACHE"] = False
 exec(lanes.kernel_source(loop(), names), names)
 run = names["run"]
 import numpy as np

@@ -75,6 +75,7 @@ def run_command(
         )
     from tuner.cluster.connect import engine_at
     from tuner.gpu.choice import engine_named
+    from tuner.resume import compute_as_reused
     from tuner.run import default_folder, run_study
     from tuner.store.folder import Folder
 
@@ -83,6 +84,7 @@ def run_command(
     def say(text: str) -> None:
         console.print(text, highlight=False, markup=False, soft_wrap=True)
 
+    compute_as_reused(reuse)
     # Before the folder is made: where there is no cluster, nothing is left behind.
     with engine_at(dask, asked, threads, say) as cluster:
         engine = cluster or engine_named(backend, asked.system, asked.seed, say)

@@ -68,6 +68,9 @@ def resume(
         str | None,
         typer.Option(help="Fly on a Dask cluster: local:N processes, or a scheduler such as tcp://host:8786."),
     ] = None,
+    here: Annotated[
+        bool, typer.Option("--here", help="Compute a run of another machine anew, in this machine's arithmetic.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Go on with a run that was stopped, killed or ran out of disk; it ends with the bits it would have ended with.
@@ -76,7 +79,7 @@ def resume(
     """
     from tuner.cli.resume import resume_command
 
-    resume_command(results, budget, threads, as_json, dask)
+    resume_command(results, budget, threads, as_json, dask, here)
 
 
 @app.command()

@@ -9,28 +9,32 @@ from tuner.store.inputs import CONTEST, INFERENCE, read_record
 
 
 def resume_command(
-    results: Path, budget: int | None, threads: int | None, as_json: bool, dask: str | None = None
+    results: Path, budget: int | None, threads: int | None, as_json: bool, dask: str | None = None, here: bool = False
 ) -> None:
     """Go on with a run and print what it found."""
     kind = read_record(results).kind
     if dask is not None and kind in (CONTEST, INFERENCE):
         raise InputError("only a tuning study flies on a cluster", key="--dask")
+    if here and kind in (CONTEST, INFERENCE):
+        raise InputError("only a tuning study is computed anew; run this one again", key="--here")
     if kind == CONTEST:
         _resume_contest(results, budget, threads, as_json)
     elif kind == INFERENCE:
         _resume_inference(results, budget, threads, as_json)
     else:
-        _resume_study(results, budget, threads, as_json, dask)
+        _resume_study(results, budget, threads, as_json, dask, here)
 
 
-def _resume_study(results: Path, budget: int | None, threads: int | None, as_json: bool, dask: str | None) -> None:
+def _resume_study(
+    results: Path, budget: int | None, threads: int | None, as_json: bool, dask: str | None, here: bool
+) -> None:
     from tuner.cli.commands import print_run
     from tuner.cluster.connect import engine_at
     from tuner.gpu.choice import engine_again
     from tuner.resume import reopen
     from tuner.run import run_study
 
-    study, folder = reopen(results, budget)
+    study, folder = reopen(results, budget, here)
     with engine_at(dask, study, threads, Console(stderr=as_json).print) as cluster:
         engine = engine_again(results, study.system, study.seed, cluster)
         print_run(study, folder, as_json, lambda watcher: run_study(study, folder, watcher, threads, (), engine))

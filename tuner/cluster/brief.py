@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 from objectives.memory import scenario_key
 from objectives.system import Fleet, System
+from plant.backends.processor import Processor, compiled_for
 from plant.cascade import close_cascade
 from plant.closed_loop import Limits, Timing
 from plant.errors import InputError
@@ -15,12 +16,12 @@ from plant.laws import LAWS, law
 from plant.nominal import Nominal
 from plant.scenarios import ScenarioSpec
 from plant.vehicle import Vehicle
-from tuner.cluster.machine import Report, differences, machine_report
+from tuner.cluster.machine import Report, differences, machine_report, report_for
 
 
 @dataclass(frozen=True)
 class Brief:
-    """All that decides the flights of a fleet but gains and index. key: `scenario_key` of it; machine: the client's report."""
+    """All that decides the flights of a fleet but gains and index. key: `scenario_key` of it; machine: the client's report, target: what it compiles for."""
 
     key: str
     position: str
@@ -33,6 +34,7 @@ class Brief:
     spec: ScenarioSpec
     stream: str
     machine: Report
+    target: Processor
 
 
 def brief_of(system: System, root: int, fleet: Fleet) -> Brief:
@@ -47,12 +49,13 @@ def brief_of(system: System, root: int, fleet: Fleet) -> Brief:
     return Brief(
         scenario_key(system, root, fleet), system.cascade.position.name, system.cascade.attitude.name, system.vehicle,
         system.nominal, system.limits, system.timing, root, fleet.spec, fleet.stream, machine_report(),
+        compiled_for(),
     )  # fmt: skip
 
 
 def system_of(brief: Brief) -> System:
     """Build the system of a brief; InputError where this machine is unlike the client's and would fly other bits."""
-    unlike = differences(brief.machine, {"a worker that joined later": machine_report()})
+    unlike = differences(brief.machine, {"a worker that joined later": report_for(brief.target)})
     if unlike:
         raise InputError(f"{unlike[0]}; stop it and go on with `tuner resume`", key="--dask")
     cascade = close_cascade(law(brief.position), law(brief.attitude))

@@ -7,6 +7,7 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from objectives.engine import Engine
+from plant.backends.processor import compiled_for
 from plant.errors import InputError
 from plant.flights import available_threads
 
@@ -95,9 +96,9 @@ def remote_client(address: str) -> Iterator["Client"]:
 
 def refuse_unlike(client: "Client") -> None:
     """Refuse workers that would fly other bits: InputError with worker, name, theirs and ours."""
-    from tuner.cluster.machine import differences, machine_report
+    from tuner.cluster.machine import differences, machine_report, report_for
 
-    reports: dict[str, Any] = client.run(machine_report, on_error="return")  # pyright: ignore[reportAssignmentType]
+    reports: dict[str, Any] = client.run(report_for, compiled_for(), on_error="return")  # pyright: ignore[reportAssignmentType]
     broken = [f"{worker}: {error}" for worker, error in sorted(reports.items()) if isinstance(error, Exception)]
     there = {worker: report for worker, report in reports.items() if not isinstance(report, Exception)}
     unlike = [*broken, *differences(machine_report(), there)]

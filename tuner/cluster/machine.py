@@ -1,20 +1,17 @@
 """What of a machine decides the bits of a flight: versions, sources, and the instructions that its compilers use."""
 
-import hashlib
-import json
 import platform
 from collections.abc import Mapping
-from functools import cache
 from importlib.metadata import PackageNotFoundError, version
 
 from objectives.memory import model_key
+from plant.backends.processor import Processor, compile_for, compiled_for, libc, numpy_simd
 from tuner.store.environment import simd
 
 Report = dict[str, str]
 PACKAGES = ("holdfast", "numpy", "numba", "llvmlite", "scipy")
 
 
-@cache
 def machine_report() -> Report:
     """Return what decides the bits here, by name.
 
@@ -26,11 +23,17 @@ def machine_report() -> Report:
         "python": platform.python_version(),
         **{name: _version(name) for name in PACKAGES},
         "sources": model_key(),
-        "libc": " ".join(platform.libc_ver()),
-        "target": _target(),
-        "numpy-simd": _numpy_simd(),
+        "libc": libc(),
+        "target": compiled_for().label,
+        "numpy-simd": numpy_simd(),
         "simd": _simd(),
     }
+
+
+def report_for(target: Processor) -> Report:
+    """Go over to compiling for a processor and return the report; StoreError where that cannot be done here."""
+    compile_for(target)
+    return machine_report()
 
 
 def differences(ours: Report, workers: Mapping[str, Report]) -> list[str]:
@@ -50,29 +53,8 @@ def _version(name: str) -> str:
         return "not installed"
 
 
-def _target() -> str:
-    from llvmlite import binding
-    from numba import config
-
-    name = config.CPU_NAME or binding.get_host_cpu_name()  # pyright: ignore[reportAttributeAccessIssue]
-    features = config.CPU_FEATURES  # pyright: ignore[reportAttributeAccessIssue]
-    return f"{name}/{_digest(binding.get_host_cpu_features().flatten() if features is None else features)}"
-
-
 def _simd() -> str:
     from numba import config
 
     told = config.CPU_NAME  # pyright: ignore[reportAttributeAccessIssue]
     return f"as {told} has" if told else simd()
-
-
-def _numpy_simd() -> str:
-    import numpy as np
-
-    found = np.show_config(mode="dicts")["SIMD Extensions"]  # pyright: ignore[reportOptionalSubscript]
-    names = [*found.get("baseline", []), *found.get("found", [])]
-    return f"{names[-1] if names else 'none'}/{_digest(json.dumps(sorted(names)))}"
-
-
-def _digest(text: str) -> str:
-    return hashlib.blake2b(text.encode(), digest_size=4).hexdigest()

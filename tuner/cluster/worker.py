@@ -5,8 +5,7 @@ One process keeps one of each, whatever number of threads fly in it.
 
 import pickle
 from collections import OrderedDict
-from collections.abc import Hashable, Iterator
-from contextlib import contextmanager
+from collections.abc import Hashable
 from threading import Lock
 from typing import Any
 
@@ -14,7 +13,6 @@ import numpy as np
 from distributed import WorkerPlugin
 
 from objectives.system import System
-from plant.backends.cache import cache_folder
 from plant.flights import FlightInputs, Flyer
 from plant.scenarios import sample_scenarios
 from tuner.cluster.brief import Brief, system_of
@@ -89,34 +87,11 @@ class Desk:
         self.brief = brief
         self._nominal = system.nominal
         self._flyer = Flyer(system.loop, system.limits, system.timing, 1)
-        self._ready = self.cached = self._flyer.cached
+        self.cached = self._flyer.cached
 
     def fly(self, gains: np.ndarray, inputs: FlightInputs) -> np.ndarray:
-        """Return results (n, flights, rows); the first flight of a kernel that nobody compiled yet waits its turn."""
-        if self._ready:
-            return self._flyer.fly(gains, self._nominal, inputs)
-        with compiling_alone():
-            results = self._flyer.fly(gains, self._nominal, inputs)
-        self._ready = True
-        return results
-
-
-@contextmanager
-def compiling_alone() -> Iterator[None]:
-    """Keep other processes of this machine from compiling what this one compiles: they find it in the kernel cache then.
-
-    Without `fcntl` two may compile at once, which costs time only: the cache is written by renaming.
-    """
-    try:
-        import fcntl
-    except ImportError:
-        yield
-        return
-    folder = cache_folder()
-    folder.mkdir(parents=True, exist_ok=True)
-    with (folder / ".compiling").open("w") as file:
-        fcntl.flock(file, fcntl.LOCK_EX)
-        yield
+        """Return results (n, flights, rows)."""
+        return self._flyer.fly(gains, self._nominal, inputs)
 
 
 DRAWN = Drawn(KEPT)

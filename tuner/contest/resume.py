@@ -6,7 +6,7 @@ from plant.errors import InputError, StoreError
 from tuner.contest.contest import Contest
 from tuner.contest.reading import load_contest
 from tuner.store.folder import Folder
-from tuner.store.inputs import check_unchanged, read_record
+from tuner.store.inputs import check_unchanged, compute_as_recorded, read_record
 
 
 def reopen_contest(path: Path, budget: int | None) -> tuple[Contest, Folder]:
@@ -22,4 +22,5 @@ def reopen_contest(path: Path, budget: int | None) -> tuple[Contest, Folder]:
     except InputError as error:
         raise StoreError(f"the inputs of this run are damaged: {error}") from None
     check_unchanged(path, record, contest.digest())
+    compute_as_recorded(path, record, "run it anew")
     return contest, Folder.open(path)

@@ -6,7 +6,7 @@ from plant.errors import InputError, StoreError
 from tuner.inference.inference import Inference
 from tuner.inference.reading import load_inference
 from tuner.store.folder import Folder
-from tuner.store.inputs import check_unchanged, read_record
+from tuner.store.inputs import check_unchanged, compute_as_recorded, read_record
 
 
 def reopen_inference(path: Path, budget: int | None) -> tuple[Inference, Folder]:
@@ -19,4 +19,5 @@ def reopen_inference(path: Path, budget: int | None) -> tuple[Inference, Folder]
     except InputError as error:
         raise StoreError(f"the inputs of this run are damaged: {error}") from None
     check_unchanged(path, record, inference.digest())
+    compute_as_recorded(path, record, "run it anew")
     return inference, Folder.open(path)

@@ -4,15 +4,21 @@ A. Panichella, "An adaptive evolutionary algorithm based on non-Euclidean geomet
 2019, pages 595-603, as implemented by pymoo.
 """
 
+from pathlib import Path
+
 import numpy as np
+from pymoo.algorithms.moo import age
 from pymoo.algorithms.moo.age import AGEMOEA, AGEMOEASurvival, find_corner_solutions, point_2_line_distance
 
+from plant.backends.cache import keep_file
 from tuner.search.pymoo_search import PymooSearch
 from tuner.search.scaling import Scaling
 
-# pymoo has numba compile these in every process, for 5 s; once for a machine is enough.
+# pymoo has numba compile these in every process, for 5 s; once for a machine is enough. One calls another, which is inlined,
+# see `plant.backends.cache`.
+point_2_line_distance.targetoptions["forceinline"] = True
 for compiled in (point_2_line_distance, find_corner_solutions, AGEMOEASurvival.minkowski_distances):
-    compiled.enable_caching()
+    keep_file(compiled, Path(str(age.__file__)))
 
 
 class AgeMoea(PymooSearch):

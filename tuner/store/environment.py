@@ -11,6 +11,8 @@ from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
 from typing import Any
 
+from plant.backends.processor import arithmetic
+
 PACKAGES = ("holdfast", "numpy", "scipy", "numba", "llvmlite", "pymoo", "cmaes", "pandas", "pyarrow")
 
 
@@ -22,6 +24,7 @@ def environment(threads: int) -> dict[str, str | int | None]:
         "platform": platform.platform(),
         "cpu": processor(),
         "simd": simd(),
+        "target": arithmetic().label,
         "threads": threads,
         "started": datetime.now(UTC).isoformat(timespec="seconds"),
         "command": shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),

@@ -12,6 +12,7 @@ from typing import Any
 
 from objectives.engine import LANES
 from objectives.memory import model_key
+from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_as
 from plant.errors import StoreError
 from tuner.store.folder import Folder
 from tuner.study.paths import with_paths
@@ -24,7 +25,8 @@ TUNING, CONTEST, INFERENCE, JUDGEMENT = "tuning", "contest", "inference", "judge
 @dataclass(frozen=True)
 class RunRecord:
     """kind: of study. study: its file in the folder. digest: of all that decides the result. generations: asked for; None
-    where a study has no such number. model: `model_key` of the flights. arithmetic: of the engine that makes them.
+    where a study has no such number. model: `model_key` of the flights. arithmetic: of the engine that makes them. machine:
+    what its kernels were compiled for and its draws made with; None where an earlier version did not say.
     """
 
     kind: str
@@ -33,18 +35,19 @@ class RunRecord:
     generations: int | None
     model: str
     arithmetic: str = LANES
+    machine: Arithmetic | None = None
 
 
 def freeze(
     folder: Folder, kind: str, source: Path, table: dict[str, Any], digest: str, generations: int | None,
-    arithmetic: str = LANES,
+    engine: str = LANES,
 ) -> None:  # fmt: skip
     """Write the inputs of a run, table: content of the study with paths from the folder of `source`; run.json comes last."""
     name = f"inputs/{source.stem}.toml"
     if not (folder.path / name).exists():
         taken = {f"{source.stem}.toml": source}
         folder.write_text(name, toml_text(with_paths(table, lambda path: _copied(folder, source.parent / path, taken))))
-    write_record(folder, RunRecord(kind, Path(name), digest, generations, model_key(), arithmetic))
+    write_record(folder, RunRecord(kind, Path(name), digest, generations, model_key(), engine, arithmetic()))
 
 
 def write_record(folder: Folder, record: RunRecord) -> None:
@@ -60,6 +63,7 @@ def write_record(folder: Folder, record: RunRecord) -> None:
             "generations": record.generations,
             "model": record.model,
             "arithmetic": record.arithmetic,
+            **({} if record.machine is None else {"machine": _told(record.machine)}),
         },
     )
 
@@ -78,14 +82,26 @@ def read_record(path: Path) -> RunRecord:
         texts = [content[key] for key in ("kind", "study", "digest", "model")] + [content.get("arithmetic", LANES)]
         if not all(isinstance(text, str) for text in texts):
             raise ValueError
+        machine = _read_machine(content["machine"]) if "machine" in content else None
     except FileNotFoundError:
         nothing = not (path / "flights").exists()
         what = "nothing was recorded yet, so remove it and run the study again" if nothing else _instead(path)
         raise StoreError(f"{path} holds no {FILE}, so it cannot be continued; {what}") from None
     except (OSError, ValueError, KeyError, TypeError):
         raise StoreError(f"{path / FILE} is damaged; {_instead(path)}") from None
-    kind, study, digest, model, arithmetic = texts
-    return RunRecord(kind, Path(study), digest, generations, model, arithmetic)
+    kind, study, digest, model, engine = texts
+    return RunRecord(kind, Path(study), digest, generations, model, engine, machine)
+
+
+def _told(machine: Arithmetic) -> dict[str, str]:
+    return {**machine.processor._asdict(), "libraries": machine.libraries}
+
+
+def _read_machine(content: dict[str, Any]) -> Arithmetic:
+    name, features, libraries = (content[key] for key in ("name", "features", "libraries"))
+    if not all(isinstance(text, str) and text.isprintable() for text in (name, features, libraries)):
+        raise ValueError
+    return Arithmetic(Processor(name, features), libraries)
 
 
 def check_unchanged(path: Path, record: RunRecord, digest: str) -> None:
@@ -99,6 +115,21 @@ def check_unchanged(path: Path, record: RunRecord, digest: str) -> None:
             f"{path} was flown with another version of the model or of its compilers, whose bits may differ; "
             f"run the study again, or use the version named in {path / 'environment.json'}"
         )
+
+
+def compute_as_recorded(path: Path, record: RunRecord, instead: str | None = None) -> None:
+    """Have this process compute with the arithmetic of a run, which it keeps to the end; StoreError where it cannot.
+
+    instead: what else can be done, by default to have the run computed anew.
+    """
+    try:
+        if record.machine is not None:
+            compute_as(record.machine)
+    except StoreError as error:
+        raise StoreError(
+            f"{path} was computed on another machine ({record.machine.label if record.machine else ''}): {error}; go on "
+            f"there, or {instead or f'have all of it computed anew for this machine with `tuner resume {path} --here`'}"
+        ) from None
 
 
 def _instead(path: Path) -> str:

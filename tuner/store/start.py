@@ -6,6 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
+from plant.backends.processor import arithmetic
 from tuner.store.folder import Folder
 
 FILE = "start.json"
@@ -13,18 +14,18 @@ FILE = "start.json"
 
 def write_start(folder: Folder, points: np.ndarray, warnings: list[str]) -> None:
     """Write the points (n, d) of the first generation and what was said about them."""
-    content = {"points": points.tolist(), "warnings": warnings}
+    content = {"points": points.tolist(), "warnings": warnings, "machine": arithmetic().label}
     folder.write_json(FILE, content | {"digest": _digest(content)})
 
 
 def read_start(path: Path, dimensions: int) -> tuple[np.ndarray, list[str]] | None:
-    """Return what `write_start` wrote into a results folder; None where it is missing or damaged."""
+    """Return what `write_start` wrote into a results folder; None where it is missing, damaged, or of another arithmetic."""
     try:
         content = json.loads((path / FILE).read_text(encoding="utf-8"))
         digest = content.pop("digest")
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None
-    if digest != _digest(content):
+    if digest != _digest(content) or content.get("machine") != arithmetic().label:
         return None
     return np.array(content["points"]).reshape(-1, dimensions), content["warnings"]
 

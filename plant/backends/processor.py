@@ -1,0 +1,120 @@
+"""The arithmetic of a machine: what its kernels are compiled for and what its libraries compute with.
+
+Code for another processor contracts and reassociates in another way and may differ in the last bit, so a run keeps to one.
+Numba takes the processor from the machine, or is told: a machine can compile for a lesser one than its own.
+"""
+
+import hashlib
+import json
+import os
+import platform
+from functools import cache
+from typing import NamedTuple
+
+from plant.errors import StoreError
+
+
+class Processor(NamedTuple):
+    """name: as LLVM calls it. features: "+avx2,-avx512f,...", all that code may use or not beyond what the name says."""
+
+    name: str
+    features: str
+
+    @property
+    def label(self) -> str:
+        """Name and a digest of the features."""
+        return f"{self.name}-{_digest(self.features)}"
+
+
+class Arithmetic(NamedTuple):
+    """processor: that kernels are compiled for. libraries: loops that NumPy chose and the C library, which draws rest on."""
+
+    processor: Processor
+    libraries: str
+
+    @property
+    def label(self) -> str:
+        """One line that names it."""
+        return f"{self.processor.label}, {self.libraries}"
+
+
+def arithmetic() -> Arithmetic:
+    """Return the arithmetic of this process: processes of one arithmetic agree to the bit."""
+    return Arithmetic(compiled_for(), f"numpy {numpy_simd()}, {libc() or 'another libc'}")
+
+
+def compute_as(recorded: Arithmetic) -> None:
+    """Have this process compute with an arithmetic; StoreError says why it cannot."""
+    compile_for(recorded.processor)
+    here = arithmetic()
+    if here != recorded:
+        raise StoreError(f"it was drawn with {recorded.libraries}, here it would be {here.libraries}")
+
+
+def compiled_for() -> Processor:
+    """Return the processor that this process compiles for: NUMBA_CPU_NAME and NUMBA_CPU_FEATURES, by default this one."""
+    from numba.core import config
+
+    here = this_processor()
+    name, features = config.CPU_NAME, config.CPU_FEATURES  # pyright: ignore[reportAttributeAccessIssue]
+    return Processor(name or here.name, here.features if features is None else features)
+
+
+@cache
+def this_processor() -> Processor:
+    """Return the processor of this machine."""
+    from llvmlite import binding
+    from numba.core.codegen import get_host_cpu_features
+
+    return Processor(binding.get_host_cpu_name(), get_host_cpu_features())
+
+
+def missing_features(wanted: Processor) -> list[str]:
+    """Return what code for a processor may use that this one lacks; its name stands for features that it does not list."""
+    here = this_processor()
+    has, asked = set(here.features.split(",")), set(wanted.features.split(",")) - {""}
+    lacking = sorted(entry[1:] for entry in asked - has if entry.startswith("+"))
+    listed = {entry[1:] for entry in has} <= {entry[1:] for entry in asked}
+    plain = wanted.name in ("generic", "x86-64", here.name)
+    return lacking if lacking or listed or plain else [f"all of {wanted.name}"]
+
+
+def compile_for(wanted: Processor) -> None:
+    """Have this process and those it starts compile for a processor; StoreError where this machine cannot run that code.
+
+    It must be asked before anything is compiled.
+    """
+    from numba.core import config
+    from numba.core.registry import cpu_target
+
+    if wanted == compiled_for():
+        return
+    lacking = missing_features(wanted)
+    if lacking:
+        raise StoreError(f"code for {wanted.name} does not run on this processor, which lacks {', '.join(lacking)}")
+    if "_toplevel_target_context" in vars(cpu_target):
+        raise StoreError(
+            f"this process compiles for {compiled_for().label} already and cannot go over to {wanted.label}; use a new process"
+        )
+    config.CPU_NAME, config.CPU_FEATURES = wanted  # pyright: ignore[reportAttributeAccessIssue]
+    os.environ["NUMBA_CPU_NAME"], os.environ["NUMBA_CPU_FEATURES"] = wanted
+
+
+@cache
+def numpy_simd() -> str:
+    """Return the highest instruction set that NumPy chose its loops by, and a digest of all of them."""
+    import numpy as np
+
+    found = np.show_config(mode="dicts")["SIMD Extensions"]  # pyright: ignore[reportOptionalSubscript]
+    names = [*found.get("baseline", []), *found.get("found", [])]
+    return f"{names[-1] if names else 'none'}-{_digest(json.dumps(sorted(names)))}"
+
+
+@cache
+def libc() -> str:
+    """Return name and version of the C library, whose logarithms and sines draws and kernels take."""
+    return " ".join(platform.libc_ver())
+
+
+def _digest(text: str) -> str:
+    return hashlib.blake2b(text.encode(), digest_size=4).hexdigest()
