@@ -138,7 +138,7 @@ class Problem:
 
     fleets: one for each scenario of the study. landed(n) is called as n more flights have ended or been spared. fly_all:
     fly what breaks a hard requirement too; a mask (n,) says so for single candidates. memory: of flights already flown;
-    flights_made counts those that it did not know. engine: who flies, by default this machine; flyer: of this machine.
+    flights_made counts those that it did not know; recalled(n) is called in place of landed for those that it knew, if set. engine: who flies, by default this machine; flyer: of this machine.
     """
 
     def __init__(
@@ -161,6 +161,7 @@ class Problem:
         self.flyer = Flyer(system.loop, system.limits, system.timing, threads)
         self.memory = memory
         self.flights_made = 0
+        self.recalled: Callable[[int], None] | None = None
         self._root = root
         self.engine = engine or LocalEngine(system, root, self.flyer)
         self._known_targets: dict[ScenarioSpec, Targets] = {}
@@ -307,8 +308,9 @@ class Problem:
             part, out, unknown = under_way.popleft()
             if len(flown):
                 out[unknown] = flown
-            if landed is not None:
-                landed((len(out) - len(flown)) * flights)
+            told = landed and (self.recalled or landed)
+            if told is not None and len(flown) < len(out):
+                told((len(out) - len(flown)) * flights)
             self.flights_made += len(flown) * flights
             if self.memory:
                 self.memory.keep(key, fleet, gains[part], first, out)

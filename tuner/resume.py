@@ -55,7 +55,7 @@ def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Study, F
 
 
 def compute_as_reused(paths: Iterable[Path]) -> None:
-    """Go over to the arithmetic of the runs whose flights are to be taken over; StoreError where this machine does not have it."""
+    """Go over to the arithmetic of the runs whose flights are to be taken over; StoreError where it is not to be had."""
     for path in paths:
         try:
             record = read_record(path)

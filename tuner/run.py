@@ -29,7 +29,7 @@ from tuner.store.start import read_start, write_start
 from tuner.store.tables import front_table, generation_table, history_table
 from tuner.study.study import Study
 from tuner.summary import summary_document
-from tuner.watcher import Watcher
+from tuner.watcher import Watcher, told_of_compiling
 
 
 def run_study(
@@ -82,10 +82,8 @@ def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
     ready = problem.flyer.cached and problem.engine.ready(fleets(study, SEARCH)[0])
     if ready and not (study.table.margin and _margins_are_cold()):
         return
-    watcher.compiling()
-    begin = perf_counter()
-    problem.warm_up(study.default_row, study.scenarios[0].spec)
-    watcher.compiled(perf_counter() - begin)
+    with told_of_compiling(watcher):
+        problem.warm_up(study.default_row, study.scenarios[0].spec)
 
 
 def _margins_are_cold() -> bool:
@@ -121,6 +119,7 @@ def search(
     spec, past = study.search, recorded(folder.path / "history.csv")
     each = sum(fleet.count for fleet in fleets(study, SEARCH))
     watcher.searching(spec.generations, spec.generations * spec.population * each)
+    problem.recalled = watcher.recalled
     generations: list[Generation] = []
 
     def evaluate(points: np.ndarray) -> Evaluation:

@@ -22,7 +22,7 @@ from tuner.gains_file.agreement import same_result
 from tuner.gpu.choice import engine_again
 from tuner.replay import replayed
 from tuner.resume import recorded_study
-from tuner.run import flight_store, problem_of
+from tuner.run import flight_store, problem_of, warm_up
 from tuner.search.loop import Generation, archive
 from tuner.store.environment import environment
 from tuner.store.flights import RESULTS, FlightStore
@@ -87,6 +87,7 @@ def verify(path: Path, sample: int | None, threads: int | None, watcher: Watcher
         problem = problem_of(study, threads, store, engine)
         generations = replay(path, study, problem, record.generations if finished else None)
         flown = chosen(generations, sample, study.seed)
+        warm_up(again, study, watcher)
         refly(study, again, generations, flown, store, watcher)
         if finished:
             compare_front(path, study, problem if sample else again, generations, watcher)

@@ -1,5 +1,9 @@
 """What a long run tells whoever watches it; the terminal display is one watcher, silence another."""
 
+from collections.abc import Iterator
+from contextlib import contextmanager
+from time import perf_counter
+
 from tuner.search.loop import Generation
 
 
@@ -21,6 +25,10 @@ class Watcher:
     def landed(self, flights: int) -> None:
         """Hear that so many more flights have ended; called from worker threads."""
 
+    def recalled(self, flights: int) -> None:
+        """Hear that so many more flights were on record and need not be made."""
+        self.landed(flights)
+
     def generation(self, record: Generation) -> None:
         """Hear of a finished generation."""
 
@@ -41,3 +49,12 @@ class Watcher:
 
     def writing(self, what: str) -> None:
         """Hear what is being written."""
+
+
+@contextmanager
+def told_of_compiling(watcher: Watcher) -> Iterator[None]:
+    """Tell a watcher that what runs in this context compiles, and how long it took."""
+    watcher.compiling()
+    begin = perf_counter()
+    yield
+    watcher.compiled(perf_counter() - begin)

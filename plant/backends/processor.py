@@ -69,14 +69,34 @@ def this_processor() -> Processor:
     return Processor(binding.get_host_cpu_name(), get_host_cpu_features())
 
 
+# Features that the names of the levels of x86-64 stand for, each beyond the one before.
+_LEVELS = {
+    "generic": "", "x86-64": "", "x86-64-v2": "+cx16,+popcnt,+sahf,+sse3,+sse4.1,+sse4.2,+ssse3",
+    "x86-64-v3": "+avx,+avx2,+bmi,+bmi2,+f16c,+fma,+lzcnt,+movbe,+xsave",
+    "x86-64-v4": "+avx512bw,+avx512cd,+avx512dq,+avx512f,+avx512vl",
+}  # fmt: skip
+
+
+def _of_name(name: str) -> set[str] | None:
+    """Return the features that a processor's name stands for; None where that is not known here."""
+    if name == this_processor().name:
+        return set()
+    levels = list(_LEVELS)
+    if name not in levels:
+        return None
+    below = levels[: levels.index(name) + 1]
+    return set(",".join(_LEVELS[level] for level in below).split(",")) - {""}
+
+
 def missing_features(wanted: Processor) -> list[str]:
     """Return what code for a processor may use that this one lacks; its name stands for features that it does not list."""
     here = this_processor()
     has, asked = set(here.features.split(",")), set(wanted.features.split(",")) - {""}
+    named, told = _of_name(wanted.name), {entry[1:] for entry in asked}
+    asked |= {entry for entry in named or () if entry[1:] not in told}
     lacking = sorted(entry[1:] for entry in asked - has if entry.startswith("+"))
-    listed = {entry[1:] for entry in has} <= {entry[1:] for entry in asked}
-    plain = wanted.name in ("generic", "x86-64", here.name)
-    return lacking if lacking or listed or plain else [f"all of {wanted.name}"]
+    all_told = {entry[1:] for entry in has} <= told
+    return lacking if lacking or all_told or named is not None else [f"all of {wanted.name}"]
 
 
 def compile_for(wanted: Processor) -> None:

@@ -1,11 +1,13 @@
 """The terminal side of a long run: progress while it runs, tables when it is done."""
 
+from datetime import timedelta
+from threading import Lock
 from time import perf_counter
 from typing import Any
 
 from rich.box import SIMPLE_HEAD
 from rich.console import Console
-from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TextColumn, TimeRemainingColumn
+from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TextColumn
 from rich.table import Table
 from rich.text import Text
 
@@ -13,13 +15,48 @@ from tuner.search.loop import Generation
 from tuner.watcher import Watcher
 
 
-class FlightRate(ProgressColumn):
-    """Flights per second of a task."""
+class Pace:
+    """Speed of what is flown now; what was on record passes by at once and counts neither as flown nor as time."""
+
+    def __init__(self) -> None:
+        self._guard = Lock()
+        self.flown, self._since = 0, perf_counter()
+
+    def landed(self, flights: int) -> None:
+        """Count flights that were made."""
+        with self._guard:
+            self.flown += flights
+
+    def recalled(self) -> None:
+        """Begin to count the time after what was on record."""
+        with self._guard:
+            if not self.flown:
+                self._since = perf_counter()
+
+    @property
+    def seconds(self) -> float:
+        """Time that was spent flying."""
+        return perf_counter() - self._since if self.flown else 0.0
+
+    @property
+    def rate(self) -> float | None:
+        """Flights per second, None before there are any."""
+        seconds = self.seconds
+        return self.flown / seconds if seconds > 0.0 else None
+
+
+class PaceColumn(ProgressColumn):
+    """Flights per second of a task and the time that is left, or the time that a task without flights has taken."""
 
     def render(self, task: Task) -> Text:
-        """Return the rate, or nothing before there is one."""
-        speed = task.finished_speed or task.speed
-        return Text("" if speed is None else f"{speed:,.0f} flights/s")
+        """Return them, or nothing before there is a rate."""
+        if task.total is None:
+            return Text(f"{timedelta(seconds=int(task.elapsed or 0.0))}")
+        rate = task.fields["pace"].rate
+        if rate is None:
+            return Text("")
+        left = timedelta(seconds=int((task.total - task.completed) / rate))
+        return Text(f"{rate:,.0f} flights/s  {left} left")
 
 
 class TerminalWatcher(Watcher):
@@ -29,12 +66,11 @@ class TerminalWatcher(Watcher):
         self._console = console
         self._live = console.is_terminal
         self._progress = Progress(
-            SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), FlightRate(), TimeRemainingColumn(),
-            TextColumn("{task.fields[note]}"), console=console, transient=True, disable=not self._live,
+            SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), PaceColumn(), TextColumn("{task.fields[note]}"), console=console, transient=True, disable=not self._live,
         )  # fmt: skip
         self._task: Any = None
-        self._generations = 0
-        self._begin = perf_counter()
+        self._generations = self._new = self._before = 0
+        self._pace = Pace()
 
     def __enter__(self) -> "TerminalWatcher":
         self._progress.start()
@@ -46,8 +82,8 @@ class TerminalWatcher(Watcher):
     def _begin_task(self, what: str, total: int | None) -> None:
         if self._task is not None:
             self._progress.remove_task(self._task)
-        self._task = self._progress.add_task(what, total=total, note="")
-        self._begin = perf_counter()
+        self._pace = Pace()
+        self._task = self._progress.add_task(what, total=total, note="", pace=self._pace)
 
     def compiling(self) -> None:
         """Announce the one-time compilation."""
@@ -55,8 +91,9 @@ class TerminalWatcher(Watcher):
         self._begin_task("Compiling", None)
 
     def compiled(self, seconds: float) -> None:
-        """Say how long it took."""
-        self._console.print(f"Compiled in {seconds:.1f} s; the next run starts at once.")
+        """Say how long it took, to somebody who waited."""
+        if self._live:
+            self._console.print(f"Compiled in {seconds:.1f} s; the next run starts at once.")
 
     def contender(self, name: str, number: int, total: int) -> None:
         """Say whose turn it is."""
@@ -64,11 +101,20 @@ class TerminalWatcher(Watcher):
 
     def searching(self, generations: int, flights: int) -> None:
         """Start the bar of the search."""
-        self._generations = generations
+        self._generations, self._new, self._before = generations, 0, 0
         self._begin_task("Searching", flights)
 
     def landed(self, flights: int) -> None:
         """Advance the bar."""
+        self._pace.landed(flights)
+        self._advance(flights)
+
+    def recalled(self, flights: int) -> None:
+        """Advance the bar by flights that are on record."""
+        self._pace.recalled()
+        self._advance(flights)
+
+    def _advance(self, flights: int) -> None:
         if self._live and self._task is not None:
             self._progress.advance(self._task, flights)
 
@@ -81,8 +127,12 @@ class TerminalWatcher(Watcher):
         if self._live:
             self._progress.update(self._task, note=note)
             return
-        rate = record.flights / record.seconds
-        left = record.seconds / (record.number + 1) * (self._generations - record.number - 1)
+        rate, flown = self._pace.rate, self._pace.flown
+        if rate is None or flown == self._before:
+            self._console.print(f"{note}  on record")
+            return
+        self._new, self._before = self._new + 1, flown
+        left = self._pace.seconds / self._new * (self._generations - record.number - 1)
         self._console.print(f"{note}  {rate:,.0f} flights/s  {left:.0f} s left")
 
     def refining(self, flights: int) -> None:

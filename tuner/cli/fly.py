@@ -21,11 +21,12 @@ from plant.gains import default_row
 from plant.laws import law as find_law
 from plant.nominal import ControlOptions
 from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
-from tuner.cli.display import digits
+from tuner.cli.display import TerminalWatcher, digits
 from tuner.gains_file import Controller, read_gains
 from tuner.responses import SIGNALS, UNITS, Responses, fly_responses
 from tuner.study import load_study
 from tuner.usual_flight import LIMITS, SCENARIO, system_of
+from tuner.watcher import told_of_compiling
 
 SHOWN_GROUPS = ("position", "attitude")
 SPARKS = "▁▂▃▄▅▆▇█"
@@ -56,7 +57,8 @@ def fly_command(
         tuple(Objective(parse(address), Risk("mean")) for address in addresses), (), sortie.root, threads,
     )  # fmt: skip
     if not problem.flyer.cached and not as_json:
-        print("Compiling the closed loop for this machine; once for these laws, 15 to 40 s.")
+        with TerminalWatcher(Console()) as watcher, told_of_compiling(watcher):
+            problem.warm_up(sortie.gains, sortie.spec)
     evaluation = problem.evaluate_gains(sortie.gains[None], (Fleet(sortie.spec, HELD_OUT, seeds),))
     figures = statistics(problem.objectives, evaluation.scores[0])
     if as_json:

@@ -21,7 +21,9 @@ from tuner.cluster.machine import Report, differences, machine_report, report_fo
 
 @dataclass(frozen=True)
 class Brief:
-    """All that decides the flights of a fleet but gains and index. key: `scenario_key` of it; machine: the client's report, target: what it compiles for."""
+    """All that decides the flights of a fleet but gains and index. key: `scenario_key` of it; machine: the client's report;
+    target: what it compiles for.
+    """
 
     key: str
     position: str

@@ -4,7 +4,6 @@ Both fly the usual flight (`tuner.usual_flight`) through the same turbulence, on
 """
 
 from dataclasses import dataclass
-from time import perf_counter
 from typing import Any
 
 import numpy as np
@@ -23,7 +22,7 @@ from tuner.gains_file import Controller
 from tuner.margin_report.document import default_requirements
 from tuner.margin_report.readings import subject_of
 from tuner.usual_flight import SCENARIO, system_of
-from tuner.watcher import Watcher
+from tuner.watcher import Watcher, told_of_compiling
 
 STREAM, SEED = "export", 1
 FLIGHTS = 64
@@ -118,10 +117,8 @@ def metric_rows(asked: Controller, held: Controller, flights: int, watcher: Watc
     """
     first, second = _problem(asked), _problem(held)
     if not first.flyer.cached:
-        watcher.compiling()
-        begin = perf_counter()
-        first.warm_up(np.array(asked.gains), SCENARIO)
-        watcher.compiled(perf_counter() - begin)
+        with told_of_compiling(watcher):
+            first.warm_up(np.array(asked.gains), SCENARIO)
     watcher.flying("Flying before and after rounding", flights * (1 if held is asked else 2))
     before = _fly(first, asked, flights, watcher)
     after = before if held is asked else _fly(second, held, flights, watcher)

@@ -19,7 +19,7 @@ from tuner.search.first_generation import first_generation
 from tuner.search.loop import Generation, search_generations
 from tuner.search.registry import SEARCHES
 from tuner.store.folder import Folder
-from tuner.watcher import Watcher
+from tuner.watcher import Watcher, told_of_compiling
 
 # Values of each unknown that the sweep tries, the others standing at the best setting: a search crowds together, and would
 # leave what does not matter looking as if it did.
@@ -83,10 +83,8 @@ def warm_up(experiment: Experiment, inference: Inference, watcher: Watcher) -> N
     """Have the kernels compiled (once for each pair of laws) before anything is timed."""
     if experiment.cached:
         return
-    watcher.compiling()
-    begin = perf_counter()
-    experiment.fly(np.array(inference.space.base)[None], SEARCH, 1)
-    watcher.compiled(perf_counter() - begin)
+    with told_of_compiling(watcher):
+        experiment.fly(np.array(inference.space.base)[None], SEARCH, 1)
 
 
 def search(
@@ -101,6 +99,7 @@ def search(
     draw = int(generator(seed, "inference/algorithm", 0).integers(2**31))
     algorithm = SEARCHES[spec.algorithm](first, len(inference.kinds), 0, draw)
     parts: list[Tried] = []
+    experiment.recalled = watcher.recalled
 
     def evaluate(points: np.ndarray) -> Evaluation:
         values = space.values(points)

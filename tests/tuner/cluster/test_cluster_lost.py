@@ -7,10 +7,20 @@ import time
 from types import SimpleNamespace
 from typing import Any
 
+import numpy as np
 import pytest
 
-from plant.errors import InputError
-from tests.tuner.cluster.clusters import gone, scheduler, session_of, small_study, some_fleet, some_gains, worker
+from plant.errors import InputError, StoreError
+from tests.tuner.cluster.clusters import (
+    gone,
+    problem_with,
+    scheduler,
+    session_of,
+    small_study,
+    some_fleet,
+    some_gains,
+    worker,
+)
 from tests.tuner.in_process import tuner
 from tests.tuner.killing import command, run_arguments
 from tuner.cluster.connect import asked
@@ -31,19 +41,41 @@ def silent():
         yield
 
 
+def compile_something():
+    import numba
+
+    numba.njit(lambda x: x + 1.0)(1.0)
+
+
 def test_workers_that_are_unlike_are_refused(tmp_path):
-    """A worker whose compiler is told another processor, for real: before the run, and where it joins one that has begun."""
+    """A worker that has compiled for another processor, for real: before the run, and where it joins one that has begun."""
     with (
         scheduler(tmp_path) as (_, address),
         worker(tmp_path, address, NUMBA_CPU_NAME="x86-64", NUMBA_CPU_FEATURES=""),
         Client(address) as client,
     ):
-        with pytest.raises(InputError, match=r"--dask: these workers .*tcp://.*: target x86-64/\S+ there, .* here"):
+        client.run(compile_something)
+        with pytest.raises(
+            InputError, match=r"--dask: these workers .*tcp://.*: this process compiles for x86-64-\S+ already"
+        ):
             refuse_unlike(client)
         study = small_study()
         engine = DaskEngine(client, study.system, study.seed)
-        with pytest.raises(InputError, match="a worker that joined later: target x86-64"):
+        with pytest.raises(StoreError, match="this process compiles for x86-64-"):
             engine.fly(some_gains(study, 3), some_fleet(study, 2), 0, 2)
+
+
+def test_a_worker_told_another_processor_goes_over_to_that_of_the_run(tmp_path):
+    study = small_study()
+    gains, fleet = some_gains(study, 3), some_fleet(study, 2)
+    with (
+        scheduler(tmp_path) as (_, address),
+        worker(tmp_path, address, NUMBA_CPU_NAME="x86-64", NUMBA_CPU_FEATURES=""),
+        Client(address) as client,
+    ):
+        refuse_unlike(client)
+        flown = DaskEngine(client, study.system, study.seed).fly(gains, fleet, 0, 2)
+    np.testing.assert_array_equal(flown, problem_with(study).results(gains, fleet, 0, 2))
 
 
 def test_every_kind_of_difference_is_named():
