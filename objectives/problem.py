@@ -138,7 +138,8 @@ class Problem:
 
     fleets: one for each scenario of the study. landed(n) is called as n more flights have ended or been spared. fly_all:
     fly what breaks a hard requirement too; a mask (n,) says so for single candidates. memory: of flights already flown;
-    flights_made counts those that it did not know; recalled(n) is called in place of landed for those that it knew, if set. engine: who flies, by default this machine; flyer: of this machine.
+    flights_made counts those that it did not know; recalled(n) is called in place of landed for those that it knew, if set.
+    engine: who flies, by default this machine; flyer: of this machine.
     """
 
     def __init__(

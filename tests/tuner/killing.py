@@ -28,7 +28,7 @@ def run_arguments(folder):
 
 
 def finish(*arguments, code=0, **named):
-    done = subprocess.run(command(*arguments), capture_output=True, text=True, timeout=120, **named)
+    done = subprocess.run(command(*arguments), capture_output=True, text=True, **{"timeout": 120, **named})
     assert done.returncode == code, done.stderr + done.stdout
     return done
 

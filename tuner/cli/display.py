@@ -66,7 +66,8 @@ class TerminalWatcher(Watcher):
         self._console = console
         self._live = console.is_terminal
         self._progress = Progress(
-            SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), PaceColumn(), TextColumn("{task.fields[note]}"), console=console, transient=True, disable=not self._live,
+            SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), PaceColumn(),
+            TextColumn("{task.fields[note]}"), console=console, transient=True, disable=not self._live,
         )  # fmt: skip
         self._task: Any = None
         self._generations = self._new = self._before = 0
