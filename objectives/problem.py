@@ -138,9 +138,12 @@ class Problem:
 
     fleets: one for each scenario of the study. landed(n) is called as n more flights have ended or been spared. fly_all:
     fly what breaks a hard requirement too; a mask (n,) says so for single candidates. memory: of flights already flown;
-    flights_made counts those that it did not know; recalled(n) is called in place of landed for those that it knew, if set.
+    flights_made counts those that it did not know; spared(n) is called in place of landed, if set, for flights that are known
+    or not made at all.
     engine: who flies, by default this machine; flyer: of this machine.
     """
+
+    spared: Callable[[int], None] | None = None
 
     def __init__(
         self,
@@ -162,7 +165,6 @@ class Problem:
         self.flyer = Flyer(system.loop, system.limits, system.timing, threads)
         self.memory = memory
         self.flights_made = 0
-        self.recalled: Callable[[int], None] | None = None
         self._root = root
         self.engine = engine or LocalEngine(system, root, self.flyer)
         self._known_targets: dict[ScenarioSpec, Targets] = {}
@@ -259,9 +261,14 @@ class Problem:
             scores[flying[part]], failed[flying[part]] = self.score(results, fleet.spec)
         if len(spared):
             scores[spared], failed[spared] = self.unflown(fleet, last - first)
-            if landed is not None:
-                landed(len(spared) * (last - first))
+            self.spare(len(spared) * (last - first), landed)
         return scores, failed
+
+    def spare(self, flights: int, landed: Callable[[int], None] | None) -> None:
+        """Tell whoever hears of landings of flights that need not be made."""
+        told = landed and (self.spared or landed)
+        if told is not None and flights:
+            told(flights)
 
     def unflown(self, fleet: Fleet, flights: int) -> tuple[np.ndarray, np.ndarray]:
         """Return scores (1, quantities, flights) and failures (1, flights) of one that was not worth a flight: lost at t = 0."""
@@ -309,9 +316,7 @@ class Problem:
             part, out, unknown = under_way.popleft()
             if len(flown):
                 out[unknown] = flown
-            told = landed and (self.recalled or landed)
-            if told is not None and len(flown) < len(out):
-                told((len(out) - len(flown)) * flights)
+            self.spare((len(out) - len(flown)) * flights, landed)
             self.flights_made += len(flown) * flights
             if self.memory:
                 self.memory.keep(key, fleet, gains[part], first, out)

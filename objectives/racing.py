@@ -188,8 +188,7 @@ def race(
     run = Race(problem, gains, flown, whole, track, champions)
     run.run(root, landed)
     risks, failures, counted = run.conclude()
-    if landed is not None:
-        landed(len(points) * track.flights - int(counted.sum(axis=0)))
+    problem.spare(len(points) * track.flights - int(counted.sum(axis=0)), landed)
     return Evaluation(
         values=risks[:, : len(problem.objectives)],
         violations=np.concatenate([problem.broken(risks), known_violations(problem.requirements, known)], axis=1),

@@ -119,7 +119,7 @@ def search(
     spec, past = study.search, recorded(folder.path / "history.csv")
     each = sum(fleet.count for fleet in fleets(study, SEARCH))
     watcher.searching(spec.generations, spec.generations * spec.population * each)
-    problem.recalled = watcher.recalled
+    problem.spared = watcher.spared
     generations: list[Generation] = []
 
     def evaluate(points: np.ndarray) -> Evaluation:

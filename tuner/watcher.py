@@ -25,8 +25,8 @@ class Watcher:
     def landed(self, flights: int) -> None:
         """Hear that so many more flights have ended; called from worker threads."""
 
-    def recalled(self, flights: int) -> None:
-        """Hear that so many more flights were on record and need not be made."""
+    def spared(self, flights: int) -> None:
+        """Hear that so many more flights need not be made: they are on record, or not worth it."""
         self.landed(flights)
 
     def generation(self, record: Generation) -> None:

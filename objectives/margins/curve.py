@@ -16,7 +16,6 @@ that both give the same bits whether they were compiled by this process or loade
 
 import math
 from collections.abc import Callable
-from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -42,15 +41,17 @@ OFFSETS = (-3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0)
 # A peak below this share of the highest point on the grid, squared, does not become the highest by being refined.
 RIVAL = 0.5
 
-inlined, entry = (
-    partial(numba.njit, error_model="numpy", fastmath={"contract", "reassoc", "arcp", "nsz", "afn"}, **options)
-    for options in ({"forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}, {"nogil": True})
-)
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "arcp", "nsz", "afn"}}
+
+
+def inlined(function: Callable[..., Any]) -> Any:
+    """Compile a function into those that call it."""
+    return numba.njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)(function)
 
 
 def compiled(function: Callable[..., Any]) -> Any:
     """Compile a function that is called from Python and keep it."""
-    return keep_file(entry(function), Path(__file__))
+    return keep_file(numba.njit(nogil=True, **OPTIONS)(function), Path(__file__))
 
 
 @inlined

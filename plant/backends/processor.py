@@ -106,18 +106,22 @@ def compile_for(wanted: Processor) -> None:
     """
     from numba.core import config
     from numba.core.registry import cpu_target
+    from numba.core.runtime import rtsys
 
     if wanted == compiled_for():
         return
     lacking = missing_features(wanted)
     if lacking:
         raise StoreError(f"code for {wanted.name} does not run on this processor, which lacks {', '.join(lacking)}")
-    if "_toplevel_target_context" in vars(cpu_target):
+    # Numba's runtime is the first that a process compiles.
+    if rtsys._init:
         raise StoreError(
             f"this process compiles for {compiled_for().label} already and cannot go over to {wanted.label}; use a new process"
         )
     config.CPU_NAME, config.CPU_FEATURES = wanted  # pyright: ignore[reportAttributeAccessIssue]
     os.environ["NUMBA_CPU_NAME"], os.environ["NUMBA_CPU_FEATURES"] = wanted
+    # A function that waits to be compiled has made the compiler already.
+    cpu_target.target_context.init()
 
 
 @cache

@@ -33,11 +33,11 @@ def clock(monkeypatch):
 def test_the_rate_is_of_flights_made_over_the_time_after_the_record(clock):
     pace = Pace()
     clock.now += 60.0
-    pace.recalled()
+    pace.spared()
     assert pace.rate is None
     clock.now += 2.0
     pace.landed(30)
-    pace.recalled()
+    pace.spared()
     assert pace.rate == pytest.approx(15.0)
     assert pace.seconds == pytest.approx(2.0)
 
@@ -47,7 +47,7 @@ def test_time_left_is_that_of_what_is_still_to_be_flown(clock):
     watcher = TerminalWatcher(console)
     watcher.searching(3, 1000)
     clock.now += 50.0
-    watcher.recalled(600)
+    watcher.spared(600)
     clock.now += 1.0
     watcher.landed(100)
     column = next(part for part in watcher._progress.columns if isinstance(part, display.PaceColumn))

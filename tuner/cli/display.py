@@ -16,7 +16,7 @@ from tuner.watcher import Watcher
 
 
 class Pace:
-    """Speed of what is flown now; what was on record passes by at once and counts neither as flown nor as time."""
+    """Speed of what is flown now; what is on record, or not worth a flight, counts neither as flown nor, before it, as time."""
 
     def __init__(self) -> None:
         self._guard = Lock()
@@ -27,7 +27,7 @@ class Pace:
         with self._guard:
             self.flown += flights
 
-    def recalled(self) -> None:
+    def spared(self) -> None:
         """Begin to count the time after what was on record."""
         with self._guard:
             if not self.flown:
@@ -94,7 +94,7 @@ class TerminalWatcher(Watcher):
     def compiled(self, seconds: float) -> None:
         """Say how long it took, to somebody who waited."""
         if self._live:
-            self._console.print(f"Compiled in {seconds:.1f} s; the next run starts at once.")
+            self._console.print(f"Compiled in {seconds:.1f} s; the next run starts at once.", highlight=False)
 
     def contender(self, name: str, number: int, total: int) -> None:
         """Say whose turn it is."""
@@ -110,9 +110,9 @@ class TerminalWatcher(Watcher):
         self._pace.landed(flights)
         self._advance(flights)
 
-    def recalled(self, flights: int) -> None:
-        """Advance the bar by flights that are on record."""
-        self._pace.recalled()
+    def spared(self, flights: int) -> None:
+        """Advance the bar by flights that need not be made."""
+        self._pace.spared()
         self._advance(flights)
 
     def _advance(self, flights: int) -> None:

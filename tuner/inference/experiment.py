@@ -34,7 +34,7 @@ class Task:
 
 class Experiment:
     """Flies settings. threads: by default one for each core. settings: what was flown before; flights_made counts the rest;
-    recalled(n) is called for the others, if set.
+    spared(n) is called for the others, if set.
 
     flights_of(count): flights of one setting with so many flights of each contender and scenario.
     """
@@ -43,7 +43,7 @@ class Experiment:
         self._inference = inference
         self._settings = settings
         self.flights_made = 0
-        self.recalled: Callable[[int], None] | None = None
+        self.spared: Callable[[int], None] | None = None
         self._draws = Draws(inference.contest.seed)
         self._flyers: dict[tuple[object, ...], Flyer] = {}
         self.threads = threads or available_threads()
@@ -66,7 +66,7 @@ class Experiment:
             if part is not None:
                 scores[i], failed[i] = part
         if landed is not None:
-            (self.recalled or landed)(int(np.sum(~missing, axis=0)) * self.flights_of(count))
+            (self.spared or landed)(int(np.sum(~missing, axis=0)) * self.flights_of(count))
         if missing.any():
             scores[missing], failed[missing] = self._flown(values[missing], stream, count, landed)
         if self._settings is not None:

@@ -99,7 +99,7 @@ def search(
     draw = int(generator(seed, "inference/algorithm", 0).integers(2**31))
     algorithm = SEARCHES[spec.algorithm](first, len(inference.kinds), 0, draw)
     parts: list[Tried] = []
-    experiment.recalled = watcher.recalled
+    experiment.spared = watcher.spared
 
     def evaluate(points: np.ndarray) -> Evaluation:
         values = space.values(points)

@@ -5,6 +5,7 @@ gives the same results.
 """
 
 import json
+import re
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -87,7 +88,7 @@ def read_record(path: Path) -> RunRecord:
         nothing = not (path / "flights").exists()
         what = "nothing was recorded yet, so remove it and run the study again" if nothing else _instead(path)
         raise StoreError(f"{path} holds no {FILE}, so it cannot be continued; {what}") from None
-    except (OSError, ValueError, KeyError, TypeError):
+    except (OSError, ValueError, KeyError, TypeError, AttributeError):
         raise StoreError(f"{path / FILE} is damaged; {_instead(path)}") from None
     kind, study, digest, model, engine = texts
     return RunRecord(kind, Path(study), digest, generations, model, engine, machine)
@@ -99,7 +100,9 @@ def _told(machine: Arithmetic) -> dict[str, str]:
 
 def _read_machine(content: dict[str, Any]) -> Arithmetic:
     name, features, libraries = (content[key] for key in ("name", "features", "libraries"))
-    if not all(isinstance(text, str) and text.isprintable() for text in (name, features, libraries)):
+    if not (re.fullmatch(r"[\w.-]{1,60}", name) and re.fullmatch(r"([+-][\w.-]{1,60}(,|$))*", features)):
+        raise ValueError
+    if not (libraries.isprintable() and len(libraries) < 200):
         raise ValueError
     return Arithmetic(Processor(name, features), libraries)
 
