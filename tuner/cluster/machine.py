@@ -6,7 +6,6 @@ from importlib.metadata import PackageNotFoundError, version
 
 from objectives.memory import model_key
 from plant.backends.processor import Processor, compile_for, compiled_for, libc, numpy_simd
-from tuner.store.environment import simd
 
 Report = dict[str, str]
 PACKAGES = ("holdfast", "numpy", "numba", "llvmlite", "scipy")
@@ -26,7 +25,6 @@ def machine_report() -> Report:
         "libc": libc(),
         "target": compiled_for().label,
         "numpy-simd": numpy_simd(),
-        "simd": _simd(),
     }
 
 
@@ -51,10 +49,3 @@ def _version(name: str) -> str:
         return version(name)
     except PackageNotFoundError:
         return "not installed"
-
-
-def _simd() -> str:
-    from numba import config
-
-    told = config.CPU_NAME  # pyright: ignore[reportAttributeAccessIssue]
-    return f"as {told} has" if told else simd()
