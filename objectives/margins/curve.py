@@ -42,16 +42,17 @@ OFFSETS = (-3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0)
 RIVAL = 0.5
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "arcp", "nsz", "afn"}}
+INLINED = {**OPTIONS, "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
 def inlined(function: Callable[..., Any]) -> Any:
     """Compile a function into those that call it."""
-    return numba.njit(forceinline=True, no_cpython_wrapper=True, no_cfunc_wrapper=True, **OPTIONS)(function)
+    return numba.njit(**INLINED)(function)
 
 
 def compiled(function: Callable[..., Any]) -> Any:
     """Compile a function that is called from Python and keep it."""
-    return keep_file(numba.njit(nogil=True, **OPTIONS)(function), Path(__file__))
+    return keep_file(numba.njit(**OPTIONS, nogil=True)(function), Path(__file__))
 
 
 @inlined

@@ -9,7 +9,7 @@ import json
 import os
 import platform
 from functools import cache
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from plant.errors import StoreError
 
@@ -106,7 +106,7 @@ def compile_for(wanted: Processor) -> None:
     """
     from numba.core import config
     from numba.core.registry import cpu_target
-    from numba.core.runtime import rtsys
+    from numba.core.runtime.nrt import rtsys
 
     if wanted == compiled_for():
         return
@@ -121,7 +121,8 @@ def compile_for(wanted: Processor) -> None:
     config.CPU_NAME, config.CPU_FEATURES = wanted  # pyright: ignore[reportAttributeAccessIssue]
     os.environ["NUMBA_CPU_NAME"], os.environ["NUMBA_CPU_FEATURES"] = wanted
     # A function that waits to be compiled has made the compiler already.
-    cpu_target.target_context.init()
+    context: Any = cpu_target.target_context
+    context.init()
 
 
 @cache
