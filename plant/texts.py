@@ -1,13 +1,17 @@
-"""Files that people write, TOML or JSON, from text to table; what is no table at all is told with its line."""
+"""Files that people write, TOML or JSON, from text to table; and the one rule each for the names and the texts in them.
+
+A name stands in file names and in exported code. A text (a title, the source of a number) is read by people: one line of letters
+that print, so neither line breaks nor escape sequences nor marks that turn the direction of writing.
+"""
 
 import json
 import re
 import tomllib
-from collections.abc import Callable
+from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from plant.errors import InputError
+from plant.errors import InputError, one_line, shortened
 
 DEEPEST = 16
 """Levels of tables and lists inside each other that are read; what anything here needs is 5."""
@@ -15,6 +19,58 @@ DEEPEST = 16
 DIGITS = 300
 # Characters before and behind the place of an error that are shown of a line.
 SHOWN = 60
+
+NAME = r"[A-Za-z0-9]([A-Za-z0-9 ._-]{0,62}[A-Za-z0-9._-])?"
+"""Regular expression of a whole name."""
+NAMES = "1 to 64 letters (a to z, A to Z), digits, spaces and - _ . with a letter or digit in front and no space behind"
+LONGEST_TITLE, LONGEST_TEXT = 200, 2000
+# Keys whose texts may have several lines.
+PROSE = ("description",)
+
+
+def check_name(name: str, *, file: Path | None = None, key: str | None = None) -> None:
+    """Refuse what is no name; raises InputError with what was given and what is allowed."""
+    if not re.fullmatch(NAME, name):
+        message = f"given '{shortened(one_line(name))}'; a name is {NAMES}: give it another"
+        raise InputError(message, file=file, key=key)
+
+
+def check_text(text: str, longest: int = LONGEST_TEXT, *, file: Path | None = None, key: str | None = None) -> None:
+    """Refuse a text that does not print on one line, or a longer one; raises InputError with what is allowed."""
+    odd = next((letter for letter in text if not letter.isprintable()), None)
+    if odd is not None:
+        message = f"holds the character U+{ord(odd):04X}; a text is one line of letters that print: take it out"
+        raise InputError(message, file=file, key=key)
+    if len(text) > longest:
+        message = f"has {len(text):,} letters; allowed: up to {longest:,}: shorten it"
+        raise InputError(message, file=file, key=key)
+
+
+def check_title(title: str, *, file: Path | None = None, key: str | None = None) -> None:
+    """Refuse an empty, long or unprintable title; raises InputError."""
+    if not title.strip():
+        raise InputError("given an empty text; write a title that says what this is", file=file, key=key)
+    check_text(title, LONGEST_TITLE, file=file, key=key)
+
+
+def check_texts(table: Any, *, file: Path | None = None) -> None:
+    """Refuse a text anywhere in nested tables and lists that `check_text` refuses; raises InputError with its key."""
+    for key, text in texts_in(table):
+        lines = text.replace("\t", " ").splitlines() if key.split(".")[-1] in PROSE else [text]
+        for line in lines:
+            check_text(line, file=file, key=key)
+
+
+def texts_in(table: Any, key: str = "") -> Iterator[tuple[str, str]]:
+    """Yield dotted key and text of every text in nested tables and lists."""
+    if isinstance(table, str):
+        yield key, table
+    elif isinstance(table, dict):
+        for name, inner in table.items():
+            yield from texts_in(inner, f"{key}.{name}" if key else str(name))
+    elif isinstance(table, list):
+        for i, inner in enumerate(table):
+            yield from texts_in(inner, f"{key}[{i}]")
 
 
 def toml_table(text: str, file: Path) -> dict[str, Any]:

@@ -9,7 +9,7 @@ from plant.airframes.geometry import FRAMES, SPINS
 from plant.airframes.rules import broken_rules
 from plant.airframes.schema import GROUPS, SCALARS, Sourced, read_flag, read_numbers, read_text
 from plant.errors import InputError, UnknownNameError, UnphysicalError
-from plant.texts import toml_table
+from plant.texts import check_name, check_texts, check_title, toml_table
 from plant.vectors import Vec3
 from plant.vehicle import Vehicle
 
@@ -45,8 +45,11 @@ def load(name_or_path: str | Path, *, allow_unphysical: bool = False) -> Airfram
     file, and UnphysicalError listing every broken rule.
     """
     path = _located(name_or_path)
+    check_name(path.stem, file=path, key="file name")
     table = _parsed(path)
+    check_texts(table, file=path)
     title = read_text(table, "title", path)
+    check_title(title, file=path, key="title")
     frame = read_text(table, "frame", path, tuple(FRAMES))
     spin = read_text(table, "spin", path, tuple(SPINS))
     sources = read_numbers(table, FRAMES[frame].lengths, path)

@@ -36,6 +36,7 @@ from tuner.export.heading import heading
 from tuner.export.parameter_table import defaults, parameters
 from tuner.export.parameter_text import single
 from tuner.export.settings import number
+from tuner.export.texts import parameter_comment
 from tuner.gains_file import Controller
 
 FILE = "holdfast.param"
@@ -70,7 +71,7 @@ def carry(request: Request) -> Bundle:
     written = parameters(dialect.table, to_ardupilot(asked, rotors, curve, dialect, accel_gain), single, target)
     values = {parameter.name: parameter.held for parameter in written}
     about = (
-        *heading(request),
+        *heading(request, parameter_comment),
         f"For {target} and no other version: a vehicle ignores names that it does not know.",
         _frame(rotors),
     )
@@ -99,7 +100,7 @@ def _rollback(request: Request, values: Mapping[str, float], dialect: Dialect, t
     source = (
         "the previous parameter file" if before else f"the defaults of {target}: no previous parameter file was given"
     )
-    about = [*heading(request)[:2], f"Rollback to {source}."]
+    about = [*heading(request, parameter_comment)[:2], f"Rollback to {source}."]
     if before and missing:
         about.append(f"At the default of {target}, for the previous file lacks them: {', '.join(missing)}")
     back = {name: before.get(name, usual[name]) for name in values}

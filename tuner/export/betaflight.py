@@ -19,6 +19,7 @@ from tuner.export.exporter import Bundle, Exporter, Option, Parameter, Request
 from tuner.export.heading import heading
 from tuner.export.parameter_table import Entry, parameters
 from tuner.export.settings import number
+from tuner.export.texts import parameter_comment
 from tuner.gains_file import Controller
 
 FILE = "holdfast.betaflight.txt"
@@ -43,7 +44,7 @@ def carry(request: Request) -> Bundle:
     check_rounding(written)
     values = {parameter.name: parameter.held for parameter in written}
     about = (
-        *heading(request),
+        *heading(request, parameter_comment),
         f"For {NAME}. Load it on the command line: an error is a line of three hash signs, and it saves all the same.",
     )
     return Bundle(
@@ -91,7 +92,7 @@ def rollback(
             whole(back[name], name, request.previous)
     missing = [name for name in usual if name not in before]
     source = "the previous settings" if before else f"the defaults of {NAME}: no previous settings were given"
-    about = [*heading(request)[:2], f"Rollback to {source}."]
+    about = [*heading(request, parameter_comment)[:2], f"Rollback to {source}."]
     if before and missing:
         about.append(f"At the default of {NAME}, for the previous file lacks them: {', '.join(missing)}")
     return write_cli(back, chosen, about)

@@ -23,6 +23,7 @@ from tuner.export.exporter import Bundle, Exporter, Request
 from tuner.export.heading import heading
 from tuner.export.parameter_table import parameters
 from tuner.export.settings import number
+from tuner.export.texts import parameter_comment
 from tuner.gains_file import Controller
 
 FILE = "holdfast.betaflight.txt"
@@ -41,7 +42,7 @@ def carry(request: Request) -> Bundle:
     rotors = actuation(asked.airframe.vehicle, number(request.settings, "thrust_curve", 0.0, 1.0, "1"))
     written = parameters(ADRC_TABLE, to_adrc(asked, rotors), nearest, NAME)
     values = {parameter.name: parameter.held for parameter in written}
-    about = (*heading(request), f"For {NAME}. EXPERIMENTAL: {EXPERIMENTAL}")
+    about = (*heading(request, parameter_comment), f"For {NAME}. EXPERIMENTAL: {EXPERIMENTAL}")
     return Bundle(
         files={FILE: write_cli(settings(values, ADRC_SWITCHES), profile(request.settings), about)},
         rollback={FILE: rollback(request, ADRC_TABLE, ADRC_SWITCHES, values)},

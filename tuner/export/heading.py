@@ -1,14 +1,21 @@
 """What every text file of an export says of itself: the tool, the gains it comes from, what they are for."""
 
+from collections.abc import Callable
+
 from tuner.export.exporter import Request
 
 
-def heading(request: Request) -> tuple[str, str, str]:
-    """Return three lines: tool and digest of the gains, airframe, laws with their control period."""
+def heading(request: Request, write: Callable[[str], str]) -> tuple[str, str, str]:
+    """Return three lines: tool and digest of the gains, airframe, laws with their control period.
+
+    write: the function of `tuner.export.texts` for the place where the lines are to stand.
+    """
     controller = request.controller
     return (
-        f"Written by holdfast from the gains {request.digest}",
-        f"Airframe: {controller.airframe.name} ({controller.airframe.title})",
-        f"Laws: position {controller.cascade.position.name}, attitude {controller.cascade.attitude.name}; "
-        f"control period {controller.control_period:.10g} s",
+        write(f"Written by holdfast from the gains {request.digest}"),
+        write(f"Airframe: {controller.airframe.name} ({controller.airframe.title})"),
+        write(
+            f"Laws: position {controller.cascade.position.name}, attitude {controller.cascade.attitude.name}; "
+            f"control period {controller.control_period:.10g} s"
+        ),
     )

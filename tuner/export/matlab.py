@@ -14,6 +14,7 @@ from plant.nominal import nominal
 from tuner.export.exporter import Bundle, Exporter, Request
 from tuner.export.heading import heading
 from tuner.export.previous import rollback_request
+from tuner.export.texts import matlab_comment, matlab_string
 
 FUNCTION = "holdfast_gains"
 FILE = f"{FUNCTION}.m"
@@ -89,7 +90,7 @@ def entries(request: Request) -> dict[str, Entry]:
 def literal(value: Any) -> str:
     """Return a value as MATLAB writes it: texts, flags, numbers, and columns of numbers (n, 1)."""
     if isinstance(value, str):
-        return "'" + value.replace("'", "''") + "'"
+        return matlab_string(value)
     if isinstance(value, bool):
         return "true" if value else "false"
     if isinstance(value, tuple):
@@ -101,8 +102,8 @@ def function(request: Request, sentence: str = "") -> bytes:
     """Return the text of the function."""
     found = entries(request)
     lines = [f"function c = {FUNCTION}()", f"%{FUNCTION.upper()} Gains of a quadrotor controller as a struct."]
-    lines += [f"%   {line}." for line in heading(request)]
-    lines += [f"%   {sentence}"] if sentence else []
+    lines += [f"%   {line}." for line in heading(request, matlab_comment)]
+    lines += [f"%   {matlab_comment(sentence)}"] if sentence else []
     lines += [
         "%   World ENU, body FLU; SI units and radians. Gains are per inertia: torque = inertia * (kp * error + ...).",
         "%   c.gains.<axis>.<gain>; c.units has the same fields with the unit of each number. Vectors are columns:",

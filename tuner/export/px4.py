@@ -29,6 +29,7 @@ from tuner.export.px4_map import from_px4, loops, tilt_limit, to_px4
 from tuner.export.px4_ranges import TABLE
 from tuner.export.px4_text import VERSION, read_params, write_params
 from tuner.export.settings import number
+from tuner.export.texts import parameter_comment
 from tuner.gains_file import Controller
 
 FILE = "holdfast.params"
@@ -56,7 +57,11 @@ def carry(request: Request) -> Bundle:
     written = parameters(TABLE, to_px4(asked, rotors, model), single, NAME)
     values = {parameter.name: parameter.held for parameter in written}
     vehicle = _vehicle(request.settings)
-    about = (*heading(request), f"For {NAME}; ranges and units are those of this version.", _geometry(rotors))
+    about = (
+        *heading(request, parameter_comment),
+        f"For {NAME}; ranges and units are those of this version.",
+        _geometry(rotors),
+    )
     return Bundle(
         files={FILE: write_params(values, vehicle, about)},
         rollback={FILE: _rollback(request, values, vehicle)},
@@ -90,7 +95,7 @@ def _rollback(request: Request, values: Mapping[str, float], vehicle: int) -> by
     source = (
         "the previous parameter file" if before else f"the defaults of {NAME}: no previous parameter file was given"
     )
-    about = [*heading(request)[:2], f"Rollback to {source}."]
+    about = [*heading(request, parameter_comment)[:2], f"Rollback to {source}."]
     if before and missing:
         about.append(f"At the default of {NAME}, for the previous file lacks them: {', '.join(missing)}")
     return write_params({name: before.get(name, usual[name]) for name in values}, vehicle, about)

@@ -23,6 +23,7 @@ from tuner.export.autopilot_pid import rate_sources, with_measured_rates
 from tuner.export.exporter import Bundle, Exporter, Parameter, Request
 from tuner.export.heading import heading
 from tuner.export.previous import rollback_request
+from tuner.export.texts import yaml_comment
 from tuner.gains_file import Controller
 
 ATTITUDE, POSITION = "attitude_pid", "position_pid"
@@ -209,7 +210,9 @@ def double(value: float) -> str:
 def yaml(request: Request, sentence: str = "") -> bytes:
     """Return the whole file."""
     controller = request.controller
-    lines = [f"# {line}" for line in (*heading(request), *((sentence,) if sentence else ()))]
+    lines = [
+        f"# {line}" for line in (*heading(request, yaml_comment), *((yaml_comment(sentence),) if sentence else ()))
+    ]
     lines += [
         "# World ENU, body FLU (REP 103), rad. attitude: p N m/rad, i N m/(rad s), d N m s/rad, clamps N m;",
         "# position: p N/m, i N/(m s), d N s/m, clamps N; tracking_time_constant s.",

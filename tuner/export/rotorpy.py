@@ -21,6 +21,7 @@ from tuner.export.exporter import Bundle, Exporter, Request
 from tuner.export.heading import heading
 from tuner.export.previous import rollback_request
 from tuner.export.rotorpy_vehicle import differences, parameter_text
+from tuner.export.texts import markdown, python_docstring
 
 PACKAGE = "holdfast_rotorpy"
 VERSION = "RotorPy 3.0"
@@ -129,7 +130,7 @@ def _joined(root: str, rest: str) -> str:
 def _init(request: Request) -> str:
     return "\n".join(
         [
-            f'"""{heading(request)[2]}; gains from holdfast, flown in RotorPy: see `controller`."""',
+            f'"""{heading(request, python_docstring)[2]}; gains from holdfast, flown in RotorPy: see `controller`."""',
             "",
             "from .flight_controller import FlightController",
             "from .gains import controller",
@@ -154,8 +155,8 @@ def _gains(request: Request, sentence: str) -> str:
         [
             '"""The gains and the vehicle they were tuned for.',
             "",
-            *[f"{line}." for line in heading(request)],
-            *([sentence] if sentence else []),
+            *[f"{line}." for line in heading(request, python_docstring)],
+            *([python_docstring(sentence)] if sentence else []),
             '"""',
             "",
             "from .flight_controller import FlightController",
@@ -188,7 +189,13 @@ def _options(options: ControlOptions) -> str:
 def vehicle_parameters(request: Request) -> str:
     """Return the module with RotorPy's dictionary of the vehicle and its state at rest."""
     vehicle: Vehicle = request.controller.airframe.vehicle
-    lines = ['"""The airframe in RotorPy\'s terms; see README.md for what differs.', "", *heading(request), '"""', ""]
+    lines = [
+        '"""The airframe in RotorPy\'s terms; see README.md for what differs.',
+        "",
+        *heading(request, python_docstring),
+        '"""',
+        "",
+    ]
     return "\n".join([*lines, parameter_text(vehicle)])
 
 
@@ -199,8 +206,8 @@ def readme(request: Request, sentence: str) -> str:
         [
             "# Gains in RotorPy",
             "",
-            *[f"{line}.  " for line in heading(request)],
-            *([sentence] if sentence else []),
+            *[f"{line}.  " for line in heading(request, markdown)],
+            *([markdown(sentence)] if sentence else []),
             "",
             f"Copy `{PACKAGE}/` beside your script (`pip install rotorpy`; nothing else is needed) and run:",
             "",

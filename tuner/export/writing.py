@@ -95,7 +95,9 @@ def check_free(out: Path) -> None:
 
 def as_json(document: Row) -> bytes:
     """Return JSON text as bytes."""
-    return (json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n").encode()
+    # Half of a surrogate pair, which UTF-8 does not hold, comes out as the escape that JSON has for it.
+    text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return text.encode("utf-8", "backslashreplace")
 
 
 def sha256(content: bytes) -> str:

@@ -21,6 +21,7 @@ from plant.airframes.rules import broken_rules
 from plant.airframes.schema import GROUPS, SCALARS, Sourced
 from plant.errors import InputError
 from plant.nominal import mixer_matrix
+from plant.texts import LONGEST_TITLE, NAME
 from plant.vectors import Rotors, Vec3
 from plant.vehicle import Vehicle
 from tuner.gains_file.hashing import canonical_hash
@@ -187,8 +188,8 @@ def airframe_schema() -> Row:
     }
     return closed(
         {
-            "name": {"type": "string", "minLength": 1},
-            "title": {"type": "string"},
+            "name": {"type": "string", "pattern": f"^{NAME}(?!\n)$", "maxLength": 64},
+            "title": {"type": "string", "minLength": 1, "maxLength": LONGEST_TITLE},
             "frame": {"enum": list(FRAMES)},
             "allow_unphysical": {"type": "boolean"},
             "sha256": DIGEST,

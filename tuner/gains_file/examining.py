@@ -14,7 +14,7 @@ from plant.nominal import ControlOptions
 from tuner.gains_file.airframe_block import airframe_of, airframe_problems
 from tuner.gains_file.hashing import content_hash
 from tuner.gains_file.parsing import check_identity, parsed
-from tuner.gains_file.problems import not_finite, schema_problems
+from tuner.gains_file.problems import not_finite, schema_problems, text_problems
 from tuner.gains_file.sections import VERSION
 from tuner.gains_file.shapes import Row
 from tuner.gains_file.version_0 import brought_up
@@ -43,7 +43,7 @@ def examine(path: Path, airframe: Airframe | None = None) -> Examined:
     """Read a gains.json and find everything that is wrong with it; InputError where it is no gains.json at all."""
     given = parsed(path)
     check_identity(given, path)
-    if wrong := list(not_finite(given)):
+    if wrong := [*not_finite(given), *text_problems(given)]:
         return Examined(path, given, given, [moved(error, path, error.key or "") for error in wrong])
     current = given["version"] == VERSION
     document = given if current else _brought_up(given, path, airframe)

@@ -6,6 +6,7 @@ from re import search
 from typing import Any
 
 from plant.errors import InputError, UnknownNameError
+from plant.texts import check_name, check_texts
 from tuner.gains_file.schema import gains_schema, validator
 from tuner.gains_file.shapes import DIGEST, Row
 from tuner.study.messages import shown
@@ -33,6 +34,21 @@ def not_finite(value: Any, key: str = "") -> Iterator[InputError]:
             yield from not_finite(inner, f"{key}[{i}]")
     elif isinstance(value, int | float) and not isfinite(value):
         yield InputError(f"given {shown(value)}; this must be a finite number", key=key)
+
+
+def text_problems(document: Row) -> Iterator[InputError]:
+    """Yield the first text that is no line of letters that print, and an airframe's name that is no name.
+
+    What an x-* key holds is for others to read.
+    """
+    block = document.get("airframe")
+    name = block.get("name") if isinstance(block, dict) else None
+    try:
+        if isinstance(name, str):
+            check_name(name, key="airframe.name")
+        check_texts({key: value for key, value in document.items() if not key.startswith("x-")})
+    except InputError as error:
+        yield error
 
 
 def schema_problems(document: Row) -> list[InputError]:
@@ -87,6 +103,8 @@ def _expected(kind: str, asked: Any) -> str:
         return f"{BOUNDS[kind]} {asked:g}"
     if kind in ("minItems", "maxItems"):
         return f"a list of {asked}"
+    if kind == "maxLength" and asked != DIGEST["maxLength"]:
+        return f"a text of at most {asked} letters"
     if kind in ("pattern", "maxLength"):
         return "64 hexadecimal digits" if asked in (DIGEST["pattern"], DIGEST["maxLength"]) else "16 to 19 digits"
     if kind == "minLength":

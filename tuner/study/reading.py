@@ -9,7 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from plant.errors import InputError
-from plant.texts import toml_table
+from plant.texts import check_texts, check_title, toml_table
 from tuner.study.messages import translated
 from tuner.study.schema import StudyTable
 
@@ -25,9 +25,15 @@ def read_study_table(path: Path, overrides: Mapping[str, Any]) -> StudyTable:
 def checked_table(path: Path, table: Mapping[str, Any]) -> StudyTable:
     """Return the content of a study in its checked shape; path: the file that errors name."""
     try:
-        return StudyTable.model_validate(table)
+        checked = StudyTable.model_validate(table)
     except ValidationError as error:
         raise translated(error, path) from None
+    check_title(checked.title, file=path, key="title")
+    for i, scenario in enumerate(checked.scenario):
+        check_title(scenario.name, file=path, key=f"scenario[{i}].name")
+    # Overrides come from no file.
+    check_texts(table, file=path)
+    return checked
 
 
 def parse_toml(path: Path) -> dict[str, Any]:
@@ -43,7 +49,9 @@ def parse_toml(path: Path) -> dict[str, Any]:
         ) from None
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror}); give a study file", file=path) from None
-    return toml_table(text, path)
+    table = toml_table(text, path)
+    check_texts(table, file=path)
+    return table
 
 
 def put(table: Any, key: str, value: Any, path: Path) -> None:

@@ -11,6 +11,7 @@ from tuner.export.c99.readme import DELAYED, MAKEFILE, PROMPT, README
 from tuner.export.c99.sources import c_sources
 from tuner.export.exporter import Bundle, Exporter, Option, Request
 from tuner.export.previous import rollback_request
+from tuner.export.texts import c_comment, markdown
 from tuner.gains_file import Controller
 
 PREFIX = "holdfast"
@@ -53,13 +54,13 @@ def files(request: Request, sentence: str) -> dict[str, bytes]:
     vectors = golden(controller, real)
     position, attitude = controller.cascade.position.name, controller.cascade.attitude.name
     words = {
-        "p": PREFIX, "P": PREFIX.upper(), "digest": request.digest, "airframe": controller.airframe.name,
+        "p": PREFIX, "P": PREFIX.upper(), "digest": c_comment(request.digest), "airframe": c_comment(controller.airframe.name),
         "laws": f"position {position}, attitude {attitude}",
     }  # fmt: skip
     readme = README.format(
-        **words,
-        title=controller.airframe.title,
-        sentence=sentence,
+        **words | {"digest": markdown(request.digest), "airframe": markdown(controller.airframe.name)},
+        title=markdown(controller.airframe.title),
+        sentence=markdown(sentence),
         mass=f"{controller.airframe.vehicle.mass:g}",
         position=position,
         attitude=attitude,

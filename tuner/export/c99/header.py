@@ -2,6 +2,7 @@
 
 from plant.backends.c_code import REALS, literal
 from plant.backends.c_records import CRecords
+from tuner.export.texts import c_comment, c_string
 from tuner.gains_file import Controller
 
 HEADER = """\
@@ -31,10 +32,10 @@ extern "C" {{
 
 #define {P}_PERIOD {period_literal} /* [s] */
 #define {P}_MASS {mass} /* [kg] */
-#define {P}_AIRFRAME "{airframe}"
+#define {P}_AIRFRAME {airframe_text}
 #define {P}_POSITION_LAW "{position}"
 #define {P}_ATTITUDE_LAW "{attitude}"
-#define {P}_GAINS_DIGEST "{digest}"
+#define {P}_GAINS_DIGEST {digest_text}
 
 typedef {real} {p}_real;
 
@@ -144,8 +145,8 @@ def header_text(controller: Controller, real: str, prefix: str, digest: str, rec
     return HEADER.format(
         p=prefix,
         P=prefix.upper(),
-        title=controller.airframe.title,
-        airframe=controller.airframe.name,
+        title=c_comment(controller.airframe.title),
+        airframe=c_comment(controller.airframe.name),
         position=cascade.position.name,
         attitude=cascade.attitude.name,
         period=f"{controller.control_period:.9g}",
@@ -153,7 +154,9 @@ def header_text(controller: Controller, real: str, prefix: str, digest: str, rec
         mass=literal(controller.airframe.vehicle.mass, kind),
         real=real,
         suffix=kind.suffix,
-        digest=digest,
+        digest=c_comment(digest),
+        airframe_text=c_string(controller.airframe.name),
+        digest_text=c_string(digest),
         typedefs="\n\n".join(records.typedefs),
         memory=records.name(cascade.Memory),
         loop_memory=records.name(cascade.attitude.Memory),

@@ -15,6 +15,7 @@ from tuner.export.c99.entries import AttitudeApplied, AttitudeMeasurement, Attit
 from tuner.export.c99.header import header_text
 from tuner.export.c99.routines import Call, Style, function_of, function_text, loops
 from tuner.export.c99.tracing import UNIT_WITHIN, Entry, Traces, trace
+from tuner.export.texts import c_comment
 from tuner.gains_file import Controller
 
 FLOOR = """\
@@ -89,7 +90,8 @@ def _source(controller: Controller, traces: Traces, style: Style) -> str:
 
     largest = literal(real.largest_fraction, real)
     parts = [
-        f"/* Controller of {controller.airframe.title}; what it is stands in {p}_controller.h. Written by holdfast. */",
+        f"/* Controller of {c_comment(controller.airframe.title)}; what it is stands in {p}_controller.h. "
+        "Written by holdfast. */",
         f'#include "{p}_controller.h"\n\n#include <math.h>\n#include <stdint.h>',
         FLOOR.format(p=p, suffix=real.suffix, largest=largest, whole=real.whole, one=literal(1.0, real)),
         function_of(traces.atan2, style),

@@ -19,6 +19,7 @@ from tuner.export.parameter_text import single
 from tuner.export.pid_cascade import rate_loop
 from tuner.export.previous import rollback_request
 from tuner.export.settings import number
+from tuner.export.texts import parameter_comment
 from tuner.gains_file import Controller
 
 FIRMWARE = "crazyflie-firmware 2025 and later, platform cf2"
@@ -50,7 +51,7 @@ def as_parameters(request: Request) -> Bundle:
     written = parameters(controller, full)
     values = {parameter.name: parameter.held for parameter in written}
     keeps = held(controller, full, values)
-    comments = (*heading(request), f"65535 counts are {full:.6g} N of one motor; angles in degrees")
+    comments = (*heading(request, parameter_comment), f"65535 counts are {full:.6g} N of one motor; angles in degrees")
     return Bundle(
         files={FILE: param_file.text(comments, values)},
         rollback={FILE: rollback(request)},
@@ -77,7 +78,7 @@ def rollback(request: Request) -> bytes:
         if request.previous is None
         else "what was stored before, else the firmware's defaults"
     )
-    comments = (*heading(request), f"Rollback: {origin}")
+    comments = (*heading(request, parameter_comment), f"Rollback: {origin}")
     return param_file.text(comments, {name: before.get(name, usual) for name, usual in known.items()})
 
 

@@ -9,6 +9,7 @@ propellers are: at 0.0397 m instead of the firmware's 0.046 m, torques as they a
 
 from tuner.export.exporter import Request
 from tuner.export.heading import heading
+from tuner.export.texts import c_comment, markdown
 
 NAME = "controller_holdfast"
 TICK = 0.001
@@ -227,11 +228,11 @@ firmware gives the out-of-tree controller.
 def files(request: Request, header: str, source: str, sentence: str = "") -> dict[str, bytes]:
     """Return name -> content of the firmware's out-of-tree folder; header, source: of the C99 controller in float."""
     controller = request.controller
-    lines = [line for line in (*heading(request), sentence) if line]
+    told = [text for text in (*heading(request, str), sentence) if text]
     ticks = round(controller.control_period / TICK)
     vehicle = controller.airframe.vehicle
     tokens = {"@TICKS@": str(ticks), "@PERIOD@": f"{controller.control_period:.9g}"}
-    readme = {"@HEADING@": "  \n".join(lines), "@PERIOD@": str(ticks)}
+    readme = {"@HEADING@": "  \n".join(map(markdown, told)), "@PERIOD@": str(ticks)}
     readme["@THRUST@"] = f"{vehicle.thrust_coefficient * vehicle.speed_max**2:.4g}"
     texts = {
         "Kbuild": "obj-y += src/\n",
@@ -241,7 +242,7 @@ def files(request: Request, header: str, source: str, sentence: str = "") -> dic
         "src/Kbuild": _KBUILD,
         "src/app_main.c": _APP,
         f"src/{NAME}.c": filled(
-            _CONTROLLER, tokens | {"@HEADING@": "\n".join(f" * {comment(line)}" for line in lines)}
+            _CONTROLLER, tokens | {"@HEADING@": "\n".join(f" * {c_comment(text)}" for text in told)}
         ),
         f"src/{NAME}.h": _HEADER,
         "src/holdfast_controller.c": source,
@@ -255,8 +256,3 @@ def filled(template: str, tokens: dict[str, str]) -> str:
     for token, value in tokens.items():
         template = template.replace(token, value)
     return template
-
-
-def comment(line: str) -> str:
-    """Return a line that cannot end a comment in C."""
-    return line.replace("*/", "* /")

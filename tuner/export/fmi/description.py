@@ -26,7 +26,7 @@ def model_description(request: Request, found: Sequence[Variable], guid: str, so
                 "fmiVersion": "2.0",
                 "modelName": f"Quadrotor controller: {laws}",
                 "guid": guid,
-                "description": " ".join(f"{line}." for line in heading(request)),
+                "description": " ".join(f"{line}." for line in heading(request, str)),
                 "generationTool": "holdfast",
                 "variableNamingConvention": "structured",
                 "numberOfEventIndicators": 0,

@@ -20,6 +20,7 @@ from tuner.export.fmi.ssv import parameter_values
 from tuner.export.fmi.variables import variables
 from tuner.export.heading import heading
 from tuner.export.previous import rollback_request
+from tuner.export.texts import c_comment, xml_text
 from tuner.gains_file import Controller
 
 PREFIX = "holdfast"
@@ -62,7 +63,7 @@ def code_of(request: Request) -> Code:
 
     def tied(guid: str) -> str:
         period, delayed = controller.control_period, controller.options.delay
-        return binding(found, heading(request), guid, period, delayed, f"{NAME}.h", PREFIX)
+        return binding(found, heading(request, c_comment), guid, period, delayed, f"{NAME}.h", PREFIX)
 
     guid = guid_of(request.digest, sources | {"binding.h": tied("")})
     sources["binding.h"] = tied(guid)
@@ -81,7 +82,7 @@ def guid_of(digest: str, sources: dict[str, str]) -> str:
 
 def documentation(request: Request, code: Code) -> str:
     """Return the page that simulators show for an FMU."""
-    lines = "".join(f"<p>{_escaped(line)}.</p>\n" for line in heading(request))
+    lines = "".join(f"<p>{line}.</p>\n" for line in heading(request, xml_text))
     build = f"gcc -std=c99 -O2 -ffp-contract=off -fPIC -shared sources/*.c -o {IDENTIFIER}.so -lm"
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head><meta charset="utf-8"><title>Quadrotor controller</title></head>\n<body>\n'
@@ -136,10 +137,6 @@ def lossy(request: Request, code: Code) -> tuple[str, ...]:
     else:
         said.append(f"The binary is for x86-64 Linux ({PLATFORM}) only; elsewhere build it from sources/.")
     return tuple(said)
-
-
-def _escaped(text: str) -> str:
-    return text.replace("&", "&amp;").replace("<", "&lt;").replace(">", "&gt;")
 
 
 EXPORTER = Exporter(

@@ -30,7 +30,7 @@ def parameter_values(request: Request) -> bytes:
     return document(
         element(
             "ssv:ParameterSet",
-            SPACES | {"version": "1.0", "name": "gains", "description": " ".join(f"{line}." for line in heading(request)),
+            SPACES | {"version": "1.0", "name": "gains", "description": " ".join(f"{line}." for line in heading(request, str)),
                       "generationTool": "holdfast"},
             [element("ssv:Parameters", {}, parameters), element("ssv:Units", {}, units)],
         )

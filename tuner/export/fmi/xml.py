@@ -1,14 +1,15 @@
 """XML as text: elements with attributes in the order given, indented, the same bytes every time."""
 
 from collections.abc import Iterable, Mapping
-from xml.sax.saxutils import quoteattr
+
+from tuner.export.texts import xml_text
 
 HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
 
 
 def element(name: str, attributes: Mapping[str, object] = {}, children: Iterable[str] = ()) -> str:  # noqa: B006
     """Return an element; children: elements as text, one after the other."""
-    given = "".join(f" {key}={quoteattr(_text(value))}" for key, value in attributes.items())
+    given = "".join(f' {key}="{xml_text(_text(value))}"' for key, value in attributes.items())
     inner = "\n".join(children)
     if not inner:
         return f"<{name}{given}/>"

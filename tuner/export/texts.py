@@ -1,0 +1,67 @@
+"""Texts inside the languages that exports are written in: one function for each place where a text can stand.
+
+The border refuses what no name and no title holds (`plant.texts`), yet every text from a file goes through one of these all the
+same: whatever it is, it stays a comment or a string and is never code. Characters that do not print come out as their escapes.
+"""
+
+import re
+from html import escape
+
+from plant.errors import one_line, shortened
+
+# Characters of a C string that mean themselves; a question mark may begin a trigraph.
+_PLAIN_IN_C = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789 !#$%&'()*+,-./:;<=>@[]^_`{|}~")
+# Letters of a comment in a parameter file: Betaflight's command line holds 256 to a line.
+LONGEST_COMMENT = 160
+
+
+def c_comment(text: str) -> str:
+    """Return a text for the inside of a C comment, which it can neither end nor begin again."""
+    return re.sub(r"\*(?=/)|/(?=\*)|\?(?=\?)", r"\g<0> ", one_line(text))
+
+
+def c_string(text: str) -> str:
+    """Return a text as a C string literal of ASCII, quotes included; other letters are their UTF-8 bytes in octal."""
+    letters = (
+        letter if letter in _PLAIN_IN_C else "".join(f"\\{byte:03o}" for byte in letter.encode())
+        for letter in one_line(text)
+    )
+    return f'"{"".join(letters)}"'
+
+
+def python_docstring(text: str) -> str:
+    """Return a text for the inside of a Python docstring, which it cannot end."""
+    return one_line(text).replace("\\", "\\\\").replace('"', '\\"')
+
+
+def matlab_comment(text: str) -> str:
+    """Return a text for the rest of a line that begins with % and a blank, in MATLAB and Octave."""
+    return one_line(text)
+
+
+def matlab_string(text: str) -> str:
+    """Return a text as a character vector of MATLAB and Octave, quotes included."""
+    return "'" + one_line(text).replace("'", "''") + "'"
+
+
+def yaml_comment(text: str) -> str:
+    """Return a text for the rest of a line that begins with # and a blank, in YAML."""
+    return one_line(text)
+
+
+def parameter_comment(text: str) -> str:
+    """Return a text for the rest of a line that begins with # and a blank, in a parameter file or on a command line.
+
+    Betaflight's command line takes a question mark for a request to complete the line.
+    """
+    return shortened(one_line(text).replace("?", "."), LONGEST_COMMENT)
+
+
+def xml_text(text: str) -> str:
+    """Return a text for the inside of an XML or HTML element, or of an attribute in double quotes."""
+    return escape(one_line(text))
+
+
+def markdown(text: str) -> str:
+    """Return a text for a paragraph or a table cell of Markdown, without links, HTML or emphasis."""
+    return re.sub(r"[\\`*_{}\[\]<>|&~$!#]", r"\\\g<0>", one_line(text))
