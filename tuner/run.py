@@ -13,6 +13,7 @@ from objectives.memory import FlightMemory
 from objectives.problem import Evaluation, Problem
 from objectives.racing import Champions, race
 from plant.gains import gain_addresses
+from plant.input_files import read_input_text
 from plant.scenarios import HELD_OUT, SEARCH
 from plant.seeds import generator
 from tuner.conclusion import Outcome, conclude, fleets
@@ -182,7 +183,7 @@ def as_recorded(evaluation: Evaluation, past: list[Spent], number: int) -> Evalu
 def write_inputs(study: Study, folder: Folder, problem: Problem, kind: str = TUNING) -> None:
     """Write what the run starts from; a resumed run adds its session to what is there."""
     if not (folder.path / "study.toml").exists():
-        folder.write_text("study.toml", study.path.read_text(encoding="utf-8"))
+        folder.write_text("study.toml", read_input_text(study.path))
     folder.write_json("resolved.json", study.resolved())
     folder.write_json(
         "environment.json", with_session(folder.path / "environment.json", environment(problem.flyer.threads))

@@ -7,6 +7,7 @@ candidates must give the recorded meters; judged again, the finalists must give 
 import csv
 import json
 from dataclasses import asdict, dataclass
+from io import BytesIO
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -15,6 +16,7 @@ import numpy as np
 
 from objectives.problem import Problem
 from plant.errors import StoreError
+from plant.input_files import MOST_TABLE, read_input, read_input_text
 from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.conclusion import Outcome, conclude, fleets
@@ -110,7 +112,7 @@ def replay(path: Path, study: Study, problem: Problem, count: int | None) -> lis
         done.append(record)
         file = files[record.number]
         try:
-            there = pd.read_parquet(file)
+            there = pd.read_parquet(BytesIO(read_input(file, MOST_TABLE)))
         except (OSError, ValueError) as error:
             raise Different(f"{file} cannot be read ({error})") from None
         compare_tables(f"{file.parent.name}/{file.name}", there, generation_table(study, done, record))
@@ -179,8 +181,8 @@ def compare_front(path: Path, study: Study, problem: Problem, generations: list[
     assert known is not None, "the replay has read it"
     outcome: Outcome = conclude(problem, study, generations, watcher, perf_counter(), known[1])
     try:
-        there = (path / "front.csv").read_text(encoding="utf-8")
-        gains = json.loads((path / "gains.json").read_text(encoding="utf-8"))
+        there = read_input_text(path / "front.csv")
+        gains = json.loads(read_input_text(path / "gains.json"))
     except (OSError, ValueError) as error:
         raise Different(f"front.csv or gains.json cannot be read ({error})") from None
     compare_csv("front.csv", there, csv_text(front_table(outcome)))
@@ -204,7 +206,7 @@ def compare_csv(name: str, there: str, here: str) -> None:
 def elsewhere(path: Path) -> str:
     """Say what of this machine differs from the one that recorded, where that could explain a difference."""
     try:
-        then = json.loads((path / "environment.json").read_text(encoding="utf-8"))
+        then = json.loads(read_input_text(path / "environment.json"))
     except (OSError, ValueError):
         return ""
     now = environment(0)

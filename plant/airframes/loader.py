@@ -9,6 +9,7 @@ from plant.airframes.geometry import FRAMES, SPINS
 from plant.airframes.rules import broken_rules
 from plant.airframes.schema import GROUPS, SCALARS, Sourced, read_flag, read_numbers, read_text
 from plant.errors import InputError, UnknownNameError, UnphysicalError
+from plant.input_files import read_input_text
 from plant.texts import check_name, check_texts, check_title, toml_table
 from plant.vectors import Vec3
 from plant.vehicle import Vehicle
@@ -69,7 +70,7 @@ def _located(name_or_path: str | Path) -> Path:
 
 def _parsed(path: Path) -> Mapping[str, object]:
     try:
-        return toml_table(path.read_text(encoding="utf-8-sig"), path)
+        return toml_table(read_input_text(path, "utf-8-sig"), path)
     except OSError as error:
         message = f"cannot be read ({error.strerror}); give a TOML file or a bundled airframe: {', '.join(names())}"
         raise InputError(message, file=path) from error

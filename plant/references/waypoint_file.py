@@ -1,10 +1,12 @@
 """Reads a table of waypoints: CSV with the header t,x,y,z or t,x,y,z,yaw_deg, in s, m and degrees."""
 
 import csv
+from io import StringIO
 from math import isfinite
 from pathlib import Path
 
 from plant.errors import InputError, UnknownNameError
+from plant.input_files import read_input_text
 
 COLUMNS = ("t", "x", "y", "z", "yaw_deg")
 _FORM = "the header must be t,x,y,z or t,x,y,z,yaw_deg"
@@ -28,14 +30,10 @@ def read_waypoints(path: Path) -> tuple[Point, ...]:
 
 
 def _rows(path: Path) -> list[tuple[int, list[str]]]:
-    # A device or a pipe may never end.
-    if path.exists() and not path.is_file():
-        raise InputError("is no file; give a CSV file of waypoints", file=path)
     try:
         # utf-8-sig: spreadsheets put a byte order mark before the header.
-        with path.open(encoding="utf-8-sig", newline="") as file:
-            reader = csv.reader(file, strict=True)
-            return [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
+        reader = csv.reader(StringIO(read_input_text(path, "utf-8-sig"), newline=""), strict=True)
+        return [(reader.line_num, [cell.strip() for cell in row]) for row in reader if any(map(str.strip, row))]
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror}); give a CSV file of waypoints", file=path) from error
     except (csv.Error, UnicodeDecodeError) as error:

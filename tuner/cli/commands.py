@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 
 from plant.errors import InputError, StoreError
+from plant.input_files import read_input_text
 from plant.texts import toml_table
 from tuner.cli.display import TerminalWatcher, comparison_table, gains_table
 from tuner.study import load_study
@@ -109,13 +110,13 @@ def print_run(asked: "Study", folder: "Folder", as_json: bool, run: "Callable[[W
     summary_file = folder.path / "summary.json"
     if as_json:
         run(Watcher())
-        print(summary_file.read_text(encoding="utf-8"))
+        print(read_input_text(summary_file))
         return
     console = Console()
     console.print(f"[bold]{escape(asked.title)}[/bold]  (seed {asked.seed})", highlight=False)
     with TerminalWatcher(console) as watcher:
         outcome = run(watcher)
-    summary = json.loads(summary_file.read_text(encoding="utf-8"))
+    summary = json.loads(read_input_text(summary_file))
     console.print(gains_table(summary))
     console.print(comparison_table(summary))
     console.print(f"Recommended: {summary['tuned']}: {summary['pick']['why']}.", highlight=False)

@@ -8,6 +8,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from plant.input_files import read_input_text
 from tuner.cli.display import TerminalWatcher, digits, estimate
 from tuner.contest import Contest, load_contest
 from tuner.contest.words import flights_of
@@ -35,13 +36,13 @@ def print_contest(contest: Contest, folder: "Folder", threads: int | None, as_js
 
     if as_json:
         run_contest(contest, folder, Watcher(), threads)
-        print((folder.path / "contest.json").read_text(encoding="utf-8"))
+        print(read_input_text(folder.path / "contest.json"))
         return
     console = Console()
     console.print(f"[bold]{escape(contest.title)}[/bold]  (seed {contest.seed})", highlight=False)
     with TerminalWatcher(console) as watcher:
         run_contest(contest, folder, watcher, threads)
-    print_found(json.loads((folder.path / "contest.json").read_text(encoding="utf-8")), folder.path, console)
+    print_found(json.loads(read_input_text(folder.path / "contest.json")), folder.path, console)
 
 
 def print_found(found: dict[str, Any], folder: Path, console: Console) -> None:

@@ -9,6 +9,7 @@ from rich.console import Console
 from rich.markup import escape
 from rich.table import Table
 
+from plant.input_files import read_input_text
 from tuner.cli.display import TerminalWatcher
 from tuner.inference import load_inference
 from tuner.report.numbers import significant
@@ -37,13 +38,13 @@ def print_inference(asked: "Inference", folder: "Folder", threads: int | None, a
 
     if as_json:
         run_inference(asked, folder, Watcher(), threads)
-        print((folder.path / "inference.json").read_text(encoding="utf-8"))
+        print(read_input_text(folder.path / "inference.json"))
         return
     console = Console()
     console.print(f"[bold]{escape(asked.contest.title)}[/bold]  (seed {asked.contest.seed})", highlight=False)
     with TerminalWatcher(console) as watcher:
         findings = run_inference(asked, folder, watcher, threads)
-    document = json.loads((folder.path / "inference.json").read_text(encoding="utf-8"))
+    document = json.loads(read_input_text(folder.path / "inference.json"))
     console.print(cells_table(document))
     console.print(unknowns_table(document))
     for sentence in document["words"]:

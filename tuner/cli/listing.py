@@ -8,6 +8,7 @@ from typing import Any
 from rich.table import Table
 
 from plant.errors import UnknownNameError
+from plant.input_files import read_input_text
 from tuner.cli.wide import wide_console
 
 Rows = list[dict[str, Any]]
@@ -121,7 +122,7 @@ def studies() -> Rows:
 
     rows = []
     for path in sorted([*Path("studies").glob("*.toml"), *Path().glob("*.toml")]):
-        table = tomllib.loads(path.read_text(encoding="utf-8"))
+        table = tomllib.loads(read_input_text(path))
         if {"scenario", "objective"} <= set(table) or "base" in table:
             rows.append({"study": str(path), "title": table.get("title", ""), "seed": table.get("seed")})
     return rows

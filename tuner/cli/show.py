@@ -9,6 +9,7 @@ from rich.table import Table
 from rich.text import Text
 
 from plant.errors import StoreError
+from plant.input_files import read_input_text
 from tuner.cli.compare import block_table, print_comparison
 from tuner.cli.display import digits, estimate
 
@@ -33,7 +34,7 @@ def show_command(folder: Path, as_json: bool) -> None:
         ("comparison.json", tell_compared),
     ):
         if (folder / name).exists():
-            found = json.loads((folder / name).read_text(encoding="utf-8"))
+            found = json.loads(read_input_text(folder / name))
             if as_json:
                 print(json.dumps(found, indent=2, ensure_ascii=False))
             else:

@@ -5,6 +5,7 @@ from typing import Any
 
 from plant.errors import StoreError
 from plant.flights import available_threads
+from plant.input_files import read_input_text
 from tuner.contest.records import response_tables, wind_table
 from tuner.contest.result import Result
 from tuner.contest.tables import fronts_table, listed_table, scores_table
@@ -32,7 +33,7 @@ def write_comparison(
 
     check_free(out)
     folder = Folder.create(out, inside="figures")
-    folder.write_text("study.toml", result.contest.path.read_text(encoding="utf-8"))
+    folder.write_text("study.toml", read_input_text(result.contest.path))
     folder.write_json("environment.json", environment(threads or available_threads()))
     folder.write_table("scores.parquet", scores_table(result))
     folder.write_table("differences.csv", listed_table(document["differences"]))

@@ -4,6 +4,7 @@ from pathlib import Path
 from time import perf_counter
 
 from plant.flights import available_threads
+from plant.input_files import read_input_text
 from plant.scenarios import HELD_OUT
 from tuner.contest.contest import Contest
 from tuner.contest.document import contest_document
@@ -39,7 +40,7 @@ def run_contest(contest: Contest, folder: Folder, watcher: Watcher, threads: int
 def write_inputs(contest: Contest, folder: Folder, threads: int) -> None:
     """Write what the contest starts from: the file as given, and every value of every contender's study."""
     if not (folder.path / "study.toml").exists():
-        folder.write_text("study.toml", contest.path.read_text(encoding="utf-8"))
+        folder.write_text("study.toml", read_input_text(contest.path))
     folder.write_json("resolved.json", {entry.name: entry.study.resolved() for entry in contest.contenders})
     folder.write_json("environment.json", with_session(folder.path / "environment.json", environment(threads)))
     freeze(folder, CONTEST, contest.path, contest.table, contest.digest(), None)

@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 
 from plant.errors import InputError, shortened
+from plant.input_files import read_input_text
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 # Largest finite float32: where a target documents no upper limit, this is its limit.
@@ -40,7 +41,7 @@ def read_number(text: str, name: str, file: Path) -> float:
 def read_lines(file: Path, what: str) -> list[str]:
     """Return the lines of a text file without their ends; what: which file to give, for the message of an InputError."""
     try:
-        return file.read_text(encoding="utf-8-sig").splitlines()
+        return read_input_text(file, "utf-8-sig").splitlines()
     except FileNotFoundError:
         raise InputError(f"there is no such file; give {what}", file=file) from None
     except UnicodeDecodeError as error:

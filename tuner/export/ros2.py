@@ -17,6 +17,7 @@ import numpy as np
 from plant.airframes.derived import quantities
 from plant.cascade import ATTITUDE_AXES, LEAST_LIFT, POSITION_AXES
 from plant.errors import InputError
+from plant.input_files import read_input
 from plant.laws.pid import Gains
 from plant.records import flatten, pack
 from tuner.export.autopilot_pid import rate_sources, with_measured_rates
@@ -126,7 +127,7 @@ def copied(request: Request) -> bytes:
     """Return the previous YAML file as it is; raises InputError where it is no parameter file."""
     assert request.previous is not None
     try:
-        content = request.previous.read_bytes()
+        content = read_input(request.previous)
         parsed = content.decode("utf-8")
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror}); give a YAML file", file=request.previous) from None

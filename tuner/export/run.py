@@ -9,6 +9,7 @@ from typing import Any
 
 from plant.errors import InputError
 from plant.gains import gain_addresses
+from plant.input_files import read_input_text
 from tuner.export.exporter import Bundle, Exporter, Request
 from tuner.export.settings import settings_of
 from tuner.export.verification import FLIGHTS, Verification, verify_export
@@ -44,7 +45,7 @@ def export_gains(
     bundle = carry(exporter, request)
     verification = verify_export(request, bundle, flights, watcher)
     document = export_document(exporter, request, bundle, verification)
-    content = json.loads(gains.read_text(encoding="utf-8"))
+    content = json.loads(read_input_text(gains))
     content["exports"] = [*content.get("exports", []), *export_records(document)]
     write_export(out, bundle, document, content)
     return Export(document, verification, out, request.controller.airframe.title)

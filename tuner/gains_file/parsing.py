@@ -6,6 +6,7 @@ from re import fullmatch
 from typing import Any
 
 from plant.errors import InputError
+from plant.input_files import read_input_text
 from plant.texts import json_table
 from tuner.gains_file.sections import FORMAT, VERSION
 from tuner.gains_file.shapes import Row
@@ -19,7 +20,7 @@ WANTED = "give the gains.json of a results folder"
 def parsed(path: Path) -> Row:
     """Return the content; raises InputError where it is no JSON object, or one with a key twice."""
     try:
-        text = path.read_text(encoding="utf-8")
+        text = read_input_text(path)
     except FileNotFoundError:
         raise InputError(f"there is no such file; {WANTED}", file=path) from None
     except UnicodeDecodeError as error:

@@ -10,6 +10,7 @@ from typing import Any
 
 from plant.airframes import Airframe, load, names
 from plant.errors import InputError, UnknownNameError
+from plant.input_files import read_input_text
 from tuner.gains_file.airframe_block import airframe_block
 from tuner.gains_file.sampling import SAMPLING
 from tuner.gains_file.sections import CONVENTIONS, STRUCTURE, VERSION
@@ -73,6 +74,6 @@ def _airframe(table: Any, folder: Path) -> Airframe:
 def _holds_airframe(file: Path) -> bool:
     """Return whether a file in inputs/ is an airframe: a study may bear the same name."""
     try:
-        return {"frame", "mass"} <= tomllib.loads(file.read_text(encoding="utf-8-sig")).keys()
+        return {"frame", "mass"} <= tomllib.loads(read_input_text(file, "utf-8-sig")).keys()
     except (OSError, ValueError, RecursionError):
         return False

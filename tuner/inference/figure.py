@@ -7,6 +7,7 @@ from typing import Any
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from plant.input_files import read_input_text
 from tuner.inference.misfit import LEAST_RATIO
 from tuner.report.figure_style import COLOURS, MARKERS, grid, legend_above, save, style
 from tuner.report.numbers import significant
@@ -20,7 +21,7 @@ ROLES = (("default", "default", 0.2), ("tuned", "inferred", -0.2))
 
 def write_inference_figures(folder: Path) -> list[Path]:
     """Write figures/inference.png and .pdf of a results folder."""
-    document = json.loads((folder / "inference.json").read_text(encoding="utf-8"))
+    document = json.loads(read_input_text(folder / "inference.json"))
     (folder / "figures").mkdir(exist_ok=True)
     with style():
         return save(inference_figure(document), folder / "figures" / "inference")

@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from plant.input_files import MOST_TABLE, read_input
 from tuner.store.flights import FOLDER, digest_of
 from tuner.store.folder import Folder
 
@@ -27,7 +28,7 @@ class Settings:
         self._written = 0
         self.damaged: list[str] = []
         for file in sorted((folder.path / FOLDER).glob("*.parquet")):
-            content = file.read_bytes()
+            content = read_input(file, MOST_TABLE)
             if file.stem.endswith(digest_of(content)):
                 self._read(file.stem.rsplit("-", 2)[0], content)
             else:

@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from plant.input_files import read_input_text
 from tuner.inference.document import inference_document
 from tuner.inference.inference import Inference
 from tuner.inference.paths import put_at
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 def write_inputs(inference: Inference, folder: Folder, threads: int) -> None:
     """Write what the run starts from."""
     if not (folder.path / "study.toml").exists():
-        folder.write_text("study.toml", inference.path.read_text(encoding="utf-8"))
+        folder.write_text("study.toml", read_input_text(inference.path))
     folder.write_json("environment.json", with_session(folder.path / "environment.json", environment(threads)))
     freeze(folder, INFERENCE, inference.path, inference.table, inference.digest(), None)
 

@@ -3,7 +3,7 @@
 import csv
 import json
 from dataclasses import dataclass
-from io import StringIO
+from io import BytesIO, StringIO
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -13,6 +13,7 @@ import pyarrow as pa
 import pyarrow.parquet as pq
 
 from plant.errors import StoreError
+from plant.input_files import MOST_TABLE, read_input, read_input_text
 
 
 def refuse(file: Path, what: str) -> StoreError:
@@ -23,7 +24,7 @@ def refuse(file: Path, what: str) -> StoreError:
 def read_text(file: Path) -> str:
     """Return the content of a text file."""
     try:
-        return file.read_text(encoding="utf-8")
+        return read_input_text(file)
     except FileNotFoundError:
         raise refuse(file, "there is no such file") from None
     except (OSError, UnicodeDecodeError) as error:
@@ -128,7 +129,7 @@ class Columns:
 def read_table(file: Path, columns: list[str], optional: list[str] | None = None) -> pa.Table:
     """Return these columns of a Parquet file, and of the optional ones all or none."""
     try:
-        found = pq.ParquetFile(file)
+        found = pq.ParquetFile(BytesIO(read_input(file, MOST_TABLE)))
         missing = [name for name in columns if name not in found.schema_arrow.names]
         if missing:
             raise refuse(file, f"the column '{missing[0]}' is missing")

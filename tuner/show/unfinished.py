@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from plant.errors import StoreError
+from plant.input_files import read_input_text
 from tuner.store.inputs import CONTEST, read_record
 
 Row = dict[str, Any]
@@ -38,7 +39,7 @@ def title_of(study: Path) -> str:
     import tomllib
 
     try:
-        return str(tomllib.loads(study.read_text(encoding="utf-8"))["title"])
+        return str(tomllib.loads(read_input_text(study))["title"])
     except (OSError, ValueError, KeyError):
         return study.name
 
@@ -46,7 +47,7 @@ def title_of(study: Path) -> str:
 def last_generation(file: Path) -> dict[str, str] | None:
     """Return the last row of history.csv, None before the first generation has ended."""
     try:
-        rows = list(csv.DictReader(file.read_text(encoding="utf-8").splitlines()))
+        rows = list(csv.DictReader(read_input_text(file).splitlines()))
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError) as error:

@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
 
+from plant.input_files import read_input_text
+
 
 @dataclass(frozen=True)
 class Spent:
@@ -34,8 +36,7 @@ class Clock:
 def recorded(history: Path) -> list[Spent]:
     """Return the times in a history.csv; empty where it is missing or damaged, for they decide nothing."""
     try:
-        with history.open(encoding="utf-8", newline="") as file:
-            rows = list(csv.DictReader(file))
+        rows = list(csv.DictReader(read_input_text(history).splitlines()))
         return [Spent(*(float(row[key]) for key in ("seconds", "screening_seconds", "flight_seconds"))) for row in rows]
     except (OSError, ValueError, KeyError, TypeError):
         return []

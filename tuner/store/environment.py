@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any
 
 from plant.backends.processor import arithmetic
+from plant.input_files import read_input_text
 
 PACKAGES = ("holdfast", "numpy", "scipy", "numba", "llvmlite", "pymoo", "cmaes", "pandas", "pyarrow")
 
@@ -35,7 +36,7 @@ def environment(threads: int) -> dict[str, str | int | None]:
 def with_session(file: Path, now: dict[str, str | int | None]) -> dict[str, Any]:
     """Return the environment of a run's first session, read from its file, with this session among "resumed"; or this one."""
     try:
-        first = json.loads(file.read_text(encoding="utf-8"))
+        first = json.loads(read_input_text(file))
         sessions = first.pop("resumed", [])
     except (OSError, ValueError, AttributeError):
         return {**now}

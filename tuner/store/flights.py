@@ -18,6 +18,7 @@ import numpy as np
 from objectives.meters import Meters
 from objectives.system import Fleet
 from plant.errors import StoreError
+from plant.input_files import MOST_TABLE, read_input
 from plant.records import paths
 from plant.scenarios import SEARCH
 from tuner.store.folder import Folder
@@ -108,7 +109,7 @@ class FlightStore:
 
     def _index(self, file: Path, own: bool) -> None:
         try:
-            content = file.read_bytes()
+            content = read_input(file, MOST_TABLE)
         except OSError as error:
             raise StoreError(
                 f"{file} cannot be read ({error.strerror}); give the folder's files back to you"
@@ -195,5 +196,5 @@ def results_of(file: Path) -> Array:
     """Return the results (flights, rows) of a file."""
     import pyarrow.parquet as pq
 
-    table = pq.read_table(file, columns=list(RESULTS))
+    table = pq.read_table(io.BytesIO(read_input(file, MOST_TABLE)), columns=list(RESULTS))
     return np.stack([table[name].to_numpy() for name in RESULTS], axis=1)

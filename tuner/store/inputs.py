@@ -15,6 +15,7 @@ from objectives.engine import LANES
 from objectives.memory import model_key
 from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_as
 from plant.errors import StoreError
+from plant.input_files import read_input_text
 from tuner.store.folder import Folder
 from tuner.study.paths import with_paths
 from tuner.study.toml_text import toml_text
@@ -74,7 +75,7 @@ def read_record(path: Path) -> RunRecord:
     if not path.is_dir():
         raise StoreError(f"{path}: there is no such results folder; give a folder that `tuner run` wrote")
     try:
-        content = json.loads((path / FILE).read_text(encoding="utf-8"))
+        content = json.loads(read_input_text(path / FILE))
         if content["format"] != FORMAT or content["version"] != VERSION:
             raise ValueError
         generations = content["generations"]

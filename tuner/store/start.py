@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 
 from plant.backends.processor import arithmetic
+from plant.input_files import read_input_text
 from tuner.store.folder import Folder
 
 FILE = "start.json"
@@ -21,7 +22,7 @@ def write_start(folder: Folder, points: np.ndarray, warnings: list[str]) -> None
 def read_start(path: Path, dimensions: int) -> tuple[np.ndarray, list[str]] | None:
     """Return what `write_start` wrote into a results folder; None where it is missing, damaged, or of another arithmetic."""
     try:
-        content = json.loads((path / FILE).read_text(encoding="utf-8"))
+        content = json.loads(read_input_text(path / FILE))
         digest = content.pop("digest")
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         return None

@@ -9,6 +9,7 @@ from typing import Any
 from pydantic import ValidationError
 
 from plant.errors import InputError
+from plant.input_files import read_input_text
 from plant.texts import check_texts, check_title, toml_table
 from tuner.study.messages import translated
 from tuner.study.schema import StudyTable
@@ -40,7 +41,7 @@ def parse_toml(path: Path) -> dict[str, Any]:
     """Return the content of a TOML file; InputError where it is missing or no TOML, with line and column."""
     try:
         # utf-8-sig: some editors put a byte order mark in front, which is no TOML.
-        text = path.read_text(encoding="utf-8-sig")
+        text = read_input_text(path, "utf-8-sig")
     except FileNotFoundError:
         raise InputError("there is no such file; `tuner new NAME` writes one to start from", file=path) from None
     except UnicodeDecodeError as error:

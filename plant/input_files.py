@@ -1,0 +1,50 @@
+"""The one door for files that a person or an earlier run wrote: regular files of a sane size.
+
+A pipe would hang and a device would fill the memory, so what was opened is looked at before anything is read from it; and
+opening does not wait, for a pipe may have no writer.
+"""
+
+import errno
+import os
+import stat
+from pathlib import Path
+
+MOST_TEXT, MOST_TABLE = 2**26, 2**31
+"""Largest text file, some ten times the largest in use, and largest Parquet file [bytes]."""
+# A system that lacks the flag has no such pipes either.
+_AT_ONCE = getattr(os, "O_NONBLOCK", 0)
+
+
+def read_input(file: Path, most: int = MOST_TEXT) -> bytes:
+    """Return the content of a regular file of at most so many bytes.
+
+    Raises OSError, with a reason for people, where it cannot be opened, is a folder, a pipe or a device, or is larger.
+    """
+    with open(file, "rb", opener=_opened) as source:
+        _check(os.fstat(source.fileno()), file, most)
+        content = source.read(most + 1)
+    # It may have grown.
+    _check_size(len(content), file, most)
+    return content
+
+
+def read_input_text(file: Path, encoding: str = "utf-8") -> str:
+    """Return a text file with its line ends as line feeds; raises as `read_input` does, and UnicodeDecodeError."""
+    return read_input(file).decode(encoding).replace("\r\n", "\n").replace("\r", "\n")
+
+
+def _opened(file: str, flags: int) -> int:
+    return os.open(file, flags | _AT_ONCE)
+
+
+def _check(state: os.stat_result, file: Path, most: int) -> None:
+    if not stat.S_ISREG(state.st_mode):
+        kind = "a pipe" if stat.S_ISFIFO(state.st_mode) else "a device or a socket"
+        raise OSError(errno.EINVAL, f"it is {kind} and no regular file", str(file))
+    _check_size(state.st_size, file, most)
+
+
+def _check_size(size: int, file: Path, most: int) -> None:
+    if size > most:
+        reason = f"it has {size / 2**20:,.0f} MiB; at most {most / 2**20:,.0f} MiB are read"
+        raise OSError(errno.EFBIG, reason, str(file))

@@ -1,0 +1,144 @@
+"""Every file that a person gives is opened through one door: a pipe does not hang it, a device or a huge file does not fill it."""
+
+import ast
+import os
+from pathlib import Path
+
+import pytest
+
+from plant.airframes import load
+from plant.errors import ToolError
+from plant.input_files import MOST_TEXT, read_input, read_input_text
+from plant.references.waypoint_file import read_waypoints
+from tests.tuner.fuzz.fuzzing import patience
+from tests.tuner.in_process import tuner
+from tuner.contest.layers import read_layers
+from tuner.export.ardupilot_text import read_param
+from tuner.export.betaflight_text import read_cli
+from tuner.export.crazyflie import param_file
+from tuner.export.px4_text import read_params
+from tuner.gains_file import read_gains
+from tuner.report.files import Columns, Node, read_table, read_text
+from tuner.show.unfinished import last_generation
+from tuner.study import load_study
+
+ROOT = Path(__file__).parents[1]
+READERS = {
+    "study": load_study, "contest": read_layers, "airframe": load, "gains": read_gains, "waypoints": read_waypoints,
+    "px4": read_params, "ardupilot": read_param, "betaflight": lambda file: read_cli(file, 0), "crazyflie": param_file.read,
+    "document": Node.read, "columns": Columns.read, "table": lambda file: read_table(file, ["a"]), "text": read_text,
+    "history": last_generation,
+}  # fmt: skip
+SECONDS = 5
+
+
+def pipe(folder):
+    os.mkfifo(folder / "input.toml")
+    return folder / "input.toml"
+
+
+def device(folder):
+    (folder / "input.toml").symlink_to("/dev/zero")
+    return folder / "input.toml"
+
+
+def huge(folder):
+    """A terabyte without a block on the disk."""
+    with (folder / "input.toml").open("wb") as file:
+        file.truncate(2**40)
+    return folder / "input.toml"
+
+
+ODD = {"pipe": (pipe, "it is a pipe"), "device": (device, "it is a device"), "huge": (huge, "MiB are read")}
+
+
+@pytest.mark.parametrize("kind", ODD)
+@pytest.mark.parametrize("reader", READERS)
+def test_what_is_no_regular_file_is_refused_at_once(reader, kind, tmp_path):
+    make, says = ODD[kind]
+    file = make(tmp_path)
+    with patience(SECONDS), pytest.raises(ToolError) as caught:
+        READERS[reader](file)
+    assert says in str(caught.value) and str(file) in str(caught.value) and str(caught.value).isprintable()
+
+
+@pytest.mark.parametrize("kind", ODD)
+@pytest.mark.parametrize(
+    "words",
+    [
+        ("check", "FILE"), ("run", "FILE"), ("plan", "FILE"), ("validate", "FILE"), ("margins", "FILE"), ("fly", "FILE"),
+        ("theory", "FILE"), ("export", "FILE", "--to", "c99"), ("import", "FILE", "--from", "px4", "--airframe", "iris"),
+        ("import", "FILE", "--from", "betaflight", "--airframe", "iris"), ("fly", "--law", "pid", "--airframe", "FILE"),
+        ("compare", "FILE", "FILE"), ("show", "RESULTS"), ("report", "RESULTS"), ("resume", "RESULTS"), ("verify", "RESULTS"),
+    ],
+    ids="-".join,
+)  # fmt: skip
+def test_every_command_refuses_it_in_one_line(words, kind, tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    file = ODD[kind][0](tmp_path)
+    for name in ("summary.json", "run.json"):
+        (tmp_path / "results").mkdir(exist_ok=True)
+        (tmp_path / "results" / name).symlink_to(file)
+    given = {"FILE": file, "RESULTS": tmp_path / "results"}
+    before = sorted(tmp_path.rglob("*"))
+    with patience(SECONDS):
+        code, out, err = tuner(monkeypatch, capsys, *[given.get(word, word) for word in words])
+    assert (code, out) == (2, "") and err.startswith("Error: ") and err.count("\n") == 1
+    assert sorted(tmp_path.rglob("*")) == before
+
+
+def test_a_regular_file_is_read_as_it_is(tmp_path):
+    (file := tmp_path / "a").write_bytes(b"\xef\xbb\xbfa\r\nb\rc\n")
+    assert read_input(file) == b"\xef\xbb\xbfa\r\nb\rc\n"
+    assert read_input_text(file, "utf-8-sig") == "a\nb\nc\n" == file.read_text(encoding="utf-8-sig")
+
+
+def test_a_file_of_the_largest_size_is_read_and_one_byte_more_is_not(tmp_path):
+    (file := tmp_path / "a").write_bytes(b"x" * 10)
+    assert len(read_input(file, 10)) == 10
+    with pytest.raises(OSError, match="are read"):
+        read_input(file, 9)
+    assert MOST_TEXT > 100 * (ROOT / "results/paper/contest/contest.json").stat().st_size
+
+
+def test_a_file_that_grows_while_it_is_read_is_refused():
+    """Files of /proc say that they have no byte."""
+    file = Path("/proc/self/maps")
+    if not file.exists():
+        pytest.skip("no /proc here")
+    assert file.stat().st_size == 0
+    with pytest.raises(OSError, match="are read"):
+        read_input(file, 10)
+
+
+def test_a_folder_is_told_as_one(tmp_path):
+    with pytest.raises(IsADirectoryError):
+        read_input(tmp_path)
+
+
+# Modules that read what is no user's file: sources and data of the package, what they wrote themselves, the system's.
+OWN = {
+    "plant/input_files.py", "plant/backends/cache.py", "plant/backends/cuda_card.py", "objectives/memory.py",
+    "tuner/export/rotorpy.py", "tuner/export/fmi/exporter.py", "tuner/export/fmi/binary.py", "tuner/report/page.py",
+    "tuner/cost/qemu.py", "tuner/cost/table.py", "tuner/cost/measure.py", "tuner/store/environment.py",
+}  # fmt: skip
+NAMES = {"read_text", "read_bytes", "open", "ParquetFile", "read_parquet", "read_csv", "fromfile", "loadtxt"}
+# Calls of those names that open no file by its name to read it.
+HARMLESS = ("BytesIO(", 'open("x"', 'open("w")', "Folder.open(", "cls.open(", "os.open(")
+
+
+def reads(node):
+    """Whether a call opens a file by its name."""
+    if not isinstance(node, ast.Call):
+        return False
+    name = getattr(node.func, "attr", getattr(node.func, "id", ""))
+    return name in NAMES and not any(text in ast.unparse(node).replace("'", '"') for text in HARMLESS)
+
+
+def test_nothing_else_opens_a_file_for_reading():
+    found = []
+    for file in [path for part in ("plant", "objectives", "tuner") for path in (ROOT / part).rglob("*.py")]:
+        if (name := file.relative_to(ROOT).as_posix()) in OWN:
+            continue
+        found += [f"{name}:{node.lineno}" for node in ast.walk(ast.parse(file.read_text())) if reads(node)]
+    assert not found
