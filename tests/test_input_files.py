@@ -131,8 +131,10 @@ def reads(node):
     """Whether a call opens a file by its name."""
     if not isinstance(node, ast.Call):
         return False
-    name = getattr(node.func, "attr", getattr(node.func, "id", ""))
-    return name in NAMES and not any(text in ast.unparse(node).replace("'", '"') for text in HARMLESS)
+    by_name = isinstance(node.func, ast.Name) and node.func.id == "open"
+    if not by_name and not (isinstance(node.func, ast.Attribute) and node.func.attr in NAMES):
+        return False
+    return not any(text in ast.unparse(node).replace("'", '"') for text in HARMLESS)
 
 
 def test_nothing_else_opens_a_file_for_reading():

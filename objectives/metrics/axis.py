@@ -101,6 +101,7 @@ AXIS_METRICS = (
         combine="max",
         window="time",
         needs_step=True,
+        reaches_zero=True,
     ),
     Metric(
         name="rise",
@@ -126,6 +127,7 @@ AXIS_METRICS = (
         combine="max",
         window="time",
         censored=lambda view: _at_end(view, view.meter.last_outside),
+        reaches_zero=True,
     ),
     Metric(
         name="recovery",
@@ -138,6 +140,7 @@ AXIS_METRICS = (
         combine="max",
         window="recovery_from",
         censored=lambda view: _at_end(view, view.meter.last_unrecovered),
+        reaches_zero=True,
     ),
     Metric(
         name="steady_error",

@@ -37,6 +37,8 @@ FLIGHT_METRICS = (
         definition="share of the flight with any rotor at a limit",
         value=lambda view: view.meters.saturated / view.context.duration,
         bound=lambda view: 1.0,
+        highest=1.0,
+        reaches_zero=True,
     ),
     Metric(
         name="command_peak",
@@ -56,5 +58,7 @@ FLIGHT_METRICS = (
         value=lambda view: np.zeros_like(view.meters.travel),
         bound=lambda view: 1.0,
         graded=False,
+        highest=1.0,
+        reaches_zero=True,
     ),
 )

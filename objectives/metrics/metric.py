@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
+from math import inf
 from typing import Any, Literal, NamedTuple
 
 import numpy as np
@@ -51,7 +52,8 @@ class Metric:
     the field of the target from which on the metric looks at the flight, if not from its start. needs_step:
     meaningless on an axis that makes no step. censored(view): where the flight ended before the awaited event, for
     metrics that are times. graded: a failed flight costs the more, the earlier it failed; otherwise it costs the
-    bound.
+    bound. highest: the largest value that there is, 1 for a share. reaches_zero: whether a flight can have 0; the others
+    come near it at best.
     """
 
     name: str
@@ -66,3 +68,5 @@ class Metric:
     needs_step: bool = False
     censored: Callable[[Any], Any] | None = None
     graded: bool = True
+    highest: float = inf
+    reaches_zero: bool = False

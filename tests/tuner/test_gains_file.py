@@ -112,7 +112,7 @@ def test_margins_are_those_of_the_table_of_the_run(small_run, document):
         ),
         (lambda d: d["controller"]["tilt_limit"].update(value=9.0), "controller.tilt_limit.value", "at most 1.05"),
         (lambda d: d["controller"].update(attitude_rate="guessed"), "controller.attitude_rate", "measured, observer"),
-        (lambda d: d["airframe"].update(name=""), "airframe.name", "not empty"),
+        (lambda d: d["airframe"].update(name=""), "airframe.name", "given ''; a name is 1 to 64 letters"),
         (lambda d: d["airframe"].pop("name"), "airframe.name", "required and missing"),
         (lambda d: d["airframe"]["numbers"].pop("mass"), "airframe.numbers.mass", '"unit": "kg"'),
         (lambda d: d["airframe"]["actuation"]["rotors"].pop(), "airframe.actuation.rotors", "a list of 4"),

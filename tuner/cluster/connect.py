@@ -20,6 +20,8 @@ KEY = "--dask"
 LOCAL, ADDRESSES = "local:", ("tcp://", "tls://")
 # Seconds in which a scheduler must answer and a first worker must be there; processes started on one machine; differences told.
 ANSWER, MOST, TOLD = 20.0, 256, 8
+# Where local:N listens: whoever reaches a scheduler can run code there.
+LOOPBACK = "127.0.0.1"
 Say = Callable[[str], None]
 
 
@@ -62,7 +64,8 @@ def local_client(processes: int, threads: int | None) -> Iterator["Client"]:
     each = max((threads or available_threads()) // processes, 1)
     with (
         LocalCluster(
-            n_workers=processes, threads_per_worker=each, dashboard_address=":0", silence_logs=logging.CRITICAL,
+            n_workers=processes, threads_per_worker=each, host=LOOPBACK, dashboard_address=f"{LOOPBACK}:0",
+            silence_logs=logging.CRITICAL,
             preload=["tuner.cluster.preload"],
         ) as cluster,
         Client(cluster) as client,

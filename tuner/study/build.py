@@ -1,9 +1,11 @@
 """From the tables of a study file to what runs; every value is checked here or by the type that it becomes."""
 
 from collections.abc import Callable, Iterator, Mapping
-from math import cos, isfinite, radians
+from math import cos, inf, isfinite, radians
 from pathlib import Path
 from typing import Any, TypeVar
+
+import numpy as np
 
 from objectives.metrics import MetricAddress, check, parse
 from objectives.mission import with_mission_floor
@@ -14,12 +16,13 @@ from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
 from plant.airframes import Airframe, load, names
-from plant.cascade import Cascade, close_cascade
+from plant.cascade import AXES, Cascade, close_cascade
 from plant.closed_loop import Limits, Timing
 from plant.errors import InputError, UnknownNameError
 from plant.laws import law
 from plant.nominal import ControlOptions, nominal
 from plant.references import ReferenceSpec, from_mapping
+from plant.references.spec import HOLD, POSITION, VELOCITY
 from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
 from tuner.cost.requirement import cost_screen
@@ -33,6 +36,7 @@ from tuner.study.margins import margin_requirement, margin_screen
 from tuner.study.reading import checked_table, read_study_table
 from tuner.study.schema import (
     AirframeTable,
+    ConstraintTable,
     ControllerTable,
     LimitsTable,
     ObjectiveTable,
@@ -50,6 +54,8 @@ T = TypeVar("T")
 SMALLEST_POPULATION = 8
 # Longest flight [control periods], an hour at 250 Hz: beyond it a digit slipped, and the run would fill the memory or not end.
 MOST_PERIODS = 1_000_000
+# Fastest reference [m/s]: a third above the fastest quadrotors.
+MOST_SPEED = 150.0
 
 
 def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
@@ -83,6 +89,9 @@ def _build(path: Path, table: StudyTable) -> Study:
             space = decision_space(table.gains, cascade, timing.control_period, default)
         scenarios = tuple(_listed("scenario", path, table.scenario, lambda entry: _scenario(entry, timing, path)))
         _unique("scenario", [entry.spec.name for entry in scenarios], ".name")
+        for i, entry in enumerate(scenarios):
+            with located(path, f"scenario[{i}].reference"):
+                _check_motion(entry.spec, limits, timing)
         objectives = tuple(
             _listed("objective", path, table.objective, lambda entry: _objective(entry, scenarios, timing))
         )
@@ -92,7 +101,7 @@ def _build(path: Path, table: StudyTable) -> Study:
                 "constraint",
                 path,
                 table.constraint,
-                lambda entry: Constraint(_objective(entry, scenarios, timing), _finite(entry.most, "most")),
+                lambda entry: _constraint(entry, scenarios, timing),
             )
         )
         _unique("constraint", [constraint.objective.label for constraint in constraints])
@@ -215,6 +224,7 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path) -> StudyScenario
         steady_share=table.steady_share, **parts,
     )  # fmt: skip
     _check_duration(spec.duration, timing.control_period)
+    _check_steady_share(spec, timing.control_period)
     _check_air(spec)
     with located(None, "reference"):
         spec.track(timing)
@@ -244,6 +254,46 @@ def _check_duration(duration: float, control_period: float) -> None:
     if duration > longest:
         raise InputError(f"given {duration:g} s; at this control period allowed: up to {longest:g} s", key="duration")
     check_multiple(duration, control_period, "duration", "controller.control_period")
+
+
+def _check_steady_share(spec: ScenarioSpec, control_period: float) -> None:
+    """Refuse a window of less than one control period at the end of the flight."""
+    least = control_period / spec.duration
+    if spec.steady_share < least * (1.0 - 1e-9):
+        message = (
+            f"given {spec.steady_share:g}, which is {spec.steady_share * spec.duration:g} s of the flight; allowed: "
+            f"{least:g}, one control period, to 1"
+        )
+        raise InputError(message, key="steady_share")
+
+
+def _check_motion(spec: ScenarioSpec, limits: Limits, timing: Timing) -> None:
+    """Refuse a reference that jumps further than a flight may be off, or that is faster than any quadrotor."""
+    samples = spec.track(timing).samples
+    held = samples[1:, HOLD] > 0.5
+    for axis, places, free in zip(AXES[:3], samples[:, POSITION].T, (~held, ~held, held & False), strict=True):
+        leap = float(np.max(np.abs(np.diff(places)), where=~free, initial=0.0))
+        if leap > limits.position:
+            message = (
+                f"leaps by {leap:g} m in one control period, and a flight ends {limits.position:g} m off (limits.position): "
+                "no gains could fly it; make the step smaller or the limit larger"
+            )
+            raise InputError(message, key=axis if hasattr(spec.reference, axis) else None)
+    fastest = float(np.max(np.linalg.norm(samples[:, VELOCITY], axis=1)))
+    if fastest > MOST_SPEED:
+        raise InputError(f"moves at {fastest:g} m/s; allowed: up to {MOST_SPEED:g} m/s: make it slower")
+
+
+def _constraint(table: ConstraintTable, scenarios: tuple[StudyScenario, ...], timing: Timing) -> Constraint:
+    objective, most = _objective(table, scenarios, timing), _finite(table.most, "most")
+    metric = objective.metric.metric
+    if most > metric.highest or most < 0.0 or (most == 0.0 and not metric.reaches_zero):
+        low = "0" if metric.reaches_zero else "above 0"
+        high = "" if metric.highest == inf else f" to {metric.highest:g}"
+        unit = "" if objective.metric.unit == "1" else f" {objective.metric.unit}"
+        message = f"given {most:g}; '{objective.metric}' is {metric.definition}: allowed: {low}{high}{unit}"
+        raise InputError(message, key="most")
+    return Constraint(objective, most)
 
 
 def _objective(table: ObjectiveTable, scenarios: tuple[StudyScenario, ...], timing: Timing) -> Objective:

@@ -1,5 +1,6 @@
 """Numbers out of all proportion: beyond these sizes a digit or a unit slipped, and arithmetic overflows instead of telling."""
 
+import re
 from collections.abc import Iterator
 from math import isfinite
 from pathlib import Path
@@ -9,6 +10,23 @@ from plant.errors import InputError
 
 SMALLEST, LARGEST = 1e-9, 1e6
 """Size of any number of a study that is not 0, in the unit of its key."""
+# What there is of a quantity, and its unit; 60 m/s is the wind of the strongest hurricanes but one class.
+RANGES = {
+    "limits.position": (0.001, 1000.0, "m"),
+    "scenario.air.intensity": (0.0, 60.0, "m/s at 20 ft"),
+    "scenario.air.vehicle_speed": (-100.0, 100.0, "m/s"),
+    "scenario.air.minimum_airspeed": (0.0, 100.0, "m/s"),
+    "scenario.air.wind_direction_deg": (-360.0, 360.0, "deg"),
+    "scenario.air.span": (0.0, 10.0, "m"),
+    "scenario.air.gust.amplitude": (-60.0, 60.0, "m/s"),
+    "scenario.sensors.position": (0.0, 100.0, "m"),
+    "scenario.sensors.velocity": (0.0, 100.0, "m/s"),
+    "scenario.sensors.attitude": (0.0, 1.0, "rad"),
+    "scenario.sensors.rate": (0.0, 100.0, "rad/s"),
+    "scenario.bands.settling": (0.0, 1.0, "of the step"),
+    "scenario.bands.position": (0.0, 1000.0, "m"),
+    "scenario.bands.attitude": (0.0, 3.2, "rad"),
+}
 # No quantities: counts have limits of their own, a seed has none.
 FREE = ("seed", "search.population", "search.generations")
 
@@ -18,6 +36,14 @@ def check_magnitudes(table: Any, path: Path) -> None:
     for key, value in _numbers(table, ""):
         if key not in FREE:
             check_magnitude(value, path, key)
+            _check_range(value, path, key)
+
+
+def _check_range(value: float, path: Path, key: str) -> None:
+    low, high, unit = RANGES.get(re.sub(r"\[\d+\]", "", key), (value, value, ""))
+    if not low <= value <= high:
+        message = f"given {value:g}; allowed: {low:g} to {high:g} {unit}: correct the value or its unit"
+        raise InputError(message, file=path, key=key)
 
 
 def check_magnitude(value: float, path: Path | None, key: str) -> None:

@@ -10,7 +10,7 @@ from pydantic import ValidationError
 
 from plant.errors import InputError
 from plant.input_files import read_input_text
-from plant.texts import check_texts, check_title, toml_table
+from plant.texts import LONGEST_TITLE, check_text, check_texts, check_title, toml_table
 from tuner.study.messages import translated
 from tuner.study.schema import StudyTable
 
@@ -31,7 +31,7 @@ def checked_table(path: Path, table: Mapping[str, Any]) -> StudyTable:
         raise translated(error, path) from None
     check_title(checked.title, file=path, key="title")
     for i, scenario in enumerate(checked.scenario):
-        check_title(scenario.name, file=path, key=f"scenario[{i}].name")
+        check_text(scenario.name, LONGEST_TITLE, file=path, key=f"scenario[{i}].name")
     # Overrides come from no file.
     check_texts(table, file=path)
     return checked

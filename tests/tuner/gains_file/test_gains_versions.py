@@ -83,7 +83,11 @@ def test_a_file_of_version_0_1_is_read(tmp_path, capsys):
         (lambda d: d["controller"].pop("delay"), "controller.delay", "required and missing"),
         (lambda d: d["controller"].update(tilt=1), "controller.tilt", "unknown key 'tilt'"),
         (lambda d: d["airframe"].update(name="humingbird"), "airframe.name", "did you mean 'hummingbird'"),
-        (lambda d: d["airframe"].update(name="/etc/passwd"), "airframe.name", "unknown airframe '/etc/passwd'"),
+        (
+            lambda d: d["airframe"].update(name="/etc/passwd"),
+            "airframe.name",
+            "given '/etc/passwd'; a name is 1 to 64 letters",
+        ),
         (lambda d: d["airframe"].update(name=3), "airframe.name", "this must be a text"),
         (lambda d: d["airframe"].pop("name"), "airframe.name", "required and missing"),
         (lambda d: d.pop("airframe"), "airframe.name", "required and missing"),

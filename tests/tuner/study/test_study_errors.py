@@ -134,6 +134,33 @@ BAD = [
     ("population = 8", "population = 9", "search.population", "even and at least 8"),
     ("population = 8", "population = 6", "search.population", "even and at least 8"),
     ("generations = 2", "generations = 0", "search.generations", "this must be at least 1"),
+    # numbers that cannot mean what they say
+    ('title = "Test"', 'title = ""', "title", "write a title that says what this is"),
+    ('title = "Test"', 'title = "   "', "title", "write a title that says what this is"),
+    ('title = "Test"', f'title = "{"x" * 201}"', "title", "has 201 letters; allowed: up to 200"),
+    ('title = "Test"', 'title = "\\u001b[31mred"', "title", "U+001B; a text is one line of letters that print"),
+    ('title = "Test"', 'title = "\\u202etxet"', "title", "U+202E; a text is one line of letters that print"),
+    ('name = "gusts"', 'name = "a\\nb"', "scenario[0].name", "U+000A; a text is one line of letters that print"),
+    ("most = 0.0", "most = 2", "constraint[0].most", "given 2; 'failure' is 1 if the flight failed"),
+    ("most = 0.0", "most = 2", "constraint[0].most", "allowed: 0 to 1"),
+    ("most = 0.0", "most = -1", "constraint[0].most", "allowed: 0 to 1"),
+    ('metric = "failure"\nmost = 0.0', 'metric = "travel"\nmost = 0', "constraint[0].most", "allowed: above 0 1/s"),
+    ('metric = "failure"\nmost = 0.0', 'metric = "rms.yaw"\nmost = -0.1', "constraint[0].most", "allowed: above 0 rad"),
+    ('metric = "failure"\nmost = 0.0', 'metric = "saturation"\nmost = 1.5', "constraint[0].most", "allowed: 0 to 1"),
+    ('metric = "failure"\nmost = 0.0', 'metric = "overshoot.x"\nmost = -1', "constraint[0].most", "allowed: 0 %"),
+    (AIR, "intensity = 1000", "scenario[0].air.intensity", "allowed: 0 to 60 m/s at 20 ft"),
+    (AIR, AIR + "\nminimum_airspeed = 1000", "scenario[0].air.minimum_airspeed", "allowed: 0 to 100 m/s"),
+    (AIR, AIR + "\nvehicle_speed = -1000", "scenario[0].air.vehicle_speed", "allowed: -100 to 100 m/s"),
+    (AIR, AIR + "\nwind_direction_deg = 1000", "scenario[0].air.wind_direction_deg", "allowed: -360 to 360 deg"),
+    (AIR, AIR + "\nspan = 1000", "scenario[0].air.span", "allowed: 0 to 10 m"),
+    (AIR, "[scenario.air.gust]\namplitude = 1000\nstart = 1\nlength = 1", "scenario[0].air.gust.amplitude", "-60 to 60 m/s"),
+    ("[scenario.spread]", "[scenario.sensors]\nattitude = 2\n[scenario.spread]", "scenario[0].sensors.attitude", "0 to 1 rad"),
+    ("[scenario.spread]", "[scenario.bands]\nsettling = 2\n[scenario.spread]", "scenario[0].bands.settling", "0 to 1 of the"),
+    ("[controller]", "[limits]\nposition = 1e5\n[controller]", "limits.position", "allowed: 0.001 to 1000 m"),
+    ("x = 1.0", "x = 1e6", "scenario[0].reference.x", "leaps by 1e+06 m in one control period, and a flight ends 5 m off"),
+    ("x = 1.0", "z = -5.1", "scenario[0].reference.z", "make the step smaller or the limit larger"),
+    ('kind = "steps"\nx = 1.0\ntime = 0.5', 'kind = "ramp"\nx_rate = 1000\nstop = 1.5', "scenario[0].reference", "up to 150 m/s"),
+    ("search = 4", "search = 4\nsteady_share = 1e-9", "scenario[0].steady_share", "allowed: 0.002, one control period, to 1"),
     # things that do not fit together
     ('[[objective]]\nmetric = "travel"', SECOND.replace("calm", "gusts"), "scenario[1].name", "change one of the two"),
     ('metric = "travel"', 'metric = "itae.position"\nrisk = "cvar"\nlevel = 0.9', "objective[1]", "leave one out"),
@@ -154,6 +181,25 @@ def test_a_bad_value_is_refused(old: str, new: str, key: str, says: str, tmp_pat
     assert str(error) == f"{path}: {key}: {error.message}"
     if "did you mean" in says:
         assert isinstance(error, UnknownNameError)
+
+
+@pytest.mark.parametrize(
+    ("old", "new"),
+    [
+        ("most = 0.0", "most = 1"),
+        ('metric = "failure"\nmost = 0.0', 'metric = "overshoot.x"\nmost = 0'),
+        ('metric = "failure"\nmost = 0.0', 'metric = "recovery.x"\nmost = 0'),
+        (AIR, "intensity = 60"),
+        ("x = 1.0", "x = 5.0"),
+        ("[controller]", "[limits]\nposition = 20\n[controller]"),
+        ("search = 4", "search = 4\nsteady_share = 0.002"),
+        ('title = "Test"', f'title = "{"x" * 200}"'),
+        ('title = "Test"', "title = \"Böe, 8 m/s: '*/ & <b>'\""),
+        ("seed = 1", 'seed = 1\ndescription = """two\nlines\tand a tab"""'),
+    ],
+)
+def test_what_is_just_allowed_is_read(old: str, new: str, tmp_path: Path):
+    load_study(write(tmp_path, changed(old, new)))
 
 
 # [gains] by itself: lines, key inside [gains], what the message must say.
