@@ -127,8 +127,12 @@ def told(client: "Client", local: bool) -> str:
 
 @contextmanager
 def quiet() -> Iterator[None]:
-    """Keep the library's log from the terminal: what a person has to know comes as an error of ours."""
-    loggers = [logging.getLogger(name) for name in ("distributed", "tornado.application", "asyncio")]
+    """Keep the library's log from the terminal: what a person has to know comes as an error of ours.
+
+    The library gives some of its loggers levels of their own, so every one that it made is told.
+    """
+    made = [name for name in logging.root.manager.loggerDict if name.startswith("distributed.")]
+    loggers = [logging.getLogger(name) for name in ("distributed", "tornado.application", "asyncio", *made)]
     before = [entry.level for entry in loggers]
     for entry in loggers:
         entry.setLevel(logging.CRITICAL + 1)

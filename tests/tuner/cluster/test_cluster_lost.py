@@ -29,7 +29,7 @@ pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install 
 
 from distributed import Client  # noqa: E402
 
-from tuner.cluster.connect import quiet, refuse_unlike, remote_client  # noqa: E402
+from tuner.cluster.connect import local_client, quiet, refuse_unlike, remote_client  # noqa: E402
 from tuner.cluster.engine import DaskEngine  # noqa: E402
 from tuner.cluster.machine import differences, machine_report  # noqa: E402
 from tuner.cluster.watch import Watch  # noqa: E402
@@ -119,6 +119,43 @@ def test_no_worker_left_and_no_scheduler_left(tmp_path):
         with pytest.raises(InputError, match="the scheduler does not answer any more"):
             engine.fly(gains, fleet, 0, 64)
         assert time.monotonic() - begin < 30.0
+
+
+def test_a_scheduler_that_is_lost_is_told_in_one_line(tmp_path):
+    with scheduler(tmp_path) as (head, address), worker(tmp_path, address):
+        folder = tmp_path / "r"
+        arguments = [*run_arguments(folder), "--set", "search.generations=500", "--dask", address]
+        driver = subprocess.Popen(
+            command(*arguments), stdout=subprocess.DEVNULL, stderr=subprocess.PIPE, text=True, start_new_session=True
+        )
+        try:
+            end = time.monotonic() + 120.0
+            while not list(folder.glob("generations/*.parquet")):
+                assert driver.poll() is None and time.monotonic() < end
+                time.sleep(0.1)
+            head.kill()
+            said = driver.communicate(timeout=90)[1]
+        finally:
+            driver.kill()
+            driver.wait(30)
+    assert driver.returncode == 2
+    assert said.startswith("Error: --dask: the scheduler does not answer any more") and said.count("\n") == 1
+
+
+def test_local_workers_listen_on_the_loopback_alone():
+    """Whoever reaches a scheduler, a nanny or a worker can run code there; a dashboard tells what is run."""
+    psutil = pytest.importorskip("psutil")
+    with local_client(2, 2):
+        here = psutil.Process()
+        processes = [here, *here.children(recursive=True)]
+        listening = [
+            entry.laddr.ip
+            for one in processes
+            for entry in one.net_connections("inet")
+            if entry.status == psutil.CONN_LISTEN
+        ]
+    # A scheduler, its page, and a nanny and a worker for each of two.
+    assert len(listening) >= 6 and set(listening) <= {"127.0.0.1", "::1"}
 
 
 def test_a_block_that_ends_every_worker_is_given_up():
