@@ -28,6 +28,16 @@ LONGEST_TITLE, LONGEST_TEXT = 200, 2000
 PROSE = ("description",)
 
 
+def inert(text: str) -> str:
+    """Return a text, line breaks and tabs as they are, with all that does not print as the escapes that JSON has for it."""
+    if text.isascii() and text.replace("\n", "").replace("\t", "").isprintable():
+        return text
+    return "".join(
+        letter if letter.isprintable() or letter in "\n\t" else json.dumps(letter)[1:-1].replace("\x7f", "\\u007f")
+        for letter in text
+    )
+
+
 def check_name(name: str, *, file: Path | None = None, key: str | None = None) -> None:
     """Refuse what is no name; raises InputError with what was given and what is allowed."""
     if not re.fullmatch(NAME, name):

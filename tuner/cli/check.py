@@ -6,12 +6,11 @@ from typing import Any
 
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from plant.errors import InputError
 from tuner.cli.display import digits
+from tuner.cli.terminal import Console
 from tuner.contest import is_contest
 from tuner.inference import is_inference
 from tuner.study import load_study
@@ -107,7 +106,7 @@ def show(document: Row, console: Console) -> None:
         left = name in ("unit", "verdict")
         table.add_column(name, justify="left" if left else "right", no_wrap=True)
     for row in document["rows"]:
-        table.add_row(*[escape(cell) for cell in cells(row)], style=STYLES.get(row["verdict"]))
+        table.add_row(*cells(row), style=STYLES.get(row["verdict"]))
     console.print(table)
     console.print(said(document), highlight=False, markup=False)
 

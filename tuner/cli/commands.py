@@ -5,13 +5,11 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-from rich.markup import escape
-
 from plant.errors import InputError, StoreError
 from plant.input_files import read_input_text
 from plant.texts import toml_table
 from tuner.cli.display import TerminalWatcher, comparison_table, gains_table
+from tuner.cli.terminal import Console
 from tuner.study import load_study
 from tuner.watcher import Watcher
 
@@ -113,7 +111,7 @@ def print_run(asked: "Study", folder: "Folder", as_json: bool, run: "Callable[[W
         print(read_input_text(summary_file))
         return
     console = Console()
-    console.print(f"[bold]{escape(asked.title)}[/bold]  (seed {asked.seed})", highlight=False)
+    console.print(f"{asked.title}  (seed {asked.seed})", style="bold", highlight=False)
     with TerminalWatcher(console) as watcher:
         outcome = run(watcher)
     summary = json.loads(read_input_text(summary_file))

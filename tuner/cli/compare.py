@@ -5,12 +5,12 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
 from tuner.cli.display import digits, estimate
 from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.terminal import Console
 from tuner.cli.tuning_study import tuning_study
 
 Row = dict[str, Any]

@@ -4,12 +4,11 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from plant.input_files import read_input_text
 from tuner.cli.display import TerminalWatcher, digits, estimate
+from tuner.cli.terminal import Console
 from tuner.contest import Contest, load_contest
 from tuner.contest.words import flights_of
 from tuner.watcher import Watcher
@@ -39,7 +38,7 @@ def print_contest(contest: Contest, folder: "Folder", threads: int | None, as_js
         print(read_input_text(folder.path / "contest.json"))
         return
     console = Console()
-    console.print(f"[bold]{escape(contest.title)}[/bold]  (seed {contest.seed})", highlight=False)
+    console.print(f"{contest.title}  (seed {contest.seed})", style="bold", highlight=False)
     with TerminalWatcher(console) as watcher:
         run_contest(contest, folder, watcher, threads)
     print_found(json.loads(read_input_text(folder.path / "contest.json")), folder.path, console)
@@ -71,14 +70,14 @@ def estimates_table(found: dict[str, Any]) -> Table:
     for quantity in judged:
         unit = "" if quantity["unit"] == "1" else quantity["unit"]
         limit = "" if quantity["limit"] is None else f"at most {quantity['limit']:g} "
-        table.add_column(escape(f"{quantity['label']}\n{limit}{unit}".rstrip()), justify="right", overflow="fold")
+        table.add_column(f"{quantity['label']}\n{limit}{unit}".rstrip(), justify="right", overflow="fold")
     table.add_column("instructions\na step", justify="right", overflow="fold")
     values = {(entry["contender"], entry["quantity"]): entry for entry in found["estimates"]}
     for contender in found["contenders"]:
         cells = [estimate(values[contender["name"], quantity["label"]]) for quantity in judged]
         processor = contender["cost"].get("processor")
         counted = f"{processor['instructions_step']:.0f}\n{processor['target']}" if processor else ""
-        table.add_row(escape(f"{contender['name']}\n{contender['point']}"), *cells, counted)
+        table.add_row(f"{contender['name']}\n{contender['point']}", *cells, counted)
     return table
 
 
@@ -91,7 +90,7 @@ def published_table(found: dict[str, Any]) -> Table:
         cells = [cell for cell in found["published"] if cell["contender"] == contender["name"]]
         if cells:
             table.add_section()
-            table.add_row(escape(contender["name"]), style="bold")
+            table.add_row(contender["name"], style="bold")
         for cell in cells:
             mark = "" if cell["inside"] else " outside"
             width = cell["p97_5"] - cell["p2_5"]

@@ -5,12 +5,12 @@ from pathlib import Path
 from typing import Any
 
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
 from plant.errors import InputError
 from plant.laws import LAWS
 from tuner.cli.fly import controller_of
+from tuner.cli.terminal import Console
 from tuner.cost.cost import MEANING
 from tuner.cost.making import default_controller
 from tuner.cost.table import CONTROL_PERIOD, tabled

@@ -6,14 +6,13 @@ from typing import Any
 
 import numpy as np
 from rich.box import SIMPLE
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from objectives.margins.trim import Trim
 from plant.errors import StoreError
 from plant.gains import gain_addresses
 from tuner.cli.margins import LINES, announce_compilation, mark, marks_of, shown
+from tuner.cli.terminal import Console
 from tuner.gains_file import Controller, to_document
 from tuner.gains_file.document import seed_entry
 from tuner.gains_file.ucum import quantity
@@ -140,5 +139,5 @@ def margins_table(margins: dict[str, Row]) -> Table:
                 mark(shown(c["quantities"][name], digits, factor), marks[who].get((c["channel"], name)))
                 for c in document["channels"]
             ]  # fmt: skip
-            table.add_row(escape(label) if who == "default" else "", who, *cells)
+            table.add_row(label if who == "default" else "", who, *cells)
     return table

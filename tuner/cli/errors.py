@@ -5,6 +5,7 @@ from collections.abc import Callable
 from typing import Any
 
 from plant.errors import ToolError
+from tuner.cli.inert_stream import inert_streams
 
 USER_ERROR = 2
 INTERRUPTED = 130
@@ -15,6 +16,11 @@ def guarded(run: Callable[[], Any]) -> int:
     debug = "--debug" in sys.argv
     if debug:
         sys.argv.remove("--debug")
+    with inert_streams():
+        return _guarded(run, debug)
+
+
+def _guarded(run: Callable[[], Any], debug: bool) -> int:
     try:
         return int(run() or 0)
     except ToolError as error:

@@ -6,10 +6,10 @@ from typing import Any
 
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
 from rich.table import Table
 
 from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.terminal import Console
 from tuner.cli.wide import wide_console
 from tuner.export.registry import exporter as find_exporter
 from tuner.export.run import Export, export_gains

@@ -4,12 +4,10 @@ import json
 import sys
 from pathlib import Path
 
-from rich.console import Console
-from rich.markup import escape
-
 from plant.airframes import load
 from plant.errors import StoreError
 from plant.gains import gain_addresses
+from tuner.cli.terminal import Console
 from tuner.export.settings import settings_of
 from tuner.gains_file import to_document
 from tuner.importing.registry import importer as find_importer
@@ -36,9 +34,7 @@ def import_command(
         return
     console = Console(soft_wrap=not sys.stdout.isatty())
     for gain in gain_addresses(imported.controller.cascade):
-        console.print(
-            escape(f"{gain.address:>12} {imported.controller.gains[gain.column]:10.5g} {gain.unit}"), highlight=False
-        )
+        console.print(f"{gain.address:>12} {imported.controller.gains[gain.column]:10.5g} {gain.unit}", highlight=False)
     for note in imported.notes:
-        console.print(escape(f"- {note}"), highlight=False)
-    console.print(escape(f'Wrote {out}. In a study: [controller] default = "{out.name}"'), highlight=False)
+        console.print(f"- {note}", highlight=False)
+    console.print(f'Wrote {out}. In a study: [controller] default = "{out.name}"', highlight=False)

@@ -5,12 +5,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.box import SIMPLE_HEAD
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from plant.input_files import read_input_text
 from tuner.cli.display import TerminalWatcher
+from tuner.cli.terminal import Console
 from tuner.inference import load_inference
 from tuner.report.numbers import significant
 from tuner.watcher import Watcher
@@ -41,7 +40,7 @@ def print_inference(asked: "Inference", folder: "Folder", threads: int | None, a
         print(read_input_text(folder.path / "inference.json"))
         return
     console = Console()
-    console.print(f"[bold]{escape(asked.contest.title)}[/bold]  (seed {asked.contest.seed})", highlight=False)
+    console.print(f"{asked.contest.title}  (seed {asked.contest.seed})", style="bold", highlight=False)
     with TerminalWatcher(console) as watcher:
         findings = run_inference(asked, folder, watcher, threads)
     document = json.loads(read_input_text(folder.path / "inference.json"))
@@ -84,7 +83,7 @@ def cells_table(document: dict[str, Any]) -> Table:
         ours = row["ours"]
         span = f"{significant(ours['low95'], 3)}–{significant(ours['high95'], 3)}"
         inside = next(word for word, key in VERDICTS if row[key])
-        name = f"{escape(row['contender'])} {row['metric']} {row['unit']}"
+        name = f"{row['contender']} {row['metric']} {row['unit']}"
         table.add_row(name, significant(row["published"]), significant(ours["median"], 3), span, inside)
     return table
 
@@ -101,7 +100,7 @@ def unknowns_table(document: dict[str, Any]) -> Table:
         ]
         verdict = {"told": "yes", "loosely": "partly", "not": "no"}[row["verdict"]]
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
-        table.add_row(f"{escape(row['name'])}{unit}", significant(row["inferred"], 2), *spans, verdict)
+        table.add_row(f"{row['name']}{unit}", significant(row["inferred"], 2), *spans, verdict)
     return table
 
 

@@ -9,14 +9,14 @@ from typing import Any
 
 import typer
 from rich.box import SIMPLE
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
+from rich.text import Text
 
 from objectives.margins.trim import Trim
 from plant.errors import InputError, StoreError
 from plant.vectors import Vec3
 from tuner.cli.fly import controller_of
+from tuner.cli.terminal import Console
 from tuner.margin_report.document import default_requirements, margins_document
 from tuner.margin_report.limits import LIMITS
 from tuner.margin_report.readings import subject_of
@@ -133,7 +133,7 @@ def margins_table(document: Row, from_study: bool) -> Table:
     laws, trim = document["laws"], document["trim"]
     where = "" if trim["position_held"] else ", attitude mode"
     title = f"{laws['position']} / {laws['attitude']} on {document['airframe']}{where}, in the worst amplitude"
-    table = Table(title=escape(title), title_justify="left", box=SIMPLE, collapse_padding=True)
+    table = Table(title=title, title_justify="left", box=SIMPLE, collapse_padding=True)
     table.add_column("", no_wrap=True)
     for channel in document["channels"]:
         table.add_column(channel["channel"], justify="right", no_wrap=True)
@@ -149,7 +149,7 @@ def add_rows(table: Table, channels: list[Row], marks: dict[tuple[str, str], str
 
     def add(label: str, name: str, cells: list[str]) -> None:
         marked = [mark(cell, marks.get((c["channel"], name))) for cell, c in zip(cells, channels, strict=True)]
-        table.add_row(escape(label), *marked, *([limits.get(name, "")] if limits else []))
+        table.add_row(label, *marked, *([limits.get(name, "")] if limits else []))
 
     add("stable", "stable", ["yes" if c["stable"] else "NO" for c in channels])
     for name, label, factor, digits in LINES:
@@ -174,11 +174,11 @@ def marks_of(requirements: list[Row]) -> dict[tuple[str, str], str]:
     return marks
 
 
-def mark(text: str, sign: str | None) -> str:
+def mark(text: str, sign: str | None) -> Text:
     """Return a cell with its mark, bold where a limit is broken."""
     if sign == "!":
-        return f"[bold red]{text}![/]"
-    return f"[yellow]{text}~[/]" if sign else f"{text} "
+        return Text(f"{text}!", "bold red")
+    return Text(f"{text}~", "yellow") if sign else Text(f"{text} ")
 
 
 def shown(reading: Row, digits: int, factor: float = 1.0) -> str:
@@ -204,7 +204,7 @@ def requirements_table(rows: list[Row]) -> Table:
         sign = ">=" if row["sense"] == "least" else "<="
         value = "inf" if row["value"] is None else f"{row['value']:.4g}"
         unit = "" if row["unit"] == "1" else row["unit"]
-        table.add_row(escape(row["label"]), value, f"{sign} {row['limit']:g}", unit, verdict)
+        table.add_row(row["label"], value, f"{sign} {row['limit']:g}", unit, verdict)
     return table
 
 
@@ -234,7 +234,7 @@ def print_certificates(console: Console, document: Row) -> None:
     for row in rows:
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
         value = "nothing" if row["value"] is None else f"{row['value']:.4g}{unit}"
-        table.add_row(row["axis"], row["name"], value, escape(row["why"]))
+        table.add_row(row["axis"], row["name"], value, row["why"])
     console.print(table)
 
 

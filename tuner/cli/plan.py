@@ -6,13 +6,12 @@ from time import perf_counter
 from typing import Any
 
 from rich.box import SIMPLE
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from objectives.problem import Problem
 from tuner.cli.display import digits
 from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.terminal import Console
 from tuner.cli.tuning_study import tuning_study
 from tuner.contest import is_contest, load_contest
 from tuner.inference import is_inference
@@ -163,7 +162,7 @@ def precision_table(document: Row) -> Table:
         value = digits(row["default"], row["width"]["held_out"] or row["default"])
         needed = "-" if row["scenarios_needed"] is None else f"{row['scenarios_needed']:,}"
         table.add_row(
-            escape(row["label"]), f"{value}{unit}", width(row, "search"), width(row, "held_out"),
+            row["label"], f"{value}{unit}", width(row, "search"), width(row, "held_out"),
             f"{needed} / {row['flights']['held_out']:,}",
         )  # fmt: skip
     return table

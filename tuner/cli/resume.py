@@ -2,9 +2,8 @@
 
 from pathlib import Path
 
-from rich.console import Console
-
 from plant.errors import InputError
+from tuner.cli.terminal import Console
 from tuner.store.inputs import CONTEST, INFERENCE, read_record
 
 

@@ -6,12 +6,11 @@ from time import perf_counter
 from typing import Any
 
 from rich.box import SIMPLE
-from rich.console import Console
-from rich.markup import escape
 from rich.table import Table
 
 from objectives.problem import Problem
 from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.terminal import Console
 from tuner.cli.tuning_study import tuning_study
 from tuner.run import warm_up
 from tuner.sensitivity.analysis import Analysis
@@ -95,7 +94,7 @@ def index_table_of(study: Study, analysis: Analysis, output: int, name: str) -> 
     """Return the indices of one output, the variable that decides most first."""
     what = name if name == FAILURE else f"rank of {name}"
     table = Table(
-        title=escape(f"{what}: shares of its variance, 95 % intervals"),
+        title=f"{what}: shares of its variance, 95 % intervals",
         title_justify="left",
         box=SIMPLE,
         pad_edge=False,
@@ -109,7 +108,7 @@ def index_table_of(study: Study, analysis: Analysis, output: int, name: str) -> 
             f"{spans.value[output, i]:.2f} [{spans.low[output, i]:.2f}, {spans.high[output, i]:.2f}]"
             for spans in orders
         ]  # fmt: skip
-        table.add_row(escape(study.space.variables[i].name), *[escape(cell) for cell in cells])
+        table.add_row(study.space.variables[i].name, *cells)
     return table
 
 
@@ -124,5 +123,5 @@ def variance_table_of(rows: list[dict[str, Any]]) -> Table:
     for row in rows:
         parts = row["components_percent"]
         cells = ["-"] * 4 if parts is None else [f"{x:.1f}" for x in (*parts.values(), row["turbulence_percent"])]
-        table.add_row(escape(row["objective"]), *cells)
+        table.add_row(row["objective"], *cells)
     return table

@@ -4,7 +4,6 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.console import Console
 from rich.table import Table
 from rich.text import Text
 
@@ -12,6 +11,7 @@ from plant.errors import StoreError
 from plant.input_files import read_input_text
 from tuner.cli.compare import block_table, print_comparison
 from tuner.cli.display import digits, estimate
+from tuner.cli.terminal import Console
 
 if TYPE_CHECKING:
     from tuner.report.results import Results

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.console import Console
 from rich.table import Table
 
 from objectives.theory import THEOREMS, Setting, Theorem
@@ -17,6 +16,7 @@ from plant.closed_loop import Timing
 from plant.nominal import nominal
 from plant.scenarios import ScenarioSpec
 from tuner.cli.fly import prepare
+from tuner.cli.terminal import Console
 from tuner.gains_file import Controller, read_gains
 from tuner.study import load_study
 from tuner.study.guarantees import rate_from_observer

@@ -3,10 +3,10 @@
 import json
 from pathlib import Path
 
-from rich.console import Console
 from typer import Exit
 
 from tuner.cli.display import TerminalWatcher
+from tuner.cli.terminal import Console
 from tuner.watcher import Watcher
 
 DIFFERENT = 1

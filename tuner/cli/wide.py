@@ -2,7 +2,7 @@
 
 import sys
 
-from rich.console import Console
+from tuner.cli.terminal import Console
 
 # A pipe has no width, and 80 columns would cut names and fold meanings into ribbons.
 PIPE_WIDTH = 160

@@ -1,0 +1,46 @@
+"""The streams of the command line: escape sequences and marks of direction in what is printed come out as their escapes.
+
+What a file holds, a title or the name of the file itself, could else move the cursor, colour or hide what stands on the screen,
+or turn its direction. JSON stays JSON: the escapes are those that JSON has. Colours and progress bars of our own are rich's,
+which writes to the stream behind (`tuner.cli.terminal`).
+"""
+
+import sys
+from collections.abc import Iterable, Iterator
+from contextlib import contextmanager
+from typing import Any, TextIO, cast
+
+from plant.texts import inert
+
+
+@contextmanager
+def inert_streams() -> Iterator[None]:
+    """Make inert what is printed inside."""
+    plain = sys.stdout, sys.stderr
+    sys.stdout, sys.stderr = (cast(TextIO, InertStream(stream)) for stream in plain)
+    try:
+        yield
+    finally:
+        sys.stdout, sys.stderr = plain
+
+
+class InertStream:
+    """A text stream that makes inert what is written to it; everything else is that of the stream behind."""
+
+    def __init__(self, stream: TextIO) -> None:
+        self._stream = stream
+        # Where rich finds the stream for what it has made itself.
+        self.rich_proxied_file = stream
+
+    def write(self, text: str) -> int:
+        """Write a text; return its length."""
+        self._stream.write(inert(text))
+        return len(text)
+
+    def writelines(self, lines: Iterable[str]) -> None:
+        """Write texts one after the other."""
+        for line in lines:
+            self.write(line)
+
+    def __getattr__(self, name: str) -> Any:
+        return getattr(self._stream, name)
