@@ -106,6 +106,20 @@ def test_completed_flights_respect_the_bound_without_being_held_to_it(address: s
 
 
 @pytest.mark.parametrize("address", all_addresses())
+def test_the_natural_range_holds_and_is_reached(address: str) -> None:
+    """A flight without error whose rotors stand at hover has 0 of what can be 0; what cannot is above 0 in flight."""
+    metric = parse(address).metric
+    values = evaluate([parse(address)], FLIGHTS, COMPLETE).values
+    assert np.all(values <= metric.highest)
+    if metric.reaches_zero:
+        still = {axis: [0.0] * 31 for axis in AXES}
+        calm = rows(fly(against(still), AIMS, DURATION, H, lambda k: Rotors(1.0, 1.0, 1.0, 1.0), lambda k: 0.0))
+        assert evaluate([parse(address)], calm, completed(AIMS, DURATION, (1,), limits=LIMITS)).values[0] == 0.0
+    elif metric.name != "rise":  # These flights jump from here to there, which no vehicle does.
+        assert np.all(values[:, :20] > 0.0)
+
+
+@pytest.mark.parametrize("address", all_addresses())
 def test_failed_flights_cost_more_than_any_completed_and_less_the_longer_they_last(address: str) -> None:
     worst = np.max(evaluate([parse(address)], FLIGHTS, COMPLETE).values)
     junk = np.full((5, len(COLUMNS)), [[np.nan], [np.inf], [-np.inf], [1e300], [0.0]])
