@@ -89,9 +89,6 @@ def _build(path: Path, table: StudyTable) -> Study:
             space = decision_space(table.gains, cascade, timing.control_period, default)
         scenarios = tuple(_listed("scenario", path, table.scenario, lambda entry: _scenario(entry, timing, path)))
         _unique("scenario", [entry.spec.name for entry in scenarios], ".name")
-        for i, entry in enumerate(scenarios):
-            with located(path, f"scenario[{i}].reference"):
-                _check_motion(entry.spec, limits, timing)
         objectives = tuple(
             _listed("objective", path, table.objective, lambda entry: _objective(entry, scenarios, timing))
         )
@@ -108,6 +105,8 @@ def _build(path: Path, table: StudyTable) -> Study:
         # Behind what each number's own limits have to say, before anything is worked out from them.
         check_magnitudes(table.model_dump(), path)
         for i, entry in enumerate(scenarios):
+            with located(path, f"scenario[{i}].reference"):
+                _check_motion(entry.spec, limits, timing)
             with located(path, f"scenario[{i}]"):
                 check_trim(entry.spec, system)
         constraints = with_mission_floor(constraints, [entry.spec for entry in scenarios], system.limits, timing)
@@ -270,9 +269,10 @@ def _check_steady_share(spec: ScenarioSpec, control_period: float) -> None:
 def _check_motion(spec: ScenarioSpec, limits: Limits, timing: Timing) -> None:
     """Refuse a reference that jumps further than a flight may be off, or that is faster than any quadrotor."""
     samples = spec.track(timing).samples
-    held = samples[1:, HOLD] > 0.5
-    for axis, places, free in zip(AXES[:3], samples[:, POSITION].T, (~held, ~held, held & False), strict=True):
-        leap = float(np.max(np.abs(np.diff(places)), where=~free, initial=0.0))
+    leaps = np.abs(np.diff(samples[:, POSITION], axis=0))
+    # In attitude mode x and y are free.
+    leaps[samples[1:, HOLD] < 0.5, :2] = 0.0
+    for axis, leap in zip(AXES[:3], leaps.max(axis=0, initial=0.0).tolist(), strict=True):
         if leap > limits.position:
             message = (
                 f"leaps by {leap:g} m in one control period, and a flight ends {limits.position:g} m off (limits.position): "
