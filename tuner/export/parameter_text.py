@@ -11,7 +11,7 @@ from pathlib import Path
 
 import numpy as np
 
-from plant.errors import InputError, shortened
+from plant.errors import InputError, one_line, shortened
 from plant.input_files import read_input_text
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
@@ -59,5 +59,6 @@ def enter(values: dict[str, float], name: str, value: float, file: Path) -> None
 
 
 def as_bytes(lines: list[str]) -> bytes:
-    """Return lines as the content of a text file."""
-    return ("\n".join(lines) + "\n").encode("ascii", "backslashreplace")
+    """Return lines as the content of a text file; but for tabs, what does not print comes out as its escape."""
+    printing = ["\t".join(map(one_line, line.split("\t"))) for line in lines]
+    return ("\n".join(printing) + "\n").encode("ascii", "backslashreplace")

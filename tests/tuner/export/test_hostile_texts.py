@@ -16,6 +16,7 @@ from tests.tuner.export.hostile_texts import CANARY, HOSTILE
 from tests.tuner.export.skeleton import skeleton
 from tests.tuner.export.test_export_contract import CARRIED, CONTROLLERS, request_of
 from tests.tuner.in_process import tuner
+from tuner.export.betaflight_ranges import SWITCHES
 from tuner.export.registry import EXPORTERS
 from tuner.export.texts import c_comment, c_string, matlab_string, python_docstring
 from tuner.export.writing import as_json
@@ -152,6 +153,15 @@ def test_hostile_texts_leave_an_export_as_it_is(entry, given):
 @pytest.mark.parametrize(("entry", "given"), [pair for pair in PAIRS if pair.values[0].name in ALONE])
 def test_every_hostile_text_leaves_an_export_as_it_is(entry, given):
     assert_inert(entry, given, WRITTEN)
+
+
+def test_a_setting_of_a_previous_file_leaves_no_control_character_in_the_rollback(tmp_path):
+    """Betaflight's command line ends at Ctrl-D."""
+    entry, (switch, *_) = EXPORTERS["betaflight"], SWITCHES
+    (previous := tmp_path / "diff.txt").write_text(f"set {switch} = A\x04\x1b[2JB\n")
+    request = replace(request_of(entry, CONTROLLERS["pid"]), previous=previous)
+    text = dict(entry.carry(request).rollback)["holdfast.betaflight.txt"].decode()
+    assert f"set {switch} = A\\x04" in text and all(line.isprintable() for line in text.splitlines())
 
 
 def test_a_document_of_an_export_is_json():
