@@ -142,10 +142,10 @@ def test_unknown_columns_are_unknown_names(tmp_path: Path) -> None:
 def test_a_missing_file_and_a_folder(tmp_path: Path) -> None:
     """Both cannot be read."""
     for path in (tmp_path / "none.csv", tmp_path):
-        with pytest.raises(InputError, match="cannot be read|is no file"):
+        with pytest.raises(InputError, match="cannot be read"):
             Waypoints(path=str(path))
 
 
 def test_a_device_without_an_end_is_no_file_of_waypoints():
-    with pytest.raises(InputError, match="is no file"):
+    with pytest.raises(InputError, match="no regular file"):
         Waypoints(path="/dev/zero")
