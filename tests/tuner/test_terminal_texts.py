@@ -60,7 +60,7 @@ def test_a_console_shows_texts_as_texts(text):
 def test_a_stream_writes_what_is_inert_and_is_otherwise_the_one_behind():
     behind = io.StringIO()
     stream = InertStream(behind)
-    print(NASTY, "é", file=stream, flush=True)
+    print(NASTY, "é", file=stream)
     stream.writelines(["\x1b", "a\n"])
     assert behind.getvalue() == f"{inert(NASTY)} é\n\\u001ba\n" and is_inert(behind.getvalue())
     assert not stream.isatty() and stream.rich_proxied_file is behind
