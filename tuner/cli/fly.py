@@ -21,7 +21,6 @@ from plant.laws import law as find_law
 from plant.nominal import ControlOptions
 from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
 from tuner.cli.display import TerminalWatcher, digits
-from tuner.cli.display import digits
 from tuner.cli.terminal import Console
 from tuner.gains_file import Controller, read_gains
 from tuner.responses import SIGNALS, UNITS, Responses, fly_responses

@@ -73,7 +73,7 @@ def show_contest(document: Row, console: Console) -> None:
     table = plain_table("The contest takes at most")
     for name, run in document["runs"].items():
         flights, seconds = run["flights"]["total_at_most"], run["seconds"]["total_at_most"]
-        table.add_row(escape(f"tuning {name}"), f"{flights:,} flights", f"{seconds:.0f} s")
+        table.add_row(f"tuning {name}", f"{flights:,} flights", f"{seconds:.0f} s")
     table.add_row(
         f"comparison of {compared['points_at_most']} points on fresh scenarios", f"{compared['flights_at_most']:,} flights",
         f"{compared['seconds_at_most']:.0f} s",

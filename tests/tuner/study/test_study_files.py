@@ -44,7 +44,13 @@ def test_a_small_study_becomes_the_domain_with_its_defaults(tmp_path: Path):
     (entry,) = study.scenarios
     assert (entry.search, entry.held_out) == (4, 8)
     assert entry.spec == ScenarioSpec(
-        "gusts", 2.0, Steps(x=1.0, time=0.5), AirSpec(intensity="light"), SensorSpec(), Spread(mass=0.1, lag=0.2), Bands()
+        "gusts",
+        2.0,
+        Steps(x=1.0, time=0.5),
+        AirSpec(intensity="light"),
+        SensorSpec(),
+        Spread(mass=0.1, lag=0.2),
+        Bands(),
     )
     assert [objective.label for objective in study.objectives] == ["cvar90(itae.position)", "mean(travel)"]
     assert study.objectives[0].risk == Risk("cvar", 0.9)
