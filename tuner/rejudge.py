@@ -18,8 +18,8 @@ from tuner.gpu.choice import engine_again
 from tuner.replay import replayed
 from tuner.resume import recorded_study
 from tuner.run import flight_store, problem_of, search, write_inputs, write_outcome
+from tuner.store.advice import JUDGEMENT
 from tuner.store.folder import Folder
-from tuner.store.inputs import JUDGEMENT
 from tuner.study import load_study
 from tuner.study.study import Study
 from tuner.watcher import Watcher
@@ -72,5 +72,5 @@ def rejudge(path: Path, first: Study, asked: Study, folder: Folder, watcher: Wat
     outcome = conclude(problem, asked, found, watcher, begin, [])
     store.commit(HELD_OUT)
     write_outcome(outcome, folder, watcher)
-    folder.close()
+    folder.seal()
     return outcome

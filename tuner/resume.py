@@ -9,8 +9,9 @@ from dataclasses import replace
 from pathlib import Path
 
 from plant.errors import InputError, StoreError
+from tuner.store.advice import TUNING
 from tuner.store.folder import Folder
-from tuner.store.inputs import TUNING, RunRecord, check_unchanged, compute_as_recorded, read_record, write_record
+from tuner.store.inputs import RunRecord, check_unchanged, compute_as_recorded, read_record, write_record
 from tuner.study import load_study
 from tuner.study.study import Study
 

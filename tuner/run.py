@@ -21,11 +21,13 @@ from tuner.search.first_generation import first_generation
 from tuner.search.loop import Generation, Search, archive, search_generations
 from tuner.search.registry import SEARCHES
 from tuner.search.starts import starting_points
+from tuner.store.advice import TUNING
 from tuner.store.clock import Clock, Spent, recorded
 from tuner.store.environment import environment, with_session
 from tuner.store.flights import FlightStore
 from tuner.store.folder import Folder
-from tuner.store.inputs import TUNING, freeze
+from tuner.store.inputs import freeze
+from tuner.store.start import FILE as START
 from tuner.store.start import read_start, write_start
 from tuner.store.tables import front_table, generation_table, history_table
 from tuner.study.study import Study
@@ -60,7 +62,7 @@ def run_study(
     outcome = conclude(problem, study, generations, watcher, begin, said)
     store.commit(HELD_OUT)
     write_outcome(outcome, folder, watcher)
-    folder.close()
+    folder.seal()
     return outcome
 
 
@@ -96,7 +98,7 @@ def _margins_are_cold() -> bool:
 def first_points(problem: Problem, study: Study, folder: Folder) -> tuple[np.ndarray, list[str]]:
     """Return the first generation (n, d), as recorded or else made and recorded, and warnings about it."""
     known = read_start(folder.path, len(study.space.variables))
-    if known is not None:
+    if known is not None and folder.keep(START):
         return known
     starts, said = starting_points(study)
     worthy = problem.worth_flying if study.requirements else None
@@ -182,7 +184,7 @@ def as_recorded(evaluation: Evaluation, past: list[Spent], number: int) -> Evalu
 
 def write_inputs(study: Study, folder: Folder, problem: Problem, kind: str = TUNING) -> None:
     """Write what the run starts from; a resumed run adds its session to what is there."""
-    if not (folder.path / "study.toml").exists():
+    if not folder.keep("study.toml"):
         folder.write_text("study.toml", read_input_text(study.path))
     folder.write_json("resolved.json", study.resolved())
     folder.write_json(
@@ -207,11 +209,12 @@ def write_outcome(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:
             folder.write_table("margins.parquet", margins)
         watcher.writing("report")
         write_report(folder.path)
+        watcher.writing("figures")
+        drawing.wait()
     except BaseException:
         drawing.stop()
         raise
-    watcher.writing("figures")
-    drawing.wait()
+    folder.written("report.html", "figures/*")
 
 
 def write_contents(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:

@@ -1,7 +1,8 @@
 """Is a recorded run what this machine computes from the same study? Replay the search, fly its candidates again, compare bits.
 
 Replayed from the recorded flights, the search must ask for the recorded candidates and value them alike; flown again, the
-candidates must give the recorded meters; judged again, the finalists must give the recorded front and gains.
+candidates must give the recorded meters; judged again, the finalists must give the recorded front, gains and summary. All other
+files must be those that manifest.json tells of; of a folder of another kind that is all that is asked.
 """
 
 import csv
@@ -26,9 +27,11 @@ from tuner.replay import replayed
 from tuner.resume import recorded_study
 from tuner.run import flight_store, problem_of, warm_up
 from tuner.search.loop import Generation, archive
+from tuner.store.advice import CONTEST, TUNING, kind_of
 from tuner.store.environment import environment
 from tuner.store.flights import RESULTS, FlightStore
 from tuner.store.folder import csv_text
+from tuner.store.manifest import NONE_YET, Manifest, first_damage, read_manifest
 from tuner.store.start import read_start
 from tuner.store.tables import front_table, generation_table, point_name
 from tuner.study.study import Study
@@ -37,11 +40,16 @@ from tuner.watcher import Watcher
 
 # Candidates flown again at a time.
 BATCH = 64
+# What summary.json holds of the time a run took.
+TIMES = ("wall_seconds", "search_seconds")
 
 
 @dataclass(frozen=True)
 class Verdict:
-    """candidates: replayed; flown: of these, flown again; flights: made for it; difference: the first one, or None."""
+    """candidates: replayed; flown: of these, flown again; flights: made for it; difference: the first one, or None.
+
+    kind: of run. finished: whether there is a front. files: that are what was written, None where there is no manifest.
+    """
 
     candidates: int
     flown: int
@@ -49,6 +57,8 @@ class Verdict:
     finished: bool
     difference: str | None
     elsewhere: str
+    kind: str = TUNING
+    files: int | None = None
 
     @property
     def identical(self) -> bool:
@@ -60,11 +70,27 @@ class Verdict:
         """The verdict as a sentence."""
         if self.difference is not None:
             return f"Different: {self.difference}{self.elsewhere}"
-        front = "front and gains" if self.finished else "the run is not finished, so there is no front yet"
+        if self.kind != TUNING:
+            return self._words_of_files()
+        front = "front, gains and summary" if self.finished else "the run is not finished, so there is no front yet"
+        files = ""
+        if self.finished:
+            files = (
+                f" Of the folder: {NONE_YET}."
+                if self.files is None
+                else f" All {self.files} files are what was written."
+            )
         return (
             f"Identical: {self.candidates:,} candidates replayed, {self.flown:,} of them flown again in {self.flights:,} "
-            f"flights; {front}; every bit is the same."
+            f"flights; {front}; every bit is the same.{files}"
         )
+
+    def _words_of_files(self) -> str:
+        """The verdict on a folder that is not flown again."""
+        if self.files is None:
+            return "Not finished: the folder was not written to its end, so there is nothing to compare yet."
+        instead = "; `tuner verify` flies the runs in its contenders/ again" if self.kind == CONTEST else ""
+        return f"Intact: all {self.files} files are what was written. A {self.kind} is not flown again{instead}."
 
     def as_dict(self) -> dict[str, Any]:
         """Return the verdict for a program."""
@@ -77,12 +103,16 @@ class Different(Exception):
 
 def verify(path: Path, sample: int | None, threads: int | None, watcher: Watcher) -> Verdict:
     """Compare a results folder with what comes out now; sample: fly only so many candidates again, drawn at random."""
+    manifest = read_manifest(path)
+    if manifest is not None and kind_of(path) != TUNING:
+        return verify_files(path, manifest)
     study, record = recorded_study(path)
     store = flight_store(study, None, (path,))
     engine = engine_again(path, study.system, study.seed)
     again = problem_of(study, threads, None, engine)
     generations: list[Generation] = []
-    flown, finished = np.zeros(0, dtype=int), (path / "front.csv").exists()
+    flown = np.zeros(0, dtype=int)
+    finished = (path / "front.csv").exists() if manifest is None else manifest.complete
     try:
         if store.damaged:
             raise Different(f"{store.damaged[0]} is damaged")
@@ -93,11 +123,30 @@ def verify(path: Path, sample: int | None, threads: int | None, watcher: Watcher
         refly(study, again, generations, flown, store, watcher)
         if finished:
             compare_front(path, study, problem if sample else again, generations, watcher)
-        difference = None
+        damage = first_damage(path)
+        difference = None if damage is None else str(damage)
     except (Different, StoreError) as found:
         difference = str(found)
     candidates = sum(len(entry.points) for entry in generations)
-    return Verdict(candidates, len(flown), again.flights_made, finished, difference, elsewhere(path))
+    files = len(manifest.files) if manifest is not None and manifest.complete else None
+    return Verdict(
+        candidates, len(flown), again.flights_made, finished, difference, elsewhere(path), TUNING, files
+    )  # fmt: skip
+
+
+def verify_files(path: Path, manifest: Manifest) -> Verdict:
+    """Compare a folder that is not flown again with its manifest."""
+    damage = first_damage(path)
+    difference = None if damage is None else str(damage)
+    files = len(manifest.files) if manifest.complete else None
+    return Verdict(0, 0, 0, manifest.complete, difference, "", kind_of(path) or named(path), files)
+
+
+def named(path: Path) -> str:
+    """Return what a folder without a record of a run holds, by its document."""
+    return next(
+        (kind for kind in ("comparison", "sensitivity", "margins") if (path / f"{kind}.json").exists()), "folder"
+    )
 
 
 def replay(path: Path, study: Study, problem: Problem, count: int | None) -> list[Generation]:
@@ -176,18 +225,32 @@ def compare_flights(point: str, scenario: str, first: int, there: np.ndarray, he
 
 
 def compare_front(path: Path, study: Study, problem: Problem, generations: list[Generation], watcher: Watcher) -> None:
-    """Judge the finalists again and compare front.csv and gains.json."""
+    """Judge the finalists again and compare front.csv, gains.json and summary.json."""
     known = read_start(path, len(study.space.variables))
     assert known is not None, "the replay has read it"
     outcome: Outcome = conclude(problem, study, generations, watcher, perf_counter(), known[1])
     try:
         there = read_input_text(path / "front.csv")
-        gains = json.loads(read_input_text(path / "gains.json"))
+        gains, summary = (json.loads(read_input_text(path / name)) for name in ("gains.json", "summary.json"))
     except (OSError, ValueError) as error:
-        raise Different(f"front.csv or gains.json cannot be read ({error})") from None
+        raise Different(f"front.csv, gains.json or summary.json cannot be read ({error})") from None
     compare_csv("front.csv", there, csv_text(front_table(outcome)))
-    if not same_result(gains, json.loads(json.dumps(summary_document(outcome)["gains_document"]))):
+    made = json.loads(json.dumps(summary_document(outcome)))
+    if not same_result(gains, made.pop("gains_document")):
         raise Different("gains.json holds other values")
+    compare_documents("summary.json", summary, made)
+
+
+def compare_documents(name: str, there: Any, here: Any, key: str = "") -> None:
+    """Raise the first difference of two JSON documents; how long something took does not count."""
+    if isinstance(there, dict) and isinstance(here, dict) and there.keys() == here.keys():
+        for inner in [entry for entry in there if key or entry not in TIMES]:
+            compare_documents(name, there[inner], here[inner], f"{key}.{inner}" if key else inner)
+    elif isinstance(there, list) and isinstance(here, list) and len(there) == len(here):
+        for i, (a, b) in enumerate(zip(there, here, strict=True)):
+            compare_documents(name, a, b, f"{key}[{i}]")
+    elif there != here:
+        raise Different(f"{name}, {key}: recorded {there!r:.60}, now {here!r:.60}")
 
 
 def compare_csv(name: str, there: str, here: str) -> None:

@@ -8,6 +8,8 @@ import sys
 import time
 
 from tests.tuner.conftest import QUICKSTART
+from tuner.store import manifest
+from tuner.store.manifest import first_damage, read_manifest
 
 CHANGES = {
     "search.population": 8, "search.generations": 5, "scenario.0.search": 4, "scenario.0.held_out": 32,
@@ -69,13 +71,53 @@ def result_of(folder):
     kept = {}
     for file in sorted(path for path in folder.rglob("*") if path.is_file()):
         name = file.relative_to(folder).as_posix()
-        if name in ("environment.json", "history.csv", "report.html", ".lock") or name.startswith("figures/"):
+        if name in ("environment.json", "history.csv", "report.html", "manifest.json", ".lock") or name.startswith(
+            "figures/"
+        ):
             continue
         content = file.read_bytes()
         if name == "summary.json":
             content = {key: value for key, value in json.loads(content).items() if key not in TIMES}
         kept[name] = content
     return kept
+
+
+def manifest_of(folder):
+    found = read_manifest(folder)
+    assert found is not None
+    return found
+
+
+def unsealed(folder):
+    """Have a folder say that it was not written to its end."""
+    found = manifest_of(folder)
+    (folder / manifest.FILE).write_bytes(manifest.Manifest(False, found.files).encoded())
+
+
+def assert_covered(folder):
+    """Everything in a new folder is in its manifest, or in that of a folder within."""
+    found = manifest_of(folder)
+    assert found.complete and first_damage(folder) is None
+    within = [file.parent for file in folder.glob(f"contenders/*/{manifest.FILE}")]
+    here = {
+        file.relative_to(folder).as_posix()
+        for file in folder.rglob("*")
+        if file.is_file() and not any(file.is_relative_to(other) and file.name != manifest.FILE for other in within)
+    }
+    assert set(found.files) == here - {manifest.FILE, ".lock"} - {
+        f"{other.relative_to(folder)}/.lock" for other in within
+    }
+    for other in within:
+        assert_covered(other)
+
+
+def assert_sealed(folder, expected):
+    """A folder is complete, undamaged and consists of the same files as another; the figures are the same bytes."""
+    assert first_damage(folder) is None
+    one, other = manifest_of(folder), manifest_of(expected)
+    assert one.complete and sorted(one.files) == sorted(other.files)
+    drawn = [name for name in one.files if name.startswith("figures/")]
+    assert drawn and [name for name in drawn if one.files[name] != other.files[name]] == []
 
 
 def compare(one, other):

@@ -12,7 +12,7 @@ from objectives import memory
 from plant.errors import InputError, StoreError
 from plant.scenarios import SEARCH
 from tests.tuner.conftest import NoDrawing, run_small
-from tests.tuner.killing import compare, result_of
+from tests.tuner.killing import compare, result_of, unsealed
 from tuner.conclusion import fleets
 from tuner.rejudge import judging_study, rejudge
 from tuner.resume import reopen
@@ -277,6 +277,7 @@ def test_what_is_missing_or_damaged_is_a_difference(copy, name):
 def test_a_run_that_is_not_finished_is_verified_as_far_as_it_went(copy):
     for name in ("front.csv", "summary.json", "gains.json", "generations/0002.parquet"):
         (copy / name).unlink()
+    unsealed(copy)
     found = verify(copy, None, 2, Watcher())
     assert found.identical and not found.finished and found.candidates == 16
 

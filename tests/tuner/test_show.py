@@ -11,6 +11,7 @@ from rich.console import Console
 
 from plant.errors import StoreError
 from tests.tuner.in_process import tuner
+from tests.tuner.killing import unsealed
 from tests.tuner.report.contest.fabricate_contest import Made
 from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import OBJECTIVES, fabricate
@@ -114,6 +115,7 @@ def test_an_unfinished_run_says_how_far_it_is(small_run, tmp_path, monkeypatch, 
     folder = tmp_path / "stopped"
     shutil.copytree(small_run[1], folder)
     (folder / "summary.json").unlink()
+    unsealed(folder)
     lines = (folder / "history.csv").read_text().splitlines()
     (folder / "history.csv").write_text("\n".join(lines[:3]) + "\n")
     story = unfinished_story(folder)

@@ -107,12 +107,13 @@ def print_run(asked: "Study", folder: "Folder", as_json: bool, run: "Callable[[W
     """Run a study with progress on the terminal and print what it found, or its summary as JSON and nothing else."""
     summary_file = folder.path / "summary.json"
     if as_json:
-        run(Watcher())
+        with folder:
+            run(Watcher())
         print(read_input_text(summary_file))
         return
     console = Console()
     console.print(f"{asked.title}  (seed {asked.seed})", style="bold", highlight=False)
-    with TerminalWatcher(console) as watcher:
+    with folder, TerminalWatcher(console) as watcher:
         outcome = run(watcher)
     summary = json.loads(read_input_text(summary_file))
     console.print(gains_table(summary))
@@ -178,6 +179,19 @@ def new_command(name: str) -> None:
 
 def report_command(results: Path) -> None:
     """Write report and figures of a results folder again, be it of a study, a contest or an inference."""
+    from tuner.store.folder import Folder
+
+    known = ("summary.json", "contest.json", "comparison.json", "inference.json")
+    if not any((results / name).exists() for name in known):
+        raise StoreError(f"{results} is no finished results folder: it holds no summary.json")
+    with Folder.open(results) as folder:
+        page = draw_again(results)
+        folder.amend("report.html", "figures/*")
+    print(page)
+
+
+def draw_again(results: Path) -> Path:
+    """Write report and figures of a results folder from what is in it, and return the page."""
     if (results / "comparison.json").exists():
         from tuner.compare.values_figure import write_values_figure
 
@@ -186,18 +200,14 @@ def report_command(results: Path) -> None:
         from tuner.report.contest import write_contest_figures, write_contest_report
 
         write_contest_figures(results)
-        print(write_contest_report(results))
-        return
+        return write_contest_report(results)
     if (results / "inference.json").exists():
         from tuner.inference.figure import write_inference_figures
         from tuner.report.contest import write_inference_report
 
         write_inference_figures(results)
-        print(write_inference_report(results))
-        return
-    if not (results / "summary.json").exists():
-        raise StoreError(f"{results} is no finished results folder: it holds no summary.json")
+        return write_inference_report(results)
     from tuner.report import write_figures, write_report
 
     write_figures(results)
-    print(write_report(results))
+    return write_report(results)

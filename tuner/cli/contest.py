@@ -34,12 +34,13 @@ def print_contest(contest: Contest, folder: "Folder", threads: int | None, as_js
     from tuner.contest.run import run_contest
 
     if as_json:
-        run_contest(contest, folder, Watcher(), threads)
+        with folder:
+            run_contest(contest, folder, Watcher(), threads)
         print(read_input_text(folder.path / "contest.json"))
         return
     console = Console()
     console.print(f"{contest.title}  (seed {contest.seed})", style="bold", highlight=False)
-    with TerminalWatcher(console) as watcher:
+    with folder, TerminalWatcher(console) as watcher:
         run_contest(contest, folder, watcher, threads)
     print_found(json.loads(read_input_text(folder.path / "contest.json")), folder.path, console)
 

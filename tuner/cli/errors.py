@@ -1,14 +1,72 @@
-"""How errors reach the user: one message, exit code 2, no traceback unless asked for."""
+"""How a command ends: its exit code, and one message where it did not come to its end; no traceback unless asked for."""
 
+import os
+import signal
 import sys
+import threading
 from collections.abc import Callable
+from contextlib import suppress
+from types import FrameType
 from typing import Any
 
-from plant.errors import ToolError
+from plant.errors import ToolError, one_line
 from tuner.cli.inert_stream import inert_streams
 
 USER_ERROR = 2
-INTERRUPTED = 130
+"""Exit code where what was given, a file or the disk is in the way."""
+SIGNALLED = 128
+"""Exit code of an end by a signal, less the number of the signal."""
+INTERRUPTED = SIGNALLED + signal.SIGINT
+TERMINATED = SIGNALLED + signal.SIGTERM
+CLOSED_PIPE = 1
+"""Exit code where whoever read the output has gone."""
+
+
+class Interrupted(BaseException):
+    """A signal that asks this process to end; no KeyboardInterrupt, which the libraries of the command line take for theirs."""
+
+    def __init__(self, number: int) -> None:
+        self.number = number
+        super().__init__(signal.Signals(number).name)
+
+
+class Signals:
+    """Turns Ctrl-C and SIGTERM into `Interrupted` while it is entered; a second one ends the process where it stands.
+
+    number: of the signal that came, None before. Outside the main thread, and for signals that are ignored, nothing changes.
+    """
+
+    def __init__(self) -> None:
+        self.number: int | None = None
+        self._before: dict[int, Any] = {}
+        self._hook = sys.unraisablehook
+
+    def __enter__(self) -> "Signals":
+        if threading.current_thread() is threading.main_thread():
+            self._hook, sys.unraisablehook = sys.unraisablehook, self._ask_again
+            for number in (signal.SIGINT, signal.SIGTERM):
+                if signal.getsignal(number) is not signal.SIG_IGN:
+                    self._before[number] = signal.signal(number, self._interrupt)
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        for number, handler in self._before.items():
+            signal.signal(number, signal.SIG_DFL if handler is None else handler)
+        sys.unraisablehook = self._hook
+
+    def _interrupt(self, number: int, frame: FrameType | None) -> None:
+        if self.number is not None:
+            os._exit(SIGNALLED + number)
+        self.number = number
+        raise Interrupted(number)
+
+    def _ask_again(self, found: Any) -> None:
+        """Send a signal again that was raised where nobody could take it, such as in a destructor."""
+        if not isinstance(found.exc_value, Interrupted):
+            self._hook(found)
+            return
+        self.number = None
+        threading.Timer(0.02, os.kill, (os.getpid(), found.exc_value.number)).start()
 
 
 def guarded(run: Callable[[], Any]) -> int:
@@ -21,20 +79,54 @@ def guarded(run: Callable[[], Any]) -> int:
 
 
 def _guarded(run: Callable[[], Any], debug: bool) -> int:
+    signals = Signals()
     try:
-        return int(run() or 0)
-    except ToolError as error:
-        if debug:
+        with signals:
+            return finished(run)
+    except BrokenPipeError:
+        let_go_of_output()
+        return CLOSED_PIPE
+    except BaseException as error:
+        # A library may make another error of the signal, an import for instance.
+        number = error.number if isinstance(error, Interrupted) else signals.number
+        told = message(error, number)
+        if debug or told is None:
             raise
-        print(f"Error: {error}", file=sys.stderr)
-        return USER_ERROR
-    except OSError as error:
+        let_go_of_output()
+        with suppress(OSError):
+            print(one_line(told), file=sys.stderr)
+        return USER_ERROR if number is None else SIGNALLED + number
+
+
+def finished(run: Callable[[], Any]) -> int:
+    """Run to the end and have standard output take everything; return the exit code."""
+    try:
+        code = run()
+    except SystemExit as ended:
+        code = ended.code
+    sys.stdout.flush()
+    return int(code or 0)
+
+
+def message(error: BaseException, number: int | None) -> str | None:
+    """Return the line about an error, None where it is a mistake of our own; number: of a signal, where one came before."""
+    notes = getattr(error, "__notes__", [])
+    if number is not None or isinstance(error, KeyboardInterrupt):
+        return f"Interrupted; {notes[-1]}." if notes else "Interrupted."
+    if isinstance(error, ToolError):
+        return f"Error: {error}"
+    if isinstance(error, OSError):
         # Files are the only things outside this process that the tool touches: a full disk, a folder without permission.
-        if debug:
-            raise
         where = f"{error.filename}: " if error.filename else ""
-        print(f"Error: {where}{error.strerror or error}; what was written so far is kept", file=sys.stderr)
-        return USER_ERROR
-    except KeyboardInterrupt:
-        print("Interrupted; what was written so far is kept. `tuner resume RESULTS` goes on with it.", file=sys.stderr)
-        return INTERRUPTED
+        kept = f"what was written so far is kept. Make room, then {notes[-1]}" if notes else "nothing more was written"
+        return f"Error: {where}{error.strerror or error}; {kept}"
+    return None
+
+
+def let_go_of_output() -> None:
+    """Drop what standard output could not take, or the interpreter would fail at it once more when it ends."""
+    try:
+        sys.stdout.flush()
+    except (OSError, ValueError):
+        with suppress(OSError, ValueError):
+            os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())

@@ -36,12 +36,13 @@ def print_inference(asked: "Inference", folder: "Folder", threads: int | None, a
     from tuner.inference.run import run_inference
 
     if as_json:
-        run_inference(asked, folder, Watcher(), threads)
+        with folder:
+            run_inference(asked, folder, Watcher(), threads)
         print(read_input_text(folder.path / "inference.json"))
         return
     console = Console()
     console.print(f"{asked.contest.title}  (seed {asked.contest.seed})", style="bold", highlight=False)
-    with TerminalWatcher(console) as watcher:
+    with folder, TerminalWatcher(console) as watcher:
         findings = run_inference(asked, folder, watcher, threads)
     document = json.loads(read_input_text(folder.path / "inference.json"))
     console.print(cells_table(document))

@@ -3,6 +3,7 @@
 Imports stand inside the handlers because `tuner --help` must not wait for compilers and plotting libraries.
 """
 
+import signal
 import sys
 from pathlib import Path
 from typing import Annotated, Any
@@ -463,6 +464,9 @@ def version() -> None:
 
 def main() -> None:
     """Entry point of the console script."""
+    # Before and after the command's own work, Ctrl-C ends the process without a word.
+    if signal.getsignal(signal.SIGINT) is signal.default_int_handler:
+        signal.signal(signal.SIGINT, signal.SIG_DFL)
     sys.exit(guarded(_invoke))
 
 

@@ -2,6 +2,7 @@
 
 import json
 import sys
+from contextlib import nullcontext
 from dataclasses import dataclass
 from math import cos, degrees, radians, sin
 from pathlib import Path
@@ -13,14 +14,15 @@ from rich.table import Table
 from rich.text import Text
 
 from objectives.margins.trim import Trim
-from plant.errors import InputError, StoreError
+from plant.errors import InputError
 from plant.vectors import Vec3
 from tuner.cli.fly import controller_of
 from tuner.cli.terminal import Console
 from tuner.margin_report.document import default_requirements, margins_document
 from tuner.margin_report.limits import LIMITS
-from tuner.margin_report.readings import subject_of
+from tuner.margin_report.readings import Subject, subject_of
 from tuner.margin_report.study_limits import study_requirements
+from tuner.store.folder import Folder
 
 Row = dict[str, Any]
 
@@ -65,21 +67,18 @@ def margins_command(
     if (gains is None) == (law is None):
         raise InputError("give either a gains.json or --law NAME, for instance: tuner margins --law hybrid")
     controller = controller_of(gains, law, position_law, airframe)
-    if out is not None:
-        make_empty(out)
-    announce_compilation()
-    subject = subject_of(controller, flown.trim())
-    asked = None if study is None else study_requirements(study, controller)
-    document = margins_document(subject, default_requirements(subject) if asked is None else asked)
-    if certificates:
-        from tuner.margin_report.certificates import certificate_rows
+    folder = None if out is None else Folder.create(out, inside="", empty=True)
+    with folder or nullcontext():
+        announce_compilation()
+        subject = subject_of(controller, flown.trim())
+        asked = None if study is None else study_requirements(study, controller)
+        document = margins_document(subject, default_requirements(subject) if asked is None else asked)
+        if certificates:
+            from tuner.margin_report.certificates import certificate_rows
 
-        document["certificates"] = certificate_rows(controller)
-    if out is not None:
-        from tuner.margin_report.figures import write_margin_figures
-
-        document["mismatch"] = [extent.row() for extent in write_margin_figures(subject, out)]
-        (out / "margins.json").write_text(json.dumps(document, indent=2, allow_nan=False) + "\n", encoding="utf-8")
+            document["certificates"] = certificate_rows(controller)
+        if folder is not None:
+            write(document, subject, folder)
     if as_json:
         print(json.dumps(document, indent=2, allow_nan=False))
     else:
@@ -98,14 +97,14 @@ def announce_compilation() -> None:
         print("Compiling the margins for this machine; once, some 10 s.", file=sys.stderr, flush=True)
 
 
-def make_empty(folder: Path) -> None:
-    """Make a folder for the figures; StoreError where anything stands in it."""
-    if folder.exists() and (not folder.is_dir() or any(folder.iterdir())):
-        raise StoreError(f"{folder} exists already and was not touched; choose another folder with --out, or empty it")
-    try:
-        folder.mkdir(parents=True, exist_ok=True)
-    except OSError as error:
-        raise StoreError(f"{folder} cannot be made ({error.strerror}); choose another folder with --out") from error
+def write(document: Row, subject: Subject, folder: Folder) -> None:
+    """Write the figures and margins.json, with how far the vehicle may differ put in."""
+    from tuner.margin_report.figures import write_margin_figures
+
+    document["mismatch"] = [extent.row() for extent in write_margin_figures(subject, folder.path)]
+    folder.write_json("margins.json", document)
+    folder.written("*.png", "*.pdf")
+    folder.seal()
 
 
 def print_margins(document: Row, from_study: bool) -> None:

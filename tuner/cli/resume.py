@@ -4,7 +4,8 @@ from pathlib import Path
 
 from plant.errors import InputError
 from tuner.cli.terminal import Console
-from tuner.store.inputs import CONTEST, INFERENCE, read_record
+from tuner.store.advice import CONTEST, INFERENCE
+from tuner.store.inputs import read_record
 
 
 def resume_command(

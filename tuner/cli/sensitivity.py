@@ -1,6 +1,7 @@
 """`tuner sensitivity`: which gains decide an objective, and how much of it is turbulence."""
 
 import json
+from contextlib import nullcontext
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -29,15 +30,16 @@ def sensitivity_command(path: Path, samples: int, out: Path | None, threads: int
     study = tuning_study(path, "tuner sensitivity")
     problem = study_problem(study, threads)
     folder = None if out is None else Folder.create(out, inside="figures")
-    begin = perf_counter()
-    if as_json:
-        warm_up(problem, study, Watcher())
-        analysis = study_sensitivity(problem, study, base)
-    else:
-        analysis = watched(problem, study, base)
-    document = sensitivity_document(study, analysis, perf_counter() - begin)
-    if folder is not None:
-        write(study, analysis, document, folder)
+    with folder or nullcontext():
+        begin = perf_counter()
+        if as_json:
+            warm_up(problem, study, Watcher())
+            analysis = study_sensitivity(problem, study, base)
+        else:
+            analysis = watched(problem, study, base)
+        document = sensitivity_document(study, analysis, perf_counter() - begin)
+        if folder is not None:
+            write(study, analysis, document, folder)
     if as_json:
         print(json.dumps(document, indent=2, allow_nan=False))
         return
@@ -76,7 +78,9 @@ def write(study: Study, analysis: Analysis, document: dict[str, Any], folder: Fo
     folder.write_table("indices.csv", index_table(study, analysis))
     folder.write_table("variance.csv", variance_table(study, analysis))
     folder.write_table("samples.csv", sample_table(study, analysis))
-    write_figure(study, analysis, folder.path / "figures")
+    write_figure(study, analysis, folder.path)
+    folder.written("figures/*")
+    folder.seal()
 
 
 def show(study: Study, analysis: Analysis, document: dict[str, Any], console: Console) -> None:

@@ -8,10 +8,12 @@ from rich.table import Table
 from rich.text import Text
 
 from plant.errors import StoreError
-from plant.input_files import read_input_text
 from tuner.cli.compare import block_table, print_comparison
 from tuner.cli.display import digits, estimate
 from tuner.cli.terminal import Console
+from tuner.report.files import Node
+from tuner.show.unfinished import unfinished_story
+from tuner.store.manifest import NONE_YET, read_manifest, refuse_damage, unfinished
 
 if TYPE_CHECKING:
     from tuner.report.results import Results
@@ -21,39 +23,56 @@ PLOT_WIDTH, PLOT_HEIGHT, BAR = 72, 16, 16
 MOST_POINTS = 12
 # Columns from which on the tables of a contest fit.
 WIDE = 80
+# What is not shown, and is large: flights are told by the digests in their names, whenever they are read.
+UNREAD = ("flights/",)
 
 
 def show_command(folder: Path, as_json: bool) -> None:
     """Print the story of a run, finished or not, of a contest, an inference or a comparison."""
     if not folder.is_dir():
         raise StoreError(f"{folder}: there is no such results folder; give a folder that `tuner run` wrote")
+    refuse_damage(folder, UNREAD)
     console = Console()
+    if unfinished(folder):
+        tell_story(unfinished_story(folder), None, as_json, console)
+        return
     for name, tell in (
         ("contest.json", tell_contest),
         ("inference.json", tell_inference),
         ("comparison.json", tell_compared),
     ):
         if (folder / name).exists():
-            found = json.loads(read_input_text(folder / name))
+            found = Node.read(folder / name).value
             if as_json:
                 print(json.dumps(found, indent=2, ensure_ascii=False))
             else:
                 tell(found, folder, console)
+                tell_unguarded(folder, console)
             return
-    if (folder / "summary.json").exists():
-        from tuner.show.tuning import tuning_story
+    if not (folder / "summary.json").exists():
+        tell_story(unfinished_story(folder), None, as_json, console)
+        return
+    from tuner.show.tuning import tuning_story
 
-        story, results = tuning_story(folder)
-    else:
-        from tuner.show.unfinished import unfinished_story
+    tell_story(*tuning_story(folder), as_json, console)
+    if not as_json:
+        tell_unguarded(folder, console)
 
-        story, results = unfinished_story(folder), None
+
+def tell_story(story: Row, results: "Results | None", as_json: bool, console: Console) -> None:
+    """Print the story of a tuning run, as JSON if asked for; results: behind it, None where the run is not finished."""
     if as_json:
         print(json.dumps(story, indent=2, allow_nan=False, ensure_ascii=False))
     elif results is not None:
         tell_tuning(story, results, console)
     else:
         tell_unfinished(story, console)
+
+
+def tell_unguarded(folder: Path, console: Console) -> None:
+    """Say where nothing tells damage."""
+    if read_manifest(folder) is None:
+        say(console, f"Of this folder: {NONE_YET}.")
 
 
 def tell_contest(found: Row, folder: Path, console: Console) -> None:
@@ -97,7 +116,10 @@ def tell_unfinished(story: Row, console: Console) -> None:
     else:
         for key, said in (("contenders_finished", "Tuned"), ("contenders_begun", "Begun")):
             say(console, f"{said}: {', '.join(story[key]) or 'none'}")
-    section(console, "If no process is at it any more, go on with it", story["commands"])
+    if story["commands"]:
+        section(console, "If no process is at it any more, go on with it", story["commands"])
+    else:
+        say(console, "If no process is at it any more, remove the folder and give the command again.")
 
 
 def tell_tuning(story: Row, results: "Results", console: Console) -> None:

@@ -7,7 +7,8 @@ import numpy as np
 
 from plant.errors import InputError, StoreError
 from tuner.gains_file import Controller, read_gains
-from tuner.store.inputs import JUDGEMENT, TUNING, read_record
+from tuner.store.advice import JUDGEMENT, TUNING
+from tuner.store.inputs import read_record
 from tuner.study import load_study
 from tuner.study.study import Study
 

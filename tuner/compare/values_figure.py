@@ -19,7 +19,7 @@ def write_values_figure(folder: Path) -> list[Path]:
     contest = load_contest(folder)
     # Names are text, even those with dollar signs.
     with style(), rc_context({"text.parse_math": False}):
-        return save(values_figure(contest), folder / "figures" / "values")
+        return save(values_figure(contest), folder, "figures/values")
 
 
 def values_figure(contest: Contest) -> Figure:

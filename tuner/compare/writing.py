@@ -28,11 +28,18 @@ def write_comparison(
     out: Path, result: Result, document: dict[str, Any], threads: int | None, watcher: Watcher
 ) -> None:
     """Write everything that a comparison found into a folder that does not exist yet."""
+    check_free(out)
+    with Folder.create(out, inside="figures") as folder:
+        write_files(folder, result, document, threads, watcher)
+
+
+def write_files(
+    folder: Folder, result: Result, document: dict[str, Any], threads: int | None, watcher: Watcher
+) -> None:
+    """Write the files of a comparison into its folder."""
     from tuner.compare.values_figure import write_values_figure
     from tuner.report.contest import write_contest_figures, write_contest_report
 
-    check_free(out)
-    folder = Folder.create(out, inside="figures")
     folder.write_text("study.toml", read_input_text(result.contest.path))
     folder.write_json("environment.json", environment(threads or available_threads()))
     folder.write_table("scores.parquet", scores_table(result))
@@ -46,8 +53,9 @@ def write_comparison(
     folder.write_table("wind.parquet", wind_table(result))
     folder.write_json(DOCUMENT, document)
     watcher.writing("figures")
-    write_contest_figures(out)
-    write_values_figure(out)
+    write_contest_figures(folder.path)
+    write_values_figure(folder.path)
     watcher.writing("report")
-    write_contest_report(out)
-    folder.close()
+    write_contest_report(folder.path)
+    folder.written("report.html", "figures/*")
+    folder.seal()

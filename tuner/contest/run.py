@@ -15,9 +15,10 @@ from tuner.contest.tables import fronts_table, listed_table, scores_table
 from tuner.contest.tuning import Prepared, prepare
 from tuner.guards.before import few_scenarios
 from tuner.run import warm_up
+from tuner.store.advice import CONTEST
 from tuner.store.environment import environment, with_session
 from tuner.store.folder import Folder
-from tuner.store.inputs import CONTEST, freeze
+from tuner.store.inputs import freeze
 from tuner.watcher import Watcher
 
 
@@ -33,13 +34,13 @@ def run_contest(contest: Contest, folder: Folder, watcher: Watcher, threads: int
     flown = fly_groups(contest, groups, threads, watcher.landed)
     result = judge_contest(contest, prepared, flown, perf_counter() - begin)
     write_result(result, folder, watcher)
-    folder.close()
+    folder.seal()
     return result
 
 
 def write_inputs(contest: Contest, folder: Folder, threads: int) -> None:
     """Write what the contest starts from: the file as given, and every value of every contender's study."""
-    if not (folder.path / "study.toml").exists():
+    if not folder.keep("study.toml"):
         folder.write_text("study.toml", read_input_text(contest.path))
     folder.write_json("resolved.json", {entry.name: entry.study.resolved() for entry in contest.contenders})
     folder.write_json("environment.json", with_session(folder.path / "environment.json", environment(threads)))
@@ -97,6 +98,7 @@ def write_result(result: Result, folder: Folder, watcher: Watcher) -> None:
     folder.write_table("wind.parquet", wind_table(result))
     folder.write_json("contest.json", document)
     write_report(folder.path, watcher)
+    folder.written("report.html", "figures/*")
 
 
 def write_report(folder: Path, watcher: Watcher) -> None:

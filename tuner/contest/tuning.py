@@ -9,6 +9,7 @@ from tuner.contest.contest import Contender, Contest
 from tuner.contest.flying import Entry, comparison_problem
 from tuner.search.front import pick
 from tuner.store.folder import Folder
+from tuner.store.manifest import FILE as MANIFEST
 from tuner.store.tables import point_name
 from tuner.study.paths import with_paths
 from tuner.study.toml_text import toml_text
@@ -54,6 +55,7 @@ def prepare(contest: Contest, contender: Contender, folder: Folder, watcher: Wat
     folder.write_text(f"{own}.toml", study_text(contest, contender))
     study = replace(contender.study, path=folder.path / f"{own}.toml")
     outcome = run_study(study, Folder.open_or_create(folder.path / own), watcher, threads)
+    folder.written(f"{own}/{MANIFEST}")
 
     def entry_of(finalist: int) -> Entry:
         candidate = int(outcome.candidates[finalist - 1])

@@ -83,8 +83,9 @@ def write_export(out: Path, bundle: Bundle, document: Row, gains: Row) -> None:
             out.rmdir()
         part.rename(out)
     except OSError as error:
-        shutil.rmtree(part, ignore_errors=True)
         raise StoreError(f"{out} cannot be written ({error.strerror}); choose another folder with --out") from error
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
 
 
 def check_free(out: Path) -> None:

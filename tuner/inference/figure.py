@@ -22,9 +22,8 @@ ROLES = (("default", "default", 0.2), ("tuned", "inferred", -0.2))
 def write_inference_figures(folder: Path) -> list[Path]:
     """Write figures/inference.png and .pdf of a results folder."""
     document = json.loads(read_input_text(folder / "inference.json"))
-    (folder / "figures").mkdir(exist_ok=True)
     with style():
-        return save(inference_figure(document), folder / "figures" / "inference")
+        return save(inference_figure(document), folder, "figures/inference")
 
 
 def inference_figure(document: Document) -> Figure:

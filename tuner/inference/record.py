@@ -29,7 +29,7 @@ class Settings:
         self.damaged: list[str] = []
         for file in sorted((folder.path / FOLDER).glob("*.parquet")):
             content = read_input(file, MOST_TABLE)
-            if file.stem.endswith(digest_of(content)):
+            if file.stem.endswith(digest_of(content)) and folder.keep(f"{FOLDER}/{file.name}"):
                 self._read(file.stem.rsplit("-", 2)[0], content)
             else:
                 self.damaged.append(str(file))

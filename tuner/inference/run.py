@@ -75,7 +75,7 @@ def run_inference(inference: Inference, folder: Folder, watcher: Watcher, thread
     found, slope = around_best(experiment, inference, joined(parts), watcher)
     findings = check(experiment, inference, generations, found, slope, watcher, begin)
     write_findings(findings, folder, watcher)
-    folder.close()
+    folder.seal()
     return findings
 
 

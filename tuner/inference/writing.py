@@ -16,9 +16,10 @@ from tuner.inference.inference import Inference
 from tuner.inference.paths import put_at
 from tuner.inference.schema import ADDED
 from tuner.inference.tried import Tried
+from tuner.store.advice import INFERENCE
 from tuner.store.environment import environment, with_session
 from tuner.store.folder import Folder
-from tuner.store.inputs import INFERENCE, freeze
+from tuner.store.inputs import freeze
 from tuner.store.tables import history_table
 from tuner.study.paths import with_paths
 from tuner.study.toml_text import toml_text
@@ -30,7 +31,7 @@ if TYPE_CHECKING:
 
 def write_inputs(inference: Inference, folder: Folder, threads: int) -> None:
     """Write what the run starts from."""
-    if not (folder.path / "study.toml").exists():
+    if not folder.keep("study.toml"):
         folder.write_text("study.toml", read_input_text(inference.path))
     folder.write_json("environment.json", with_session(folder.path / "environment.json", environment(threads)))
     freeze(folder, INFERENCE, inference.path, inference.table, inference.digest(), None)
@@ -51,6 +52,7 @@ def write_findings(findings: "Findings", folder: Folder, watcher: Watcher) -> No
     write_inference_figures(folder.path)
     watcher.writing("report")
     write_inference_report(folder.path)
+    folder.written("report.html", "figures/*")
 
 
 def settings_table(inference: Inference, settings: Tried, first: int) -> Any:

@@ -25,9 +25,9 @@ def write_margin_figures(subject: Subject, folder: Path) -> list[Extent]:
     maps = [mismatch_map(linear, across, up, ends) for across, up in MAPS]
     labels = tuple(case.label for case in linear.cases)
     with style():
-        save(bode_figure(subject, panels), folder / "bode")
-        save(nyquist_figure(subject, panels), folder / "nyquist")
-        save(nichols_figure(subject, panels), folder / "nichols")
-        save(response_figure(responses, labels), folder / "responses")
-        save(mismatch_figure(maps, ends), folder / "mismatch")
+        save(bode_figure(subject, panels), folder, "bode")
+        save(nyquist_figure(subject, panels), folder, "nyquist")
+        save(nichols_figure(subject, panels), folder, "nichols")
+        save(response_figure(responses, labels), folder, "responses")
+        save(mismatch_figure(maps, ends), folder, "mismatch")
     return ends

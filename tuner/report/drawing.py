@@ -1,10 +1,24 @@
-"""Figures drawn by a process of their own while the run goes on writing: matplotlib alone takes a second to import."""
+"""Figures drawn by a process of their own while the run goes on writing: matplotlib alone takes a second to import.
 
+That process touches no file. It hands the figures back, and the run, which holds the folder's lock, writes them. It ends
+when its parent does, however that dies: its standard input is a pipe that the system then closes.
+"""
+
+import json
+import os
 import subprocess
 import sys
+from contextlib import suppress
 from pathlib import Path
+from threading import Thread
+from typing import IO
 
 from plant.errors import StoreError
+from tuner.store.folder import put
+
+BEGIN = b"\n"
+INPUT = 0
+"""The file descriptor of standard input, past Python's buffer: a thread that waits in it must not hold its lock at the end."""
 
 
 class Drawing:
@@ -12,44 +26,78 @@ class Drawing:
 
     def __init__(self, folder: Path) -> None:
         code = "import sys; from tuner.report.drawing import draw; sys.exit(draw(sys.argv[1]))"
+        self._folder = folder
+        # In a session of its own, Ctrl-C reaches this process alone.
         self._process = subprocess.Popen(
-            [sys.executable, "-c", code, str(folder.resolve())], stdin=subprocess.PIPE, stdout=subprocess.DEVNULL,
-            stderr=subprocess.PIPE, text=True, cwd=Path(__file__).parents[2],
+            [sys.executable, "-c", code, str(folder.resolve())], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
+            stderr=subprocess.PIPE, cwd=Path(__file__).parents[2], start_new_session=True,
         )  # fmt: skip
 
     def begin(self) -> None:
         """Draw: everything that the figures show is in the folder."""
         assert self._process.stdin is not None
-        try:
-            self._process.stdin.close()
-        except BrokenPipeError:
-            return  # It has ended already, and `wait` says why.
+        # Where the process has ended already, `wait` says why.
+        with suppress(BrokenPipeError):
+            self._process.stdin.write(BEGIN)
+            self._process.stdin.flush()
 
     def stop(self) -> None:
-        """Give up."""
+        """Give up, whatever was begun."""
         self._process.kill()
-        self._process.communicate()
+        self._process.wait()
+        for pipe in (self._process.stdin, self._process.stdout, self._process.stderr):
+            assert pipe is not None
+            with suppress(BrokenPipeError):
+                pipe.close()
 
     def wait(self) -> None:
-        """Wait until they are there; StoreError says why they are not."""
+        """Wait for the figures and write them; StoreError says why they are not there."""
         self.begin()
-        assert self._process.stderr is not None
-        with self._process.stderr as errors:
-            said = errors.read()
+        assert self._process.stdout is not None and self._process.stderr is not None
+        files = received(self._process.stdout)
+        said = self._process.stderr.read().decode(errors="replace").strip()
         self._process.wait()
-        if self._process.returncode:
-            raise StoreError(
-                said.strip().splitlines()[-1].removeprefix("Error: ") if said.strip() else "no figures drawn"
-            )
+        self.stop()
+        if self._process.returncode or files is None:
+            raise StoreError(said.splitlines()[-1].removeprefix("Error: ") if said else "no figures drawn")
+        for name, content in files.items():
+            put(self._folder, name, content)
 
 
 def draw(folder: str) -> int:
-    """Draw all figures of a folder once stdin ends; return 0, or 2 with one line on stderr where that cannot be done."""
+    """Draw all figures of a folder when told to, and hand them over; return 0, or 2 with one line on stderr where that fails."""
     from tuner.cli.errors import guarded
-    from tuner.report.figures import write_all
+    from tuner.report.figures import draw_all
 
     def drawn() -> None:
-        sys.stdin.read()
-        write_all(Path(folder))
+        # The end of the input without a word: there is no parent any more.
+        if os.read(INPUT, 1):
+            Thread(target=end_with_parent, daemon=True).start()
+            hand_over(draw_all(Path(folder)), sys.stdout.buffer)
 
     return guarded(drawn)
+
+
+def end_with_parent() -> None:
+    """Wait for the end of the input, which is the end of the parent, and end this process at once."""
+    while os.read(INPUT, 1):
+        pass
+    os._exit(1)
+
+
+def hand_over(files: dict[str, bytes], out: IO[bytes]) -> None:
+    """Write files to a stream: a line with their names and lengths as JSON, then one after the other."""
+    out.write(json.dumps({name: len(content) for name, content in files.items()}).encode() + b"\n")
+    for content in files.values():
+        out.write(content)
+    out.flush()
+
+
+def received(stream: IO[bytes]) -> dict[str, bytes] | None:
+    """Return what `hand_over` wrote to a stream; None where it ended before its time."""
+    try:
+        lengths: dict[str, int] = json.loads(stream.readline())
+    except ValueError:
+        return None
+    files = {name: stream.read(length) for name, length in lengths.items()}
+    return files if all(len(files[name]) == length for name, length in lengths.items()) else None

@@ -3,6 +3,7 @@
 The colours stay apart for colour-blind eyes and in grey; shapes and dashes say the same.
 """
 
+from io import BytesIO
 from math import ceil
 from pathlib import Path
 from typing import Any
@@ -13,7 +14,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.figure import Figure
 
-from plant.errors import StoreError
+from tuner.store.folder import put
 
 COLOURS = {
     "default": "#b4530a",
@@ -78,18 +79,20 @@ def legend_above(figure: Figure, ax: Axes) -> None:
     figure.legend(handles, labels, loc="outside upper center", ncols=columns)
 
 
-def save(figure: Figure, stem: Path) -> list[Path]:
-    """Write STEM.png and STEM.pdf, without a date so that the same results give the same bytes; return both paths.
+def save(figure: Figure, folder: Path, name: str) -> list[Path]:
+    """Write NAME.png and NAME.pdf into a results folder, each whole or not at all; return both paths."""
+    return [put(folder, name + ending, content) for ending, content in printed(figure).items()]
+
+
+def printed(figure: Figure) -> dict[str, bytes]:
+    """Return a figure as ".png" and ".pdf", without a date so that the same results give the same bytes.
 
     Printed by the canvases themselves, because `Figure.savefig` draws everything a second time for its bounding box.
     What was laid out for the first file stands for the second.
     """
-    png, pdf = (stem.with_name(stem.name + ending) for ending in (".png", ".pdf"))
-    try:
-        figure.set_dpi(DPI)
-        FigureCanvasAgg(figure).print_png(png)
-        figure.set_layout_engine("none")
-        FigureCanvasPdf(figure).print_pdf(pdf, metadata={"CreationDate": None})
-    except OSError as error:
-        raise StoreError(f"{stem} cannot be written ({error.strerror})") from error
-    return [png, pdf]
+    png, pdf = BytesIO(), BytesIO()
+    figure.set_dpi(DPI)
+    FigureCanvasAgg(figure).print_png(png)
+    figure.set_layout_engine("none")
+    FigureCanvasPdf(figure).print_pdf(pdf, metadata={"CreationDate": None})
+    return {".png": png.getvalue(), ".pdf": pdf.getvalue()}

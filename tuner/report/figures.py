@@ -3,27 +3,31 @@
 import re
 from pathlib import Path
 
-from plant.errors import StoreError
-from tuner.report.figure_style import save, style
+from tuner.report.figure_style import printed, style
 from tuner.report.front_figure import front_figure
 from tuner.report.loading import load
 from tuner.report.progress_figure import progress_figure
 from tuner.report.responses_figure import response_figure
+from tuner.store.folder import put
 
 
 def write_all(folder: Path) -> list[Path]:
     """Write every figure that the folder has data for and return the files."""
+    return [put(folder, name, content) for name, content in draw_all(folder).items()]
+
+
+def draw_all(folder: Path) -> dict[str, bytes]:
+    """Return every figure that the folder has data for, by its name in the folder."""
     results = load(folder)
-    target = folder / "figures"
-    try:
-        target.mkdir(exist_ok=True)
-    except OSError as error:
-        raise StoreError(f"{target} cannot be made ({error.strerror})") from error
     with style():
         drawn = {"front": front_figure(results), "progress": progress_figure(results)}
         for name, scenario in zip(response_names(results.scenarios), results.scenarios, strict=True):
             drawn[name] = response_figure(results, scenario)
-        return [file for name, figure in drawn.items() for file in save(figure, target / name)]
+        return {
+            f"figures/{name}{ending}": content
+            for name, figure in drawn.items()
+            for ending, content in printed(figure).items()
+        }
 
 
 def response_names(scenarios: list[str]) -> list[str]:

@@ -14,11 +14,13 @@ import pyarrow.parquet as pq
 
 from plant.errors import StoreError
 from plant.input_files import MOST_TABLE, read_input, read_input_text
+from tuner.store.advice import kind_of, mend
 
 
 def refuse(file: Path, what: str) -> StoreError:
     """Return the error for a file that cannot be used; what: what is wrong with it."""
-    return StoreError(f"{file}: {what}; the folder is incomplete or damaged, run the study again into a new folder")
+    folder = next((above for above in list(file.parents)[:2] if kind_of(above) is not None), file.parent)
+    return StoreError(f"{file}: {what}; {mend(folder, file.relative_to(folder).as_posix())}")
 
 
 def read_text(file: Path) -> str:

@@ -8,7 +8,6 @@ from typing import Any
 
 from plotly.offline import get_plotlyjs
 
-from plant.errors import StoreError
 from tuner.report.chart import Charts, Panel
 from tuner.report.choice_section import choice_section
 from tuner.report.explorer_data import explorer_data
@@ -22,6 +21,7 @@ from tuner.report.prose import key_figures, paragraph
 from tuner.report.provenance import air_table, definitions, resolved_text, run_facts
 from tuner.report.results import Results
 from tuner.report.trust_section import trust_section
+from tuner.store.folder import put
 
 AIDS = {
     "outcome": "Values on scenarios that had no part in the choice, with 95 % intervals; angles in degrees. In the "
@@ -34,19 +34,12 @@ AIDS = {
 
 def write_page(folder: Path) -> Path:
     """Write report.html into a results folder; StoreError where a file is missing, damaged or cannot be written."""
-    return write_aside(folder / "report.html", page(load(folder)))
+    return put_page(folder, page(load(folder)))
 
 
-def write_aside(file: Path, content: str) -> Path:
-    """Write a page aside first and then rename it, and return its path; StoreError where that cannot be done."""
-    aside = file.with_name(f".{file.name}.part")
-    try:
-        aside.write_text(content, encoding="utf-8")
-        aside.replace(file)
-    except OSError as error:
-        aside.unlink(missing_ok=True)
-        raise StoreError(f"{file} cannot be written ({error.strerror})") from error
-    return file
+def put_page(folder: Path, content: str) -> Path:
+    """Write report.html whole or not at all and return its path; StoreError where that cannot be done."""
+    return put(folder, "report.html", content.encode())
 
 
 def page(results: Results) -> str:

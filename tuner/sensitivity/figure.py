@@ -18,9 +18,9 @@ BAR, ROW, AROUND = 0.36, 0.28, 0.85
 
 
 def write_figure(study: Study, analysis: Analysis, folder: Path) -> list[Path]:
-    """Write sensitivity.png and sensitivity.pdf into a folder and return their paths."""
+    """Write figures/sensitivity.png and .pdf into a folder and return their paths."""
     with style():
-        return save(sensitivity_figure(study, analysis), folder / "sensitivity")
+        return save(sensitivity_figure(study, analysis), folder, "figures/sensitivity")
 
 
 def sensitivity_figure(study: Study, analysis: Analysis) -> Figure:

@@ -6,7 +6,8 @@ from typing import Any
 
 from plant.errors import StoreError
 from plant.input_files import read_input_text
-from tuner.store.inputs import CONTEST, read_record
+from tuner.store.advice import CONTEST, RESUMED, mend, whole
+from tuner.store.inputs import read_record
 
 Row = dict[str, Any]
 
@@ -31,7 +32,7 @@ def unfinished_story(folder: Path) -> Row:
             "feasible_share": float(last["feasible_share"]) if last else None,
             "hypervolume": float(last["hypervolume"]) if last else None,
         }
-    return story | {"commands": [f"tuner resume {folder}"]}
+    return story | {"commands": [f"tuner resume {whole(folder)}"] if record.kind in RESUMED else []}
 
 
 def title_of(study: Path) -> str:
@@ -51,5 +52,5 @@ def last_generation(file: Path) -> dict[str, str] | None:
     except FileNotFoundError:
         return None
     except (OSError, UnicodeDecodeError) as error:
-        raise StoreError(f"{file} cannot be read ({error}); `tuner resume` writes it again") from None
+        raise StoreError(f"{file} cannot be read ({error}); {mend(file.parent, file.name)}") from None
     return rows[-1] if rows else None

@@ -114,7 +114,8 @@ class FlightStore:
             raise StoreError(
                 f"{file} cannot be read ({error.strerror}); give the folder's files back to you"
             ) from error
-        if not file.stem.endswith(digest_of(content)):
+        kept = self._folder is None or not own or self._folder.keep(f"{FOLDER}/{file.name}")
+        if not kept or not file.stem.endswith(digest_of(content)):
             self.damaged.append(str(file))
             if own:
                 file.replace(file.with_suffix(".damaged"))

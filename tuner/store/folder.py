@@ -1,51 +1,74 @@
 """A results folder: what a run writes, each file aside first and then renamed, so that a kill leaves no half file.
 
 run.json, inputs/, study.toml, resolved.json, environment.json, history.csv, generations/NNNN.parquet, flights/, front.csv,
-summary.json, gains.json, responses.parquet, report.html, figures/. The contents of each are told in results/README.md.
-A file is on the disk before its name is, and its name before the next file is begun.
+summary.json, gains.json, responses.parquet, report.html, figures/, manifest.json. The contents of each are told in
+results/README.md. A file is on the disk before its name is, and its name before the next file is begun.
 """
 
+import io
 import json
 import os
-from collections.abc import Callable
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
 
 from plant.errors import StoreError
+from tuner.store import manifest
+from tuner.store.advice import RESUMED, go_on, kind_of
 from tuner.store.lock import Lock
+from tuner.store.manifest import Manifest, digest_at, digest_of, read_manifest
 
 ASIDE = ".aside"
 """Ending of the name under which a file is written before it gets its own."""
 
 
 class Folder:
-    """A results folder that this process, and no other, writes."""
+    """A results folder that this process, and no other, writes.
 
-    def __init__(self, path: Path, lock: Lock) -> None:
+    As a context manager it lets go of the folder at the end, and an error that leaves it unfinished carries a note on what
+    goes on with it.
+    """
+
+    def __init__(self, path: Path, lock: Lock, former: Manifest | None = None, made: bool = False) -> None:
         self.path = path
+        self._made = made
         self._lock = lock
+        self._former = former
+        self._digests: dict[str, str] = {}
+        self._begun = False
+
+    def __enter__(self) -> "Folder":
+        return self
+
+    def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        if error is not None and not isinstance(error, StoreError):
+            error.add_note(go_on(self.path, self._made))
+        self.close()
 
     @classmethod
-    def create(cls, path: Path, inside: str = "generations") -> "Folder":
-        """Make a new folder, with one inside; StoreError if anything is there already: nothing is ever overwritten."""
-        if path.exists():
+    def create(cls, path: Path, inside: str = "generations", empty: bool = False) -> "Folder":
+        """Make a new folder, with one inside; StoreError if anything is there already: nothing is ever overwritten.
+
+        empty: whether an empty folder may be there.
+        """
+        if path.exists() and not (empty and path.is_dir() and not any(path.iterdir())):
+            resume = f"continue it with `tuner resume {path}`, " if kind_of(path) in RESUMED else ""
             raise StoreError(
-                f"{path} exists already and nothing in it was touched; continue it with `tuner resume {path}`, choose another "
-                f"folder with --out, or remove it"
+                f"{path} exists already and nothing in it was touched; {resume}choose another folder with --out, or remove it"
             )
         try:
-            (path / inside).mkdir(parents=True)
+            (path / inside).mkdir(parents=True, exist_ok=empty)
         except OSError as error:
             raise StoreError(f"{path} cannot be made ({_reason(error)}); choose another folder with --out") from error
-        return cls(path, Lock(path))
+        return cls(path, Lock(path), made=True)
 
     @classmethod
     def open(cls, path: Path) -> "Folder":
         """Open a folder to go on writing it; StoreError where there is none, or where another process writes it."""
         if not path.is_dir():
             raise StoreError(f"{path}: there is no such results folder; give a folder that `tuner run` wrote")
-        folder = cls(path, Lock(path))
+        lock = Lock(path)
+        folder = cls(path, lock, _former(path))
         folder._clear()
         return folder
 
@@ -58,13 +81,29 @@ class Folder:
         """Let other processes write it."""
         self._lock.release()
 
+    def seal(self) -> None:
+        """Write the manifest, for everything is there, and let other processes write the folder."""
+        self._put(manifest.FILE, Manifest(True, self._digests).encoded())
+        self.close()
+
+    def amend(self, *patterns: str) -> None:
+        """Bring the manifest of a complete folder up to date with files that were written again; others have none to amend."""
+        self.written(*patterns)
+        if self._former is not None and self._former.complete:
+            self._put(manifest.FILE, Manifest(True, self._former.files | self._digests).encoded())
+
     def write_text(self, name: str, text: str) -> None:
         """Write a text file."""
         self.write_bytes(name, text.encode())
 
     def write_bytes(self, name: str, content: bytes) -> None:
         """Write a file of bytes."""
-        self._aside(name, lambda file: file.write_bytes(content))
+        if not self._begun:
+            self._begun = True
+            files = {} if self._former is None else self._former.files
+            self._put(manifest.FILE, Manifest(False, files).encoded())
+        self._put(name, content)
+        self._digests[name] = digest_of(content)
 
     def write_json(self, name: str, content: Any) -> None:
         """Write a JSON file; non-finite numbers are our own mistake."""
@@ -72,27 +111,27 @@ class Folder:
 
     def write_table(self, name: str, table: Any) -> None:
         """Write a pandas table as .csv or .parquet, by the ending of the name."""
-        if name.endswith(".csv"):
-            self.write_text(name, csv_text(table))
-        else:
-            self._aside(name, lambda file: table.to_parquet(file, index=False))
+        self.write_bytes(name, csv_text(table).encode() if name.endswith(".csv") else parquet_bytes(table))
 
-    def _aside(self, name: str, write: Callable[[Path], Any]) -> None:
-        file = self.path / name
-        aside = file.with_name(f".{file.name}{ASIDE}")
-        try:
-            file.parent.mkdir(parents=True, exist_ok=True)
-            write(aside)
-            _settled(aside)
-            aside.replace(file)
-            _settled(file.parent)
-        except OSError as error:
-            with suppress(OSError):
-                aside.unlink(missing_ok=True)
-            raise StoreError(
-                f"{file} cannot be written ({_reason(error)}); what was written before it is kept. Make room, then go on "
-                f"with `tuner resume`"
-            ) from error
+    def keep(self, name: str) -> bool:
+        """Take a file of an earlier session over as it is; False where it is missing or not what that session wrote."""
+        digest = digest_at(self.path / name)
+        former = {} if self._former is None else self._former.files
+        if digest is None or former.get(name, digest) != digest:
+            return False
+        self._digests[name] = digest
+        return True
+
+    def written(self, *patterns: str) -> None:
+        """Take files into the manifest that this session wrote by other hands, such as figures."""
+        for pattern in patterns:
+            for file in sorted(self.path.glob(pattern)):
+                digest = digest_at(file)
+                if digest is not None and not file.name.startswith("."):
+                    self._digests[file.relative_to(self.path).as_posix()] = digest
+
+    def _put(self, name: str, content: bytes) -> None:
+        put(self.path, name, content, self._made)
 
     def _clear(self) -> None:
         """Remove what a killed process left half written."""
@@ -101,9 +140,50 @@ class Folder:
                 file.unlink()
 
 
+def put(folder: Path, name: str, content: bytes, made: bool = False) -> Path:
+    """Write a file of a results folder whole or not at all, and return its path; StoreError says why it cannot be written.
+
+    made: whether the folder was made by this process.
+    """
+    file = folder / name
+    aside = file.with_name(f".{file.name}{ASIDE}")
+    try:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        try:
+            aside.write_bytes(content)
+            _settled(aside)
+            aside.replace(file)
+        except BaseException:
+            with suppress(OSError):
+                aside.unlink(missing_ok=True)
+            raise
+        _settled(file.parent)
+    except OSError as error:
+        raise StoreError(
+            f"{file} cannot be written ({_reason(error)}); what was written before it is kept. Make room, then "
+            f"{go_on(folder, made)}"
+        ) from error
+    return file
+
+
 def csv_text(table: Any) -> str:
     """Return a pandas table as CSV; numbers with all their digits."""
     return table.to_csv(index=False, float_format="%.17g", lineterminator="\n")
+
+
+def parquet_bytes(table: Any) -> bytes:
+    """Return a pandas table as the bytes of a Parquet file."""
+    sink = io.BytesIO()
+    table.to_parquet(sink, index=False)
+    return sink.getvalue()
+
+
+def _former(path: Path) -> Manifest | None:
+    """Return the manifest of the session before; None where there is none to be trusted."""
+    try:
+        return read_manifest(path)
+    except StoreError:
+        return None
 
 
 def _reason(error: OSError) -> str:

@@ -6,7 +6,6 @@ gives the same results.
 
 import json
 import re
-import shutil
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -15,13 +14,13 @@ from objectives.engine import LANES
 from objectives.memory import model_key
 from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_as
 from plant.errors import StoreError
-from plant.input_files import read_input_text
+from plant.input_files import MOST_TABLE, read_input, read_input_text
+from tuner.store.advice import RECORD, again
 from tuner.store.folder import Folder
 from tuner.study.paths import with_paths
 from tuner.study.toml_text import toml_text
 
-FILE, FORMAT, VERSION = "run.json", "holdfast-run", 1
-TUNING, CONTEST, INFERENCE, JUDGEMENT = "tuning", "contest", "inference", "judgement"
+FORMAT, VERSION = "holdfast-run", 1
 
 
 @dataclass(frozen=True)
@@ -46,7 +45,10 @@ def freeze(
 ) -> None:  # fmt: skip
     """Write the inputs of a run, table: content of the study with paths from the folder of `source`; run.json comes last."""
     name = f"inputs/{source.stem}.toml"
-    if not (folder.path / name).exists():
+    if folder.keep(name):
+        for copy in sorted((folder.path / "inputs").iterdir()):
+            folder.keep(f"inputs/{copy.name}")
+    else:
         taken = {f"{source.stem}.toml": source}
         folder.write_text(name, toml_text(with_paths(table, lambda path: _copied(folder, source.parent / path, taken))))
     write_record(folder, RunRecord(kind, Path(name), digest, generations, model_key(), engine, arithmetic()))
@@ -55,7 +57,7 @@ def freeze(
 def write_record(folder: Folder, record: RunRecord) -> None:
     """Write run.json."""
     folder.write_json(
-        FILE,
+        RECORD,
         {
             "format": FORMAT,
             "version": VERSION,
@@ -75,7 +77,7 @@ def read_record(path: Path) -> RunRecord:
     if not path.is_dir():
         raise StoreError(f"{path}: there is no such results folder; give a folder that `tuner run` wrote")
     try:
-        content = json.loads(read_input_text(path / FILE))
+        content = json.loads(read_input_text(path / RECORD))
         if content["format"] != FORMAT or content["version"] != VERSION:
             raise ValueError
         generations = content["generations"]
@@ -87,10 +89,10 @@ def read_record(path: Path) -> RunRecord:
         machine = _read_machine(content["machine"]) if "machine" in content else None
     except FileNotFoundError:
         nothing = not (path / "flights").exists()
-        what = "nothing was recorded yet, so remove it and run the study again" if nothing else _instead(path)
-        raise StoreError(f"{path} holds no {FILE}, so it cannot be continued; {what}") from None
+        what = "nothing was recorded yet, so remove it and run the study again" if nothing else again(path)
+        raise StoreError(f"{path} holds no {RECORD}, so it cannot be continued; {what}") from None
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
-        raise StoreError(f"{path / FILE} is damaged; {_instead(path)}") from None
+        raise StoreError(f"{path / RECORD} is damaged; {again(path)}") from None
     kind, study, digest, model, engine = texts
     return RunRecord(kind, Path(study), digest, generations, model, engine, machine)
 
@@ -112,7 +114,7 @@ def check_unchanged(path: Path, record: RunRecord, digest: str) -> None:
     """Refuse to go on with a run whose study or model is no longer what it was."""
     if digest != record.digest:
         raise StoreError(
-            f"{path / record.study} is not what the run began with, or this version reads it in another way; {_instead(path)}"
+            f"{path / record.study} is not what the run began with, or this version reads it in another way; {again(path)}"
         )
     if model_key() != record.model:
         raise StoreError(
@@ -136,20 +138,15 @@ def compute_as_recorded(path: Path, record: RunRecord, instead: str | None = Non
         ) from None
 
 
-def _instead(path: Path) -> str:
-    return f"run the study again with `--reuse {path}`, which takes over the flights that are there"
-
-
 def _copied(folder: Folder, source: Path, taken: dict[str, Path]) -> str:
     """Copy a file that a study names into inputs/ and return its name there; taken: what lies there, by name."""
     name, number = source.name, 1
     while taken.setdefault(name, source) != source:
         number += 1
         name = f"{source.stem}-{number}{source.suffix}"
-    target = folder.path / "inputs" / name
     try:
-        target.parent.mkdir(parents=True, exist_ok=True)
-        shutil.copyfile(source, target)
+        content = read_input(source, MOST_TABLE)
     except OSError as error:
-        raise StoreError(f"{target} cannot be written ({error.strerror})") from error
+        raise StoreError(f"{source} cannot be read ({error.strerror})") from None
+    folder.write_bytes(f"inputs/{name}", content)
     return name

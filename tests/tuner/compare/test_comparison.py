@@ -13,6 +13,7 @@ from plant.airframes import load
 from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
 from tests.tuner.compare.conftest import SEEDS, compared
 from tests.tuner.in_process import tuner
+from tests.tuner.killing import assert_covered
 from tuner.compare.entrants import Entrant
 from tuner.compare.fronts import MOST_POINTS, thinned
 from tuner.compare.shared import COMPARE
@@ -201,6 +202,7 @@ def test_a_long_front_is_thinned_evenly_and_keeps_its_recommended_point(comparis
 
 
 def test_the_folder_holds_numbers_figures_and_a_page(comparison, written):
+    assert_covered(written)
     document = json.loads((written / "comparison.json").read_text())
     assert document == json.loads(json.dumps(comparison[2]))
     for name in ("front", "values", "differences", "08_position"):

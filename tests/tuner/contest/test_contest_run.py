@@ -17,6 +17,8 @@ from plant.errors import StoreError
 from plant.scenarios import CONFIRMATION, HELD_OUT, for_vehicle, sample_scenarios
 from tests.tuner.contest.conftest import run_small
 from tests.tuner.contest.contest_text import CONTEST, NAMES, changed, write
+from tests.tuner.in_process import tuner as command
+from tests.tuner.killing import assert_covered
 from tuner.contest import load_contest
 from tuner.contest.bounds import on_bounds
 from tuner.contest.fronts import volume
@@ -54,7 +56,19 @@ def test_every_file_is_there_and_no_half_file(small_contest):
     assert [name for name in FILES if not (folder / name).stat().st_size] == []
     assert {path.name for path in folder.rglob(".*")} == {".lock"}
     assert (folder / "study.toml").read_text() == CONTEST
+    assert_covered(folder)
     assert sorted(path.name for path in (folder / "contenders").iterdir()) == ["pid", "pid.toml"]
+
+
+def test_damage_in_the_run_of_a_contender_is_told_of_the_contest(small_contest, tmp_path, monkeypatch, capsys):
+    folder = shutil.copytree(small_contest[1], tmp_path / "copy")
+    (folder / "contenders" / "pid" / "front.csv").write_text("point\n")
+    code, _, err = command(monkeypatch, capsys, "show", folder)
+    assert code == 2 and f"contenders/pid/front.csv is not what was written; `tuner resume {folder}`" in err
+    code, out, _ = command(monkeypatch, capsys, "verify", folder)
+    assert code == 1 and out.startswith("Different: ") and "front.csv" in out
+    code, out, _ = command(monkeypatch, capsys, "verify", small_contest[1])
+    assert code == 0 and out.startswith("Intact: all") and "contenders/" in out
 
 
 def test_every_contender_scores_as_if_it_flew_alone(small_contest):

@@ -28,7 +28,9 @@ def results(folder):
     found = {
         file.relative_to(folder).as_posix(): file.read_bytes()
         for file in sorted(folder.rglob("*"))
-        if file.is_file() and file.suffix in (".parquet", ".toml", ".json") and file.name != "environment.json"
+        if file.is_file()
+        and file.suffix in (".parquet", ".toml", ".json")
+        and file.name not in ("environment.json", "manifest.json")
     }
     document = json.loads(found.pop("inference.json"))
     return found, {key: value for key, value in document.items() if key not in TIMES}

@@ -22,6 +22,7 @@ from tests.tuner.inference.asked import (
     write,
 )
 from tests.tuner.inference.conftest import run
+from tests.tuner.killing import assert_covered
 from tuner.contest import is_contest, load_contest
 from tuner.inference import is_inference, load_inference
 from tuner.inference.experiment import CHUNK, Experiment
@@ -150,6 +151,7 @@ def test_settings_are_told_from_the_flights_of_the_search(answered):
 def test_tables_agree_with_the_document(answered):
     findings, folder, document = answered
     assert [name for name in FILES if not (folder / name).stat().st_size] == []
+    assert_covered(folder)
     table: Any = pd.read_parquet(folder / "candidates.parquet")
     assert len(table) == document["settings"]["tried"]
     default, inferred = table.iloc[0], table[table.role == "inferred"].iloc[0]

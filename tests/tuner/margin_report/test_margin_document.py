@@ -13,6 +13,7 @@ from typer.testing import CliRunner
 from objectives.margins.requirement import MARGINS
 from objectives.margins.trim import Trim
 from tests.tuner.conftest import QUICKSTART
+from tests.tuner.killing import assert_covered
 from tuner.cli.fly import controller_of
 from tuner.cli.main import app
 from tuner.cli.margins import marks_of
@@ -162,7 +163,7 @@ def test_what_cannot_be_judged_is_refused(arguments, words):
 
 def test_a_folder_with_anything_in_it_is_not_touched(tmp_path):
     (tmp_path / "mine.txt").write_text("mine")
-    assert "was not touched" in str(asked("--law", "pid", "--out", tmp_path).exception)
+    assert "nothing in it was touched" in str(asked("--law", "pid", "--out", tmp_path).exception)
     assert [entry.name for entry in tmp_path.iterdir()] == ["mine.txt"]
 
 
@@ -202,6 +203,7 @@ def test_out_holds_the_document_with_extents_that_are_printed_too(tmp_path, monk
     ends = [Extent("mass", "stability", 0.5, None), Extent("mass", "limits", 1.0, 1.0)]
     monkeypatch.setattr(figures, "write_margin_figures", lambda *_: ends)
     done = asked("--law", "pid", "--out", tmp_path / "new")
+    assert_covered(tmp_path / "new")
     written = json.loads((tmp_path / "new" / "margins.json").read_text())
     assert done.exit_code == 0
     assert written["mismatch"] == [

@@ -182,7 +182,7 @@ def test_figures_of_loops_that_are_not_stable_can_be_drawn(tmp_path, monkeypatch
     monkeypatch.setattr(figures, "mismatch_map", lambda *_: None)
     monkeypatch.setattr(figures, "extents", lambda *_: [])
     monkeypatch.setattr(figures, "mismatch_figure", lambda *_: None)
-    monkeypatch.setattr(figures, "save", lambda figure, stem: drawn.append((stem.name, figure)))
+    monkeypatch.setattr(figures, "save", lambda figure, folder, name: drawn.append((name, figure)))
     found = subject_of(controller_of(None, "supertwisting", "ladrc", None), Trim())
     figures.write_margin_figures(found, tmp_path)
     kept = dict(drawn)

@@ -7,6 +7,7 @@ import pandas as pd
 import pytest
 
 from tests.tuner.in_process import tuner
+from tests.tuner.killing import assert_covered
 from tests.tuner.study.study_text import STUDY, changed, with_gains, write
 from tuner.conclusion import fleets
 from tuner.sensitivity.document import sensitivity_document
@@ -96,6 +97,7 @@ def test_command_writes_tables_that_agree(path, analysed, tmp_path, monkeypatch,
     shares = pd.read_csv(folder / "variance.csv")
     assert shares["components:gains"].tolist() == [row["components_percent"]["gains"] for row in document["variance"]]
     assert (folder / "figures" / "sensitivity.png").read_bytes().startswith(b"\x89PNG")
+    assert_covered(folder)
     code, _, err = tuner(monkeypatch, capsys, *arguments, "--out", folder)
     assert code == 2 and "exists already" in err
 

@@ -45,6 +45,10 @@ def test_what_was_left_half_written_is_cleared_and_nothing_else(tmp_path):
 
 
 def test_an_existing_folder_is_never_begun_again(tmp_path):
+    with pytest.raises(StoreError, match="--out") as told:
+        Folder.create(tmp_path)
+    assert "resume" not in str(told.value)
+    (tmp_path / "run.json").write_text('{"kind": "tuning"}')
     with pytest.raises(StoreError, match="tuner resume"):
         Folder.create(tmp_path)
 
@@ -57,6 +61,7 @@ def test_there_must_be_a_folder_to_open(tmp_path):
 def test_where_a_file_cannot_be_written_the_error_says_so_and_the_old_content_stays(tmp_path):
     folder = Folder.create(tmp_path / "r")
     folder.write_text("a.txt", "first")
+    folder.write_json("run.json", {"kind": "tuning"})
     before = resource.getrlimit(resource.RLIMIT_FSIZE)
     # A file larger than the limit fails in the middle of its writing, as one does on a full disk.
     resource.setrlimit(resource.RLIMIT_FSIZE, (4096, before[1]))

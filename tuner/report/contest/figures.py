@@ -6,7 +6,6 @@ from pathlib import Path
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from plant.errors import StoreError
 from tuner.report.contest import time_figures
 from tuner.report.contest.contest import Contest
 from tuner.report.contest.differences_figure import differences_figure
@@ -32,12 +31,9 @@ FIGURES: dict[str, Callable[[Contest], Figure | None]] = {
 
 def write_all(folder: Path) -> list[Path]:
     """Write every figure that the folder has data for and return the files; StoreError where that cannot be done."""
-    contest, target = load_contest(folder), folder / "figures"
-    try:
-        target.mkdir(exist_ok=True)
-    except OSError as error:
-        raise StoreError(f"{target} cannot be made ({error.strerror})") from error
+    contest = load_contest(folder)
     # Names are text, even those with dollar signs.
     with style(), rc_context({"text.parse_math": False}):
         drawn = {name: draw(contest) for name, draw in FIGURES.items()}
-        return [file for name, figure in drawn.items() if figure is not None for file in save(figure, target / name)]
+        shown = {name: figure for name, figure in drawn.items() if figure is not None}
+        return [file for name, figure in shown.items() for file in save(figure, folder, f"figures/{name}")]

@@ -10,7 +10,7 @@ from tuner.report.contest.provenance import environment_facts
 from tuner.report.files import Node, read_text
 from tuner.report.markup import Markup, described, element, join, safe
 from tuner.report.numbers import count, duration, per_cent, significant
-from tuner.report.page import asset, page_section, write_aside
+from tuner.report.page import asset, page_section, put_page
 from tuner.report.prose import counted, listing
 
 AIDS = {
@@ -29,7 +29,7 @@ def write_inference_page(folder: Path) -> Path:
     inference = load_inference(folder / "inference.json")
     environment = Node.read(folder / "environment.json").value
     study = read_text(folder / "study.toml")
-    return write_aside(folder / "report.html", page(inference, environment, study))
+    return put_page(folder, page(inference, environment, study))
 
 
 def inference_parts(inference: Inference) -> list[tuple[str, str, Markup]]:

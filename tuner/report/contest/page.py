@@ -22,7 +22,7 @@ from tuner.report.contest.response_charts import add_responses
 from tuner.report.contest.values_section import values_table
 from tuner.report.contest.volumes_section import volumes_table
 from tuner.report.markup import Markup, described, element, join, safe
-from tuner.report.page import asset, embedded, grid, page_section, warnings_aside, write_aside
+from tuner.report.page import asset, embedded, grid, page_section, put_page, warnings_aside
 
 AIDS = {
     "contenders": "Operations are those of the laws in one control step, counted and not timed.",
@@ -50,7 +50,7 @@ AIDS = {
 
 def write_contest_page(folder: Path) -> Path:
     """Write report.html into a contest folder; StoreError where a file is missing, damaged or cannot be written."""
-    return write_aside(folder / "report.html", page(load_contest(folder)))
+    return put_page(folder, page(load_contest(folder)))
 
 
 def page(contest: Contest) -> str:
