@@ -92,7 +92,7 @@ def verify(
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
-    """Fly a recorded run again and say whether every bit is the same; exit code 1 at a difference, which is named.
+    """Fly a recorded run again and say whether every bit is the same and every file what was written; exit code 1 if not.
 
     Example: tuner verify results/quickstart --sample 20
     """

@@ -13,6 +13,7 @@ from tuner.cli.display import digits, estimate
 from tuner.cli.terminal import Console
 from tuner.report.files import Node
 from tuner.show.unfinished import unfinished_story
+from tuner.store.advice import RECORD
 from tuner.store.manifest import NONE_YET, read_manifest, refuse_damage, unfinished
 
 if TYPE_CHECKING:
@@ -50,6 +51,7 @@ def show_command(folder: Path, as_json: bool) -> None:
                 tell_unguarded(folder, console)
             return
     if not (folder / "summary.json").exists():
+        refuse_other(folder)
         tell_story(unfinished_story(folder), None, as_json, console)
         return
     from tuner.show.tuning import tuning_story
@@ -57,6 +59,16 @@ def show_command(folder: Path, as_json: bool) -> None:
     tell_story(*tuning_story(folder), as_json, console)
     if not as_json:
         tell_unguarded(folder, console)
+
+
+def refuse_other(folder: Path) -> None:
+    """Refuse a complete folder that is none of a run: its numbers stand in one document and need no story."""
+    manifest = read_manifest(folder)
+    if manifest is not None and manifest.complete and RECORD not in manifest.files:
+        documents = [str(folder / name) for name in manifest.files if name.endswith(".json") and "/" not in name]
+        raise StoreError(
+            f"{folder} is complete, but not the folder of a run; what was found is in {', '.join(documents)}"
+        )
 
 
 def tell_story(story: Row, results: "Results | None", as_json: bool, console: Console) -> None:

@@ -9,6 +9,7 @@ import os
 import subprocess
 import sys
 from contextlib import suppress
+from io import BytesIO
 from pathlib import Path
 from threading import Thread
 from typing import IO
@@ -32,32 +33,32 @@ class Drawing:
             [sys.executable, "-c", code, str(folder.resolve())], stdin=subprocess.PIPE, stdout=subprocess.PIPE,
             stderr=subprocess.PIPE, cwd=Path(__file__).parents[2], start_new_session=True,
         )  # fmt: skip
+        assert self._process.stdin is not None
+        # Taken away from `communicate`, which would close it before it reads.
+        self._orders, self._process.stdin = self._process.stdin, None
 
     def begin(self) -> None:
         """Draw: everything that the figures show is in the folder."""
-        assert self._process.stdin is not None
         # Where the process has ended already, `wait` says why.
         with suppress(BrokenPipeError):
-            self._process.stdin.write(BEGIN)
-            self._process.stdin.flush()
+            self._orders.write(BEGIN)
+            self._orders.flush()
 
     def stop(self) -> None:
         """Give up, whatever was begun."""
         self._process.kill()
-        self._process.wait()
-        for pipe in (self._process.stdin, self._process.stdout, self._process.stderr):
-            assert pipe is not None
-            with suppress(BrokenPipeError):
-                pipe.close()
+        with suppress(BrokenPipeError):
+            self._orders.close()
+        # Its end closes the other pipes and waits.
+        with self._process:
+            pass
 
     def wait(self) -> None:
         """Wait for the figures and write them; StoreError says why they are not there."""
         self.begin()
-        assert self._process.stdout is not None and self._process.stderr is not None
-        files = received(self._process.stdout)
-        said = self._process.stderr.read().decode(errors="replace").strip()
-        self._process.wait()
+        out, errors = self._process.communicate()
         self.stop()
+        files, said = received(BytesIO(out)), errors.decode(errors="replace").strip()
         if self._process.returncode or files is None:
             raise StoreError(said.splitlines()[-1].removeprefix("Error: ") if said else "no figures drawn")
         for name, content in files.items():

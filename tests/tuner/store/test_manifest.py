@@ -160,10 +160,12 @@ def test_a_judgement_is_covered(small_run, tmp_path, monkeypatch, capsys):
     assert code == 1 and f"`tuner report {folder}` writes it again" in out
 
 
-def test_other_folders_say_what_mends_them(tmp_path):
+def test_other_folders_say_what_mends_them(tmp_path, monkeypatch, capsys):
     with Folder.create(tmp_path / "s", inside="figures") as folder:
         folder.write_json("sensitivity.json", {"a": 1})
         folder.seal()
+    code, _, err = tuner(monkeypatch, capsys, "show", tmp_path / "s")
+    assert code == 2 and "not the folder of a run" in err and "sensitivity.json" in err
     edited_file = tmp_path / "s" / "sensitivity.json"
     edited_file.write_text("{}")
     assert str(first_damage(tmp_path / "s")).endswith("give the command again with another --out")
