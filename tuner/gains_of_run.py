@@ -32,7 +32,7 @@ def gains_document(outcome: "Outcome", tuned: str, table: list[Row]) -> Row:
     timing = study.system.timing
     row = tuple(float(gain) for gain in outcome.gains(outcome.tuned))
     controller = Controller(
-        study.airframe, study.system.cascade, study.options, timing.control_period, timing.plant_step, row
+        study.airframe, study.system.cascade, study.options, timing.control_period, timing.plant_step, row, study.vehicle
     )
     provenance = {
         "study": {

@@ -75,7 +75,9 @@ def controller_for(study: Study, gains: np.ndarray) -> Controller:
     system = study.system
     timing = system.timing
     row = tuple(float(gain) for gain in gains)
-    return Controller(study.airframe, system.cascade, study.options, timing.control_period, timing.plant_step, row)
+    return Controller(
+        study.airframe, system.cascade, study.options, timing.control_period, timing.plant_step, row, study.vehicle
+    )
 
 
 def differing(study: Study, row: np.ndarray) -> list[str]:

@@ -9,7 +9,7 @@ import typer
 
 from tuner.cli.errors import USER_ERROR
 from tuner.gains_file.examining import Examined, examine
-from tuner.gains_file.sections import VERSION
+from tuner.gains_file.sections import VERSIONS
 
 
 def validate_command(path: Path, as_json: bool) -> None:
@@ -54,8 +54,8 @@ def sentence(examined: Examined) -> str:
         f"{laws} for airframe {document['airframe']['name']}",
         f"{len(document['gains'])} gains",
     ]
-    if given["version"] != VERSION:
-        words.append(f"no hash and no numbers of the airframe before version {VERSION}")
+    if given["version"] not in VERSIONS:
+        words.append(f"no hash and no numbers of the airframe before version {VERSIONS[0]}")
     else:
         words.append("hash ok" if "sha256" in given else f"no hash given (it would be {examined.digest})")
     return ", ".join(words)

@@ -6,10 +6,11 @@ from dataclasses import replace
 from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.laws.pid import Gains
+from tuner.export.pid_cascade import SAME
 from tuner.gains_file import Controller
 
-# Horizontal gains this close to each other, relatively, are one set.
-SAME = 1e-9
+# Our tilt limit, where a vehicle's lies outside [rad].
+LEAST_TILT, MOST_TILT = 0.05, 1.05
 
 
 def axis_gains(controller: Controller, axis: str) -> Gains:
@@ -73,3 +74,13 @@ def setpoint_weights(weights: Mapping[str, float]) -> str:
 def rate_filters(controller: Controller, axes: tuple[str, ...]) -> str:
     """Return our derivative filters as text: 'roll 5 ms'."""
     return ", ".join(f"{axis} {1000.0 * axis_gains(controller, axis).t_f:.3g} ms" for axis in axes)
+
+
+def held_tilt(tilt: float) -> float:
+    """Return a vehicle's largest tilt as our controller holds it [rad]."""
+    return min(max(tilt, LEAST_TILT), MOST_TILT)
+
+
+def weighted(gains: Gains, factor: float) -> Gains:
+    """Return the gains of a loop on so many times the inertia or mass."""
+    return Gains(factor * gains.kp, factor * gains.ki, factor * gains.kd, gains.t_f)

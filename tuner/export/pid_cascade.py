@@ -5,7 +5,8 @@ Theirs, on the rate, with a outside: P (a (r - y) - y') + I int (a (r - y) - y')
 
     feedback of y:  kp = P a + I,   of its integral:  ki = I a,   of its rate:  kd = P
 
-so a is the larger root of kd a^2 - kp a + ki = 0. The feedback, and with it every margin, is the same; the reference enters
+so a is a root of kd a^2 - kp a + ki = 0, and I/P the other one: the larger, which gives the reference more weight, or for a
+vehicle that flies already the one nearer to its own. The feedback, and with it every margin, is the same; the reference enters
 with P a instead of kp, a setpoint weight of P a / kp (K. J. Astrom, T. Hagglund, Advanced PID Control, ISA 2006, section 3.4).
 """
 
@@ -14,6 +15,9 @@ from math import sqrt
 
 from plant.errors import InputError
 from plant.laws.pid import Gains
+
+# Gains this close to each other, relatively, are one: both ways of the conversion round.
+SAME = 1e-9
 
 
 @dataclass(frozen=True)
@@ -30,22 +34,35 @@ class RateLoop:
         return self.p * self.outer / (self.p * self.outer + self.i)
 
 
-def rate_loop(gains: Gains, axis: str) -> RateLoop:
-    """Return the cascaded form; raises InputError naming the axis where there is none (4 kd ki > kp^2 or kd = 0)."""
+def rate_loop(gains: Gains, axis: str, own: RateLoop | None = None) -> RateLoop:
+    """Return the cascaded form; own: that of the vehicle, which stays where it gives these gains and else chooses the root.
+
+    Raises InputError naming the axis where there is none (4 kd ki > kp^2 or kd = 0).
+    """
+    if own is not None and same_feedback(parallel(own, gains.t_f), gains):
+        return own
     kp, ki, kd = gains.kp, gains.ki, gains.kd
     if kd <= 0.0:
         message = f"given {kd:g} 1/s; a target with a loop on the rate needs kd above 0: tune with kd as a gain"
         raise InputError(message, key=f"{axis}.kd")
-    root = kp * kp - 4.0 * kd * ki
-    if root < 0.0:
+    square = kp * kp - 4.0 * kd * ki
+    if square < -SAME * kp * kp:
         most = kp * kp / (4.0 * kd)
         message = (
             f"given {ki:g} s^-3; an angle loop around a rate loop carries at most kp^2/(4 kd) = {most:g} s^-3 with these "
             f"kp and kd: bound ki in the study's [gains]"
         )
         raise InputError(message, key=f"{axis}.ki")
-    outer = (kp + sqrt(root)) / (2.0 * kd)
-    return RateLoop(outer, kd, ki / outer)
+    twice = kp + sqrt(max(square, 0.0))
+    larger, smaller = twice / (2.0 * kd), 2.0 * ki / twice
+    if own is not None and abs(own.outer - smaller) < abs(own.outer - larger):
+        return RateLoop(smaller, kd, kd * larger)
+    return RateLoop(larger, kd, kd * smaller)
+
+
+def same_feedback(one: Gains, other: Gains) -> bool:
+    """Return whether two sets of gains are one but for rounding; the filter does not count."""
+    return all(abs(a - b) <= SAME * max(abs(a), abs(b)) for a, b in zip(one[:3], other[:3], strict=True))
 
 
 def parallel(loop: RateLoop, t_f: float) -> Gains:

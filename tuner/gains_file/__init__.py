@@ -1,13 +1,22 @@
 """gains.json: a tuned controller that explains itself, with every number's unit, its airframe and where it came from.
 
-Version 1.0 of the format "holdfast-gains"; `tuner schema gains` prints its JSON Schema. A minor version adds keys, a major one
+Version 1.1 of the format "holdfast-gains"; `tuner schema gains` prints its JSON Schema. A minor version adds keys, a major one
 breaks readers. Units are UCUM codes, hashes are taken over the canonical form of RFC 8785.
 """
 
-from tuner.gains_file.controller import Controller
+from tuner.gains_file.controller import Controller, VehicleRecord
 from tuner.gains_file.document import to_document
 from tuner.gains_file.hashing import content_hash
 from tuner.gains_file.reading import content_sha256, read_gains
 from tuner.gains_file.sections import FORMAT, VERSION
 
-__all__ = ["FORMAT", "VERSION", "Controller", "content_hash", "content_sha256", "read_gains", "to_document"]
+__all__ = [
+    "FORMAT",
+    "VERSION",
+    "Controller",
+    "VehicleRecord",
+    "content_hash",
+    "content_sha256",
+    "read_gains",
+    "to_document",
+]

@@ -6,7 +6,7 @@ from importlib.metadata import PackageNotFoundError, version
 
 from plant.gains import gain_addresses
 from tuner.gains_file.airframe_block import airframe_block
-from tuner.gains_file.controller import Controller
+from tuner.gains_file.controller import Controller, VehicleRecord
 from tuner.gains_file.hashing import content_hash
 from tuner.gains_file.sampling import SAMPLING
 from tuner.gains_file.sections import CONVENTIONS, FORMAT, MOST_EXACT, STRUCTURE, VERSION
@@ -32,6 +32,7 @@ def to_document(controller: Controller, provenance: Row, ranges: Ranges = NO_RAN
         "airframe": airframe_block(controller.airframe),
         "controller": controller_block(controller),
         "gains": gains_block(controller, ranges),
+        **({} if controller.vehicle is None else {"vehicle": vehicle_block(controller.vehicle)}),
         **provenance,
     }
     return {**document, "sha256": content_hash(document)}
@@ -51,6 +52,16 @@ def controller_block(controller: Controller) -> Row:
         **options,
         "structure": STRUCTURE,
         "discretisation": {loop: SAMPLING.get(name, f"as the law '{name}' does it") for loop, name in laws.items()},
+    }
+
+
+def vehicle_block(vehicle: VehicleRecord) -> Row:
+    """Return what is recorded of the vehicle that gains were imported from."""
+    return {
+        **asdict(vehicle),
+        "settings": [{"name": name, "value": value} for name, value in vehicle.settings.items()],
+        "parameters": [{"name": name, "value": value} for name, value in vehicle.parameters.items()],
+        "kept": list(vehicle.kept),
     }
 
 

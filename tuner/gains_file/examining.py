@@ -16,6 +16,8 @@ from tuner.gains_file.hashing import content_hash
 from tuner.gains_file.parsing import check_identity, parsed
 from tuner.gains_file.problems import not_finite, schema_problems, text_problems
 from tuner.gains_file.sections import VERSION
+from tuner.gains_file.problems import not_finite, schema_problems
+from tuner.gains_file.sections import VERSIONS
 from tuner.gains_file.shapes import Row
 from tuner.gains_file.version_0 import brought_up
 from tuner.study.gains import check_value
@@ -45,7 +47,7 @@ def examine(path: Path, airframe: Airframe | None = None) -> Examined:
     check_identity(given, path)
     if wrong := [*not_finite(given), *text_problems(given)]:
         return Examined(path, given, given, [moved(error, path, error.key or "") for error in wrong])
-    current = given["version"] == VERSION
+    current = given["version"] in VERSIONS
     document = given if current else _brought_up(given, path, airframe)
     wrong = schema_problems(document) or list(_semantic_problems(document, airframe, path))
     if current:

@@ -8,7 +8,7 @@ from typing import Any
 from plant.errors import InputError
 from plant.input_files import read_input_text
 from plant.texts import json_table
-from tuner.gains_file.sections import FORMAT, VERSION
+from tuner.gains_file.sections import FORMAT, VERSION, VERSIONS
 from tuner.gains_file.shapes import Row
 from tuner.study.messages import shown
 
@@ -53,9 +53,9 @@ def check_identity(document: Row, path: Path) -> None:
         message = f"{given}; this must be '{FORMAT}': {WANTED}"
         raise InputError(message, file=path, key="format")
     version = document.get("version")
-    if version in (FIRST_VERSION, VERSION):
+    if version in (FIRST_VERSION, *VERSIONS):
         return
-    readable = f"this holdfast reads {FIRST_VERSION} and {VERSION}"
+    readable = f"this holdfast reads {FIRST_VERSION}, {' and '.join(VERSIONS)}"
     if "version" not in document:
         raise InputError(f'this key is missing; {readable}: write "version": "{VERSION}"', file=path, key="version")
     if isinstance(version, str) and fullmatch(r"1\.[0-9]+", version):

@@ -6,8 +6,9 @@ from pathlib import Path
 from plant.airframes import Airframe, load, names
 from plant.gains import gain_addresses
 from tuner.gains_file.airframe_block import airframe_of, numbers_block
-from tuner.gains_file.controller import Controller
+from tuner.gains_file.controller import Controller, VehicleRecord
 from tuner.gains_file.examining import Examined, cascade_of, examine, options_of
+from tuner.gains_file.shapes import Row
 from tuner.study.locating import located
 
 # Notes that were given already: a command may read a file twice.
@@ -45,7 +46,14 @@ def controller_of(read: Examined, airframe: Airframe | None = None) -> Controlle
     period, step = (float(structure[key]["value"]) for key in ("control_period", "plant_step"))
     gains = read.document["gains"]
     row = tuple(float(gains[gain.address]["value"]) for gain in gain_addresses(cascade))
-    return Controller(own, cascade, options_of(structure), period, step, row)
+    return Controller(own, cascade, options_of(structure), period, step, row, _vehicle(read.document.get("vehicle")))
+
+
+def _vehicle(block: Row | None) -> VehicleRecord | None:
+    if block is None:
+        return None
+    settings, parameters = ({row["name"]: row["value"] for row in block[key]} for key in ("settings", "parameters"))
+    return VehicleRecord(**{**block, "settings": settings, "parameters": parameters, "kept": tuple(block["kept"])})
 
 
 def _airframe(read: Examined) -> Airframe:

@@ -18,7 +18,7 @@ from tuner.gains_file.airframe_block import airframe_schema
 from tuner.gains_file.sections import (
     CONVENTIONS,
     FORMAT,
-    VERSION,
+    VERSIONS,
     controller_schema,
     cost_schema,
     design_schema,
@@ -26,14 +26,15 @@ from tuner.gains_file.sections import (
     margins_schema,
     objectives_schema,
     study_schema,
+    vehicle_schema,
 )
 from tuner.gains_file.shapes import DIGEST, Row, closed, listed, texts
 from tuner.gains_file.ucum import ucum
 
-ID = "urn:holdfast:gains:1.0"
+ID = "urn:holdfast:gains:1.1"
 LOOPS = {"position": POSITION_AXES, "attitude": ATTITUDE_AXES}
 # Keys that a document may lack.
-OPTIONAL = ("study", "objectives", "design", "margins", "cost", "exports", "sha256")
+OPTIONAL = ("vehicle", "study", "objectives", "design", "margins", "cost", "exports", "sha256")
 
 
 @cache
@@ -42,12 +43,13 @@ def gains_schema() -> Row:
     top = closed(
         {
             "format": {"const": FORMAT},
-            "version": {"const": VERSION},
+            "version": {"enum": list(VERSIONS)},
             "generator": closed(texts("name", "version")),
             "conventions": closed({key: {"const": value} for key, value in CONVENTIONS.items()}),
             "airframe": airframe_schema(),
             "controller": controller_schema(list(LAWS)),
             "gains": {"type": "object"},
+            "vehicle": vehicle_schema(),
             "study": study_schema(),
             "objectives": listed(objectives_schema()),
             "design": listed(design_schema()),

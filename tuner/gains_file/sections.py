@@ -1,5 +1,6 @@
 """The parts of gains.json beside airframe and gains: what they are called, and their JSON Schema.
 
+vehicle     parameter file that gains were imported from: what it says of the loops, and what of that our loops cannot carry
 study       name, title, seed, digest, point: where the gains come from
 objectives  what held-out flights say, row by row, all values of a row in its unit; interval: of low and high
 design      of `tuner design`: which axes were designed, and why not
@@ -14,7 +15,9 @@ from tuner.gains_file.shapes import DIGEST, Row, closed, listed, measured, texts
 from tuner.gains_file.ucum import UCUM
 from tuner.study.timing import LONGEST, SHORTEST
 
-FORMAT, VERSION = "holdfast-gains", "1.0"
+FORMAT, VERSION = "holdfast-gains", "1.1"
+# 1.1 adds "vehicle".
+VERSIONS = ("1.0", VERSION)
 CONVENTIONS = {
     "world_frame": "ENU",
     "body_frame": "FLU",
@@ -69,6 +72,20 @@ def controller_schema(laws: list[str]) -> Row:
             "discretisation": closed(texts("position", "attitude")),
         },
         optional=["yaw_torque_cutoff"],
+    )
+
+
+def vehicle_schema() -> Row:
+    """Return the schema of "vehicle"."""
+    name = {"type": "string", "pattern": "^[A-Za-z][A-Za-z0-9_]{0,31}(?!\n)$"}
+    return closed(
+        {
+            **texts("target", "target_version", "file"),
+            "sha256": DIGEST,
+            "settings": listed(closed(texts("name", "value"))),
+            "parameters": listed(closed({"name": name, "value": {"type": "number"}})),
+            "kept": listed(name),
+        }
     )
 
 

@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from math import cos, inf, isfinite, radians
 from pathlib import Path
-from typing import Any, TypeVar
+from typing import TYPE_CHECKING, Any, TypeVar
 
 import numpy as np
 
@@ -50,6 +50,9 @@ from tuner.study.study import SearchSpec, Study, StudyScenario
 from tuner.study.timing import check_multiple, check_plant_step, timing_of
 from tuner.study.trim import check_trim
 
+if TYPE_CHECKING:
+    from tuner.gains_file import Controller
+
 T = TypeVar("T")
 SMALLEST_POPULATION = 8
 # Longest flight [control periods], an hour at 250 Hz: beyond it a digit slipped, and the run would fill the memory or not end.
@@ -80,13 +83,14 @@ def _build(path: Path, table: StudyTable) -> Study:
             check_plant_step(timing, airframe)
             cascade = _cascade(table.controller)
             options = _options(table.controller)
-            default = _default_gains(table.controller, cascade, path)
+            default = _default(table.controller, cascade, path)
         with located(path, "limits"):
             limits = _limits(table.limits)
         knowledge = nominal(airframe.vehicle, options, timing.control_period)
         system = System(airframe.vehicle, cascade, knowledge, limits, timing)
         with located(path, "gains"):
-            space = decision_space(table.gains, cascade, timing.control_period, default)
+            row = None if default is None else default.gains
+            space = decision_space(table.gains, cascade, timing.control_period, row)
         scenarios = tuple(_listed("scenario", path, table.scenario, lambda entry: _scenario(entry, timing, path)))
         _unique("scenario", [entry.spec.name for entry in scenarios], ".name")
         objectives = tuple(
@@ -119,7 +123,7 @@ def _build(path: Path, table: StudyTable) -> Study:
             rule = _pick(table.pick, objectives)
     return Study(
         path, table.title, table.description, table.seed, airframe, options, system, space, scenarios, objectives,
-        constraints, screens, search, rule, table,
+        constraints, screens, search, rule, table, None if default is None else default.vehicle,
     )  # fmt: skip
 
 
@@ -169,8 +173,8 @@ def _options(table: ControllerTable) -> ControlOptions:
     return ControlOptions(*rates, table.lag_aware, table.delay, tilt, table.yaw_torque_cutoff)
 
 
-def _default_gains(table: ControllerTable, cascade: Cascade, path: Path) -> tuple[float, ...] | None:
-    """Return the gains row of the file that controller.default names; its laws must be those of the study."""
+def _default(table: ControllerTable, cascade: Cascade, path: Path) -> "Controller | None":
+    """Return the controller of the file that controller.default names; its laws must be those of the study."""
     if table.default is None:
         return None
     from tuner.gains_file import read_gains
@@ -187,7 +191,7 @@ def _default_gains(table: ControllerTable, cascade: Cascade, path: Path) -> tupl
                 f'{loop} = "{its}"',
                 key="default",
             )
-    return given.gains
+    return given
 
 
 def _limits(table: LimitsTable) -> Limits:

@@ -4,7 +4,7 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
@@ -17,6 +17,9 @@ from plant.nominal import ControlOptions
 from plant.references import ReferenceSpec
 from plant.scenarios import ScenarioSpec
 from tuner.study.schema import StudyTable
+
+if TYPE_CHECKING:
+    from tuner.gains_file import VehicleRecord
 
 
 @dataclass(frozen=True)
@@ -41,7 +44,10 @@ class SearchSpec:
 
 @dataclass(frozen=True)
 class Study:
-    """What is asked: vehicle and controller, what may change, what is flown and wanted, how to look and to pick."""
+    """What is asked: vehicle and controller, what may change, what is flown and wanted, how to look and to pick.
+
+    vehicle: record of the vehicle that the default gains were imported from.
+    """
 
     path: Path
     title: str
@@ -58,6 +64,7 @@ class Study:
     search: SearchSpec
     pick: str
     table: StudyTable
+    vehicle: "VehicleRecord | None" = None
 
     @property
     def default_row(self) -> np.ndarray:

@@ -11,6 +11,12 @@ from plant.nominal import ControlOptions
 from tuner.gains_file import Controller, content_hash, to_document
 
 SECTIONS = {
+    "vehicle": {
+        "target": "px4", "target_version": "PX4 1.16", "file": "quad.params", "sha256": 64 * "b",
+        "settings": [{"name": "thrust_curve", "value": "1"}],
+        "parameters": [{"name": "MC_ROLL_P", "value": 6.5}, {"name": "MC_ROLLRATE_D", "value": 0.003}],
+        "kept": ["MC_ROLLRATE_D"],
+    },
     "study": {"name": "a.toml", "title": "A", "seed": 7, "digest": "6e88f077f95289f1bd3efec4", "point": "p0001"},
     "objectives": [
         {

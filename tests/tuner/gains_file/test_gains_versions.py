@@ -6,8 +6,8 @@ import pytest
 
 from plant.airframes import load
 from plant.errors import InputError, UnknownNameError
-from tests.tuner.gains_file.making import airframe, document, written
-from tuner.gains_file import content_hash, content_sha256, read_gains
+from tests.tuner.gains_file.making import airframe, document, whole_document, written
+from tuner.gains_file import content_hash, content_sha256, read_gains, to_document
 from tuner.gains_file.examining import examine
 
 # A file that version 0.1 wrote, without most of its objectives.
@@ -129,11 +129,25 @@ def test_an_airframe_of_version_0_1_beside_the_gains_is_found(tmp_path):
     assert read_gains(file, "iris").airframe.name == "iris"
 
 
-@pytest.mark.parametrize("version", ["1.1", "1.12"])
+def test_a_file_of_version_1_0_is_read(tmp_path):
+    made = document() | {"version": "1.0"}
+    del made["sha256"]
+    assert read_gains(written(tmp_path, made)).gains == read_gains(written(tmp_path, document(), "now.json")).gains
+
+
+def test_the_vehicle_that_gains_were_imported_from_is_read_and_written_again(tmp_path):
+    whole = written(tmp_path, whole_document())
+    read = read_gains(whole)
+    assert read.vehicle is not None and read.vehicle.parameters == {"MC_ROLL_P": 6.5, "MC_ROLLRATE_D": 0.003}
+    assert to_document(read, {})["vehicle"] == whole_document()["vehicle"]
+    assert read_gains(written(tmp_path, document(), "other.json")).vehicle is None
+
+
+@pytest.mark.parametrize("version", ["1.2", "1.12"])
 def test_a_later_minor_version_says_who_wrote_it_and_what_to_do(tmp_path, version):
     made = document() | NEWER | {"version": version}
     with pytest.raises(
-        InputError, match=rf"version {version} of the format by holdfast 3\.2\.1.*reads 0\.1 and 1\.0: update"
+        InputError, match=rf"version {version} of the format by holdfast 3\.2\.1.*reads 0\.1, 1\.0 and 1\.1: update"
     ) as caught:
         read_gains(written(tmp_path, made))
     assert caught.value.key == "version"
@@ -141,12 +155,12 @@ def test_a_later_minor_version_says_who_wrote_it_and_what_to_do(tmp_path, versio
 
 @pytest.mark.parametrize("version", ["2.0", "0.2", "1", "1.0.0", 1.0, None, ["1.0"], "1.x", "٠.١"])
 def test_an_unknown_version_is_refused(tmp_path, version):
-    with pytest.raises(InputError, match="unknown version .*reads 0.1 and 1.0"):
+    with pytest.raises(InputError, match="unknown version .*reads 0.1, 1.0 and 1.1"):
         read_gains(written(tmp_path, document() | {"version": version}))
 
 
 def test_a_missing_version_is_refused(tmp_path):
     made = document()
     del made["version"]
-    with pytest.raises(InputError, match='write "version": "1.0"'):
+    with pytest.raises(InputError, match='write "version": "1.1"'):
         examine(written(tmp_path, made))
