@@ -32,7 +32,13 @@ def gains_document(outcome: "Outcome", tuned: str, table: list[Row]) -> Row:
     timing = study.system.timing
     row = tuple(float(gain) for gain in outcome.gains(outcome.tuned))
     controller = Controller(
-        study.airframe, study.system.cascade, study.options, timing.control_period, timing.plant_step, row, study.vehicle
+        study.airframe,
+        study.system.cascade,
+        study.options,
+        timing.control_period,
+        timing.plant_step,
+        row,
+        study.vehicle,
     )
     provenance = {
         "study": {

@@ -45,7 +45,8 @@ class Parameter:
     """One number as the target holds it.
 
     name, unit: the target's. asked: before rounding; held: after rounding to the target's resolution. low, high: the range
-    that the target's documentation allows. usual: the target's default. All in the target's unit.
+    that the target's documentation allows. usual: the target's default. before: what is on the vehicle, None if nobody said.
+    All in the target's unit. kept: our loops have no such thing, so the vehicle's own value stays.
     """
 
     name: str
@@ -55,6 +56,8 @@ class Parameter:
     low: float
     high: float
     usual: float | None = None
+    before: float | None = None
+    kept: bool = False
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """What a target documents of its parameters, and the numbers of an export held against it."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from dataclasses import dataclass
 from math import isfinite
 
@@ -9,6 +9,7 @@ from tuner.export.exporter import Parameter
 from tuner.export.parameter_text import MOST, single
 
 Rounding = Callable[[float], float]
+NOTHING: Mapping[str, float] = {}
 
 
 @dataclass(frozen=True)
@@ -29,15 +30,21 @@ def unbounded(name: str, unit: str, low: float, usual: float, source: str) -> En
 
 
 def parameters(
-    table: Mapping[str, Entry], values: Mapping[str, float], rounding: Rounding, target: str
+    table: Mapping[str, Entry],
+    values: Mapping[str, float],
+    rounding: Rounding,
+    target: str,
+    before: Mapping[str, float] = NOTHING,
+    kept: Collection[str] = (),
 ) -> tuple[Parameter, ...]:
-    """Return every value with its entry, rounded; target: name and version, for the messages.
+    """Return every value with its entry, rounded; target: name and version, for the messages; before: what is on the vehicle;
+    kept: names that stay as they are there.
 
     Raises InputError naming the parameter where a value is not finite or leaves the documented range: nothing on the vehicle
-    would say so, for no autopilot checks ranges when a file is loaded.
+    would say so, for no autopilot checks ranges when a file is loaded. What the vehicle has already is no concern of ours.
     """
-    found = [_parameter(table[name], value, rounding) for name, value in values.items()]
-    outside = [parameter for parameter in found if not parameter.low <= parameter.held <= parameter.high]
+    found = [_parameter(table[name], value, rounding, before.get(name), name in kept) for name, value in values.items()]
+    outside = [parameter for parameter in found if not fits(parameter)]
     if outside:
         further = [f"{parameter.name} {_outside(table[parameter.name], parameter.asked)}" for parameter in outside[1:]]
         raise InputError(
@@ -48,9 +55,15 @@ def parameters(
     return tuple(found)
 
 
-def _parameter(entry: Entry, asked: float, rounding: Rounding) -> Parameter:
+def fits(parameter: Parameter) -> bool:
+    """Return whether a value lies in its documented range, or is on the vehicle already."""
+    return parameter.low <= parameter.held <= parameter.high or parameter.held == parameter.before
+
+
+def _parameter(entry: Entry, asked: float, rounding: Rounding, before: float | None, kept: bool) -> Parameter:
     held = rounding(asked) if isfinite(asked) else asked
-    return Parameter(entry.name, entry.unit, asked, held, single(entry.low), single(entry.high), entry.usual)
+    low, high = single(entry.low), single(entry.high)
+    return Parameter(entry.name, entry.unit, asked, held, low, high, entry.usual, before, kept)
 
 
 def _outside(entry: Entry, asked: float) -> str:

@@ -6,6 +6,7 @@ int(x)`), so 5e-05 is written 0.00005 and 1 is written 1.0.
 """
 
 import re
+from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 
@@ -15,6 +16,9 @@ from plant.errors import InputError, one_line, shortened
 from plant.input_files import read_input_text
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
+# Comments that tell where a file is from: "# Version: 1.16.0" and "# ArduCopter V3.4.6 (e707341b)".
+STATED = re.compile(r"#\s*(Stack|Version):\s*(\S.*?)\s*$")
+BANNER = re.compile(r"#.*\b(?:ArduCopter|APM:Copter|Copter)[ -]V?(\d+\.\d+[\w.-]*)")
 # Largest finite float32: where a target documents no upper limit, this is its limit.
 MOST = float(np.finfo(np.float32).max)
 
@@ -49,6 +53,33 @@ def read_lines(file: Path, what: str) -> list[str]:
         raise InputError(message, file=file) from None
     except OSError as error:
         raise InputError(f"cannot be read ({error.strerror}); give {what}", file=file) from None
+
+
+@dataclass(frozen=True)
+class Stated:
+    """What the comments of a parameter file say of the autopilot that it is from: its stack and version, None where silent."""
+
+    stack: str | None = None
+    version: str | None = None
+
+
+def stated(file: Path, what: str) -> Stated:
+    """Return what the comments of a file say: those of QGroundControl, or a banner of the firmware."""
+    found = Stated()
+    for line in read_lines(file, what):
+        if match := STATED.match(line):
+            found = replace(found, **{match[1].lower(): match[2]})
+        elif (match := BANNER.match(line)) and found.version is None:
+            found = Stated("ArduPilot", match[1])
+    return found
+
+
+def check_stack(file: Path, what: str, stack: str) -> None:
+    """Refuse a file that says to be of another autopilot; raises InputError naming it."""
+    said = stated(file, what).stack
+    if said is not None and not said.lower().startswith(stack.lower()):
+        message = f"is a file of {shortened(said)}, not of {stack}; give {what}"
+        raise InputError(message, file=file, key="# Stack")
 
 
 def enter(values: dict[str, float], name: str, value: float, file: Path) -> None:

@@ -11,6 +11,14 @@ MPC_XY_VEL_D_ACC is documented from 0.1 on; 0 stands here, for it switches a ter
 from tuner.export.parameter_table import Entry, unbounded
 
 TORQUE = "normalised torque"
+# What acts in or around these loops and is never written: an import names it where a file has it.
+AROUND = (
+    "MPC_USE_HTE", "MPC_THR_MIN", "MPC_THR_MAX", "MPC_THR_XY_MARG", "MPC_XY_VEL_MAX", "MPC_Z_VEL_MAX_UP", "MPC_Z_VEL_MAX_DN",
+    "MPC_ACC_HOR", "MPC_ACC_HOR_MAX", "MPC_ACC_UP_MAX", "MPC_ACC_DOWN_MAX", "MPC_JERK_AUTO", "MPC_JERK_MAX", "MPC_VEL_LP",
+    "MPC_VEL_NF_FRQ", "MPC_VEL_NF_BW", "MPC_VELD_LP", "MC_ROLLRATE_MAX", "MC_PITCHRATE_MAX", "MC_YAWRATE_MAX", "MC_AIRMODE",
+    "MC_BAT_SCALE_EN", "IMU_GYRO_CUTOFF", "IMU_DGYRO_CUTOFF", "IMU_GYRO_RATEMAX", "IMU_GYRO_NF0_FRQ", "IMU_GYRO_NF0_BW",
+    "IMU_GYRO_NF1_FRQ", "IMU_GYRO_NF1_BW", "IMU_GYRO_DNF_EN", "CA_METHOD",
+)  # fmt: skip
 
 
 def _rate(

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from plant.errors import InputError
-from tuner.export.parameter_text import as_bytes, enter, positional, read_lines, read_number, single
+from tuner.export.parameter_text import as_bytes, check_stack, enter, positional, read_lines, read_number, single
 
 VERSION = "1.16"
 WHAT = "a .params file of QGroundControl with parameters of PX4"
@@ -36,6 +36,7 @@ def write_params(values: Mapping[str, float], vehicle: int, comments: Sequence[s
 
 def read_params(file: Path) -> dict[str, float]:
     """Return the parameters of the first vehicle of a file; raises InputError naming file and parameter."""
+    check_stack(file, WHAT, "PX4")
     values: dict[str, float] = {}
     vehicles: set[str] = set()
     for number, line in enumerate(read_lines(file, WHAT), start=1):

@@ -10,7 +10,9 @@ from typing import Any
 from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.input_files import read_input_text
+from tuner.export.aboard import remembered
 from tuner.export.exporter import Bundle, Exporter, Request
+from tuner.export.parameter_table import fits
 from tuner.export.settings import settings_of
 from tuner.export.verification import FLIGHTS, Verification, verify_export
 from tuner.export.writing import check_free, export_document, export_records, write_export
@@ -39,8 +41,9 @@ def export_gains(
     Raises InputError naming what the target cannot hold, StoreError where the folder cannot be written.
     """
     check_free(out)
-    settings = settings_of(exporter, given)
-    request = Request(read_gains(gains), content_sha256(gains), settings, previous)
+    controller = read_gains(gains)
+    settings = settings_of(exporter, remembered(controller, exporter, list(given)))
+    request = Request(controller, content_sha256(gains), settings, previous)
     check_laws(exporter, request)
     bundle = carry(exporter, request)
     verification = verify_export(request, bundle, flights, watcher)
@@ -75,7 +78,7 @@ def carry(exporter: Exporter, request: Request) -> Bundle:
             raise InputError(f"given {value}; a gain must be a finite number in {gain.unit}", key=gain.address)
     bundle = exporter.carry(request)
     for parameter in bundle.parameters:
-        if not parameter.low <= parameter.held <= parameter.high:
+        if not fits(parameter):
             raise InputError(
                 f"{parameter.name} would be {parameter.held:g} {parameter.unit}; '{exporter.name}' allows {parameter.low:g} to "
                 f"{parameter.high:g} {parameter.unit}",

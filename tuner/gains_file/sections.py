@@ -77,10 +77,11 @@ def controller_schema(laws: list[str]) -> Row:
 
 def vehicle_schema() -> Row:
     """Return the schema of "vehicle"."""
+    plain = {"type": "string", "pattern": "^[A-Za-z0-9 ._-]{1,128}(?!\n)$"}
     name = {"type": "string", "pattern": "^[A-Za-z][A-Za-z0-9_]{0,31}(?!\n)$"}
     return closed(
         {
-            **texts("target", "target_version", "file"),
+            **dict.fromkeys(("target", "target_version", "file"), plain),
             "sha256": DIGEST,
             "settings": listed(closed(texts("name", "value"))),
             "parameters": listed(closed({"name": name, "value": {"type": "number"}})),

@@ -1,25 +1,26 @@
 """From gains by axis to a controller: what every importer does once it has them."""
 
-from collections.abc import Mapping
+import hashlib
+from collections.abc import Collection, Mapping
 from math import ceil, degrees
 from pathlib import Path
 
 from plant.airframes import Airframe
 from plant.cascade import ATTITUDE_AXES, AXES, close_cascade
-from plant.errors import InputError
+from plant.errors import InputError, shortened
 from plant.gains import default_row, gain_addresses
 from plant.laws import law
 from plant.laws.pid import Gains
 from plant.nominal import ControlOptions
-from tuner.export.autopilot_pid import with_gains
+from tuner.export.aboard import DERIVATIVE as DERIVATIVE
+from tuner.export.aboard import plain_name
+from tuner.export.autopilot_pid import held_tilt, weighted, with_gains
 from tuner.export.exporter import Option
 from tuner.export.settings import number
-from tuner.gains_file import Controller
+from tuner.gains_file import Controller, VehicleRecord
 from tuner.study.gains import check_value
 from tuner.study.timing import LONGEST, SHORTEST, check_plant_step, timing_of
 
-# Our tilt limit, where the file's lies outside [rad].
-LEAST_TILT, MOST_TILT = 0.05, 1.05
 # Longest plant step [s], and its largest share of the rotors' lag.
 STEP, SHARE = 0.001, 0.5
 
@@ -31,12 +32,6 @@ ATTITUDE_FILTER = Option(
 )
 POSITION_FILTER = Option(
     "position_filter", "time constant t_f of our derivative filter in the position loops, s", default="0.01"
-)
-DERIVATIVE = Option(
-    "rate_derivative",
-    "gains on measured acceleration, which our law has not: drop leaves them out, inertia counts them as added inertia",
-    ("drop", "inertia"),
-    "drop",
 )
 
 
@@ -68,7 +63,7 @@ def assumed_note(settings: Mapping[str, str]) -> str:
 
 def lightened(gains: Gains, share: float) -> Gains:
     """Return the gains of a loop whose derivative on the acceleration adds a share of the inertia."""
-    return Gains(gains.kp / (1.0 + share), gains.ki / (1.0 + share), gains.kd / (1.0 + share), gains.t_f)
+    return weighted(gains, 1.0 / (1.0 + share))
 
 
 def controller(
@@ -84,7 +79,7 @@ def controller(
     count = ceil(period / min(STEP, SHARE * vehicle.lag_up, SHARE * vehicle.lag_down) - 1e-9)
     timing = timing_of(period, period / count)
     check_plant_step(timing, airframe)
-    options = ControlOptions(tilt_limit=min(max(tilt, LEAST_TILT), MOST_TILT))
+    options = ControlOptions(tilt_limit=held_tilt(tilt))
     found = Controller(airframe, cascade, options, period, timing.plant_step, tuple(default_row(cascade)))
     found = with_gains(found, gains)
     for gain in gain_addresses(cascade):
@@ -95,11 +90,21 @@ def controller(
     return found
 
 
+def version_note(version: str | None, target: str, read_as: Collection[str]) -> tuple[str, ...]:
+    """Return a sentence where a file names another version than those that it is read as; version: as it says, None if silent."""
+    if version is None or any(version == own or version.startswith(f"{own}.") for own in read_as):
+        return ()
+    return (
+        f"The file says version {shortened(version)}, and is read with the names, units and defaults of {target}: check what "
+        "that version calls them.",
+    )
+
+
 def tilt_note(tilt: float, name: str) -> tuple[str, ...]:
     """Return a sentence where a tilt [rad] is cut."""
-    if LEAST_TILT <= tilt <= MOST_TILT:
+    limit = held_tilt(tilt)
+    if limit == tilt:
         return ()
-    limit = min(max(tilt, LEAST_TILT), MOST_TILT)
     return (f"{name} = {degrees(tilt):.3g} deg is cut to {degrees(limit):.3g} deg, the limit of ours.",)
 
 
@@ -128,3 +133,35 @@ def unused_note(values: Mapping[str, float], names: tuple[str, ...], what: str) 
     """Return a sentence that names the parameters among some that are not 0."""
     there = [f"{name} = {values[name]:g}" for name in names if values.get(name, 0.0) != 0.0]
     return (f"{what}: {', '.join(there)}.",) if there else ()
+
+
+def record_of(
+    file: Path,
+    target: str,
+    version: str,
+    settings: Mapping[str, str],
+    given: Mapping[str, float],
+    known: Collection[str],
+    carried: Collection[str],
+) -> VehicleRecord:
+    """Return the record of a file; given: all of its parameters; known: those that act in the loops, of which ours carry some."""
+    there = {name: given[name] for name in known if name in given}
+    kept = tuple(name for name in there if name not in carried)
+    digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    return VehicleRecord(target, version, plain_name(file), digest, dict(settings), there, kept)
+
+
+def kept_notes(record: VehicleRecord, untouched: Collection[str]) -> tuple[str, ...]:
+    """Return sentences that name what our loops cannot carry, and count what has nothing to do with them."""
+    notes = []
+    if record.kept:
+        there = ", ".join(f"{name} = {record.parameters[name]:g}" for name in record.kept)
+        notes.append(
+            f"Our loops cannot carry these, so nothing tunes them and an export leaves them as they are: {there}."
+        )
+    if untouched:
+        notes.append(
+            f"{len(untouched)} other parameter{'s' if len(untouched) > 1 else ''} of the file do not act in these loops; "
+            "an export does not write them."
+        )
+    return tuple(notes)

@@ -11,10 +11,13 @@ from tuner.gains_file import Controller
 
 @dataclass(frozen=True)
 class Imported:
-    """controller: what the file's gains are on the airframe; notes: one sentence for each thing taken as default or left out."""
+    """controller: what the file's gains are on the airframe; notes: one sentence for each thing taken as default or left out;
+    untouched: names in the file of what does not act in these loops.
+    """
 
     controller: Controller
     notes: tuple[str, ...]
+    untouched: tuple[str, ...] = ()
 
 
 @dataclass(frozen=True)

@@ -1,15 +1,16 @@
 """PX4: a parameter file of QGroundControl as a PID controller of ours, on an airframe that the file does not describe."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 
 from plant.airframes import Airframe
 from plant.airframes.actuation import actuation
 from plant.cascade import ATTITUDE_AXES
-from tuner.export.parameter_table import defaults
-from tuner.export.px4_map import from_px4, px4_scales, tilt_limit
-from tuner.export.px4_ranges import TABLE
-from tuner.export.px4_text import VERSION, read_params
+from tuner.export.parameter_text import stated
+from tuner.export.px4_map import CARRIED, HOVER, NAMES, added_inertia, completed, from_px4, tilt_limit
+from tuner.export.px4_ranges import AROUND, TABLE
+from tuner.export.px4_text import VERSION, WHAT, read_params
 from tuner.importing.assembly import (
     ATTITUDE_FILTER,
     CURVE,
@@ -22,55 +23,47 @@ from tuner.importing.assembly import (
     curve,
     filters,
     inertia_note,
-    lightened,
+    kept_notes,
+    record_of,
     tilt_note,
     unused_note,
+    version_note,
 )
 from tuner.importing.importer import Imported, Importer
 
 NAME = f"PX4 {VERSION}"
-# What the loops read beside what an export writes.
-EXTRA = {"MPC_USE_HTE": 1.0}
-HORIZONTAL, VERTICAL = "MPC_XY_VEL_D_ACC", "MPC_Z_VEL_D_ACC"
+# Weights of yaw up to this are none, AttitudeControl.cpp.
+LEAST_WEIGHT = 1e-4
 
 
 def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Imported:
     """Return the controller of a file; raises InputError naming file and parameter."""
     given = read_params(file)
-    usual = defaults(TABLE) | EXTRA
-    values = usual | given
-    rotors = actuation(airframe.vehicle, curve(settings))
-    fixed = "MPC_THR_HOVER" in given
-    gains = from_px4(values, airframe.vehicle, rotors, filters(settings), fixed)
-    shares = added_inertia(values, airframe, settings)
-    if settings[DERIVATIVE.name] == "inertia":
-        names = {axis: f"MC_{axis.upper()}RATE_D" for axis in ATTITUDE_AXES}
-        names |= {"x": HORIZONTAL, "y": HORIZONTAL, "z": VERTICAL}
-        gains = {axis: lightened(loop, shares[names[axis]]) for axis, loop in gains.items()}
+    vehicle, rotors = airframe.vehicle, actuation(airframe.vehicle, curve(settings))
+    values = completed(given, rotors)
+    counted = settings[DERIVATIVE.name] == "inertia"
+    gains = from_px4(values, vehicle, rotors, filters(settings), counted)
+    shares = {NAMES[axis][3]: share for axis, share in added_inertia(values, vehicle, rotors).items()}
     tilt = tilt_limit(values)
     feed = tuple(f"MC_{axis.upper()}RATE_FF" for axis in ATTITUDE_AXES)
+    record = record_of(file, "px4", NAME, settings, given, (*TABLE, *AROUND), CARRIED)
+    untouched = tuple(name for name in given if name not in record.parameters)
     notes = (
         f"Read as {NAME}, with the rotors of the airframe {airframe.name} in its CA_ROTORi_*.",
-        *absent_note(given, {name: usual[name] for name in TABLE if name != "MPC_THR_HOVER"}, NAME),
+        *version_note(stated(file, WHAT).version, NAME, (VERSION,)),
+        *absent_note(given, {name: value for name, value in values.items() if name != HOVER}, NAME),
         *_scaled(values),
-        *inertia_note(shares, settings[DERIVATIVE.name] == "inertia"),
+        *inertia_note(shares, counted),
         *unused_note(values, feed, "Feed-forward of the rate setpoint, which holds the angle error too, is left out"),
         *unused_note(values, ("MC_YAW_TQ_CUTOFF",), "The low-pass of the yaw torque [Hz] is left out"),
-        *_hover(fixed, values),
+        *_weight(values["MC_YAW_WEIGHT"]),
+        *_hover(given),
         *tilt_note(tilt, "MPC_TILTMAX_AIR"),
+        *kept_notes(record, untouched),
+        assumed_note(settings),
     )
-    return Imported(controller(file, airframe, gains, tilt, settings), (*notes, assumed_note(settings)))
-
-
-def added_inertia(values: Mapping[str, float], airframe: Airframe, settings: Mapping[str, str]) -> dict[str, float]:
-    """Return parameter -> share of inertia or mass that its gain on the measured acceleration adds [1]."""
-    vehicle = airframe.vehicle
-    scales = px4_scales(vehicle, actuation(vehicle, curve(settings)), values["THR_MDL_FAC"])
-    shares: dict[str, float] = {}
-    for axis, inertia, torque in zip(ATTITUDE_AXES, vehicle.inertia, scales.torque, strict=True):
-        name = f"MC_{axis.upper()}RATE"
-        shares[f"{name}_D"] = values[f"{name}_K"] * values[f"{name}_D"] * torque / inertia
-    return shares | {HORIZONTAL: values[HORIZONTAL] * scales.horizontal, VERTICAL: values[VERTICAL] * scales.vertical}
+    found = controller(file, airframe, gains, tilt, settings)
+    return Imported(replace(found, vehicle=record), notes, untouched)
 
 
 def _scaled(values: Mapping[str, float]) -> tuple[str, ...]:
@@ -79,12 +72,19 @@ def _scaled(values: Mapping[str, float]) -> tuple[str, ...]:
     return (f"P and I of the rate loops are multiplied by {', '.join(there)}.",) if there else ()
 
 
-def _hover(fixed: bool, values: Mapping[str, float]) -> tuple[str, ...]:
-    if not fixed:
+def _weight(weight: float) -> tuple[str, ...]:
+    """AttitudeControl.cpp divides the gain of yaw by its weight again, so only a weight of 0 changes a small error."""
+    if weight > LEAST_WEIGHT:
+        return ()
+    return (f"MC_YAW_WEIGHT = {weight:g} takes the heading out of the vehicle's angle loop; ours holds it.",)
+
+
+def _hover(given: Mapping[str, float]) -> tuple[str, ...]:
+    if HOVER not in given:
         return (
             "MPC_THR_HOVER is not in the file: the vertical gains are taken with the airframe's own hover command.",
         )
-    if values["MPC_USE_HTE"] != 0.0:
+    if given.get("MPC_USE_HTE", 1.0) != 0.0:
         return (
             "MPC_USE_HTE replaces MPC_THR_HOVER in flight by an estimate; the vertical gains are taken with MPC_THR_HOVER.",
         )
