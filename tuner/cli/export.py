@@ -15,6 +15,10 @@ from tuner.export.registry import exporter as find_exporter
 from tuner.export.run import Export, export_gains
 
 BROKEN = 1
+# Options that an exporter has where a vehicle can be known.
+VEHICLE_OPTIONS = ("others",)
+# Lag of a Butterworth low-pass of second order at low frequencies, sqrt(2)/(2 pi) of its period [1].
+SLOWNESS = 0.225
 
 Row = dict[str, Any]
 
@@ -50,9 +54,13 @@ def print_export(made: Export) -> None:
         say(f"Experimental: {document['experimental']}")
     if document["parameters"]:
         console.print(parameters_table(document["parameters"]))
+        if any(option in document["settings"] for option in VEHICLE_OPTIONS):
+            say(said_of_before(document))
     verification = document["verification"]
     console.print(changes_table(verification))
     say(said_of_margins(verification))
+    for sentence in said_of_filter(verification):
+        say(sentence)
     for sentence in document["lossy"]:
         say(f"- {sentence}")
     for label in verification["broken"]:
@@ -61,17 +69,44 @@ def print_export(made: Export) -> None:
 
 
 def parameters_table(rows: list[Row]) -> Table:
-    """Return the parameters as the target holds them."""
+    """Return the parameters as the target holds them, beside those on the vehicle, or the target's defaults where nobody said."""
     table = Table(title="Parameters", title_justify="left", box=SIMPLE)
-    for name in ("name", "value", "default", "allowed", "unit"):
+    known = any(row["before"] is not None for row in rows)
+    compared = ("vehicle", "new", "change") if known else ("default", "new")
+    for name in ("name", *compared, "allowed", "unit"):
         left = name in ("name", "unit")
         table.add_column(name, justify="left" if left else "right", no_wrap=name != "unit", overflow="fold")
     for row in rows:
-        usual = "" if row["usual"] is None else f"{row['usual']:g}"
-        table.add_row(
-            row["name"], f"{row['held']:.6g}", usual, _allowed(row), "" if row["unit"] == "1" else row["unit"]
-        )
+        new, old = f"{row['held']:.6g}", row["before"] if known else row["usual"]
+        cells = ["" if old is None else f"{old:.6g}", new, *([change_text(row)] if known else [])]
+        table.add_row(row["name"], *cells, _allowed(row), "" if row["unit"] == "1" else row["unit"])
     return table
+
+
+def change_text(row: Row) -> str:
+    """Return what an export changes on the vehicle: nothing, a percentage, or from or to 0 as it is."""
+    if row["before"] is None:
+        return "not in its file"
+    if row["change"] == 0.0:
+        return "kept" if row["kept"] else "same"
+    return f"{row['change']:+.4g}" if row["before"] == 0.0 else f"{100.0 * row['change'] / abs(row['before']):+.2g} %"
+
+
+def said_of_before(document: Row) -> str:
+    """Return what the parameters are compared with, and how to compare them with the vehicle's own."""
+    origin = document["before"]
+    if origin is None:
+        return (
+            "Compared with the defaults of the firmware: give --previous with the vehicle's own parameter file to see what "
+            "changes on it, and to keep what our loops do not carry."
+        )
+    changed = sum(row["change"] != 0.0 for row in document["parameters"])
+    sentence = f"Compared with {origin}: {changed} of {len(document['parameters'])} parameters change."
+    return (
+        sentence
+        if origin.startswith("the previous")
+        else f"{sentence} Give --previous if the vehicle has changed since."
+    )
 
 
 def _allowed(row: Row) -> str:
@@ -114,7 +149,32 @@ def said_of_margins(verification: Row) -> str:
     differing = sum(_shown(row["asked"]) != _shown(row["held"]) for row in rows)
     kept = sum(row["kept_held"] for row in rows)
     changed = f"{differing} of them change in five digits, see above" if differing else "none changes in five digits"
-    return f"The target keeps {kept} of {len(rows)} limits on margins at hover; {changed}."
+    return (
+        f"After rounding alone the loops keep {kept} of {len(rows)} limits on margins at hover; {changed}. Filters, rates and "
+        "delays of the target are not in these figures."
+    )
+
+
+def said_of_filter(verification: Row) -> list[str]:
+    """Return sentences on the phase that the target's low-pass of the gyro takes, the loop that has least left first."""
+    gyro = verification["gyro_filter"]
+    if gyro is None or not gyro["rows"]:
+        return []
+    source = "as the vehicle has it" if gyro["known"] else "the default"
+    rows = sorted(gyro["rows"], key=lambda row: row["theirs"])
+    taken = ", ".join(f"{row['loop']} {row['taken']:.2g} of {row['spare']:.2g}" for row in rows)
+    sentences = [
+        f"{gyro['name']} = {gyro['cutoff']:g} Hz ({source}) in place of our derivative filters takes these degrees of the phase "
+        f"margin that is spare: {taken}."
+    ]
+    broken = [row for row in rows if row["breaks"]]
+    if broken:
+        left = ", ".join(f"{row['loop']} {row['theirs']:.3g} deg" for row in broken)
+        sentences.append(
+            f"Warning: with that filter the phase margin falls below {broken[0]['limit']:g} deg: {left}; raise "
+            f"{gyro['name']}, or tune with attitude.t_f near {SLOWNESS / gyro['cutoff']:.2g} s."
+        )
+    return sentences
 
 
 def _shown(value: float | None) -> str:

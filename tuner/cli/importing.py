@@ -30,7 +30,9 @@ def import_command(
     except OSError as error:
         raise StoreError(f"{out} cannot be written ({error.strerror}); choose another file with --out") from error
     if as_json:
-        print(json.dumps({"gains": document["gains"], "notes": list(imported.notes), "file": str(out)}, indent=2))
+        found = {key: document[key] for key in ("gains", "vehicle") if key in document}
+        rest = {"untouched": list(imported.untouched), "notes": list(imported.notes), "file": str(out)}
+        print(json.dumps({**found, **rest}, indent=2))
         return
     console = Console(soft_wrap=not sys.stdout.isatty())
     for gain in gain_addresses(imported.controller.cascade):
@@ -38,3 +40,6 @@ def import_command(
     for note in imported.notes:
         console.print(f"- {note}", highlight=False)
     console.print(f'Wrote {out}. In a study: [controller] default = "{out.name}"', highlight=False)
+    if imported.controller.vehicle is not None:
+        back = f"tuner export results/STUDY/gains.json --to {source} --previous {parameters}"
+        console.print(f"What a study then changes on the vehicle: {back}", highlight=False)

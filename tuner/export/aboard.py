@@ -38,12 +38,23 @@ class Aboard:
 
 def aboard(request: Request, target: str, read: Callable[[Path], Mapping[str, float]]) -> Aboard | None:
     """Return what is on the vehicle, None where nobody said; read: a file of the target, InputError where it is none."""
+    known_from = origin(request, target)
+    if known_from is None:
+        return None
     if request.previous is not None:
-        return Aboard(read(request.previous), f"the previous file {plain_name(request.previous)}")
+        return Aboard(read(request.previous), known_from)
+    assert request.controller.vehicle is not None
+    return Aboard(request.controller.vehicle.parameters, known_from)
+
+
+def origin(request: Request, target: str) -> str | None:
+    """Return where it is known from what is on the vehicle, None where nobody said."""
+    if request.previous is not None:
+        return f"the previous file {plain_name(request.previous)}"
     record = request.controller.vehicle
     if record is None or record.target != target:
         return None
-    return Aboard(record.parameters, f"the file {record.file} that the gains were imported from")
+    return f"the file {record.file} that the gains were imported from"
 
 
 def plain_name(file: Path) -> str:

@@ -1,8 +1,9 @@
 """ArduPilot Copter 4.6 and 4.7: our PID as a parameter file `.param`.
 
 Angle loop P around rate loop PI, horizontal position P around velocity PI, vertical position P around velocity P around
-acceleration PI (`ardupilot_map`). Rate gains are normalised by ArduPilot's fixed motor factors of +-0.5. Every parameter that
-acts in these loops is written, also where it only switches something off. libraries/AC_PID/AC_PID.cpp,
+acceleration PI (`ardupilot_map`). Rate gains are normalised by ArduPilot's fixed motor factors of +-0.5. On a vehicle that is
+known (`aboard`) everything that our loops do not carry stays as it is; otherwise every parameter that acts in these loops is
+written, also where it only switches something off. libraries/AC_PID/AC_PID.cpp,
 AC_AttitudeControl/AC_PosControl.cpp, AP_Motors/AP_MotorsMatrix.cpp.
 """
 
@@ -11,20 +12,30 @@ from dataclasses import replace
 from pathlib import Path
 
 from plant.airframes.actuation import Actuation, actuation
+from plant.cascade import ATTITUDE_AXES, AXES
+from plant.errors import InputError
+from tuner.export.aboard import DERIVATIVE, KEEP, OTHERS, Aboard, aboard, said_of_others
+from tuner.export.ardupilot_arming import check_arming
 from tuner.export.ardupilot_map import (
-    HORIZONTAL_LIMIT,
+    EXPO,
+    accel_share,
+    ardupilot_loops,
     ardupilot_scales,
+    carried_names,
+    completed,
     from_ardupilot,
     held_vertical,
-    loops,
+    switched_off,
     tilt_limit,
     to_ardupilot,
 )
-from tuner.export.ardupilot_ranges import DIALECTS, FIRMWARES, Dialect, check_names
+from tuner.export.ardupilot_old import OLDER, modernised
+from tuner.export.ardupilot_ranges import DIALECTS, FIRMWARES, Dialect, check_names, translated
 from tuner.export.ardupilot_text import SEPARATORS, read_param, write_param
 from tuner.export.autopilot_pid import (
     axis_gains,
     check_horizontal,
+    held_tilt,
     rate_filters,
     rate_sources,
     setpoint_weights,
@@ -32,6 +43,7 @@ from tuner.export.autopilot_pid import (
     with_measured_rates,
 )
 from tuner.export.exporter import Bundle, Exporter, Option, Request
+from tuner.export.gyro_filter import GyroFilter
 from tuner.export.heading import heading
 from tuner.export.parameter_table import defaults, parameters
 from tuner.export.parameter_text import single
@@ -40,6 +52,9 @@ from tuner.export.texts import parameter_comment
 from tuner.gains_file import Controller
 
 FILE = "holdfast.param"
+
+# Low-pass of the gyro and its default [Hz].
+GYRO, GYRO_CUTOFF = "INS_GYRO_FILTER", 20.0
 
 OPTIONS = (
     Option("firmware", "version of ArduPilot Copter on the vehicle: names and units differ", FIRMWARES),
@@ -53,56 +68,100 @@ OPTIONS = (
     ),
     Option(
         "accel_gain",
-        "P gain on the measured vertical acceleration, as a share of the hover throttle per 10 m/s2, 0.2 to 5",
-        default="1",
+        "P gain on the measured vertical acceleration, as a share of the hover throttle per 10 m/s2, 0.2 to 5; vehicle: as it is "
+        "on the vehicle, and 1 where that is not known",
+        default="vehicle",
     ),
+    OTHERS,
+    DERIVATIVE,
 )
 
 
 def carry(request: Request) -> Bundle:
-    """Return the parameter file; raises InputError where the gains have no form in ArduPilot or leave its documented ranges."""
+    """Return the parameter file; raises InputError where the gains have no form in ArduPilot, leave its documented ranges, or
+    would keep the vehicle from arming.
+    """
     asked = with_measured_rates(request.controller)
     dialect = DIALECTS[request.settings["firmware"]]
     target = f"ArduPilot Copter {dialect.firmware}"
     check_horizontal(asked, target)
-    curve = number(request.settings, "thrust_curve", 0.0, 1.0, "1")
-    accel_gain = number(request.settings, "accel_gain", 0.2, 5.0, "1")
-    rotors = actuation(asked.airframe.vehicle, curve)
-    written = parameters(dialect.table, to_ardupilot(asked, rotors, curve, dialect, accel_gain), single, target)
+    rotors = actuation(asked.airframe.vehicle, number(request.settings, "thrust_curve", 0.0, 1.0, "1"))
+    own = _aboard(request, dialect)
+    before = {} if own is None else own.values
+    beside = _beside(request, rotors, dialect, own)
+    complete = completed(beside, dialect)
+    counted = request.settings["rate_derivative"] == "inertia"
+    carried = to_ardupilot(asked, rotors, dialect, complete, None if own is None else own.values, counted)
+    wanted = {name: {**carried, **beside}[name] for name in dialect.table if name in carried or name in beside}
+    kept = [name for name, value in beside.items() if before.get(name) == value]
+    written = parameters(dialect.table, wanted, single, target, before, kept)
     values = {parameter.name: parameter.held for parameter in written}
+    check_arming({**before, **values}, dialect)
     about = (
         *heading(request, parameter_comment),
         f"For {target} and no other version: a vehicle ignores names that it does not know.",
         _frame(rotors),
     )
+    assumed = {name: complete[name] for name in (EXPO, dialect.names["az_p"]) if name not in beside}
     return Bundle(
         files={FILE: write_param(values, request.settings["separator"], about)},
-        rollback={FILE: _rollback(request, values, dialect, target)},
-        held=held_controller(asked, values, rotors, dialect),
-        lossy=_lossy(request.controller, values, rotors, dialect),
+        rollback={FILE: _rollback(request, values, dialect, target, own)},
+        held=held_controller(asked, {**before, **complete, **values}, rotors, dialect, counted),
+        lossy=(
+            *said_of_others(own, {name: beside[name] for name in kept}, assumed),
+            *_lossy(request.controller, {**complete, **values}, rotors, dialect, own),
+        ),
         target_version=target,
         parameters=written,
+        gyro=GyroFilter(GYRO, before.get(GYRO, GYRO_CUTOFF), GYRO in before),
     )
 
 
-def held_controller(asked: Controller, values: Mapping[str, float], rotors: Actuation, dialect: Dialect) -> Controller:
+def _aboard(request: Request, dialect: Dialect) -> Aboard | None:
+    """Return what is on the vehicle, in the dialect of the export."""
+    own = aboard(request, "ardupilot", lambda file: _previous(file, dialect))
+    record = request.controller.vehicle
+    if own is None or request.previous is not None or record is None:
+        return own
+    recorded = DIALECTS[record.settings["firmware"]] if record.settings.get("firmware") in DIALECTS else dialect
+    return replace(own, values=translated(own.values, recorded, dialect))
+
+
+def _beside(request: Request, rotors: Actuation, dialect: Dialect, own: Aboard | None) -> Mapping[str, float]:
+    """Return what is written beside what our loops carry: as it is on the vehicle, or such that nothing else acts."""
+    settings, vehicle = request.settings, request.controller.airframe.vehicle
+    curve, asked = number(settings, "thrust_curve", 0.0, 1.0, "1"), settings["accel_gain"]
+    share = 1.0 if asked == "vehicle" else number(settings, "accel_gain", 0.2, 5.0, "1")
+    if own is None or settings[OTHERS.name] != KEEP:
+        return switched_off(rotors, dialect, curve) | accel_share(vehicle, rotors, dialect, curve, share)
+    carried = carried_names(dialect)
+    kept = {name: value for name, value in own.values.items() if name in dialect.table and name not in carried}
+    if asked == "vehicle":
+        return kept
+    return kept | accel_share(vehicle, rotors, dialect, completed(kept, dialect)[EXPO], share)
+
+
+def held_controller(
+    asked: Controller, values: Mapping[str, float], rotors: Actuation, dialect: Dialect, counted: bool
+) -> Controller:
     """Return the controller that ArduPilot flies with rounded parameters; our derivative filters stay as asked."""
-    filters = {axis: axis_gains(asked, axis).t_f for axis in ("x", "y", "z", "roll", "pitch", "yaw")}
-    gains = from_ardupilot(values, asked.airframe.vehicle, rotors, dialect, filters)
-    return replace(with_gains(asked, gains), options=replace(asked.options, tilt_limit=tilt_limit(values)))
+    filters = {axis: axis_gains(asked, axis).t_f for axis in AXES}
+    gains = from_ardupilot(values, asked.airframe.vehicle, rotors, dialect, filters, counted)
+    tilt = held_tilt(tilt_limit(values, dialect)[0])
+    return replace(with_gains(asked, gains), options=replace(asked.options, tilt_limit=tilt))
 
 
-def _rollback(request: Request, values: Mapping[str, float], dialect: Dialect, target: str) -> bytes:
-    """Return the file that brings back what stood before; what no previous file tells stands at the default."""
-    before = {} if request.previous is None else _previous(request.previous, dialect)
+def _rollback(
+    request: Request, values: Mapping[str, float], dialect: Dialect, target: str, own: Aboard | None
+) -> bytes:  # fmt: skip
+    """Return the file that brings back what stood before; what nobody told stands at the default."""
+    before = {} if own is None else own.values
     usual = defaults(dialect.table)
     missing = [name for name in values if name not in before]
-    source = (
-        "the previous parameter file" if before else f"the defaults of {target}: no previous parameter file was given"
-    )
+    source = f"the defaults of {target}: no previous parameter file was given" if own is None else own.origin
     about = [*heading(request, parameter_comment)[:2], f"Rollback to {source}."]
-    if before and missing:
-        about.append(f"At the default of {target}, for the previous file lacks them: {', '.join(missing)}")
+    if own is not None and missing:
+        about.append(f"At the default of {target}, for that file lacks them: {', '.join(missing)}")
     back = {name: before.get(name, usual[name]) for name in values}
     return write_param(back, request.settings["separator"], about)
 
@@ -110,6 +169,11 @@ def _rollback(request: Request, values: Mapping[str, float], dialect: Dialect, t
 def _previous(file: Path, dialect: Dialect) -> dict[str, float]:
     values = read_param(file)
     check_names(values, dialect, file)
+    if old := modernised(values, file).renamed:
+        message = (
+            f"is a name from before Copter 4.0, which ignores those of {dialect.firmware}: update the vehicle first"
+        )
+        raise InputError(message, file=file, key=next(iter(old)))
     return values
 
 
@@ -126,35 +190,63 @@ def _turns(spin: float) -> str:
     return "clockwise seen from above" if spin > 0.0 else "counter-clockwise seen from above"
 
 
-def _lossy(controller: Controller, values: Mapping[str, float], rotors: Actuation, dialect: Dialect) -> tuple[str, ...]:
-    scales = ardupilot_scales(controller.airframe.vehicle, rotors, values["MOT_THST_EXPO"])
-    accel = held_vertical(values, scales, dialect).accel
-    weights = {axis: loop.setpoint_weight for axis, loop in loops(controller).items()}
+def _lossy(
+    controller: Controller, values: Mapping[str, float], rotors: Actuation, dialect: Dialect, own: Aboard | None
+) -> tuple[str, ...]:
+    vehicle = controller.airframe.vehicle
+    accel = held_vertical(values, ardupilot_scales(vehicle, rotors, values[EXPO]), dialect).accel
+    weights = {axis: loop.setpoint_weight for axis, loop in ardupilot_loops(values, vehicle, rotors, dialect).items()}
     position = "PSC_ACCZ_FLTE" if dialect.firmware == "4.6" else "PSC_D_ACC_FLTE"
     return (
         *rate_sources(controller),
-        setpoint_weights(weights),
+        setpoint_weights({axis: weights[axis] for axis in ("x", *ATTITUDE_AXES)}),
         f"The vertical loop has a PI on the measured acceleration that ours lacks: with K = {accel:.3g} it acts as "
         f"{1.0 + accel:.3g} times the mass, with the poles of our PID but other margins and less disturbance; the measured "
         f"acceleration passes {position} (default 20 Hz), which is not changed.",
         f"Our derivative filters ({rate_filters(controller, ('roll', 'pitch', 'yaw', 'x', 'z'))}) are not "
         "carried: the rate loops see the gyro through INS_GYRO_FILTER (default 20 Hz) and the notch filters, the "
         "velocity loops what the estimator gives.",
-        "The rate target, which holds the measured angle, is low-passed by ATC_RAT_*_FLTT, set to 100 Hz for roll and "
-        "pitch and 50 Hz for yaw, the highest documented; ours is not. ATC_RAT_YAW_FLTE (default 2.5 Hz), "
-        f"{dialect.names['vxy_flte']} and {dialect.names['vz_flte']} (default 5 Hz) are switched off.",
+        *_switched_off(values, dialect),
         f"Every loop of ours runs each {1000.0 * controller.control_period:g} ms; ArduPilot runs them at SCHED_LOOP_RATE "
         "(default 400 Hz, 2.5 ms), with the delays of its estimator.",
         "Angle and position errors pass square-root controllers (limits of angular acceleration, PSC_JERK_*): equal to ours for "
         "small errors only.",
-        "Anti-windup differs: ArduPilot lets an integral only shrink while its output is limited and clips it at "
-        f"IMAX (1, the whole normalised torque; {HORIZONTAL_LIMIT:g} m/s2 for the horizontal velocity), ours "
-        "back-calculates with ki/kp.",
-        "The D, FF, D_FF and SMAX terms are 0: ArduPilot's derivative of the filtered rate error and its slew limiter have "
-        "no counterpart in our law.",
-        f"Thrust is linearised by MOT_THST_EXPO = {values['MOT_THST_EXPO']:.4g} between MOT_SPIN_MIN and MOT_SPIN_MAX: "
+        "Anti-windup differs: ArduPilot lets an integral only shrink while its output is limited and clips it at its IMAX "
+        f"({values['ATC_RAT_RLL_IMAX']:g} of the normalised torque in roll; "
+        f"{values[dialect.names['vxy_imax']] / dialect.metre:g} m/s2 for the horizontal velocity), ours back-calculates with "
+        "ki/kp.",
+        f"Thrust is linearised by MOT_THST_EXPO = {values[EXPO]:.4g} between MOT_SPIN_MIN and MOT_SPIN_MAX: "
         f"the largest thrust ({rotors.thrust_max:.4g} N of each rotor) is taken at MOT_SPIN_MAX, and none at MOT_SPIN_MIN.",
         "The battery's voltage scales the thrust unless MOT_BAT_VOLT_MAX and MOT_BAT_VOLT_MIN are set; ours is constant.",
+        *_older(controller, own),
+    )
+
+
+def _switched_off(values: Mapping[str, float], dialect: Dialect) -> tuple[str, ...]:
+    """Return sentences on what is written only to switch something off."""
+    sentences = []
+    if values["ATC_RAT_RLL_FLTT"] == 100.0 and values["ATC_RAT_YAW_FLTE"] == 0.0:
+        sentences.append(
+            "The rate target, which holds the measured angle, is low-passed by ATC_RAT_*_FLTT, set to 100 Hz for roll and "
+            "pitch and 50 Hz for yaw, the highest documented; ours is not. ATC_RAT_YAW_FLTE (default 2.5 Hz), "
+            f"{dialect.names['vxy_flte']} and {dialect.names['vz_flte']} (default 5 Hz) are switched off."
+        )
+    if values["ATC_RAT_RLL_D"] == values[dialect.names["vxy_d"]] == 0.0:
+        sentences.append(
+            "The D, FF, D_FF and SMAX terms are 0: ArduPilot's derivative of the filtered rate error and its slew limiter have "
+            "no counterpart in our law."
+        )
+    return tuple(sentences)
+
+
+def _older(controller: Controller, own: Aboard | None) -> tuple[str, ...]:
+    """Return a sentence where the vehicle had a firmware that does not know these names."""
+    record = controller.vehicle
+    if own is None or record is None or OLDER not in record.target_version:
+        return ()
+    return (
+        f"The gains were imported from {record.target_version}: a vehicle that still has it ignores the names of this file "
+        "until its firmware is updated.",
     )
 
 

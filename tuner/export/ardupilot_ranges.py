@@ -134,6 +134,37 @@ def _dialect(
     return Dialect(firmware, names, scale, metre, whole, table)
 
 
+# What acts in or around these loops and is never written begins with one of these: an import names it where a file has it.
+AROUND = (
+    "ATC_", "PSC_", "MOT_", "INS_GYRO_FILTER", "INS_HNTCH_", "INS_HNTC2_", "SCHED_LOOP_RATE", "ANGLE_MAX", "ACRO_BAL_",
+    "FRAME_CLASS", "FRAME_TYPE",
+)  # fmt: skip
+
+
+def translated(values: Mapping[str, float], source: Dialect, target: Dialect) -> dict[str, float]:
+    """Return parameters of one dialect under the names and in the units of another; raises nothing, other names stay."""
+    if source.firmware == target.firmware:
+        return dict(values)
+    units = {
+        **dict.fromkeys(("az_p", "az_i", "az_d", "az_ff"), source.acceleration / target.acceleration),
+        "vxy_imax": target.metre / source.metre,
+        "az_imax": target.whole / source.whole,
+    }
+    roles = {name: role for role, name in source.names.items()}
+    found = {
+        target.names[roles[name]] if name in roles else name: units.get(roles.get(name, ""), 1.0) * value
+        for name, value in values.items()
+    }
+    for name, (other, unit) in LEAN_ANGLE[target.firmware].items():
+        if other in found:
+            found[name] = unit * found.pop(other)
+    return found
+
+
+# Firmware -> its name of the lean angle -> the other's, and what one unit of that is in its own.
+LEAN_ANGLE = {"4.6": {"ANGLE_MAX": ("ATC_ANGLE_MAX", 100.0)}, "4.7": {"ATC_ANGLE_MAX": ("ANGLE_MAX", 0.01)}}
+
+
 def check_names(values: Mapping[str, float], dialect: Dialect, file: Path) -> None:
     """Refuse a file with names of the other version; raises InputError that names the right one."""
     for other in DIALECTS.values():

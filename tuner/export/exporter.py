@@ -7,8 +7,12 @@ names what the target cannot hold. What the target adds or lacks beside the gain
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from tuner.gains_file import Controller
+
+if TYPE_CHECKING:
+    from tuner.export.gyro_filter import GyroFilter
 
 
 @dataclass(frozen=True)
@@ -67,7 +71,8 @@ class Bundle:
     files, rollback: relative name -> content, to be written into the export's folder; the rollback restores the previous
     gains, or the target's defaults. held: the controller that the target holds after rounding, as one of ours, with which
     margins and metrics are worked out again. lossy: one sentence for each thing that the target adds or lacks.
-    parameters: every number written, for targets that take parameters. target_version: e.g. "PX4 1.16".
+    parameters: every number written, for targets that take parameters. target_version: e.g. "PX4 1.16". gyro: low-pass of the
+    target between the gyro and these loops, where it has one.
     """
 
     files: Mapping[str, bytes]
@@ -76,6 +81,7 @@ class Bundle:
     lossy: tuple[str, ...]
     target_version: str
     parameters: tuple[Parameter, ...] = ()
+    gyro: "GyroFilter | None" = None
 
 
 @dataclass(frozen=True)

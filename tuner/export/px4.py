@@ -26,6 +26,7 @@ from tuner.export.autopilot_pid import (
 )
 from tuner.export.autopilot_scales import command_slope
 from tuner.export.exporter import Bundle, Exporter, Option, Request
+from tuner.export.gyro_filter import GyroFilter
 from tuner.export.heading import heading
 from tuner.export.parameter_table import defaults, parameters
 from tuner.export.parameter_text import single
@@ -49,6 +50,8 @@ from tuner.gains_file import Controller
 
 FILE = "holdfast.params"
 NAME = f"PX4 {VERSION}"
+# Low-pass of the gyro and its default [Hz].
+GYRO, GYRO_CUTOFF = "IMU_GYRO_CUTOFF", 40.0
 # What turns our gains into PX4's units.
 SCALING = (*(f"MC_{axis.upper()}RATE_K" for axis in LIMITS), MODEL, HOVER)
 
@@ -79,7 +82,7 @@ def carry(request: Request) -> Bundle:
     complete = completed(beside, rotors)
     counted = request.settings["rate_derivative"] == "inertia"
     carried = to_px4(asked, rotors, complete, None if own is None else own.values, counted)
-    wanted = {name: (carried | beside)[name] for name in TABLE if name in carried or name in beside}
+    wanted = {name: {**carried, **beside}[name] for name in TABLE if name in carried or name in beside}
     kept = [name for name, value in beside.items() if before.get(name) == value]
     written = parameters(TABLE, wanted, single, NAME, before, kept)
     values = {parameter.name: parameter.held for parameter in written}
@@ -93,13 +96,14 @@ def carry(request: Request) -> Bundle:
     return Bundle(
         files={FILE: write_params(values, vehicle, about)},
         rollback={FILE: _rollback(request, values, vehicle, own)},
-        held=held_controller(asked, complete | values, rotors, counted),
+        held=held_controller(asked, {**complete, **values}, rotors, counted),
         lossy=(
             *said_of_others(own, {name: beside[name] for name in kept}, assumed),
             *_lossy(request.controller, rotors, curve, complete, wanted),
         ),
         target_version=NAME,
         parameters=written,
+        gyro=GyroFilter(GYRO, before.get(GYRO, GYRO_CUTOFF), GYRO in before),
     )
 
 
@@ -154,7 +158,7 @@ def _geometry(rotors: Actuation) -> str:
 def _lossy(
     controller: Controller, rotors: Actuation, curve: float, complete: Mapping[str, float], values: Mapping[str, float]
 ) -> tuple[str, ...]:
-    cascade = px4_loops(complete | values, controller.airframe.vehicle, rotors)
+    cascade = px4_loops({**complete, **values}, controller.airframe.vehicle, rotors)
     weights = {axis: loop.setpoint_weight for axis, loop in cascade.items()}
     return (
         *rate_sources(controller),

@@ -59,7 +59,7 @@ def px4_scales(vehicle: Vehicle, actuation: Actuation, model: float, hover: floa
 
 def completed(values: Mapping[str, float], actuation: Actuation) -> dict[str, float]:
     """Return all parameters, those that are not given at their default; the hover thrust is then what it is."""
-    full = defaults(TABLE) | values
+    full = {**defaults(TABLE), **values}
     return full if HOVER in values else full | {HOVER: hover_share(actuation, full[MODEL])}
 
 

@@ -3,7 +3,7 @@
 Both fly the usual flight (`tuner.usual_flight`) through the same turbulence, on a stream that no search and no check has seen.
 """
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from plant.gains import gain_addresses
 from plant.seeds import generator
 from plant.vectors import Vec3
 from tuner.export.exporter import Bundle, Request
+from tuner.export.gyro_filter import GyroFilter, filter_rows
 from tuner.gains_file import Controller
 from tuner.margin_report.document import default_requirements
 from tuner.margin_report.readings import subject_of
@@ -34,13 +35,17 @@ Row = dict[str, Any]
 
 @dataclass(frozen=True)
 class Verification:
-    """Rows for gains, margins and flights; broken: labels of limits that hold before rounding and not after it."""
+    """Rows for gains, margins and flights; broken: labels of limits that hold before rounding and not after it; filter: of
+    `filter_rows`, which rounding does not hold.
+    """
 
     gains: list[Row]
     margins: list[Row]
     metrics: list[Row]
     broken: list[str]
     flights: int
+    gyro: GyroFilter | None = None
+    filter: tuple[Row, ...] = ()
 
     @property
     def passed(self) -> bool:
@@ -52,6 +57,7 @@ class Verification:
         return {
             "passed": self.passed, "broken": self.broken, "scenario": SCENARIO.name, "stream": STREAM, "seed": SEED,
             "flights": self.flights, "gains": self.gains, "margins": self.margins, "metrics": self.metrics,
+            "gyro_filter": None if self.gyro is None else {**asdict(self.gyro), "rows": list(self.filter)},
         }  # fmt: skip
 
 
@@ -64,7 +70,8 @@ def verify_export(request: Request, bundle: Bundle, flights: int, watcher: Watch
     metrics = metric_rows(asked, asked if same else held, flights, watcher)
     broken = [row["label"] for row in margins if row["kept_asked"] and not row["kept_held"]]
     broken += [row["metric"] for row in metrics if row["metric"] == "failure" and row["held"] > row["asked"]]
-    return Verification(gain_rows(asked, held), margins, metrics, broken, flights)
+    lag = () if bundle.gyro is None else tuple(filter_rows(held, bundle.gyro))
+    return Verification(gain_rows(asked, held), margins, metrics, broken, flights, bundle.gyro, lag)
 
 
 def check_same_structure(asked: Controller, held: Controller) -> None:

@@ -5,8 +5,9 @@ export.json has these keys:
     format "holdfast-export", version "1.0"
     target, target_version, title, experimental, airframe, laws, gains_sha256
     files {NAME: sha256}, rollback [NAME], settings {NAME: VALUE}, lossy [sentence]
-    parameters [{name, unit, asked, held, low, high, usual}]
-    verification {passed, broken, scenario, stream, seed, flights, gains, margins, metrics}
+    before: where it is known from what is on the vehicle, null where nobody said
+    parameters [{name, unit, asked, held, low, high, usual, before, kept, change}], before on the vehicle; change is held - before
+    verification {passed, broken, scenario, stream, seed, flights, gains, margins, metrics, gyro_filter}
 """
 
 import hashlib
@@ -18,7 +19,8 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from plant.errors import StoreError
-from tuner.export.exporter import Bundle, Exporter, Request
+from tuner.export.aboard import origin
+from tuner.export.exporter import Bundle, Exporter, Parameter, Request
 from tuner.export.verification import Verification
 
 FORMAT, VERSION = "holdfast-export", "1.0"
@@ -44,9 +46,11 @@ def export_document(exporter: Exporter, request: Request, bundle: Bundle, verifi
         "files": {name: sha256(content) for name, content in bundle.files.items()},
         "rollback": sorted(bundle.rollback),
         "settings": dict(request.settings),
+        "before": origin(request, exporter.name),
         "lossy": list(bundle.lossy),
         "parameters": [
-            {key: _finite(value) for key, value in asdict(parameter).items()} for parameter in bundle.parameters
+            {key: _finite(value) for key, value in {**asdict(parameter), "change": _change(parameter)}.items()}
+            for parameter in bundle.parameters
         ],
         "verification": verification.document(),
     }
@@ -104,6 +108,10 @@ def as_json(document: Row) -> bytes:
 def sha256(content: bytes) -> str:
     """Return the SHA-256 of a file's content as 64 hex digits."""
     return hashlib.sha256(content).hexdigest()
+
+
+def _change(parameter: Parameter) -> float | None:
+    return None if parameter.before is None else parameter.held - parameter.before
 
 
 def _finite(value: Any) -> Any:

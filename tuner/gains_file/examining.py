@@ -15,8 +15,6 @@ from tuner.gains_file.airframe_block import airframe_of, airframe_problems
 from tuner.gains_file.hashing import content_hash
 from tuner.gains_file.parsing import check_identity, parsed
 from tuner.gains_file.problems import not_finite, schema_problems, text_problems
-from tuner.gains_file.sections import VERSION
-from tuner.gains_file.problems import not_finite, schema_problems
 from tuner.gains_file.sections import VERSIONS
 from tuner.gains_file.shapes import Row
 from tuner.gains_file.version_0 import brought_up

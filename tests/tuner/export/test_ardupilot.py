@@ -23,6 +23,7 @@ from tests.tuner.export.flying_autopilots import (
     thrust_of,
 )
 from tuner.export.ardupilot import EXPORTER, FILE
+from tuner.export.ardupilot_arming import positive_names
 from tuner.export.ardupilot_map import vertical_gains, vertical_loops
 from tuner.export.ardupilot_ranges import DIALECTS, check_names
 from tuner.export.exporter import Request
@@ -187,8 +188,12 @@ def test_held_and_rollback(firmware, tmp_path):
     assert usual["ATC_RAT_YAW_FLTE"] == 2.5 and usual["ATC_RAT_RLL_P"] == 0.135
     before = tmp_path / "before.param"
     before.write_text("ATC_RAT_RLL_P 0.2\nRC1_MAX,2000\n")
-    back = bundle(given, firmware, previous=before).rollback[FILE]
-    assert values_of(back) == {**usual, "ATC_RAT_RLL_P": 0.2}
+    beside = bundle(given, firmware, previous=before)
+    back = beside.rollback[FILE]
+    # What the file does not tell and our loops do not carry is left alone.
+    written = values_of(beside.files[FILE]).keys()
+    assert values_of(back) == {name: usual[name] for name in written} | {"ATC_RAT_RLL_P": 0.2}
+    assert "ATC_RAT_RLL_D" not in written and "ATC_RAT_RLL_I" in written
     assert any("lacks" in line and "ATC_RAT_PIT_P" in line for line in back.decode().splitlines())
     before.write_text("PSC_VELXY_P 1.0\n" if firmware == "4.7" else "PSC_NE_VEL_P 1.0\n")
     with pytest.raises(InputError, match="before.param: PSC_.*VEL.*_P: is a name of Copter"):
@@ -208,6 +213,39 @@ def test_what_differs_is_said_with_numbers():
         "7.066 N",
     ):
         assert word in text, word
+
+
+def test_what_would_not_arm_is_refused():
+    """AC_PosControl::pre_arm_checks asks for an acceleration integral above 0, whatever the documented range begins with."""
+    still = {"z__ki": 0.0}
+    for firmware, name in (("4.6", "PSC_ACCZ_I"), ("4.7", "PSC_D_ACC_I")):
+        with pytest.raises(
+            InputError, match=rf"{name}: works out at 0; Copter {firmware} does not arm .*change z\.kp, z\.ki"
+        ):
+            bundle(fitting(**still), firmware, "accel_gain=1.1")
+        with pytest.raises(InputError, match="ATC_RAT_RLL_I"):
+            bundle(fitting(roll__ki=0.0), firmware)
+
+
+@pytest.mark.parametrize(
+    ("line", "words"),
+    [
+        ("ACRO_BAL_ROLL,6.5", "ATC_ANG_RLL_P: .* does not arm with ACRO_BAL_ROLL = 6.5 above it"),
+        ("ACRO_BAL_PITCH,6.5", "ATC_ANG_PIT_P: .* does not arm with ACRO_BAL_PITCH = 6.5 above it"),
+    ],
+)
+def test_what_would_not_arm_beside_the_vehicles_own_parameters_is_refused(line, words, tmp_path):
+    before = tmp_path / "before.param"
+    before.write_text("MOT_THST_EXPO,1\n")
+    assert bundle(fitting(), "4.6", "accel_gain=1", previous=before).files
+    before.write_text(f"MOT_THST_EXPO,1\n{line}\n")
+    with pytest.raises(InputError, match=words):
+        bundle(fitting(), "4.6", "accel_gain=1", previous=before)
+
+
+def test_feed_forward_makes_an_integral_of_a_rate_loop_needless():
+    names = positive_names({"ATC_RAT_YAW_FF": 0.1}, DIALECTS["4.6"])
+    assert "ATC_RAT_RLL_I" in names and "ATC_RAT_YAW_I" not in names
 
 
 PYMAVLINK = """

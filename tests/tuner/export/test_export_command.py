@@ -77,3 +77,42 @@ def test_out_and_back_again(run, tmp_path):
             assert found[gain]["value"] == pytest.approx(value, rel=1e-6), gain
     code, _, said = run(*asked)
     assert code == 2 and "not touched" in said
+
+
+def test_an_import_is_compared_with_the_vehicle_at_the_export(run, tmp_path):
+    """The table names old, new and change; what nothing tuned carries is kept; the same for a program."""
+    params = tmp_path / "quad.params"
+    params.write_text("1\t1\tMC_ROLLRATE_P\t0.15\t9\n1\t1\tMC_ROLLRATE_D\t0.003\t9\n1\t1\tTHR_MDL_FAC\t0.3\t9\n")
+    back = tmp_path / "vehicle.json"
+    code, told, said = run("import", params, "--from", "px4", "--airframe", "iris", "--out", back, "--json")
+    assert code == 0, said
+    found = json.loads(told)
+    assert found["vehicle"]["kept"] == ["MC_ROLLRATE_D", "THR_MDL_FAC"] and found["vehicle"]["file"] == "quad.params"
+    code, told, said = run("validate", back)
+    assert code == 0, said
+    asked = ("export", back, "--to", "px4", "--flights", "2")
+    code, told, said = run(*asked, "--out", tmp_path / "one")
+    assert code == 0, said
+    told = " ".join(told.split())
+    assert "vehicle new change" in told and "Give --previous if the vehicle has changed since" in told
+    now = tmp_path / "now.params"
+    now.write_text(params.read_text().replace("0.15", "0.12"))
+    code, told, said = run(*asked, "--out", tmp_path / "two", "--previous", now, "--json")
+    assert code == 0, said
+    rows = {row["name"]: row for row in json.loads(told)["parameters"]}
+    assert rows["MC_ROLLRATE_P"]["before"] == pytest.approx(0.12) and rows["MC_ROLLRATE_P"]["change"] == pytest.approx(
+        0.03
+    )
+    assert rows["MC_ROLLRATE_D"]["kept"] and rows["MC_ROLLRATE_D"]["change"] == 0.0
+    assert rows["MPC_XY_P"]["before"] is None and rows["MPC_XY_P"]["change"] is None
+
+
+def test_a_hostile_file_name_stays_one_line(run, tmp_path):
+    params = tmp_path / "quad\n1\t1\tCOM_ARM\t0.params"
+    params.write_text("1\t1\tMC_ROLLRATE_P\t0.15\t9\n")
+    back = tmp_path / "vehicle.json"
+    assert run("import", params, "--from", "px4", "--airframe", "iris", "--out", back, "--json")[0] == 0
+    out = tmp_path / "out"
+    assert run("export", back, "--to", "px4", "--flights", "2", "--out", out, "--previous", params, "--json")[0] == 0
+    for file in (*out.glob("*.params"), *(out / "rollback").glob("*.params")):
+        assert not any(line.startswith("1\t1\tCOM_ARM") for line in file.read_text().splitlines())

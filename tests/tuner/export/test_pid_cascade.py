@@ -43,3 +43,20 @@ def test_double_root_is_the_most_integral_action():
 def test_without_damping_there_is_no_rate_loop():
     with pytest.raises(InputError, match=r"yaw\.kd"):
         rate_loop(Gains(90.0, 0.0, 0.0, 0.01), "yaw")
+
+
+def test_a_vehicles_own_form_is_kept_and_its_root_is_taken():
+    """An integral faster than the angle loop is the smaller root; a double root and a loop without P come back as they are."""
+    for own in (
+        RateLoop(4.0, 15.0, 150.0),
+        RateLoop(4.0, 15.0, 60.0),
+        RateLoop(0.0, 15.0, 30.0),
+        RateLoop(2.0, 0.0, 9.0),
+    ):
+        assert rate_loop(parallel(own, 0.01), "roll", own) == own
+    own = RateLoop(4.0, 15.0, 150.0)
+    gains = parallel(own, 0.01)
+    assert rate_loop(gains, "roll").outer == pytest.approx(10.0)
+    near = rate_loop(gains._replace(kp=1.001 * gains.kp), "roll", own)
+    assert near.outer == pytest.approx(4.0, rel=0.01)
+    np.testing.assert_allclose(parallel(near, 0.01), gains._replace(kp=1.001 * gains.kp), rtol=1e-13)

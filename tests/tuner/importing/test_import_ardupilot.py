@@ -9,6 +9,8 @@ from tests.tuner.export.controllers import pid
 from tests.tuner.export.flying_autopilots import ardupilot_torque, attitude_feedback, attitude_gains, by_address
 from tests.tuner.importing.reading import exported, read, same_flight, write
 from tuner.export.ardupilot import EXPORTER, FILE
+from tuner.export.exporter import Request
+from tuner.export.settings import settings_of
 
 FITTING = {
     "yaw__kp": 26.0, "yaw__ki": 10.0, "yaw__kd": 6.5, "z__kp": 7.4, "z__ki": 4.9, "z__kd": 3.4, "pitch__kp": 80.0,
@@ -113,3 +115,52 @@ def test_derivative_counted_as_inertia(tmp_path):
 def test_what_is_no_such_file_is_refused(content, words, tmp_path):
     with pytest.raises(InputError, match=f"vehicle.txt: {words}"):
         read("ardupilot", write(tmp_path, content), "firmware=4.7")
+
+
+OLD = "RATE_RLL_P,0.15\nRATE_PIT_P,0.15\nSTB_RLL_P,5\nACCEL_Z_P,0.6\nTHR_MID,450\nHLD_LAT_P,1\n"
+
+
+def test_names_from_before_4_0_are_read_and_said(tmp_path):
+    """0.15 of 3.3 on a frame X is 0.135 since; on a plus frame 0.1905. A name that nobody knows is named, not dropped."""
+    file = write(tmp_path, "# ArduCopter V3.3.3 (acf2e10c)\n" + OLD)
+    found = read("ardupilot", file, "firmware=4.6", airframe="iris")
+    now = "ATC_RAT_RLL_P,0.135\nATC_RAT_PIT_P,0.135\nATC_ANG_RLL_P,5\nPSC_ACCZ_P,0.6\nMOT_THST_HOVER,0.45\n"
+    same = read("ardupilot", write(tmp_path, now, "now.param"), "firmware=4.6", airframe="iris")
+    assert found.controller.gains == pytest.approx(same.controller.gains, rel=1e-6)
+    notes = "\n".join(found.notes)
+    for words in ("3.3.3", "RATE_RLL_P -> ATC_RAT_RLL_P = 0.135", "STB_RLL_P -> ATC_ANG_RLL_P = 5", "HLD_LAT_P"):
+        assert words in notes, words
+    assert found.controller.vehicle is not None and "older than 4.0" in found.controller.vehicle.target_version
+    plus = read("ardupilot", write(tmp_path, OLD + "FRAME,0\n", "plus.param"), "firmware=4.6", airframe="iris")
+    assert by_address(plus.controller)["roll.kd"] / by_address(found.controller)["roll.kd"] == pytest.approx(1.27 / 0.9)
+
+
+@pytest.mark.parametrize(
+    ("content", "firmware", "words"),
+    [
+        (OLD, "4.7", "RATE_RLL_P: is a name from before Copter 4.0; give --firmware 4.6"),
+        (OLD + "ATC_RAT_RLL_P,0.2\n", "4.6", "ATC_RAT_RLL_P: stands there as RATE_RLL_P too"),
+        ("# Version: 4.7.1\nATC_RAT_RLL_P,0.2\n", "4.6", "# Version: says 4.7.1, .* give --firmware 4.7"),
+        ("# ArduCopter V4.5.7 (2a3dc4b7)\nATC_RAT_RLL_P,0.2\n", "4.7", "# Version: says 4.5.7, .* give --firmware 4.6"),
+        ("# Stack: PX4 Pro\nATC_RAT_RLL_P,0.2\n", "4.7", "# Stack: is a file of PX4 Pro, not of ArduPilot"),
+    ],
+)
+def test_a_file_of_another_version_is_refused(content, firmware, words, tmp_path):
+    with pytest.raises(InputError, match=f"vehicle.txt: {words}"):
+        read("ardupilot", write(tmp_path, content), f"firmware={firmware}")
+
+
+def test_a_vehicle_with_an_older_firmware_gets_no_file(tmp_path):
+    """As --previous it tells that the vehicle would ignore what is written; an import of it is said to be older."""
+    with pytest.raises(InputError, match="RATE_RLL_P: is a name from before Copter 4.0, which ignores those of 4.6"):
+        EXPORTER.carry(
+            Request(pid("iris", **FITTING), "0" * 64, settings_of(EXPORTER, ("firmware=4.6",)), write(tmp_path, OLD))
+        )
+
+
+def test_the_columns_of_qgroundcontrol_are_read(tmp_path):
+    file = write(
+        tmp_path, "# Stack: ArduPilot\n# Version: 4.6.1\n1\t1\tATC_RAT_RLL_P\t0.2\t9\n1\t1\tFRAME_CLASS\t1\t2\n"
+    )
+    found = read("ardupilot", file, "firmware=4.6", airframe="iris").controller.vehicle
+    assert found is not None and found.parameters == {"ATC_RAT_RLL_P": pytest.approx(0.2), "FRAME_CLASS": 1.0}

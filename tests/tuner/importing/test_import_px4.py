@@ -101,6 +101,7 @@ def test_derivative_counted_as_inertia(tmp_path):
         ("MC_ROLL_P,4.0\n", "line 1: must be five columns"),
         ("1\t1\tMC_ROLL_P\t4.0\t2\n", "line 1: must be five columns"),
         ("# nothing\n", "holds no parameter"),
+        ("# Stack: ArduPilot\n" + line("MC_ROLL_P", 4), "# Stack: is a file of ArduPilot, not of PX4"),
         (line("MC_ROLLRATE_P", 0.0) + line("MC_ROLLRATE_I", 0.0), "roll.kp: "),
     ],
 )
@@ -114,6 +115,14 @@ def test_the_same_number_twice_and_windows_line_ends_are_read(tmp_path):
     back = read("px4", write(tmp_path, "\ufeff" + content))
     assert any("MPC_TILTMAX_AIR = 80 deg is cut to 60.2 deg" in note for note in back.notes)
     assert back.controller.options.tilt_limit == 1.05
+
+
+def test_another_version_and_no_heading_loop_are_said(tmp_path):
+    content = "# Stack: PX4 Pro\n# Version: 1.12.3\n" + line("MC_YAW_WEIGHT", 0)
+    notes = "\n".join(read("px4", write(tmp_path, content), airframe="iris").notes)
+    assert "The file says version 1.12.3" in notes and "MC_YAW_WEIGHT = 0" in notes
+    plain = "# Version: 1.16.2\n" + line("MC_YAW_WEIGHT", 0.4)
+    assert "The file says" not in "\n".join(read("px4", write(tmp_path, plain), airframe="iris").notes)
 
 
 def test_options_reach_the_controller(tmp_path):
