@@ -14,10 +14,10 @@ from pathlib import Path
 HERE = Path(__file__).resolve().parent
 CLIENTS = HERE.parents[1] / ".clients"
 DEBIAN = (
-    "gcc", "make", "libc6-dev", "gcc-arm-none-eabi", "libnewlib-arm-none-eabi", "qemu-system-arm", "octave", "clang",
+    "gcc", "g++", "make", "libc6-dev", "gcc-arm-none-eabi", "libnewlib-arm-none-eabi", "qemu-system-arm", "octave", "clang",
     "libclang-rt-14-dev",
 )  # fmt: skip
-PROGRAMS = ("gcc", "make", "arm-none-eabi-gcc", "qemu-system-arm", "octave", "clang")
+PROGRAMS = ("gcc", "g++", "make", "arm-none-eabi-gcc", "qemu-system-arm", "octave", "clang")
 
 
 def main() -> int:

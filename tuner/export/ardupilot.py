@@ -42,6 +42,7 @@ from tuner.export.autopilot_pid import (
     with_gains,
     with_measured_rates,
 )
+from tuner.export.autopilot_scales import Motors, is_plus, motors_text
 from tuner.export.exporter import Bundle, Exporter, Option, Request
 from tuner.export.gyro_filter import GyroFilter
 from tuner.export.heading import heading
@@ -52,6 +53,14 @@ from tuner.export.texts import parameter_comment
 from tuner.gains_file import Controller
 
 FILE = "holdfast.param"
+# Its numbers of our rotors 1 to 4 in the frames X and plus, and the frame by (plus, first rotor clockwise).
+MOTORS: Motors = (3, 1, 2, 4)
+FRAME_TYPES = {
+    (False, True): "frame X (FRAME_TYPE 1)",
+    (False, False): "frame H (FRAME_TYPE 3, the X with the other sense of rotation)",
+    (True, True): "frame plus (FRAME_TYPE 0)",
+    (True, False): "frame plus reversed (FRAME_TYPE 6)",
+}
 
 # Low-pass of the gyro and its default [Hz].
 GYRO, GYRO_CUTOFF = "INS_GYRO_FILTER", 20.0
@@ -179,15 +188,8 @@ def _previous(file: Path, dialect: Dialect) -> dict[str, float]:
 
 def _frame(rotors: Actuation) -> str:
     """Return the frame that the vehicle must be set up with, as a comment."""
-    first = rotors.rotors[0]
-    kind = "X" if abs(first.y) > 1e-6 * abs(first.x) else "plus"
-    return (
-        f"The vehicle must be a quad (FRAME_CLASS 1) of frame {kind} with front rotor 1 turning {_turns(first.spin)}."
-    )
-
-
-def _turns(spin: float) -> str:
-    return "clockwise seen from above" if spin > 0.0 else "counter-clockwise seen from above"
+    kind = FRAME_TYPES[is_plus(rotors), rotors.rotors[0].spin > 0.0]
+    return f"The vehicle must be a quad (FRAME_CLASS 1) of {kind}: {motors_text(rotors, MOTORS)}."
 
 
 def _lossy(

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from plant.airframes.actuation import Actuation
+from plant.airframes.actuation import Actuation, RotorMount
 from plant.errors import InputError
 
 # Coupling between axes, relative to the smallest entry of the diagonal, above which an airframe is refused.
@@ -22,6 +22,38 @@ MOST_COUPLING = 1e-6
 ON_AXIS = 1e-6
 # PX4's default CA_ROTORi_CT; it cancels, but entries of the mixer below 1e-3 count as 0 there.
 PX4_CT, PX4_ZERO = 6.5, 1e-3
+
+
+# An autopilot's own numbers of our rotors 1 to 4: front left, front right, rear left, rear right; in a plus frame front, right,
+# left, rear.
+Motors = tuple[int, int, int, int]
+PLACES_X = ("front left", "front right", "rear left", "rear right")
+PLACES_PLUS = ("front", "right", "left", "rear")
+
+
+def is_plus(actuation: Actuation) -> bool:
+    """Return whether rotors stand on the axes of the body."""
+    first = actuation.rotors[0]
+    return abs(first.y) <= ON_AXIS * abs(first.x)
+
+
+def turns(spin: float) -> str:
+    """Return the sense in which a propeller turns, seen from above."""
+    return "clockwise" if spin > 0.0 else "counter-clockwise"
+
+
+def motors(actuation: Actuation, numbers: Motors) -> list[tuple[int, str, RotorMount]]:
+    """Return number, place and rotor of every motor in the order of the autopilot's numbers."""
+    places = PLACES_PLUS if is_plus(actuation) else PLACES_X
+    return sorted(zip(numbers, places, actuation.rotors, strict=True), key=lambda motor: motor[0])
+
+
+def motors_text(actuation: Actuation, numbers: Motors) -> str:
+    """Return every motor with the autopilot's number, its place and its sense: 'motor 1 rear right clockwise, ...'."""
+    text = ", ".join(
+        f"motor {number} {place} {turns(rotor.spin)}" for number, place, rotor in motors(actuation, numbers)
+    )
+    return f"{text}, seen from above"
 
 
 class TorqueScale(NamedTuple):

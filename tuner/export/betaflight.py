@@ -6,24 +6,33 @@ could be carried. src/main/flight/pid.c, mixer.c.
 
 from collections.abc import Mapping
 from dataclasses import replace
+from math import degrees
 
 from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import ATTITUDE_AXES
-from plant.errors import InputError
+from plant.errors import InputError, shortened
 from tuner.export.autopilot_pid import axis_gains, rate_filters, setpoint_weights, with_gains, with_measured_rates
-from tuner.export.autopilot_scales import command_slope
+from tuner.export.autopilot_scales import Motors, command_slope, motors_text
 from tuner.export.betaflight_map import LEVEL, from_betaflight, loops, tilt_limit, to_betaflight
-from tuner.export.betaflight_ranges import SWITCHES, TABLE
-from tuner.export.betaflight_text import PROFILES, read_cli, whole, write_cli
+from tuner.export.betaflight_ranges import EXTRA, SWITCHES, TABLE
+from tuner.export.betaflight_text import PROFILES, read_cli, read_release, read_selected, whole, write_cli
 from tuner.export.exporter import Bundle, Exporter, Option, Parameter, Request
 from tuner.export.heading import heading
-from tuner.export.parameter_table import Entry, parameters
+from tuner.export.parameter_table import Entry, defaults, parameters
 from tuner.export.settings import number
 from tuner.export.texts import parameter_comment
 from tuner.gains_file import Controller
 
 FILE = "holdfast.betaflight.txt"
 NAME = "Betaflight 2025.12"
+# Its numbers of our rotors 1 to 4, mixers QUADX and QUADP.
+MOTORS: Motors = (4, 2, 3, 1)
+# Our largest tilt limit [rad].
+MOST_TILT = 1.05
+LOADING = (
+    "Load all of it on the command line: it is stored whole or not at all. An error is a line that begins with three hash signs; "
+    "nothing is stored then, and 'exit' brings back what was."
+)
 
 OPTIONS = (
     Option(
@@ -39,22 +48,64 @@ def carry(request: Request) -> Bundle:
     """Return the file; raises InputError where the gains have no form in Betaflight or leave its ranges."""
     asked = with_measured_rates(request.controller)
     rotors = actuation(asked.airframe.vehicle, number(request.settings, "thrust_curve", 0.0, 1.0, "1"))
-    check_level(asked)
-    written = parameters(TABLE, to_betaflight(asked, rotors), nearest, NAME)
+    before = aboard(request)
+    check_level(asked, rotors, before)
+    wanted = to_betaflight(asked, rotors, before)
+    kept = stays(wanted, before)
+    written = parameters(TABLE, {name: wanted[name] for name in wanted if name not in kept}, nearest, NAME)
     check_rounding(written)
     values = {parameter.name: parameter.held for parameter in written}
+    switches = {name: choice for name, choice in SWITCHES.items() if name not in kept}
     about = (
         *heading(request, parameter_comment),
-        f"For {NAME}. Load it on the command line: an error is a line of three hash signs, and it saves all the same.",
+        f"For {NAME} to 2026.12. {LOADING}",
+        f"Expected of the vehicle: {motors_text(rotors, MOTORS)}; yaw_motors_reversed = {reversed_yaw(rotors)}.",
     )
     return Bundle(
-        files={FILE: write_cli(settings(values, SWITCHES), profile(request.settings), about)},
-        rollback={FILE: rollback(request, TABLE, SWITCHES, values)},
-        held=held_controller(asked, values, rotors),
-        lossy=_lossy(asked, written, rotors),
+        files={FILE: write_cli(settings(values, switches), profile(request.settings), about)},
+        rollback={FILE: rollback(request, TABLE, switches, values)},
+        held=held_controller(asked, values, rotors, before),
+        lossy=_lossy(asked, written, rotors, before, kept, request),
         target_version=NAME,
         parameters=written,
     )
+
+
+def aboard(request: Request) -> dict[str, float]:
+    """Return the numbers that a vehicle holds by its own file, nothing where none is given.
+
+    Raises InputError where the file is of a release with other names, or has what no PID of ours is.
+    """
+    if request.previous is None:
+        return {}
+    file, texts = request.previous, read_cli(request.previous, profile(request.settings))
+    release = read_release(file)
+    if release is not None and not release.current:
+        message = (
+            f"was printed by Betaflight {release.name}, whose settings are others than those of {NAME}: bring the firmware up to "
+            "date, then give its file"
+        )
+        raise InputError(message, file=file, key="version")
+    if texts.get("use_integrated_yaw", "OFF") != "OFF":
+        given = shortened(texts["use_integrated_yaw"])
+        message = (
+            f"given {given}; integrated yaw is another law than PID: set it OFF on the vehicle and give its file again"
+        )
+        raise InputError(message, file=file, key="use_integrated_yaw")
+    return defaults(TABLE) | {name: whole(text, name, file) for name, text in texts.items() if name in TABLE}
+
+
+def stays(wanted: Mapping[str, float], before: Mapping[str, float]) -> tuple[str, ...]:
+    """Return the settings that a known vehicle keeps: terms that our law has not, and a tilt limit beyond the largest of ours."""
+    if not before:
+        return ()
+    beyond = before["angle_limit"] > wanted["angle_limit"] >= nearest(degrees(MOST_TILT))
+    return (*EXTRA, "angle_limit") if beyond else EXTRA
+
+
+def reversed_yaw(rotors: Actuation) -> str:
+    """Return the setting yaw_motors_reversed for the sense of the rotors: OFF where the front left one turns clockwise."""
+    return "OFF" if rotors.rotors[0].spin > 0.0 else "ON"
 
 
 def nearest(value: float) -> float:
@@ -92,15 +143,17 @@ def rollback(
             whole(back[name], name, request.previous)
     missing = [name for name in usual if name not in before]
     source = "the previous settings" if before else f"the defaults of {NAME}: no previous settings were given"
-    about = [*heading(request, parameter_comment)[:2], f"Rollback to {source}."]
+    about = [*heading(request, parameter_comment)[:2], f"Rollback to {source}. {LOADING}"]
     if before and missing:
         about.append(f"At the default of {NAME}, for the previous file lacks them: {', '.join(missing)}")
-    return write_cli(back, chosen, about)
+    selected = 0 if request.previous is None else read_selected(request.previous)
+    return write_cli(back, chosen, about, selected)
 
 
-def check_level(controller: Controller) -> None:
+def check_level(controller: Controller, rotors: Actuation, before: Mapping[str, float]) -> None:
     """Refuse roll and pitch whose angle loops differ by more than the resolution of the one level strength for both."""
-    roll, pitch = (loops(controller)[axis].outer for axis in ("roll", "pitch"))
+    forms = loops(controller, rotors, before)
+    roll, pitch = (forms[axis].outer for axis in ("roll", "pitch"))
     if nearest(LEVEL * roll) != nearest(LEVEL * pitch):
         raise InputError(
             f"the angle loop of pitch is {pitch:.3g} 1/s and that of roll {roll:.3g} 1/s; {NAME} has one angle_p_gain, in "
@@ -121,15 +174,22 @@ def check_rounding(written: tuple[Parameter, ...]) -> None:
             )
 
 
-def held_controller(asked: Controller, values: Mapping[str, float], rotors: Actuation) -> Controller:
+def held_controller(
+    asked: Controller, values: Mapping[str, float], rotors: Actuation, before: Mapping[str, float]
+) -> Controller:
     """Return the controller that flies with rounded settings; heading loop, position loops and filters stay as asked."""
     filters = {axis: axis_gains(asked, axis).t_f for axis in ATTITUDE_AXES}
-    gains = from_betaflight(values, asked.airframe.vehicle, rotors, filters, loops(asked)["yaw"].outer)
-    return replace(with_gains(asked, gains), options=replace(asked.options, tilt_limit=tilt_limit(values)))
+    heading_loop = loops(asked, rotors, before)["yaw"].outer
+    gains = from_betaflight(values, asked.airframe.vehicle, rotors, filters, heading_loop)
+    tilt = tilt_limit(values) if "angle_limit" in values else asked.options.tilt_limit
+    return replace(with_gains(asked, gains), options=replace(asked.options, tilt_limit=tilt))
 
 
-def _lossy(controller: Controller, written: tuple[Parameter, ...], rotors: Actuation) -> tuple[str, ...]:
-    cascade = loops(controller)
+def _lossy(
+    controller: Controller, written: tuple[Parameter, ...], rotors: Actuation, before: Mapping[str, float],
+    kept: tuple[str, ...], request: Request,
+) -> tuple[str, ...]:  # fmt: skip
+    cascade = loops(controller, rotors, before)
     weights = {axis: cascade[axis].setpoint_weight for axis in ("roll", "pitch")}
     rounded = ", ".join(
         f"{one.name} {one.asked:.4g} -> {one.held:.0f} ({100.0 * (one.held / one.asked - 1.0):+.1f} %)"
@@ -151,15 +211,30 @@ def _lossy(controller: Controller, written: tuple[Parameter, ...], rotors: Actua
         "low-pass (gyro_lpf2, default 500 Hz), notch and RPM filters, and angles through the filter of angle mode.",
         f"Every loop of ours runs each {1000.0 * controller.control_period:g} ms; Betaflight runs its loops at the gyro rate "
         "over pid_process_denom, 0.125 to 1 ms, with less delay.",
-        "Anti-windup differs: Betaflight slows the integral from iterm_windup (default 85 %) of the motor range on and clips "
-        "it at iterm_limit = 500 of 1000, ours back-calculates with ki/kp; outputs are limited to pidsum_limit (default 500, "
-        "yaw 400).",
-        "The D terms (d, d_max), feed-forward, throttle attenuation (tpa_rate), anti-gravity, I-term relax, the yaw low-pass "
-        "and the sliders are switched off, for our law has none of them; the vehicle is then as sensitive to propeller wash "
-        "as our gains are.",
+        "Anti-windup differs: Betaflight clips the integral at iterm_windup (default 80 %) of pidsum_limit (default 500 of "
+        "1000, yaw 400), so at 400, yaw 320, ours back-calculates with ki/kp; outputs are limited to pidsum_limit. Neither is "
+        "changed.",
+        _extra(before, kept, request),
         "Rates are limited by the rate profile, tilt by angle_limit through the stick; ours are limited by the position "
         "loops alone.",
     )  # fmt: skip
+
+
+def _extra(before: Mapping[str, float], kept: tuple[str, ...], request: Request) -> str:
+    """Return the sentence on the terms that our law has not."""
+    if request.previous is None:
+        return (
+            "The D terms (d, d_max), feed-forward, throttle attenuation (tpa_rate), anti-gravity, I-term relax, the yaw low-pass "
+            "and the sliders are switched off, for our law has none of them; the vehicle is then as sensitive to propeller wash "
+            "as our gains are. With --previous they stay as the vehicle has them."
+        )
+    texts = read_cli(request.previous, profile(request.settings))
+    standing = {name: f"{before[name]:.0f}" if name in before else texts.get(name, SWITCHES[name][1]) for name in kept}
+    there = ", ".join(f"{name} = {text}" for name, text in standing.items() if text not in ("0", "OFF"))
+    return (
+        f"Our law has no such terms, so they are not written, stay as the vehicle has them and are not in what is verified: "
+        f"{there or 'none is on'}."
+    )
 
 
 EXPORTER = Exporter(

@@ -15,7 +15,8 @@ from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
 from plant.gains import gain_addresses
-from tuner.export.betaflight import OPTIONS, nearest, profile, rollback, settings
+from tuner.export.autopilot_scales import motors_text
+from tuner.export.betaflight import LOADING, MOTORS, OPTIONS, nearest, profile, reversed_yaw, rollback, settings
 from tuner.export.betaflight_map import betaflight_torque
 from tuner.export.betaflight_ranges import ADRC_SWITCHES, ADRC_TABLE
 from tuner.export.betaflight_text import write_cli
@@ -42,7 +43,11 @@ def carry(request: Request) -> Bundle:
     rotors = actuation(asked.airframe.vehicle, number(request.settings, "thrust_curve", 0.0, 1.0, "1"))
     written = parameters(ADRC_TABLE, to_adrc(asked, rotors), nearest, NAME)
     values = {parameter.name: parameter.held for parameter in written}
-    about = (*heading(request, parameter_comment), f"For {NAME}. EXPERIMENTAL: {EXPERIMENTAL}")
+    about = (
+        *heading(request, parameter_comment),
+        f"For {NAME}. EXPERIMENTAL: {EXPERIMENTAL} {LOADING}",
+        f"Expected of the vehicle: {motors_text(rotors, MOTORS)}; yaw_motors_reversed = {reversed_yaw(rotors)}.",
+    )
     return Bundle(
         files={FILE: write_cli(settings(values, ADRC_SWITCHES), profile(request.settings), about)},
         rollback={FILE: rollback(request, ADRC_TABLE, ADRC_SWITCHES, values)},

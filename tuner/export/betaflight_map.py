@@ -37,14 +37,34 @@ def _scales(axis: str, inertia: float, torque: float) -> tuple[float, float]:
     return scale / P_SCALE, scale / (I_SCALE * (YAW_I if axis == "yaw" else 1.0))
 
 
-def loops(controller: Controller) -> dict[str, RateLoop]:
-    """Return the cascaded form of the attitude axes."""
-    return {axis: rate_loop(axis_gains(controller, axis), axis) for axis in ATTITUDE_AXES}
+def loops(controller: Controller, actuation: Actuation, before: Mapping[str, float]) -> dict[str, RateLoop]:
+    """Return the cascaded form of the attitude axes; before: settings of the vehicle, or none.
+
+    One feedback has two such forms, with angle gain and I over P in either place. Taken is the one with the larger angle gain,
+    or for a known vehicle the one nearer to its own: in roll and pitch by angle_p_gain, in yaw, which has none, by i_yaw.
+    """
+    forms: dict[str, RateLoop] = {}
+    for axis, inertia, torque in zip(
+        ATTITUDE_AXES, controller.airframe.vehicle.inertia, betaflight_torque(actuation), strict=True
+    ):
+        larger = rate_loop(axis_gains(controller, axis), axis)
+        smaller = RateLoop(larger.i / larger.p, larger.p, larger.p * larger.outer)
+        forms[axis] = larger
+        if before and larger.i > 0.0:
+            own = before["i_yaw"] if axis == "yaw" else before["angle_p_gain"]
+            setting = _scales(axis, inertia, torque)[1]
+            away = [
+                abs((setting * form.i if axis == "yaw" else LEVEL * form.outer) - own) for form in (larger, smaller)
+            ]
+            forms[axis] = smaller if away[1] < away[0] else larger
+    return forms
 
 
-def to_betaflight(controller: Controller, actuation: Actuation) -> dict[str, float]:
-    """Return the settings, unrounded; the level strength is that of roll."""
-    cascade = loops(controller)
+def to_betaflight(
+    controller: Controller, actuation: Actuation, before: Mapping[str, float] | None = None
+) -> dict[str, float]:
+    """Return the settings, unrounded; the level strength is that of roll. before: see `loops`."""
+    cascade = loops(controller, actuation, before or {})
     values: dict[str, float] = {}
     torques = betaflight_torque(actuation)
     for axis, inertia, torque in zip(ATTITUDE_AXES, controller.airframe.vehicle.inertia, torques, strict=True):
@@ -58,7 +78,6 @@ def to_betaflight(controller: Controller, actuation: Actuation) -> dict[str, flo
         "anti_gravity_gain": 0.0,
         "tpa_rate": 0.0,
         "yaw_lowpass_hz": 0.0,
-        "iterm_limit": 500.0,
         "thrust_linear": 0.0,
     }
 

@@ -24,7 +24,7 @@ from tuner.export.autopilot_pid import (
     with_gains,
     with_measured_rates,
 )
-from tuner.export.autopilot_scales import command_slope
+from tuner.export.autopilot_scales import Motors, command_slope, motors, motors_text
 from tuner.export.exporter import Bundle, Exporter, Option, Request
 from tuner.export.gyro_filter import GyroFilter
 from tuner.export.heading import heading
@@ -54,6 +54,8 @@ NAME = f"PX4 {VERSION}"
 GYRO, GYRO_CUTOFF = "IMU_GYRO_CUTOFF", 40.0
 # What turns our gains into PX4's units.
 SCALING = (*(f"MC_{axis.upper()}RATE_K" for axis in LIMITS), MODEL, HOVER)
+# Its numbers of our rotors 1 to 4 in its geometry of a quad X; CA_ROTOR0 is motor 1.
+MOTORS: Motors = (3, 1, 2, 4)
 
 OPTIONS = (
     Option("thrust_curve", "factor f of the rotors' thrust T = T_max (f u^2 + (1 - f) u) of the command u, 0 to 1", default="1"),
@@ -149,10 +151,14 @@ def _rollback(request: Request, values: Mapping[str, float], vehicle: int, own: 
 def _geometry(rotors: Actuation) -> str:
     """Return what CA_ROTORi_* must describe for the torques to be right, as a comment: in body FRD, KM above 0 for CCW."""
     places = "; ".join(
-        f"PX {rotor.x:.4g} m, PY {0.0 - rotor.y:.4g} m, KM {-rotor.spin * rotor.torque_ratio:.4g} m"
-        for rotor in rotors.rotors
+        f"CA_ROTOR{number - 1} ({place}) PX {rotor.x:.4g} m, PY {0.0 - rotor.y:.4g} m, "
+        f"KM {-rotor.spin * rotor.torque_ratio:.4g} m"
+        for number, place, rotor in motors(rotors, MOTORS)
     )
-    return f"The vehicle's CA_ROTORi_* must describe these rotors, in any order, with equal CT: {places}"
+    return (
+        f"The vehicle's CA_ROTORi_* must describe these rotors, numbered as PX4's quad X is or in another order, with equal CT: "
+        f"{places}; {motors_text(rotors, MOTORS)}."
+    )
 
 
 def _lossy(

@@ -1,20 +1,21 @@
-"""Betaflight 2025.12: what its command line prints for `diff` or `dump`, as a PID controller of ours.
+"""Betaflight from 4.3 on: what its command line prints for `diff` or `dump`, as a PID controller of ours.
 
 Betaflight has no heading loop and no position loops of this form: the former is an option, the latter stand at our defaults.
 """
 
+import re
 from collections.abc import Mapping
 from math import degrees
 from pathlib import Path
 
 from plant.airframes import Airframe
-from plant.airframes.actuation import actuation
+from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
-from tuner.export.betaflight import NAME, profile
+from tuner.export.betaflight import profile, reversed_yaw
 from tuner.export.betaflight_map import betaflight_torque, from_betaflight, tilt_limit
-from tuner.export.betaflight_ranges import SWITCHES, TABLE
-from tuner.export.betaflight_text import read_cli, whole
+from tuner.export.betaflight_ranges import EXTRA, FILTERS, OTHERS, RELEASES, SWITCHES, TABLE, Release
+from tuner.export.betaflight_text import read_cli, read_mixer, read_release, whole
 from tuner.export.exporter import Option
 from tuner.export.parameter_table import defaults
 from tuner.export.settings import number
@@ -38,19 +39,23 @@ from tuner.importing.importer import Imported, Importer
 
 # Output per setting D and deg/s2, src/main/flight/pid.h.
 D_SCALE = 0.000529
-# Names of the settings before they were renamed: a file of another version.
-RENAMED = {"angle_level_strength": "angle_p_gain", "level_limit": "angle_limit", "d_min_roll": "d_roll"}
-
+# The release that a file is read as where it does not say, and the names that tell of an older one.
+USUAL = "2025.12"
+OLDEST = RELEASES["4.3"].renamed
+MIXERS = ("QUADX", "QUADP")
 HEADING = Option("heading_gain", "angle loop around the yaw rate, which Betaflight has not, 1/s", default="2")
 PROFILE = Option("profile", "PID profile that is read, 0 to 3", default="0")
 
 
 def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Imported:
     """Return the controller of a file; raises InputError naming file and setting."""
-    texts = read_cli(file, profile(settings))
-    check_version(texts, file)
+    stated = read_release(file)
+    release = stated or RELEASES[USUAL]
+    texts = renamed(read_cli(file, profile(settings)), release, stated is not None, file)
+    check_law(texts, read_mixer(file), file)
     given = {name: whole(text, name, file) for name, text in texts.items() if name in TABLE}
-    values = defaults(TABLE) | given
+    usual = defaults(TABLE) | {name: float(text) for name, text in release.usual.items() if name in TABLE}
+    values = lower_d(usual | given, release)
     vehicle = airframe.vehicle
     rotors = actuation(vehicle, curve(settings))
     heading = number(settings, HEADING.name, 0.01, 50.0, "1/s")
@@ -62,36 +67,58 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     if settings[DERIVATIVE.name] == "inertia":
         gains = {axis: lightened(loop, shares[f"d_{axis}"]) for axis, loop in gains.items()}
     tilt = tilt_limit(values)
-    others = (
-        "f_roll",
-        "f_pitch",
-        "f_yaw",
-        "angle_feedforward",
-        "anti_gravity_gain",
-        "tpa_rate",
-        "yaw_lowpass_hz",
-        "thrust_linear",
-    )
+    called = {current: old for old, current in release.renamed.items()}
+    terms = tuple(name for name in EXTRA if name in TABLE and not name.startswith("d_"))
+    name = f"Betaflight {release.name}"
     notes = (
-        f"Read as {NAME}, with the rotors of the airframe {airframe.name} and their slope at hover.",
+        f"Read as {name}, with the rotors of the airframe {airframe.name} and their slope at hover.",
+        *(
+            ()
+            if stated
+            else (f"The file does not say by which version it was printed: names and defaults are those of {name}.",)
+        ),
         f"The heading loop is {heading:g} 1/s, as set; the position loops stand at our defaults: Betaflight has neither.",
-        *absent_note(texts, defaults(TABLE), NAME),
+        *absent_note(
+            {called.get(one, one): 0.0 for one in texts}, {called.get(one, one): usual[one] for one in usual}, name
+        ),
         *inertia_note(shares, settings[DERIVATIVE.name] == "inertia"),
-        *unused_note(values, others, "Terms that our law has not are left out"),
+        *unused_note(values, terms, "Terms that our law has not are left out"),
         *_switches(texts),
-        *tilt_note(tilt, "angle_limit"),
+        *_others(texts, release),
+        *_turning(texts, rotors),
+        *_filters(texts),
+        *tilt_note(tilt, called.get("angle_limit", "angle_limit")),
     )
     return Imported(controller(file, airframe, gains, tilt, settings), (*notes, assumed_note(settings)))
 
 
-def check_version(texts: Mapping[str, str], file: Path) -> None:
-    """Refuse settings of other versions and of ADRC; raises InputError naming the setting."""
-    for old, current in RENAMED.items():
-        if old in texts:
+def renamed(texts: Mapping[str, str], release: Release, stated: bool, file: Path) -> dict[str, str]:
+    """Return the settings by the names of 2025.12; raises InputError where one has a name that the release does not know."""
+    for old, current in OLDEST.items() if release.current else ():
+        if old in texts and old not in TABLE:
+            source = f"the file says {release.name}" if stated else "the file does not say which"
             message = (
-                f"is a setting of Betaflight before 2025.12, now {current}; give the file of a vehicle with {NAME}"
+                f"is a setting of Betaflight before 2025.12, now {current}, and {source}: give it with its line "
+                "'# Betaflight / ...'"
             )
             raise InputError(message, file=file, key=old)
+    return {release.renamed.get(name, name): text for name, text in texts.items()}
+
+
+def lower_d(values: dict[str, float], release: Release) -> dict[str, float]:
+    """Return the settings with the D gain that acts at rest: before 2025.12 a d_min of 0, or above d, was switched off."""
+    if release.current:
+        return values
+    found = dict(values)
+    for axis in ATTITUDE_AXES:
+        upper = values[f"d_max_{axis}"]
+        if not 0.0 < values[f"d_{axis}"] < upper:
+            found[f"d_{axis}"] = upper
+    return found
+
+
+def check_law(texts: Mapping[str, str], mixer: str | None, file: Path) -> None:
+    """Refuse ADRC, integrated yaw and other vehicles than quads; raises InputError naming the setting."""
     if texts.get("pid_type", "CLASSIC") != "CLASSIC":
         message = (
             f"given {texts['pid_type']}; only pid_type = CLASSIC can be read as a PID: give the file of such a profile"
@@ -100,6 +127,11 @@ def check_version(texts: Mapping[str, str], file: Path) -> None:
     if texts.get("use_integrated_yaw", "OFF") != "OFF":
         message = "given ON; integrated yaw is another law than PID: set it OFF on the vehicle and give the file again"
         raise InputError(message, file=file, key="use_integrated_yaw")
+    if mixer is not None and mixer not in MIXERS:
+        message = (
+            f"given {mixer}; only {' and '.join(MIXERS)} can be read: our vehicles have four rotors in an X or a plus"
+        )
+        raise InputError(message, file=file, key="mixer")
 
 
 def _switches(texts: Mapping[str, str]) -> tuple[str, ...]:
@@ -109,9 +141,36 @@ def _switches(texts: Mapping[str, str]) -> tuple[str, ...]:
     return (f"Switches that change the loops, or the gains, beside what is read: {', '.join(there)}.",) if there else ()
 
 
+def _others(texts: Mapping[str, str], release: Release) -> tuple[str, ...]:
+    """Return a sentence on what acts in the loops beside gains and terms, where it is not as the release has it."""
+    usual = OTHERS | {name: text for name, text in release.usual.items() if name not in TABLE}
+    there = [f"{name} = {texts[name]}" for name, text in usual.items() if texts.get(name, text) != text]
+    return (f"Our loops cannot carry these; an export leaves them as they are: {', '.join(there)}.",) if there else ()
+
+
+def _turning(texts: Mapping[str, str], rotors: Actuation) -> tuple[str, ...]:
+    """Return a sentence where the rotors turn in another sense than those of the airframe."""
+    given, ours = texts.get("yaw_motors_reversed", "OFF"), reversed_yaw(rotors)
+    if given == ours:
+        return ()
+    return (
+        f"yaw_motors_reversed = {given} turns every rotor against that of the airframe, which goes with {ours}: correct spin in "
+        "the airframe's file, or the loops on yaw that are flown here are those of another vehicle.",
+    )
+
+
+def _filters(texts: Mapping[str, str]) -> tuple[str, ...]:
+    there = [f"{name} = {text}" for name, text in texts.items() if re.fullmatch(FILTERS, name)]
+    return (
+        (f"Filters and loop rate of the vehicle, which our loops have not and an export leaves: {', '.join(there)}.",)
+        if there
+        else ()
+    )
+
+
 IMPORTER = Importer(
     name="betaflight",
-    title=f"{NAME}, what the command line prints for diff or dump",
+    title="Betaflight 4.3 to 2026.12, what the command line prints for diff or dump",
     options=(PROFILE, HEADING, control_period("0.001"), CURVE, ATTITUDE_FILTER, POSITION_FILTER, DERIVATIVE),
     read=read,
 )

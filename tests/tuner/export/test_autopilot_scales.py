@@ -1,7 +1,9 @@
 """Torque for a unit of an autopilot's output: the published closed forms, sums of r x F, and airframes that have no such scale."""
 
+import re
 from dataclasses import replace
 from math import sqrt
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +12,8 @@ from plant.airframes import load
 from plant.airframes.actuation import RotorMount, actuation
 from plant.errors import InputError
 from plant.nominal import off_centre
+from plant.vectors import Rotors
+from tests.tuner.export.controllers import controller, pid
 from tests.tuner.export.flying_autopilots import (
     ardupilot_mix,
     hover_thrust,
@@ -26,6 +30,9 @@ from tuner.export.autopilot_scales import (
     px4_factors,
     torque_scale,
 )
+from tuner.export.exporter import Request
+from tuner.export.registry import exporter
+from tuner.export.settings import settings_of
 
 FACTORS = {"px4": px4_factors, "ardupilot": ardupilot_factors, "betaflight": betaflight_factors}
 
@@ -121,3 +128,68 @@ def test_slope_and_hover_of_a_command(curve, model):
     assert command_slope(rotors, model) == pytest.approx((above - below) / (2.0 * step), rel=1e-8)
     if curve == model:
         assert command_slope(rotors, model) == pytest.approx(rotors.thrust_max, rel=1e-12)
+
+
+# Where a motor stands clockwise from the nose [deg], and whether it turns clockwise, by its number: AP_MotorsMatrix.cpp (frames X
+# and plus), PX4's geometry of a quad X, Betaflight's mixerQuadX, power_distribution_quadrotor.c of the Crazyflie.
+ARDUPILOT_X = {1: (45, False), 2: (225, False), 3: (315, True), 4: (135, True)}
+PUBLISHED = {
+    "ardupilot": ("holdfast.param", ARDUPILOT_X),
+    "px4": ("holdfast.params", ARDUPILOT_X),
+    "betaflight": ("holdfast.betaflight.txt", {1: (135, True), 2: (45, False), 3: (225, False), 4: (315, True)}),
+    "betaflight-adrc": ("holdfast.betaflight.txt", {1: (135, True), 2: (45, False), 3: (225, False), 4: (315, True)}),
+    "crazyflie": ("holdfast_params.yaml", {1: (45, False), 2: (135, True), 3: (225, False), 4: (315, True)}),
+}
+BEARINGS = {
+    "front right": 45, "rear right": 135, "rear left": 225, "front left": 315, "front": 0, "right": 90, "rear": 180, "left": 270
+}  # fmt: skip
+
+
+def told_motors(text):
+    found = re.findall(r"motor (\d) ([a-z ]+?) (clockwise|counter-clockwise)\b", text)
+    return {int(number): (BEARINGS[place], sense == "clockwise") for number, place, sense in found}
+
+
+# Gains in the ranges that each target documents.
+FITTING = {
+    "ardupilot": {
+        "yaw__kp": 26.0, "yaw__ki": 10.0, "yaw__kd": 6.5, "z__kp": 7.4, "z__ki": 4.9, "z__kd": 3.4, "pitch__kp": 80.0,
+        "pitch__ki": 50.0, "pitch__kd": 14.0,
+    },
+    "px4": {"z__kp": 7.0, "z__ki": 1.5, "z__kd": 6.0, "yaw__kp": 9.0, "yaw__ki": 3.0, "yaw__kd": 4.0},
+    "betaflight": {"yaw__kp": 20.0, "yaw__ki": 12.0, "yaw__kd": 6.0},
+    "crazyflie": {},
+}  # fmt: skip
+
+
+def exported_text(target, airframe: Any = "iris"):
+    entry, critical = exporter(target), {"roll__zeta": 1.0, "pitch__zeta": 1.0, "yaw__zeta": 1.0}
+    if target == "betaflight-adrc":
+        given = controller("pid", "ladrc", airframe, **critical)
+    else:
+        given = pid(airframe, **FITTING[target])
+    settings = settings_of(entry, ("firmware=4.7",) if target == "ardupilot" else ())
+    return entry.carry(Request(given, "ab" * 32, settings)).files[PUBLISHED[target][0]].decode()
+
+
+@pytest.mark.parametrize("target", PUBLISHED)
+def test_motors_are_named_by_the_targets_own_numbers_and_their_place(target):
+    text = exported_text(target, {"px4": "hummingbird", "crazyflie": "crazyflie-pybullet"}.get(target, "iris"))
+    assert told_motors(text) == PUBLISHED[target][1]
+    assert "rotor 1" not in text
+
+
+def test_a_plus_frame_and_the_other_sense_name_another_frame_of_ardupilot():
+    """The Iris with its rotors turned about: frame H; on the axes of the body: plus."""
+    frame = load("iris")
+    arm = frame.vehicle.rotor_x[0]
+    plus = {"rotor_x": Rotors(arm, 0.0, 0.0, -arm), "rotor_y": Rotors(0.0, -arm, arm, 0.0)}
+    about = Rotors(*(-spin for spin in frame.vehicle.spin))
+    assert "FRAME_TYPE 1)" in exported_text("ardupilot", frame)
+    turned = exported_text("ardupilot", replace(frame, vehicle=frame.vehicle._replace(spin=about)))
+    assert "FRAME_TYPE 3" in turned and told_motors(turned) == {
+        n: (at, not way) for n, (at, way) in ARDUPILOT_X.items()
+    }
+    crossed = exported_text("ardupilot", replace(frame, vehicle=frame.vehicle._replace(**plus)))
+    assert "FRAME_TYPE 0" in crossed
+    assert told_motors(crossed) == {1: (90, False), 2: (270, False), 3: (0, True), 4: (180, True)}

@@ -12,6 +12,7 @@ from plant.errors import InputError
 from plant.vectors import Rotors, Vec3
 from tests.tuner.export.controllers import controller, pid
 from tests.tuner.export.flying_autopilots import attitude_feedback, attitude_gains, betaflight_torque, by_address
+from tests.tuner.importing.reading import read
 from tuner.export import betaflight, betaflight_adrc
 from tuner.export.betaflight import EXPORTER, FILE
 from tuner.export.betaflight_map import to_betaflight
@@ -94,8 +95,8 @@ def test_the_file_is_what_the_command_line_takes():
     text = made.files[FILE].decode("ascii")
     assert DIGEST in text and "holdfast" in text and "iris" in text and "###" not in text
     body = lines(made.files[FILE])
-    assert body[:2] == ["batch start", "profile 2"] and body[-2:] == ["batch end", "save"]
-    assert all(re.fullmatch(r"set [a-z0-9_]+ = ([0-9]+|[A-Z]+)", line) for line in body[2:-2])
+    assert body[:2] == ["batch start", "profile 2"] and body[-1] == "save"
+    assert all(re.fullmatch(r"set [a-z0-9_]+ = ([0-9]+|[A-Z]+)", line) for line in body[2:-1])
     found = settings_in(made.files[FILE])
     assert found["simplified_pids_mode"] == found["iterm_relax"] == "OFF"
     for name in ("d_roll", "d_max_pitch", "f_yaw", "anti_gravity_gain", "tpa_rate", "yaw_lowpass_hz"):
@@ -144,12 +145,92 @@ def test_rollback(tmp_path):
     before.write_text(
         "# diff all\nset motor_poles = 12\nprofile 0\nset p_roll = 61\nprofile 1\nset p_roll = 99\nrateprofile 0\nset roll_srate = 3\n"
     )
-    back = bundle(pid("iris"), previous=before).rollback[FILE]
-    assert settings_in(back) == {**usual, "p_roll": "61"}
-    assert settings_in(bundle(pid("iris"), "profile=1", previous=before).rollback[FILE])["p_roll"] == "99"
+    known = bundle(pid("iris"), previous=before)
+    back = settings_in(known.rollback[FILE])
+    assert back.keys() == settings_in(known.files[FILE]).keys()
+    assert back == {**{name: usual[name] for name in back}, "p_roll": "61"}
+    other = bundle(pid("iris"), "profile=1", previous=before).rollback[FILE]
+    assert settings_in(other)["p_roll"] == "99" and lines(other)[-1] == "save"
+    # The profile that the vehicle flew is selected again: the last one that its command line prints.
+    assert [line for line in lines(back_to(before)) if line.startswith("profile")] == ["profile 0", "profile 1"]
     before.write_text("set p_roll = 6.1\n")
     with pytest.raises(InputError, match="diff.txt: p_roll: given '6.1'; this must be a whole number"):
         bundle(pid("iris"), previous=before)
+
+
+def back_to(before):
+    return bundle(pid("iris"), previous=before).rollback[FILE]
+
+
+VEHICLE = """# Betaflight / STM32F405 (S405) 2025.12.2 Dec  1 2025 / 12:00:00 (norevision) MSP API: 1.47
+set yaw_motors_reversed = OFF
+profile 0
+set p_roll = 52
+set i_roll = 71
+set d_roll = 33
+set f_pitch = 90
+set i_yaw = 60
+set angle_p_gain = 44
+set angle_limit = 70
+set tpa_rate = 50
+"""
+
+
+@pytest.mark.parametrize("airframe", ["iris", "hummingbird"])
+def test_imported_and_exported_untouched_is_what_the_vehicle_flies(airframe, tmp_path):
+    """What our loop carries comes back as the same number; what it cannot carry is not written, and named."""
+    file = tmp_path / "vehicle.txt"
+    file.write_text(VEHICLE)
+    made = bundle(read("betaflight", file, airframe=airframe).controller, previous=file)
+    written = settings_in(made.files[FILE])
+    flown = {
+        "p_roll": "52",
+        "i_roll": "71",
+        "p_pitch": "47",
+        "i_pitch": "84",
+        "p_yaw": "45",
+        "i_yaw": "60",
+        "angle_p_gain": "44",
+    }
+    # Beyond our largest tilt the vehicle's own limit stays. The sliders would overwrite the gains from a ground station.
+    assert written == {**flown, "simplified_pids_mode": "OFF"}
+    text = "\n".join(made.lossy)
+    for word in ("d_roll = 33", "f_pitch = 90", "tpa_rate = 50", "d_pitch = 34", "iterm_relax = RP"):
+        assert word in text, word
+    assert "d_yaw" not in text
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        (VEHICLE.replace("2025.12.2", "4.5.0"), "version: was printed by Betaflight 4.5, whose settings are others"),
+        (VEHICLE.replace("2025.12.2", "3.5.7"), "version: was printed by Betaflight 3.5; known are Betaflight 4.3, "),
+        (VEHICLE + "set use_integrated_yaw = ON\n", "use_integrated_yaw: given ON"),
+    ],
+)
+def test_a_vehicle_that_the_file_is_not_for_is_refused(content, words, tmp_path):
+    file = tmp_path / "vehicle.txt"
+    file.write_text(content)
+    with pytest.raises(InputError, match=f"vehicle.txt: {words}"):
+        bundle(pid("iris", **YAW), previous=file)
+
+
+def test_motors_are_named_by_betaflights_numbers():
+    """Its QUADX: 1 rear right, 2 front right, 3 rear left, 4 front left; the front left one turns clockwise unless reversed."""
+    text = bundle(pid("iris")).files[FILE].decode()
+    assert "motor 1 rear right" in text and "motor 4 front left" in text
+    senses = re.findall(r"motor \d [a-z ]+? (clockwise|counter-clockwise)", text)
+    spins = pid("iris").airframe.vehicle.spin
+    assert senses == [
+        "clockwise" if spin > 0 else "counter-clockwise" for spin in (spins[3], spins[1], spins[2], spins[0])
+    ]
+    assert f"yaw_motors_reversed = {'OFF' if spins[0] > 0 else 'ON'}" in text
+
+
+def test_an_integral_limit_is_said_as_the_firmware_has_it():
+    (sentence,) = [text for text in bundle(pid("iris")).lossy if "Anti-windup" in text]
+    for word in ("80 %", "400", "yaw 320", "pidsum_limit"):
+        assert word in sentence
 
 
 def ladrc(airframe="iris", **gains):

@@ -88,10 +88,75 @@ def test_what_was_taken_and_left_out_is_said(tmp_path):
         "d_roll (",
         "tpa_rate = 65",
         "simplified_pids_mode = RPY",
+        "Read as Betaflight 2025.12",
         "iterm_relax = RP",
     ):
         assert word in notes, word
     assert "p_roll = " not in notes
+
+
+OLDER = """
+# version
+# Betaflight / STM32F7X2 (S7X2) VERSION Nov 14 2024 / 12:00:00 (0123abc) MSP API: 1.46
+mixer QUADX
+set yaw_motors_reversed = ON
+set gyro_lpf2_static_hz = 750
+profile 0
+set p_roll = 50
+set d_roll = 38
+set iterm_limit = 300
+"""
+
+
+@pytest.mark.parametrize(
+    ("version", "limit", "words"),
+    [
+        ("4.5.0", 60.0, ("Read as Betaflight 4.5,", "d_min_pitch = 34", "angle_feedforward = 50", "angle_p_gain = 50")),
+        (
+            "4.4.3",
+            55.0,
+            ("Read as Betaflight 4.4,", "d_min_pitch = 34", "angle_level_strength = 50", "level_limit = 55"),
+        ),
+        ("4.3.1", 55.0, ("Read as Betaflight 4.3,", "anti_gravity_gain = 3500")),
+    ],
+)
+def test_an_older_version_is_read_with_its_own_names_and_defaults(version, limit, words, tmp_path):
+    back = read("betaflight", write(tmp_path, OLDER.replace("VERSION", version)), airframe="iris")
+    notes = "\n".join(back.notes)
+    for word in (*words, "d_roll (", "yaw_motors_reversed = ON", "iterm_limit = 300", "gyro_lpf2_static_hz = 750"):
+        assert word in notes, word
+    assert "2025.12" not in notes and "iterm_windup" not in notes
+    assert np.degrees(back.controller.options.tilt_limit) == pytest.approx(limit, abs=1e-9)
+
+
+def test_before_2025_12_d_min_is_the_gain_that_acts_at_rest(tmp_path):
+    """d_min of 0, or above d, is off: then d acts. The share of the inertia that it adds tells which one was taken."""
+
+    def share(text):
+        file = write(tmp_path, OLDER.replace("VERSION", "4.5.2").replace("set d_roll = 38", text))
+        (note,) = [note for note in read("betaflight", file, airframe="iris").notes if "d_roll (" in note]
+        return float(note.split("d_roll (")[1].split(" %")[0])
+
+    low = share("set d_roll = 38\nset d_min_roll = 19")
+    for text, factor in (("set d_min_roll = 0\nset d_roll = 38", 2.0), ("set d_roll = 38\nset d_min_roll = 60", 2.0)):
+        assert share(text) == pytest.approx(factor * low, rel=2e-2)
+    assert share("set d_roll = 38") == pytest.approx(30.0 / 19.0 * low, rel=2e-2)
+
+
+def test_a_file_that_does_not_say_its_version_is_said_to_be_read_as_the_usual_one(tmp_path):
+    notes = "\n".join(read("betaflight", write(tmp_path, "set p_roll = 40\n"), airframe="iris").notes)
+    assert "does not say by which version" in notes and "Betaflight 2025.12" in notes
+    assert "does not say" not in "\n".join(read("betaflight", write(tmp_path, DIFF), airframe="iris").notes)
+
+
+@pytest.mark.parametrize(("spin", "told"), [("OFF", False), ("ON", True)])
+def test_rotors_that_turn_against_the_airframes_are_said(spin, told, tmp_path):
+    airframe = "iris"
+    notes = read(
+        "betaflight", write(tmp_path, f"set p_roll = 40\nset yaw_motors_reversed = {spin}\n"), airframe=airframe
+    ).notes
+    ours = pid(airframe).airframe.vehicle.spin[0] > 0.0
+    assert any("against that of the airframe" in note for note in notes) == (told == ours)
 
 
 def test_derivative_counted_as_inertia(tmp_path):
@@ -115,6 +180,19 @@ def test_derivative_counted_as_inertia(tmp_path):
         ("set angle_level_strength = 50\n", "angle_level_strength: .* now angle_p_gain"),
         ("set pid_type = ADRC\n", "pid_type: given ADRC"),
         ("set use_integrated_yaw = ON\n", "use_integrated_yaw: given ON"),
+        ("mixer Y6\nset p_roll = 4\n", "mixer: given Y6; only QUADX and QUADP"),
+        (
+            "# Betaflight / X (Y) 3.5.7 Jun 1 2019 / 1:2:3 (a) MSP API: 1.40\nset p_roll = 4\n",
+            "version: was printed by Betaflight 3.5",
+        ),
+        (
+            "# INAV / X 7.1.0 Jun 1 2024 / 1:2:3 (a)\nset p_roll = 4\n",
+            "version: was printed by INAV 7.1; known are Betaflight",
+        ),
+        (
+            DIFF.replace("set i_roll = 90", "set level_limit = 50"),
+            "level_limit: .* now angle_limit, and the file says 2025.12",
+        ),
         ("###ERROR IN set: INVALID NAME: 'p_rol'###\n", "holds the error '###ERROR"),
         ("hello\n", "holds no setting of profile 0"),
         ("set p_yaw = 0\nset i_yaw = 0\n", "yaw.kp: "),

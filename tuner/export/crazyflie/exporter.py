@@ -7,10 +7,11 @@ from math import degrees, radians
 from plant.airframes.actuation import actuation
 from plant.errors import InputError
 from tuner.export.autopilot_pid import axis_gains, rate_filters, rate_sources, setpoint_weights
+from tuner.export.autopilot_scales import motors_text
 from tuner.export.c99.sources import c_sources
 from tuner.export.crazyflie import param_file, wrapper
 from tuner.export.crazyflie.parameters import ATTITUDE, HORIZONTAL, held, parameters
-from tuner.export.crazyflie.scales import check_mixing
+from tuner.export.crazyflie.scales import MOTORS, check_mixing
 from tuner.export.crazyflie.table import ENTRIES
 from tuner.export.exporter import Bundle, Exporter, Option, Request
 from tuner.export.heading import heading
@@ -51,7 +52,11 @@ def as_parameters(request: Request) -> Bundle:
     written = parameters(controller, full)
     values = {parameter.name: parameter.held for parameter in written}
     keeps = held(controller, full, values)
-    comments = (*heading(request, parameter_comment), f"65535 counts are {full:.6g} N of one motor; angles in degrees")
+    comments = (
+        *heading(request, parameter_comment),
+        f"65535 counts are {full:.6g} N of one motor; angles in degrees",
+        f"Expected of the vehicle: {motors_text(actuation(controller.airframe.vehicle), MOTORS)}",
+    )
     return Bundle(
         files={FILE: param_file.text(comments, values)},
         rollback={FILE: rollback(request)},
@@ -119,6 +124,8 @@ def as_controller(request: Request) -> Bundle:
         held=replace(controller, gains=tuple(map(single, controller.gains))),
         lossy=(
             "All numbers are float32.",
+            "A measurement that is not finite holds the last command for 50 ms; then the firmware's own PID keeps the vehicle "
+            "level and sinking, or the motors stop where gyro or attitude is not finite, until mode z is disabled.",
             "The firmware's own filters act on the measurements: a gyro filter of 80 Hz, the estimator on position and velocity.",
             f"Motors end at the firmware's THRUST_MAX (0.1125 N on a 2.1), ours at {rotors.thrust_max:.4g} N; above it the "
             "firmware lowers all four alike.",

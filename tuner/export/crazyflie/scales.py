@@ -9,9 +9,11 @@ import numpy as np
 
 from plant.airframes.actuation import Actuation
 from plant.errors import InputError
-from tuner.export.autopilot_scales import TorqueScale, torque_scale
+from tuner.export.autopilot_scales import Motors, TorqueScale, torque_scale
 from tuner.export.crazyflie.table import UINT16
 
+# The firmware's numbers of our rotors 1 to 4.
+MOTORS: Motors = (4, 1, 3, 2)
 # Motors in our order (front left, front right, rear left, rear right) by roll, pitch, yaw.
 FACTORS = np.array([[0.5, 0.5, -1.0], [-0.5, 0.5, 1.0], [0.5, -0.5, 1.0], [-0.5, -0.5, -1.0]])
 SPIN = (1.0, -1.0, -1.0, 1.0)
@@ -21,8 +23,8 @@ def check_mixing(actuation: Actuation) -> None:
     """Refuse an airframe that the firmware's fixed X mixing does not fit; raises InputError naming what of it."""
     if tuple(rotor.spin for rotor in actuation.rotors) != SPIN:
         message = (
-            "given '-++-'; the Crazyflie's firmware mixes for '+--+' (the front left propeller turns clockwise seen from above): "
-            "with the other sense its yaw loop would be unstable"
+            "given '-++-'; the Crazyflie's firmware mixes for '+--+' (the front left propeller, motor 4, turns clockwise seen "
+            "from above): with the other sense its yaw loop would be unstable"
         )
         raise InputError(message, key="airframe.spin")
     torque_per_count(actuation, actuation.thrust_max)
