@@ -52,7 +52,13 @@ typedef uint32_t stabilizerStep_t;
 """
 STUBS = {
     "stabilizer_types.h": TYPES,
-    "platform_defaults.h": "#pragma once\n#define ARM_LENGTH 0.046f\n#define THRUST2TORQUE 0.005964552f\n",
+    "platform_defaults.h": "#pragma once\n#define ARM_LENGTH 0.046f\n#define THRUST2TORQUE 0.005964552f\n#define THRUST_MAX 0.1125f\n",
+    "controller_pid.h": """#pragma once
+#include "stabilizer_types.h"
+void controllerPidInit(void);
+void controllerPid(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors, const state_t *state,
+                   const stabilizerStep_t stabilizerStep);
+""",
     "app.h": "#pragma once\nvoid appMain(void);\n",
     "FreeRTOS.h": "#pragma once\n#define M2T(X) ((unsigned int)(X))\n",
     "task.h": "#pragma once\nvoid vTaskDelay(unsigned int ticks);\n",
@@ -65,6 +71,16 @@ FACE = """
 static control_t control;
 static holdfast_state beside;
 void begin(void) { controllerOutOfTreeInit(); }
+/* The firmware's own PID, of which only what it is asked counts here. */
+static float asked[8];
+void controllerPidInit(void) { asked[0] += 1.0f; }
+void controllerPid(control_t *c, const setpoint_t *s, const sensorData_t *sensors, const state_t *state, const stabilizerStep_t step) {
+  (void)sensors; (void)state; (void)step;
+  asked[1] += 1.0f; asked[2] = s->thrust; asked[3] = (float)s->mode.roll; asked[4] = (float)s->mode.pitch;
+  asked[5] = (float)s->mode.yaw; asked[6] = (float)s->mode.z; asked[7] = (float)c->controlMode;
+  c->thrustSi = -1.0f;
+}
+void heard(float *out) { for (int i = 0; i < 8; i++) out[i] = asked[i]; }
 /* s: position, velocity, quaternion wxyz, gyro deg/s. p: position, velocity, acceleration, attitude deg, attitudeRate deg/s,
    quaternion wxyz. mode: x y z roll pitch yaw quat body. out: mode thrust torques */
 void fly(uint32_t tick, const float *s, const float *p, const int *mode, float *out) {
@@ -73,6 +89,7 @@ void fly(uint32_t tick, const float *s, const float *p, const int *mode, float *
   state.velocity.x = s[3]; state.velocity.y = s[4]; state.velocity.z = s[5];
   state.attitudeQuaternion.w = s[6]; state.attitudeQuaternion.x = s[7];
   state.attitudeQuaternion.y = s[8]; state.attitudeQuaternion.z = s[9];
+  state.attitude.roll = state.attitude.pitch = state.attitude.yaw = s[6] - s[6]; /* finite where the quaternion is */
   sensors.gyro.x = s[10]; sensors.gyro.y = s[11]; sensors.gyro.z = s[12];
   setpoint.position.x = p[0]; setpoint.position.y = p[1]; setpoint.position.z = p[2];
   setpoint.velocity.x = p[3]; setpoint.velocity.y = p[4]; setpoint.velocity.z = p[5];
@@ -163,6 +180,12 @@ class Firmware:
         arrays = [np.asarray(state, np.float32), np.asarray(setpoint, np.float32), np.asarray(mode, np.int32), out]
         self.code.fly(ctypes.c_uint32(tick), *[a.ctypes.data_as(ctypes.c_void_p) for a in arrays])
         return out
+
+    def heard(self):
+        """What the firmware's PID was asked: inits, calls, thrust, modes of roll, pitch, yaw, z, and the control mode."""
+        out = np.zeros(8, np.float32)
+        self.code.heard(out.ctypes.data_as(ctypes.c_void_p))
+        return out.tolist()
 
     def plain(self, first, state, reference):
         out = np.zeros(4, np.float32)
@@ -353,6 +376,104 @@ def test_a_measurement_that_is_not_finite_leaves_the_command_in_force(firmware):
     broken = state.copy()
     broken[6:10] = 0.0
     assert firmware.fly(4, broken, setpoint(), HOLD).tolist() == before.tolist()
+
+
+# 50 ms of the last command, in periods of 2 ms; the next one hands over.
+PATIENCE = 25
+
+
+def lost(firmware, state, broken, periods=PATIENCE):
+    """Fly once, then periods of a broken measurement; the last command before and what is commanded after them."""
+    before = firmware.fly(0, state, setpoint(), HOLD)
+    for k in range(1, periods + 1):
+        assert firmware.fly(2 * k, broken, setpoint(), HOLD).tolist() == before.tolist()
+    return 2 * (periods + 1)
+
+
+def without(state, entry):
+    broken = state.copy()
+    broken[entry] = np.nan
+    return broken
+
+
+@pytest.mark.parametrize("entry", [2, 4])
+def test_without_a_position_the_firmwares_own_pid_levels_and_sinks(firmware, entry):
+    state = flight(np.random.default_rng(9), 1)[0]
+    tick = lost(firmware, state, without(state, entry))
+    out = firmware.fly(tick, without(state, entry), setpoint(), HOLD)
+    inits, calls, thrust, roll, pitch, yaw, z, mode = firmware.heard()
+    assert out[1] == -1.0 and (inits, calls, mode) == (1.0, 1.0, 0.0)
+    assert (roll, pitch, yaw, z) == (ABS, ABS, SPEED, OFF)
+    hover = 0.027 * 9.81 / 4.0 / float(np.float32(0.1125)) * 65535.0
+    assert thrust == pytest.approx(0.9 * hover, rel=1e-5)
+    # A measurement that comes back changes nothing; it goes on at every tick until somebody takes over by hand.
+    assert firmware.fly(tick + 1, state, setpoint(), HOLD)[1] == -1.0 and firmware.heard()[1] == 2.0
+    assert firmware.fly(tick + 2, state, setpoint(), (OFF,) * 8)[1:].tolist() == [0, 0, 0, 0]
+    assert firmware.fly(tick + 4, state, setpoint(), HOLD)[1] > 0.0
+
+
+@pytest.mark.parametrize("entry", [6, 11])
+def test_without_an_attitude_the_motors_stop(firmware, entry):
+    state = flight(np.random.default_rng(10), 1)[0]
+    tick = lost(firmware, state, without(state, entry))
+    assert firmware.fly(tick, without(state, entry), setpoint(), HOLD)[1:].tolist() == [0, 0, 0, 0]
+    assert firmware.fly(tick + 2, state, setpoint(), HOLD)[1:].tolist() == [0, 0, 0, 0]
+    assert firmware.heard()[1] == 0.0
+
+
+def test_levelled_and_then_without_a_gyro_the_motors_stop(firmware):
+    state = flight(np.random.default_rng(11), 1)[0]
+    tick = lost(firmware, state, without(state, 4))
+    firmware.fly(tick, without(state, 4), setpoint(), HOLD)
+    assert firmware.fly(tick + 1, without(state, 11), setpoint(), HOLD)[1:].tolist() == [0, 0, 0, 0]
+    assert firmware.fly(tick + 2, state, setpoint(), HOLD)[1:].tolist() == [0, 0, 0, 0]
+
+
+def test_a_measurement_in_time_starts_the_count_again(firmware):
+    state = flight(np.random.default_rng(12), 1)[0]
+    tick = lost(firmware, state, without(state, 4))
+    firmware.fly(tick, state, setpoint(), HOLD)
+    command = firmware.fly(tick + 2, state, setpoint(), HOLD)
+    assert firmware.fly(tick + 4, without(state, 4), setpoint(), HOLD).tolist() == command.tolist()
+    assert firmware.heard()[1] == 0.0
+
+
+@pytest.mark.parametrize(
+    ("airframe", "thrust_max", "words"),
+    [
+        ("iris", "0.1125f", "differ more than twice"),
+        ("crazyflie-pybullet", "5.6f", "differ more than twice"),
+        ("crazyflie-pybullet", "0.0745f", "differ more than twice"),
+        ("crazyflie-pybullet", "0.1625f", ""),
+    ],
+)
+def test_it_builds_for_the_rotors_that_the_gains_are_for_alone(tmp_path, airframe, thrust_max, words):
+    source = folder(tmp_path, controller("ladrc", "hybrid", airframe, 0.002))
+    defaults = tmp_path / "platform_defaults.h"
+    defaults.write_text(defaults.read_text().replace("0.1125f", thrust_max))
+    command = [
+        program("gcc"),
+        *STRICT,
+        f"-I{tmp_path}",
+        f"-I{source}",
+        "-c",
+        str(source / "controller_holdfast.c"),
+        "-o",
+        "/dev/null",
+    ]
+    done = subprocess.run(command, capture_output=True, text=True)
+    assert (done.returncode == 0, words in done.stderr) == (not words, True), done.stderr
+
+
+def test_motors_are_named_by_the_firmwares_numbers():
+    """Motor 1 front right counter-clockwise, then clockwise round the vehicle: 2 rear right, 3 rear left, 4 front left."""
+    text = (
+        EXPORTER.carry(request(controller("ladrc", "hybrid", "crazyflie-pybullet", 0.002))).files["README.md"].decode()
+    )
+    assert (
+        "motor 1 front right counter-clockwise, motor 2 rear right clockwise, motor 3 rear left counter-clockwise, "
+        "motor 4 front left clockwise" in text
+    )
 
 
 def test_a_torque_turns_the_vehicle_as_the_firmware_means_it(firmware):

@@ -7,6 +7,9 @@ and its own torque per thrust, ends at the very rotor thrusts that the controlle
 propellers are: at 0.0397 m instead of the firmware's 0.046 m, torques as they are would come out 14 % small.
 """
 
+from plant.airframes.actuation import actuation
+from tuner.export.autopilot_scales import motors_text
+from tuner.export.crazyflie.scales import MOTORS
 from tuner.export.exporter import Request
 from tuner.export.heading import heading
 from tuner.export.texts import c_comment, markdown
@@ -23,12 +26,20 @@ _CONTROLLER = """\
 
 #include <math.h>
 
+#include "controller_pid.h"
 #include "holdfast_controller.h"
 #include "platform_defaults.h"
 
 #if RATE_MAIN_LOOP != 1000
 #error "the control period is counted in ticks of 1 ms"
 #endif
+
+/* The gains are for rotors of @ROTOR_MAX@ N at most; with others they fly another vehicle, or none. */
+#define ROTOR_MAX @ROTOR_MAX@F /* [N] */
+#define ROTOR_HOVER @ROTOR_HOVER@F /* [N] */
+_Static_assert(THRUST_MAX > 0.5F * ROTOR_MAX && THRUST_MAX < 2.0F * ROTOR_MAX,
+               "THRUST_MAX of this firmware and the rotors that the gains are for differ more than twice");
+_Static_assert(THRUST_MAX > 1.1F * ROTOR_HOVER, "THRUST_MAX of this firmware does not lift the vehicle that the gains are for");
 
 #define PERIOD_TICKS @TICKS@U
 #define PERIOD @PERIOD@F /* s */
@@ -40,11 +51,18 @@ static holdfast_state controller;
 static holdfast_vec3 goal; /* where the vehicle is asked to be, world ENU [m] */
 static float yaw_goal;     /* rad */
 static bool flying;
+/* Periods in a row without a measurement that can be used, and how many hold the last command: PATIENCE ms at most. */
+static unsigned int missed;
+#define PATIENCE 50U
+#define MOST_MISSED (PATIENCE / PERIOD_TICKS)
+static enum { OURS, LEVELLED, STOPPED } in_charge;
 static float rotor_thrust[4]; /* in force, front left, front right, rear left, rear right [N] */
 
 static void stop(void)
 {
     flying = false;
+    missed = 0U;
+    in_charge = OURS;
     for (int i = 0; i < 4; i++)
         rotor_thrust[i] = 0.0F;
 }
@@ -107,8 +125,8 @@ static holdfast_reference asked(const setpoint_t *setpoint, const holdfast_measu
     return r;
 }
 
-/* One control period. A measurement that is not finite leaves the last command in force. */
-static void decide(const setpoint_t *setpoint, const sensorData_t *sensors, const state_t *state)
+/* One control period; false where nothing could be decided, which leaves the last command in force. */
+static bool decide(const setpoint_t *setpoint, const sensorData_t *sensors, const state_t *state)
 {
     const holdfast_vec3 position = {state->position.x, state->position.y, state->position.z};
     const holdfast_vec3 velocity = {state->velocity.x, state->velocity.y, state->velocity.z};
@@ -118,18 +136,57 @@ static void decide(const setpoint_t *setpoint, const sensorData_t *sensors, cons
     holdfast_measurement m;
     holdfast_command command;
     if (holdfast_measure(&position, &velocity, &attitude, &rate, &m) != HOLDFAST_OK)
-        return;
+        return false;
     if (!flying) {
         if (holdfast_init(&controller, &m) != HOLDFAST_OK)
-            return;
+            return false;
         goal = position;
         yaw_goal = m.angles.z;
         flying = true;
     }
     const holdfast_reference reference = asked(setpoint, &m);
-    if (holdfast_step(&controller, &reference, &m, &command) == HOLDFAST_OK)
-        for (int i = 0; i < 4; i++)
-            rotor_thrust[i] = command.rotor_thrust[i];
+    if (holdfast_step(&controller, &reference, &m, &command) != HOLDFAST_OK)
+        return false;
+    for (int i = 0; i < 4; i++)
+        rotor_thrust[i] = command.rotor_thrust[i];
+    return true;
+}
+
+static bool is_finite(float x)
+{
+    return x - x == 0.0F;
+}
+
+/* What the firmware's own PID needs to keep the vehicle level. */
+static bool angles_known(const sensorData_t *sensors, const state_t *state)
+{
+    const Axis3f *rate = &sensors->gyro;
+    const attitude_t *angle = &state->attitude;
+    return is_finite(rate->x) && is_finite(rate->y) && is_finite(rate->z) && is_finite(angle->roll) && is_finite(angle->pitch)
+        && is_finite(angle->yaw);
+}
+
+/* After MOST_MISSED periods others are in charge until thrust by hand or motors off is asked for: the firmware's own PID, or
+   nobody, and the motors stand still. */
+static void hand_over(const sensorData_t *sensors, const state_t *state)
+{
+    const bool known = angles_known(sensors, state);
+    stop();
+    in_charge = known ? LEVELLED : STOPPED;
+    if (known)
+        controllerPidInit();
+}
+
+/* The firmware's PID, asked to be level, not to turn, and to sink: nine tenths of the weight, in its counts. */
+static void level(control_t *control, const sensorData_t *sensors, const state_t *state, const stabilizerStep_t stabilizerStep)
+{
+    setpoint_t setpoint = {0};
+    setpoint.mode.roll = modeAbs;
+    setpoint.mode.pitch = modeAbs;
+    setpoint.mode.yaw = modeVelocity;
+    setpoint.thrust = 0.9F * 65535.0F * ROTOR_HOVER / THRUST_MAX;
+    control->controlMode = controlModeLegacy;
+    controllerPid(control, &setpoint, sensors, state, stabilizerStep);
 }
 
 /* Force and torques from which the firmware's mixing gets these rotor thrusts back. */
@@ -146,11 +203,19 @@ static void put(control_t *control)
 void controllerOutOfTree(control_t *control, const setpoint_t *setpoint, const sensorData_t *sensors, const state_t *state,
                          const stabilizerStep_t stabilizerStep)
 {
-    if (setpoint->mode.z == modeDisable)
+    if (setpoint->mode.z == modeDisable) {
         stop(); /* thrust by hand, or motors off: nothing that this controller flies */
-    else if (stabilizerStep % PERIOD_TICKS == 0U)
-        decide(setpoint, sensors, state);
-    put(control);
+    } else if (in_charge == OURS && stabilizerStep % PERIOD_TICKS == 0U) {
+        missed = decide(setpoint, sensors, state) ? 0U : missed + 1U;
+        if (missed > MOST_MISSED)
+            hand_over(sensors, state);
+    }
+    if (in_charge == LEVELLED && !angles_known(sensors, state))
+        in_charge = STOPPED;
+    if (in_charge == LEVELLED)
+        level(control, sensors, state, stabilizerStep);
+    else
+        put(control);
 }
 """
 
@@ -221,7 +286,12 @@ firmware gives the out-of-tree controller.
 - Setpoints of position and of velocity (world or body) are flown, as are roll and pitch while z is held (mode x or y disabled).
   With mode z disabled (thrust by hand, motors off) the motors stand still.
 - Torques go through the firmware's own ARM_LENGTH and THRUST2TORQUE, so the rotors get the thrusts that the controller decided.
-- First flight: tethered, or with a hand on the emergency stop. Check that THRUST_MAX of your firmware is @THRUST@ N or more.
+- Measurements that are not finite, or an attitude that is none, hold the last command for 50 ms. Then the firmware's own PID
+  keeps the vehicle level and sinking while gyro and attitude are finite, else the motors stop; both until mode z is disabled.
+- It does not build where THRUST_MAX of your firmware and the rotors that the gains are for (@THRUST@ N) differ more than twice,
+  or where THRUST_MAX does not lift the vehicle.
+- The motors, by the firmware's numbers: @MOTORS@.
+- First flight: tethered, or with a hand on the emergency stop.
 """
 
 
@@ -231,9 +301,11 @@ def files(request: Request, header: str, source: str, sentence: str = "") -> dic
     told = [text for text in (*heading(request, str), sentence) if text]
     ticks = round(controller.control_period / TICK)
     vehicle = controller.airframe.vehicle
+    rotors = actuation(vehicle)
     tokens = {"@TICKS@": str(ticks), "@PERIOD@": f"{controller.control_period:.9g}"}
+    tokens |= {"@ROTOR_MAX@": f"{rotors.thrust_max:#.9g}", "@ROTOR_HOVER@": f"{rotors.hover_thrust:#.9g}"}
     readme = {"@HEADING@": "  \n".join(map(markdown, told)), "@PERIOD@": str(ticks)}
-    readme["@THRUST@"] = f"{vehicle.thrust_coefficient * vehicle.speed_max**2:.4g}"
+    readme |= {"@THRUST@": f"{rotors.thrust_max:.4g}", "@MOTORS@": motors_text(rotors, MOTORS)}
     texts = {
         "Kbuild": "obj-y += src/\n",
         "Makefile": _MAKEFILE,
