@@ -2,7 +2,13 @@
 
 from collections.abc import Callable
 
+import tuner
 from tuner.export.exporter import Request
+
+
+def tool() -> str:
+    """Return the name and version of the tool that writes an export."""
+    return f"holdfast {tuner.__version__}"
 
 
 def heading(request: Request, write: Callable[[str], str]) -> tuple[str, str, str]:
@@ -12,7 +18,7 @@ def heading(request: Request, write: Callable[[str], str]) -> tuple[str, str, st
     """
     controller = request.controller
     return (
-        write(f"Written by holdfast from the gains {request.digest}"),
+        write(f"Written by {tool()} from the gains {request.digest}"),
         write(f"Airframe: {controller.airframe.name} ({controller.airframe.title})"),
         write(
             f"Laws: position {controller.cascade.position.name}, attitude {controller.cascade.attitude.name}; "

@@ -18,7 +18,7 @@ from plant.nominal import ControlOptions
 from plant.vehicle import Vehicle
 from tuner.export import rotorpy_controller
 from tuner.export.exporter import Bundle, Exporter, Request
-from tuner.export.heading import heading
+from tuner.export.heading import heading, tool
 from tuner.export.previous import rollback_request
 from tuner.export.rotorpy_vehicle import differences, parameter_text
 from tuner.export.texts import markdown, python_docstring
@@ -130,7 +130,7 @@ def _joined(root: str, rest: str) -> str:
 def _init(request: Request) -> str:
     return "\n".join(
         [
-            f'"""{heading(request, python_docstring)[2]}; gains from holdfast, flown in RotorPy: see `controller`."""',
+            f'"""{heading(request, python_docstring)[2]}; gains from {tool()}, flown in RotorPy: see `controller`."""',
             "",
             "from .flight_controller import FlightController",
             "from .gains import controller",

@@ -3,7 +3,7 @@
 export.json has these keys:
 
     format "holdfast-export", version "1.0"
-    target, target_version, title, experimental, airframe, laws, gains_sha256
+    generator, target, target_version, title, experimental, airframe, laws, gains_sha256
     files {NAME: sha256}, rollback [NAME], settings {NAME: VALUE}, lossy [sentence]
     before: where it is known from what is on the vehicle, null where nobody said
     parameters [{name, unit, asked, held, low, high, usual, before, kept, change}], before on the vehicle; change is held - before
@@ -21,6 +21,8 @@ from typing import Any
 from plant.errors import StoreError
 from tuner.export.aboard import origin
 from tuner.export.exporter import Bundle, Exporter, Parameter, Request
+from tuner.export.exporter import Bundle, Exporter, Request
+from tuner.export.heading import tool
 from tuner.export.verification import Verification
 
 FORMAT, VERSION = "holdfast-export", "1.0"
@@ -36,6 +38,7 @@ def export_document(exporter: Exporter, request: Request, bundle: Bundle, verifi
     return {
         "format": FORMAT,
         "version": VERSION,
+        "generator": tool(),
         "target": exporter.name,
         "target_version": bundle.target_version,
         "title": exporter.title,

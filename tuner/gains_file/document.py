@@ -2,8 +2,9 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict
-from importlib.metadata import PackageNotFoundError, version
+from math import nan
 
+import tuner
 from plant.gains import gain_addresses
 from tuner.gains_file.airframe_block import airframe_block
 from tuner.gains_file.controller import Controller, VehicleRecord
@@ -16,6 +17,8 @@ from tuner.gains_file.ucum import quantity
 Ranges = Mapping[str, tuple[float, float]]
 
 NO_RANGES: Ranges = {}
+# Relative.
+ROUNDING = 1e-9
 
 
 def to_document(controller: Controller, provenance: Row, ranges: Ranges = NO_RANGES) -> Row:
@@ -27,7 +30,7 @@ def to_document(controller: Controller, provenance: Row, ranges: Ranges = NO_RAN
     document: Row = {
         "format": FORMAT,
         "version": VERSION,
-        "generator": {"name": "holdfast", "version": _own_version()},
+        "generator": {"name": "holdfast", "version": tuner.__version__},
         "conventions": CONVENTIONS,
         "airframe": airframe_block(controller.airframe),
         "controller": controller_block(controller),
@@ -70,19 +73,23 @@ def gains_block(controller: Controller, ranges: Ranges) -> Row:
     return {
         gain.address: {
             **quantity(controller.gains[gain.column], gain.unit),
-            **dict(zip(("low", "high"), ranges.get(gain.address, ()), strict=False)),
+            **_range(ranges, gain.address, controller.gains[gain.column]),
         }
         for gain in gain_addresses(controller.cascade)
     }
 
 
+def within(value: float, low: float, high: float) -> bool:
+    """Return whether a gain lies in a range, to the rounding of a search that works in its logarithm."""
+    return low - ROUNDING * abs(low) <= value <= high + ROUNDING * abs(high)
+
+
+def _range(ranges: Ranges, address: str, value: float) -> Row:
+    """Return the range that a search had for a gain; a default that lies outside was not found in it."""
+    low, high = ranges.get(address, (nan, nan))
+    return {"low": low, "high": high} if within(value, low, high) else {}
+
+
 def seed_entry(seed: int) -> int | str:
     """Return a seed as JSON holds it: as text where a double would not tell it from its neighbours."""
     return seed if seed <= MOST_EXACT else str(seed)
-
-
-def _own_version() -> str:
-    try:
-        return version("holdfast")
-    except PackageNotFoundError:
-        return "not installed"

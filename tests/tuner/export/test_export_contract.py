@@ -3,6 +3,7 @@
 import json
 import re
 from dataclasses import replace
+from importlib.metadata import version
 from pathlib import PurePosixPath
 
 import numpy as np
@@ -17,6 +18,7 @@ from tuner.export.registry import EXPORTERS, exporter
 from tuner.export.run import carry, check_laws
 from tuner.export.settings import settings_of
 
+VERSION = version("holdfast")
 DIGEST = "0123456789abcdef" * 4
 # What an option that must be given is given in these tests.
 GIVEN = {"ardupilot": ("firmware=4.7",)}
@@ -82,6 +84,13 @@ def test_some_text_names_the_gains_the_airframe_and_the_tool(entry, given):
     texts = [content.decode(errors="replace") for content in bundle.files.values()]
     for word in (DIGEST[:12], given.airframe.name, "holdfast"):
         assert any(word in text for text in texts), word
+
+
+@pytest.mark.parametrize(("entry", "given"), PAIRS)
+def test_bundle_and_rollback_name_the_version_of_the_tool(entry, given):
+    bundle = entry.carry(request_of(entry, given))
+    for files in (bundle.files, bundle.rollback):
+        assert any(f"holdfast {VERSION}" in content.decode(errors="replace") for content in files.values())
 
 
 @pytest.mark.parametrize(("entry", "given"), PAIRS)

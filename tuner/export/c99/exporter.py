@@ -10,6 +10,7 @@ from tuner.export.c99.golden_text import golden_header, golden_program
 from tuner.export.c99.readme import DELAYED, MAKEFILE, PROMPT, README
 from tuner.export.c99.sources import c_sources
 from tuner.export.exporter import Bundle, Exporter, Option, Request
+from tuner.export.heading import tool
 from tuner.export.previous import rollback_request
 from tuner.export.texts import c_comment, markdown
 from tuner.gains_file import Controller
@@ -55,7 +56,7 @@ def files(request: Request, sentence: str) -> dict[str, bytes]:
     position, attitude = controller.cascade.position.name, controller.cascade.attitude.name
     words = {
         "p": PREFIX, "P": PREFIX.upper(), "digest": c_comment(request.digest), "airframe": c_comment(controller.airframe.name),
-        "laws": f"position {position}, attitude {attitude}",
+        "laws": f"position {position}, attitude {attitude}", "tool": tool(),
     }  # fmt: skip
     readme = README.format(
         **words | {"digest": markdown(request.digest), "airframe": markdown(controller.airframe.name)},

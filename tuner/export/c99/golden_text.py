@@ -6,7 +6,7 @@ from plant.backends.c_code import Real, literal
 from tuner.export.c99.golden import Golden
 
 HEADER = """\
-/* golden.h: what {p}_controller.c takes, gives and then keeps, bit for bit, written by holdfast. Worked out by the
+/* golden.h: what {p}_controller.c takes, gives and then keeps, bit for bit, written by {tool}. Worked out by the
    simulator's own functions in {real}. Rows: members of the structures in their order, steps one after another.
 
    gains         {digest}
@@ -22,7 +22,7 @@ HEADER = """\
 #endif
 """
 PROGRAM = """\
-/* test_golden.c: compares {p}_controller.c with the golden vectors, bit for bit. Written by holdfast for the gains
+/* test_golden.c: compares {p}_controller.c with the golden vectors, bit for bit. Written by {tool} for the gains
    {digest}
    of {airframe} ({laws}). Prints and returns 1 at the first difference. */
 

@@ -3,10 +3,11 @@
 from plant.backends.c_code import REALS, literal
 from plant.backends.c_records import CRecords
 from tuner.export.texts import c_comment, c_string
+from tuner.export.heading import tool
 from tuner.gains_file import Controller
 
 HEADER = """\
-/* {p}_controller.h: flight controller of {title}, written by holdfast.
+/* {p}_controller.h: flight controller of {title}, written by {tool}.
 
    airframe      {airframe}
    laws          position {position}, attitude {attitude}
@@ -18,7 +19,7 @@ HEADER = """\
    R = Rz(yaw) Ry(pitch) Rx(roll), positive pitch is nose down. Units: m, s, rad, N, N m.
 
    No globals, no heap, no recursion; the caller owns all state. Nothing is called but sqrt{suffix}, fabs{suffix} and memcpy.
-   Compile with -ffp-contract=off to have the bits of the golden vectors.
+   Compile with -ffp-contract=off to have the bits of the golden vectors, as C99 or as C++; -ffast-math is refused.
 
    An input that is infinite or NaN, or so large that what follows from it is, is refused: the status says so, the state is as
    it was and the output is the last good one, after an init that of hover. So finite states stay finite whatever comes in. */
@@ -145,6 +146,7 @@ def header_text(controller: Controller, real: str, prefix: str, digest: str, rec
     return HEADER.format(
         p=prefix,
         P=prefix.upper(),
+        tool=tool(),
         title=c_comment(controller.airframe.title),
         airframe=c_comment(controller.airframe.name),
         position=cascade.position.name,

@@ -1,7 +1,7 @@
 """README.md and Makefile of the exported C."""
 
 MAKEFILE = """\
-# Written by holdfast. make test: the golden vectors on this machine; make arm: an object for a Cortex-M4F.
+# Written by {tool}. make test: the golden vectors on this machine; make arm: an object for a Cortex-M4F.
 CFLAGS = -std=c99 -O2 -ffp-contract=off -fno-math-errno -Wall -Wextra
 ARM_CC = arm-none-eabi-gcc
 ARM_CPU = -mcpu=cortex-m4 -mthumb -mfloat-abi=hard -mfpu=fpv4-sp-d16
@@ -35,7 +35,7 @@ README = """\
 | period | {period} s |
 | numbers | {real} |
 | gains | sha256 {digest} |
-| written by | holdfast |
+| written by | {tool} |
 
 ## Files
 

@@ -107,8 +107,9 @@ def _function(name: str, body: Body, fields: Mapping[str, str], routine: Routine
     targets = [(f"next->{path}", leaf) for path, leaf in zip(paths(routine.memory), after, strict=True)]
     targets += [("result.value", value), ("result.sum", total)]
     lines = style.writer({text: f"c->{field}" for text, field in fields.items()}).statements(targets)
-    taken = [f"const {memory} *restrict m", f"{memory} *restrict next"]
-    taken += [f"const {name}_constants *restrict c"] if fields else []
+    restrict = f"{style.prefix.upper()}_RESTRICT"
+    taken = [f"const {memory} *{restrict} m", f"{memory} *{restrict} next"]
+    taken += [f"const {name}_constants *{restrict} c"] if fields else []
     taken += [f"{real} {parameter}" for parameter in body.parameters]
     return function_text(
         f"static inline {style.prefix}_loop {name}", taken, [f"{style.prefix}_loop result;", *lines, "return result;"]

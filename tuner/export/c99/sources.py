@@ -16,8 +16,28 @@ from tuner.export.c99.header import header_text
 from tuner.export.c99.routines import Call, Style, function_of, function_text, loops
 from tuner.export.c99.tracing import UNIT_WITHIN, Entry, Traces, trace
 from tuner.export.texts import c_comment
+from tuner.export.heading import tool
 from tuner.gains_file import Controller
 
+GUARDS = """\
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \\
+    (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+#error "compile this file without -ffast-math and its parts: they delete the test for NaN and change the order of sums"
+#endif
+#if {evaluation}
+#error "{real} must be worked out as {real} (FLT_EVAL_METHOD): on 32-bit x86 compile with -msse2 -mfpmath=sse"
+#endif
+
+#ifdef __cplusplus
+#define {P}_RESTRICT __restrict
+#else
+#define {P}_RESTRICT restrict
+#endif"""
+# Ways to work out floating point that keep every operation of a type in it; 16 differs from 0 in half precision alone.
+EVALUATION = {
+    "float": "FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16",
+    "double": "FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 1 && FLT_EVAL_METHOD != 16",
+}
 FLOOR = """\
 /* Largest whole number that is not above x; beyond {largest} every number is whole. */
 static inline {p}_real {p}_floor({p}_real x)
@@ -91,8 +111,9 @@ def _source(controller: Controller, traces: Traces, style: Style) -> str:
     largest = literal(real.largest_fraction, real)
     parts = [
         f"/* Controller of {c_comment(controller.airframe.title)}; what it is stands in {p}_controller.h. "
-        "Written by holdfast. */",
-        f'#include "{p}_controller.h"\n\n#include <math.h>\n#include <stdint.h>',
+        f"Written by {tool()}. */",
+        f'#include "{p}_controller.h"\n\n#include <float.h>\n#include <math.h>\n#include <stdint.h>',
+        GUARDS.format(P=p.upper(), real=real.name, evaluation=EVALUATION[real.name]),
         FLOOR.format(p=p, suffix=real.suffix, largest=largest, whole=real.whole, one=literal(1.0, real)),
         function_of(traces.atan2, style),
         LOOP.format(p=p),

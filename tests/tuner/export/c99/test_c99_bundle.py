@@ -74,6 +74,16 @@ def test_make_test_passes_for_every_law(law, tmp_path):
     assert made(folder, "test").returncode == 0
 
 
+def test_the_golden_vectors_hold_for_a_cpp_build(tmp_path):
+    written(tmp_path, usual("hybrid", "hybrid").files)
+    flags = ["-x", "c++", "-std=c++11", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Werror"]
+    subprocess.run(
+        [program("g++"), *flags, "test_golden.c", "holdfast_controller.c", "-o", "cpp"], cwd=tmp_path, check=True
+    )
+    done = subprocess.run(["./cpp"], cwd=tmp_path, capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+
+
 def mutants(source):
     """Sources with one constant of a table that is not 0 made 0.1 % larger, and where it stands."""
     for table in re.finditer(r"static const \w+ holdfast_(\w+) = \{(.*?)\};", source, re.S):

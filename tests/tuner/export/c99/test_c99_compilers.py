@@ -77,6 +77,60 @@ def test_the_header_is_cpp(folder):
     assert done.returncode == 0, done.stderr[-2000:]
 
 
+@pytest.mark.parametrize("compiler", ["g++", "clang++"])
+@pytest.mark.parametrize("real", ["float", "double"])
+def test_the_source_is_cpp(folder, compiler, real):
+    """Names of a C unit and of a C++ unit are the same: the header asks for C linkage."""
+    target = compile_all(
+        folder,
+        compiler,
+        "-x",
+        "c++",
+        "-std=c++11",
+        "-O2",
+        "-Wall",
+        "-Wextra",
+        "-Werror",
+        real=real,
+        into=f"{compiler}_{real}",
+    )
+    assert {"pid_float_step", "pid_double_step"} & {name for kind, name in symbols("nm", target) if kind == "T"}
+
+
+FAST = (
+    "-ffast-math",
+    "-Ofast",
+    "-ffinite-math-only",
+    "-freciprocal-math",
+    "-fassociative-math -fno-signed-zeros -fno-trapping-math",
+)
+
+
+@pytest.mark.parametrize(
+    ("compiler", "flags"), [("gcc", one) for one in FAST] + [("clang", "-ffast-math"), ("g++", "-x c++ -Ofast")]
+)
+def test_fast_math_does_not_build(folder, compiler, flags):
+    done = subprocess.run(
+        [program(compiler), *flags.split(), "-c", "pid_float_controller.c", "-o", "none.o"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode != 0 and "compile this file without -ffast-math" in done.stderr, done.stderr[-2000:]
+
+
+@pytest.mark.parametrize("real", ["float", "double"])
+def test_extended_precision_does_not_build(folder, real):
+    """The x87 unit works in 80 bits: other bits than the golden vectors, at the compiler's choice."""
+    done = subprocess.run(
+        [program("gcc"), "-mfpmath=387", "-c", f"pid_{real}_controller.c", "-o", "none.o"],
+        cwd=folder,
+        capture_output=True,
+        text=True,
+    )
+    assert done.returncode != 0 and f"{real} must be worked out as {real}" in done.stderr, done.stderr[-2000:]
+
+
 def test_contraction_is_what_the_flag_is_for(folder):
     """With gcc's default a Cortex-M4F joins multiply and add; with the flag it never does."""
     one = ["pid_float_controller.c"]
