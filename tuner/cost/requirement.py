@@ -49,6 +49,13 @@ def cost_screen(table: "CostTable", system: System) -> Screen:
         raise InputError(f"given {table.most:g}; a limit must be finite and above 0", key="most")
     quantity = QUANTITIES[table.quantity]
     value = quantity.value(_known(system), system.timing.control_period)
+    if table.hard and value > table.most:
+        laws = f"{system.cascade.attitude.name} with {system.cascade.position.name}"
+        message = (
+            f"given {table.most:g} {quantity.unit}; {laws} takes {value:g} {quantity.unit} whatever its gains are, so no "
+            "candidate can keep this: raise it, take laws that take less, or set hard = false"
+        )
+        raise InputError(message, key="most")
     requirement = Requirement(
         f"cost({table.quantity})", f"{quantity.about} on a {TARGET}", quantity.unit, table.most, "most", table.hard
     )

@@ -12,6 +12,7 @@ from plant.gains import GainAddress, gain_addresses
 from plant.laws import law
 from plant.nominal import ControlOptions
 from tuner.gains_file.airframe_block import airframe_of, airframe_problems
+from tuner.gains_file.document import within
 from tuner.gains_file.hashing import content_hash
 from tuner.gains_file.parsing import check_identity, parsed
 from tuner.gains_file.problems import not_finite, schema_problems, text_problems
@@ -96,6 +97,12 @@ def _check_gain(gain: GainAddress, entry: Row, period: float) -> None:
     low, high = entry.get("low", -inf), entry.get("high", inf)
     if low > high:
         raise InputError(f"given {low:g}; this must not be above high = {high:g}", key=f"{gain.address}.low")
+    if not within(entry["value"], low, high):
+        message = (
+            f"given {entry['value']:g} {gain.unit}, outside of the range {low:g} to {high:g} that stands beside it: correct one "
+            "of them, or leave low and high out"
+        )
+        raise InputError(message, key=f"{gain.address}.value")
 
 
 def _failed(key: str, check: Callable[[], object]) -> Iterator[InputError]:

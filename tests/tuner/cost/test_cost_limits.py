@@ -39,7 +39,7 @@ def limit(quantity, most, hard=True):
     ],
 )  # fmt: skip
 def test_a_limit_is_a_requirement_that_all_gains_keep_or_break_alike(quantity, value, unit, tmp_path):
-    asked = study(tmp_path, limit(quantity, 1000.0))
+    asked = study(tmp_path, limit(quantity, 10000.0))
     (screen,), (requirement,) = asked.screens, asked.requirements
     known = getattr(HYBRID, value)
     assert np.array_equal(screen.analyse(np.zeros((3, len(asked.space.base)))), np.full((3, 1), float(known)))
@@ -49,7 +49,14 @@ def test_a_limit_is_a_requirement_that_all_gains_keep_or_break_alike(quantity, v
         "most",
         True,
     )
-    assert bool(requirement.kept(np.array([known]))[0]) == (known <= 1000.0)
+    assert bool(requirement.kept(np.array([known]))[0])
+    # No gains keep a limit below what the laws take: refused where it is hard, told where it is soft.
+    below = 0.99 * known
+    with pytest.raises(InputError, match="no candidate can keep this: raise it") as caught:
+        study(tmp_path, limit(quantity, below))
+    assert caught.value.key == "cost[0].most"
+    (soft,) = study(tmp_path, limit(quantity, below, hard=False)).requirements
+    assert not soft.kept(np.array([known]))[0]
 
 
 def test_instructions_a_second_depend_on_the_period(tmp_path):

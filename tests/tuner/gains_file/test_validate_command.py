@@ -43,6 +43,16 @@ def test_each_problem_has_its_line(tmp_path, monkeypatch, capsys):
         assert sum(f": {key}: " in line for line in lines) == 1, key
 
 
+@pytest.mark.parametrize(("value", "valid"), [(0.5, False), (1.0, True), (4.0 * (1.0 + 1e-12), True), (4.01, False)])
+def test_a_value_is_held_against_the_range_beside_it(value, valid, tmp_path, monkeypatch, capsys):
+    made = document()
+    made["gains"]["roll.k2"] |= {"value": value, "low": 1.0, "high": 4.0}
+    code, _, err = tuner(monkeypatch, capsys, "validate", written(tmp_path, rehashed(made)))
+    assert code == (0 if valid else 2), err
+    if not valid:
+        assert f"gains.roll.k2.value: given {value:g} " in err and "outside of the range 1 to 4" in err
+
+
 @pytest.mark.parametrize(
     ("change", "valid", "state"),
     [
