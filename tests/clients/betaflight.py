@@ -13,8 +13,10 @@ from tests.clients import client, program
 CLI_PORT = 5761
 PROMPT = "\n# "
 MARK = "#heard"
-# Longest wait for an answer [s], and for how often to power up: now and then the firmware does not come up.
-PATIENCE, STARTS = 10.0, 3
+# Longest waits for an answer and for the command line [s]; how often to power up: now and then the firmware does not answer.
+PATIENCE, BOOT, STARTS = 20.0, 5.0, 6
+# Longest waits for more of an answer, and before the command line opens [s].
+PAUSE, MOMENT = 0.1, 0.5
 
 
 class Firmware:
@@ -57,8 +59,7 @@ class Firmware:
                 [str(self.binary)], cwd=self.folder, env=surroundings,
                 stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
             )  # fmt: skip
-            self.line = socket.create_connection(("127.0.0.1", self._port(ports)), timeout=0.3)
-            if self._entered():
+            if self._connected(ports) and self._entered():
                 return
         raise AssertionError("the firmware's command line does not answer")
 
@@ -71,20 +72,30 @@ class Firmware:
             self.process.wait()
         self.process = self.line = None
 
-    def _port(self, ports: Path) -> int:
+    def _connected(self, ports: Path) -> bool:
+        """Connect to the port that the command line was given; it listens a moment after it has it."""
         until = time.monotonic() + PATIENCE
         while time.monotonic() < until and self.process.poll() is None:
             if ports.exists() and (found := re.search(rf"^{CLI_PORT} (\d+)$", ports.read_text(), re.MULTILINE)):
-                return int(found[1])
+                try:
+                    self.line = socket.create_connection(("127.0.0.1", int(found[1])), timeout=PATIENCE)
+                except ConnectionRefusedError:
+                    pass
+                else:
+                    return True
             time.sleep(0.02)
-        raise AssertionError("the firmware does not listen")
+        return False
 
     def _entered(self) -> bool:
-        """Ask for the command line until it echoes a comment: a firmware that is still starting drops what comes in."""
-        until, heard = time.monotonic() + PATIENCE, ""
-        while time.monotonic() < until:
+        """Ask for the command line until it echoes a comment: a firmware that is still starting drops what comes in, and one that
+        has started opens it after a moment in which nothing else comes.
+        """
+        until, heard = time.monotonic() + BOOT, ""
+        while time.monotonic() < until and self.process.poll() is None:
             self.line.sendall(b"#")
+            self.line.settimeout(MOMENT)
             heard += self._hear()
+            self.line.settimeout(PAUSE)
             self.line.sendall(f"\n{MARK}\n".encode("ascii"))
             heard += self._hear()
             if MARK in heard:
