@@ -21,7 +21,6 @@ from typing import Any
 from plant.errors import StoreError
 from tuner.export.aboard import origin
 from tuner.export.exporter import Bundle, Exporter, Parameter, Request
-from tuner.export.exporter import Bundle, Exporter, Request
 from tuner.export.heading import tool
 from tuner.export.verification import Verification
 

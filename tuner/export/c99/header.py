@@ -2,8 +2,8 @@
 
 from plant.backends.c_code import REALS, literal
 from plant.backends.c_records import CRecords
-from tuner.export.texts import c_comment, c_string
 from tuner.export.heading import tool
+from tuner.export.texts import c_comment, c_string
 from tuner.gains_file import Controller
 
 HEADER = """\

@@ -15,8 +15,8 @@ from tuner.export.c99.entries import AttitudeApplied, AttitudeMeasurement, Attit
 from tuner.export.c99.header import header_text
 from tuner.export.c99.routines import Call, Style, function_of, function_text, loops
 from tuner.export.c99.tracing import UNIT_WITHIN, Entry, Traces, trace
-from tuner.export.texts import c_comment
 from tuner.export.heading import tool
+from tuner.export.texts import c_comment
 from tuner.gains_file import Controller
 
 GUARDS = """\
