@@ -4,9 +4,13 @@ A scenario that moves asks that the median flight comes closer to the reference 
 square error is at most `FOLLOWED` of that one's. For a step, 0.7 is a first-order response that has made 55 % of it when the
 flight ends. A scenario that rests asks that the median flight keeps to within half of the error at which a flight is lost.
 Failed flights cost more than any completed one, so more than half of them must complete.
+
+These limits are automatic: no study writes them, and each knows the key of the study that moves it.
 """
 
 from collections.abc import Iterable
+from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
@@ -14,6 +18,7 @@ from objectives.metrics import parse
 from objectives.problem import Constraint, Objective
 from objectives.risk import Risk
 from plant.closed_loop import Limits, Timing
+from plant.errors import InputError, UnknownNameError
 from plant.references.spec import HOLD, PITCH, POSITION, ROLL, YAW
 from plant.scenarios import ScenarioSpec
 
@@ -22,32 +27,77 @@ MEDIAN = Risk("quantile", 0.5)
 # Metric that judges each group of columns of a reference; roll and pitch move on their own in attitude mode only.
 MOVING = {"rms.position": POSITION, "rms.tilt": slice(ROLL, PITCH + 1), "rms.yaw": slice(YAW, YAW + 1)}
 ANGLES = ("rms.tilt", "rms.yaw")
+QUANTITIES = (*MOVING, "rms.z")
+"""Everything that an automatic limit can be put on."""
+FOLLOWED_KEY, HELD_KEY, OFF_KEY = "mission.followed", "mission.held", "mission.off"
+"""Keys of a study that move the automatic limits of scenarios that move and that rest, and that switch them off."""
 
 
-def mission_floor(specs: Iterable[ScenarioSpec], limits: Limits, timing: Timing) -> tuple[Constraint, ...]:
+@dataclass(frozen=True)
+class Mission:
+    """[mission]: how much the automatic limits ask.
+
+    followed: share of the error of a flight that never leaves its start; held: share of the error at which a flight is lost;
+    off: quantities without an automatic limit, QUANTITY or QUANTITY@SCENARIO. Raises InputError naming the key.
+    """
+
+    followed: float = FOLLOWED
+    held: float = HELD
+    off: tuple[str, ...] = ()
+
+    def __post_init__(self) -> None:
+        for key in ("followed", "held"):
+            value = getattr(self, key)
+            if not (isfinite(value) and 0.0 < value <= 1.0):
+                allowed = "allowed: above 0 up to 1, or name the quantity in off to have no such limit"
+                raise InputError(f"given {value:g}; {allowed}", key=key)
+
+    def asks(self, quantity: str, scenario: str) -> bool:
+        """Return whether a quantity of a scenario has an automatic limit."""
+        return quantity not in self.off and f"{quantity}@{scenario}" not in self.off
+
+    def check_names(self, scenarios: Iterable[str]) -> None:
+        """Raise InputError where `off` names no quantity or no scenario."""
+        known = (*QUANTITIES, *[f"{quantity}@{name}" for quantity in QUANTITIES for name in scenarios])
+        for entry in self.off:
+            if entry not in known:
+                raise UnknownNameError("quantity of an automatic limit", entry, known, key="off")
+
+
+USUAL = Mission()
+
+
+def mission_floor(
+    specs: Iterable[ScenarioSpec], limits: Limits, timing: Timing, mission: Mission = USUAL
+) -> tuple[Constraint, ...]:
     """Return what every scenario asks at least, as constraints beside those of the study."""
     return tuple(
-        Constraint(Objective(parse(address), MEDIAN, spec.name), most, floor=True)
+        Constraint(Objective(parse(address), MEDIAN, spec.name), most, floor=key)
         for spec in specs
-        for address, most in _asked(spec, limits, timing)
+        for address, most, key in _asked(spec, limits, timing, mission)
+        if mission.asks(address, spec.name)
     )
 
 
 def with_mission_floor(
-    constraints: tuple[Constraint, ...], specs: Iterable[ScenarioSpec], limits: Limits, timing: Timing
+    constraints: tuple[Constraint, ...],
+    specs: Iterable[ScenarioSpec],
+    limits: Limits,
+    timing: Timing,
+    mission: Mission = USUAL,
 ) -> tuple[Constraint, ...]:
     """Return the constraints of a study and the floor; where the study limits the same quantity itself, its limit stands."""
     own = {constraint.objective.label for constraint in constraints}
-    floor = mission_floor(specs, limits, timing)
+    floor = mission_floor(specs, limits, timing, mission)
     return (*constraints, *[entry for entry in floor if entry.objective.label not in own])
 
 
-def _asked(spec: ScenarioSpec, limits: Limits, timing: Timing) -> list[tuple[str, float]]:
+def _asked(spec: ScenarioSpec, limits: Limits, timing: Timing, mission: Mission) -> list[tuple[str, float, str]]:
     samples = spec.track(timing).samples
     moving = [(address, error_at_start(samples, address)) for address in MOVING]
-    asked = [(address, FOLLOWED * error) for address, error in moving if error > 0.0]
+    asked = [(address, mission.followed * error, FOLLOWED_KEY) for address, error in moving if error > 0.0]
     resting = "rms.position" if np.all(samples[:, HOLD] > 0.5, axis=0) else "rms.z"
-    return asked or [(resting, HELD * limits.position)]
+    return asked or [(resting, mission.held * limits.position, HELD_KEY)]
 
 
 def error_at_start(samples: np.ndarray, address: str) -> float:

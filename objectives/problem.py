@@ -57,11 +57,14 @@ class Objective:
 
 @dataclass(frozen=True)
 class Constraint:
-    """An objective's value that must not exceed `most`; floor: asked by no study, see `objectives.mission`."""
+    """An objective's value that must not exceed `most`.
+
+    floor: key of the study that moves a limit which no study writes, see `objectives.mission`; "" for a study's own limit.
+    """
 
     objective: Objective
     most: float
-    floor: bool = False
+    floor: str = ""
 
 
 @dataclass(frozen=True)

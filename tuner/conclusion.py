@@ -9,6 +9,8 @@ import numpy as np
 from objectives.problem import Evaluation, Fleet, Problem
 from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
 from tuner.conflicts import Conflict, Cost, conflict_of, costs_of, limits_of, told_conflict, told_costs
+from tuner.diagnosis import Obstacle
+from tuner.ending import obstacles_of
 from tuner.guards import said_after, said_before
 from tuner.held_out import Comparison, Finalists, KnownComparison, Searched, compare, compare_known, judge
 from tuner.search.front import pick
@@ -24,10 +26,12 @@ MOST_FINALISTS = 48
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run found. candidates: archive indices of the finalists behind the default; tuned: row in the finalists.
+    """What a run found. candidates: archive indices of the finalists behind the default; tuned: row in the finalists, of the
+    recommended point or, where nothing is feasible, of the one that breaks least.
 
     confirmation: the default and the recommended point on scenarios that decided nothing; table and known rest on them.
-    conflict: what stood in the way where nothing was feasible; costs: what each limit costs where something was.
+    conflict: what stood in the way where nothing was feasible, obstacles: what is behind it; costs: what each limit costs where
+    something was.
     """
 
     study: Study
@@ -41,9 +45,15 @@ class Outcome:
     table: list[Comparison]
     known: list[KnownComparison]
     conflict: Conflict | None
+    obstacles: list[Obstacle]
     costs: list[Cost]
     warnings: list[str]
     seconds: float
+
+    @cached_property
+    def feasible(self) -> bool:
+        """Whether there is anything to recommend: some candidate kept every limit in the search, and `tuned` does held out."""
+        return len(self.archive.front()) > 0 and bool(self.finalists.feasible[self.tuned])
 
     @property
     def flights(self) -> int:
@@ -91,7 +101,7 @@ def conclude(
     tuned, why = recommend(study, finalists)
     confirmation = problem.evaluate_gains(gains[[0, tuned]], again, watcher.landed, fly_all=True)
     if broken := broken_by(finalists.evaluation.violations[tuned], confirmation.violations[1], study):
-        warnings.append(f"The recommended point breaks {broken}; see the table.")
+        warnings.append(f"The point shown beside the default breaks {broken}; see the table.")
     limits, known = limits_of(study.constraints, study.requirements), completely_known(found, generations)
     conflict = conflict_of(known, limits)
     default = default_candidate(found, study)
@@ -99,7 +109,8 @@ def conclude(
     outcome = Outcome(
         study, problem, generations, candidates, finalists, confirmation, tuned, why,
         compare(problem, confirmation, study.seed), compare_known(problem, confirmation),
-        conflict, costs_of(known, limits), [*said, *warnings], 0.0,
+        conflict, obstacles_of(problem, study, generations, found, conflict, limits), costs_of(known, limits),
+        [*said, *warnings], 0.0,
     )  # fmt: skip
     warnings = [*outcome.warnings, *said_after(outcome)]
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)

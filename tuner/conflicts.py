@@ -22,13 +22,17 @@ MOST_SETS = 6
 
 
 class Limit(NamedTuple):
-    """A constraint or requirement. sense: "most" or "least"; flown: whether a value is known of flown candidates only."""
+    """A constraint or requirement. sense: "most" or "least"; flown: whether a value is known of flown candidates only.
+
+    automatic: key of the study that moves a limit which it does not write, see `objectives.mission`; "" for its own.
+    """
 
     label: str
     unit: str
     sense: str
     limit: float
     flown: bool
+    automatic: str = ""
 
     def relaxed(self, share: float) -> float:
         """Return the limit, given way by a share of its size (of 1 where it is 0)."""
@@ -36,8 +40,9 @@ class Limit(NamedTuple):
         return self.limit + step if self.sense == "most" else self.limit - step
 
     def said(self) -> str:
-        """Return "mean(saturation) at most 0.02"."""
-        return f"{self.label} at {self.sense} {_number(self.limit, self.unit)}"
+        """Return "mean(saturation) at most 0.02", of an automatic limit with its key."""
+        asked = f"{self.label} at {self.sense} {_number(self.limit, self.unit)}"
+        return f"{asked} (automatic: {self.automatic})" if self.automatic else asked
 
 
 class Relaxation(NamedTuple):
@@ -73,7 +78,7 @@ class Conflict:
 
 def limits_of(constraints: Sequence[Constraint], requirements: Sequence[Requirement]) -> list[Limit]:
     """Return all limits in the order of the columns of violations."""
-    asked = [Limit(c.objective.label, c.objective.metric.unit, "most", c.most, True) for c in constraints]
+    asked = [Limit(c.objective.label, c.objective.metric.unit, "most", c.most, True, c.floor) for c in constraints]
     return asked + [Limit(r.label, r.unit, r.sense, r.limit, False) for r in requirements]
 
 
@@ -145,6 +150,11 @@ def costs_of(found: Archive, limits: Sequence[Limit]) -> list[Cost]:
         without = found.values[allowed].min(axis=0)
         costs += [Cost(i, m, float(best[m]), float(without[m])) for m in np.flatnonzero(without < best).tolist()]
     return costs
+
+
+def told_automatic(constraints: Sequence[Constraint]) -> list[str]:
+    """Return a sentence for each limit that the study does not write."""
+    return [f"Automatic limit: {limit.said()}." for limit in limits_of(constraints, ()) if limit.automatic]
 
 
 def told_conflict(conflict: Conflict, limits: Sequence[Limit], default: int | None = None) -> list[str]:

@@ -27,7 +27,10 @@ DIGITS = 6
 
 
 def gains_document(outcome: "Outcome", tuned: str, table: list[Row]) -> Row:
-    """Return the content of gains.json for the recommended point; table: rows of `comparison_row` and `known_row`."""
+    """Return the content of gains.json for the point beside the default; table: rows of `comparison_row` and `known_row`.
+
+    Where nothing is feasible it says so, and `tuner export` refuses it.
+    """
     study = outcome.study
     timing = study.system.timing
     row = tuple(float(gain) for gain in outcome.gains(outcome.tuned))
@@ -43,7 +46,7 @@ def gains_document(outcome: "Outcome", tuned: str, table: list[Row]) -> Row:
     provenance = {
         "study": {
             "name": study.path.name, "title": study.title, "seed": seed_entry(study.seed), "digest": study.digest(),
-            "point": tuned,
+            "point": tuned, **({} if outcome.feasible else {"feasible": False}),
         },
         "objectives": objective_rows(outcome, table),
         "margins": margin_rows(outcome),

@@ -25,7 +25,7 @@ from tuner.study.study import Study
 from tuner.watcher import Watcher
 
 # What a second judgement may differ in.
-FREE = ("objective", "constraint", "guarantee", "margin", "pick", "title", "description")
+FREE = ("objective", "constraint", "mission", "guarantee", "margin", "pick", "title", "description")
 
 
 class Recorded:

@@ -17,6 +17,7 @@ from plant.input_files import read_input_text
 from plant.scenarios import HELD_OUT, SEARCH
 from plant.seeds import generator
 from tuner.conclusion import Outcome, conclude, fleets
+from tuner.ending import gains_name
 from tuner.search.first_generation import first_generation
 from tuner.search.loop import Generation, Search, archive, search_generations
 from tuner.search.registry import SEARCHES
@@ -224,7 +225,8 @@ def write_contents(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:
 
     document: dict[str, Any] = summary_document(outcome)
     folder.write_table("front.csv", front_table(outcome))
-    folder.write_json("gains.json", document.pop("gains_document"))
+    folder.remove(gains_name(not outcome.feasible))
+    folder.write_json(gains_name(outcome.feasible), document.pop("gains_document"))
     folder.write_json("summary.json", document)
     watcher.writing("responses")
     folder.write_table("responses.parquet", response_table(outcome))

@@ -11,6 +11,7 @@ from plant.air.air import summary as air_summary
 from plant.gains import gain_addresses
 from tuner.conflicts import Conflict, Cost, Limit, Relaxation, limits_of
 from tuner.contest.bounds import ENDS, natural_end
+from tuner.ending import ending_of
 from tuner.gains_of_run import gains_document
 from tuner.held_out import Comparison, Estimate, KnownComparison
 from tuner.store.tables import point_name
@@ -24,14 +25,22 @@ def summary_document(outcome: "Outcome") -> dict[str, Any]:
     from tuner.conclusion import default_candidate, remarks
 
     study, finalists = outcome.study, outcome.finalists
-    tuned = point_name(int(outcome.candidates[outcome.tuned - 1]))
-    table = [comparison_row(row) for row in outcome.table] + [known_row(row) for row in outcome.known]
+    shown, feasible = outcome.names[outcome.tuned], outcome.feasible
+    floors = {entry.objective.label: entry.floor for entry in study.constraints}
+    compared = [comparison_row(row) for row in outcome.table]
+    compared = [
+        {**row, "automatic": floors.get(row["label"], "") if row["kind"] == "constraint" else ""} for row in compared
+    ]
+    table = compared + [known_row(row) for row in outcome.known]
     last = outcome.generations[-1]
     limits = limits_of(study.constraints, study.requirements)
     return {
+        "feasible": feasible,
+        "ending": ending_of(outcome),
         "title": study.title,
         "study": study.path.name,
-        "tuned": tuned,
+        "tuned": shown if feasible else None,
+        "nearest": None if feasible else shown,
         "pick": {"rule": study.pick, "why": outcome.why},
         "flights": outcome.flights,
         "screened": {"candidates": last.screened, "flights": last.flights_saved},
@@ -46,13 +55,14 @@ def summary_document(outcome: "Outcome") -> dict[str, Any]:
         "hypervolume": last.hypervolume,
         "picked_on": pick_row(outcome),
         "conflict": conflict_row(outcome.conflict, limits, default_candidate(outcome.archive, study)),
+        "obstacles": [entry.row() for entry in outcome.obstacles],
         "costs": [cost_row(cost, limits, study.objectives) for cost in outcome.costs],
         "remarks": remarks(outcome),
         "warnings": outcome.warnings,
         "variables": variables(outcome),
         "table": table,
         "air": [{"scenario": entry.spec.name, **air_summary(entry.spec.air)} for entry in study.scenarios],
-        "gains_document": gains_document(outcome, tuned, table),
+        "gains_document": gains_document(outcome, shown, table),
     }
 
 

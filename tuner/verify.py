@@ -21,6 +21,7 @@ from plant.input_files import MOST_TABLE, read_input, read_input_text
 from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.conclusion import Outcome, conclude, fleets
+from tuner.ending import gains_name
 from tuner.gains_file.agreement import same_result
 from tuner.gpu.choice import engine_again
 from tuner.replay import replayed
@@ -229,15 +230,16 @@ def compare_front(path: Path, study: Study, problem: Problem, generations: list[
     known = read_start(path, len(study.space.variables))
     assert known is not None, "the replay has read it"
     outcome: Outcome = conclude(problem, study, generations, watcher, perf_counter(), known[1])
+    name = gains_name(outcome.feasible)
     try:
         there = read_input_text(path / "front.csv")
-        gains, summary = (json.loads(read_input_text(path / name)) for name in ("gains.json", "summary.json"))
+        gains, summary = (json.loads(read_input_text(path / file)) for file in (name, "summary.json"))
     except (OSError, ValueError) as error:
-        raise Different(f"front.csv, gains.json or summary.json cannot be read ({error})") from None
+        raise Different(f"front.csv, {name} or summary.json cannot be read ({error})") from None
     compare_csv("front.csv", there, csv_text(front_table(outcome)))
     made = json.loads(json.dumps(summary_document(outcome)))
     if not same_result(gains, made.pop("gains_document")):
-        raise Different("gains.json holds other values")
+        raise Different(f"{name} holds other values")
     compare_documents("summary.json", summary, made)
 
 

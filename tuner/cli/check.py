@@ -10,13 +10,13 @@ from rich.table import Table
 
 from plant.errors import InputError
 from tuner.cli.display import digits
+from tuner.cli.errors import BROKEN
 from tuner.cli.terminal import Console
 from tuner.contest import is_contest
 from tuner.inference import is_inference
 from tuner.study import load_study
 
 Row = dict[str, Any]
-BROKEN = 1
 SIGNS = {"most": "<=", "least": ">="}
 STYLES = {"fail": "bold red", "not certain": "yellow", "target missed": "yellow"}
 

@@ -5,11 +5,16 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import typer
+
 from plant.errors import InputError, StoreError
 from plant.input_files import read_input_text
 from plant.texts import toml_table
-from tuner.cli.display import TerminalWatcher, comparison_table, gains_table
+from tuner.cli.display import TerminalWatcher, comparison_table, gains_table, print_ending
+from tuner.cli.errors import NOTHING_FEASIBLE
 from tuner.cli.terminal import Console
+from tuner.conflicts import told_automatic
+from tuner.ending import gains_name
 from tuner.study import load_study
 from tuner.watcher import Watcher
 
@@ -104,21 +109,34 @@ def check_backend(backend: str, several: bool, dask: str | None) -> None:
 
 
 def print_run(asked: "Study", folder: "Folder", as_json: bool, run: "Callable[[Watcher], Outcome]") -> None:
-    """Run a study with progress on the terminal and print what it found, or its summary as JSON and nothing else."""
-    summary_file = folder.path / "summary.json"
+    """Run a study with progress on the terminal and print what it found, or its summary as JSON and nothing else.
+
+    Ends with `NOTHING_FEASIBLE` where no candidate keeps every limit.
+    """
     if as_json:
         with folder:
-            run(Watcher())
-        print(read_input_text(summary_file))
-        return
+            outcome = run(Watcher())
+        print(read_input_text(folder.path / "summary.json"))
+    else:
+        outcome = watched_run(asked, folder, run)
+    if not outcome.feasible:
+        raise typer.Exit(NOTHING_FEASIBLE)
+
+
+def watched_run(asked: "Study", folder: "Folder", run: "Callable[[Watcher], Outcome]") -> "Outcome":
+    """Run a study with progress on the terminal and print what it found."""
     console = Console()
     console.print(f"{asked.title}  (seed {asked.seed})", style="bold", highlight=False)
+    for text in told_automatic(asked.constraints):
+        console.print(text, highlight=False)
     with folder, TerminalWatcher(console) as watcher:
         outcome = run(watcher)
-    summary = json.loads(read_input_text(summary_file))
+    summary = json.loads(read_input_text(folder.path / "summary.json"))
+    print_ending(summary, console)
     console.print(gains_table(summary))
     console.print(comparison_table(summary))
-    console.print(f"Recommended: {summary['tuned']}: {summary['pick']['why']}.", highlight=False)
+    if outcome.feasible:
+        console.print(f"Recommended: {summary['tuned']}: {summary['pick']['why']}.", highlight=False)
     for warning in summary["warnings"]:
         console.print(f"Warning: {warning}", style="yellow", highlight=False, markup=False)
     for text in summary["remarks"]:
@@ -140,9 +158,11 @@ def print_run(asked: "Study", folder: "Folder", as_json: bool, run: "Callable[[W
     now = "" if made == outcome.flights else f" ({made:,} flights flown now, the others were there)"
     console.print(
         f"{outcome.flights:,} flights{now} in {outcome.seconds:.1f} s. "
-        f"Report: {folder.path / 'report.html'}  Gains: {folder.path / 'gains.json'}",
+        f"Report: {folder.path / 'report.html'}  Gains: {folder.path / gains_name(outcome.feasible)}"
+        f"{'' if outcome.feasible else ' (infeasible)'}",
         highlight=False, soft_wrap=True,
     )  # fmt: skip
+    return outcome
 
 
 def bench_command(flights: int, threads: int | None, as_json: bool) -> None:

@@ -8,7 +8,7 @@ from typing import Any
 from rich.table import Table
 from rich.text import Text
 
-from tuner.cli.display import digits, estimate
+from tuner.cli.display import digits, estimate, print_ending
 from tuner.cli.flights_bar import FlightsBar
 from tuner.cli.terminal import Console
 from tuner.cli.tuning_study import tuning_study
@@ -52,6 +52,7 @@ def print_comparison(found: Row, console: Console) -> None:
     """Print a table for each quantity, the sentences and the warnings of a comparison.json."""
     flights = sum(entry["flights"] for entry in found["compared_on"])
     console.print(f"{found['title']}  (seed {found['seed']})", style="bold", highlight=False, markup=False)
+    print_ending(found, console)
     console.print(
         f"Each flew the same {flights:,} flights; 95 % intervals; behind each value its difference to {found['first']}, "
         "paired flight by flight.",

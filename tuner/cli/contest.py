@@ -4,11 +4,14 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import typer
 from rich.table import Table
 
 from plant.input_files import read_input_text
-from tuner.cli.display import TerminalWatcher, digits, estimate
+from tuner.cli.display import TerminalWatcher, digits, estimate, print_ending
+from tuner.cli.errors import NOTHING_FEASIBLE
 from tuner.cli.terminal import Console
+from tuner.conflicts import told_automatic
 from tuner.contest import Contest, load_contest
 from tuner.contest.words import flights_of
 from tuner.watcher import Watcher
@@ -30,23 +33,35 @@ def run_contest_command(
 
 
 def print_contest(contest: Contest, folder: "Folder", threads: int | None, as_json: bool) -> None:
-    """Run a contest in a folder with progress on the terminal and print what it found, or its document as JSON."""
+    """Run a contest in a folder with progress on the terminal and print what it found, or its document as JSON.
+
+    Ends with `NOTHING_FEASIBLE` where the run of a contender finds no candidate that keeps every limit.
+    """
     from tuner.contest.run import run_contest
 
+    console = Console()
     if as_json:
         with folder:
             run_contest(contest, folder, Watcher(), threads)
-        print(read_input_text(folder.path / "contest.json"))
-        return
-    console = Console()
-    console.print(f"{contest.title}  (seed {contest.seed})", style="bold", highlight=False)
-    with folder, TerminalWatcher(console) as watcher:
-        run_contest(contest, folder, watcher, threads)
-    print_found(json.loads(read_input_text(folder.path / "contest.json")), folder.path, console)
+    else:
+        console.print(f"{contest.title}  (seed {contest.seed})", style="bold", highlight=False)
+        for text in told_automatic(contest.base.constraints):
+            console.print(text, highlight=False)
+        with folder, TerminalWatcher(console) as watcher:
+            run_contest(contest, folder, watcher, threads)
+    text = read_input_text(folder.path / "contest.json")
+    found = json.loads(text)
+    if as_json:
+        print(text)
+    else:
+        print_found(found, folder.path, console)
+    if not found["feasible"]:
+        raise typer.Exit(NOTHING_FEASIBLE)
 
 
 def print_found(found: dict[str, Any], folder: Path, console: Console) -> None:
     """Print the tables, sentences and warnings of a contest.json."""
+    print_ending(found, console)
     console.print(estimates_table(found))
     if found["published"]:
         console.print(published_table(found))
@@ -78,7 +93,8 @@ def estimates_table(found: dict[str, Any]) -> Table:
         cells = [estimate(values[contender["name"], quantity["label"]]) for quantity in judged]
         processor = contender["cost"].get("processor")
         counted = f"{processor['instructions_step']:.0f}\n{processor['target']}" if processor else ""
-        table.add_row(f"{contender['name']}\n{contender['point']}", *cells, counted)
+        mark = "" if contender.get("feasible", True) else " (infeasible)"
+        table.add_row(f"{contender['name']}\n{contender['point']}{mark}", *cells, counted)
     return table
 
 

@@ -11,6 +11,7 @@ from rich.table import Table
 from rich.text import Text
 
 from tuner.cli.terminal import Console
+from tuner.ending import shown_as
 from tuner.search.loop import Generation
 from tuner.watcher import Watcher
 
@@ -185,17 +186,25 @@ def estimate(entry: dict[str, float | None]) -> str:
     return f"{digits(entry['value'], width)}\n[{digits(entry['low'], width)}, {digits(entry['high'], width)}]"
 
 
+def print_ending(found: dict[str, Any], console: Console) -> None:
+    """Print what a run or contest that found nothing feasible has to say before all else; nothing for any other."""
+    for i, text in enumerate(found.get("ending", [])):
+        console.print(text, style="bold red" if i == 0 else "red", highlight=False, markup=False)
+
+
 def comparison_table(summary: dict[str, Any]) -> Table:
     """Return the Default / Tuned table of a summary."""
+    shown = shown_as(summary)
     table = Table(
-        title=f"Default / Tuned on {summary['held_out']} confirmation scenarios, 95 % intervals", title_justify="left",
-        box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False,
+        title=f"Default / {shown.capitalize()} on {summary['held_out']} confirmation scenarios, 95 % intervals",
+        title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False,
     )  # fmt: skip
     table.add_column("", overflow="fold")
-    for name in ("default", "tuned", "tuned - default"):
+    for name in ("default", shown, f"{shown} - default"):
         table.add_column(name, justify="right", no_wrap=True)
     for row in summary["table"]:
         limit = "" if row["limit"] is None else f"at {row.get('sense', 'most')} {row['limit']:g} "
+        limit = f"automatic, {limit}" if row.get("automatic") else limit
         unit = "" if row["unit"] == "1" else row["unit"]
         parts = [estimate(row[key]) for key in ("default", "tuned", "difference")]
         parts[2] = f"{row['verdict']}: {parts[2]}"
@@ -207,7 +216,7 @@ def comparison_table(summary: dict[str, Any]) -> Table:
 def gains_table(summary: dict[str, Any]) -> Table:
     """Return the searched gains, default and tuned."""
     table = Table(title="Gains", title_justify="left")
-    for name in ("gain", "unit", "default", "tuned", "range"):
+    for name in ("gain", "unit", "default", shown_as(summary), "range"):
         table.add_column(name, justify="left" if name in ("gain", "unit") else "right")
     for entry in summary["variables"]:
         table.add_row(

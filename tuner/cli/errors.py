@@ -1,4 +1,4 @@
-"""How a command ends: its exit code, and one message where it did not come to its end; no traceback unless asked for."""
+"""How a command ends: its exit codes, and one message where it did not come to its end; no traceback unless asked for."""
 
 import os
 import signal
@@ -12,8 +12,12 @@ from typing import Any
 from plant.errors import ToolError, one_line
 from tuner.cli.inert_stream import inert_streams
 
+BROKEN = 1
+"""A limit is broken, or a difference is found: of commands that check something."""
 USER_ERROR = 2
 """Exit code where what was given, a file or the disk is in the way."""
+NOTHING_FEASIBLE = 3
+"""Exit code of a run that came to its end and found no candidate that keeps every limit."""
 SIGNALLED = 128
 """Exit code of an end by a signal, less the number of the signal."""
 INTERRUPTED = SIGNALLED + signal.SIGINT

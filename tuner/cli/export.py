@@ -8,13 +8,13 @@ import typer
 from rich.box import SIMPLE
 from rich.table import Table
 
+from tuner.cli.errors import BROKEN
 from tuner.cli.flights_bar import FlightsBar
 from tuner.cli.terminal import Console
 from tuner.cli.wide import wide_console
 from tuner.export.registry import exporter as find_exporter
 from tuner.export.run import Export, export_gains
 
-BROKEN = 1
 # Options that an exporter has where a vehicle can be known.
 VEHICLE_OPTIONS = ("others",)
 # Lag of a Butterworth low-pass of second order at low frequencies, sqrt(2)/(2 pi) of its period [1].
@@ -25,14 +25,14 @@ Row = dict[str, Any]
 
 def export_command(
     gains: Path, to: str, out: Path | None, firmware: str | None, options: list[str], previous: Path | None,
-    flights: int, as_json: bool,
+    flights: int, as_json: bool, force: bool = False,
 ) -> None:  # fmt: skip
     """Export, print what was written and lost; exit code 1 where rounding broke a limit that the gains keep."""
     exporter = find_exporter(to)
     given = [*options, *([f"firmware={firmware}"] if firmware is not None else [])]
     folder = out or gains.resolve().parent / "export" / exporter.name
     with FlightsBar(Console(stderr=as_json)) as bar:
-        made = export_gains(gains, exporter, given, previous, folder, flights, bar)
+        made = export_gains(gains, exporter, given, previous, folder, flights, bar, force)
     if as_json:
         print(json.dumps({**made.document, "folder": str(made.folder)}, indent=2, allow_nan=False))
     else:

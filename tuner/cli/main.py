@@ -51,6 +51,8 @@ def run(
 ) -> None:
     """Search a study's gains, check the finalists on unseen turbulence, write results and report.
 
+    Exit codes: 0 gains are recommended; 2 bad input; 3 no feasible candidate, so none are; 130 interrupted.
+
     Example: tuner run studies/quickstart.toml --out results/first --set search.generations=20
     """
     from tuner.cli.commands import run_command
@@ -375,6 +377,9 @@ def export(
         typer.Option(help="What the vehicle flies at present, for the rollback; default: the target's defaults."),
     ] = None,
     flights: Annotated[int, typer.Option(help="Flights before and after rounding.", min=2)] = 64,
+    force: Annotated[
+        bool, typer.Option("--force", help="Write gains of a run that found nothing feasible all the same.")
+    ] = False,
     as_json: AsJson = False,
 ) -> None:
     """Write gains for a target, work out again what rounding does to them, and keep what to go back to.
@@ -383,7 +388,7 @@ def export(
     """
     from tuner.cli.export import export_command
 
-    export_command(gains, to, out, firmware, change or [], previous, flights, as_json)
+    export_command(gains, to, out, firmware, change or [], previous, flights, as_json, force)
 
 
 @app.command("import")

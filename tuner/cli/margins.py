@@ -16,6 +16,7 @@ from rich.text import Text
 from objectives.margins.trim import Trim
 from plant.errors import InputError
 from plant.vectors import Vec3
+from tuner.cli.errors import BROKEN
 from tuner.cli.fly import controller_of
 from tuner.cli.terminal import Console
 from tuner.margin_report.document import default_requirements, margins_document
@@ -26,7 +27,6 @@ from tuner.store.folder import Folder
 
 Row = dict[str, Any]
 
-BROKEN = 1
 # What the table shows: quantity in the document, label with unit, factor to that unit, digits behind the point.
 LINES = (
     ("gain_up", "gain up [dB]", 1.0, 1),

@@ -9,7 +9,7 @@ from rich.text import Text
 
 from plant.errors import StoreError
 from tuner.cli.compare import block_table, print_comparison
-from tuner.cli.display import digits, estimate
+from tuner.cli.display import digits, estimate, print_ending
 from tuner.cli.terminal import Console
 from tuner.report.files import Node
 from tuner.show.unfinished import unfinished_story
@@ -137,13 +137,14 @@ def tell_unfinished(story: Row, console: Console) -> None:
 def tell_tuning(story: Row, results: "Results", console: Console) -> None:
     """Print everything of a finished run, in the order of the report."""
     head(console, story["title"])
+    print_ending(story, console)
     say(console, asked_text(story["asked"]))
-    section(console, "Found", [f"{story['recommended']['point']}: {story['recommended']['why']}."])
+    section(console, *found_text(story))
     for row in story["table"]:
         console.print(f"\n{heading(row)}", style="bold", highlight=False, markup=False)
-        console.print(block_table(default_and_tuned(row), console.width))
-    section(console, "Gains (D default, @ tuned, within the range searched)", [])
-    console.print(gains_table(story["gains"], console.width))
+        console.print(block_table(default_and_tuned(row, story["shown_as"]), console.width))
+    section(console, f"Gains (D default, @ {story['shown_as']}, within the range searched)", [])
+    console.print(gains_table(story["gains"], console.width, story["shown_as"]))
     section(console, "Trade-off on held-out flights", [])
     tell_front(story, results, console)
     section(console, "How far to trust it", trust_texts(story))
@@ -151,7 +152,14 @@ def tell_tuning(story: Row, results: "Results", console: Console) -> None:
         console.print(f"Warning: {text}", style="yellow", highlight=False, markup=False)
     for text in story["remarks"]:
         say(console, text)
-    section(console, "What to fly", story["commands"])
+    section(console, "What to fly" if story["feasible"] else "What to look at; nothing to fly", story["commands"])
+
+
+def found_text(story: Row) -> tuple[str, list[str]]:
+    """Return heading and line of the point beside the default."""
+    shown = story["recommended"] or story["nearest"]
+    heading = "Found" if story["feasible"] else "Nearest to feasible, not recommended"
+    return heading, [f"{shown['point']}: {shown['why']}."]
 
 
 def head(console: Console, title: str) -> None:
@@ -184,26 +192,27 @@ def heading(row: Row) -> str:
     """Return label, unit and limit of a row of the table."""
     unit = "" if row["unit"] == "1" else f" [{row['unit']}]"
     limit = "" if row["limit"] is None else f", at {row.get('sense') or 'most'} {row['limit']:g}"
-    return f"{row['label']}{unit}{limit}"
+    automatic = f" (automatic: {row['automatic']})" if row.get("automatic") else ""
+    return f"{row['label']}{unit}{limit}{automatic}"
 
 
-def default_and_tuned(row: Row) -> list[list[str]]:
-    """Return default and tuned as rows: name, value, difference, verdict."""
+def default_and_tuned(row: Row, shown_as: str) -> list[list[str]]:
+    """Return default and the point beside it as rows: name, value, difference, verdict."""
     difference = estimate(row["difference"])
     sign = "+" if (row["difference"]["value"] or 0.0) > 0.0 else ""
     return [
         ["default", estimate(row["default"]), "", ""],
-        ["tuned", estimate(row["tuned"]), f"{sign}{difference}", row["verdict"]],
+        [shown_as, estimate(row["tuned"]), f"{sign}{difference}", row["verdict"]],
     ]
 
 
-def gains_table(gains: list[Row], width: int) -> Table:
+def gains_table(gains: list[Row], width: int, shown_as: str) -> Table:
     """Return the searched gains with units and their place in the range."""
     from tuner.show.scatter import place_bar
 
     table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
     table.add_column("gain", no_wrap=True)
-    for name in ("default", "tuned"):
+    for name in ("default", shown_as):
         table.add_column(name, justify="right", no_wrap=True)
     table.add_column("unit", overflow="fold")
     # The bar is longer than the ends of the range where there is room, else it goes.

@@ -15,6 +15,7 @@ from tuner.contest.document import contest_document
 from tuner.contest.flying import Entry, comparison_problem, fly_groups
 from tuner.contest.result import Result, groups_of, judge_contest
 from tuner.contest.tuning import Prepared
+from tuner.ending import contender_ending
 from tuner.study.study import Study
 
 
@@ -55,9 +56,11 @@ def fly_comparison(asked: Prospect, threads: int | None, landed: Callable[[int],
     begin = perf_counter()
     prepared = []
     for entrant, entry, front in zip(asked.entrants, asked.entries, asked.fronts, strict=True):
-        why = "recommended by its run" if entrant.study is not None else "its gains are given"
+        ending = () if entrant.feasible else tuple(contender_ending(entrant.name, entrant.point))
+        run = "recommended by its run" if entrant.feasible else "nearest to feasible in its run"
+        why = "its gains are given" if entrant.study is None else run
         # Who has no front of its own in these objectives is one point among the fronts of the others.
-        prepared.append(Prepared(entry, why, front or None, None, 0, []))
+        prepared.append(Prepared(entry, why, front or None, None, 0, [], ending))
     flown = fly_groups(asked.contest, groups_of(prepared), threads, landed)
     return judge_contest(asked.contest, prepared, flown, perf_counter() - begin)
 
@@ -68,6 +71,7 @@ def comparison_document(asked: Prospect, result: Result) -> dict[str, Any]:
     for row, (source, kind) in zip(document["contenders"], sources(asked.entrants), strict=True):
         row |= {"source": str(source), "kind": kind, "budget": None}
     return {
+        **{key: document.pop(key) for key in ("feasible", "ending")},
         "kind": "comparison",
         "first": result.names[0],
         "study_file": str(asked.contest.path),

@@ -6,6 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from plant.errors import InputError, StoreError
+from tuner.ending import GAINS as GAINS_FILE
+from tuner.ending import INFEASIBLE, is_recommended
 from tuner.gains_file import Controller, read_gains
 from tuner.store.advice import JUDGEMENT, TUNING
 from tuner.store.inputs import read_record
@@ -21,7 +23,7 @@ class Entrant:
     """One controller to compare. name: unique; source: as given; point: what `controller` is called in its own run.
 
     study: that of the run, None for a gains file. points, rows (n, gains), picked (n, objectives): the front of the run and its
-    held-out values, none for a gains file.
+    held-out values, none for a gains file. feasible: whether its run recommends the controller.
     """
 
     name: str
@@ -32,6 +34,7 @@ class Entrant:
     points: tuple[str, ...]
     rows: np.ndarray
     picked: np.ndarray
+    feasible: bool = True
 
 
 def read_entrants(paths: list[Path]) -> list[Entrant]:
@@ -59,13 +62,14 @@ def _short(path: Path) -> str:
     whole = path.resolve()
     if path.is_dir():
         return whole.name
-    return whole.parent.name if whole.name == "gains.json" else whole.stem
+    return whole.parent.name if whole.name in (GAINS_FILE, INFEASIBLE) else whole.stem
 
 
 def read_file(path: Path, name: str) -> Entrant:
     """Read a gains file."""
     controller = read_gains(path)
-    return Entrant(name, path, controller, GAINS, None, (), np.empty((0, len(controller.gains))), np.empty((0, 0)))
+    none = np.empty((0, len(controller.gains)))
+    return Entrant(name, path, controller, GAINS, None, (), none, np.empty((0, 0)), is_recommended(path))
 
 
 def read_folder(path: Path, name: str) -> Entrant:
@@ -87,7 +91,8 @@ def read_folder(path: Path, name: str) -> Entrant:
     from tuner.report.loading import load
     from tuner.report.results import TUNED
 
-    front = load(path).front
+    results = load(path)
+    front = results.front
     tuned = front.of(TUNED)[0]
     rows = rows_of(study, front.gains)
     best = np.flatnonzero(front.non_dominated & front.feasible)
@@ -97,7 +102,8 @@ def read_folder(path: Path, name: str) -> Entrant:
         tuple(rows[tuned].tolist()),
     )  # fmt: skip
     points = tuple(front.points[k] for k in best)
-    return Entrant(name, path, controller, front.points[tuned], study, points, rows[best], front.held_out[best])
+    row, picked = front.points[tuned], front.held_out[best]
+    return Entrant(name, path, controller, row, study, points, rows[best], picked, results.feasible)
 
 
 def rows_of(study: Study, values: np.ndarray) -> np.ndarray:

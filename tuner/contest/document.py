@@ -25,6 +25,8 @@ def contest_document(result: Result, warnings: list[str]) -> Document:
     """Return the content of contest.json."""
     contest = result.contest
     return {
+        "feasible": all(own.feasible for own in result.prepared),
+        "ending": [text for own in result.prepared for text in own.ending],
         "title": contest.title,
         "description": contest.description,
         "study": contest.path.name,
@@ -61,6 +63,7 @@ def contender_row(result: Result, k: int) -> Document:
         "laws": {"position": cascade.position.name, "attitude": cascade.attitude.name},
         "airframe": study.airframe.name,
         "tuned": own.contender.tuned,
+        "feasible": own.feasible,
         "folder": own.folder,
         "point": own.entry.point,
         "pick": {"rule": study.pick if own.contender.tuned else None, "why": own.why},

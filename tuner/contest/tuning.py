@@ -7,6 +7,7 @@ import numpy as np
 
 from tuner.contest.contest import Contender, Contest
 from tuner.contest.flying import Entry, comparison_problem
+from tuner.ending import contender_ending
 from tuner.search.front import pick
 from tuner.store.folder import Folder
 from tuner.store.manifest import FILE as MANIFEST
@@ -27,7 +28,8 @@ class Prepared:
     """A contender at its gains. entry: the point that is compared; why: it was picked; offered: the points of its front, None
     where nothing was searched.
 
-    folder: of its own results, relative to that of the contest; flights: of its own run.
+    folder: of its own results, relative to that of the contest; flights: of its own run. ending: what is to be said first where
+    its run found nothing feasible, else empty.
     """
 
     entry: Entry
@@ -36,6 +38,12 @@ class Prepared:
     folder: str | None
     flights: int
     warnings: list[str]
+    ending: tuple[str, ...] = ()
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the point compared may be flown, as far as its own run says."""
+        return not self.ending
 
     @property
     def contender(self) -> Contender:
@@ -64,7 +72,9 @@ def prepare(contest: Contest, contender: Contender, folder: Folder, watcher: Wat
 
     chosen, why = compared_at(outcome)
     offered = [entry_of(row) for row in np.flatnonzero(outcome.finalists.non_dominated).tolist()]
-    return Prepared(entry_of(chosen), why, offered, own, outcome.flights, outcome.warnings)
+    compared = entry_of(chosen)
+    ending = () if outcome.feasible else tuple(contender_ending(contender.name, compared.point, outcome.obstacles))
+    return Prepared(compared, why, offered, own, outcome.flights, outcome.warnings, ending)
 
 
 def compared_at(outcome: "Outcome") -> tuple[int, str]:

@@ -34,24 +34,38 @@ class Export:
 
 def export_gains(
     gains: Path, exporter: Exporter, given: Sequence[str], previous: Path | None, out: Path, flights: int = FLIGHTS,
-    watcher: Watcher = QUIET,
+    watcher: Watcher = QUIET, force: bool = False,
 ) -> Export:  # fmt: skip
-    """Export a gains.json; given: NAME=VALUE options; previous: see `Request`; watcher hears of compilation and flights.
+    """Export a gains.json; given: NAME=VALUE options; previous: see `Request`; watcher hears of compilation and flights; force:
+    export gains of a run that found nothing feasible, too.
 
     Raises InputError naming what the target cannot hold, StoreError where the folder cannot be written.
     """
     check_free(out)
     controller = read_gains(gains)
+    content = json.loads(read_input_text(gains))
+    check_feasible(content, force)
     settings = settings_of(exporter, remembered(controller, exporter, list(given)))
     request = Request(controller, content_sha256(gains), settings, previous)
     check_laws(exporter, request)
     bundle = carry(exporter, request)
     verification = verify_export(request, bundle, flights, watcher)
     document = export_document(exporter, request, bundle, verification)
-    content = json.loads(read_input_text(gains))
     content["exports"] = [*content.get("exports", []), *export_records(document)]
     write_export(out, bundle, document, content)
     return Export(document, verification, out, request.controller.airframe.title)
+
+
+def check_feasible(content: dict[str, Any], force: bool) -> None:
+    """Refuse gains that say themselves that they break limits of their study, unless forced."""
+    study = content.get("study", {})
+    if study.get("feasible", True) or force:
+        return
+    raise InputError(
+        f"these gains are of a run that found nothing feasible: {study.get('point', 'the point')} breaks limits of its study, so "
+        "it is not to be flown; tune again until something is feasible, or add --force to write it for a test bench all the same",
+        key="study.feasible",
+    )
 
 
 def check_laws(exporter: Exporter, request: Request) -> None:

@@ -1,7 +1,7 @@
 """The parts of gains.json beside airframe and gains: what they are called, and their JSON Schema.
 
 vehicle     parameter file that gains were imported from: what it says of the loops, and what of that our loops cannot carry
-study       name, title, seed, digest, point: where the gains come from
+study       name, title, seed, digest, point: where the gains come from; feasible: false where they break limits of that study
 objectives  what held-out flights say, row by row, all values of a row in its unit; interval: of low and high
 design      of `tuner design`: which axes were designed, and why not
 margins     loop by loop, of the loop broken where `break_at` says; what no crossing limits is left out
@@ -93,7 +93,7 @@ def vehicle_schema() -> Row:
 def study_schema() -> Row:
     """Return the schema of "study"."""
     seed = {"type": ["integer", "string"], "minimum": 0, "maximum": MOST_EXACT, "pattern": "^[0-9]{16,19}(?!\n)$"}
-    properties = {**texts("name", "title", "digest", "point"), "seed": seed}
+    properties = {**texts("name", "title", "digest", "point"), "seed": seed, "feasible": {"const": False}}
     return closed(properties, optional=properties)
 
 

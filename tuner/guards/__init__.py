@@ -83,7 +83,7 @@ def times_of_never(study: Study) -> list[list[float]]:
 def floor_of(study: Study) -> tuple[Any, ...]:
     """Return the mission floor of a study."""
     system = study.system
-    return mission_floor([entry.spec for entry in study.scenarios], system.limits, system.timing)
+    return mission_floor([entry.spec for entry in study.scenarios], system.limits, system.timing, study.mission)
 
 
 GUARDS = {

@@ -12,9 +12,9 @@ HEAD = ["Objective", "Unit", "Search", "Held-out", "Held-out − search", "What 
 
 
 def choice_section(results: Results) -> Markup:
-    """Return the table and the sentences, nothing where a folder does not hold them."""
+    """Return the table and the sentences, nothing where a folder does not hold them or nothing was chosen."""
     picked = results.summary.get("picked_on")
-    if not picked:
+    if not picked or not results.feasible:
         return Markup()
     share = (
         f"{results.tuned} was chosen by its held-out values, which flatters them a little; the table above rests on flights "

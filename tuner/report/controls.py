@@ -9,7 +9,7 @@ from tuner.report.prose import counted
 from tuner.report.results import DEFAULT, TUNED, Results
 
 LAYERS = {
-    "tuned": "recommended",
+    "tuned": "",
     "default": "default",
     "front": "front, held-out",
     "finalist": "off the front when held out",
@@ -26,7 +26,7 @@ def layer_switches(results: Results) -> Markup:
     sizes = layer_sizes(results)
     boxes = [
         _switch(kind, join((icon(kind), f" {label}", f" ({count(sizes[kind])})" if sizes[kind] > 1 else "")))
-        for kind, label in LAYERS.items()
+        for kind, label in {**LAYERS, "tuned": results.called}.items()
         if sizes[kind]
     ]
     lost = results.front.lost

@@ -1,6 +1,7 @@
 """The data of the page that its scripts draw: everything in it is a number or a text of the results folder.
 
-    tuned, gains_file                  name of the recommended point; gains.json as it stands in the folder
+    tuned, called                      name of the recommended point, or of the one nearest to feasible, and what it is called
+    gains_file, gains_name             gains.json, or infeasible.json, as it stands in the folder, and its name
     held_out                           held-out flights of each point
     objectives, variables              dimensions of the explorer: label or name, unit, definition, range shown
     constraints, requirements          what is limited: label, unit, factor, limit as stored
@@ -33,7 +34,9 @@ def explorer_data(results: Results) -> dict[str, Any]:
     """Return the document; no number in it is NaN or infinite."""
     return {
         "tuned": results.tuned,
+        "called": results.called,
         "gains_file": results.gains_text,
+        "gains_name": results.gains_name,
         "held_out": results.summary["held_out"],
         "objectives": [_objective(results, i) for i in range(len(results.objectives))],
         "variables": [_variable(entry, results.addresses[entry.name]) for entry in results.variables],

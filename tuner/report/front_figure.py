@@ -14,7 +14,7 @@ from tuner.report.units import bracketed
 
 # Two panels a row for few pairs, three for more; pairs beyond these do not fit on a page.
 MOST_PAIRS = 12
-LABELS = {"front": "front, held-out", "default": "default", "tuned": "tuned", "finalist": "off the front when held out"}
+LABELS = {"front": "front, held-out", "default": "default", "finalist": "off the front when held out"}
 # Marks at the edge of an axis for what lies beyond it: to the left, right, below, above.
 EDGES = {(-1, 0): "<", (1, 0): ">", (0, -1): "v", (0, 1): "^"}
 
@@ -45,7 +45,7 @@ def _pair(ax: Axes, results: Results, ranges: list[Range], i: int, j: int) -> No
     for kind, every in _kinds(results).items():
         rows = [row for row in every if not beyond(places[[row]], shown).any()]
         bars = _bars(results, rows)
-        _mark(ax, kind, places[rows, 0], places[rows, 1], bars[:, :, i], bars[:, :, j])
+        _mark(ax, kind, _label(kind, results), places[rows, 0], places[rows, 1], bars[:, :, i], bars[:, :, j])
     _mark_edges(ax, places, shown)
     mark_lost(ax, held(places[front.lost > 0], shown), front.lost)
     _show(ax, "x", results, ranges[i], i)
@@ -59,7 +59,8 @@ def _ranking(ax: Axes, results: Results, shown: Range) -> None:
     height[order] = np.arange(len(order))
     for kind, every in _kinds(results).items():
         rows = [row for row in every if not beyond(front.held_out[[row], :1], [shown]).any()]
-        _mark(ax, kind, front.held_out[rows, 0], height[rows], _bars(results, rows)[:, :, 0], None)
+        across = _bars(results, rows)[:, :, 0]
+        _mark(ax, kind, _label(kind, results), front.held_out[rows, 0], height[rows], across, None)
     places, ranges = np.stack([front.held_out[:, 0], height], axis=1), [shown, Range(-1.0, len(order), False)]
     _mark_edges(ax, places, ranges)
     mark_lost(ax, held(places[front.lost > 0], ranges), front.lost)
@@ -105,6 +106,10 @@ def mark_lost(ax: Axes, places: np.ndarray, lost: np.ndarray) -> None:
         ax.plot(*places.T, "x", markersize=7, color=COLOURS["bad"], clip_on=False, zorder=6, label=label)
 
 
+def _label(kind: str, results: Results) -> str:
+    return results.shown_as if kind == "tuned" else LABELS.get(kind, "finalist")
+
+
 def _bars(results: Results, rows: list[int]) -> np.ndarray:
     """Return how far the intervals reach below and above the values, (2, rows, objectives)."""
     front = results.front
@@ -113,7 +118,7 @@ def _bars(results: Results, rows: list[int]) -> np.ndarray:
 
 
 def _mark(
-    ax: Axes, kind: str, x: np.ndarray, y: np.ndarray, across: np.ndarray, along: np.ndarray | None
+    ax: Axes, kind: str, label: str, x: np.ndarray, y: np.ndarray, across: np.ndarray, along: np.ndarray | None
 ) -> None:  # fmt: skip
     if len(x) == 0:
         return
@@ -121,7 +126,7 @@ def _mark(
     face = "white" if kind in ("default", "finalist") else colour
     ax.errorbar(
         x, y, xerr=across, yerr=along, fmt=MARKERS.get(kind, "o"), color=colour, markerfacecolor=face, elinewidth=0.6,
-        markersize=6 if kind in ("default", "tuned") else 3.5, label=LABELS.get(kind, "finalist"),
+        markersize=6 if kind in ("default", "tuned") else 3.5, label=label,
         zorder=4 if kind in ("default", "tuned") else 3,
     )  # fmt: skip
 

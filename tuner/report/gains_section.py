@@ -14,7 +14,8 @@ _GREEK = {"lambda": "λ", "delta": "δ", "zeta": "ζ", "omega": "ω", "alpha": "
 
 def gains_table(results: Results) -> Markup:
     """Return the table of searched gains, a row a decision variable."""
-    return table(HEAD, [_row(variable) for variable in results.variables], class_="gains stacked")
+    head = [name.replace("Tuned", results.shown_as.capitalize()) for name in HEAD]
+    return table(head, [_row(variable) for variable in results.variables], class_="gains stacked")
 
 
 def symbol(text: str) -> Markup:

@@ -7,9 +7,10 @@ import numpy as np
 import pyarrow as pa
 
 from plant.errors import StoreError
+from tuner.ending import gains_file
 from tuner.report.files import Columns, Node, numbers, read_table, read_text, refuse
 from tuner.report.loading_finalists import addresses_of, design_start, read_limited, read_loops, read_sensitivity
-from tuner.report.results import Candidates, Estimate, Fan, Front, History, Quantity, Required, Results, Variable
+from tuner.report.results import TUNED, Candidates, Estimate, Fan, Front, History, Quantity, Required, Results, Variable
 from tuner.report.units import in_degrees
 
 KINDS = ("objective", "constraint", "requirement")
@@ -38,7 +39,8 @@ def load(folder: Path) -> Results:
     if not folder.is_dir():
         raise StoreError(f"{folder}: there is no such results folder; give a folder that `tuner run` wrote")
     summary = Node.read(folder / "summary.json")
-    resolved, environment, gains = (Node.read(folder / f"{name}.json") for name in ("resolved", "environment", "gains"))
+    names = ("resolved.json", "environment.json", gains_file(summary.value))
+    resolved, environment, gains = (Node.read(folder / name) for name in names)
     _check(summary, resolved, gains)
     rows = [(_one_of(row, "kind", KINDS), row) for row in summary["table"].entries()]
     quantities = [_quantity(row, kind == "constraint") for kind, row in rows if kind != "requirement"]
@@ -74,8 +76,10 @@ def load(folder: Path) -> Results:
 
 def _check(summary: Node, resolved: Node, gains: Node) -> None:
     """Touch every key that the report reads from the bare documents, so that a missing one is named here."""
-    for key in ("title", "study", "tuned"):
+    for key in ("title", "study", "nearest" if summary.get("tuned") is None and summary.get("nearest") else "tuned"):
         summary[key].text()
+    for row in Node(summary.get("ending", []), summary.file, "ending").entries():
+        row.text()
     for key in ("flights", "wall_seconds", "held_out", "front_size", "hypervolume"):
         summary[key].number()
     for key in ("rule", "why"):
@@ -118,6 +122,7 @@ def _quantity(row: Node, constrained: bool) -> Quantity:
         tuned=_estimate(row["tuned"], factor),
         difference=_estimate(row["difference"], factor),
         verdict=row["verdict"].text(),
+        automatic=str(row.get("automatic") or ""),
     )
 
 
@@ -177,7 +182,7 @@ def _front(
     gains = [table.numbers(f"gain:{variable.name}") for variable in variables]
     return Front(
         points=table.text("point"),
-        roles=table.text("role"),
+        roles=[TUNED if role == "nearest" else role for role in table.text("role")],
         candidates=table.numbers("candidate"),
         non_dominated=table.flags("non_dominated"),
         feasible=table.flags("feasible"),

@@ -22,13 +22,14 @@ SIGNS = {"better": "✓", "kept": "✓", "worse": "✗", "broken": "✗", "no cl
 
 def outcome_table(results: Results) -> Markup:
     """Return the table, objectives first."""
-    top = element("tr", join(element("th", name, scope="col") for name in HEAD))
-    groups = [_group("Objectives: smaller is better", [_row(entry) for entry in results.objectives])]
+    head = [name.replace("Tuned", results.shown_as.capitalize()) for name in HEAD]
+    top = element("tr", join(element("th", name, scope="col") for name in head))
+    groups = [_group("Objectives: smaller is better", [_row(entry) for entry in results.objectives], head)]
     if results.constraints:
-        groups.append(_group("Constraints: kept or broken", [_row(entry) for entry in results.constraints]))
+        groups.append(_group("Constraints: kept or broken", [_row(entry) for entry in results.constraints], head))
     if results.requirements:
         rows = [_known_row(entry) for entry in results.requirements]
-        groups.append(_group("Requirements known without flying: kept or broken", rows))
+        groups.append(_group("Requirements known without flying: kept or broken", rows, head))
     return element("table", element("thead", top), *groups, class_="outcome stacked")
 
 
@@ -37,9 +38,9 @@ def metric_anchor(quantity: Quantity) -> str:
     return "metric-" + "".join(letter if letter.isalnum() else "-" for letter in quantity.metric)
 
 
-def _group(title: str, rows: Sequence[Sequence[str]]) -> Markup:
-    head = element("tr", element("th", title, scope="rowgroup", colspan=len(HEAD)), class_="group")
-    return element("tbody", head, *[element("tr", join(cells(HEAD, row))) for row in rows])
+def _group(title: str, rows: Sequence[Sequence[str]], head: Sequence[str]) -> Markup:
+    first = element("tr", element("th", title, scope="rowgroup", colspan=len(head)), class_="group")
+    return element("tbody", first, *[element("tr", join(cells(head, row))) for row in rows])
 
 
 def _row(quantity: Quantity) -> list[str]:
@@ -50,7 +51,8 @@ def _row(quantity: Quantity) -> list[str]:
         data_tip=quantity.definition.replace("`", ""),
     )
     where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
-    about = join((coded(risk_text(quantity)), ", ", where))
+    automatic = f"; automatic limit, {quantity.automatic}" if quantity.automatic else ""
+    about = join((coded(risk_text(quantity)), ", ", where, automatic))
     return [
         join((link, element("small", about))),
         marked_up(quantity.unit or MISSING),

@@ -29,6 +29,9 @@ AIDS = {
     "its own from zero.",
     "gains": "The recommended point. Open square: default; filled diamond: tuned. Gains are in the units of the study file, "
     "angles in rad; gains.json holds them with units, structure and origin, and tuner fly takes it.",
+    "nearest": "The point nearest to feasible, which breaks limits: for study, not to be flown. Open square: default; filled "
+    "diamond: nearest. Gains are in the units of the study file, angles in rad; infeasible.json holds them, and tuner export "
+    "refuses it.",
 }
 
 
@@ -45,8 +48,8 @@ def put_page(folder: Path, content: str) -> Path:
 def page(results: Results) -> str:
     """Return the page of a results folder."""
     sections = {
-        "outcome": ("Default against tuned", _outcome(results)),
-        "gains": ("What to fly", _gains(results)),
+        "outcome": (f"Default against {results.shown_as}", _outcome(results)),
+        "gains": ("What to fly" if results.feasible else "Nearest to feasible", _gains(results)),
         "front": ("Trade-off", explorer_section(results)),
         "point": ("The point picked", point_section(results)),
         "trust": ("Can it be trusted", trust_section(results)),
@@ -55,6 +58,7 @@ def page(results: Results) -> str:
     title = results.summary["title"]
     return Template(asset("tuning.html")).substitute(
         title=safe(title),
+        ending=ending_aside(results.summary.get("ending", [])),
         description=element("p", results.resolved["description"]) if results.resolved.get("description") else "",
         paragraph=paragraph(results),
         figures=described(key_figures(results), class_="figures"),
@@ -104,6 +108,15 @@ def warnings_aside(warnings: list[str]) -> Markup:
     )
 
 
+def ending_aside(ending: list[str]) -> Markup:
+    """Return what a run that found nothing feasible says before all else, nothing for any other."""
+    if not ending:
+        return Markup()
+    head, *others = ending
+    listed = element("ul", *[element("li", text) for text in others]) if others else ""
+    return element("aside", element("strong", head), listed, class_="warnings", id="ending", aria_label="How it ended")
+
+
 def _outcome(results: Results) -> Markup:
     return join((_aid("outcome"), element("div", outcome_table(results), class_="wide"), choice_section(results)))
 
@@ -111,7 +124,7 @@ def _outcome(results: Results) -> Markup:
 def _gains(results: Results) -> Markup:
     texts = (
         ("For the study file", "copy-study", study_lines(results), True),
-        ("All gains of the controller (gains.json)", "copy-all", results.gains_text, False),
+        (f"All gains of the controller ({results.gains_name})", "copy-all", results.gains_text, False),
     )
     copies = [
         element(
@@ -124,11 +137,13 @@ def _gains(results: Results) -> Markup:
         for name, key, text, opened in texts
     ]
     actions = (
-        element("button", "Save gains.json", type="button", id="save-tuned"),
-        element("button", "Copy gains.json", type="button", id="copy-tuned"),
+        element("button", f"Save {results.gains_name}", type="button", id="save-tuned"),
+        element("button", f"Copy {results.gains_name}", type="button", id="copy-tuned"),
     )
     table = element("div", gains_table(results), class_="wide")
-    return join((_aid("gains"), table, element("div", *actions, class_="actions"), *copies))
+    return join(
+        (_aid("gains" if results.feasible else "nearest"), table, element("div", *actions, class_="actions"), *copies)
+    )
 
 
 def _provenance(results: Results) -> Markup:

@@ -19,7 +19,7 @@ def key_figures(results: Results) -> list[tuple[str, str]]:
     """Return the numbers at the top of the page, name and value."""
     summary = results.summary
     return [
-        ("Recommended point", results.tuned),
+        ("Recommended point", results.tuned if results.feasible else "none"),
         ("Flights", count(summary["flights"])),
         ("Candidates", count(len(results.candidates.number))),
         ("Held-out scenarios", count(summary["held_out"])),
@@ -66,6 +66,8 @@ def _searched(results: Results) -> str:
 
 def _recommended(results: Results) -> Markup:
     point, why = results.tuned, results.summary["pick"]["why"].strip().rstrip(".")
+    if not results.feasible:
+        return join((element("strong", "Nothing is recommended"), f"; {point} comes nearest and is shown."))
     # Reasons are fragments ("it lies deepest ...") or sentences of their own.
     reason = f" is recommended because {why}." if why[:1].islower() else f" is recommended. {why}."
     if point == DEFAULT:

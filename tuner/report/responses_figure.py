@@ -28,7 +28,9 @@ def response_figure(results: Results, scenario: str) -> Figure:
     figure, axes = grid(len(groups), COLUMNS, ROW)
     for ax, group in zip(axes, groups, strict=True):
         for fan in sorted(group, key=lambda fan: results.front.role(fan.point) == TUNED):
-            draw_fan(ax, fan, results.front.role(fan.point))
+            role = results.front.role(fan.point)
+            name = results.shown_as if role == TUNED else role
+            draw_fan(ax, fan, role, f"{name}: median and 5–95 %")
         draw_references(ax, group)
         _label(ax, group[0])
     legend_above(figure, axes[0])
@@ -77,12 +79,11 @@ def shown_signals(fans: list[Fan]) -> list[str]:
     return axes[:3] + rotors[:1] + axes[3:]
 
 
-def draw_fan(ax: Axes, fan: Fan, role: str, label: str | None = None) -> None:
+def draw_fan(ax: Axes, fan: Fan, role: str, label: str) -> None:
     """Draw band and median in the look of a role."""
     colour = COLOURS[role]
     ax.fill_between(fan.time, fan.low, fan.high, color=colour, alpha=0.2, linewidth=0)
-    text = label or f"{role}: median and 5–95 %"
-    ax.plot(fan.time, fan.median, color=colour, linestyle=DASHES[role], label=text, zorder=4 if role == TUNED else 3)
+    ax.plot(fan.time, fan.median, color=colour, linestyle=DASHES[role], label=label, zorder=4 if role == TUNED else 3)
 
 
 def draw_references(ax: Axes, fans: list[Fan]) -> None:

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from tuner.ending import gains_file, is_feasible, shown_as, shown_point
+
 DEFAULT, TUNED = "default", "tuned"
 
 
@@ -20,7 +22,10 @@ class Estimate(NamedTuple):
 
 @dataclass(frozen=True)
 class Quantity:
-    """One objective or constraint, default against tuned; difference: tuned minus default, paired over scenarios."""
+    """One objective or constraint, default against tuned; difference: tuned minus default, paired over scenarios.
+
+    automatic: key of the study that moves a limit which it does not write, else empty.
+    """
 
     label: str
     metric: str
@@ -35,6 +40,7 @@ class Quantity:
     tuned: Estimate
     difference: Estimate
     verdict: str
+    automatic: str = ""
 
 
 @dataclass(frozen=True)
@@ -174,9 +180,9 @@ class Fan:
 class Results:
     """A results folder. summary, resolved, environment, gains: the JSON documents; study: study.toml as given.
 
-    gains_text: gains.json as it stands. addresses: gains that each variable stands for. limited: (point, constraint) -> value,
-    low, high, and difference to the default with its ends, held out and as stored. start: candidate that is the design start,
-    or None. sensitivity: a sensitivity analysis that lies in the folder, or None.
+    gains_text: gains.json as it stands, or infeasible.json. addresses: gains that each variable stands for. limited: (point,
+    constraint) -> value, low, high, and difference to the default with its ends, held out and as stored. start: candidate
+    that is the design start, or None. sensitivity: a sensitivity analysis that lies in the folder, or None.
     """
 
     folder: Path
@@ -211,8 +217,28 @@ class Results:
 
     @property
     def tuned(self) -> str:
-        """Name of the recommended point."""
-        return self.summary["tuned"]
+        """Name of the point beside the default: the recommended one, or the nearest where nothing is feasible."""
+        return shown_point(self.summary)
+
+    @property
+    def feasible(self) -> bool:
+        """Whether anything is recommended."""
+        return is_feasible(self.summary)
+
+    @property
+    def shown_as(self) -> str:
+        """What the point beside the default is called at the head of a column: "tuned" or "nearest"."""
+        return shown_as(self.summary)
+
+    @property
+    def called(self) -> str:
+        """What that point is called in a sentence."""
+        return "recommended" if self.feasible else "nearest to feasible"
+
+    @property
+    def gains_name(self) -> str:
+        """Name of the file that `gains_text` is of."""
+        return gains_file(self.summary)
 
     @cached_property
     def scenarios(self) -> list[str]:

@@ -21,7 +21,7 @@ def front_lines(results: Results, width: int, height: int) -> list[str]:
         Layer("o", "front", front.held_out[best]),
         Layer("x", lost_words(front.lost), front.held_out[front.lost > 0], cut=True, edge=True),
         Layer("D", "default", front.held_out[front.of(DEFAULT)]),
-        Layer("@", "recommended", front.held_out[front.of(TUNED)]),
+        Layer("@", results.called, front.held_out[front.of(TUNED)]),
     ]
     labels = [bracketed(entry.label, entry.unit) for entry in results.objectives]
     return scatter(layers, (labels[0], labels[1]), width, height)

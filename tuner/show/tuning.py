@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from objectives.decisions import Variable as Range
+from tuner.ending import gains_file, is_feasible, shown_as, shown_point
 from tuner.report.loading import load
 from tuner.report.results import Results
 
@@ -16,12 +17,18 @@ def tuning_story(folder: Path) -> tuple[Row, Results]:
     """Return the story of a folder and the results behind it; StoreError names a file that is missing or damaged."""
     results = load(folder)
     summary = results.summary
+    feasible = is_feasible(summary)
+    shown = {"point": shown_point(summary), **summary["pick"]}
     return {
         "kind": "tuning",
         "finished": True,
+        "feasible": feasible,
+        "ending": summary.get("ending", []),
         "title": summary["title"],
         "asked": asked(results),
-        "recommended": {"point": summary["tuned"], **summary["pick"]},
+        "recommended": shown if feasible else None,
+        "nearest": None if feasible else shown,
+        "shown_as": shown_as(summary),
         "confirmation_flights": summary["held_out"],
         "table": summary["table"],
         "gains": [gain(row) for row in summary["variables"]],
@@ -29,7 +36,7 @@ def tuning_story(folder: Path) -> tuple[Row, Results]:
         "trust": trust(results),
         "warnings": summary["warnings"],
         "remarks": summary.get("remarks", []),
-        "commands": commands(folder),
+        "commands": commands(folder, gains_file(summary), feasible),
     }, results
 
 
@@ -89,7 +96,9 @@ def trust(results: Results) -> Row:
     }
 
 
-def commands(folder: Path) -> list[str]:
-    """Return what to do next."""
-    gains = folder / "gains.json"
+def commands(folder: Path, file: str, feasible: bool) -> list[str]:
+    """Return what to do next; gains that break limits are looked at and not flown."""
+    gains = folder / file
+    if not feasible:
+        return [f"tuner margins {gains}", f"tuner check {folder / 'study.toml'}", f"tuner report {folder}"]
     return [f"tuner fly {gains} --plot fly.png", f"tuner margins {gains}", f"tuner report {folder}"]

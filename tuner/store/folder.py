@@ -130,6 +130,14 @@ class Folder:
                 if digest is not None and not file.name.startswith("."):
                     self._digests[file.relative_to(self.path).as_posix()] = digest
 
+    def remove(self, name: str) -> None:
+        """Remove a file that an earlier ending of this run left, if there is one."""
+        self._digests.pop(name, None)
+        try:
+            (self.path / name).unlink(missing_ok=True)
+        except OSError as error:
+            raise StoreError(f"{self.path / name} cannot be removed ({_reason(error)}); remove it by hand") from error
+
     def _put(self, name: str, content: bytes) -> None:
         put(self.path, name, content, self._made)
 

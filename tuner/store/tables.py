@@ -70,7 +70,8 @@ def front_table(outcome: "Outcome") -> Any:
 
     study, finalists = outcome.study, outcome.finalists
     rows = [0, *[int(candidate) for candidate in outcome.candidates]]
-    roles = ["default"] + ["tuned" if row == outcome.tuned else "" for row in range(1, len(rows))]
+    chosen = "tuned" if outcome.feasible else "nearest"
+    roles = ["default"] + [chosen if row == outcome.tuned else "" for row in range(1, len(rows))]
     columns: dict[str, Any] = {
         "point": outcome.names, "candidate": rows, "role": roles,
         "non_dominated": finalists.non_dominated, "probability": finalists.probability, "feasible": finalists.feasible,

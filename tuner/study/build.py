@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 import numpy as np
 
 from objectives.metrics import MetricAddress, check, parse
-from objectives.mission import with_mission_floor
+from objectives.mission import Mission, with_mission_floor
 from objectives.problem import Constraint, Objective, System
 from objectives.requirements import Screen
 from objectives.risk import Risk
@@ -108,13 +108,16 @@ def _build(path: Path, table: StudyTable) -> Study:
         _unique("constraint", [constraint.objective.label for constraint in constraints])
         # Behind what each number's own limits have to say, before anything is worked out from them.
         check_magnitudes(table.model_dump(), path)
-        for i, entry in enumerate(scenarios):
+        specs = [entry.spec for entry in scenarios]
+        for i, spec in enumerate(specs):
             with located(path, f"scenario[{i}].reference"):
-                _check_motion(entry.spec, limits, timing)
+                _check_motion(spec, limits, timing)
             with located(path, f"scenario[{i}]"):
-                check_trim(entry.spec, system)
-        constraints = with_mission_floor(constraints, [entry.spec for entry in scenarios], system.limits, timing)
-        screens = _screens(table, path, system, tuple(entry.spec for entry in scenarios))
+                check_trim(spec, system)
+        with located(path, "mission"):
+            mission = _mission(table, [spec.name for spec in specs])
+        constraints = with_mission_floor(constraints, specs, system.limits, timing, mission)
+        screens = _screens(table, path, system, tuple(specs))
         with located(path, "search"):
             search = _search(table.search, len(objectives))
             flown = [Flown(flight_steps(entry.spec, timing), entry.search, entry.held_out) for entry in scenarios]
@@ -123,7 +126,7 @@ def _build(path: Path, table: StudyTable) -> Study:
             rule = _pick(table.pick, objectives)
     return Study(
         path, table.title, table.description, table.seed, airframe, options, system, space, scenarios, objectives,
-        constraints, screens, search, rule, table, None if default is None else default.vehicle,
+        constraints, screens, search, rule, table, None if default is None else default.vehicle, mission,
     )  # fmt: skip
 
 
@@ -345,6 +348,13 @@ def _screens(table: StudyTable, path: Path, system: System, specs: tuple[Scenari
     costs = tuple(_listed("cost", path, table.cost, lambda entry: cost_screen(entry, system)))
     _unique("cost", [screen.requirements[0].label for screen in costs])
     return (*guarantees, *([margin_screen(margins, path, system, specs)] if margins else []), *costs)
+
+
+def _mission(table: StudyTable, scenarios: list[str]) -> Mission:
+    given = table.mission
+    mission = Mission(given.followed, given.held, tuple(given.off))
+    mission.check_names(scenarios)
+    return mission
 
 
 def _finite(value: float, key: str) -> float:

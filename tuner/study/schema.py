@@ -11,6 +11,7 @@ from typing import Annotated, Any
 
 from pydantic import BaseModel, ConfigDict, Discriminator, Field, Tag, create_model
 
+from objectives.mission import Mission
 from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
@@ -105,6 +106,7 @@ def mirror(kind: Any, doc: str, defaults: Mapping[str, Any] = MappingProxyType({
 _TYPES: dict[str, Any] = {
     "plant.air.injection.Triple": list[float],
     "tuple[float, ...]": list[float],
+    "tuple[str, ...]": list[str],
     "tuple[float, float] | None": list[float] | None,
     "str | tuple[float, ...]": ListOrText,
     "str | float": NumberOrText,
@@ -120,6 +122,7 @@ SensorsTable = mirror(SensorSpec, "[scenario.sensors]")
 USUAL_SPREAD = {"lag": 0.2}
 SpreadTable = mirror(Spread, "[scenario.spread]", USUAL_SPREAD)
 BandsTable = mirror(Bands, "[scenario.bands]")
+MissionTable = mirror(Mission, "[mission]: how much the automatic limits ask.")
 GustTable = mirror(Gust, "[scenario.air.gust]")
 InjectionTable = mirror(Injection, "[scenario.air.injection]")
 AirTable = mirror(AirSpec, "[scenario.air]", gust=GustTable | None, injection=InjectionTable | None)
@@ -219,6 +222,7 @@ class StudyTable(Table):
     description: str = ""
     limits: LimitsTable = LimitsTable()
     gains: dict[str, NumberOrTable] = Field(default={})
+    mission: MissionTable = Field(default=MissionTable())  # pyright: ignore[reportInvalidTypeForm]
     constraint: list[ConstraintTable] = Field(default=[])
     guarantee: list[GuaranteeTable] = Field(default=[])
     margin: list[MarginTable] = Field(default=[])

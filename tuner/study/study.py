@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from objectives.decisions import DecisionSpace
+from objectives.mission import USUAL, Mission
 from objectives.problem import Constraint, Objective, System
 from objectives.requirements import Requirement, Screen, requirements_of
 from plant.airframes import Airframe
@@ -65,6 +66,12 @@ class Study:
     pick: str
     table: StudyTable
     vehicle: "VehicleRecord | None" = None
+    mission: Mission = USUAL
+
+    @property
+    def automatic_limits(self) -> tuple[Constraint, ...]:
+        """Limits that the study does not write, see `objectives.mission`."""
+        return tuple(entry for entry in self.constraints if entry.floor)
 
     @property
     def default_row(self) -> np.ndarray:
@@ -88,9 +95,11 @@ class Study:
             content.pop(key, None)
         # Its gains count, under "gains".
         content["controller"].pop("default", None)
-        # No limit on cost is as before there were any.
+        # No limit on cost is as before there were any, and so are automatic limits that ask the usual.
         if not content["cost"]:
             content.pop("cost")
+        if self.mission == USUAL:
+            content.pop("mission", None)
         for scenario in content["scenario"]:
             scenario["reference"].pop("path", None)
         return content

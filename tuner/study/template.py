@@ -78,6 +78,11 @@ metric = "travel"               # how much the rotor commands move
 metric = "failure"
 most = 0.0
 
+# [mission]                     # automatic limits: what the median flight of every scenario must do; `tuner check` shows them
+# followed = 0.7                # where the reference moves: RMS error at most this share of a flight that never leaves its start
+# held = 0.5                    # where it rests: RMS error at most this share of limits.position
+# off = ["rms.position"]        # quantities without one: rms.position, rms.tilt, rms.yaw, rms.z, or rms.position@SCENARIO
+
 [[margin]]                      # known without flying: what breaks it is not flown; `tuner list margins`
 quantity = "phase_margin"       # of every loop as it is flown, lag and sampling included
 least = 35                      # deg

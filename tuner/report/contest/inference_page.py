@@ -56,6 +56,7 @@ def page(inference: Inference, environment: dict[str, Any], study: str) -> str:
     return Template(asset("page.html")).substitute(
         kind="inference report",
         title=safe(document["title"]),
+        ending=Markup(),
         description=element("p", str(description)) if description else "",
         paragraph=safe(_asked(inference)),
         figures=join((words, described(_key_figures(inference), class_="figures"))),

@@ -22,7 +22,7 @@ from tuner.report.contest.response_charts import add_responses
 from tuner.report.contest.values_section import values_table
 from tuner.report.contest.volumes_section import volumes_table
 from tuner.report.markup import Markup, described, element, join, safe
-from tuner.report.page import asset, embedded, grid, page_section, put_page, warnings_aside
+from tuner.report.page import asset, embedded, ending_aside, grid, page_section, put_page, warnings_aside
 
 AIDS = {
     "contenders": "Operations are those of the laws in one control step, counted and not timed.",
@@ -63,6 +63,7 @@ def page(contest: Contest) -> str:
     return Template(asset("page.html")).substitute(
         kind="comparison" if (contest.folder / "comparison.json").exists() else "contest report",
         title=safe(document["title"]),
+        ending=ending_aside(document.get("ending", [])),
         description=element("p", str(description)) if description else "",
         paragraph=opening,
         figures=join((words(contest), claims(contest), described(key_figures(contest), class_="figures"))),

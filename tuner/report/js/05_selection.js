@@ -42,7 +42,7 @@ function summaryOf(row) {
 }
 
 const STATES = {
-  default: "the default", tuned: "the recommended point", front: "on the held-out front", finalist: "off the front when held out",
+  default: "the default", tuned: data.called, front: "on the held-out front", finalist: "off the front when held out",
   start: "design start, search values", searched: "feasible, search values", infeasible: "breaks a limit, search values",
 };
 

@@ -46,7 +46,11 @@ function gainsDocument(point) {
   variables.forEach((entry, i) => {
     for (const address of entry.addresses) if (made.gains[address]) made.gains[address].value = point.gains[i];
   });
-  if (made.study) made.study.point = point.name;
+  if (made.study) {
+    made.study.point = point.name;
+    if (point.feasible) delete made.study.feasible;
+    else made.study.feasible = false;
+  }
   made.objectives = (made.objectives ?? []).map((row) => {
     const [plain, tuned, difference] = judged(row, point);
     const verdict = verdictOf({ ...row, sense: senseOf(row) }, tuned.value, difference);
@@ -60,7 +64,7 @@ const gainsText = (name) =>
 
 function saveGains(name) {
   const address = URL.createObjectURL(new Blob([gainsText(name)], { type: "application/json" }));
-  const link = make("a", { href: address, download: name === data.tuned ? "gains.json" : `gains-${name}.json` });
+  const link = make("a", { href: address, download: name === data.tuned ? data.gains_name : `gains-${name}.json` });
   document.body.append(link);
   link.click();
   link.remove();

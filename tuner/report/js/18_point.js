@@ -4,7 +4,7 @@ function startPoint() {
   const choice = byId("choose-point");
   if (!choice) return;
   choice.append(...finalists.map((row) => make("option", { value: row.name },
-    row.layer === "tuned" ? `${row.name}, recommended` : row.name)));
+    row.layer === "tuned" ? `${row.name}, ${data.called}` : row.name)));
   choice.addEventListener("change", () => pick(choice.value));
   byId("previous").addEventListener("click", () => pick(neighbour(store.get().x, -1)));
   byId("next").addEventListener("click", () => pick(neighbour(store.get().x, 1)));
@@ -17,7 +17,7 @@ function startPoint() {
 function showPoint() {
   const row = byName.get(store.get().picked);
   byId("choose-point").value = row.name;
-  byId("point-name").textContent = row.layer === "tuned" ? `${row.name}, the recommended point` : row.name;
+  byId("point-name").textContent = row.layer === "tuned" ? `${row.name}, ${data.called}` : row.name;
   byId("point-state").textContent = stateText(row);
   byId("point-metrics").replaceChildren(metricsTable(row));
   byId("point-gains").replaceChildren(gainsTable(row));
