@@ -8,7 +8,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import ceil, floor, log10
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -150,6 +150,12 @@ def costs_of(found: Archive, limits: Sequence[Limit]) -> list[Cost]:
         without = found.values[allowed].min(axis=0)
         costs += [Cost(i, m, float(best[m]), float(without[m])) for m in np.flatnonzero(without < best).tolist()]
     return costs
+
+
+def automatic_rows(constraints: Sequence[Constraint]) -> list[dict[str, Any]]:
+    """Return the limits that the study does not write, as data."""
+    limits = [limit for limit in limits_of(constraints, ()) if limit.automatic]
+    return [{"label": each.label, "unit": each.unit, "limit": each.limit, "key": each.automatic} for each in limits]
 
 
 def told_automatic(constraints: Sequence[Constraint]) -> list[str]:

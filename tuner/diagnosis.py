@@ -29,6 +29,8 @@ MOST_CANDIDATES = 128
 PLACES, STEP = (0.0, 0.25, 0.5, 0.75, 1.0), 0.8
 # Change of a quantity, as a share of its limit, from which on a gain moves it.
 MOVED = 1e-3
+# Loops that a position loop flies by.
+INNER = {"x": ("pitch",), "y": ("roll",)}
 # Chance that a gain without influence is named as moving a flown quantity, over all gains of a study.
 ERROR = 0.01
 
@@ -94,6 +96,16 @@ class Probe:
         """Return by how much values (n,) break the limit, in limits."""
         return self.requirement.violations(values)
 
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Axes whose gains close the loop: that of x flies by pitch, that of y by roll."""
+        return () if self.loop is None else (self.loop, *INNER.get(self.loop, ()))
+
+    def is_unstable(self, value: float) -> bool:
+        """Return whether a value is that of a loop which is not stable."""
+        worst = value <= 0.0 if self.requirement.sense == "least" else not isfinite(value)
+        return self.loop is not None and worst
+
     def moves(self, values: Array, base: float) -> bool:
         """Return whether any of the values (n,) differs from a base by what matters to the limit."""
         if not isfinite(base):
@@ -156,16 +168,29 @@ class Diagnosis:
         )  # fmt: skip
 
     def _moved_by(self, i: int, point: Array, value: float) -> tuple[str, ...]:
-        """Return the searched gains whose way through their range moves a probe from its value at a point (d,)."""
+        """Return the searched gains whose way through their range moves a probe from its value at a point (d,).
+
+        Where the loop is not stable the value says nothing of what would make it so: its own gains count then.
+        """
+        probe = self.probes[i]
         variables, places = self._study.space.variables, len(PLACES)
         changed = np.repeat(point[None], len(variables) * places, axis=0)
         for k in range(len(variables)):
             changed[k * places : (k + 1) * places, k] = PLACES
         values = self.values(self._study.space.gains(changed))[:, i].reshape(len(variables), places)
-        return tuple(v.name for v, row in zip(variables, values, strict=True) if self.probes[i].moves(row, value))
+        owned = {g.address for g in self._addresses if g.axis in probe.axes} if probe.is_unstable(value) else set()
+        return tuple(
+            variable.name
+            for variable, row in zip(variables, values, strict=True)
+            if probe.moves(row, value) or owned & set(variable.addresses)
+        )
 
     def _fixed(self, i: int, point: Array, value: float) -> tuple[Value, ...]:
-        """Return the gains that a study fixes and that move a probe at a point (d,), those of its own loop if there are any."""
+        """Return the gains that a study fixes and that move a probe at a point (d,), those of its own loop if there are any.
+
+        Where the loop is not stable all of its own count.
+        """
+        probe = self.probes[i]
         searched = {column for group in self._study.space.columns for column in group}
         gains = [gain for gain in self._addresses if gain.column not in searched]
         row = self._study.space.gains(point[None])[0]
@@ -173,8 +198,13 @@ class Diagnosis:
         for k, gain in enumerate(gains):
             changed[k, gain.column] *= STEP
         values = self.values(changed)[:, i]
-        moving = [g for g, one in zip(gains, values, strict=True) if self.probes[i].moves(np.array([one]), value)]
-        return tuple(_value(g, row) for g in [g for g in moving if g.axis == self.probes[i].loop] or moving)
+        owned = probe.is_unstable(value)
+        moving = [
+            gain
+            for gain, one in zip(gains, values, strict=True)
+            if probe.moves(np.array([one]), value) or (owned and gain.axis in probe.axes)
+        ]
+        return tuple(_value(gain, row) for gain in [gain for gain in moving if gain.axis == probe.loop] or moving)
 
     def _design(self, i: int) -> Design | None:
         if self.designed is None:

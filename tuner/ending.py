@@ -100,10 +100,8 @@ def ending_of(outcome: "Outcome") -> list[str]:
     if outcome.feasible:
         return []
     point = outcome.names[outcome.tuned]
-    about = (
-        f"so no gains are recommended. {point} breaks them least; its gains stand in {INFEASIBLE}, for study and not to be "
-        "flown."
-    )
+    nearest = f"{point} breaks them least; its gains stand in {INFEASIBLE}, for study and not to be flown."
+    about = f"so no gains are recommended. {nearest}"
     if len(outcome.archive.front()) == 0:
         head = f"{NOTHING}: none of {len(outcome.archive.points):,} candidates keeps every limit, {about}"
         return [head, *told_obstacles(outcome.obstacles)]

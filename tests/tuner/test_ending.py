@@ -29,7 +29,9 @@ from tuner.study import load_study
 
 # Yaw keeps what the study fixes: far too fast for its observer, and nothing that is searched moves it.
 FIXED = '"tilt.lambda" = { low = 1, high = 16 }\n"yaw.lambda" = 30.0\n"yaw.omega_o" = 12.0\n"yaw.k1" = 30.0'
-YAW = STUDY.replace('"tilt.lambda" = { low = 1, high = 16 }', FIXED).replace('"roll.k1" = 20.0\n', "") + (
+YAW = STUDY.replace("generations = 2", "generations = 2\nracing = false").replace(
+    '"tilt.lambda" = { low = 1, high = 16 }', FIXED
+).replace('"roll.k1" = 20.0\n', "") + (
     '\n[[margin]]\nquantity = "phase_margin"\naxis = "attitude"\nleast = 30\nhard = true\n'
 )
 # More than any gains of this vehicle reach within two seconds of a step of 1 m.
@@ -66,6 +68,7 @@ def test_the_run_ends_with_its_own_code_and_says_so_before_any_table(ran):
     assert out.count(NOTHING) == 1
     assert "no gains are recommended" in out and "Recommended" not in out
     assert out.index(NOTHING) < out.index("Gains") < out.index("Report:")
+    assert out.index("Automatic limit: quantile50(rms.position)@gusts") < out.index("generation 1/2")
     assert f"{INFEASIBLE} (infeasible)" in out
 
 
@@ -132,6 +135,7 @@ def test_show_and_the_page_say_so_first_and_advise_no_flight(ran, monkeypatch, c
     assert NOTHING in text and text.index(NOTHING) < text.index('class="lead"') < text.index("Nothing is recommended")
     said = re.sub(r"<[^>]*>|\s", "", text[: text.index("</header>")])
     assert "Recommendedpointnone" in said and "isrecommendedbecause" not in said
+    assert "automatic limit, mission.followed" in text and "(automatic: mission.followed)" in out
     assert "Save infeasible.json" in text and "What to fly" not in text
     assert '"gains_name":"infeasible.json"' in text
 
@@ -169,8 +173,9 @@ def test_rejudging_by_a_limit_that_nothing_keeps_ends_alike(ran, tmp_path, monke
     study = write(tmp_path, YAW.replace('"attitude"\nleast = 30', '"tilt"\nleast = 1') + SOON)
     code, out, _ = tuner(monkeypatch, capsys, "rejudge", folder, "--out", tmp_path / "judged", "--study", study)
     assert code == NOTHING_FEASIBLE and out.count(NOTHING) == 1
-    (found,) = summary_of(tmp_path / "judged")["obstacles"]
-    assert found["label"] == "mean(rms.position)" and found["loop"] is None and found["reached"] > 0.01
+    told = {entry["label"]: entry for entry in summary_of(tmp_path / "judged")["obstacles"]}
+    found = told["mean(rms.position)"]
+    assert found["loop"] is None and found["reached"] > 0.01 and "phase_margin(tilt)" not in told
     values = pd.concat(
         pd.read_parquet(file) for file in sorted((tmp_path / "judged" / "generations").glob("*.parquet"))
     )

@@ -1,6 +1,7 @@
-"""`tuner check`: a study file without flying anything, or gains against the hard limits of a study; exit code 1 if broken."""
+"""`tuner check`: a file of any kind without flying, or gains against the hard limits of a study; exit code 1 if broken."""
 
 import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -8,6 +9,7 @@ import typer
 from rich.box import SIMPLE
 from rich.table import Table
 
+from plant.airframes import load
 from plant.errors import InputError
 from tuner.cli.display import digits
 from tuner.cli.errors import BROKEN
@@ -15,6 +17,7 @@ from tuner.cli.terminal import Console
 from tuner.contest import is_contest
 from tuner.inference import is_inference
 from tuner.study import load_study
+from tuner.study.reading import parse_toml
 
 Row = dict[str, Any]
 SIGNS = {"most": "<=", "least": ">="}
@@ -22,49 +25,110 @@ STYLES = {"fail": "bold red", "not certain": "yellow", "target missed": "yellow"
 
 
 def check_command(file: Path, requirements: Path | None, seeds: int | None, threads: int | None, as_json: bool) -> None:
-    """Judge a gains file where requirements are given, else say what a study would fly."""
+    """Judge a gains file where requirements are given, else say what a file holds; exit code 1 where it is hopeless."""
     if requirements is not None:
         judge_command(file, requirements, seeds, threads, as_json)
         return
-    if file.suffix == ".json":
-        raise InputError("gains are judged by requirements; add --requirements STUDY, a study file", file=file)
     if seeds is not None:
-        raise InputError("a study is checked without flying; leave it out, or add --requirements", key="--seeds")
-    describe_command(file, as_json)
+        raise InputError("nothing is flown without --requirements; leave it out, or add --requirements", key="--seeds")
+    KINDS[kind_of(file)](file, as_json)
 
 
-def describe_command(study: Path, as_json: bool) -> None:
-    """Say what a study, a contest or an inference would fly, or what is wrong with it."""
-    if is_inference(study):
-        from tuner.cli.inference import check_inference
+def kind_of(file: Path) -> str:
+    """Return what kind of file this is, by its content: a key of `KINDS`. InputError where it cannot be read."""
+    if file.is_dir():
+        raise InputError(
+            "this is a folder; `tuner show` tells a results folder, `tuner verify` flies it again", file=file
+        )
+    if file.suffix == ".json":
+        return "gains"
+    if is_inference(file):
+        return "inference"
+    if is_contest(file):
+        return "contest"
+    table = parse_toml(file)
+    return "airframe" if AIRFRAME_KEYS & set(table) and not {"scenario", "objective"} & set(table) else "study"
 
-        figures = check_inference(study)
-    elif is_contest(study):
-        from tuner.cli.contest import check_contest
 
-        figures = check_contest(study)
+def describe_study(file: Path, as_json: bool) -> None:
+    """Say what a study would fly and what is known of it without flying."""
+    from tuner.cli.check_study import check_study, is_hopeless, show_study
+    from tuner.cli.margins import announce_compilation
+
+    if load_study(file).table.margin:
+        announce_compilation()
+    figures = check_study(file)
+    if as_json:
+        print(json.dumps(figures, indent=2, allow_nan=False))
     else:
-        figures = check_study(study)
+        show_study(figures, Console())
+    if is_hopeless(figures):
+        raise typer.Exit(BROKEN)
+
+
+def describe_contest(file: Path, as_json: bool) -> None:
+    """Say what a contest would fly."""
+    from tuner.cli.contest import check_contest
+
+    print_figures({"kind": "contest", **check_contest(file)}, as_json)
+
+
+def describe_inference(file: Path, as_json: bool) -> None:
+    """Say what an inference would fly."""
+    from tuner.cli.inference import check_inference
+
+    print_figures({"kind": "inference", **check_inference(file)}, as_json)
+
+
+def describe_airframe(file: Path, as_json: bool) -> None:
+    """Say what a vehicle has to fly with; what is wrong with its file is an error that names the key."""
+    from plant.airframes.derived import quantities
+
+    airframe = load(file)
+    known = {name: {"value": entry.value, "unit": entry.unit} for name, entry in quantities(airframe.vehicle).items()}
+    figures = {
+        "kind": "airframe", "name": airframe.name, "title": airframe.title, "frame": airframe.frame,
+        "mass": {"value": airframe.vehicle.mass, "unit": "kg"}, **known,
+    }  # fmt: skip
+    print_figures(figures, as_json)
+
+
+def describe_gains(file: Path, as_json: bool) -> None:
+    """Say whether a gains file is whole and as it was written, as `tuner validate` does."""
+    from tuner.cli.validate import validate_command
+
+    validate_command(file, as_json)
+    if not as_json:
+        print(f"Judge it by the limits of a study: tuner check {file} --requirements STUDY")
+
+
+KINDS: dict[str, Callable[[Path, bool], None]] = {
+    "study": describe_study,
+    "airframe": describe_airframe,
+    "gains": describe_gains,
+    "contest": describe_contest,
+    "inference": describe_inference,
+}
+"""How each kind of file is checked."""
+# Keys that every airframe has at its top and no study.
+AIRFRAME_KEYS = {"frame", "spin", "mass", "inertia"}
+
+
+def print_figures(figures: Row, as_json: bool) -> None:
+    """Print figures, a line each."""
     if as_json:
         print(json.dumps(figures, indent=2))
         return
     for key, value in figures.items():
-        print(f"{key:18} {', '.join(value) if isinstance(value, list) else value}")
+        print(f"{key:18} {shown(value)}")
 
 
-def check_study(study: Path) -> Row:
-    """Return what a study would fly; InputError where it is wrong."""
-    asked = load_study(study)
-    flights = asked.search.generations * asked.search.population * sum(entry.search for entry in asked.scenarios)
-    return {
-        "title": asked.title,
-        "variables": len(asked.space.variables),
-        "objectives": [objective.label for objective in asked.objectives],
-        "constraints": [constraint.objective.label for constraint in asked.constraints],
-        "requirements": [requirement.label for requirement in asked.requirements],
-        "search_flights": flights,
-        "digest": asked.digest(),
-    }
+def shown(value: Any) -> str:
+    """Return a figure as text: a list with commas, a number with its unit."""
+    if isinstance(value, dict):
+        unit = "" if value["unit"] == "1" else f" {value['unit']}"
+        return f"{value['value']:.4g}{unit}"
+    return ", ".join(value) if isinstance(value, list) else str(value)
 
 
 def judge_command(gains: Path, requirements: Path, seeds: int | None, threads: int | None, as_json: bool) -> None:

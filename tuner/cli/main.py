@@ -255,7 +255,8 @@ def new(
 @app.command()
 def check(
     file: Annotated[
-        Path, typer.Argument(help="Study file (TOML), or with --requirements a gains.json.", show_default=False)
+        Path,
+        typer.Argument(help="Study, contest, inference, airframe (TOML) or gains.json.", show_default=False),
     ],
     requirements: Annotated[
         Path | None, typer.Option(help="Fly the gains and judge them by the limits of this study.")
@@ -266,7 +267,9 @@ def check(
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
-    """Check a study without flying; or judge gains by hard limits: exit code 0 all kept, 1 something broken, 2 bad input.
+    """Check a file without flying, or judge gains by hard limits: exit code 0 fine, 1 hopeless or broken, 2 bad input.
+
+    Of a study it tells thrust-to-weight, trim in the mean wind, the default's margins and limits that nothing can reach.
 
     Example: tuner check studies/quickstart.toml
 

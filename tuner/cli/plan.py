@@ -16,6 +16,7 @@ from tuner.cli.tuning_study import tuning_study
 from tuner.contest import is_contest, load_contest
 from tuner.inference import is_inference
 from tuner.planning.contest import contest_plan
+from tuner.conflicts import told_automatic
 from tuner.planning.document import plan_document
 from tuner.planning.pilot import FLIGHTS, Pilot, fly_pilot, pilot_size
 from tuner.run import problem_of, warm_up
@@ -42,6 +43,8 @@ def plan_command(path: Path, difference: float, threads: int | None, as_json: bo
         print(json.dumps(document, indent=2, allow_nan=False))
     else:
         show(document, Console())
+        for text in told_automatic(study.constraints):
+            print(text)
 
 
 def plan_contest(path: Path, difference: float, threads: int | None, as_json: bool) -> None:

@@ -2,6 +2,7 @@
 
 from typing import Any
 
+from tuner.conflicts import automatic_rows
 from tuner.guards import said_before
 from tuner.planning.cost import disk_of, flights_of, memory_of, seconds_of
 from tuner.planning.pilot import FLIGHTS, Pilot
@@ -37,6 +38,7 @@ def plan_document(study: Study, pilot: Pilot, compile_seconds: float | None, sha
         "disk_bytes_at_most": disk_of(study, pilot),
         "difference_percent": 100.0 * share,
         "objectives": [objective_row(entry) for entry in precisions],
+        "automatic_limits": automatic_rows(study.constraints),
         "warnings": warnings(study, pilot, precisions, share),
     }  # fmt: skip
 

@@ -38,7 +38,7 @@ def metric_anchor(quantity: Quantity) -> str:
     return "metric-" + "".join(letter if letter.isalnum() else "-" for letter in quantity.metric)
 
 
-def _group(title: str, rows: Sequence[Sequence[str]], head: Sequence[str]) -> Markup:
+def _group(title: str, rows: Sequence[Sequence[str]], head: list[str]) -> Markup:
     first = element("tr", element("th", title, scope="rowgroup", colspan=len(head)), class_="group")
     return element("tbody", first, *[element("tr", join(cells(head, row))) for row in rows])
 

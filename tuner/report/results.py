@@ -181,8 +181,8 @@ class Results:
     """A results folder. summary, resolved, environment, gains: the JSON documents; study: study.toml as given.
 
     gains_text: gains.json as it stands, or infeasible.json. addresses: gains that each variable stands for. limited: (point,
-    constraint) -> value, low, high, and difference to the default with its ends, held out and as stored. start: candidate
-    that is the design start, or None. sensitivity: a sensitivity analysis that lies in the folder, or None.
+    constraint) -> value, low, high, and difference to the default with its ends, held out and as stored. start: candidate that is
+    the design start, or None. sensitivity: a sensitivity analysis that lies in the folder, or None.
     """
 
     folder: Path

@@ -3,7 +3,10 @@
 import json
 
 from tests.tuner.contest.contest_text import changed, write
+from tests.tuner.in_process import tuner as in_process
 from tests.tuner.test_cli import refused, tuner
+from tuner.cli.errors import NOTHING_FEASIBLE
+from tuner.ending import NOTHING
 
 
 def test_check_says_what_a_contest_would_fly(tmp_path):
@@ -56,3 +59,27 @@ def test_bad_input_is_one_line_on_stderr(tmp_path):
     assert message.count("\n") == 1
     assert "contender[0].gains.attitude.kdd" in message and str(path) in message
     assert not (tmp_path / "never").exists()
+
+
+def test_a_contender_without_a_feasible_candidate_is_told_first_and_ends_with_its_code(tmp_path, monkeypatch, capsys):
+    """No gain gives the tilt loops of this vehicle, through rotors of 20 ms, a phase margin of 89 deg."""
+    margin = '\n[[margin]]\nquantity = "phase_margin"\naxis = "tilt"\nleast = 89\n'
+    text = changed("[search]", f"{margin}\n[search]")
+    monkeypatch.setenv("COLUMNS", "300")
+    out = tmp_path / "out"
+    code, said, err = in_process(
+        monkeypatch, capsys, "run", write(tmp_path, text), "--out", out, "--threads", 2, "--set", "search.generations=1"
+    )
+    assert (code, err) == (NOTHING_FEASIBLE, "")
+    assert said.index(f"{NOTHING} for PID") < said.index("On 14 held-out flights each")
+    found = json.loads((out / "contest.json").read_text())
+    assert list(found)[:2] == ["feasible", "ending"] and found["feasible"] is False
+    marks = {row["name"]: row["feasible"] for row in found["contenders"]}
+    assert marks == {"PID": False, "The hybrid, v1.0": True, "LADRC": True}
+    assert any("loop reaches" in text for text in found["ending"][1:])
+    own = out / "contenders" / "pid"
+    assert not (own / "gains.json").exists() and (own / "infeasible.json").exists()
+    page = (out / "report.html").read_text()
+    assert NOTHING in page and page.index(NOTHING) < page.index('class="lead"')
+    code, said, _ = in_process(monkeypatch, capsys, "show", out)
+    assert code == 0 and said.splitlines()[1].startswith(NOTHING)

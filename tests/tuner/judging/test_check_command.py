@@ -138,11 +138,11 @@ def test_missing_and_broken_files_are_2(judged, tmp_path):
     assert (code, out) == (2, "") and "not JSON" in err
 
 
-def test_without_requirements_a_study_is_read_and_gains_are_refused(gains, tmp_path, monkeypatch, capsys):
+def test_without_requirements_a_study_is_read_and_gains_are_validated(gains, tmp_path, monkeypatch, capsys):
     code, out, _ = tuner(monkeypatch, capsys, "check", write(tmp_path, STUDY), "--json")
     assert code == 0 and json.loads(out)["search_flights"] == 8 * 2 * 4
     code, out, err = tuner(monkeypatch, capsys, "check", gains)
-    assert (code, out) == (2, "") and "add --requirements" in err
+    assert (code, err) == (0, "") and "valid" in out and "--requirements STUDY" in out
     code, out, err = tuner(monkeypatch, capsys, "check", write(tmp_path, STUDY), "--seeds", 8)
     assert (code, out) == (2, "") and "--seeds" in err
 

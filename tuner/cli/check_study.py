@@ -1,0 +1,134 @@
+"""`tuner check` of a study: what it would fly, and what can be said of it before anything does."""
+
+from pathlib import Path
+from typing import Any
+
+from rich.box import SIMPLE
+from rich.console import Console
+from rich.markup import escape
+from rich.table import Table
+
+from tuner.conflicts import automatic_rows, told_automatic
+from tuner.diagnosis import Diagnosis, told_obstacles
+from tuner.guards import said_before
+from tuner.preview import NARROW, beyond_reach, default_rows, has_trim, is_certain, trim_row, vehicle_row
+from tuner.study import load_study
+
+Row = dict[str, Any]
+SIGNS = {"most": "<=", "least": ">="}
+
+
+def check_study(study: Path) -> Row:
+    """Return what a study would fly and what is known of it without flying; InputError where it is wrong."""
+    asked = load_study(study)
+    flights = asked.search.generations * asked.search.population * sum(entry.search for entry in asked.scenarios)
+    diagnosis = Diagnosis(asked)
+    beyond = beyond_reach(asked, diagnosis)
+    trims = [trim_row(asked, entry.spec) for entry in asked.scenarios if has_trim(asked, entry.spec)]
+    return {
+        "kind": "study",
+        "title": asked.title,
+        "variables": len(asked.space.variables),
+        "objectives": [objective.label for objective in asked.objectives],
+        "constraints": [entry.objective.label for entry in asked.constraints],
+        "automatic_limits": automatic_rows(asked.constraints),
+        "requirements": [requirement.label for requirement in asked.requirements],
+        "search_flights": flights,
+        "digest": asked.digest(),
+        "vehicle": {"name": asked.airframe.name, **vehicle_row(asked.system.vehicle)},
+        "trim": trims,
+        "default": default_rows(asked, diagnosis),
+        "out_of_reach": [{**entry.row(), "certain": is_certain(entry)} for entry in beyond],
+        "problems": [*trim_problems(trims), *told_obstacles(beyond)],
+        "warnings": said_before(asked),
+        "told": told_automatic(asked.constraints),
+    }  # fmt: skip
+
+
+def trim_problems(trims: list[Row]) -> list[str]:
+    """Return a sentence for each scenario in whose mean wind the vehicle does not hold its place, or only just."""
+    return [said for row in trims if (said := _problem(row))]
+
+
+def _problem(row: Row) -> str:
+    wind = f'scenario "{row["scenario"]}": the mean wind of {row["wind"]:.3g} m/s'
+    remedy = "choose a weaker intensity or mean_wind = false, or raise controller.tilt_limit_deg"
+    if row["tilt_deg"] is None:
+        return f"{wind} lets the vehicle balance at no tilt; {remedy}."
+    if row["held"]:
+        narrow = row["margin_deg"] < NARROW
+        return f"{wind} leaves {row['margin_deg']:.1f} deg to the tilt limit, which gusts will take." if narrow else ""
+    limit = f"{row['tilt_limit_deg']:.1f} deg"
+    if row["margin_deg"] <= 0.0:
+        return f"{wind} takes a tilt of {row['tilt_deg']:.1f} deg, beyond the limit of {limit}: flights drift off; {remedy}."
+    return f"{wind} takes rotor speeds beyond their limits; {remedy}."
+
+
+def is_hopeless(figures: Row) -> bool:
+    """Return whether a hard limit is out of reach for certain, or a mean wind is more than the vehicle can hold."""
+    soft = {row["label"] for row in figures["default"] if not row["hard"]}
+    return any(not row["held"] for row in figures["trim"]) or any(
+        row["certain"] and row["label"] not in soft for row in figures["out_of_reach"]
+    )
+
+
+def show_study(figures: Row, console: Console) -> None:
+    """Print it: what would fly, the vehicle, its trim, the default's margins, and what stands in the way."""
+    for key in ("title", "variables", "objectives", "constraints", "requirements", "search_flights", "digest"):
+        value = figures[key]
+        console.print(f"{key:18} {', '.join(value) if isinstance(value, list) else value}", **PLAIN)
+    console.print(f"{'vehicle':18} {vehicle_text(figures['vehicle'])}", **PLAIN)
+    for row in figures["trim"]:
+        console.print(f"{'trim':18} {trim_text(row)}", **PLAIN)
+    for text in figures["told"]:
+        console.print(text, **PLAIN)
+    if figures["default"]:
+        console.print(default_table(figures["default"]))
+    for text in figures["problems"]:
+        console.print(f"Problem: {text}", style="red", **PLAIN)
+    for text in figures["warnings"]:
+        console.print(f"Warning: {text}", style="yellow", **PLAIN)
+
+
+PLAIN: Row = {"highlight": False, "markup": False, "soft_wrap": True}
+
+
+def vehicle_text(row: Row) -> str:
+    """Return the vehicle in a line."""
+    hover, share = row["hover_speed"]["value"], row["hover_speed_share"]["value"]
+    return (
+        f"{row['name']}, {row['mass']['value']:g} kg, thrust-to-weight {row['thrust_to_weight']['value']:.2f}, hovers at "
+        f"{hover:.0f} rad/s ({100.0 * share:.0f} % of the largest rotor speed)"
+    )
+
+
+def trim_text(row: Row) -> str:
+    """Return a trim in a line."""
+    where = f"{row['scenario']}: mean wind {row['wind']:.3g} m/s"
+    if row["tilt_deg"] is None:
+        return f"{where}, no balance"
+    tilt = f"tilt {row['tilt_deg']:.1f} deg, {row['margin_deg']:.1f} deg to the limit"
+    return f"{where}, {tilt}, thrust {row['thrust']:.2f} times the weight"
+
+
+def default_table(rows: list[Row]) -> Table:
+    """Return the default's margins and other known limits, loops across."""
+    loops = list(dict.fromkeys(row["loop"] for row in rows if row["loop"] is not None))
+    table = Table(title="The default gains, before any flight", title_justify="left", box=SIMPLE, pad_edge=False)
+    table.add_column("", overflow="fold")
+    for name in ("limit", *loops, *([] if all(row["loop"] for row in rows) else ["all"])):
+        table.add_column(name, justify="right", no_wrap=True)
+    for label in dict.fromkeys(row["label"] for row in rows):
+        mine = {row["loop"]: row for row in rows if row["label"] == label}
+        first = next(iter(mine.values()))
+        unit = "" if first["unit"] == "1" else f" {first['unit']}"
+        cells = [_cell(mine.get(loop)) for loop in (*loops, *([None] if len(table.columns) > 2 + len(loops) else []))]
+        table.add_row(escape(label), f"{SIGNS[first['sense']]} {first['limit']:g}{unit}", *cells)
+    return table
+
+
+def _cell(row: Row | None) -> str:
+    if row is None:
+        return ""
+    value = "no bound" if row["value"] is None else f"{row['value']:.3g}"
+    return value if row["kept"] else f"{value} {'!' if row['hard'] else '~'}"
