@@ -310,8 +310,8 @@ def _told_design(design: Design, found: Obstacle) -> str:
     own = f" with {_listed(design.gains)}" if design.gains else ""
     if not design.kept:
         return f"{reached}{own}, which is not enough either: the limit asks more than this design gives."
-    if not design.gains:
-        return f"{reached} and keeps it: start from it with search.initial."
+    if found.moved_by:
+        return f'{reached}{own}: let the search start there, search.initial = ["default", "design"].'
     return f"{reached}{own}: give these gains a range in [gains], or these values."
 
 

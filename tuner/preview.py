@@ -1,28 +1,23 @@
 """A study before anything flies: its vehicle, its trim in the mean wind, the default's margins, limits out of reach."""
 
-from math import atan, cos, degrees, inf, isfinite, radians, sin
+from math import degrees, isfinite
 from typing import Any
 
 import numpy as np
 
 from plant.airframes.derived import quantities
-from plant.nominal import Nominal
-from plant.scenarios import ScenarioSpec
 from plant.seeds import generator
-from plant.trim import trim_of, within_limits
 from plant.vehicle import Vehicle
 from tuner.diagnosis import Diagnosis, Obstacle
 from tuner.search.first_generation import latin_hypercube
-from tuner.study.margins import holds_place
 from tuner.study.study import Study
+from tuner.study.trim import MeanWindTrim, mean_wind_trim
 
 Row = dict[str, Any]
 
 # Points of the ranges at which limits that are known without flying are asked.
 DRAWS = 128
-# Directions [deg] that a wind without one of its own is tried in; drag may differ between the body axes.
-DIRECTIONS = (0.0, 45.0, 90.0)
-# Of a trim: margins to the limit of tilt [deg] below which gusts will reach it.
+# Margin of a trim to the tilt limit [deg] below which gusts will take it.
 NARROW = 5.0
 
 
@@ -34,38 +29,26 @@ def vehicle_row(vehicle: Vehicle) -> Row:
     return {"mass": {"value": vehicle.mass, "unit": "kg"}, **row, "hover_speed_share": {"value": share, "unit": "1"}}
 
 
-def has_trim(study: Study, spec: ScenarioSpec) -> bool:
-    """Return whether a mean wind blows on flights of a scenario that hold a place against it."""
-    return spec.air.mean_wind and spec.air.wind_speed > 0.0 and holds_place((spec,), study.system.timing)
+def trim_rows(study: Study) -> list[Row]:
+    """Return the steady flight in the mean wind of each scenario that has one; angles and thrust null where nothing balances.
 
-
-def trim_row(study: Study, spec: ScenarioSpec) -> Row:
-    """Return the steady flight in the mean wind of a scenario, in the direction that takes the most tilt.
-
-    tilt_deg, margin_deg (to the tilt limit) and thrust (over the weight) are null where nothing balances.
+    margin_deg: to the tilt limit; thrust: over the weight.
     """
-    known, wind = study.system.nominal, spec.air.wind_speed
-    given = spec.air.wind_direction_deg
-    found = [_trim(study.system.vehicle, known, wind, angle) for angle in (DIRECTIONS if given is None else (given,))]
-    tilt, thrust, held = max(found, key=lambda entry: entry[0])
-    limit = degrees(atan(known.tilt_tangent))
+    found = [(entry.spec.name, mean_wind_trim(entry.spec, study.system)) for entry in study.scenarios]
+    return [_trim_row(name, trim) for name, trim in found if trim is not None]
+
+
+def _trim_row(scenario: str, trim: MeanWindTrim) -> Row:
+    tilt, limit, balanced = degrees(trim.tilt), degrees(trim.tilt_limit), isfinite(trim.tilt)
     return {
-        "scenario": spec.name,
-        "wind": wind,
-        "tilt_deg": tilt if isfinite(tilt) else None,
+        "scenario": scenario,
+        "wind": trim.wind,
+        "tilt_deg": tilt if balanced else None,
         "tilt_limit_deg": limit,
-        "margin_deg": limit - tilt if isfinite(tilt) else None,
-        "thrust": thrust if isfinite(tilt) else None,
-        "held": held,
+        "margin_deg": limit - tilt if balanced else None,
+        "thrust": trim.thrust if balanced else None,
+        "held": trim.held,
     }
-
-
-def _trim(vehicle: Vehicle, known: Nominal, wind: float, angle: float) -> tuple[float, float, bool]:
-    """Return tilt [deg], thrust over weight and whether the controller's limits let it be held."""
-    flight = trim_of(vehicle, (wind * cos(radians(angle)), wind * sin(radians(angle)), 0.0))
-    if not flight.balanced[0]:
-        return inf, inf, False
-    return degrees(float(flight.tilt[0])), float(flight.thrust[0]), bool(within_limits(flight, known)[0])
 
 
 def default_rows(study: Study, diagnosis: Diagnosis) -> list[Row]:

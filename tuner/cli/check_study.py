@@ -11,7 +11,7 @@ from rich.table import Table
 from tuner.conflicts import automatic_rows, told_automatic
 from tuner.diagnosis import Diagnosis, told_obstacles
 from tuner.guards import said_before
-from tuner.preview import NARROW, beyond_reach, default_rows, has_trim, is_certain, trim_row, vehicle_row
+from tuner.preview import NARROW, beyond_reach, default_rows, is_certain, trim_rows, vehicle_row
 from tuner.study import load_study
 
 Row = dict[str, Any]
@@ -24,7 +24,7 @@ def check_study(study: Path) -> Row:
     flights = asked.search.generations * asked.search.population * sum(entry.search for entry in asked.scenarios)
     diagnosis = Diagnosis(asked)
     beyond = beyond_reach(asked, diagnosis)
-    trims = [trim_row(asked, entry.spec) for entry in asked.scenarios if has_trim(asked, entry.spec)]
+    trims = trim_rows(asked)
     return {
         "kind": "study",
         "title": asked.title,
@@ -46,22 +46,16 @@ def check_study(study: Path) -> Row:
 
 
 def trim_problems(trims: list[Row]) -> list[str]:
-    """Return a sentence for each scenario in whose mean wind the vehicle does not hold its place, or only just."""
-    return [said for row in trims if (said := _problem(row))]
+    """Return a sentence for each scenario in whose mean wind little or nothing is left of the tilt limit."""
+    return [_problem(row) for row in trims if not row["held"] or row["margin_deg"] < NARROW]
 
 
 def _problem(row: Row) -> str:
     wind = f'scenario "{row["scenario"]}": the mean wind of {row["wind"]:.3g} m/s'
-    remedy = "choose a weaker intensity or mean_wind = false, or raise controller.tilt_limit_deg"
-    if row["tilt_deg"] is None:
-        return f"{wind} lets the vehicle balance at no tilt; {remedy}."
     if row["held"]:
-        narrow = row["margin_deg"] < NARROW
-        return f"{wind} leaves {row['margin_deg']:.1f} deg to the tilt limit, which gusts will take." if narrow else ""
-    limit = f"{row['tilt_limit_deg']:.1f} deg"
-    if row["margin_deg"] <= 0.0:
-        return f"{wind} takes a tilt of {row['tilt_deg']:.1f} deg, beyond the limit of {limit}: flights drift off; {remedy}."
-    return f"{wind} takes rotor speeds beyond their limits; {remedy}."
+        return f"{wind} leaves {row['margin_deg']:.1f} deg to the tilt limit, which gusts will take."
+    remedy = "choose a weaker intensity or mean_wind = false, or raise controller.tilt_limit_deg"
+    return f"{wind} is more than the vehicle holds its place in; {remedy}."
 
 
 def is_hopeless(figures: Row) -> bool:

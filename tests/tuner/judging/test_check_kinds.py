@@ -72,23 +72,34 @@ def tilt_by_hand(vehicle, wind):
     return abs(pitch), hypot(*forces(pitch)) / (vehicle.mass * vehicle.gravity)
 
 
-@pytest.mark.parametrize(("intensity", "held"), [("light", True), ("moderate", False)])
-def test_the_trim_in_the_mean_wind_is_the_balance_of_forces(intensity, held, checked, told, tmp_path):
-    # In a wind from any direction the most tilt counts; drag of this vehicle is the same along x and y, but not along the diagonal.
-    air = f'intensity = "{intensity}"\nwind_direction_deg = 0'
+@pytest.mark.parametrize(("wind_20", "narrow"), [(7.0, False), (11.0, True)])
+def test_the_trim_in_the_mean_wind_is_the_balance_of_forces(wind_20, narrow, checked, told, tmp_path):
+    air = f"intensity = {wind_20}\nwind_direction_deg = 0"
     path = write(tmp_path, changed('intensity = "light"', air))
     code, figures, _ = checked(path)
     (row,) = figures["trim"]
     wind = load_study(path).scenarios[0].spec.air.wind_speed
     tilt, thrust = tilt_by_hand(HUMMINGBIRD.vehicle, wind)
-    assert row["wind"] == wind and row["tilt_deg"] == pytest.approx(degrees(tilt), abs=1e-6)
-    assert row["thrust"] == pytest.approx(thrust, rel=1e-9) and row["held"] == held
-    assert row["margin_deg"] == pytest.approx(30.0 - degrees(tilt), abs=1e-6) and (row["margin_deg"] > 0.0) == held
-    assert code == (0 if held else 1) and held == (figures["problems"] == [])
-    code, out = told(path)
-    assert f"tilt {degrees(tilt):.1f} deg" in out and f"thrust {thrust:.2f} times the weight" in out
-    if not held:
-        assert f"takes a tilt of {degrees(tilt):.1f} deg, beyond the limit of 30.0 deg" in out
+    assert (code, row["wind"], row["held"]) == (0, wind, True)
+    assert row["tilt_deg"] == pytest.approx(degrees(tilt), abs=1e-6) and row["thrust"] == pytest.approx(
+        thrust, rel=1e-9
+    )
+    assert row["margin_deg"] == pytest.approx(30.0 - degrees(tilt), abs=1e-6)
+    left = f"leaves {30.0 - degrees(tilt):.1f} deg to the tilt limit"
+    assert narrow == (30.0 - degrees(tilt) < 5.0) == any(left in text for text in figures["problems"])
+    _, out = told(path)
+    assert (
+        f"tilt {degrees(tilt):.1f} deg" in out
+        and f"thrust {thrust:.2f} times the weight" in out
+        and (left in out) == narrow
+    )
+
+
+def test_a_mean_wind_beyond_the_tilt_limit_is_refused_or_hopeless(monkeypatch, capsys, tmp_path):
+    code, out, err = tuner(
+        monkeypatch, capsys, "check", write(tmp_path, changed('intensity = "light"', 'intensity = "moderate"'))
+    )
+    assert code in (1, 2) and "mean wind" in out + err and "mean_wind = false" in out + err
 
 
 def test_no_trim_is_told_where_no_mean_wind_blows(checked, tmp_path):
