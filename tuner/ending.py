@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from objectives.problem import Problem
+from plant.input_files import read_input_text
 from tuner.conflicts import Conflict, Limit
 from tuner.diagnosis import MOST_CANDIDATES, Diagnosis, Obstacle, flown_obstacle, told_obstacles
 from tuner.search.loop import Archive, Generation
@@ -50,7 +51,7 @@ def gains_file(summary: Mapping[str, Any]) -> str:
 
 def is_recommended(file: Path) -> bool:
     """Return whether a gains file that can be read says nothing against being flown."""
-    return bool(json.loads(file.read_text(encoding="utf-8")).get("study", {}).get("feasible", True))
+    return bool(json.loads(read_input_text(file)).get("study", {}).get("feasible", True))
 
 
 def contender_ending(name: str, point: str, obstacles: Sequence[Obstacle] = ()) -> list[str]:

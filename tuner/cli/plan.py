@@ -13,10 +13,10 @@ from tuner.cli.display import digits
 from tuner.cli.flights_bar import FlightsBar
 from tuner.cli.terminal import Console
 from tuner.cli.tuning_study import tuning_study
+from tuner.conflicts import told_automatic
 from tuner.contest import is_contest, load_contest
 from tuner.inference import is_inference
 from tuner.planning.contest import contest_plan
-from tuner.conflicts import told_automatic
 from tuner.planning.document import plan_document
 from tuner.planning.pilot import FLIGHTS, Pilot, fly_pilot, pilot_size
 from tuner.run import problem_of, warm_up
