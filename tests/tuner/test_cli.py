@@ -6,30 +6,16 @@ import sys
 from pathlib import Path
 
 import pytest
+from typer.main import get_group
+from typer.testing import CliRunner
 
 from tests.tuner.conftest import QUICKSTART
+from tuner.cli.app import GROUPS
+from tuner.cli.listing import LISTINGS
+from tuner.cli.main import app
 
 ROOT = Path(__file__).parents[2]
-COMMANDS = (
-    "run",
-    "resume",
-    "verify",
-    "rejudge",
-    "compare",
-    "show",
-    "sensitivity",
-    "plan",
-    "fly",
-    "list",
-    "bench",
-    "new",
-    "check",
-    "report",
-    "theory",
-    "margins",
-    "design",
-    "version",
-)
+COMMANDS = get_group(app).commands
 
 
 def tuner(*arguments, cwd=ROOT):
@@ -46,9 +32,17 @@ def refused(done):
 
 @pytest.mark.parametrize("command", COMMANDS)
 def test_help_has_an_example(command):
-    done = tuner(command, "--help")
-    assert done.returncode == 0
+    done = CliRunner().invoke(app, [command, "--help"])
+    assert done.exit_code == 0
     assert f"Example: tuner {command}" in " ".join(done.stdout.split())
+
+
+def test_help_has_every_command_below_one_heading():
+    listed = [name for names in GROUPS.values() for name in names]
+    assert sorted(listed) == sorted(COMMANDS)
+    text = CliRunner().invoke(app, ["--help"]).stdout
+    assert "..." not in text.partition("Options:")[2]
+    assert all(f"\n{heading}:\n" in text for heading in GROUPS)
 
 
 def test_help_does_not_import_the_heavy_libraries():
@@ -61,14 +55,17 @@ def test_help_does_not_import_the_heavy_libraries():
     assert done.stdout.strip() == "[]"
 
 
-@pytest.mark.parametrize(
-    "what", ["laws", "airframes", "margins", "metrics", "references", "risks", "theorems", "studies"]
-)
+@pytest.mark.parametrize("what", LISTINGS)
 def test_list_as_table_and_json(what):
     rows = json.loads(tuner("list", what, "--json").stdout)
     assert rows
     first = str(next(iter(rows[0].values())))
     assert first in tuner("list", what).stdout.replace("\n", "")
+
+
+def test_the_help_of_list_names_every_listing():
+    said = " ".join(CliRunner().invoke(app, ["list", "--help"]).stdout.replace(",", "").replace(".", "").split())
+    assert [what for what in LISTINGS if f" {what} " not in said] == []
 
 
 def test_list_of_nothing_known_names_the_nearest():

@@ -12,6 +12,7 @@ from plant.input_files import read_input_text
 from plant.texts import toml_table
 from tuner.cli.display import TerminalWatcher, comparison_table, gains_table, print_ending
 from tuner.cli.errors import NOTHING_FEASIBLE
+from tuner.cli.tables import say_files
 from tuner.cli.terminal import Console
 from tuner.conflicts import told_automatic
 from tuner.ending import gains_name
@@ -156,12 +157,9 @@ def watched_run(asked: "Study", folder: "Folder", run: "Callable[[Watcher], Outc
         )
     made = outcome.problem.flights_made
     now = "" if made == outcome.flights else f" ({made:,} flights flown now, the others were there)"
-    console.print(
-        f"{outcome.flights:,} flights{now} in {outcome.seconds:.1f} s. "
-        f"Report: {folder.path / 'report.html'}  Gains: {folder.path / gains_name(outcome.feasible)}"
-        f"{'' if outcome.feasible else ' (infeasible)'}",
-        highlight=False, soft_wrap=True,
-    )  # fmt: skip
+    console.print(f"{outcome.flights:,} flights{now} in {outcome.seconds:.1f} s.", highlight=False)
+    files = {"Gains" if outcome.feasible else "Gains (infeasible)": folder.path / gains_name(outcome.feasible)}
+    say_files(console, Report=folder.path / "report.html", **files)
     return outcome
 
 
@@ -181,15 +179,17 @@ def bench_command(flights: int, threads: int | None, as_json: bool) -> None:
         console.print(f"{key:28} {shown}", highlight=False)
 
 
-def new_command(name: str) -> None:
-    """Write the commented study template."""
+def new_command(name: str, source: Path | None) -> None:
+    """Write the commented study template, or a copy of a study."""
     from tuner.study.template import TEMPLATE
+    from tuner.study_files import copied_study
 
     path = Path(name if name.endswith(".toml") else f"{name}.toml")
     title = "".join(letter for letter in path.stem.replace("_", " ") if letter not in '"\\')
+    text = TEMPLATE.replace("@TITLE@", title) if source is None else copied_study(source, path)
     try:
         with path.open("x", encoding="utf-8") as file:
-            file.write(TEMPLATE.replace("@TITLE@", title))
+            file.write(text)
     except FileExistsError:
         raise StoreError(f"{path} exists already and was not touched; choose another name") from None
     except OSError as error:

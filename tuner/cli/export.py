@@ -5,13 +5,11 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from rich.box import SIMPLE
-from rich.table import Table
 
 from tuner.cli.errors import BROKEN
 from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.tables import Table, wide_console
 from tuner.cli.terminal import Console
-from tuner.cli.wide import wide_console
 from tuner.export.registry import exporter as find_exporter
 from tuner.export.run import Export, export_gains
 
@@ -70,12 +68,12 @@ def print_export(made: Export) -> None:
 
 def parameters_table(rows: list[Row]) -> Table:
     """Return the parameters as the target holds them, beside those on the vehicle, or the target's defaults where nobody said."""
-    table = Table(title="Parameters", title_justify="left", box=SIMPLE)
+    table = Table("Parameters", keys=1)
     known = any(row["before"] is not None for row in rows)
     compared = ("vehicle", "new", "change") if known else ("default", "new")
     for name in ("name", *compared, "allowed", "unit"):
         left = name in ("name", "unit")
-        table.add_column(name, justify="left" if left else "right", no_wrap=name != "unit", overflow="fold")
+        table.add_column(name, justify="left" if left else "right", no_wrap=name != "unit")
     for row in rows:
         new, old = f"{row['held']:.6g}", row["before"] if known else row["usual"]
         cells = ["" if old is None else f"{old:.6g}", new, *([change_text(row)] if known else [])]
@@ -121,7 +119,7 @@ def changes_table(verification: Row) -> Table:
     """Return what the target changes in the digits shown: limits and metrics as tuned and as held."""
     flights, scenario = verification["flights"], verification["scenario"]
     title = f"As tuned, and as the target holds it; metrics over {flights} flights, {scenario}"
-    table = Table(title=title, title_justify="left", box=SIMPLE)
+    table = Table(title, keys=1)
     for name in ("", "unit", "limit", "tuned", "held"):
         table.add_column(name, justify="left" if name in ("", "unit") else "right", no_wrap=True)
     for row in changed_margins(verification):

@@ -5,11 +5,12 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
-from rich.table import Table
+from rich.text import Text
 
-from plant.errors import UnknownNameError
+from plant.errors import InputError, UnknownNameError
 from plant.input_files import read_input_text
-from tuner.cli.wide import wide_console
+from plant.texts import toml_table
+from tuner.cli.tables import Table, wide_console
 
 Rows = list[dict[str, Any]]
 
@@ -117,14 +118,22 @@ def searches() -> Rows:
 
 
 def studies() -> Rows:
-    """Study files in ./studies and in the current folder."""
-    import tomllib
+    """The shipped studies by name, and by path those in this folder and in ./studies."""
+    from tuner.study_files import shipped_studies
 
+    shipped = shipped_studies()
+    own = [path for path in sorted([*Path("studies").glob("*.toml"), *Path().glob("*.toml")]) if path.is_file()]
+    files = {**shipped, **{str(path): path for path in own if path.resolve() not in shipped.values()}}
     rows = []
-    for path in sorted([*Path("studies").glob("*.toml"), *Path().glob("*.toml")]):
-        table = tomllib.loads(read_input_text(path))
+    for name, path in files.items():
+        try:
+            table = toml_table(read_input_text(path, "utf-8-sig"), path)
+        except (InputError, OSError, UnicodeDecodeError):
+            # What lies in a folder need not be a study, nor TOML.
+            continue
         if {"scenario", "objective"} <= set(table) or "base" in table:
-            rows.append({"study": str(path), "title": table.get("title", ""), "seed": table.get("seed")})
+            row = {"study": name, "title": table.get("title", ""), "seed": table.get("seed"), "file": str(path)}
+            rows.append({**row, "shipped": name in shipped})
     return rows
 
 
@@ -166,30 +175,47 @@ LISTINGS: dict[str, Callable[[], Rows]] = {
 }  # fmt: skip
 # Columns that --json carries and a terminal has no room for.
 WIDE = {
-    "laws": {"title", "source", "scale", "symbol"}, "targets": {"experimental", "attitude", "position"},
-    "theorems": {"quantity", "rates", "assumes", "source"},
+    "airframes": {"frame"}, "laws": {"title", "source", "scale", "symbol"}, "studies": {"file", "shipped"},
+    "targets": {"experimental", "attitude", "position"}, "theorems": {"quantity", "rates", "assumes", "source"},
 }  # fmt: skip
-# Columns of a terminal in which only the last column needs to wrap.
-ROOMY = 120
 
 
-def list_command(what: str, as_json: bool) -> None:
-    """Print one registry."""
+# Column whose values stand as lines of their own above the rows that share them.
+GROUPED = {"laws": "law"}
+
+
+def list_command(what: str, containing: str | None, as_json: bool) -> None:
+    """Print one registry, or its rows that hold a text, in any case."""
     if what not in LISTINGS:
         raise UnknownNameError("listing", what, LISTINGS)
-    rows = LISTINGS[what]()
+    wanted = (containing or "").casefold()
+    rows = [row for row in LISTINGS[what]() if any(wanted in str(cell).casefold() for cell in row.values())]
     if as_json:
         print(json.dumps(rows, indent=2))
         return
     if not rows:
-        print(f"no {what} here")
+        print(f"No {what} with '{containing}'." if containing else f"No {what} here.")
         return
-    columns = [column for column in rows[0] if column not in WIDE.get(what, set())]
-    console = wide_console()
-    whole = len(columns) - 1 if console.width >= ROOMY else 1
+    group = GROUPED.get(what)
+    columns = [column for column in rows[0] if column not in WIDE.get(what, set()) and column != group]
     table = Table()
-    for i, column in enumerate(columns):
-        table.add_column(column, no_wrap=i < whole, overflow="fold")
+    for column in columns:
+        # A colon alone is no place to break a heading.
+        table.add_column(Text(column.replace(":", ": ")))
+    before = None
     for row in rows:
-        table.add_row(*[f"{row[c]:.4g}" if isinstance(row[c], float) else str(row[c]) for c in columns])
-    console.print(table)
+        if group and row[group] != before:
+            before = row[group]
+            table.add_row(Text(before, style="bold"))
+        first, *others = [_told(row[column]) for column in columns]
+        table.add_row(Text(f"  {first}" if group else first), *map(Text, others))
+    wide_console().print(table)
+
+
+def _told(cell: Any) -> str:
+    """Return a value of a row as a person reads it."""
+    if isinstance(cell, bool):
+        return "yes" if cell else "no"
+    if isinstance(cell, float):
+        return f"{cell:.4g}"
+    return "" if cell is None else str(cell)

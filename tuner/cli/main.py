@@ -3,6 +3,7 @@
 Imports stand inside the handlers because `tuner --help` must not wait for compilers and plotting libraries.
 """
 
+import os
 import signal
 import sys
 from pathlib import Path
@@ -10,19 +11,18 @@ from typing import Annotated, Any
 
 import typer
 
+from tuner.cli.app import AIRFRAME, LAW, LISTING, SOURCE, STUDY, TARGET, app, found_study
 from tuner.cli.errors import guarded
 
-app = typer.Typer(
-    name="tuner",
-    help="Tune quadrotor controllers so that their gains hold in turbulence.\n\nExample: tuner run studies/quickstart.toml",
-    no_args_is_help=True,
-    add_completion=False,
-    pretty_exceptions_enable=False,
-    rich_markup_mode=None,
-    epilog="Every command has --help with an example. --debug shows the traceback of an error.",
-)
-
-StudyFile = Annotated[Path, typer.Argument(help="Study file (TOML).", show_default=False)]
+StudyFile = Annotated[
+    Path,
+    typer.Argument(
+        help="Study: a file (TOML), or a name that `tuner list studies` shows.",
+        show_default=False,
+        callback=found_study,
+        autocompletion=STUDY,
+    ),
+]
 Threads = Annotated[int | None, typer.Option(help="Threads; by default one for each core.", min=1)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print figures as JSON and nothing else.")]
 
@@ -53,7 +53,7 @@ def run(
 
     Exit codes: 0 gains are recommended; 2 bad input; 3 no feasible candidate, so none are; 130 interrupted.
 
-    Example: tuner run studies/quickstart.toml --out results/first --set search.generations=20
+    Example: tuner run quickstart --out results/first --set search.generations=20
     """
     from tuner.cli.commands import run_command
 
@@ -107,7 +107,10 @@ def verify(
 def rejudge(
     results: Annotated[Path, typer.Argument(help="A results folder.", show_default=False)],
     out: Annotated[Path, typer.Option(help="Results folder to write; must not exist.", show_default=False)],
-    study: Annotated[Path | None, typer.Option(help="Judge by this study; default: that of the run.")] = None,
+    study: Annotated[
+        Path | None,
+        typer.Option(help="Judge by this study; default: that of the run.", callback=found_study, autocompletion=STUDY),
+    ] = None,
     change: Annotated[
         list[str] | None,
         typer.Option("--set", help="KEY=VALUE: replace a value of the study, e.g. objective.0.level=0.9."),
@@ -127,10 +130,16 @@ def rejudge(
 @app.command()
 def fly(
     gains: Annotated[Path | None, typer.Argument(help="A gains.json; leave out to fly a law's defaults.")] = None,
-    law: Annotated[str | None, typer.Option(help="Attitude law to fly with its default gains.")] = None,
-    position_law: Annotated[str, typer.Option(help="Position law, with --law.")] = "ladrc",
-    airframe: Annotated[str | None, typer.Option(help="Airframe: a bundled name or a TOML file.")] = None,
-    study: Annotated[Path | None, typer.Option(help="Fly a scenario of this study.")] = None,
+    law: Annotated[
+        str | None, typer.Option(help="Attitude law to fly with its default gains.", autocompletion=LAW)
+    ] = None,
+    position_law: Annotated[str, typer.Option(help="Position law, with --law.", autocompletion=LAW)] = "ladrc",
+    airframe: Annotated[
+        str | None, typer.Option(help="Airframe: a bundled name or a TOML file.", autocompletion=AIRFRAME)
+    ] = None,
+    study: Annotated[
+        Path | None, typer.Option(help="Fly a scenario of this study.", callback=found_study, autocompletion=STUDY)
+    ] = None,
     scenario: Annotated[int, typer.Option(help="Which scenario of the study, from 0.", min=0)] = 0,
     seeds: Annotated[int, typer.Option(help="Number of flights, each in its own turbulence.", min=1)] = 64,
     seed: Annotated[int, typer.Option(help="Root seed where no study gives one.", min=0)] = 1,
@@ -150,7 +159,12 @@ def fly(
 @app.command()
 def theory(
     gains: Annotated[Path, typer.Argument(help="A gains.json.", show_default=False)],
-    study: Annotated[Path | None, typer.Option(help="Measure the disturbance in the scenarios of this study.")] = None,
+    study: Annotated[
+        Path | None,
+        typer.Option(
+            help="Measure the disturbance in the scenarios of this study.", callback=found_study, autocompletion=STUDY
+        ),
+    ] = None,
     level: Annotated[
         float, typer.Option(help="Quantile of the measured disturbance rate.", min=0.5, max=0.9999)
     ] = 0.99,
@@ -158,7 +172,7 @@ def theory(
 ) -> None:
     """Print what theory guarantees for gains on each axis, against the disturbance rate of the air.
 
-    Example: tuner theory results/quickstart/gains.json --study studies/quickstart.toml
+    Example: tuner theory results/quickstart/gains.json --study quickstart
     """
     from tuner.cli.theory import theory_command
 
@@ -168,10 +182,17 @@ def theory(
 @app.command()
 def margins(
     gains: Annotated[Path | None, typer.Argument(help="A gains.json; leave out to judge a law's defaults.")] = None,
-    law: Annotated[str | None, typer.Option(help="Attitude law to judge with its default gains.")] = None,
-    position_law: Annotated[str, typer.Option(help="Position law, with --law.")] = "ladrc",
-    airframe: Annotated[str | None, typer.Option(help="Airframe: a bundled name or a TOML file.")] = None,
-    study: Annotated[Path | None, typer.Option(help="Judge by the [[margin]] tables of this study.")] = None,
+    law: Annotated[
+        str | None, typer.Option(help="Attitude law to judge with its default gains.", autocompletion=LAW)
+    ] = None,
+    position_law: Annotated[str, typer.Option(help="Position law, with --law.", autocompletion=LAW)] = "ladrc",
+    airframe: Annotated[
+        str | None, typer.Option(help="Airframe: a bundled name or a TOML file.", autocompletion=AIRFRAME)
+    ] = None,
+    study: Annotated[
+        Path | None,
+        typer.Option(help="Judge by the [[margin]] tables of this study.", callback=found_study, autocompletion=STUDY),
+    ] = None,
     yaw: Annotated[float, typer.Option(help="Yaw in steady flight [deg].")] = 0.0,
     speed: Annotated[float, typer.Option(help="Ground speed along the heading [m/s].")] = 0.0,
     wind: Annotated[float, typer.Option(help="Steady wind towards east, the x axis of the world [m/s].")] = 0.0,
@@ -198,7 +219,7 @@ def design(
 ) -> None:
     """Design gains for a study's laws before any search, compare their margins with the defaults', write gains.json.
 
-    Example: tuner design studies/quickstart.toml --out designed.json
+    Example: tuner design quickstart --out designed.json
     """
     from tuner.cli.design import design_command
 
@@ -210,18 +231,24 @@ def list_(
     what: Annotated[
         str,
         typer.Argument(
-            help="airframes, laws, margins, metrics, references, risks, searches, sources, studies, targets or theorems."
+            help="airframes, laws, margins, metrics, references, risks, searches, sources, studies, targets or theorems.",
+            autocompletion=LISTING,
         ),
     ],
+    containing: Annotated[
+        str | None, typer.Argument(help="Keep the rows that hold this text, in any case.", metavar="[FILTER]")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
-    """List what the tool knows.
+    """List what the tool knows, or what of it holds a text.
 
     Example: tuner list metrics
+
+    Example: tuner list laws observer
     """
     from tuner.cli.listing import list_command
 
-    list_command(what, as_json)
+    list_command(what, containing, as_json)
 
 
 @app.command()
@@ -242,24 +269,41 @@ def bench(
 @app.command()
 def new(
     name: Annotated[str, typer.Argument(help="Name of the study; NAME.toml is written, existing files are kept.")],
+    source: Annotated[
+        Path | None,
+        typer.Option(
+            "--from",
+            help="Copy this study, with its comments; default: a template.",
+            callback=found_study,
+            autocompletion=STUDY,
+        ),
+    ] = None,
 ) -> None:
     """Write a commented study file to start from.
 
-    Example: tuner new my_quad
+    Example: tuner new my_quad --from f450
     """
     from tuner.cli.commands import new_command
 
-    new_command(name)
+    new_command(name, source)
 
 
 @app.command()
 def check(
     file: Annotated[
         Path,
-        typer.Argument(help="Study, contest, inference, airframe (TOML) or gains.json.", show_default=False),
+        typer.Argument(
+            help="Study, contest, inference, airframe (TOML) or gains.json.",
+            show_default=False,
+            callback=found_study,
+            autocompletion=STUDY,
+        ),
     ],
     requirements: Annotated[
-        Path | None, typer.Option(help="Fly the gains and judge them by the limits of this study.")
+        Path | None,
+        typer.Option(
+            help="Fly the gains and judge them by the limits of this study.", callback=found_study, autocompletion=STUDY
+        ),
     ] = None,
     seeds: Annotated[
         int | None, typer.Option(help="Flights of each scenario; by default the study's held_out.", min=2)
@@ -271,9 +315,9 @@ def check(
 
     Of a study it tells thrust-to-weight, trim in the mean wind, the default's margins and limits that nothing can reach.
 
-    Example: tuner check studies/quickstart.toml
+    Example: tuner check quickstart
 
-    Example: tuner check results/quickstart/gains.json --requirements studies/quickstart.toml --json
+    Example: tuner check results/quickstart/gains.json --requirements quickstart --json
     """
     from tuner.cli.check import check_command
 
@@ -303,7 +347,7 @@ def sensitivity(
 ) -> None:
     """Say which gains decide each objective, alone and together, and how much of it is turbulence.
 
-    Example: tuner sensitivity studies/quickstart.toml --samples 256 --out results/sensitivity
+    Example: tuner sensitivity quickstart --samples 256 --out results/sensitivity
     """
     from tuner.cli.sensitivity import sensitivity_command
 
@@ -321,7 +365,7 @@ def plan(
 ) -> None:
     """Fly a few candidates and say what a run will take and how sure its figures will be.
 
-    Example: tuner plan studies/quickstart.toml --difference 2
+    Example: tuner plan quickstart --difference 2
     """
     from tuner.cli.plan import plan_command
 
@@ -334,7 +378,12 @@ def compare(
         list[Path], typer.Argument(help="Results folders and gains files, two or more.", metavar="RESULTS|GAINS")
     ],
     study: Annotated[
-        Path | None, typer.Option(help="Fly the scenarios of this study; default: those of the first results folder.")
+        Path | None,
+        typer.Option(
+            help="Fly the scenarios of this study; default: those of the first results folder.",
+            callback=found_study,
+            autocompletion=STUDY,
+        ),
     ] = None,
     seeds: Annotated[
         int | None, typer.Option(help="Flights of each scenario; by default the study's held_out.", min=2)
@@ -369,7 +418,10 @@ def show(
 @app.command()
 def export(
     gains: Annotated[Path, typer.Argument(help="A gains.json.", show_default=False)],
-    to: Annotated[str, typer.Option(help="Target: see `tuner list targets`.", show_default=False)],
+    to: Annotated[
+        str,
+        typer.Option(help="Target: see `tuner list targets`.", show_default=False, autocompletion=TARGET),
+    ],
     out: Annotated[Path | None, typer.Option(help="Folder to write. Default: export/TARGET beside the gains.")] = None,
     firmware: Annotated[
         str | None, typer.Option(help="Firmware version, for targets whose names depend on it.")
@@ -397,8 +449,13 @@ def export(
 @app.command("import")
 def import_(
     parameters: Annotated[Path, typer.Argument(help="Parameter file of a vehicle.", show_default=False)],
-    source: Annotated[str, typer.Option("--from", help="px4, ardupilot or betaflight.", show_default=False)],
-    airframe: Annotated[str, typer.Option(help="Airframe: a bundled name or a TOML file.", show_default=False)],
+    source: Annotated[
+        str,
+        typer.Option("--from", help="Source: see `tuner list sources`.", show_default=False, autocompletion=SOURCE),
+    ],
+    airframe: Annotated[
+        str, typer.Option(help="Airframe: a bundled name or a TOML file.", show_default=False, autocompletion=AIRFRAME)
+    ],
     out: Annotated[Path, typer.Option(help="The gains.json to write; must not exist.")] = Path("vehicle.json"),
     firmware: Annotated[str | None, typer.Option(help="Firmware version, where names depend on it.")] = None,
     change: Annotated[list[str] | None, typer.Option("--set", help="NAME=VALUE: an option of the source.")] = None,
@@ -443,8 +500,10 @@ def cost(
     gains: Annotated[
         Path | None, typer.Argument(help="A gains.json; leave out for laws at their default gains.")
     ] = None,
-    law: Annotated[str | None, typer.Option(help="Attitude law; leave out for all.")] = None,
-    position_law: Annotated[str, typer.Option(help="Position law, with --law or for all.")] = "ladrc",
+    law: Annotated[str | None, typer.Option(help="Attitude law; leave out for all.", autocompletion=LAW)] = None,
+    position_law: Annotated[
+        str, typer.Option(help="Position law, with --law or for all.", autocompletion=LAW)
+    ] = "ladrc",
     measure: Annotated[
         bool, typer.Option("--measure", help="Count now, with arm-none-eabi-gcc and qemu-system-arm.")
     ] = False,
@@ -459,17 +518,6 @@ def cost(
     cost_command(gains, law, position_law, measure, as_json)
 
 
-@app.command()
-def version() -> None:
-    """Print the version.
-
-    Example: tuner version
-    """
-    from importlib.metadata import version as installed
-
-    typer.echo(installed("holdfast"))
-
-
 def main() -> None:
     """Entry point of the console script."""
     # Before and after the command's own work, Ctrl-C ends the process without a word.
@@ -479,4 +527,7 @@ def main() -> None:
 
 
 def _invoke() -> Any:
-    return app()
+    # A width of 0, which some programs without a terminal hand on, is none: nothing at all would fit.
+    if not os.environ.get("COLUMNS", "1").strip("0"):
+        del os.environ["COLUMNS"]
+    return app(prog_name="tuner")

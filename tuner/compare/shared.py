@@ -34,7 +34,7 @@ def base_study(entrants: list[Entrant], given: Study | None, seeds: int | None) 
     if found is None:
         raise InputError(
             "gains files hold no scenarios, and no results folder is given; add --study FILE, for instance "
-            "--study studies/quickstart.toml",
+            "--study quickstart",
             key="--study",
         )
     if seeds is None:

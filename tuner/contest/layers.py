@@ -10,6 +10,7 @@ from typing import Any
 from plant.errors import InputError
 from tuner.study.paths import with_paths
 from tuner.study.reading import key_parts, parse_toml
+from tuner.study_files import base_file
 
 Table = dict[str, Any]
 
@@ -41,7 +42,7 @@ def read_layers(path: Path) -> tuple[Layer, ...]:
 def _base(path: Path, name: object, seen: list[Path]) -> Path:
     if not isinstance(name, str):
         raise InputError(f'given {name!r}; write base = "other.toml"', file=path, key="base")
-    base = path.parent / name
+    base = base_file(path.parent, name)
     if not base.is_file():
         raise InputError(f"there is no file {base}; the path is relative to this file", file=path, key="base")
     if any(base.samefile(other) for other in seen):

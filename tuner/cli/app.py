@@ -1,0 +1,124 @@
+"""The application: its help in groups, its version, and the names that it resolves and completes."""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+from typer.core import TyperGroup
+
+# Letters of a command's first sentence that its line in the help may have.
+SENTENCE = 200
+
+GROUPS = {
+    "Begin a study": ("new", "list", "import", "check", "plan", "design"),
+    "Tune": ("run", "resume", "rejudge", "verify"),
+    "Read what was found": ("show", "report", "compare", "sensitivity"),
+    "Judge gains": ("fly", "margins", "theory", "cost", "validate"),
+    "Take them to a vehicle": ("export", "schema"),
+    "This machine": ("bench",),
+}
+"""Heading -> commands, in the order of `tuner --help`."""
+
+
+class GroupedCommands(TyperGroup):
+    """The commands of `tuner`, whose help lists them below headings, each with the whole first sentence of its own help."""
+
+    def format_commands(self, ctx: Any, formatter: Any) -> None:
+        """Write a section for each group."""
+        longest = max(map(len, self.commands))
+        for heading, names in GROUPS.items():
+            sentences = [self.commands[name].get_short_help_str(limit=SENTENCE) for name in names]
+            with formatter.section(heading):
+                formatter.write_dl(list(zip([name.ljust(longest) for name in names], sentences, strict=True)))
+
+
+def print_version(asked: bool) -> None:
+    """Print the version and end, where it is asked for."""
+    if asked:
+        from importlib.metadata import version
+
+        typer.echo(version("holdfast"))
+        raise typer.Exit
+
+
+app = typer.Typer(
+    name="tuner",
+    cls=GroupedCommands,
+    help="Tune quadrotor controllers so that their gains hold in turbulence.\n\nExample: tuner run quickstart",
+    no_args_is_help=True,
+    pretty_exceptions_enable=False,
+    rich_markup_mode=None,
+    epilog="Every command has --help with an example. --debug shows the traceback of an error.",
+)
+
+
+@app.callback()
+def tuner(
+    version: Annotated[
+        bool, typer.Option("--version", help="Print the version and exit.", callback=print_version, is_eager=True)
+    ] = False,
+) -> None:
+    """Take the options that stand before a command."""
+
+
+def beginning(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
+    """Return a completion by names; they are asked for when somebody completes."""
+
+    def complete(incomplete: str) -> list[str]:
+        return [name for name in names() if name.startswith(incomplete)]
+
+    return complete
+
+
+def studies() -> list[str]:
+    """Return the names of the shipped studies, and the TOML files in this folder."""
+    from tuner.study_files import shipped_studies
+
+    return [*shipped_studies(), *sorted(path.name for path in Path().glob("*.toml"))]
+
+
+def laws() -> Iterable[str]:
+    """Return the names of the control laws."""
+    from plant.laws import LAWS
+
+    return LAWS
+
+
+def airframes() -> Iterable[str]:
+    """Return the names of the bundled airframes."""
+    from plant.airframes import names
+
+    return names()
+
+
+def targets() -> Iterable[str]:
+    """Return the names of the targets of `tuner export`."""
+    from tuner.export.registry import EXPORTERS
+
+    return EXPORTERS
+
+
+def sources() -> Iterable[str]:
+    """Return the names of the sources of `tuner import`."""
+    from tuner.importing.registry import IMPORTERS
+
+    return IMPORTERS
+
+
+def listings() -> Iterable[str]:
+    """Return what `tuner list` lists."""
+    from tuner.cli.listing import LISTINGS
+
+    return LISTINGS
+
+
+def found_study(given: Path | None) -> Path | None:
+    """Return the file of a study that is given as a path or by name; InputError where there is none of that name."""
+    from tuner.study_files import study_file
+
+    return None if given is None else study_file(given)
+
+
+# Completions of what an argument or an option takes.
+STUDY, LAW, AIRFRAME, TARGET, SOURCE, LISTING = map(beginning, (studies, laws, airframes, targets, sources, listings))
