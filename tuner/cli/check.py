@@ -6,13 +6,12 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from rich.box import SIMPLE
-from rich.table import Table
 
 from plant.airframes import load
 from plant.errors import InputError
 from tuner.cli.display import digits
 from tuner.cli.errors import BROKEN
+from tuner.cli.tables import Table, wide_console
 from tuner.cli.terminal import Console
 from tuner.contest import is_contest
 from tuner.inference import is_inference
@@ -119,8 +118,12 @@ def print_figures(figures: Row, as_json: bool) -> None:
     if as_json:
         print(json.dumps(figures, indent=2))
         return
+    table = Table(box=None, show_header=False)
+    table.add_column("", no_wrap=True)
+    table.add_column("")
     for key, value in figures.items():
-        print(f"{key:18} {shown(value)}")
+        table.add_row(key, shown(value))
+    wide_console().print(table)
 
 
 def shown(value: Any) -> str:
@@ -159,12 +162,7 @@ def judge_command(gains: Path, requirements: Path, seeds: int | None, threads: i
 
 def show(document: Row, console: Console) -> None:
     """Print the table and the verdict."""
-    table = Table(
-        title=f"{document['flights']:,} flights of a stream of their own, 95 % intervals",
-        title_justify="left",
-        box=SIMPLE,
-        pad_edge=False,
-    )
+    table = Table(f"{document['flights']:,} flights of a stream of their own, 95 % intervals", keys=1)
     table.add_column("", no_wrap=True)
     for name in ("limit", "value", "95 % interval", "unit", "verdict"):
         left = name in ("unit", "verdict")
@@ -172,7 +170,7 @@ def show(document: Row, console: Console) -> None:
     for row in document["rows"]:
         table.add_row(*cells(row), style=STYLES.get(row["verdict"]))
     console.print(table)
-    console.print(said(document), highlight=False, markup=False)
+    console.print(said(document), highlight=False)
 
 
 def cells(row: Row) -> list[str]:

@@ -3,11 +3,9 @@
 from pathlib import Path
 from typing import Any
 
-from rich.box import SIMPLE
-from rich.console import Console
-from rich.markup import escape
-from rich.table import Table
 
+from tuner.cli.tables import Table
+from tuner.cli.terminal import Console
 from tuner.conflicts import automatic_rows, told_automatic
 from tuner.diagnosis import Diagnosis, told_obstacles
 from tuner.guards import said_before
@@ -108,7 +106,7 @@ def trim_text(row: Row) -> str:
 def default_table(rows: list[Row]) -> Table:
     """Return the default's margins and other known limits, loops across."""
     loops = list(dict.fromkeys(row["loop"] for row in rows if row["loop"] is not None))
-    table = Table(title="The default gains, before any flight", title_justify="left", box=SIMPLE, pad_edge=False)
+    table = Table("The default gains, before any flight", keys=1)
     table.add_column("", overflow="fold")
     for name in ("limit", *loops, *([] if all(row["loop"] for row in rows) else ["all"])):
         table.add_column(name, justify="right", no_wrap=True)
@@ -117,7 +115,7 @@ def default_table(rows: list[Row]) -> Table:
         first = next(iter(mine.values()))
         unit = "" if first["unit"] == "1" else f" {first['unit']}"
         cells = [_cell(mine.get(loop)) for loop in (*loops, *([None] if len(table.columns) > 2 + len(loops) else []))]
-        table.add_row(escape(label), f"{SIGNS[first['sense']]} {first['limit']:g}{unit}", *cells)
+        table.add_row(label, f"{SIGNS[first['sense']]} {first['limit']:g}{unit}", *cells)
     return table
 
 

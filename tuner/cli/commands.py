@@ -87,7 +87,7 @@ def run_command(
     console = Console(stderr=as_json)
 
     def say(text: str) -> None:
-        console.print(text, highlight=False, markup=False, soft_wrap=True)
+        console.print(text, highlight=False, soft_wrap=True)
 
     compute_as_reused(reuse)
     # Before the folder is made: where there is no cluster, nothing is left behind.
@@ -139,9 +139,9 @@ def watched_run(asked: "Study", folder: "Folder", run: "Callable[[Watcher], Outc
     if outcome.feasible:
         console.print(f"Recommended: {summary['tuned']}: {summary['pick']['why']}.", highlight=False)
     for warning in summary["warnings"]:
-        console.print(f"Warning: {warning}", style="yellow", highlight=False, markup=False)
+        console.print(f"Warning: {warning}", style="yellow", highlight=False)
     for text in summary["remarks"]:
-        console.print(text, highlight=False, markup=False)
+        console.print(text, highlight=False)
     if outcome.study.requirements:
         screened = summary["screened"]
         console.print(

@@ -5,11 +5,11 @@ from collections.abc import Iterator
 from pathlib import Path
 from typing import Any
 
-from rich.table import Table
 from rich.text import Text
 
 from tuner.cli.display import digits, estimate, print_ending
 from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
 from tuner.cli.tuning_study import tuning_study
 
@@ -45,27 +45,27 @@ def compare_command(
         return
     print_comparison(document, console)
     if out is not None:
-        console.print(f"Report: {out / 'report.html'}  Figures: {out / 'figures'}", highlight=False, soft_wrap=True)
+        say_files(console, Report=out / "report.html", Figures=out / "figures")
 
 
 def print_comparison(found: Row, console: Console) -> None:
     """Print a table for each quantity, the sentences and the warnings of a comparison.json."""
     flights = sum(entry["flights"] for entry in found["compared_on"])
-    console.print(f"{found['title']}  (seed {found['seed']})", style="bold", highlight=False, markup=False)
+    console.print(f"{found['title']}  (seed {found['seed']})", style="bold", highlight=False)
     print_ending(found, console)
     console.print(
         f"Each flew the same {flights:,} flights; 95 % intervals; behind each value its difference to {found['first']}, "
         "paired flight by flight.",
-        highlight=False, markup=False,
+        highlight=False,
     )  # fmt: skip
     for quantity, rows in blocks(found):
-        console.print(f"\n{heading(quantity)}", style="bold", highlight=False, markup=False)
+        console.print(f"\n{heading(quantity)}", style="bold", highlight=False)
         console.print(block_table(rows, console.width))
     console.print()
     for text in found["words"]:
-        console.print(f"- {text}", highlight=False, markup=False)
+        console.print(f"- {text}", highlight=False)
     for warning in found["warnings"]:
-        console.print(f"Warning: {warning}", style="yellow", highlight=False, markup=False)
+        console.print(f"Warning: {warning}", style="yellow", highlight=False)
     console.print(f"{found['flights']:,} flights in {found['wall_seconds']:.1f} s.", highlight=False)
 
 
@@ -106,10 +106,11 @@ def block_table(rows: list[list[str]], width: int) -> Table:
     """Return the rows as a table; a value stands beside its interval where the terminal is wide enough, else above it."""
     wide = [[cell.replace("\n", " ") for cell in row] for row in rows]
     fits = sum(max(map(len, column)) + 2 for column in zip(*wide, strict=True)) + 2 <= width
-    table = Table(box=None, show_header=False, pad_edge=False, padding=(0, 2, 0, 0))
-    table.add_column(overflow="fold", style="bold")
-    for justify in ("right", "right", "left"):
-        table.add_column(justify=justify)
+    table = Table(box=None, show_header=False)
+    table.add_column(style="bold")
+    for name in ("value", "difference"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("verdict")
     for row in wide if fits else rows:
         table.add_row(*map(Text, row))
     return table

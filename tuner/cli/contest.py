@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import typer
-from rich.table import Table
 
 from plant.input_files import read_input_text
 from tuner.cli.display import TerminalWatcher, digits, estimate, print_ending
 from tuner.cli.errors import NOTHING_FEASIBLE
+from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
 from tuner.conflicts import told_automatic
 from tuner.contest import Contest, load_contest
@@ -66,28 +66,25 @@ def print_found(found: dict[str, Any], folder: Path, console: Console) -> None:
     if found["published"]:
         console.print(published_table(found))
     for text in found["words"]:
-        console.print(f"- {text}", highlight=False, markup=False)
+        console.print(f"- {text}", highlight=False)
     for warning in found["warnings"]:
-        console.print(f"Warning: {warning}", style="yellow", highlight=False, markup=False)
+        console.print(f"Warning: {warning}", style="yellow", highlight=False)
     page = folder / "report.html"
-    where = f"Report: {page}" if page.exists() else f"Results: {folder}"
-    console.print(
-        f"{found['flights']:,} flights in {found['wall_seconds']:.1f} s. {where}", highlight=False, soft_wrap=True
-    )
+    console.print(f"{found['flights']:,} flights in {found['wall_seconds']:.1f} s.", highlight=False)
+    say_files(console, **({"Report": page} if page.exists() else {"Results": folder}))
 
 
 def estimates_table(found: dict[str, Any]) -> Table:
     """Return contenders down, objectives and constraints across, each value over its interval."""
     flights = sum(entry["flights"] for entry in found["compared_on"])
-    title = f"On {flights} {flights_of(found['stream'])} each, 95 % intervals"
-    table = Table(title=title, title_justify="left")
+    table = Table(f"On {flights} {flights_of(found['stream'])} each, 95 % intervals", keys=1)
     table.add_column("", no_wrap=True)
     judged = [quantity for quantity in found["quantities"] if quantity["kind"] in ("objective", "constraint")]
     for quantity in judged:
         unit = "" if quantity["unit"] == "1" else quantity["unit"]
         limit = "" if quantity["limit"] is None else f"at most {quantity['limit']:g} "
-        table.add_column(f"{quantity['label']}\n{limit}{unit}".rstrip(), justify="right", overflow="fold")
-    table.add_column("instructions\na step", justify="right", overflow="fold")
+        table.add_column(f"{quantity['label']}\n{limit}{unit}".rstrip(), justify="right")
+    table.add_column("instructions\na step", justify="right")
     values = {(entry["contender"], entry["quantity"]): entry for entry in found["estimates"]}
     for contender in found["contenders"]:
         cells = [estimate(values[contender["name"], quantity["label"]]) for quantity in judged]
@@ -100,7 +97,7 @@ def estimates_table(found: dict[str, Any]) -> Table:
 
 def published_table(found: dict[str, Any]) -> Table:
     """Return the printed numbers beside ours, contender by contender."""
-    table = Table(title="Printed numbers and our flights", title_justify="left")
+    table = Table("Printed numbers and our flights")
     for name in ("quantity", "printed", "ours, mean", "95 % of our flights", "percentile"):
         table.add_column(name, justify="left" if name == "quantity" else "right", no_wrap=name == "quantity")
     for contender in found["contenders"]:

@@ -4,12 +4,10 @@ import json
 from pathlib import Path
 from typing import Any
 
-from rich.box import SIMPLE
-from rich.table import Table
-
 from plant.errors import InputError
 from plant.laws import LAWS
 from tuner.cli.fly import controller_of
+from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.cost.cost import MEANING
 from tuner.cost.making import default_controller
@@ -56,7 +54,7 @@ def print_costs(rows: list[Row]) -> None:
     """Print a line a controller, and below how it was counted."""
     period = rows[0]["control_period"]["value"]
     title = f"Instructions and bytes on a {rows[0]['target']} (mean, largest), position law {rows[0]['position']}"
-    table = Table(title=title, title_justify="left", box=SIMPLE, collapse_padding=True)
+    table = Table(title, keys=1)
     table.add_column("attitude law", no_wrap=True)
     at = f"{1.0 / period:.4g} Hz"
     for name in (

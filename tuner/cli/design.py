@@ -5,13 +5,12 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.box import SIMPLE
-from rich.table import Table
 
 from objectives.margins.trim import Trim
 from plant.errors import StoreError
 from plant.gains import gain_addresses
 from tuner.cli.margins import LINES, announce_compilation, mark, marks_of, shown
+from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
 from tuner.gains_file import Controller, to_document
 from tuner.gains_file.document import seed_entry
@@ -56,8 +55,8 @@ def design_command(path: Path, out: Path, as_json: bool) -> None:
     console.print(gains_table(controllers))
     console.print(margins_table(margins))
     for warning in warnings:
-        console.print(f"Warning: {warning}", style="yellow", highlight=False, markup=False)
-    console.print(f"Gains: {out}", highlight=False, soft_wrap=True)
+        console.print(f"Warning: {warning}", style="yellow", highlight=False)
+    say_files(console, Gains=out)
 
 
 def provenance_of(study: Study, axes: list[Row]) -> Row:
@@ -115,7 +114,7 @@ def write(path: Path, document: Row) -> None:
 
 def gains_table(controllers: dict[str, Controller]) -> Table:
     """Return the gains of default and design, axis by axis."""
-    table = Table(title="Gains", title_justify="left", box=SIMPLE)
+    table = Table("Gains")
     table.add_column("gain", no_wrap=True)
     for name in controllers:
         table.add_column(name, justify="right", no_wrap=True)
@@ -129,7 +128,7 @@ def gains_table(controllers: dict[str, Controller]) -> Table:
 def margins_table(margins: dict[str, Row]) -> Table:
     """Return default over design in each loop; broken limits are marked with !, missed targets with ~."""
     default, design = margins["default"], margins["design"]
-    table = Table(title="Margins: default, then design", title_justify="left", box=SIMPLE, collapse_padding=True)
+    table = Table("Margins: default, then design", keys=2)
     table.add_column("", no_wrap=True)
     table.add_column("", no_wrap=True)
     for channel in default["channels"]:

@@ -5,11 +5,10 @@ from threading import Lock
 from time import perf_counter
 from typing import Any
 
-from rich.box import SIMPLE_HEAD
 from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TextColumn
-from rich.table import Table
 from rich.text import Text
 
+from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.ending import shown_as
 from tuner.search.loop import Generation
@@ -99,7 +98,7 @@ class TerminalWatcher(Watcher):
 
     def contender(self, name: str, number: int, total: int) -> None:
         """Say whose turn it is."""
-        self._console.print(f"Contender {number}/{total}: {name}", highlight=False, markup=False)
+        self._console.print(f"Contender {number}/{total}: {name}", highlight=False)
 
     def searching(self, generations: int, flights: int) -> None:
         """Start the bar of the search."""
@@ -157,7 +156,7 @@ class TerminalWatcher(Watcher):
 
     def noticed(self, text: str) -> None:
         """Print it."""
-        self._console.print(text, style="yellow", highlight=False, markup=False)
+        self._console.print(text, style="yellow", highlight=False)
 
     def writing(self, what: str) -> None:
         """Say what is being written."""
@@ -189,17 +188,16 @@ def estimate(entry: dict[str, float | None]) -> str:
 def print_ending(found: dict[str, Any], console: Console) -> None:
     """Print what a run or contest that found nothing feasible has to say before all else; nothing for any other."""
     for i, text in enumerate(found.get("ending", [])):
-        console.print(text, style="bold red" if i == 0 else "red", highlight=False, markup=False)
+        console.print(text, style="bold red" if i == 0 else "red", highlight=False)
 
 
 def comparison_table(summary: dict[str, Any]) -> Table:
     """Return the Default / Tuned table of a summary."""
     shown = shown_as(summary)
     table = Table(
-        title=f"Default / {shown.capitalize()} on {summary['held_out']} confirmation scenarios, 95 % intervals",
-        title_justify="left", box=SIMPLE_HEAD, padding=(0, 1, 0, 0), show_edge=False,
-    )  # fmt: skip
-    table.add_column("", overflow="fold")
+        f"Default / {shown.capitalize()} on {summary['held_out']} confirmation scenarios, 95 % intervals",
+    )
+    table.add_column("")
     for name in ("default", shown, f"{shown} - default"):
         table.add_column(name, justify="right", no_wrap=True)
     for row in summary["table"]:
@@ -215,9 +213,9 @@ def comparison_table(summary: dict[str, Any]) -> Table:
 
 def gains_table(summary: dict[str, Any]) -> Table:
     """Return the searched gains, default and tuned."""
-    table = Table(title="Gains", title_justify="left")
+    table = Table("Gains")
     for name in ("gain", "unit", "default", shown_as(summary), "range"):
-        table.add_column(name, justify="left" if name in ("gain", "unit") else "right")
+        table.add_column(name, justify="left" if name in ("gain", "unit") else "right", no_wrap=name != "unit")
     for entry in summary["variables"]:
         table.add_row(
             entry["name"], entry["unit"], f"{entry['default']:.4g}", f"{entry['tuned']:.4g}",

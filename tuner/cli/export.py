@@ -45,7 +45,7 @@ def print_export(made: Export) -> None:
     laws = f"{document['laws']['position']} / {document['laws']['attitude']}"
 
     def say(text: str) -> None:
-        console.print(text, markup=False, highlight=False, soft_wrap=not console.is_terminal)
+        console.print(text, highlight=False, soft_wrap=not console.is_terminal)
 
     say(f"{document['target_version']}: {laws} for {made.airframe}")
     if document["experimental"]:

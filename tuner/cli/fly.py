@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.table import Table
 
 from objectives.decisions import DecisionSpace
 from objectives.metrics import METRICS, parse
@@ -21,6 +20,7 @@ from plant.laws import law as find_law
 from plant.nominal import ControlOptions
 from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
 from tuner.cli.display import TerminalWatcher, digits
+from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.gains_file import Controller, read_gains
 from tuner.responses import SIGNALS, UNITS, Responses, fly_responses
@@ -31,6 +31,8 @@ from tuner.watcher import told_of_compiling
 SHOWN_GROUPS = ("position", "attitude")
 SPARKS = "▁▂▃▄▅▆▇█"
 FAN_FLIGHTS = 64
+# Letters of a line that stand beside its blocks: name, range and unit.
+BESIDE = 36
 
 
 @dataclass(frozen=True)
@@ -131,9 +133,7 @@ def statistics(objectives: tuple[Objective, ...], scores: np.ndarray) -> list[di
 def print_table(figures: list[dict[str, Any]], sortie: Sortie, seeds: int) -> None:
     """Print the metrics."""
     laws = f"{sortie.system.cascade.position.name} / {sortie.system.cascade.attitude.name}"
-    table = Table(
-        title=f"{laws}: {sortie.spec.name}, {seeds} flights of {sortie.spec.duration:g} s", title_justify="left"
-    )
+    table = Table(f"{laws}: {sortie.spec.name}, {seeds} flights of {sortie.spec.duration:g} s", keys=2)
     for name in ("metric", "unit", "mean +- 95 %", "median", "95 % of them", "worst"):
         table.add_column(name, justify="left" if name in ("metric", "unit") else "right", no_wrap=True)
     for row in figures:
@@ -156,10 +156,12 @@ def responses_of(problem: Problem, sortie: Sortie, count: int) -> Responses:
 def print_sparks(responses: Responses) -> None:
     """Print the median response of each axis as a line of blocks, with its range."""
     _, median, _ = responses.fans()
-    columns = np.linspace(0, len(median) - 1, 64).astype(int)
+    blocks = min(max(Console().width - BESIDE, 16), 64)
+    columns = np.linspace(0, len(median) - 1, blocks).astype(int)
     for i, name in enumerate(SIGNALS[:6]):
         unit, factor = ("deg", degrees(1.0)) if UNITS[i] == "rad" else (UNITS[i], 1.0)
+        # The range is that of the whole response, whatever part of it there is room to draw.
+        low, high = factor * float(median[:, i].min()), factor * float(median[:, i].max())
         line = median[columns, i] * factor
-        low, high = float(line.min()), float(line.max())
         level = np.zeros(len(line), dtype=int) if high <= low else ((line - low) / (high - low) * 7.999).astype(int)
         print(f"{name:>6} {''.join(SPARKS[k] for k in level)}  {low:.2f} to {high:.2f} {unit} (median)")

@@ -7,6 +7,7 @@ from pathlib import Path
 from plant.airframes import load
 from plant.errors import StoreError
 from plant.gains import gain_addresses
+from tuner.cli.tables import say_files
 from tuner.cli.terminal import Console
 from tuner.export.settings import settings_of
 from tuner.gains_file import to_document
@@ -39,7 +40,8 @@ def import_command(
         console.print(f"{gain.address:>12} {imported.controller.gains[gain.column]:10.5g} {gain.unit}", highlight=False)
     for note in imported.notes:
         console.print(f"- {note}", highlight=False)
-    console.print(f'Wrote {out}. In a study: [controller] default = "{out.name}"', highlight=False)
+    say_files(console, Wrote=out)
+    console.print(f'In a study: [controller] default = "{out.name}"', highlight=False)
     if imported.controller.vehicle is not None:
         back = f"tuner export results/STUDY/gains.json --to {source} --previous {parameters}"
-        console.print(f"What a study then changes on the vehicle: {back}", highlight=False)
+        console.print(f"What a study then changes on the vehicle: {back}", highlight=False, soft_wrap=True)

@@ -4,11 +4,9 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.box import SIMPLE_HEAD
-from rich.table import Table
-
 from plant.input_files import read_input_text
 from tuner.cli.display import TerminalWatcher
+from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
 from tuner.inference import load_inference
 from tuner.report.numbers import significant
@@ -48,12 +46,9 @@ def print_inference(asked: "Inference", folder: "Folder", threads: int | None, a
     console.print(cells_table(document))
     console.print(unknowns_table(document))
     for sentence in document["words"]:
-        console.print(f"- {sentence}", highlight=False, markup=False)
-    console.print(
-        f"{findings.flights:,} flights in {findings.seconds:.1f} s. Figure: {folder.path / 'figures' / 'inference.png'}  "
-        f"Study with these values: {folder.path / 'inferred.toml'}",
-        highlight=False, soft_wrap=True,
-    )  # fmt: skip
+        console.print(f"- {sentence}", highlight=False)
+    console.print(f"{findings.flights:,} flights in {findings.seconds:.1f} s.", highlight=False)
+    say_files(console, Figure=folder.path / "figures" / "inference.png", Study=folder.path / "inferred.toml")
 
 
 def check_inference(path: Path) -> dict[str, Any]:
@@ -77,7 +72,7 @@ VERDICTS = (("yes", "inside"), ("near by", "consistent"), ("elsewhere", "reprodu
 def cells_table(document: dict[str, Any]) -> Table:
     """Return published beside ours."""
     held_out = document["settings"]["held_out"]
-    table = _table(f"Published cells and {held_out} held-out flights at the inferred setting")
+    table = Table(f"Published cells and {held_out} held-out flights at the inferred setting")
     for name in ("cell", "published", "median", "95 % of ours", "inside"):
         table.add_column(name, justify="left" if name == "cell" else "right", no_wrap=name != "cell")
     for row in document["cells"]:
@@ -91,7 +86,7 @@ def cells_table(document: dict[str, Any]) -> Table:
 
 def unknowns_table(document: dict[str, Any]) -> Table:
     """Return the unknowns with their ranges."""
-    table = _table("Unknowns")
+    table = Table("Unknowns")
     for name in ("", "inferred", f"within {100 * document['settings']['near']:g} %", "one draw leaves", "told"):
         table.add_column(name, justify="left" if name == "" else "right", no_wrap=name != "")
     for row in document["unknowns"]:
@@ -103,8 +98,3 @@ def unknowns_table(document: dict[str, Any]) -> Table:
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
         table.add_row(f"{row['name']}{unit}", significant(row["inferred"], 2), *spans, verdict)
     return table
-
-
-def _table(title: str) -> Table:
-    """Return a table that leaves room for long names on a narrow terminal."""
-    return Table(title=title, title_justify="left", box=SIMPLE_HEAD, pad_edge=False)

@@ -9,8 +9,6 @@ from pathlib import Path
 from typing import Any
 
 import typer
-from rich.box import SIMPLE
-from rich.table import Table
 from rich.text import Text
 
 from objectives.margins.trim import Trim
@@ -18,6 +16,7 @@ from plant.errors import InputError
 from plant.vectors import Vec3
 from tuner.cli.errors import BROKEN
 from tuner.cli.fly import controller_of
+from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.margin_report.document import default_requirements, margins_document
 from tuner.margin_report.limits import LIMITS
@@ -132,7 +131,7 @@ def margins_table(document: Row, from_study: bool) -> Table:
     laws, trim = document["laws"], document["trim"]
     where = "" if trim["position_held"] else ", attitude mode"
     title = f"{laws['position']} / {laws['attitude']} on {document['airframe']}{where}, in the worst amplitude"
-    table = Table(title=title, title_justify="left", box=SIMPLE, collapse_padding=True)
+    table = Table(title, keys=1)
     table.add_column("", no_wrap=True)
     for channel in document["channels"]:
         table.add_column(channel["channel"], justify="right", no_wrap=True)
@@ -195,7 +194,7 @@ def short(case: str | None) -> str:
 
 def requirements_table(rows: list[Row]) -> Table:
     """Return the requirements of a study."""
-    table = Table(title="Required by the study", title_justify="left", box=SIMPLE)
+    table = Table("Required by the study", keys=1)
     for name in ("requirement", "value", "limit", "unit", ""):
         table.add_column(name, justify="right" if name in ("value", "limit") else "left", no_wrap=True)
     for row in rows:
@@ -227,7 +226,7 @@ def print_certificates(console: Console, document: Row) -> None:
     if not rows:
         console.print("No certificate speaks of these laws.", highlight=False)
         return
-    table = Table(title="Proved by matrix inequalities", title_justify="left", box=SIMPLE)
+    table = Table("Proved by matrix inequalities")
     for name in ("axis", "certificate", "value", "what"):
         table.add_column(name, justify="right" if name == "value" else "left", no_wrap=name != "what")
     for row in rows:
@@ -245,8 +244,8 @@ def print_verdict(console: Console, document: Row) -> None:
     said = {(row["channel"], row["quantity"]) for row in open_ones if row["hard"] and row["channel"]}
     missed = [r["label"] for r in open_ones if not r["hard"] and (r["channel"], r["quantity"]) not in said]
     if broken:
-        console.print(f"BROKEN (!): {', '.join(broken)}", style="red", highlight=False, markup=False)
+        console.print(f"BROKEN (!): {', '.join(broken)}", style="red", highlight=False)
     else:
         console.print("All limits are kept.", highlight=False)
     if missed:
-        console.print(f"Missed (~): {', '.join(missed)}", style="yellow", highlight=False, markup=False)
+        console.print(f"Missed (~): {', '.join(missed)}", style="yellow", highlight=False)

@@ -5,12 +5,10 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from rich.box import SIMPLE
-from rich.table import Table
-
 from objectives.problem import Problem
 from tuner.cli.display import digits
 from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.cli.tuning_study import tuning_study
 from tuner.conflicts import told_automatic
@@ -70,7 +68,7 @@ def plan_contest(path: Path, difference: float, threads: int | None, as_json: bo
 def show_contest(document: Row, console: Console) -> None:
     """Print the plan of a contest: each run, the comparison, and all of it."""
     for name, run in document["runs"].items():
-        console.print(f"\n{name}", style="bold", highlight=False, markup=False)
+        console.print(f"\n{name}", style="bold", highlight=False)
         show(run, console)
     compared, total = document["comparison"], document["total"]
     table = plain_table("The contest takes at most")
@@ -115,7 +113,7 @@ def show(document: Row, console: Console) -> None:
     console.print(cost_table(document))
     console.print(precision_table(document))
     for warning in document["warnings"]:
-        console.print(f"Warning: {warning}", style="yellow", highlight=False, markup=False)
+        console.print(f"Warning: {warning}", style="yellow", highlight=False)
 
 
 def cost_table(document: Row) -> Table:
@@ -141,7 +139,7 @@ def cost_table(document: Row) -> Table:
 
 def plain_table(title: str) -> Table:
     """Return an empty table of names, counts and times."""
-    table = Table(title=title, title_justify="left", box=SIMPLE, pad_edge=False, show_header=False)
+    table = Table(title, show_header=False)
     table.add_column("")
     table.add_column("", justify="right", no_wrap=True)
     table.add_column("")
@@ -156,7 +154,7 @@ def done_or(seconds: float | None) -> str:
 def precision_table(document: Row) -> Table:
     """Return the expected intervals of the default's objectives and what a difference takes."""
     title = f"Widths of 95 % intervals, and held-out scenarios that tell {document['difference_percent']:g} % of the default"
-    table = Table(title=title, title_justify="left", box=SIMPLE, pad_edge=False)
+    table = Table(title, keys=1)
     table.add_column("objective", no_wrap=True)
     for heading in ("default", "search", "held out", "needed"):
         table.add_column(heading, justify="right", no_wrap=True)

@@ -6,11 +6,9 @@ from pathlib import Path
 from time import perf_counter
 from typing import Any
 
-from rich.box import SIMPLE
-from rich.table import Table
-
 from objectives.problem import Problem
 from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.cli.tuning_study import tuning_study
 from tuner.run import warm_up
@@ -90,19 +88,14 @@ def show(study: Study, analysis: Analysis, document: dict[str, Any], console: Co
             console.print(index_table_of(study, analysis, q, output))
     console.print(variance_table_of(document["variance"]))
     for note in document["notes"]:
-        console.print(f"Note: {note}", style="yellow", highlight=False, markup=False)
+        console.print(f"Note: {note}", style="yellow", highlight=False)
     console.print(f"{document['flights']:,} flights in {document['seconds']:.1f} s.", highlight=False)
 
 
 def index_table_of(study: Study, analysis: Analysis, output: int, name: str) -> Table:
     """Return the indices of one output, the variable that decides most first."""
     what = name if name == FAILURE else f"rank of {name}"
-    table = Table(
-        title=f"{what}: shares of its variance, 95 % intervals",
-        title_justify="left",
-        box=SIMPLE,
-        pad_edge=False,
-    )
+    table = Table(f"{what}: shares of its variance, 95 % intervals", keys=1)
     table.add_column("variable", no_wrap=True)
     for heading in ("alone (first order)", "with all others (total)"):
         table.add_column(heading, justify="right", no_wrap=True)
@@ -120,7 +113,7 @@ def variance_table_of(rows: list[dict[str, Any]]) -> Table:
     """Return what gains and air make of the variance of each metric."""
     count = rows[0]["candidates"]
     title = f"Variance of a single flight's metric, over {count:,} samples that completed every flight [%]"
-    table = Table(title=title, title_justify="left", box=SIMPLE, pad_edge=False)
+    table = Table(title, keys=1)
     table.add_column("metric of", no_wrap=True)
     for heading in ("gains", "scenario", "gains x scenario", "turbulence: the last two"):
         table.add_column(heading, justify="right")

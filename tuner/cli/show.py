@@ -4,12 +4,12 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from rich.table import Table
 from rich.text import Text
 
 from plant.errors import StoreError
 from tuner.cli.compare import block_table, print_comparison
 from tuner.cli.display import digits, estimate, print_ending
+from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
 from tuner.report.files import Node
 from tuner.show.unfinished import unfinished_story
@@ -22,8 +22,6 @@ if TYPE_CHECKING:
 Row = dict[str, Any]
 PLOT_WIDTH, PLOT_HEIGHT, BAR = 72, 16, 16
 MOST_POINTS = 12
-# Columns from which on the tables of a contest fit.
-WIDE = 80
 # What is not shown, and is large: flights are told by the digests in their names, whenever they are read.
 UNREAD = ("flights/",)
 
@@ -88,12 +86,9 @@ def tell_unguarded(folder: Path, console: Console) -> None:
 
 
 def tell_contest(found: Row, folder: Path, console: Console) -> None:
-    """Print the main tables of a contest; where they would not fit, a block for each quantity."""
+    """Print the main tables of a contest."""
     from tuner.cli.contest import print_found
 
-    if console.width < WIDE:
-        print_comparison({"first": found["contenders"][0]["name"], **found}, console)
-        return
     head(console, found["title"])
     print_found(found, folder, console)
 
@@ -104,17 +99,17 @@ def tell_inference(found: Row, folder: Path, console: Console) -> None:
 
     head(console, found["title"])
     for table in (cells_table(found), unknowns_table(found)):
-        table.columns[0].overflow = "fold"
         console.print(table)
     for text in found["words"]:
         say(console, f"- {text}")
-    say(console, f"{found['flights']:,} flights. Study with these values: {folder / 'inferred.toml'}")
+    say(console, f"{found['flights']:,} flights.")
+    say_files(console, Study=folder / "inferred.toml")
 
 
 def tell_compared(found: Row, folder: Path, console: Console) -> None:
     """Print a comparison."""
     print_comparison(found, console)
-    say(console, f"Report: {folder / 'report.html'}")
+    say_files(console, Report=folder / "report.html")
 
 
 def tell_unfinished(story: Row, console: Console) -> None:
@@ -141,7 +136,7 @@ def tell_tuning(story: Row, results: "Results", console: Console) -> None:
     say(console, asked_text(story["asked"]))
     section(console, *found_text(story))
     for row in story["table"]:
-        console.print(f"\n{heading(row)}", style="bold", highlight=False, markup=False)
+        console.print(f"\n{heading(row)}", style="bold", highlight=False)
         console.print(block_table(default_and_tuned(row, story["shown_as"]), console.width))
     section(console, f"Gains (D default, @ {story['shown_as']}, within the range searched)", [])
     console.print(gains_table(story["gains"], console.width, story["shown_as"]))
@@ -149,7 +144,7 @@ def tell_tuning(story: Row, results: "Results", console: Console) -> None:
     tell_front(story, results, console)
     section(console, "How far to trust it", trust_texts(story))
     for text in story["warnings"]:
-        console.print(f"Warning: {text}", style="yellow", highlight=False, markup=False)
+        console.print(f"Warning: {text}", style="yellow", highlight=False)
     for text in story["remarks"]:
         say(console, text)
     section(console, "What to fly" if story["feasible"] else "What to look at; nothing to fly", story["commands"])
@@ -164,19 +159,19 @@ def found_text(story: Row) -> tuple[str, list[str]]:
 
 def head(console: Console, title: str) -> None:
     """Print the title."""
-    console.print(title, style="bold", highlight=False, markup=False)
+    console.print(title, style="bold", highlight=False)
 
 
 def say(console: Console, text: str) -> None:
     """Print a line as it is."""
-    console.print(text, highlight=False, markup=False)
+    console.print(text, highlight=False)
 
 
 def section(console: Console, name: str, lines: list[str]) -> None:
     """Print a heading and lines below it."""
-    console.print(f"\n{name}", style="bold underline", highlight=False, markup=False)
+    console.print(f"\n{name}", style="bold underline", highlight=False)
     for line in lines:
-        console.print(line, highlight=False, markup=False, soft_wrap=line.startswith("tuner "))
+        console.print(line, highlight=False, soft_wrap=line.startswith("tuner "))
 
 
 def asked_text(asked: Row) -> str:
@@ -210,11 +205,11 @@ def gains_table(gains: list[Row], width: int, shown_as: str) -> Table:
     """Return the searched gains with units and their place in the range."""
     from tuner.show.scatter import place_bar
 
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    table = Table(box=None)
     table.add_column("gain", no_wrap=True)
     for name in ("default", shown_as):
         table.add_column(name, justify="right", no_wrap=True)
-    table.add_column("unit", overflow="fold")
+    table.add_column("unit")
     # The bar is longer than the ends of the range where there is room, else it goes.
     wide = width >= 72
     table.add_column("range", no_wrap=True)
@@ -232,16 +227,16 @@ def tell_front(story: Row, results: "Results", console: Console) -> None:
         from tuner.show.front_plot import front_lines
 
         for line in front_lines(results, min(console.width, PLOT_WIDTH), PLOT_HEIGHT):
-            console.print(line, highlight=False, markup=False, no_wrap=True, overflow="crop")
+            console.print(line, highlight=False, no_wrap=True, overflow="crop")
         return
     console.print(front_table(story["front"], [entry.label for entry in results.objectives]))
 
 
 def front_table(rows: list[Row], labels: list[str]) -> Table:
     """Return default, recommended and further points of the front, evenly among them, a row each."""
-    table = Table(box=None, pad_edge=False, padding=(0, 2, 0, 0))
+    table = Table(box=None)
     for name in ("", *labels):
-        table.add_column(Text(name), justify="left" if not name else "right", overflow="fold")
+        table.add_column(Text(name), justify="left" if not name else "right")
     named = [row for row in rows if row["role"]]
     others = [row for row in rows if not row["role"]]
     step = -(-len(others) // MOST_POINTS) or 1

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from rich.table import Table
 
 from objectives.theory import THEOREMS, Setting, Theorem
 from objectives.theory.disturbance_rate import worst_rates
@@ -16,6 +15,7 @@ from plant.closed_loop import Timing
 from plant.nominal import nominal
 from plant.scenarios import ScenarioSpec
 from tuner.cli.fly import prepare
+from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.gains_file import Controller, read_gains
 from tuner.study import load_study
@@ -91,7 +91,7 @@ def print_rows(rows: list[Row], origin: str) -> None:
             "No theorem speaks of these laws; `tuner list theorems` shows which it speaks of.", highlight=False
         )
         return
-    table = Table(title=f"What theory guarantees; disturbance rate {origin}", title_justify="left")
+    table = Table(f"What theory guarantees; disturbance rate {origin}", keys=2)
     for name in ("axis", "theorem", "value", "disturbance rate", "holds"):
         table.add_column(name, justify="right" if name in ("value", "disturbance rate") else "left", no_wrap=True)
     words = {True: "yes", False: "no", None: "a bound"}

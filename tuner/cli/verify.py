@@ -23,6 +23,6 @@ def verify_command(results: Path, sample: int | None, threads: int | None, as_js
         console = Console()
         with TerminalWatcher(console) as watcher:
             found = verify(results, sample, threads, watcher)
-        console.print(found.words, highlight=False, soft_wrap=True, markup=False)
+        console.print(found.words, highlight=False, soft_wrap=True)
     if not found.identical:
         raise Exit(DIFFERENT)

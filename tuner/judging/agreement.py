@@ -1,5 +1,6 @@
 """Whether a gains file and a file of requirements are about the same thing."""
 
+from math import degrees
 from pathlib import Path
 
 from plant.errors import InputError
@@ -30,14 +31,23 @@ def differences(controller: Controller, study: Study) -> list[str]:
         ("attitude law", controller.cascade.attitude.name, system.cascade.attitude.name),
         ("control_period [s]", controller.control_period, timing.control_period),
         ("plant_step [s]", controller.plant_step, timing.plant_step),
-        *[(key, value, getattr(study.options, key)) for key, value in vars(controller.options).items()],
+        ("tilt_limit_deg", degrees(controller.options.tilt_limit), degrees(study.options.tilt_limit)),
+        *[
+            (key, value, getattr(study.options, key))
+            for key, value in vars(controller.options).items()
+            if key != "tilt_limit"
+        ],
     ]
-    found = [f"{name} {mine!r} instead of {its!r}" for name, mine, its in pairs if not _same(mine, its)]
+    found = [f"{name} {_told(mine)} instead of {_told(its)}" for name, mine, its in pairs if not _same(mine, its)]
     if controller.airframe.name == study.airframe.name and controller.airframe.vehicle != study.airframe.vehicle:
         found.insert(
             0, f"airframe '{study.airframe.name}' has other numbers in the study's file than in the gains file"
         )
     return found
+
+
+def _told(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else repr(value)
 
 
 def _same(mine: object, its: object) -> bool:
