@@ -109,6 +109,12 @@ def test_everything_that_differs_is_named(study):
     assert "position law" not in said and "lag_aware" not in said and said.startswith(f"{QUICKSTART}: airframe: ")
 
 
+def test_an_angle_is_told_in_the_unit_of_its_key(study):
+    mine = controller_for(study, study.default_row)
+    other = replace(mine, options=replace(mine.options, tilt_limit=np.pi / 4))
+    assert differences(other, study) == ["tilt_limit_deg 45 instead of 30"]
+
+
 def test_an_airframe_of_the_same_name_with_other_numbers_is_another(study):
     mine = controller_for(study, study.default_row)
     heavier = mine.airframe.vehicle._replace(mass=2.0)
