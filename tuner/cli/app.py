@@ -122,3 +122,13 @@ def found_study(given: Path | None) -> Path | None:
 
 # Completions of what an argument or an option takes.
 STUDY, LAW, AIRFRAME, TARGET, SOURCE, LISTING = map(beginning, (studies, laws, airframes, targets, sources, listings))
+
+
+def study_option(about: str, *names: str) -> Any:
+    """Return an option that takes a study; names: as it is called, by default as its parameter."""
+    return typer.Option(*names, help=about, callback=found_study, autocompletion=STUDY)
+
+
+def law_option(about: str) -> Any:
+    """Return an option that takes the name of a law."""
+    return typer.Option(help=about, autocompletion=LAW)

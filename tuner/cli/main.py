@@ -11,7 +11,7 @@ from typing import Annotated, Any
 
 import typer
 
-from tuner.cli.app import AIRFRAME, LAW, LISTING, SOURCE, STUDY, TARGET, app, found_study
+from tuner.cli.app import AIRFRAME, LISTING, SOURCE, STUDY, TARGET, app, found_study, law_option, study_option
 from tuner.cli.errors import guarded
 
 StudyFile = Annotated[
@@ -107,10 +107,7 @@ def verify(
 def rejudge(
     results: Annotated[Path, typer.Argument(help="A results folder.", show_default=False)],
     out: Annotated[Path, typer.Option(help="Results folder to write; must not exist.", show_default=False)],
-    study: Annotated[
-        Path | None,
-        typer.Option(help="Judge by this study; default: that of the run.", callback=found_study, autocompletion=STUDY),
-    ] = None,
+    study: Annotated[Path | None, study_option("Judge by this study; default: that of the run.")] = None,
     change: Annotated[
         list[str] | None,
         typer.Option("--set", help="KEY=VALUE: replace a value of the study, e.g. objective.0.level=0.9."),
@@ -130,16 +127,12 @@ def rejudge(
 @app.command()
 def fly(
     gains: Annotated[Path | None, typer.Argument(help="A gains.json; leave out to fly a law's defaults.")] = None,
-    law: Annotated[
-        str | None, typer.Option(help="Attitude law to fly with its default gains.", autocompletion=LAW)
-    ] = None,
-    position_law: Annotated[str, typer.Option(help="Position law, with --law.", autocompletion=LAW)] = "ladrc",
+    law: Annotated[str | None, law_option("Attitude law to fly with its default gains.")] = None,
+    position_law: Annotated[str, law_option("Position law, with --law.")] = "ladrc",
     airframe: Annotated[
         str | None, typer.Option(help="Airframe: a bundled name or a TOML file.", autocompletion=AIRFRAME)
     ] = None,
-    study: Annotated[
-        Path | None, typer.Option(help="Fly a scenario of this study.", callback=found_study, autocompletion=STUDY)
-    ] = None,
+    study: Annotated[Path | None, study_option("Fly a scenario of this study.")] = None,
     scenario: Annotated[int, typer.Option(help="Which scenario of the study, from 0.", min=0)] = 0,
     seeds: Annotated[int, typer.Option(help="Number of flights, each in its own turbulence.", min=1)] = 64,
     seed: Annotated[int, typer.Option(help="Root seed where no study gives one.", min=0)] = 1,
@@ -159,12 +152,7 @@ def fly(
 @app.command()
 def theory(
     gains: Annotated[Path, typer.Argument(help="A gains.json.", show_default=False)],
-    study: Annotated[
-        Path | None,
-        typer.Option(
-            help="Measure the disturbance in the scenarios of this study.", callback=found_study, autocompletion=STUDY
-        ),
-    ] = None,
+    study: Annotated[Path | None, study_option("Measure the disturbance in the scenarios of this study.")] = None,
     level: Annotated[
         float, typer.Option(help="Quantile of the measured disturbance rate.", min=0.5, max=0.9999)
     ] = 0.99,
@@ -182,17 +170,12 @@ def theory(
 @app.command()
 def margins(
     gains: Annotated[Path | None, typer.Argument(help="A gains.json; leave out to judge a law's defaults.")] = None,
-    law: Annotated[
-        str | None, typer.Option(help="Attitude law to judge with its default gains.", autocompletion=LAW)
-    ] = None,
-    position_law: Annotated[str, typer.Option(help="Position law, with --law.", autocompletion=LAW)] = "ladrc",
+    law: Annotated[str | None, law_option("Attitude law to judge with its default gains.")] = None,
+    position_law: Annotated[str, law_option("Position law, with --law.")] = "ladrc",
     airframe: Annotated[
         str | None, typer.Option(help="Airframe: a bundled name or a TOML file.", autocompletion=AIRFRAME)
     ] = None,
-    study: Annotated[
-        Path | None,
-        typer.Option(help="Judge by the [[margin]] tables of this study.", callback=found_study, autocompletion=STUDY),
-    ] = None,
+    study: Annotated[Path | None, study_option("Judge by the [[margin]] tables of this study.")] = None,
     yaw: Annotated[float, typer.Option(help="Yaw in steady flight [deg].")] = 0.0,
     speed: Annotated[float, typer.Option(help="Ground speed along the heading [m/s].")] = 0.0,
     wind: Annotated[float, typer.Option(help="Steady wind towards east, the x axis of the world [m/s].")] = 0.0,
@@ -270,13 +253,7 @@ def bench(
 def new(
     name: Annotated[str, typer.Argument(help="Name of the study; NAME.toml is written, existing files are kept.")],
     source: Annotated[
-        Path | None,
-        typer.Option(
-            "--from",
-            help="Copy this study, with its comments; default: a template.",
-            callback=found_study,
-            autocompletion=STUDY,
-        ),
+        Path | None, study_option("Copy this study, with its comments; default: a template.", "--from")
     ] = None,
 ) -> None:
     """Write a commented study file to start from.
@@ -300,10 +277,7 @@ def check(
         ),
     ],
     requirements: Annotated[
-        Path | None,
-        typer.Option(
-            help="Fly the gains and judge them by the limits of this study.", callback=found_study, autocompletion=STUDY
-        ),
+        Path | None, study_option("Fly the gains and judge them by the limits of this study.")
     ] = None,
     seeds: Annotated[
         int | None, typer.Option(help="Flights of each scenario; by default the study's held_out.", min=2)
@@ -378,12 +352,7 @@ def compare(
         list[Path], typer.Argument(help="Results folders and gains files, two or more.", metavar="RESULTS|GAINS")
     ],
     study: Annotated[
-        Path | None,
-        typer.Option(
-            help="Fly the scenarios of this study; default: those of the first results folder.",
-            callback=found_study,
-            autocompletion=STUDY,
-        ),
+        Path | None, study_option("Fly the scenarios of this study; default: those of the first results folder.")
     ] = None,
     seeds: Annotated[
         int | None, typer.Option(help="Flights of each scenario; by default the study's held_out.", min=2)
@@ -500,10 +469,8 @@ def cost(
     gains: Annotated[
         Path | None, typer.Argument(help="A gains.json; leave out for laws at their default gains.")
     ] = None,
-    law: Annotated[str | None, typer.Option(help="Attitude law; leave out for all.", autocompletion=LAW)] = None,
-    position_law: Annotated[
-        str, typer.Option(help="Position law, with --law or for all.", autocompletion=LAW)
-    ] = "ladrc",
+    law: Annotated[str | None, law_option("Attitude law; leave out for all.")] = None,
+    position_law: Annotated[str, law_option("Position law, with --law or for all.")] = "ladrc",
     measure: Annotated[
         bool, typer.Option("--measure", help="Count now, with arm-none-eabi-gcc and qemu-system-arm.")
     ] = False,
