@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import Any
 
-
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.conflicts import automatic_rows, told_automatic
