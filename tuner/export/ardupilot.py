@@ -18,6 +18,7 @@ from tuner.export.aboard import DERIVATIVE, KEEP, OTHERS, Aboard, aboard, said_o
 from tuner.export.ardupilot_arming import check_arming
 from tuner.export.ardupilot_map import (
     EXPO,
+    YAW_FILTER,
     accel_share,
     ardupilot_loops,
     ardupilot_scales,
@@ -35,6 +36,7 @@ from tuner.export.ardupilot_text import SEPARATORS, read_param, write_param
 from tuner.export.autopilot_pid import (
     axis_gains,
     check_horizontal,
+    held_cutoff,
     held_tilt,
     rate_filters,
     rate_sources,
@@ -90,7 +92,7 @@ def carry(request: Request) -> Bundle:
     """Return the parameter file; raises InputError where the gains have no form in ArduPilot, leave its documented ranges, or
     would keep the vehicle from arming.
     """
-    asked = with_measured_rates(request.controller)
+    asked = with_measured_rates(request.controller, yaw_filter=True)
     dialect = DIALECTS[request.settings["firmware"]]
     target = f"ArduPilot Copter {dialect.firmware}"
     check_horizontal(asked, target)
@@ -156,8 +158,9 @@ def held_controller(
     """Return the controller that ArduPilot flies with rounded parameters; our derivative filters stay as asked."""
     filters = {axis: axis_gains(asked, axis).t_f for axis in AXES}
     gains = from_ardupilot(values, asked.airframe.vehicle, rotors, dialect, filters, counted)
-    tilt = held_tilt(tilt_limit(values, dialect)[0])
-    return replace(with_gains(asked, gains), options=replace(asked.options, tilt_limit=tilt))
+    tilt, cutoff = held_tilt(tilt_limit(values, dialect)[0]), held_cutoff(values[YAW_FILTER])
+    options = replace(asked.options, tilt_limit=tilt, yaw_torque_cutoff=cutoff)
+    return replace(with_gains(asked, gains), options=options)
 
 
 def _rollback(
@@ -200,7 +203,7 @@ def _lossy(
     weights = {axis: loop.setpoint_weight for axis, loop in ardupilot_loops(values, vehicle, rotors, dialect).items()}
     position = "PSC_ACCZ_FLTE" if dialect.firmware == "4.6" else "PSC_D_ACC_FLTE"
     return (
-        *rate_sources(controller),
+        *rate_sources(controller, yaw_filter=True),
         setpoint_weights({axis: weights[axis] for axis in ("x", *ATTITUDE_AXES)}),
         f"The vertical loop has a PI on the measured acceleration that ours lacks: with K = {accel:.3g} it acts as "
         f"{1.0 + accel:.3g} times the mass, with the poles of our PID but other margins and less disturbance; the measured "
@@ -227,10 +230,10 @@ def _lossy(
 def _switched_off(values: Mapping[str, float], dialect: Dialect) -> tuple[str, ...]:
     """Return sentences on what is written only to switch something off."""
     sentences = []
-    if values["ATC_RAT_RLL_FLTT"] == 100.0 and values["ATC_RAT_YAW_FLTE"] == 0.0:
+    if values["ATC_RAT_RLL_FLTT"] == 100.0:
         sentences.append(
             "The rate target, which holds the measured angle, is low-passed by ATC_RAT_*_FLTT, set to 100 Hz for roll and "
-            "pitch and 50 Hz for yaw, the highest documented; ours is not. ATC_RAT_YAW_FLTE (default 2.5 Hz), "
+            "pitch and 50 Hz for yaw, the highest documented; ours is not. "
             f"{dialect.names['vxy_flte']} and {dialect.names['vz_flte']} (default 5 Hz) are switched off."
         )
     if values["ATC_RAT_RLL_D"] == values[dialect.names["vxy_d"]] == 0.0:

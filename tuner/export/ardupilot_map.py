@@ -23,7 +23,7 @@ from plant.errors import InputError
 from plant.laws.pid import Gains
 from plant.vehicle import Vehicle
 from tuner.export.ardupilot_ranges import Dialect
-from tuner.export.autopilot_pid import axis_gains, held_tilt, weighted
+from tuner.export.autopilot_pid import axis_gains, held_tilt, weighted, written_cutoff
 from tuner.export.autopilot_scales import TorqueScale, ardupilot_factors, command_slope, hover_share, torque_scale
 from tuner.export.parameter_table import defaults, misfit
 from tuner.export.pid_cascade import SAME, RateLoop, parallel, rate_loop, same_feedback
@@ -32,6 +32,8 @@ from tuner.gains_file import Controller
 GRAVITY = 9.80665
 TARGET = "ArduPilot"
 EXPO, TILT = "MOT_THST_EXPO", "PSC_ANGLE_MAX"
+# Low-pass of the rate error of yaw: with neither D nor FF the same as one on the torque.
+YAW_FILTER = "ATC_RAT_YAW_FLTE"
 # Parameter of the largest lean angle where PSC_ANGLE_MAX is 0 -> its unit in degrees; both default to 30 deg.
 LEAN = {"4.6": ("ANGLE_MAX", 0.01, 3000.0), "4.7": ("ATC_ANGLE_MAX", 1.0, 30.0)}
 # Terms of the position loops that ours have not.
@@ -112,6 +114,7 @@ def switched_off(actuation: Actuation, dialect: Dialect, curve: float) -> dict[s
     values = {
         f"ATC_RAT_{short}_{term}": 0.0 for short in SHORT.values() for term in ("D", "FF", "D_FF", "FLTE", "SMAX")
     }
+    del values[YAW_FILTER]
     for short in SHORT.values():
         values |= {f"ATC_RAT_{short}_IMAX": 1.0, f"ATC_RAT_{short}_FLTT": 50.0 if short == "YAW" else 100.0}
     values |= {dialect.names[role]: 0.0 for role in OFF_ROLES}
@@ -164,7 +167,7 @@ def names(dialect: Dialect) -> dict[str, tuple[str, str, str, str]]:
 def carried_names(dialect: Dialect) -> frozenset[str]:
     """Return the parameters that our loops carry; the P gain on the acceleration is free, and so not among them."""
     cascades = {name for entries in names(dialect).values() for name in entries[:3]}
-    return frozenset(cascades | {dialect.names[role] for role in ("z_p", "vz_p", "az_i")} | {TILT})
+    return frozenset(cascades | {dialect.names[role] for role in ("z_p", "vz_p", "az_i")} | {TILT, YAW_FILTER})
 
 
 def ardupilot_loops(
@@ -199,6 +202,7 @@ def to_ardupilot(
         loop = rate_loop(weighted(axis_gains(controller, axis), heavier[axis]), axis, theirs.get(axis))
         values |= dict(zip(names(dialect)[axis], (loop.outer, loop.p / unit, loop.i / unit), strict=False))
     values |= _vertical(controller, actuation, dialect, beside, own)
+    values[YAW_FILTER] = written_cutoff(controller, (own or {}).get(YAW_FILTER))
     return values | _tilt(controller.options.tilt_limit, own, dialect)
 
 

@@ -101,7 +101,7 @@ def _rate(name: str, ours: str, p: tuple[float, float, float], i: tuple[float, f
         Entry(f"{rate}_D_FF", f"{TORQUE} per rad/s2", 0.0, 0.02, 0.0, OFF),
         Entry(f"{rate}_IMAX", TORQUE, 0.0, 1.0, 0.5, "nothing: it is the whole torque"),
         Entry(f"{rate}_FLTT", "Hz", *fltt, "nothing: it is the highest documented"),
-        Entry(f"{rate}_FLTE", "Hz", *flte, OFF),
+        Entry(f"{rate}_FLTE", "Hz", *flte, "controller.yaw_torque_cutoff" if yaw else OFF),
         Entry(f"{rate}_SMAX", "1/s", 0.0, 200.0, 0.0, OFF),
     ]
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.laws.pid import Gains
+from plant.nominal import LEAST_CUTOFF, MOST_CUTOFF
 from tuner.export.pid_cascade import SAME
 from tuner.gains_file import Controller
 
@@ -32,9 +33,12 @@ def with_gains(controller: Controller, gains: Mapping[str, Gains]) -> Controller
     return replace(controller, gains=tuple(row))
 
 
-def with_measured_rates(controller: Controller) -> Controller:
-    """Return the controller with gyro and velocity as rates, which is all that autopilots have."""
-    options = replace(controller.options, attitude_rate="measured", position_rate="measured")
+def with_measured_rates(controller: Controller, yaw_filter: bool = False) -> Controller:
+    """Return the controller with gyro and velocity as rates, which is all that autopilots have; yaw_filter: whether the target
+    has a low-pass on yaw torque, which is left out otherwise.
+    """
+    cutoff = controller.options.yaw_torque_cutoff if yaw_filter else 0.0
+    options = replace(controller.options, attitude_rate="measured", position_rate="measured", yaw_torque_cutoff=cutoff)
     return replace(controller, options=options)
 
 
@@ -51,15 +55,17 @@ def check_horizontal(controller: Controller, target: str) -> None:
             )
 
 
-def rate_sources(controller: Controller) -> tuple[str, ...]:
-    """Return a sentence for each loop that was tuned on observed rates."""
-    options = controller.options
+def rate_sources(controller: Controller, yaw_filter: bool = False) -> tuple[str, ...]:
+    """Return a sentence for each loop that was tuned on observed rates, and one on a low-pass on yaw torque that is lost."""
+    options, cutoff = controller.options, controller.options.yaw_torque_cutoff
     loops = (("attitude", options.attitude_rate, "the gyro"), ("position", options.position_rate, "estimated velocity"))
-    return tuple(
+    lost = f"The low-pass on yaw torque at {cutoff:g} Hz has no counterpart; what is verified flies without it."
+    observed = tuple(
         f"The {loop} loops were tuned with differenced rates (observer); the target takes {source}, and so does what is verified."
         for loop, rate, source in loops
         if rate == "observer"
     )
+    return observed if yaw_filter or cutoff == 0.0 else (*observed, lost)
 
 
 def setpoint_weights(weights: Mapping[str, float]) -> str:
@@ -79,6 +85,17 @@ def rate_filters(controller: Controller, axes: tuple[str, ...]) -> str:
 def held_tilt(tilt: float) -> float:
     """Return a vehicle's largest tilt as our controller holds it [rad]."""
     return min(max(tilt, LEAST_TILT), MOST_TILT)
+
+
+def held_cutoff(cutoff: float) -> float:
+    """Return the low-pass on a vehicle's yaw torque as our controller holds it [Hz], 0 for none."""
+    return min(max(cutoff, LEAST_CUTOFF), MOST_CUTOFF) if cutoff > 0.0 else 0.0
+
+
+def written_cutoff(controller: Controller, own: float | None) -> float:
+    """Return the low-pass on yaw torque for the vehicle [Hz]: its own where ours is what we hold of it."""
+    cutoff = controller.options.yaw_torque_cutoff
+    return own if own is not None and abs(held_cutoff(own) - cutoff) <= SAME * cutoff else cutoff
 
 
 def weighted(gains: Gains, factor: float) -> Gains:

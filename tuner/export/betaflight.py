@@ -11,7 +11,14 @@ from math import degrees
 from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError, shortened
-from tuner.export.autopilot_pid import axis_gains, rate_filters, setpoint_weights, with_gains, with_measured_rates
+from tuner.export.autopilot_pid import (
+    axis_gains,
+    rate_filters,
+    rate_sources,
+    setpoint_weights,
+    with_gains,
+    with_measured_rates,
+)
 from tuner.export.autopilot_scales import Motors, command_slope, motors_text
 from tuner.export.betaflight_map import LEVEL, from_betaflight, loops, tilt_limit, to_betaflight
 from tuner.export.betaflight_ranges import EXTRA, SWITCHES, TABLE
@@ -198,6 +205,7 @@ def _lossy(
     )
     level = next(one for one in written if one.name == "angle_p_gain")
     return (
+        *rate_sources(request.controller),
         "The position loops are not carried: in Betaflight the pilot, or a computer that takes the pilot's place, gives tilt and "
         "throttle; what is verified flies them as tuned.",
         f"The heading loop of yaw ({cascade['yaw'].outer:.4g} 1/s) is not carried: Betaflight controls the yaw rate, not the "

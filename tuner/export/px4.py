@@ -17,6 +17,7 @@ from tuner.export.aboard import DERIVATIVE, KEEP, OTHERS, Aboard, aboard, said_o
 from tuner.export.autopilot_pid import (
     axis_gains,
     check_horizontal,
+    held_cutoff,
     held_tilt,
     rate_filters,
     rate_sources,
@@ -35,6 +36,7 @@ from tuner.export.px4_map import (
     HOVER,
     LIMITS,
     MODEL,
+    YAW_FILTER,
     completed,
     from_px4,
     px4_loops,
@@ -74,7 +76,7 @@ OPTIONS = (
 
 def carry(request: Request) -> Bundle:
     """Return the parameter file; raises InputError where the gains have no form in PX4 or leave its documented ranges."""
-    asked = with_measured_rates(request.controller)
+    asked = with_measured_rates(request.controller, yaw_filter=True)
     check_horizontal(asked, NAME)
     curve = number(request.settings, "thrust_curve", 0.0, 1.0, "1")
     rotors = actuation(asked.airframe.vehicle, curve)
@@ -125,7 +127,8 @@ def held_controller(asked: Controller, values: Mapping[str, float], rotors: Actu
     """Return the controller that PX4 flies with rounded parameters; our derivative filters stay as asked."""
     filters = {axis: axis_gains(asked, axis).t_f for axis in AXES}
     gains = from_px4(values, asked.airframe.vehicle, rotors, filters, counted)
-    options = replace(asked.options, tilt_limit=held_tilt(tilt_limit(values)))
+    cutoff = held_cutoff(values[YAW_FILTER])
+    options = replace(asked.options, tilt_limit=held_tilt(tilt_limit(values)), yaw_torque_cutoff=cutoff)
     return replace(with_gains(asked, gains), options=options)
 
 
@@ -167,7 +170,7 @@ def _lossy(
     cascade = px4_loops({**complete, **values}, controller.airframe.vehicle, rotors)
     weights = {axis: loop.setpoint_weight for axis, loop in cascade.items()}
     return (
-        *rate_sources(controller),
+        *rate_sources(controller, yaw_filter=True),
         setpoint_weights({axis: weights[axis] for axis in ("x", "z", *ATTITUDE_AXES)}),
         f"Our derivative filters ({rate_filters(controller, ('roll', 'pitch', 'yaw', 'x', 'z'))}) are not "
         "carried: the rate loops see the gyro through IMU_GYRO_CUTOFF (default 40 Hz, second order) and the notch filters, "
@@ -208,7 +211,7 @@ def _switched_off(values: Mapping[str, float]) -> tuple[str, ...]:
             "MC_*RATE_D, MC_*RATE_FF and MPC_*_VEL_D_ACC are 0: PX4's terms on measured acceleration have no counterpart in our "
             "law (MPC_XY_VEL_D_ACC = 0 is below the documented 0.1)."
         )
-    if values.get("MC_YAW_TQ_CUTOFF") == 0.0:
+    if values[YAW_FILTER] == 0.0:
         sentences.append("MC_YAW_TQ_CUTOFF is 0, for our yaw torque is not low-passed (default 2 Hz).")
     return tuple(sentences)
 

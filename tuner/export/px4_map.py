@@ -16,7 +16,7 @@ from plant.airframes.actuation import Actuation
 from plant.cascade import ATTITUDE_AXES
 from plant.laws.pid import Gains
 from plant.vehicle import Vehicle
-from tuner.export.autopilot_pid import axis_gains, held_tilt, weighted
+from tuner.export.autopilot_pid import axis_gains, held_tilt, weighted, written_cutoff
 from tuner.export.autopilot_scales import TorqueScale, command_slope, hover_share, px4_factors, torque_scale
 from tuner.export.parameter_table import defaults
 from tuner.export.pid_cascade import SAME, RateLoop, parallel, rate_loop
@@ -27,6 +27,8 @@ GRAVITY = 9.80665
 TARGET = "PX4"
 LIMITS = {"roll": "MC_RR_INT_LIM", "pitch": "MC_PR_INT_LIM", "yaw": "MC_YR_INT_LIM"}
 HOVER, MODEL, TILT = "MPC_THR_HOVER", "THR_MDL_FAC", "MPC_TILTMAX_AIR"
+# The same filter as ours, alpha = h/(h + tau).
+YAW_FILTER = "MC_YAW_TQ_CUTOFF"
 # Axis of ours -> names of the outer P, the inner P and I, and D of the inner loop; y goes with x.
 NAMES = {
     **{
@@ -37,7 +39,7 @@ NAMES = {
         for axis, name in (("x", "XY"), ("z", "Z"))
     },
 }  # fmt: skip
-CARRIED = frozenset({name for names in NAMES.values() for name in names[:3]} | {TILT})
+CARRIED = frozenset({name for names in NAMES.values() for name in names[:3]} | {TILT, YAW_FILTER})
 
 
 @dataclass(frozen=True)
@@ -67,7 +69,7 @@ def switched_off(actuation: Actuation, model: float) -> dict[str, float]:
     """Return what PX4 has beside what our loops carry such that it flies what ours fly; model: THR_MDL_FAC."""
     rates = {f"MC_{axis.upper()}RATE_{term}": float(term == "K") for axis in ATTITUDE_AXES for term in ("D", "FF", "K")}
     velocities = {"MPC_XY_VEL_D_ACC": 0.0, "MPC_Z_VEL_D_ACC": 0.0}
-    yaw = {"MC_YAW_WEIGHT": 1.0, "MC_YAW_TQ_CUTOFF": 0.0}
+    yaw = {"MC_YAW_WEIGHT": 1.0}
     thrust = {MODEL: model, HOVER: hover_share(actuation, model)}
     return rates | dict.fromkeys(LIMITS.values(), 1.0) | velocities | yaw | thrust
 
@@ -131,7 +133,9 @@ def to_px4(
     for axis, unit in units(beside, vehicle, actuation).items():
         loop = cascade[axis]
         values |= dict(zip(NAMES[axis], (loop.outer, loop.p / unit, loop.i / unit), strict=False))
-    return values | {TILT: _tilt(controller.options.tilt_limit, None if own is None else own.get(TILT))}
+    aboard = own or {}
+    yaw = written_cutoff(controller, aboard.get(YAW_FILTER))
+    return values | {TILT: _tilt(controller.options.tilt_limit, aboard.get(TILT)), YAW_FILTER: yaw}
 
 
 def _tilt(limit: float, own: float | None) -> float:

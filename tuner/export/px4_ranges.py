@@ -47,7 +47,7 @@ TABLE = {
         Entry("MC_PITCH_P", "1/s", 0.0, 12.0, 4.0, "pitch.kp, pitch.ki or pitch.kd"),
         Entry("MC_YAW_P", "1/s", 0.0, 5.0, 2.8, "yaw.kp, yaw.ki or yaw.kd"),
         Entry("MC_YAW_WEIGHT", "1", 0.0, 1.0, 0.4, "nothing: it is 1"),
-        Entry("MC_YAW_TQ_CUTOFF", "Hz", 0.0, 10.0, 2.0, "nothing: it is switched off"),
+        Entry("MC_YAW_TQ_CUTOFF", "Hz", 0.0, 10.0, 2.0, "controller.yaw_torque_cutoff"),
         Entry("MPC_XY_P", "1/s", 0.0, 2.0, 0.95, "x.kp, x.ki or x.kd"),
         Entry("MPC_XY_VEL_P_ACC", "1/s", 1.2, 5.0, 1.8, "x.kd"),
         Entry("MPC_XY_VEL_I_ACC", "1/s2", 0.0, 60.0, 0.4, "x.ki"),

@@ -13,6 +13,7 @@ from plant.errors import InputError
 from tuner.export.ardupilot_map import (
     EXPO,
     SHORT,
+    YAW_FILTER,
     added_inertia,
     ardupilot_scales,
     carried_names,
@@ -25,6 +26,7 @@ from tuner.export.ardupilot_map import (
 from tuner.export.ardupilot_old import OLDER, Modern, modernised
 from tuner.export.ardupilot_ranges import AROUND, DIALECTS, FIRMWARES, Dialect, check_names
 from tuner.export.ardupilot_text import WHAT, read_param
+from tuner.export.autopilot_pid import held_cutoff
 from tuner.export.exporter import Option
 from tuner.export.parameter_text import stated
 from tuner.importing.assembly import (
@@ -81,7 +83,9 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         *inertia_note(shares, counted),
         *unused_note(values, _named(dialect, "FF", "vxy_ff", "vz_ff", "az_ff"), "Feed-forward is left out"),
         *unused_note(
-            values, _named(dialect, "FLTE", "vxy_flte", "vz_flte"), "Low-pass filters of errors [Hz] are left out"
+            values,
+            tuple(name for name in _named(dialect, "FLTE", "vxy_flte", "vz_flte") if name != YAW_FILTER),
+            "Low-pass filters of errors [Hz] are left out",
         ),
         *unused_note(
             values,
@@ -93,7 +97,8 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         assumed_note(settings),
     )
     found = controller(file, airframe, gains, tilt, settings)
-    return Imported(replace(found, vehicle=record), notes, untouched)
+    options = replace(found.options, yaw_torque_cutoff=held_cutoff(values[YAW_FILTER]))
+    return Imported(replace(found, options=options, vehicle=record), notes, untouched)
 
 
 def check_version(version: str | None, dialect: Dialect, file: Path) -> None:

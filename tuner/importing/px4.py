@@ -7,8 +7,9 @@ from pathlib import Path
 from plant.airframes import Airframe
 from plant.airframes.actuation import actuation
 from plant.cascade import ATTITUDE_AXES
+from tuner.export.autopilot_pid import held_cutoff
 from tuner.export.parameter_text import stated
-from tuner.export.px4_map import CARRIED, HOVER, NAMES, added_inertia, completed, from_px4, tilt_limit
+from tuner.export.px4_map import CARRIED, HOVER, NAMES, YAW_FILTER, added_inertia, completed, from_px4, tilt_limit
 from tuner.export.px4_ranges import AROUND, TABLE
 from tuner.export.px4_text import VERSION, WHAT, read_params
 from tuner.importing.assembly import (
@@ -55,7 +56,6 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         *_scaled(values),
         *inertia_note(shares, counted),
         *unused_note(values, feed, "Feed-forward of the rate setpoint, which holds the angle error too, is left out"),
-        *unused_note(values, ("MC_YAW_TQ_CUTOFF",), "The low-pass of the yaw torque [Hz] is left out"),
         *_weight(values["MC_YAW_WEIGHT"]),
         *_hover(given),
         *tilt_note(tilt, "MPC_TILTMAX_AIR"),
@@ -63,7 +63,8 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         assumed_note(settings),
     )
     found = controller(file, airframe, gains, tilt, settings)
-    return Imported(replace(found, vehicle=record), notes, untouched)
+    options = replace(found.options, yaw_torque_cutoff=held_cutoff(values[YAW_FILTER]))
+    return Imported(replace(found, options=options, vehicle=record), notes, untouched)
 
 
 def _scaled(values: Mapping[str, float]) -> tuple[str, ...]:

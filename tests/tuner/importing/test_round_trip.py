@@ -25,6 +25,7 @@ PX4_CARRIED = {
     *(f"MC_{axis}_P" for axis in ("ROLL", "PITCH", "YAW")),
     *(f"MC_{axis}RATE_{term}" for axis in ("ROLL", "PITCH", "YAW") for term in "PI"),
     "MPC_XY_P", "MPC_XY_VEL_P_ACC", "MPC_XY_VEL_I_ACC", "MPC_Z_P", "MPC_Z_VEL_P_ACC", "MPC_Z_VEL_I_ACC", "MPC_TILTMAX_AIR",
+    "MC_YAW_TQ_CUTOFF",
 }  # fmt: skip
 
 
@@ -33,7 +34,7 @@ ARDUPILOT_CARRIED = {
     *(f"ATC_ANG_{axis}_P" for axis in ("RLL", "PIT", "YAW")),
     *(f"ATC_RAT_{axis}_{term}" for axis in ("RLL", "PIT", "YAW") for term in "PI"),
     "PSC_POSXY_P", "PSC_VELXY_P", "PSC_VELXY_I", "PSC_POSZ_P", "PSC_VELZ_P", "PSC_ACCZ_I", "PSC_NE_POS_P", "PSC_NE_VEL_P",
-    "PSC_NE_VEL_I", "PSC_D_POS_P", "PSC_D_VEL_P", "PSC_D_ACC_I", "PSC_ANGLE_MAX",
+    "PSC_NE_VEL_I", "PSC_D_POS_P", "PSC_D_VEL_P", "PSC_D_ACC_I", "PSC_ANGLE_MAX", "ATC_RAT_YAW_FLTE",
 }  # fmt: skip
 
 
