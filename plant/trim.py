@@ -99,8 +99,8 @@ def _step(x: Array, off: Array, f: Dynamics, wind: Array, yaw: float, hover: Arr
 
 def _solved(slope: Array, off: Array) -> Array:
     """Solutions (n, 6) of rows; those of a row that has none are not finite."""
-    sound = np.isfinite(slope).all(axis=(1, 2))
-    sound[sound] &= np.linalg.cond(slope[sound]) < 1e14
+    sound = np.flatnonzero(np.isfinite(slope).all(axis=(1, 2)))
+    sound = sound[np.linalg.cond(slope[sound]) < 1e14]
     out = np.full_like(off, np.nan)
     out[sound] = np.linalg.solve(slope[sound], off[sound][..., None])[..., 0]
     return out
@@ -108,17 +108,18 @@ def _solved(slope: Array, off: Array) -> Array:
 
 def _pushed(x: Array, f: Dynamics, wind: Array, yaw: float) -> Array:
     """Accelerations (n, 6) [m/s2, rad/s2] of vehicles at rest with roll, pitch [rad] and rotor speeds [rad/s] x (n, 6)."""
-    zero = np.zeros(len(x))
-    still = Vec3(zero, zero, zero)
-    body = _body(x, yaw)
-    rate = _body_rate()(body, body.rotor_speed, Disturbance(Vec3(*wind.T), still, still, still), f)
+    body, still = _body(x, yaw), _still(len(x))
+    rate = _body_rate()(body, body.rotor_speed, Disturbance(pack(Vec3, wind.T), still, still, still), f)
     return np.stack([np.broadcast_to(part, len(x)) for part in (*rate.velocity, *rate.rate)], axis=1)
 
 
 def _body(x: Array, yaw: float) -> Any:
-    zero = np.zeros(len(x))
-    still = Vec3(zero, zero, zero)
-    return Body(still, still, _quaternion(x[:, 0], x[:, 1], yaw), still, Rotors(*x[:, 2:].T))
+    still = _still(len(x))
+    return Body(still, still, _quaternion(x[:, 0], x[:, 1], yaw), still, pack(Rotors, x[:, 2:].T))
+
+
+def _still(count: int) -> Any:
+    return pack(Vec3, [np.zeros(count)] * 3)
 
 
 def _quaternion(roll: Array, pitch: Array, yaw: float) -> Any:

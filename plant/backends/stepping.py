@@ -34,6 +34,14 @@ class Inputs(NamedTuple):
     references: np.ndarray
 
 
+def lane_of(drawn: Any, lane: int | slice, block: int = 0) -> Inputs:
+    """Return what one lane of drawn scenarios (`plant.flights.FlightInputs`) meets, or several lanes."""
+    return Inputs(
+        drawn.dynamics[block, ..., lane], drawn.starts[block, ..., lane], drawn.disturbances[block, ..., lane],
+        drawn.noises[block, ..., lane], drawn.references,
+    )  # fmt: skip
+
+
 def unchanged(function: Callable[..., Any]) -> Any:
     """Bind of the python backend: the model function itself."""
     return function

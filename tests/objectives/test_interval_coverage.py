@@ -129,6 +129,7 @@ def test_the_risk_that_is_measured_in_standard_errors_is_the_risk_itself(n, leve
     np.testing.assert_allclose(found.risk, risk.apply(values), rtol=1e-12)
     assert found.pull is not None
     apart = difference(found, measured(values[::-1], risk))
+    assert apart.pull is not None
     np.testing.assert_allclose(apart.pull, found.pull - found.pull[::-1], rtol=1e-12)
     np.testing.assert_allclose(standard_error(found), found.pull.std(axis=1) / sqrt(n), rtol=1e-12)
 

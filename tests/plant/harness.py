@@ -84,7 +84,8 @@ def batch(vehicles: list[Vehicle], disturbances: Array, noises: Array, reference
 
 def scenario(inputs: Inputs, lane: int) -> Inputs:
     """Return one lane of a batch as floats."""
-    return Inputs(*[part[..., lane] for part in inputs[:4]], inputs.references)
+    dynamics, starts, disturbances, noises = (part[..., lane] for part in inputs[:4])
+    return Inputs(dynamics, starts, disturbances, noises, inputs.references)
 
 
 def in_blocks(inputs: Inputs, order: list[int] | None = None) -> FlightInputs:

@@ -10,7 +10,7 @@ from scipy.spatial.transform import Rotation
 from plant.air.air import AirSpec, sample_air, steady_wind
 from plant.airframes import load
 from plant.backends import array
-from plant.backends.stepping import Inputs, fly_steps
+from plant.backends.stepping import fly_steps, lane_of
 from plant.closed_loop import Limits, Timing
 from plant.laws import LAWS
 from plant.nominal import ControlOptions, nominal
@@ -105,7 +105,6 @@ def test_a_flight_in_steady_wind_starts_in_its_trim_and_stays_there(position, at
         spread=Spread(mass=0.15, inertia=0.1, thrust=0.1, lag=0.2, centre=0.05),
     )  # fmt: skip
     drawn = sample_scenarios(spec, HUMMINGBIRD, TIMING, 5, SEARCH, range(4))
-    lanes = [part[0] for part in (drawn.dynamics, drawn.starts, drawn.disturbances, drawn.noises)]
     loop, trembles = loop_of(position, attitude), bool(TWISTING & {position, attitude})
     # A low-pass in front of a term that trembles makes it swing; it is for the others here.
     options = ControlOptions(lag_aware=lag_aware, delay=delay, yaw_torque_cutoff=0.0 if trembles else cutoff)
@@ -113,7 +112,7 @@ def test_a_flight_in_steady_wind_starts_in_its_trim_and_stays_there(position, at
     with np.errstate(all="ignore"):
         flight = fly_steps(
             loop, array.rebinder(), default_gains(loop), nominal(HUMMINGBIRD, options, H),
-            Inputs(*lanes, drawn.references), drawn.targets, limits, Timing(H, 0.001),
+            lane_of(drawn, slice(None)), drawn.targets, limits, Timing(H, 0.001),
         )  # fmt: skip
     begun = drawn.starts[0]
     ended = np.stack([np.broadcast_to(part, begun.shape[1]) for part in flatten(flight.body)])

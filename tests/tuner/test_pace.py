@@ -5,12 +5,12 @@ import shutil
 import time
 
 import pytest
-from rich.console import Console
 
 import tuner.report
 from tests.tuner.conftest import NoDrawing
 from tuner.cli import display
 from tuner.cli.display import Pace, TerminalWatcher
+from tuner.cli.terminal import Console
 from tuner.resume import reopen
 from tuner.run import run_study
 from tuner.watcher import told_of_compiling

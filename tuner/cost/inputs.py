@@ -11,7 +11,7 @@ from typing import Any
 from objectives.margins.period import NO_METERS
 from plant.air.spec import AirSpec
 from plant.attitude import euler_angles, nearest_turn
-from plant.backends.stepping import Inputs, fly_steps, unchanged
+from plant.backends.stepping import fly_steps, lane_of, unchanged
 from plant.cascade import close_cascade
 from plant.closed_loop import Limits, Timing, close_loop
 from plant.laws.channel import Applied
@@ -60,10 +60,7 @@ def typical_inputs(controller: Controller) -> list[Instant]:
     )  # fmt: skip
     vehicle = controller.airframe.vehicle
     drawn = sample_scenarios(spec, vehicle, timing, SEED, STREAM, [0])
-    lane = Inputs(
-        *[part[0, ..., 0] for part in (drawn.dynamics, drawn.starts, drawn.disturbances, drawn.noises)],
-        drawn.references,
-    )
+    lane = lane_of(drawn, 0)
     seen: list[Instant] = []
     spy = _Spy(controller.cascade.attitude)
     loop = close_loop(close_cascade(controller.cascade.position, spy.law), NO_METERS)

@@ -8,7 +8,7 @@ import pytest
 
 from objectives import meters
 from plant.air.spec import AirSpec
-from plant.backends.stepping import Inputs, fly_steps, unchanged
+from plant.backends.stepping import fly_steps, lane_of, unchanged
 from plant.cascade import close_cascade
 from plant.closed_loop import Limits, MeterModel, close_loop
 from plant.laws import LAWS
@@ -72,8 +72,7 @@ def fly(law: str, index: int, duration: float = 4.0) -> Any:
         AirSpec(intensity="moderate", mean_wind=False),
     )
     batch = sample_scenarios(spec, HUMMINGBIRD, TIMING, 1, HELD_OUT, [index])
-    lane = (part[0, ..., 0] for part in (batch.dynamics, batch.starts, batch.disturbances, batch.noises))
-    inputs = Inputs(*lane, batch.references)
+    inputs = lane_of(batch, 0)
     row = row_of(cascade, designs(law))
     away: list[float] = []
 

@@ -1,6 +1,7 @@
 """Margins of yaw on heavy rotors: an independent transfer function, figures found outside this project, and the low-pass."""
 
 from dataclasses import replace
+from typing import Any
 
 import control
 import numpy as np
@@ -58,11 +59,11 @@ def test_the_loop_is_that_of_python_control():
     timing = TIMING._replace(control_period=h, plant_step=h)
     model = MarginModel(cascade_of("pid", "pid"), nominal(vehicle, options, h), timing, vehicle)
     found = model.evaluate(gains_with("pid", "pid", **GAINS))
-    s = control.tf("s")
+    s: Any = control.tf("s")
     law = GAINS["yaw__kp"] + GAINS["yaw__ki"] / s + GAINS["yaw__kd"] * s / (GAINS["yaw__t_f"] * s + 1.0)
     smooth = 1.0 / (s / (2.0 * np.pi * cutoff) + 1.0)
     rotors = (1.0 + s / yaw_lead(vehicle)) / (1.0 + 0.02 * s)
-    hold = control.tf(*control.pade(0.5 * h, 4))
+    hold: Any = control.tf(*control.pade(0.5 * h, 4))
     gain, phase, _, _, wc, _ = control.stability_margins(law * smooth * rotors * hold / s**2)
     assert np.degrees(found.phase.value[0, YAW]) == pytest.approx(phase, abs=0.7)
     assert found.gain_up.value[0, YAW] == pytest.approx(gain, rel=0.1)

@@ -2,6 +2,7 @@
 
 import re
 from pathlib import Path
+from typing import Any
 from xml.etree import ElementTree
 
 import numpy as np
@@ -217,7 +218,7 @@ def test_what_differs_is_said_with_numbers():
 
 def test_what_would_not_arm_is_refused():
     """AC_PosControl::pre_arm_checks asks for an acceleration integral above 0, whatever the documented range begins with."""
-    still = {"z__ki": 0.0}
+    still: dict[str, Any] = {"z__ki": 0.0}
     for firmware, name in (("4.6", "PSC_ACCZ_I"), ("4.7", "PSC_D_ACC_I")):
         with pytest.raises(
             InputError, match=rf"{name}: works out at 0; Copter {firmware} does not arm .*change z\.kp, z\.ki"

@@ -1,6 +1,7 @@
 """The target's low-pass of the gyro in the margins: its lag is that of the filter written out, and what breaks is said."""
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -20,7 +21,8 @@ from tuner.margin_report.readings import subject_of
 def butterworth(frequency, cutoff):
     """Response of the analogue filter of second order at a frequency [rad/s]; cutoff [Hz]."""
     system = TransferFunction(*butter(2, 2.0 * np.pi * cutoff, analog=True))
-    return freqresp(system, [frequency])[1][0]
+    found: Any = freqresp(system, [frequency])
+    return found[1][0]
 
 
 @pytest.mark.parametrize("cutoff", [20.0, 40.0, 80.0])
