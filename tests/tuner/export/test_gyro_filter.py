@@ -20,7 +20,8 @@ from tuner.margin_report.readings import subject_of
 
 def butterworth(frequency, cutoff):
     """Response of the analogue filter of second order at a frequency [rad/s]; cutoff [Hz]."""
-    system = TransferFunction(*butter(2, 2.0 * np.pi * cutoff, analog=True))
+    coefficients: Any = butter(2, 2.0 * np.pi * cutoff, analog=True)
+    system = TransferFunction(*coefficients)
     found: Any = freqresp(system, [frequency])
     return found[1][0]
 
