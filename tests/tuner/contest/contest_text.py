@@ -27,7 +27,7 @@ x = 1.0
 time = 0.2
 
 [scenario.air]
-intensity = "moderate"
+intensity = "light"
 
 [scenario.spread]
 mass = 0.1
