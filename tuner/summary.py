@@ -15,6 +15,7 @@ from tuner.ending import ending_of
 from tuner.gains_of_run import gains_document
 from tuner.held_out import Comparison, Estimate, KnownComparison
 from tuner.store.tables import point_name
+from tuner.study.trim import trim_entry
 
 if TYPE_CHECKING:
     from tuner.conclusion import Outcome
@@ -61,7 +62,10 @@ def summary_document(outcome: "Outcome") -> dict[str, Any]:
         "warnings": outcome.warnings,
         "variables": variables(outcome),
         "table": table,
-        "air": [{"scenario": entry.spec.name, **air_summary(entry.spec.air)} for entry in study.scenarios],
+        "air": [
+            {"scenario": entry.spec.name, **air_summary(entry.spec.air), **trim_entry(entry.spec, study.system)}
+            for entry in study.scenarios
+        ],
         "gains_document": gains_document(outcome, shown, table),
     }
 

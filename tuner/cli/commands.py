@@ -17,6 +17,7 @@ from tuner.cli.terminal import Console
 from tuner.conflicts import told_automatic
 from tuner.ending import gains_name
 from tuner.study import load_study
+from tuner.study.trim import told_trim
 from tuner.watcher import Watcher
 
 if TYPE_CHECKING:
@@ -128,7 +129,10 @@ def watched_run(asked: "Study", folder: "Folder", run: "Callable[[Watcher], Outc
     """Run a study with progress on the terminal and print what it found."""
     console = Console()
     console.print(f"{asked.title}  (seed {asked.seed})", style="bold", highlight=False)
-    for text in told_automatic(asked.constraints):
+    for text in (
+        *told_trim([entry.spec for entry in asked.scenarios], asked.system),
+        *told_automatic(asked.constraints),
+    ):
         console.print(text, highlight=False)
     with folder, TerminalWatcher(console) as watcher:
         outcome = run(watcher)

@@ -2,6 +2,7 @@
 
 import json
 import shlex
+from math import degrees
 
 from tuner.cost.words import told
 from tuner.report.markup import Markup, coded, described, element, join, table
@@ -20,6 +21,8 @@ AIR = (
     ("Mean wind", "mean_wind", "m/s"),
     ("Airspeed V_eff", "airspeed", "m/s"),
     ("σ_u / V_eff", "frozen_field_ratio", ""),
+    ("Trim tilt", "trim_tilt", "deg"),
+    ("Trim thrust / weight", "trim_thrust", ""),
 )
 AXES, TRIPLES = "uvw", ("length", "sigma", "tau")
 WORDS = (
@@ -75,9 +78,10 @@ def run_facts(results: Results) -> Markup:
 
 
 def air_table(results: Results) -> Markup:
-    """Return the turbulence of each scenario: airspeed, scale lengths, intensities and time constants."""
+    """Return the air of each scenario: airspeed, scale lengths, intensities, time constants, and trim in its mean wind."""
     rows = []
-    for entry in results.summary["air"]:
+    for found in results.summary["air"]:
+        entry = {**found, "trim_tilt": degrees(found["trim_tilt"])} if "trim_tilt" in found else found
         axes = [" / ".join(significant(entry.get(f"{name}_{axis}"), 3) for axis in AXES) for name in TRIPLES]
         rows.append([str(entry["scenario"]), *[_cell(entry.get(key)) for _, key, _ in AIR], *axes])
     head = ["Scenario", *[f"{name} [{unit}]" if unit else name for name, _, unit in AIR]]

@@ -1,5 +1,6 @@
 """Steady flight of a study's vehicle in the mean wind of a scenario: what it takes, and a refusal where it cannot be held."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import atan, degrees, radians
 
@@ -64,6 +65,23 @@ def check_trim(spec: ScenarioSpec, system: System) -> None:
         f"{most:.1f} m/s; give a milder intensity, mean_wind = false (turbulence alone), or a larger controller.tilt_limit_deg",
         key="air.intensity",
     )
+
+
+def told_trim(specs: Sequence[ScenarioSpec], system: System) -> list[str]:
+    """Return a sentence for each scenario whose flights start trimmed against a mean wind."""
+    found = [(spec.name, mean_wind_trim(spec, system)) for spec in specs]
+    return [
+        f"Trim in {name}: mean wind {trim.wind:.3g} m/s, tilt {degrees(trim.tilt):.1f} of {degrees(trim.tilt_limit):.3g} deg, "
+        f"thrust {trim.thrust:.2f} times the weight."
+        for name, trim in found
+        if trim is not None
+    ]
+
+
+def trim_entry(spec: ScenarioSpec, system: System) -> dict[str, float]:
+    """Return what a summary holds of a trim: tilt [rad] and thrust over the weight; empty where no mean wind is held."""
+    trim = mean_wind_trim(spec, system)
+    return {} if trim is None else {"trim_tilt": trim.tilt, "trim_thrust": trim.thrust}
 
 
 def _flown(spec: ScenarioSpec, system: System, shares: np.ndarray) -> SteadyFlight:
