@@ -20,7 +20,7 @@ def read_input(file: Path, most: int = MOST_TEXT) -> bytes:
 
     Raises OSError, with a reason for people, where it cannot be opened, is a folder, a pipe or a device, or is larger.
     """
-    with open(file, "rb", opener=_opened) as source:
+    with open(file, "rb", opener=opened_at_once) as source:
         _check(os.fstat(source.fileno()), file, most)
         content = source.read(most + 1)
     # It may have grown.
@@ -33,7 +33,8 @@ def read_input_text(file: Path, encoding: str = "utf-8") -> str:
     return read_input(file).decode(encoding).replace("\r\n", "\n").replace("\r", "\n")
 
 
-def _opened(file: str, flags: int) -> int:
+def opened_at_once(file: str, flags: int) -> int:
+    """Open a file without waiting for the other end of a pipe: an opener of `open`."""
     return os.open(file, flags | _AT_ONCE)
 
 

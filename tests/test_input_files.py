@@ -121,7 +121,7 @@ OWN = {
     "plant/input_files.py", "plant/backends/cache.py", "plant/backends/cuda_card.py", "objectives/memory.py",
     "tuner/export/rotorpy.py", "tuner/export/fmi/exporter.py", "tuner/export/fmi/binary.py", "tuner/report/page.py",
     "tuner/cost/qemu.py", "tuner/cost/table.py", "tuner/cost/measure.py", "tuner/store/environment.py",
-    "tuner/store/manifest.py", "plant/backends/processor.py",
+    "tuner/store/manifest.py", "plant/backends/processor.py", "plant/backends/sealed.py",
 }  # fmt: skip
 NAMES = {"read_text", "read_bytes", "open", "ParquetFile", "read_parquet", "read_csv", "fromfile", "loadtxt"}
 # Calls of those names that open no file by its name to read it.

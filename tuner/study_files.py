@@ -6,6 +6,7 @@ from pathlib import Path
 from typing import Any
 
 from plant.errors import InputError, UnknownNameError
+from plant.input_files import read_input_text
 from plant.texts import toml_table
 
 SHIPPED = Path(__file__).resolve().parents[1] / "studies"
@@ -55,7 +56,7 @@ def copied_study(source: Path, target: Path) -> str:
     from tuner.study.reading import parse_toml
 
     table = parse_toml(source)
-    text = source.read_text(encoding="utf-8-sig")
+    text = read_input_text(source, "utf-8-sig")
     moves: dict[str, str] = {}
     wanted = _moved(table, source.parent, target.parent, moves)
     for old, new in moves.items():

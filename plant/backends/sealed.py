@@ -16,6 +16,8 @@ from hashlib import blake2b
 from pathlib import Path
 from typing import Any
 
+from plant.input_files import opened_at_once
+
 SEAL, DIGEST = b"holdfast kernel 1\n", 32
 ENDING = ".kernel"
 # Locks that this process holds, by file; it asks for none of them again.
@@ -58,7 +60,7 @@ def sealed(name: str, content: bytes) -> bytes:
 def unsealed(file: Path) -> bytes | None:
     """Return the content of a sealed file; None where there is none, or where it is damaged: then it is removed, with a line."""
     try:
-        with file.open("rb") as opened:
+        with open(file, "rb", opener=opened_at_once) as opened:
             found = os.fstat(opened.fileno())
             why = None if stat.S_ISREG(found.st_mode) else "is no regular file"
             why = why or _open_to_others(found)

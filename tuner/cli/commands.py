@@ -203,11 +203,16 @@ def new_command(name: str, source: Path | None) -> None:
 
 def report_command(results: Path) -> None:
     """Write report and figures of a results folder again, be it of a study, a contest or an inference."""
+    from tuner.report.files import Node
     from tuner.store.folder import Folder
 
     known = ("summary.json", "contest.json", "comparison.json", "inference.json")
-    if not any((results / name).exists() for name in known):
+    found = [results / name for name in known if (results / name).exists()]
+    if not found:
         raise StoreError(f"{results} is no finished results folder: it holds no summary.json")
+    # What cannot be read is told before the folder is touched: a lock would stay behind.
+    for file in found:
+        Node.read(file)
     with Folder.open(results) as folder:
         page = draw_again(results)
         folder.amend("report.html", "figures/*")

@@ -9,6 +9,7 @@ from plant.airframes import Airframe
 from plant.cascade import ATTITUDE_AXES, AXES, close_cascade
 from plant.errors import InputError, shortened
 from plant.gains import default_row, gain_addresses
+from plant.input_files import read_input
 from plant.laws import law
 from plant.laws.pid import Gains
 from plant.nominal import ControlOptions
@@ -147,7 +148,7 @@ def record_of(
     """Return the record of a file; given: all of its parameters; known: those that act in the loops, of which ours carry some."""
     there = {name: given[name] for name in known if name in given}
     kept = tuple(name for name in there if name not in carried)
-    digest = hashlib.sha256(file.read_bytes()).hexdigest()
+    digest = hashlib.sha256(read_input(file)).hexdigest()
     return VehicleRecord(target, version, plain_name(file), digest, dict(settings), there, kept)
 
 
