@@ -22,7 +22,7 @@ OURS = {
     "airframes": {field.unit for field in [*SCALARS.values(), *GROUPS.values(), LENGTH]},
     "margins": {quantity.unit for quantity in MARGINS.values()},
     "theorems": {theorem.unit_in(loop) for theorem in THEOREMS.values() for loop in LOOPS},
-    "controller": {"s", "rad", "1", "N"},
+    "controller": {"s", "rad", "1", "N", "Hz"},
     "costs": {quantity.unit for quantity in QUANTITIES.values()},
 }  # fmt: skip
 ROOTS = {"m^(1/2) s^(-3/2)", "rad^(1/2) s^(-3/2)", "m^(-1/2) s^(1/2)", "rad^(-1/2) s^(1/2)"}

@@ -30,7 +30,7 @@ def test_a_gap_to_lost_flights_says_nothing_of_optimism(low):
 
 
 def remark(tuned, *natural_ends):
-    results: Any = type("Results", (), {})()
+    results: Any = type("Results", (), {"shown_as": "tuned"})()
     results.variables = [Variable("tilt.k1", "k1", "", "1", 0.0, 40.0, "linear", 20.0, tuned, natural_ends)]
     return gains_table(results)
 

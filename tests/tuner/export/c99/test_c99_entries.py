@@ -8,12 +8,12 @@ from plant.allocation import speed_commands
 from plant.attitude import euler_angles
 from plant.backends.stepping import Inputs, fly_steps, unchanged
 from plant.backends.symbolic import symbolic_function
-from plant.closed_loop import Limits, Timing, close_loop
+from plant.closed_loop import Limits, Timing, close_loop, held_by
 from plant.laws.channel import Applied
 from plant.nominal import ControlOptions
 from plant.records import flatten, pack
 from plant.references.track import Reference
-from plant.rigid_body import dynamics
+from plant.rigid_body import Body, dynamics
 from plant.sensors import Measurement, Noise, measure
 from plant.targets import Targets
 from plant.trim import trim_of
@@ -27,6 +27,24 @@ from tuner.export.c99.tracing import constants_of, nominal_of
 K = 120
 
 
+def still(given):
+    """Where flights in still air start: hover, as the trim of the vehicle has it."""
+    return trim_of(given.airframe.vehicle, [0.0, 0.0, 0.0]).body[0]
+
+
+def started(bound, given, m):
+    """The state from which a flight in still air starts.
+
+    `init` starts at the nominal hover thrust, the flight at the thrust of its rotor speeds: the same but for rounding.
+    """
+    knowledge, body = nominal_of(given), pack(Body, still(given).tolist())
+    held = held_by(body, euler_angles(body.attitude), knowledge)
+    constants = constants_of(given)
+    state = bound.State(given.cascade.start(constants, m, knowledge, held), held.thrust, held.thrust)
+    np.testing.assert_allclose(flatten(bound.init(constants, knowledge, m)), flatten(state), rtol=1e-14, atol=1e-14)
+    return state
+
+
 def flown(given):
     """Every control instant of a flight with noise: (reference, measurement, rotor speeds in force, control memory)."""
     rng = np.random.default_rng(2)
@@ -36,8 +54,7 @@ def flown(given):
     references[K // 2 :, [9, 13]] = 0.1, 0.0
     noises = 0.01 * rng.standard_normal((K, 12))
     vehicle = given.airframe.vehicle
-    start = trim_of(vehicle, [0.0, 0.0, 0.0]).body[0]
-    lane = Inputs(np.array(flatten(dynamics(vehicle))), start, np.zeros((K, 12)), noises, references)
+    lane = Inputs(np.array(flatten(dynamics(vehicle))), still(given), np.zeros((K, 12)), noises, references)
     seen = []
 
     def watch(k, flight):
@@ -60,7 +77,7 @@ def test_the_step_is_what_the_simulator_decides(laws, delay):
     given = controller(*laws, options=ControlOptions(delay=delay))
     bound, constants, knowledge = entries(given.cascade), constants_of(given), nominal_of(given)
     flight_log = flown(given)
-    state = bound.init(constants, knowledge, flight_log[0][1])
+    state = started(bound, given, flight_log[0][1])
     for reference, m, flight in flight_log:
         command, state = bound.step(state, constants, knowledge, reference, m, given.control_period)
         assert state.control == flight.control
@@ -80,7 +97,7 @@ def test_the_attitude_loops_are_those_of_the_cascade():
     for instant in typical_inputs(given):
         m = AttitudeMeasurement(instant.measurement.angles, instant.measurement.rate)
         if state is None:
-            state, cascade = bound.attitude_init(constants, m), bound.init(constants, knowledge, instant.measurement)
+            state, cascade = bound.attitude_init(constants, m), started(bound, given, instant.measurement)
         _, cascade = bound.step(
             cascade, constants, knowledge, instant.reference, instant.measurement, given.control_period
         )
