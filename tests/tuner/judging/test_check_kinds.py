@@ -142,14 +142,14 @@ def test_the_defaults_margins_are_told_loop_by_loop_against_the_limits(checked, 
 
 
 def test_a_limit_that_nothing_searched_moves_is_hopeless_before_any_flight(checked, told, tmp_path):
-    fixed = changed('"roll.k1" = 20.0', '"roll.k1" = 20.0\n"yaw.lambda" = 30.0\n"yaw.omega_o" = 12.0')
+    fixed = changed('"roll.k1" = 20.0', '"roll.k1" = 20.0\n"yaw.lambda" = 100.0\n"yaw.omega_o" = 60.0')
     path = write(tmp_path, fixed + MARGINS.format(20))
     code, figures, _ = checked(path)
     assert code == 1
     found = next(entry for entry in figures["out_of_reach"] if entry["label"] == "phase_margin(attitude)")
     assert found["loop"] == "yaw" and found["certain"] and found["moved_by"] == []
     fixed_gains = {entry["gain"]: entry["value"] for entry in found["fixed"]}
-    assert fixed_gains["yaw.lambda"] == 30.0 and all(name.startswith("yaw.") for name in fixed_gains)
+    assert fixed_gains["yaw.lambda"] == 100.0 and all(name.startswith("yaw.") for name in fixed_gains)
     assert found["design"]["value"] > 20.0
     _, out = told(path)
     assert "in the yaw loop reaches" in out and "`tuner design` reaches" in out
