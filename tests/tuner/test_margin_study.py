@@ -96,8 +96,8 @@ def test_all_tables_share_one_evaluation_for_each_choice_of_vehicles(tmp_path, m
     assert made == []
     rows = np.stack([asked.default_row, 0.9 * asked.default_row])
     values = screen.analyse(rows)
-    # STUDY spreads the mass alone: the nominal vehicle and two corners.
-    assert (sorted(made), sorted(evaluated)) == ([1, 3], [(1, 2), (3, 2)])
+    # STUDY spreads the mass, and the rotor lag as every study does: the nominal vehicle and four corners.
+    assert (sorted(made), sorted(evaluated)) == ([1, 5], [(1, 2), (5, 2)])
     np.testing.assert_allclose(screen.analyse(rows[1:]), values[1:], rtol=1e-10)
     assert len(made) == 2
     assert np.all(values[:, 2] <= values[:, 0])
@@ -190,7 +190,7 @@ def test_a_bad_margin_is_refused(lines, key, says, tmp_path):
 
 def test_a_spread_that_no_scenario_has_is_refused(tmp_path):
     with pytest.raises(InputError, match="no scenario spreads the airframe") as caught:
-        study(tmp_path, CORNERS, changed("mass = 0.1", "mass = 0.0"))
+        study(tmp_path, CORNERS, changed("mass = 0.1", "mass = 0.0\nlag = 0.0"))
     assert caught.value.key == "margin[0].spread"
 
 

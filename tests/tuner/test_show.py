@@ -7,7 +7,6 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from rich.console import Console
 
 from plant.errors import StoreError
 from tests.tuner.in_process import tuner
@@ -16,6 +15,7 @@ from tests.tuner.report.contest.fabricate_contest import Made
 from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import OBJECTIVES, fabricate
 from tuner.cli import show
+from tuner.cli.terminal import Console
 from tuner.show.scatter import Layer, legend, place_bar, scatter
 from tuner.show.tuning import tuning_story
 from tuner.show.unfinished import unfinished_story

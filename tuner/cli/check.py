@@ -60,7 +60,7 @@ def describe_study(file: Path, as_json: bool) -> None:
     if as_json:
         print(json.dumps(figures, indent=2, allow_nan=False))
     else:
-        show_study(figures, Console())
+        show_study(figures, wide_console())
     if is_hopeless(figures):
         raise typer.Exit(BROKEN)
 

@@ -65,12 +65,16 @@ def is_hopeless(figures: Row) -> bool:
 
 def show_study(figures: Row, console: Console) -> None:
     """Print it: what would fly, the vehicle, its trim, the default's margins, and what stands in the way."""
+    table = Table(box=None, show_header=False)
+    table.add_column("", no_wrap=True)
+    table.add_column("")
     for key in ("title", "variables", "objectives", "constraints", "requirements", "search_flights", "digest"):
         value = figures[key]
-        console.print(f"{key:18} {', '.join(value) if isinstance(value, list) else value}", **PLAIN)
-    console.print(f"{'vehicle':18} {vehicle_text(figures['vehicle'])}", **PLAIN)
+        table.add_row(key, ", ".join(value) if isinstance(value, list) else str(value))
+    table.add_row("vehicle", vehicle_text(figures["vehicle"]))
     for row in figures["trim"]:
-        console.print(f"{'trim':18} {trim_text(row)}", **PLAIN)
+        table.add_row("trim", trim_text(row))
+    console.print(table)
     for text in figures["told"]:
         console.print(text, **PLAIN)
     if figures["default"]:
@@ -81,7 +85,7 @@ def show_study(figures: Row, console: Console) -> None:
         console.print(f"Warning: {text}", style="yellow", **PLAIN)
 
 
-PLAIN: Row = {"highlight": False, "markup": False, "soft_wrap": True}
+PLAIN: Row = {"highlight": False}
 
 
 def vehicle_text(row: Row) -> str:

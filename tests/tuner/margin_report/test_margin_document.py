@@ -236,12 +236,12 @@ def test_certificates_are_those_that_apply_to_each_axis(monkeypatch):
 
 
 def test_the_first_compilation_is_announced_on_stderr_and_no_other(tmp_path):
-    """With a cache of Numba's that is empty, in a process of its own; what is on stdout stays JSON."""
+    """With a cache that is empty, in a process of its own; what is on stdout stays JSON."""
     told, command = [], [sys.executable, "-c", "from tuner.cli.main import main; main()"]
     for _ in range(2):
         done = subprocess.run(
             [*command, "margins", "--law", "pid", "--json"], cwd=ROOT, capture_output=True,
-            text=True, timeout=120, check=False, env={**os.environ, "NUMBA_CACHE_DIR": str(tmp_path)},
+            text=True, timeout=120, check=False, env={**os.environ, "TUNER_CACHE_DIR": str(tmp_path)},
         )  # fmt: skip
         assert json.loads(done.stdout)["format"]
         told.append(done.stderr)

@@ -189,7 +189,7 @@ def test_a_bad_value_is_refused(old: str, new: str, key: str, says: str, tmp_pat
         ("most = 0.0", "most = 1"),
         ('metric = "failure"\nmost = 0.0', 'metric = "overshoot.x"\nmost = 0'),
         ('metric = "failure"\nmost = 0.0', 'metric = "recovery.x"\nmost = 0'),
-        (AIR, "intensity = 60"),
+        (AIR, "intensity = 60\nmean_wind = false"),
         ("x = 1.0", "x = 5.0"),
         ("[controller]", "[limits]\nposition = 20\n[controller]"),
         ("search = 4", "search = 4\nsteady_share = 0.002"),
