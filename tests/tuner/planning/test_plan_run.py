@@ -107,10 +107,14 @@ def test_widths_are_near_those_of_real_flights(study, pilot):
     evaluation = problem.evaluate_gains(study.default_row[None], (fleet,))
     for i, row in enumerate(document["objectives"]):
         risk = study.objectives[i].risk
-        low, high = bootstrap_interval(evaluation.samples(i, None)[0], risk, generator(1, "test/width", i))
-        # 64 pilot flights, 13 of them in a tail of 20 %: a standard deviation known to 1/sqrt(26) = 20 %, taken twice.
-        expected = float(high - low) * (512 / row["flights"]["held_out"]) ** 0.5
-        assert row["width"]["held_out"] == pytest.approx(expected, rel=0.4)
+        samples, random = evaluation.samples(i, None)[0], generator(1, "test/width", i)
+        # What 64 of the real flights would tell, 99 times; the tail of the error is heavy, and no formula holds for its spread.
+        told = [
+            float(np.diff(bootstrap_interval(random.choice(samples, FLIGHTS, replace=False), risk, random))[0])
+            for _ in range(99)
+        ]
+        share = (FLIGHTS / row["flights"]["held_out"]) ** 0.5
+        assert share * min(told) < row["width"]["held_out"] < share * max(told)
         assert row["flights"] == {"search": 4, "held_out": 32} and row["width"]["search"] is None
         near = abs(row["default"] / float(evaluation.values[0, i]) - 1.0)
         assert near < 1.5 * row["width_percent"]["held_out"] / 100.0
@@ -121,7 +125,8 @@ def test_thin_tails_and_lost_flights_are_warned_of(study, pilot):
     assert any("cvar80(itae.position) rests on 4 search scenarios" in text for text in warnings)
     fine = plan_document(study, pilot, None, 0.00001)
     assert any("do not surely tell a difference of 0.001 %" in text for text in fine["warnings"])
-    lost = load_study(QUICKSTART, EVERYTHING | {"limits.position": 0.01})
+    small = {f"scenario.0.reference.{axis}": 0.001 for axis in "xyz"}
+    lost = load_study(QUICKSTART, EVERYTHING | small | {"limits.position": 0.01})
     flown = fly_pilot(problem_of(lost, 2, None), lost)
     assert not flown.complete.any()
     document = plan_document(lost, flown, None, 0.05)
