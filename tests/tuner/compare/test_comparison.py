@@ -136,7 +136,9 @@ def test_what_is_dominated_on_these_flights_is_not_on_a_front(comparison):
     """Weaker copies of every point of the front beside it; who dominates whom is found by looking at every pair."""
     asked = comparison[0]
     weaker = [
-        replace(entry, point=f"{entry.point}/{n}", row=entry.row * 0.8**n) for entry in asked.fronts[0] for n in (0, 1)
+        replace(entry, point=f"{entry.point}/{n}", row=entry.row * 0.8**n)
+        for entry in asked.fronts[0]
+        for n in (0, 1, 2, 4)
     ]
     flown = fly_all(asked.contest, weaker, 2, lambda flights: None)
     front = front_of(asked.contest, weaker, flown)

@@ -79,7 +79,7 @@ airframe = { name = "f450" }
 controller = { attitude = "ladrc" }
 
 [contender.gains]
-"attitude.omega_c" = 6.0
+"attitude.omega_c" = 0.3
 
 [[published]]
 contender = ["PID", "LADRC"]

@@ -31,10 +31,10 @@ FAULTS = {
     ),
     "unknown airframe": ('name = "f450"', 'name = "f405"', "contender[2].airframe.name", "did you mean 'f450'"),
     "gain of another law": (
-        '"attitude.omega_c" = 6.0', '"attitude.kp" = 6.0', "contender[2].gains.attitude.kp", "unknown gain 'kp'",
+        '"attitude.omega_c" = 0.3', '"attitude.kp" = 6.0', "contender[2].gains.attitude.kp", "unknown gain 'kp'",
     ),
     "gain out of range": (
-        '"attitude.omega_c" = 6.0', '"attitude.omega_c" = -6.0', "contender[2].gains.attitude.omega_c", "above 0",
+        '"attitude.omega_c" = 0.3', '"attitude.omega_c" = -6.0', "contender[2].gains.attitude.omega_c", "above 0",
     ),
     "unquoted gain": (
         '"attitude.kd" = 14.0', "attitude.kd = 14.0", "contender[0].gains.attitude.kd", "write it in quotes",

@@ -331,7 +331,7 @@ def test_gains_at_the_ends_of_their_ranges_are_found(tmp_path):
 "attitude.omega_o" = { low = 2.0, high = 75.0 }
 "attitude.zeta" = { low = 0.0, high = 2.0 }
 """
-    text = changed('"attitude.omega_c" = 6.0\n', gains)
+    text = changed('"attitude.omega_c" = 0.3\n', gains)
     study = load_contest(write(tmp_path, text)).contenders[2].study
     columns = [columns[0] for columns in study.space.columns]
 

@@ -45,7 +45,9 @@ def test_a_key_that_is_not_given_starts_from_its_default(tmp_path):
         tmp_path, changed(K2, 'set = ["contender.soft.gains.attitude.delta"]').replace("low = 0.5", "low = 0.05")
     )
     assert asked.unknowns[1].default == 0.1
-    band = changed(SIGMA, 'set = ["scenario.0.bands.settling"]').replace("low = 0.2\nhigh = 20.0", "low = 0.01\nhigh = 1.0")
+    band = changed(SIGMA, 'set = ["scenario.0.bands.settling"]').replace(
+        "low = 0.2\nhigh = 20.0", "low = 0.01\nhigh = 1.0"
+    )
     asked = load(tmp_path, band)
     assert asked.unknowns[0].default == 0.05
 
