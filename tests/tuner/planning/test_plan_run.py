@@ -110,7 +110,7 @@ def test_widths_are_near_those_of_real_flights(study, pilot):
         samples, random = evaluation.samples(i, None)[0], generator(1, "test/width", i)
         # What 64 of the real flights would tell, 99 times; the tail of the error is heavy, and no formula holds for its spread.
         told = [
-            float(np.diff(bootstrap_interval(random.choice(samples, FLIGHTS, replace=False), risk, random))[0])
+            float(np.diff(bootstrap_interval(samples[random.permutation(len(samples))[:FLIGHTS]], risk, random))[0])
             for _ in range(99)
         ]
         share = (FLIGHTS / row["flights"]["held_out"]) ** 0.5
