@@ -32,7 +32,7 @@ SMALL = [
     argument
     for change in (
         "search.population=8", "search.generations=2", "scenario.0.search=4", "scenario.0.held_out=16",
-        "scenario.0.duration=2.0", "margin=[]",
+        "scenario.0.duration=2.0", "margin=[]", "mission.off=[\"rms.position\"]",
     )
     for argument in ("--set", change)
 ]  # fmt: skip
