@@ -14,10 +14,10 @@ from plant.closed_loop import Timing
 from plant.errors import InputError
 from plant.flights import FlightInputs, to_lanes
 from plant.nominal import arm_of, off_centre, vary
-from plant.records import flatten, index
+from plant.records import flatten
 from plant.references import ReferenceSpec, Track, build
 from plant.references.hover import Hover
-from plant.references.track import Reference
+from plant.references.spec import HOLD
 from plant.rigid_body import dynamics
 from plant.seeds import generator
 from plant.sensors import SensorSpec, sample_noise
@@ -28,7 +28,6 @@ from plant.vehicle import Vehicle
 SEARCH, HELD_OUT, CONFIRMATION = "search", "held-out", "confirmation"
 # Columns of the air that are always there: the wind. Gust rates and injections come behind and are left out when all zero.
 WIND_COLUMNS = 3
-HOLD = index(Reference, "hold")
 
 
 # What of a vehicle varies by a factor, in the order of `plant.nominal.vary`, and the least factor that is flown.

@@ -51,7 +51,7 @@ def steady_flight(rows: Array, wind: Array, yaw: float = 0.0) -> SteadyFlight:
     """Balance vehicles with dynamics rows (n, size of `Dynamics`) in winds (n, 3) [m/s], world ENU, at a yaw [rad]."""
     f = pack(Dynamics, rows.T)
     hover = np.sqrt(f.gravity / (4.0 * f.inverse_mass * f.thrust_coefficient))
-    x = np.concatenate([np.zeros((len(rows), 2)), np.repeat(hover[:, None], 4, axis=1)], axis=1)
+    x = level = np.concatenate([np.zeros((len(rows), 2)), np.repeat(hover[:, None], 4, axis=1)], axis=1)
     off, going = _pushed(x, f, wind, yaw), np.ones(len(rows), dtype=bool)
     with np.errstate(all="ignore"):
         for _ in range(ITERATIONS):
@@ -62,7 +62,6 @@ def steady_flight(rows: Array, wind: Array, yaw: float = 0.0) -> SteadyFlight:
             x = np.where(going[:, None], x - _step(x, off, f, wind, yaw, hover), x)
             off = _pushed(x, f, wind, yaw)
         balanced = (np.abs(off).max(axis=1) < BALANCED) & (x[:, 2:] > 0.0).all(axis=1)
-    level = np.concatenate([np.zeros((len(rows), 2)), np.repeat(hover[:, None], 4, axis=1)], axis=1)
     x = np.where(balanced[:, None], x, level)
     thrust = f.thrust_coefficient * np.sum(x[:, 2:] ** 2, axis=1) * f.inverse_mass / f.gravity
     tilt = np.arccos(np.clip(np.cos(x[:, 0]) * np.cos(x[:, 1]), -1.0, 1.0))
@@ -75,7 +74,7 @@ def trim_of(vehicle: Vehicle, wind: Sequence[float], yaw: float = 0.0) -> Steady
 
 
 def within_limits(flight: SteadyFlight, nominal: Nominal) -> NDArray[np.bool_]:
-    """Which rows (n,) a controller can hold: in balance, inside its tilt cone, rotor speeds inside their limits."""
+    """Return the mask (n,) of rows that a controller can hold: balanced, in its tilt cone, rotor speeds inside their limits."""
     k_f = nominal.vehicle.thrust_coefficient
     speeds = flight.body[:, -4:]
     low, high = np.sqrt(nominal.thrust_min / k_f), np.sqrt(nominal.thrust_max / k_f)

@@ -140,7 +140,7 @@ def _turbulence(
 
 
 def _wind_direction(spec: AirSpec, turbulence: Generator) -> float:
-    """Where the mean wind blows to, counter-clockwise from East [rad]; drawn even where it is given."""
+    """Return the direction that the mean wind blows to, counter-clockwise from East [rad]; drawn even where it is given."""
     drawn = turbulence.uniform(0.0, 2.0 * pi)
     return drawn if spec.wind_direction_deg is None else radians(spec.wind_direction_deg)
 

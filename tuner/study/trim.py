@@ -8,13 +8,12 @@ import numpy as np
 
 from objectives.system import System
 from plant.errors import InputError
-from plant.records import flatten, index
-from plant.references.track import Reference
+from plant.records import flatten
+from plant.references.spec import HOLD
 from plant.rigid_body import dynamics
 from plant.scenarios import ScenarioSpec
 from plant.trim import SteadyFlight, steady_flight, within_limits
 
-HOLD = index(Reference, "hold")
 # Directions [deg] that a wind without one of its own is tried in: drag differs between the body axes at most.
 DIRECTIONS = (0.0, 45.0, 90.0)
 # Shares of the wind among which the largest that can be held is looked for.
