@@ -35,9 +35,9 @@ def run() -> dict[str, Any]:
     """Measure both figures."""
     from plant.scenarios import SEARCH
     from plant.seeds import generator
-    from tuner.conclusion import fleets
-    from tuner.contest.reading import load_contest
-    from tuner.run import problem_of
+    from tuner.experiments.tuning.conclusion import fleets
+    from tuner.experiments.tuning.run import problem_of
+    from tuner.study.contest_reading import load_contest
 
     contest = load_contest(STUDY)
     study = next(entry.study for entry in contest.contenders if entry.name == CONTENDER)

@@ -12,15 +12,15 @@ from plant.input_files import MOST_TEXT, read_input, read_input_text
 from plant.references.waypoint_file import read_waypoints
 from tests.tuner.fuzz.fuzzing import patience
 from tests.tuner.in_process import tuner
-from tuner.contest.layers import read_layers
-from tuner.export.ardupilot_text import read_param
-from tuner.export.betaflight_text import read_cli
-from tuner.export.crazyflie import param_file
-from tuner.export.px4_text import read_params
-from tuner.gains_file import read_gains
-from tuner.report.files import Columns, Node, read_table, read_text
-from tuner.show.unfinished import last_generation
+from tuner.documents.files import Columns, Node, read_table, read_text
+from tuner.exchange.ardupilot.text import read_param
+from tuner.exchange.betaflight.text import read_cli
+from tuner.exchange.crazyflie import param_file
+from tuner.exchange.px4.text import read_params
+from tuner.gains import read_gains
+from tuner.report.terminal.unfinished import last_generation
 from tuner.study import load_study
+from tuner.study.layers import read_layers
 
 ROOT = Path(__file__).parents[1]
 READERS = {
@@ -119,8 +119,8 @@ def test_a_folder_is_told_as_one(tmp_path):
 # Modules that read what is no user's file: sources and data of the package, what they wrote themselves, the system's.
 OWN = {
     "plant/input_files.py", "plant/backends/cache.py", "plant/backends/cuda_card.py", "objectives/memory.py",
-    "tuner/export/rotorpy.py", "tuner/export/fmi/exporter.py", "tuner/export/fmi/binary.py", "tuner/report/page.py",
-    "tuner/cost/qemu.py", "tuner/cost/table.py", "tuner/cost/measure.py", "tuner/store/environment.py",
+    "tuner/exchange/rotorpy/exporter.py", "tuner/exchange/fmi/exporter.py", "tuner/exchange/fmi/binary.py", "tuner/report/page.py",
+    "tuner/exchange/processor_cost/qemu.py", "tuner/study/processor_cost/table.py", "tuner/exchange/processor_cost/measure.py", "tuner/store/environment.py",
     "tuner/store/manifest.py", "plant/backends/processor.py", "plant/backends/sealed.py",
 }  # fmt: skip
 NAMES = {"read_text", "read_bytes", "open", "ParquetFile", "read_parquet", "read_csv", "fromfile", "loadtxt"}

@@ -29,10 +29,10 @@ class NoDrawing:
 
 
 def run_small(folder, threads=2, reuse=(), **changes):
-    from tuner.run import run_study
+    from tuner.experiments.tuning.run import run_study
+    from tuner.search.watcher import Watcher
     from tuner.store.folder import Folder
     from tuner.study import load_study
-    from tuner.watcher import Watcher
 
     study = load_study(QUICKSTART, {**SMALL, **{key.replace("__", "."): value for key, value in changes.items()}})
     return run_study(study, Folder.create(folder), Watcher(), threads, reuse)

@@ -11,7 +11,7 @@ import subprocess
 import pytest
 
 from tests.tuner.conftest import QUICKSTART, SMALL
-from tests.tuner.killing import command, compare, finish, result_of
+from tests.tuner.experiments.again.killing import command, compare, finish, result_of
 
 CHANGES = {**SMALL, "mission.off": ["rms.position", "rms.yaw"]}
 RUN = [part for key, value in CHANGES.items() if key != "margin" for part in ("--set", f"{key}={json.dumps(value)}")]

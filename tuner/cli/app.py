@@ -73,7 +73,7 @@ def beginning(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:
 
 def studies() -> list[str]:
     """Return the names of the shipped studies, and the TOML files in this folder."""
-    from tuner.study_files import shipped_studies
+    from tuner.study.files import shipped_studies
 
     return [*shipped_studies(), *sorted(path.name for path in Path().glob("*.toml"))]
 
@@ -94,14 +94,14 @@ def airframes() -> Iterable[str]:
 
 def targets() -> Iterable[str]:
     """Return the names of the targets of `tuner export`."""
-    from tuner.export.registry import EXPORTERS
+    from tuner.exchange.registry import EXPORTERS
 
     return EXPORTERS
 
 
 def sources() -> Iterable[str]:
     """Return the names of the sources of `tuner import`."""
-    from tuner.importing.registry import IMPORTERS
+    from tuner.exchange.importers import IMPORTERS
 
     return IMPORTERS
 
@@ -115,7 +115,7 @@ def listings() -> Iterable[str]:
 
 def found_study(given: Path | None) -> Path | None:
     """Return the file of a study that is given as a path or by name; InputError where there is none of that name."""
-    from tuner.study_files import study_file
+    from tuner.study.files import study_file
 
     return None if given is None else study_file(given)
 

@@ -13,8 +13,8 @@ from tuner.cli.display import digits
 from tuner.cli.errors import BROKEN
 from tuner.cli.tables import Table, wide_console
 from tuner.cli.terminal import Console
-from tuner.contest import is_contest
-from tuner.inference import is_inference
+from tuner.experiments.contest import is_contest
+from tuner.experiments.inference import is_inference
 from tuner.study import load_study
 from tuner.study.reading import parse_toml
 
@@ -136,10 +136,10 @@ def shown(value: Any) -> str:
 
 def judge_command(gains: Path, requirements: Path, seeds: int | None, threads: int | None, as_json: bool) -> None:
     """Fly and judge gains; exit code 1 where a limit is broken."""
+    from tuner.analysis.judging.judge import check_fleets, controller_to_judge, judge_gains, judgement_document
     from tuner.cli.flights_bar import FlightsBar
     from tuner.cli.tuning_study import tuning_study
-    from tuner.judging.judge import check_fleets, controller_to_judge, judge_gains, judgement_document
-    from tuner.run import problem_of, warm_up
+    from tuner.experiments.tuning.run import problem_of, warm_up
 
     study = tuning_study(requirements, "tuner check --requirements")
     controller = controller_to_judge(gains, study)

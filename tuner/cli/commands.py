@@ -14,14 +14,14 @@ from tuner.cli.display import TerminalWatcher, comparison_table, gains_table, pr
 from tuner.cli.errors import NOTHING_FEASIBLE
 from tuner.cli.tables import say_files
 from tuner.cli.terminal import Console
-from tuner.conflicts import told_automatic
-from tuner.ending import gains_name
+from tuner.experiments.tuning.conflicts import told_automatic
+from tuner.experiments.tuning.ending import gains_name
+from tuner.search.watcher import Watcher
 from tuner.study import load_study
 from tuner.study.trim import told_trim
-from tuner.watcher import Watcher
 
 if TYPE_CHECKING:
-    from tuner.conclusion import Outcome
+    from tuner.experiments.tuning.conclusion import Outcome
     from tuner.store.folder import Folder
     from tuner.study.study import Study
 
@@ -51,8 +51,8 @@ def run_command(
     backend: str = "lanes",
 ) -> None:
     """Run a study and print the Default / Tuned table; a file with contenders is a contest, one with unknowns an inference."""
-    from tuner.contest import is_contest
-    from tuner.inference import is_inference
+    from tuner.experiments.contest import is_contest
+    from tuner.experiments.inference import is_inference
 
     for results in reuse:
         if not results.is_dir():
@@ -79,10 +79,10 @@ def run_command(
             file=study,
             key="gains",
         )
-    from tuner.cluster.connect import engine_at
-    from tuner.gpu.choice import engine_named
-    from tuner.resume import compute_as_reused
-    from tuner.run import default_folder, run_study
+    from tuner.engines.cluster.connect import engine_at
+    from tuner.engines.cuda import engine_named
+    from tuner.experiments.again.resume import compute_as_reused
+    from tuner.experiments.tuning.run import default_folder, run_study
     from tuner.store.folder import Folder
 
     console = Console(stderr=as_json)
@@ -101,7 +101,7 @@ def run_command(
 
 def check_backend(backend: str, several: bool, dask: str | None) -> None:
     """Refuse a backend that there is not, or not for this kind of study; several: it is a contest or an inference."""
-    from tuner.gpu.choice import KEY, LANES, check
+    from tuner.engines.cuda import KEY, LANES, check
 
     check(backend)
     if backend != LANES and several:
@@ -169,7 +169,7 @@ def watched_run(asked: "Study", folder: "Folder", run: "Callable[[Watcher], Outc
 
 def bench_command(flights: int, threads: int | None, as_json: bool) -> None:
     """Measure and print the speed of the backends."""
-    from tuner.bench import bench
+    from tuner.engines.speed import bench
 
     console = Console(stderr=as_json)
     if not as_json:
@@ -185,8 +185,8 @@ def bench_command(flights: int, threads: int | None, as_json: bool) -> None:
 
 def new_command(name: str, source: Path | None) -> None:
     """Write the commented study template, or a copy of a study."""
+    from tuner.study.files import copied_study
     from tuner.study.template import TEMPLATE
-    from tuner.study_files import copied_study
 
     path = Path(name if name.endswith(".toml") else f"{name}.toml")
     title = "".join(letter for letter in path.stem.replace("_", " ") if letter not in '"\\')
@@ -203,7 +203,7 @@ def new_command(name: str, source: Path | None) -> None:
 
 def report_command(results: Path) -> None:
     """Write report and figures of a results folder again, be it of a study, a contest or an inference."""
-    from tuner.report.files import Node
+    from tuner.documents.files import Node
     from tuner.store.folder import Folder
 
     known = ("summary.json", "contest.json", "comparison.json", "inference.json")
@@ -222,7 +222,7 @@ def report_command(results: Path) -> None:
 def draw_again(results: Path) -> Path:
     """Write report and figures of a results folder from what is in it, and return the page."""
     if (results / "comparison.json").exists():
-        from tuner.compare.values_figure import write_values_figure
+        from tuner.report.values_figure import write_values_figure
 
         write_values_figure(results)
     if (results / "contest.json").exists() or (results / "comparison.json").exists():
@@ -231,8 +231,8 @@ def draw_again(results: Path) -> Path:
         write_contest_figures(results)
         return write_contest_report(results)
     if (results / "inference.json").exists():
-        from tuner.inference.figure import write_inference_figures
         from tuner.report.contest import write_inference_report
+        from tuner.report.inference_figure import write_inference_figures
 
         write_inference_figures(results)
         return write_inference_report(results)

@@ -20,11 +20,11 @@ def compare_command(
     paths: list[Path], study: Path | None, seeds: int | None, out: Path | None, threads: int | None, as_json: bool
 ) -> None:
     """Compare, print, and write a folder if asked to."""
-    from tuner.compare.compare import comparison_document, fly_comparison, prospect
-    from tuner.compare.entrants import read_entrants
-    from tuner.compare.shared import base_study
-    from tuner.compare.writing import check_free, write_comparison
-    from tuner.run import warm_up
+    from tuner.experiments.compare.compare import comparison_document, fly_comparison, prospect
+    from tuner.experiments.compare.entrants import read_entrants
+    from tuner.experiments.compare.shared import base_study
+    from tuner.experiments.compare.writing import check_free, write_comparison
+    from tuner.experiments.tuning.run import warm_up
 
     given = None if study is None else tuning_study(study, "tuner compare --study")
     entrants = read_entrants(paths)

@@ -11,10 +11,10 @@ from tuner.cli.display import TerminalWatcher, digits, estimate, print_ending
 from tuner.cli.errors import NOTHING_FEASIBLE
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
-from tuner.conflicts import told_automatic
-from tuner.contest import Contest, load_contest
-from tuner.contest.words import flights_of
-from tuner.watcher import Watcher
+from tuner.experiments.contest import Contest, load_contest
+from tuner.experiments.contest.words import flights_of
+from tuner.experiments.tuning.conflicts import told_automatic
+from tuner.search.watcher import Watcher
 
 if TYPE_CHECKING:
     from tuner.store.folder import Folder
@@ -25,7 +25,7 @@ def run_contest_command(
 ) -> None:
     """Run a contest and print what it found."""
     contest = load_contest(path, overrides)
-    from tuner.contest.run import default_folder
+    from tuner.experiments.contest.run import default_folder
     from tuner.store.folder import Folder
 
     folder = Folder.create(out or default_folder(contest), inside="contenders")
@@ -37,7 +37,7 @@ def print_contest(contest: Contest, folder: "Folder", threads: int | None, as_js
 
     Ends with `NOTHING_FEASIBLE` where the run of a contender finds no candidate that keeps every limit.
     """
-    from tuner.contest.run import run_contest
+    from tuner.experiments.contest.run import run_contest
 
     console = Console()
     if as_json:
@@ -118,7 +118,7 @@ def published_table(found: dict[str, Any]) -> Table:
 
 def check_contest(path: Path) -> dict[str, Any]:
     """Return what a contest would fly; InputError where it is wrong."""
-    from tuner.planning.contest import comparison_flights
+    from tuner.experiments.planning.contest import comparison_flights
 
     contest = load_contest(path)
     return {

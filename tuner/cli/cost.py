@@ -9,10 +9,10 @@ from plant.laws import LAWS
 from tuner.cli.fly import controller_of
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.cost.cost import MEANING
-from tuner.cost.making import default_controller
-from tuner.cost.table import CONTROL_PERIOD, tabled
-from tuner.gains_file import Controller
+from tuner.exchange.processor_cost.making import default_controller
+from tuner.gains import Controller
+from tuner.study.processor_cost.cost import MEANING
+from tuner.study.processor_cost.table import CONTROL_PERIOD, tabled
 
 Row = dict[str, Any]
 
@@ -37,7 +37,7 @@ def row_of(controller: Controller, measure: bool) -> Row:
     cost = None if measure else tabled(position, attitude)
     measured = cost is None
     if cost is None:
-        from tuner.cost.measure import measure_cost
+        from tuner.exchange.processor_cost.measure import measure_cost
 
         cost = measure_cost(controller)
     return {

@@ -9,15 +9,15 @@ import numpy as np
 from objectives.margins.trim import Trim
 from plant.errors import StoreError
 from plant.gains import gain_addresses
+from tuner.analysis.margins.document import default_requirements, margins_document
+from tuner.analysis.margins.readings import subject_of
 from tuner.cli.margins import LINES, announce_compilation, mark, marks_of, shown
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
-from tuner.gains_file import Controller, to_document
-from tuner.gains_file.document import seed_entry
-from tuner.gains_file.ucum import quantity
-from tuner.margin_report.document import default_requirements, margins_document
-from tuner.margin_report.readings import subject_of
-from tuner.search.starts import design_row, study_designs, without_design
+from tuner.experiments.tuning.starts import design_row, study_designs, without_design
+from tuner.gains import Controller, to_document
+from tuner.gains.document import seed_entry
+from tuner.gains.ucum import quantity
 from tuner.study import load_study
 from tuner.study.margins import holds_place
 from tuner.study.study import Study

@@ -10,9 +10,9 @@ from rich.text import Text
 
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.ending import shown_as
+from tuner.experiments.tuning.ending import shown_as
 from tuner.search.loop import Generation
-from tuner.watcher import Watcher
+from tuner.search.watcher import Watcher
 
 
 class Pace:

@@ -10,8 +10,8 @@ from tuner.cli.errors import BROKEN
 from tuner.cli.flights_bar import FlightsBar
 from tuner.cli.tables import Table, wide_console
 from tuner.cli.terminal import Console
-from tuner.export.registry import exporter as find_exporter
-from tuner.export.run import Export, export_gains
+from tuner.exchange.registry import exporter as find_exporter
+from tuner.exchange.run import Export, export_gains
 
 # Options that an exporter has where a vehicle can be known.
 VEHICLE_OPTIONS = ("others",)

@@ -19,14 +19,14 @@ from plant.gains import default_row
 from plant.laws import law as find_law
 from plant.nominal import ControlOptions
 from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
+from tuner.analysis.default_scenario import LIMITS, SCENARIO, system_of
+from tuner.analysis.responses import SIGNALS, UNITS, Responses, fly_responses
 from tuner.cli.display import TerminalWatcher, digits
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.gains_file import Controller, read_gains
-from tuner.responses import SIGNALS, UNITS, Responses, fly_responses
+from tuner.gains import Controller, read_gains
+from tuner.search.watcher import told_of_compiling
 from tuner.study import load_study
-from tuner.usual_flight import LIMITS, SCENARIO, system_of
-from tuner.watcher import told_of_compiling
 
 SHOWN_GROUPS = ("position", "attitude")
 SPARKS = "▁▂▃▄▅▆▇█"

@@ -9,9 +9,9 @@ from plant.errors import StoreError
 from plant.gains import gain_addresses
 from tuner.cli.tables import say_files
 from tuner.cli.terminal import Console
-from tuner.export.settings import settings_of
-from tuner.gains_file import to_document
-from tuner.importing.registry import importer as find_importer
+from tuner.exchange.importers import importer as find_importer
+from tuner.exchange.settings import settings_of
+from tuner.gains import to_document
 
 
 def import_command(

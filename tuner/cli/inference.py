@@ -8,13 +8,13 @@ from plant.input_files import read_input_text
 from tuner.cli.display import TerminalWatcher
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
-from tuner.inference import load_inference
-from tuner.report.numbers import significant
-from tuner.watcher import Watcher
+from tuner.experiments.inference import load_inference
+from tuner.search.watcher import Watcher
+from tuner.text.numbers import significant
 
 if TYPE_CHECKING:
-    from tuner.inference.inference import Inference
     from tuner.store.folder import Folder
+    from tuner.study.inference import Inference
 
 
 def run_inference_command(
@@ -22,7 +22,7 @@ def run_inference_command(
 ) -> None:
     """Infer the unknowns and print cells, unknowns and what they say."""
     asked = load_inference(study, changes)
-    from tuner.inference.run import default_folder
+    from tuner.experiments.inference.run import default_folder
     from tuner.store.folder import Folder
 
     folder = Folder.create(out or default_folder(asked))
@@ -31,7 +31,7 @@ def run_inference_command(
 
 def print_inference(asked: "Inference", folder: "Folder", threads: int | None, as_json: bool) -> None:
     """Infer in a folder with progress on the terminal and print what it found, or its document as JSON."""
-    from tuner.inference.run import run_inference
+    from tuner.experiments.inference.run import run_inference
 
     if as_json:
         with folder:

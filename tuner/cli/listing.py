@@ -119,7 +119,7 @@ def searches() -> Rows:
 
 def studies() -> Rows:
     """The shipped studies by name, and by path those in this folder and in ./studies."""
-    from tuner.study_files import shipped_studies
+    from tuner.study.files import shipped_studies
 
     shipped = shipped_studies()
     own = [path for path in sorted([*Path("studies").glob("*.toml"), *Path().glob("*.toml")]) if path.is_file()]
@@ -139,7 +139,7 @@ def studies() -> Rows:
 
 def targets() -> Rows:
     """Targets of `tuner export`."""
-    from tuner.export.registry import EXPORTERS
+    from tuner.exchange.registry import EXPORTERS
 
     return [
         {
@@ -162,7 +162,7 @@ def _options(options: Iterable[Any]) -> str:
 
 def sources() -> Rows:
     """Parameter files that `tuner import` reads."""
-    from tuner.importing.registry import IMPORTERS
+    from tuner.exchange.importers import IMPORTERS
 
     return [
         {"source": entry.name, "title": entry.title, "options": _options(entry.options)} for entry in IMPORTERS.values()

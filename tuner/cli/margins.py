@@ -14,14 +14,14 @@ from rich.text import Text
 from objectives.margins.trim import Trim
 from plant.errors import InputError
 from plant.vectors import Vec3
+from tuner.analysis.margins.document import default_requirements, margins_document
+from tuner.analysis.margins.limits import LIMITS
+from tuner.analysis.margins.readings import Subject, subject_of
+from tuner.analysis.margins.study_limits import study_requirements
 from tuner.cli.errors import BROKEN
 from tuner.cli.fly import controller_of
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.margin_report.document import default_requirements, margins_document
-from tuner.margin_report.limits import LIMITS
-from tuner.margin_report.readings import Subject, subject_of
-from tuner.margin_report.study_limits import study_requirements
 from tuner.store.folder import Folder
 
 Row = dict[str, Any]
@@ -73,7 +73,7 @@ def margins_command(
         asked = None if study is None else study_requirements(study, controller)
         document = margins_document(subject, default_requirements(subject) if asked is None else asked)
         if certificates:
-            from tuner.margin_report.certificates import certificate_rows
+            from tuner.analysis.margins.certificates import certificate_rows
 
             document["certificates"] = certificate_rows(controller)
         if folder is not None:
@@ -98,7 +98,7 @@ def announce_compilation() -> None:
 
 def write(document: Row, subject: Subject, folder: Folder) -> None:
     """Write the figures and margins.json, with how far the vehicle may differ put in."""
-    from tuner.margin_report.figures import write_margin_figures
+    from tuner.report.margins.figures import write_margin_figures
 
     document["mismatch"] = [extent.row() for extent in write_margin_figures(subject, folder.path)]
     folder.write_json("margins.json", document)

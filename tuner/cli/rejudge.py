@@ -9,7 +9,7 @@ def rejudge_command(
     results: Path, out: Path, study: Path | None, changes: list[str], threads: int | None, as_json: bool
 ) -> None:
     """Judge the candidates of a run again and print what is found."""
-    from tuner.rejudge import judging_study, rejudge
+    from tuner.experiments.again.rejudge import judging_study, rejudge
     from tuner.store.folder import Folder
 
     first, asked = judging_study(results, study, overrides(changes))

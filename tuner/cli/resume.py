@@ -29,10 +29,10 @@ def _resume_study(
     results: Path, budget: int | None, threads: int | None, as_json: bool, dask: str | None, here: bool
 ) -> None:
     from tuner.cli.commands import print_run
-    from tuner.cluster.connect import engine_at
-    from tuner.gpu.choice import engine_again
-    from tuner.resume import reopen
-    from tuner.run import run_study
+    from tuner.engines.cluster.connect import engine_at
+    from tuner.engines.cuda import engine_again
+    from tuner.experiments.again.resume import reopen
+    from tuner.experiments.tuning.run import run_study
 
     study, folder = reopen(results, budget, here)
     with engine_at(dask, study, threads, Console(stderr=as_json).print) as cluster:
@@ -42,7 +42,7 @@ def _resume_study(
 
 def _resume_contest(results: Path, budget: int | None, threads: int | None, as_json: bool) -> None:
     from tuner.cli.contest import print_contest
-    from tuner.contest.resume import reopen_contest
+    from tuner.experiments.contest.resume import reopen_contest
 
     contest, folder = reopen_contest(results, budget)
     print_contest(contest, folder, threads, as_json)
@@ -50,7 +50,7 @@ def _resume_contest(results: Path, budget: int | None, threads: int | None, as_j
 
 def _resume_inference(results: Path, budget: int | None, threads: int | None, as_json: bool) -> None:
     from tuner.cli.inference import print_inference
-    from tuner.inference.resume import reopen_inference
+    from tuner.experiments.inference.resume import reopen_inference
 
     inference, folder = reopen_inference(results, budget)
     print_inference(inference, folder, threads, as_json)

@@ -3,7 +3,7 @@
 from collections.abc import Callable
 
 from plant.errors import UnknownNameError
-from tuner.gains_file.schema import schema_text
+from tuner.gains.schema import schema_text
 
 SCHEMAS: dict[str, Callable[[], str]] = {"gains": schema_text}
 

@@ -11,15 +11,15 @@ from tuner.cli.flights_bar import FlightsBar
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.cli.tuning_study import tuning_study
-from tuner.run import warm_up
-from tuner.sensitivity.analysis import Analysis
-from tuner.sensitivity.design import checked_base
-from tuner.sensitivity.document import FAILURE, outputs, sensitivity_document
-from tuner.sensitivity.scales import RANK
-from tuner.sensitivity.study import Budget, budget, study_problem, study_sensitivity
+from tuner.experiments.sensitivity.analysis import Analysis
+from tuner.experiments.sensitivity.design import checked_base
+from tuner.experiments.sensitivity.document import FAILURE, outputs, sensitivity_document
+from tuner.experiments.sensitivity.scales import RANK
+from tuner.experiments.sensitivity.study import Budget, budget, study_problem, study_sensitivity
+from tuner.experiments.tuning.run import warm_up
+from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.study.study import Study
-from tuner.watcher import Watcher
 
 
 def sensitivity_command(path: Path, samples: int, out: Path | None, threads: int | None, as_json: bool) -> None:
@@ -69,8 +69,8 @@ def announced(study: Study, expected: Budget, base: int, threads: int) -> str:
 
 def write(study: Study, analysis: Analysis, document: dict[str, Any], folder: Folder) -> None:
     """Write sensitivity.json, indices.csv, variance.csv, samples.csv and figures/sensitivity.png and .pdf."""
-    from tuner.sensitivity.document import index_table, sample_table, variance_table
-    from tuner.sensitivity.figure import write_figure
+    from tuner.experiments.sensitivity.document import index_table, sample_table, variance_table
+    from tuner.report.sensitivity_figure import write_figure
 
     folder.write_json("sensitivity.json", document)
     folder.write_table("indices.csv", index_table(study, analysis))

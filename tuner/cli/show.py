@@ -11,13 +11,13 @@ from tuner.cli.compare import block_table, print_comparison
 from tuner.cli.display import digits, estimate, print_ending
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
-from tuner.report.files import Node
-from tuner.show.unfinished import unfinished_story
+from tuner.documents.files import Node
+from tuner.report.terminal.unfinished import unfinished_story
 from tuner.store.advice import RECORD
 from tuner.store.manifest import NONE_YET, read_manifest, refuse_damage, unfinished
 
 if TYPE_CHECKING:
-    from tuner.report.results import Results
+    from tuner.documents.results import Results
 
 Row = dict[str, Any]
 PLOT_WIDTH, PLOT_HEIGHT, BAR = 72, 16, 16
@@ -52,7 +52,7 @@ def show_command(folder: Path, as_json: bool) -> None:
         refuse_other(folder)
         tell_story(unfinished_story(folder), None, as_json, console)
         return
-    from tuner.show.tuning import tuning_story
+    from tuner.report.terminal.tuning import tuning_story
 
     tell_story(*tuning_story(folder), as_json, console)
     if not as_json:
@@ -203,7 +203,7 @@ def default_and_tuned(row: Row, shown_as: str) -> list[list[str]]:
 
 def gains_table(gains: list[Row], width: int, shown_as: str) -> Table:
     """Return the searched gains with units and their place in the range."""
-    from tuner.show.scatter import place_bar
+    from tuner.report.terminal.scatter import place_bar
 
     table = Table(box=None)
     table.add_column("gain", no_wrap=True)
@@ -224,7 +224,7 @@ def gains_table(gains: list[Row], width: int, shown_as: str) -> Table:
 def tell_front(story: Row, results: "Results", console: Console) -> None:
     """Print a plot of two objectives, a table of the points for any other number."""
     if len(results.objectives) == 2:
-        from tuner.show.front_plot import front_lines
+        from tuner.report.terminal.front_plot import front_lines
 
         for line in front_lines(results, min(console.width, PLOT_WIDTH), PLOT_HEIGHT):
             console.print(line, highlight=False, no_wrap=True, overflow="crop")

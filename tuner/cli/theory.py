@@ -17,7 +17,7 @@ from plant.scenarios import ScenarioSpec
 from tuner.cli.fly import prepare
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.gains_file import Controller, read_gains
+from tuner.gains import Controller, read_gains
 from tuner.study import load_study
 from tuner.study.guarantees import rate_from_observer
 

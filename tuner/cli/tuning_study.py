@@ -3,8 +3,8 @@
 from pathlib import Path
 
 from plant.errors import InputError
-from tuner.contest import is_contest
-from tuner.inference import is_inference
+from tuner.experiments.contest import is_contest
+from tuner.experiments.inference import is_inference
 from tuner.study import load_study
 from tuner.study.study import Study
 

@@ -8,8 +8,8 @@ from typing import Any
 import typer
 
 from tuner.cli.errors import USER_ERROR
-from tuner.gains_file.examining import Examined, examine
-from tuner.gains_file.sections import VERSIONS
+from tuner.gains.examining import Examined, examine
+from tuner.gains.sections import VERSIONS
 
 
 def validate_command(path: Path, as_json: bool) -> None:

@@ -7,14 +7,14 @@ from typer import Exit
 
 from tuner.cli.display import TerminalWatcher
 from tuner.cli.terminal import Console
-from tuner.watcher import Watcher
+from tuner.search.watcher import Watcher
 
 DIFFERENT = 1
 
 
 def verify_command(results: Path, sample: int | None, threads: int | None, as_json: bool) -> None:
     """Replay and fly again, print the verdict; exit code 1 at the first difference."""
-    from tuner.verify import verify
+    from tuner.experiments.again.verify import verify
 
     if as_json:
         found = verify(results, sample, threads, Watcher())

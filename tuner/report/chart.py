@@ -12,7 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tuner.report.numbers import compact
+from tuner.text.numbers import compact
 
 Trace = dict[str, Any]
 

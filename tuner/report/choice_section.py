@@ -2,11 +2,11 @@
 
 from typing import Any
 
+from tuner.documents.results import Results
 from tuner.report.markup import Markup, element, join, table
-from tuner.report.numbers import estimate, significant
 from tuner.report.prose import gap_words
-from tuner.report.results import Results
-from tuner.report.units import in_degrees, marked_up
+from tuner.text.numbers import estimate, significant
+from tuner.text.units import in_degrees, marked_up
 
 HEAD = ["Objective", "Unit", "Search", "Held-out", "Held-out − search", "What it says"]
 

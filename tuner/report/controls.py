@@ -2,11 +2,11 @@
 
 import numpy as np
 
+from tuner.documents.results import DEFAULT, TUNED, Results
 from tuner.report.drawings import diamond, square
 from tuner.report.markup import Markup, element, join
-from tuner.report.numbers import count
 from tuner.report.prose import counted
-from tuner.report.results import DEFAULT, TUNED, Results
+from tuner.text.numbers import count
 
 LAYERS = {
     "tuned": "",

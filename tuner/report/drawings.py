@@ -6,8 +6,8 @@ The numbers stand beside them, so they are hidden from screen readers. Colours a
 from collections.abc import Callable
 from math import isfinite, log
 
+from tuner.documents.results import Estimate, Quantity, Required, Variable
 from tuner.report.markup import Markup, element, join
-from tuner.report.results import Estimate, Quantity, Required, Variable
 
 WIDTH, INSET = 160.0, 8.0
 

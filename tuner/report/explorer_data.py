@@ -17,13 +17,13 @@ from typing import Any
 
 import numpy as np
 
+from tuner.documents.results import Quantity, Required, Results, Variable
 from tuner.report.front_ranges import shown_range
 from tuner.report.outcome_table import risk_text
 from tuner.report.packed_loops import packed_loops
 from tuner.report.packed_responses import packed_responses
 from tuner.report.packing import base64, finite, singles
-from tuner.report.results import Quantity, Required, Results, Variable
-from tuner.report.units import plain
+from tuner.text.units import plain
 
 # Candidates kept at most; beyond, they are thinned evenly.
 MOST_CANDIDATES = 20000

@@ -1,10 +1,10 @@
 """The trade-off: controls, linked views and the table of finalists. Scripts draw them from the data of the page."""
 
+from tuner.documents.results import Results
 from tuner.report.controls import layer_switches
 from tuner.report.figure_box import canvas_box
 from tuner.report.markup import Markup, element, join
-from tuner.report.results import Results
-from tuner.report.units import bracketed, plain
+from tuner.text.units import bracketed, plain
 
 WALK = "Arrow keys walk along the finalists, Escape lets go of the selection."
 AID = (

@@ -3,9 +3,9 @@
 import re
 from pathlib import Path
 
+from tuner.documents.loading import load
 from tuner.report.figure_style import printed, style
 from tuner.report.front_figure import front_figure
-from tuner.report.loading import load
 from tuner.report.progress_figure import progress_figure
 from tuner.report.responses_figure import response_figure
 from tuner.store.folder import put

@@ -6,11 +6,11 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from tuner.documents.results import Results
 from tuner.report.figure_style import COLOURS, MARKERS, WIDTH, grid, legend_above
 from tuner.report.front_ranges import Range, shown_range
 from tuner.report.prose import counted
-from tuner.report.results import Results
-from tuner.report.units import bracketed
+from tuner.text.units import bracketed
 
 # Two panels a row for few pairs, three for more; pairs beyond these do not fit on a page.
 MOST_PAIRS = 12

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tuner.report.results import Front
+from tuner.documents.results import Front
 
 PADDING = 0.07
 # Where the shown values span more than this factor, a linear axis would press most points into a corner.

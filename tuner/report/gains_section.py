@@ -1,10 +1,10 @@
 """The tuned gains: a table with their place in the search range, and the same numbers to copy."""
 
+from tuner.documents.results import Results, Variable
 from tuner.report.drawings import position, share
 from tuner.report.markup import Markup, element, join, table
-from tuner.report.numbers import MISSING, significant
-from tuner.report.results import Results, Variable
-from tuner.report.units import marked_up
+from tuner.text.numbers import MISSING, significant
+from tuner.text.units import marked_up
 
 HEAD = ["Gain", "Symbol", "Unit", "Default", "Tuned", "Place in the search range"]
 # Within this share of the range from an end, the search may have wanted to go on.

@@ -6,12 +6,12 @@ Every row ends in a verdict.
 import re
 from collections.abc import Sequence
 
+from tuner.documents.results import Estimate, Quantity, Required, Results
 from tuner.report.drawings import intervals
 from tuner.report.markup import Markup, cells, coded, element, join
-from tuner.report.numbers import MISSING, estimate, fixed, significant
 from tuner.report.prose import limit_text
-from tuner.report.results import Estimate, Quantity, Required, Results
-from tuner.report.units import marked_up
+from tuner.text.numbers import MISSING, estimate, fixed, significant
+from tuner.text.units import marked_up
 
 HEAD = ["Quantity", "Unit", "Limit", "Default", "Tuned", "Tuned − default", "From zero", "Verdict"]
 _LEVEL = re.compile(r"[a-z_]+(\d+(?:\.\d+)?)\(")

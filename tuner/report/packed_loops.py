@@ -12,8 +12,8 @@ from typing import Any
 
 import numpy as np
 
+from tuner.documents.results import Loop, Results
 from tuner.report.packing import singles
-from tuner.report.results import Loop, Results
 
 # Name in margins.parquet, label, unit shown, factor to it, whether it is shown in dB, meaning.
 QUANTITIES = (

@@ -11,9 +11,9 @@ from typing import Any
 
 import numpy as np
 
+from tuner.documents.results import Fan, Results
 from tuner.report.packing import quantised, singles
 from tuner.report.response_charts import is_rotor, thinned, title
-from tuner.report.results import Fan, Results
 
 # Bytes that all fans together may take in the page, and the instants of a fan: at most as many as a small figure has pixels.
 BUDGET = 4.0e6

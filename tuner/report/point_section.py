@@ -1,10 +1,10 @@
 """The picked point: numbers, gains, responses and loops. Scripts fill it for whichever point is picked."""
 
+from tuner.documents.results import DEFAULT, Results
 from tuner.report.controls import line
 from tuner.report.figure_box import plot_box
 from tuner.report.markup import Markup, element, join
 from tuner.report.packed_responses import signals_of
-from tuner.report.results import DEFAULT, Results
 
 RESPONSES_AID = (
     "Line: median over flights; band: 5 to 95 % of them; fine dashes: reference, for roll and pitch the mean of what the "

@@ -3,8 +3,8 @@
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
+from tuner.documents.results import Results
 from tuner.report.figure_style import COLOURS, grid
-from tuner.report.results import Results
 
 
 def progress_figure(results: Results) -> Figure:

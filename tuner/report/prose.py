@@ -3,9 +3,9 @@
 from typing import Any
 
 from plant.laws import LAWS
+from tuner.documents.results import DEFAULT, Results
 from tuner.report.markup import Markup, element, join
-from tuner.report.numbers import count, duration, per_cent, significant
-from tuner.report.results import DEFAULT, Results
+from tuner.text.numbers import count, duration, per_cent, significant
 
 NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
 

@@ -4,13 +4,13 @@ import json
 import shlex
 from math import degrees
 
-from tuner.cost.words import told
+from tuner.documents.results import Results
 from tuner.report.markup import Markup, coded, described, element, join, table
-from tuner.report.numbers import MISSING, count, duration, significant
 from tuner.report.outcome_table import metric_anchor
 from tuner.report.prose import law_title
-from tuner.report.results import Results
-from tuner.report.units import marked_up
+from tuner.study.processor_cost.words import told
+from tuner.text.numbers import MISSING, count, duration, significant
+from tuner.text.units import marked_up
 
 # Keys of the environment that are told in words; the rest are versions of packages.
 TOLD = ("platform", "cpu", "simd", "threads", "started", "command", "commit")

@@ -2,8 +2,8 @@
 
 import numpy as np
 
-from tuner.report.results import Fan
-from tuner.report.units import bracketed
+from tuner.documents.results import Fan
+from tuner.text.units import bracketed
 
 TITLES = {
     **{axis: f"position {axis}" for axis in "xyz"},

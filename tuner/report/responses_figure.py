@@ -8,13 +8,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plant.errors import InputError
+from tuner.documents.results import DEFAULT, TUNED, Fan, Results
 from tuner.report.figure_style import COLOURS, DASHES, DPI, grid, legend_above, style
 from tuner.report.response_charts import is_rotor, title
-from tuner.report.results import DEFAULT, TUNED, Fan, Results
-from tuner.report.units import in_degrees
+from tuner.text.units import in_degrees
 
 if TYPE_CHECKING:
-    from tuner.responses import Responses
+    from tuner.analysis.responses import Responses
 
 ENDINGS = (".png", ".pdf", ".svg")
 COLUMNS, ROW = 4, 1.7
@@ -60,7 +60,7 @@ def write_responses(responses: "Responses", scenario: str, file: Path) -> None:
 
 def fans_of(responses: "Responses", scenario: str) -> list[Fan]:
     """Return the fans of recorded responses in shown units."""
-    from tuner.responses import SIGNALS, UNITS
+    from tuner.analysis.responses import SIGNALS, UNITS
 
     reference = responses.reference.mean(axis=0)
     fans = []

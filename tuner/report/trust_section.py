@@ -2,12 +2,12 @@
 
 from typing import Any
 
+from tuner.documents.results import Results
 from tuner.report.explorer_data import definition_text
 from tuner.report.figure_box import plot_box
 from tuner.report.markup import Markup, element, join, table
-from tuner.report.numbers import count, estimate, per_cent, significant
-from tuner.report.results import Results
-from tuner.report.units import in_degrees, marked_up
+from tuner.text.numbers import count, estimate, per_cent, significant
+from tuner.text.units import in_degrees, marked_up
 
 GAP_AID = "On the dotted line both agree; above it the search was optimistic. Bars: 95 % intervals, held-out."
 VOLUME_AID = (

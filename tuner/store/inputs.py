@@ -17,8 +17,8 @@ from plant.errors import StoreError
 from plant.input_files import MOST_TABLE, read_input, read_input_text
 from tuner.store.advice import RECORD, again
 from tuner.store.folder import Folder
-from tuner.study.paths import with_paths
-from tuner.study.toml_text import toml_text
+from tuner.text.paths import with_paths
+from tuner.text.toml_text import toml_text
 
 FORMAT, VERSION = "holdfast-run", 1
 

@@ -25,14 +25,13 @@ from plant.references import ReferenceSpec, from_mapping
 from plant.references.spec import HOLD, POSITION, VELOCITY
 from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
-from tuner.cost.requirement import cost_screen
+from tuner.gains.timing import check_multiple, check_plant_step, timing_of
 from tuner.search.front import resolved_rule
 from tuner.search.names import STARTS, check_algorithm
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
-from tuner.study.locating import located
-from tuner.study.magnitude import check_magnitudes
 from tuner.study.margins import margin_requirement, margin_screen
+from tuner.study.processor_cost.requirement import cost_screen
 from tuner.study.reading import checked_table, read_study_table
 from tuner.study.schema import (
     AirframeTable,
@@ -47,11 +46,12 @@ from tuner.study.schema import (
 )
 from tuner.study.size import Flown, check_size, flight_steps
 from tuner.study.study import SearchSpec, Study, StudyScenario
-from tuner.study.timing import check_multiple, check_plant_step, timing_of
 from tuner.study.trim import check_trim
+from tuner.text.locating import located
+from tuner.text.magnitude import check_magnitudes
 
 if TYPE_CHECKING:
-    from tuner.gains_file import Controller
+    from tuner.gains import Controller
 
 T = TypeVar("T")
 SMALLEST_POPULATION = 8
@@ -180,7 +180,7 @@ def _default(table: ControllerTable, cascade: Cascade, path: Path) -> "Controlle
     """Return the controller of the file that controller.default names; its laws must be those of the study."""
     if table.default is None:
         return None
-    from tuner.gains_file import read_gains
+    from tuner.gains import read_gains
 
     file = path.parent / table.default
     if not file.is_file():

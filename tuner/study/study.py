@@ -20,7 +20,7 @@ from plant.scenarios import ScenarioSpec
 from tuner.study.schema import StudyTable
 
 if TYPE_CHECKING:
-    from tuner.gains_file import VehicleRecord
+    from tuner.gains import VehicleRecord
 
 
 @dataclass(frozen=True)

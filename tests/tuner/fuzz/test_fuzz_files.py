@@ -18,7 +18,7 @@ from tests.tuner.fuzz.fuzzing import STUDIES, fuzzed, load_any, outcome
 from tests.tuner.fuzz.hostile import broken, mutated
 from tests.tuner.fuzz.hostile_text import json_of, toml_of
 from tuner.cli.design import controller_for
-from tuner.gains_file import read_gains, to_document
+from tuner.gains import read_gains, to_document
 from tuner.study import load_study
 
 CONTESTS, INFERENCES = ["contest.toml", "paper_table3.toml"], ["paper_inference.toml"]

@@ -12,13 +12,13 @@ from tests.tuner.report.contest.fabricate_contest import Made
 from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import FINALISTS, fabricate
 from tests.tuner.report.reading import Page
+from tuner.documents.contest_loading import load_contest
+from tuner.documents.loading import load
 from tuner.report import write_report
 from tuner.report.contest.fronts_figure import fronts_figure
-from tuner.report.contest.loading import load_contest
 from tuner.report.contest.page import page as contest_page
 from tuner.report.front_figure import front_figure
-from tuner.report.loading import load
-from tuner.show.front_plot import front_lines
+from tuner.report.terminal.front_plot import front_lines
 
 LOST = 3
 LEGEND = "lost six flights (three points)"

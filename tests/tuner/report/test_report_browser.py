@@ -13,8 +13,8 @@ import pytest
 
 from tests.tuner.report.fabricate import fabricate
 from tuner.report import write_report
-from tuner.report.numbers import estimate, significant
 from tuner.report.screenshots import browser_path, chromium, offline_page
+from tuner.text.numbers import estimate, significant
 
 pytest.importorskip("playwright", reason="Playwright's Python package is not installed")
 pytestmark = pytest.mark.skipif(browser_path() is None, reason="no Chromium is found on this machine")

@@ -13,8 +13,8 @@ import pytest
 
 from tests.tuner.report.fabricate import fabricate
 from tests.tuner.report.reading import read
+from tuner.documents.loading import load
 from tuner.report import write_report
-from tuner.report.loading import load
 from tuner.report.packed_responses import LEAST, MOST, instants, kept_points
 from tuner.report.packing import finite, quantised
 

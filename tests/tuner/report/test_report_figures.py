@@ -8,10 +8,10 @@ import pytest
 
 from plant.errors import InputError, StoreError
 from tests.tuner.report.fabricate import fabricate
+from tuner.documents.loading import load
 from tuner.report import write_figures
 from tuner.report.figures import response_names
 from tuner.report.front_figure import front_figure
-from tuner.report.loading import load
 from tuner.report.responses_figure import fans_of, write_responses
 
 
@@ -74,7 +74,7 @@ def test_unwritable_place_is_named(tmp_path):
 
 @pytest.fixture
 def responses():
-    """What `tuner.responses.fly_responses` returns, of three flights: signal i of flight f is constant at i + f."""
+    """What `tuner.analysis.responses.fly_responses` returns, of three flights: signal i of flight f is constant at i + f."""
     actual = np.arange(10.0) + np.arange(3.0)[:, None, None] + np.zeros((3, 50, 10))
     quantiles = SimpleNamespace(
         time=np.arange(50) * 0.02,

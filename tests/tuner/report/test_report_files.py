@@ -6,8 +6,8 @@ import pytest
 
 from plant.errors import StoreError
 from tests.tuner.report.fabricate import fabricate
+from tuner.documents.loading import load
 from tuner.report import write_report
-from tuner.report.loading import load
 
 
 @pytest.fixture

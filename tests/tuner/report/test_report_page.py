@@ -8,11 +8,11 @@ import numpy as np
 
 from tests.tuner.report.fabricate import fabricate
 from tests.tuner.report.reading import read
+from tuner.documents.results import Fan
 from tuner.report import write_report
-from tuner.report.numbers import estimate
 from tuner.report.page import asset, scripts
 from tuner.report.response_charts import MOST_INSTANTS, thinned
-from tuner.report.results import Fan
+from tuner.text.numbers import estimate
 
 
 def test_nothing_is_fetched(folder):

@@ -4,9 +4,9 @@ from typing import Any
 
 import pytest
 
+from tuner.documents.results import Variable
 from tuner.report.gains_section import gains_table
 from tuner.report.prose import gap_words
-from tuner.report.results import Variable
 
 
 @pytest.mark.parametrize(

@@ -3,10 +3,10 @@
 import pytest
 
 from plant.errors import InputError, UnknownNameError
-from tests.tuner.inference import asked as inference
+from tests.tuner.experiments.inference import asked as inference
 from tests.tuner.study.study_text import changed, write
 from tuner.cli.listing import LISTINGS
-from tuner.inference import load_inference
+from tuner.experiments.inference import load_inference
 from tuner.search.names import ALGORITHMS, check_algorithm
 from tuner.study import load_study
 

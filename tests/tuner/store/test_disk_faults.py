@@ -12,8 +12,8 @@ import subprocess
 import pytest
 
 from tests.tuner.conftest import QUICKSTART, SMALL
+from tests.tuner.experiments.again.killing import command, compare, result_of
 from tests.tuner.in_process import tuner
-from tests.tuner.killing import command, compare, result_of
 from tuner.store.folder import ASIDE
 
 SETS = [part for key, value in SMALL.items() for part in ("--set", f"{key}={json.dumps(value)}")]

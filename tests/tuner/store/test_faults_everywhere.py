@@ -11,8 +11,8 @@ import pytest
 
 import tuner.report
 from tests.tuner.conftest import QUICKSTART, NoDrawing
+from tests.tuner.experiments.again.killing import assert_sealed, compare, result_of
 from tests.tuner.in_process import tuner as command
-from tests.tuner.killing import assert_sealed, compare, result_of
 from tests.tuner.store.faults import AFTER, BEFORE, FULL, KINDS, Faults
 from tuner.report import write_figures
 from tuner.store.folder import ASIDE

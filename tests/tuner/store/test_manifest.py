@@ -6,12 +6,12 @@ import shutil
 import pytest
 
 from plant.errors import StoreError
+from tests.tuner.experiments.again.killing import assert_covered, assert_sealed, manifest_of, result_of, unsealed
 from tests.tuner.in_process import tuner
-from tests.tuner.killing import assert_covered, assert_sealed, manifest_of, result_of, unsealed
+from tuner.experiments.again.verify import verify
+from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.store.manifest import FILE, first_damage, refuse_damage
-from tuner.verify import verify
-from tuner.watcher import Watcher
 
 
 @pytest.fixture

@@ -10,8 +10,8 @@ from plant.errors import InputError, UnknownNameError
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.cli.commands import overrides
-from tuner.conflicts import conflict_of, limits_of, told_automatic, told_conflict
-from tuner.diagnosis import flown_obstacle, told_obstacles
+from tuner.experiments.tuning.conflicts import conflict_of, limits_of, told_automatic, told_conflict
+from tuner.experiments.tuning.diagnosis import flown_obstacle, told_obstacles
 from tuner.search.loop import Archive
 from tuner.study import load_study
 from tuner.study.template import TEMPLATE

@@ -13,15 +13,15 @@ from objectives.problem import Fleet, Problem
 from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tests.tuner.conftest import QUICKSTART, NoDrawing
-from tests.tuner.test_run import FILES
+from tests.tuner.experiments.tuning.test_run import FILES
 from tuner.cli.listing import LISTINGS
-from tuner.ending import GAINS, INFEASIBLE
+from tuner.experiments.tuning.ending import GAINS, INFEASIBLE
+from tuner.experiments.tuning.run import run_study
 from tuner.report import write_figures
 from tuner.report.figures import response_names
-from tuner.run import run_study
+from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.study import load_study
-from tuner.watcher import Watcher
 
 NAMES = (
     "autopilot_pid", "crazyflie", "f450", "figure_eight", "gust_rejection", "motor_lag", "payload_and_battery", "quickstart", "step_response",

@@ -10,9 +10,9 @@ import pytest
 from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.nominal import ControlOptions
-from tests.tuner.export.controllers import controller
-from tuner.gains_file import to_document
-from tuner.guards import said_before
+from tests.tuner.exchange.controllers import controller
+from tuner.experiments.guards import said_before
+from tuner.gains import to_document
 from tuner.study import load_study
 
 QUICKSTART = Path(__file__).parents[3] / "studies" / "quickstart.toml"

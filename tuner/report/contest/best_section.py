@@ -1,11 +1,11 @@
 """What each contender offers under a limit: the best value of one objective with another held down."""
 
-from tuner.report.contest.contest import BestRow, BestUnder, Contest
+from tuner.documents.contest import BestRow, BestUnder, Contest
 from tuner.report.contest.look import sample
 from tuner.report.contest.values_section import BEST
 from tuner.report.markup import Markup, element, join, safe
-from tuner.report.numbers import estimate, significant
-from tuner.report.units import marked_up
+from tuner.text.numbers import estimate, significant
+from tuner.text.units import marked_up
 
 
 def best_table(contest: Contest) -> Markup:

@@ -2,13 +2,13 @@
 
 from urllib.parse import quote
 
-from tuner.report.contest.contest import Contender, Contest, Gain, OnBound
+from tuner.documents.contest import Contender, Contest, Gain, OnBound
 from tuner.report.contest.joined_gains import joined
 from tuner.report.contest.look import sample
 from tuner.report.markup import Markup, element, join, table
-from tuner.report.numbers import MISSING, count, per_cent, significant
 from tuner.report.prose import law_title
-from tuner.report.units import marked_up
+from tuner.text.numbers import MISSING, count, per_cent, significant
+from tuner.text.units import marked_up
 
 HEAD = [
     "Contender",

@@ -1,6 +1,6 @@
 """What a reader can switch: which contenders are drawn, everywhere at once, and what the responses show."""
 
-from tuner.report.contest.contest import Contest
+from tuner.documents.contest import Contest
 from tuner.report.contest.look import sample
 from tuner.report.markup import Markup, element, join
 

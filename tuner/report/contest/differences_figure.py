@@ -3,10 +3,10 @@
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tuner.report.contest.contest import Contest, Difference
+from tuner.documents.contest import Contest, Difference
 from tuner.report.contest.differences_section import related
 from tuner.report.figure_style import COLOURS, grid
-from tuner.report.units import bracketed
+from tuner.text.units import bracketed
 
 # Panels drawn at most, objectives first; pairs as they come.
 MOST_PANELS, COLUMNS = 15, 3

@@ -1,12 +1,12 @@
 """Paired differences: a forest plot a quantity, each row a pair of contenders with difference, interval and verdict."""
 
-from tuner.report.contest.contest import Contest, Difference, Quantity
+from tuner.documents.contest import Contest, Difference, Quantity
 from tuner.report.contest.look import sample
 from tuner.report.contest.strip import Scale, interval, ruler, scale
 from tuner.report.markup import Markup, element, join
-from tuner.report.numbers import estimate, fixed
 from tuner.report.prose import listing
-from tuner.report.units import bracketed
+from tuner.text.numbers import estimate, fixed
+from tuner.text.units import bracketed
 
 # Quantities whose forest plots stand open; the others are folded away.
 OPEN_KINDS = ("objective", "constraint")

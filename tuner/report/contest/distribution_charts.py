@@ -4,11 +4,11 @@ from html import escape
 
 import numpy as np
 
+from tuner.documents.contest import Contest, Quantity, Scores
 from tuner.report.chart import Charts, Panel, Trace, axis, layout, listed
-from tuner.report.contest.contest import Contest, Quantity, Scores
 from tuner.report.contest.look import plotly_line
 from tuner.report.contest.spans import span_of
-from tuner.report.units import bracketed, plain
+from tuner.text.units import bracketed, plain
 
 # Steps of a drawn function at most; a figure is some 400 pixels wide.
 MOST_STEPS = 200

@@ -4,7 +4,7 @@ from matplotlib.axes import Axes
 from matplotlib.ticker import NullFormatter
 
 from tuner.report.contest.spans import Span
-from tuner.report.numbers import significant
+from tuner.text.numbers import significant
 
 
 def show_span(ax: Axes, name: str, span: Span) -> None:

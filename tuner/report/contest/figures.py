@@ -6,11 +6,11 @@ from pathlib import Path
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
+from tuner.documents.contest import Contest
+from tuner.documents.contest_loading import load_contest
 from tuner.report.contest import time_figures
-from tuner.report.contest.contest import Contest
 from tuner.report.contest.differences_figure import differences_figure
 from tuner.report.contest.fronts_figure import fronts_figure
-from tuner.report.contest.loading import load_contest
 from tuner.report.contest.published_figure import published_figure
 from tuner.report.figure_style import save, style
 

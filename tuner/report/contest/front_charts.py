@@ -6,14 +6,14 @@ from typing import Any
 
 import numpy as np
 
+from tuner.documents.contest import Contest, Front, Fronts, Gain
 from tuner.report.chart import Charts, Panel, Trace, axis, layout, listed
-from tuner.report.contest.contest import Contest, Front, Fronts, Gain
 from tuner.report.contest.joined_gains import joined
 from tuner.report.contest.look import Look, plotly_line, plotly_marker
 from tuner.report.contest.spans import Span, span_of
-from tuner.report.numbers import estimate, significant
 from tuner.report.prose import counted
-from tuner.report.units import bracketed, plain
+from tuner.text.numbers import estimate, significant
+from tuner.text.units import bracketed, plain
 
 # Projections drawn at most: those of five objectives.
 MOST_PAIRS = 10

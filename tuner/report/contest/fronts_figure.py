@@ -7,12 +7,12 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tuner.report.contest.contest import Contest, Front, Fronts
+from tuner.documents.contest import Contest, Front, Fronts
 from tuner.report.contest.figure_axes import show_span
 from tuner.report.contest.front_charts import objective_span, reach, stairs
 from tuner.report.figure_style import COLOURS, WIDTH, grid, legend_above
 from tuner.report.front_figure import mark_lost
-from tuner.report.units import bracketed
+from tuner.text.units import bracketed
 
 # Pairs beyond these do not fit on a page.
 MOST_PAIRS = 12

@@ -2,13 +2,13 @@
 
 from math import exp
 
-from tuner.report.contest.inference import Cell, Inference, Ratio, Unknown
+from tuner.documents.inference import Cell, Inference, Ratio, Unknown
 from tuner.report.contest.look import Look, looks, sample
 from tuner.report.contest.published_section import percentile_text
 from tuner.report.contest.strip import Scale, ranged
 from tuner.report.markup import Markup, element, join, table
-from tuner.report.numbers import MISSING, estimate, significant
-from tuner.report.units import marked_up
+from tuner.text.numbers import MISSING, estimate, significant
+from tuner.text.units import marked_up
 
 UNKNOWN_HEAD = ["Open value", "Unit", "Before", "Inferred", "Range searched", "Told by the printed numbers?"]
 RATIO_HEAD = ["Ratio", "Printed", "Ours at the inferred setting", "Reproduced?"]

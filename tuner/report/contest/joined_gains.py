@@ -1,6 +1,6 @@
 """Gains of several axes told as one where they are the same: most studies set all axes of a loop alike."""
 
-from tuner.report.contest.contest import Gain
+from tuner.documents.contest import Gain
 
 # Names that stand for several axes in an address, the larger ones first.
 GROUPS = (

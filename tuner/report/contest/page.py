@@ -5,16 +5,16 @@ from string import Template
 
 from plotly.offline import get_plotlyjs
 
+from tuner.documents.contest import Contest
+from tuner.documents.contest_loading import load_contest
 from tuner.report.chart import Charts, Panel
 from tuner.report.contest.best_section import best_table
 from tuner.report.contest.contenders_section import contenders_table, gains_cards
-from tuner.report.contest.contest import Contest
 from tuner.report.contest.controls import contender_switches, interval_switch, response_choices
 from tuner.report.contest.differences_section import forests
 from tuner.report.contest.distribution_charts import add_distributions
 from tuner.report.contest.front_charts import add_fronts
 from tuner.report.contest.inference_page import inference_parts
-from tuner.report.contest.loading import load_contest
 from tuner.report.contest.prose import asked, claims, key_figures, words
 from tuner.report.contest.provenance import definitions, document_text, facts
 from tuner.report.contest.published_section import printed_tables, strips

@@ -1,10 +1,10 @@
 """The opening of the page: what was asked, the sentences, the claims with their verdicts, and the key figures."""
 
-from tuner.report.contest.contest import Claim, Contest, Ruling
+from tuner.documents.contest import Claim, Contest, Ruling
 from tuner.report.markup import Markup, element, join
-from tuner.report.numbers import count, duration, estimate
 from tuner.report.prose import counted, listing
-from tuner.report.units import plain
+from tuner.text.numbers import count, duration, estimate
+from tuner.text.units import plain
 
 SIGNS = {"survives": "✓", "fails": "✗", "undecided": "≈"}
 COUNTS = {"survives": "for it", "fails": "against it", "undecided": "without a decision"}

@@ -3,12 +3,12 @@
 import json
 from typing import Any
 
-from tuner.report.contest.contest import Contest
+from tuner.documents.contest import Contest
 from tuner.report.contest.values_section import metric_anchor
 from tuner.report.markup import Markup, coded, described, element, join
-from tuner.report.numbers import MISSING, count, duration, significant
 from tuner.report.provenance import TOLD
-from tuner.report.units import marked_up
+from tuner.text.numbers import MISSING, count, duration, significant
+from tuner.text.units import marked_up
 
 WORDS = (
     ("Held-out", "flown on scenarios that no search ever saw; flight i meets the same air in every contender's hands."),

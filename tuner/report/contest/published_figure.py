@@ -4,13 +4,13 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tuner.report.contest.contest import Cell, Contest
+from tuner.documents.contest import Cell, Contest
 from tuner.report.contest.figure_axes import show_span
 from tuner.report.contest.published_section import percentile_text, rows_of
 from tuner.report.contest.spans import span_of
 from tuner.report.contest.strip import LOG_FACTOR
 from tuner.report.figure_style import COLOURS, grid
-from tuner.report.units import bracketed
+from tuner.text.units import bracketed
 
 # Panels a row, and the least height of one [in], below which axis and labels have no room.
 COLUMNS, LEAST = 2, 1.3

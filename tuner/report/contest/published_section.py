@@ -1,11 +1,11 @@
 """Printed numbers against the distribution that the same experiment has here: as the paper's table, and as a picture."""
 
-from tuner.report.contest.contest import Cell, Contest
+from tuner.documents.contest import Cell, Contest
 from tuner.report.contest.look import sample
 from tuner.report.contest.strip import Scale, pinned, ruler, scale
 from tuner.report.markup import Markup, element, join
-from tuner.report.numbers import MISSING, estimate, fixed, significant
-from tuner.report.units import bracketed, marked_up
+from tuner.text.numbers import MISSING, estimate, fixed, significant
+from tuner.text.units import bracketed, marked_up
 
 SIGNS = {True: "✓ inside", False: "✗ outside"}
 WORDS = {True: "inside", False: "outside"}

@@ -5,9 +5,9 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from tuner.report.contest.contest import Air, Contest, Trace
+from tuner.documents.contest import Air, Contest, Trace
 from tuner.report.response_charts import ROTOR_UNIT, TITLES, is_rotor
-from tuner.report.units import bracketed
+from tuner.text.units import bracketed
 
 AIR_TITLES = {
     "wind": "wind {}",

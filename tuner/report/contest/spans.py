@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tuner.report.numbers import significant
+from tuner.text.numbers import significant
 
 PADDING = 0.06
 # Where the shown values span more than this factor, a linear axis would press most of them into a corner.

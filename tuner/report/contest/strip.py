@@ -7,11 +7,11 @@ from collections.abc import Iterable
 from math import floor, isfinite, log10
 from typing import NamedTuple
 
+from tuner.documents.results import Estimate
 from tuner.report.contest.look import Look, mark
 from tuner.report.drawings import diamond, square
 from tuner.report.markup import Markup, element, join
-from tuner.report.numbers import significant
-from tuner.report.results import Estimate
+from tuner.text.numbers import significant
 
 WIDTH, NARROW, INSET, ROW = 220.0, 132.0, 12.0, 18.0
 # Height of a row of drawings that stand close below each other.

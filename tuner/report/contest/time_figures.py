@@ -14,12 +14,12 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from tuner.report.contest.contest import Air, Contest, Trace
+from tuner.documents.contest import Air, Contest, Trace
+from tuner.documents.results import Fan
 from tuner.report.contest.look import Look
 from tuner.report.contest.signals import asked_for, drifts, error, is_calm, rate, signal_title
 from tuner.report.figure_style import COLOURS, grid
-from tuner.report.results import Fan
-from tuner.report.units import bracketed
+from tuner.text.units import bracketed
 
 POSITION, ATTITUDE = ("x", "y", "z"), ("roll", "pitch", "yaw")
 # Kinds of disturbance in the order of preference: what is injected says more than the air it stands for.

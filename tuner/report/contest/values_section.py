@@ -1,14 +1,14 @@
 """Every contender in every quantity on the same flights, the best marked by a sign and not by colour alone."""
 
-from tuner.report.contest.contest import Contest, Quantity
+from tuner.documents.contest import Contest, Quantity
+from tuner.documents.results import Estimate
 from tuner.report.contest.look import Look, sample
 from tuner.report.contest.strip import NARROW, WIDTH, ruler, scale, stacked
 from tuner.report.markup import Markup, coded, element, join
-from tuner.report.numbers import MISSING, estimate
 from tuner.report.outcome_table import risk_words
 from tuner.report.prose import limit_text
-from tuner.report.results import Estimate
-from tuner.report.units import marked_up, plain
+from tuner.text.numbers import MISSING, estimate
+from tuner.text.units import marked_up, plain
 
 BEST, CLOSE, BROKEN = "★", "≈", "✗"
 # With more contenders than these, columns and drawings are narrow.

@@ -1,11 +1,11 @@
 """How large the fronts are: the share of one common box that each dominates."""
 
-from tuner.report.contest.contest import Contest, Fronts
+from tuner.documents.contest import Contest, Fronts
 from tuner.report.contest.look import sample
 from tuner.report.contest.values_section import BEST, CLOSE
 from tuner.report.markup import Markup, element, join, table
-from tuner.report.numbers import count, estimate, significant
-from tuner.report.units import plain
+from tuner.text.numbers import count, estimate, significant
+from tuner.text.units import plain
 
 HEAD = ["Front of", "Points", "Share of the common box (hypervolume)"]
 

@@ -11,11 +11,11 @@ from plant.errors import StoreError
 from tests.tuner.report.contest.fabricate_contest import ALL, Made, answer, asked, fabricate
 from tests.tuner.report.contest.reading_contest import content, front_rows, rows_of
 from tests.tuner.report.test_report_figures import pdf_box, png_size
+from tuner.documents.contest_loading import load_contest
 from tuner.report.contest import time_figures, write_contest_figures
 from tuner.report.contest.differences_figure import differences_figure
 from tuner.report.contest.figures import FIGURES
 from tuner.report.contest.fronts_figure import fronts_figure
-from tuner.report.contest.loading import load_contest
 from tuner.report.contest.look import INKS
 from tuner.report.contest.published_figure import published_figure
 from tuner.report.contest.signals import rate

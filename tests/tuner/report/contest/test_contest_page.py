@@ -20,10 +20,10 @@ from tests.tuner.report.contest.reading_contest import (
     table_rows,
 )
 from tests.tuner.report.reading import read, resolved, strings
+from tuner.documents.contest_loading import load_contest
 from tuner.report.contest import write_contest_report
-from tuner.report.contest.loading import load_contest
-from tuner.report.numbers import estimate, significant
 from tuner.report.page import asset
+from tuner.text.numbers import estimate, significant
 
 
 def numbers(row, value="value", low="low", high="high", signed=False):

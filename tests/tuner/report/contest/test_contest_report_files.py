@@ -9,8 +9,8 @@ import pytest
 from plant.errors import StoreError
 from tests.tuner.report.contest.fabricate_contest import fabricate, rewrite
 from tuner.cli.commands import report_command
+from tuner.documents.contest_loading import load_contest
 from tuner.report.contest import write_contest_report
-from tuner.report.contest.loading import load_contest
 
 
 @pytest.mark.parametrize("name", ["contest.json", "environment.json", "study.toml"])

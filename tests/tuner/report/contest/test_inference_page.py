@@ -14,7 +14,7 @@ from tests.tuner.report.reading import read
 from tuner.cli.commands import report_command
 from tuner.report.contest import write_contest_report, write_inference_report
 from tuner.report.contest.strip import Scale
-from tuner.report.numbers import estimate, significant
+from tuner.text.numbers import estimate, significant
 
 
 @pytest.fixture

@@ -1,0 +1,55 @@
+"""What goes to the card: scenarios as the last axis, and model functions with every number in one precision."""
+
+from types import FunctionType
+
+import numpy as np
+import pytest
+
+from plant.backends.cuda_flights import by_scenario
+from plant.backends.cuda_precision import CudaRebinder
+from plant.backends.lanes import LANES
+from plant.closed_loop import LARGEST_STATE
+from plant.flights import to_lanes
+from plant.primitives import __all__ as primitives
+from tests.plant.backends.cuda.flights import PAIRS
+from tests.plant.loops import loop
+
+
+@pytest.mark.parametrize("rows", [3, 0])
+@pytest.mark.parametrize("count", [1, LANES, LANES + 3])
+def test_blocks_of_lanes_become_scenarios_without_the_padding(count, rows):
+    drawn = np.random.default_rng(1).standard_normal((count, 5, rows))
+    assert np.array_equal(by_scenario(to_lanes(drawn), count), np.moveaxis(drawn, 0, -1))
+
+
+def numbers(function, found, seen):
+    """Collect the numbers that a function and all that it calls are written with."""
+    if id(function) in seen:
+        return
+    seen.add(id(function))
+    held = [*function.__code__.co_consts, *[cell.cell_contents for cell in function.__closure__ or ()]]
+    for value in [*held, *function.__globals__.values()]:
+        if isinstance(value, FunctionType):
+            numbers(value, found, seen)
+        elif isinstance(value, float | np.floating):
+            found.append(value)
+
+
+@pytest.mark.parametrize("pair", PAIRS, ids="-".join)
+def test_single_precision_leaves_no_number_double(pair):
+    names = dict.fromkeys(primitives, 0)
+    bind = CudaRebinder(names, lambda function: function, np.float32)
+    found, closed = [], loop(*pair)
+    for function in (closed.start, closed.decide, closed.advance):
+        numbers(bind(function), found, set())
+    assert len(found) > 50
+    assert {type(value) for value in found} == {np.float32}
+    assert np.float32(LARGEST_STATE) in found
+    # Nothing that a law divides by or compares with vanishes in single precision.
+    tiny = np.finfo(np.float32).tiny
+    assert all(value == 0.0 or abs(value) > tiny for value in found) and np.isfinite(found).all()
+
+
+def test_double_precision_takes_functions_as_they_are():
+    bind = CudaRebinder(dict.fromkeys(primitives, 0), lambda function: function, np.float64)
+    assert bind(loop().advance).__code__ == loop().advance.__code__

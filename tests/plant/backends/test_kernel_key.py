@@ -1,0 +1,52 @@
+"""The key of a compiled kernel changes with every source that its machine code depends on, records without functions included."""
+
+import shutil
+import subprocess
+import sys
+from pathlib import Path
+
+ROOT = Path(__file__).parents[3]
+
+# Functions of the closed loop, and the modules that only say which fields a record has and in which order: loads are
+# by position, so an old kernel would read the new order wrongly.
+SOURCES = (
+    "objectives/meters.py",
+    *(f"plant/{name}.py" for name in (
+        "allocation", "attitude", "cascade", "closed_loop", "disturbance", "integrator", "nominal", "primitives", "records",
+        "rigid_body", "sample", "sensors", "targets", "vectors", "vehicle",
+    )),
+    *(f"plant/laws/{name}.py" for name in ("channel", "hybrid", "ladrc", "observer", "surface")),
+    "plant/references/track.py",
+    *(f"plant/backends/{name}.py" for name in ("lanes", "vector_math")),
+)  # fmt: skip
+
+KEYS = """
+import sys
+from pathlib import Path
+sys.path.insert(0, ".")
+from plant.backends import lanes
+from tests.plant.harness import loop_of
+
+def key():
+    return lanes.kernel_of(loop_of("ladrc", "hybrid")).run.__module__
+
+unedited = key()
+assert key() == unedited
+for name in sys.argv[1:]:
+    file = Path(name)
+    text = file.read_bytes()
+    file.write_bytes(text + b"# edited\\n")
+    if key() == unedited:
+        print(name)
+    file.write_bytes(text)
+assert key() == unedited
+"""
+
+
+def test_an_edit_of_any_source_of_the_kernel_changes_its_key(tmp_path: Path) -> None:
+    for package in ("plant", "objectives", "tests/plant"):
+        shutil.copytree(ROOT / package, tmp_path / package, ignore=shutil.ignore_patterns("__pycache__"))
+    command = [sys.executable, "-B", "-c", KEYS, *SOURCES]
+    done = subprocess.run(command, cwd=tmp_path, capture_output=True, text=True, check=False, timeout=120)
+    assert done.returncode == 0, done.stderr
+    assert done.stdout.split() == []

@@ -1,0 +1,213 @@
+"""`tuner check` of every kind of file, and what it says of a study before anything flies, against independent figures."""
+
+import json
+import re
+import shutil
+from math import atan, cos, degrees, hypot, sin, sqrt, tan
+
+import numpy as np
+import pytest
+
+from objectives.margins.margins import MarginModel
+from objectives.margins.results import decibel
+from plant.airframes import load
+from plant.cascade import AXES
+from tests.tuner.conftest import QUICKSTART
+from tests.tuner.experiments.contest.contest_text import write as write_contest
+from tests.tuner.in_process import tuner
+from tests.tuner.study.study_text import STUDY, changed, write
+from tuner.cli.design import controller_for
+from tuner.gains import to_document
+from tuner.study import load_study
+
+MARGINS = '\n[[margin]]\nquantity = "phase_margin"\naxis = "attitude"\nleast = {}\n\n[[margin]]\nquantity = "gain_margin"\nleast = 1\n'
+HUMMINGBIRD = load("hummingbird")
+
+
+@pytest.fixture
+def checked(monkeypatch, capsys):
+    """Check a file; return exit code, the document and standard error."""
+
+    def check(file):
+        code, out, err = tuner(monkeypatch, capsys, "check", file, "--json")
+        return code, json.loads(out) if out else None, err
+
+    return check
+
+
+@pytest.fixture
+def told(monkeypatch, capsys):
+    """Check a file and return exit code and what the terminal shows, blanks made one."""
+
+    def check(file):
+        monkeypatch.setenv("COLUMNS", "160")
+        code, out, _ = tuner(monkeypatch, capsys, "check", file)
+        return code, re.sub(r" +", " ", out)
+
+    return check
+
+
+def bisect(function, low, high):
+    """Return the root of a function that changes its sign between two places."""
+    below = function(low) < 0.0
+    for _ in range(80):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if (function(middle) < 0.0) == below else (low, middle)
+    return middle
+
+
+def tilt_by_hand(vehicle, wind):
+    """Tilt [rad] and thrust over weight of a vehicle pitched into a wind along its x axis: the balance of forces, solved alone."""
+
+    def forces(pitch):
+        along, up = wind * cos(pitch), wind * sin(pitch)
+        drag_x = (vehicle.drag_linear.x + vehicle.drag_quadratic.x * wind) * along
+        drag_z = (vehicle.drag_linear.z + vehicle.drag_quadratic.z * wind) * up
+        # World components; what is left over the thrust, along the body's z axis (sin, cos), has to carry weight and drag.
+        push = drag_x * cos(pitch) + drag_z * sin(pitch)
+        lift = vehicle.mass * vehicle.gravity + drag_x * sin(pitch) - drag_z * cos(pitch)
+        return push, lift
+
+    pitch = bisect(lambda angle: forces(angle)[0] + forces(angle)[1] * tan(angle), -1.5, 0.0)
+    return abs(pitch), hypot(*forces(pitch)) / (vehicle.mass * vehicle.gravity)
+
+
+@pytest.mark.parametrize(("wind_20", "narrow"), [(7.0, False), (11.0, True)])
+def test_the_trim_in_the_mean_wind_is_the_balance_of_forces(wind_20, narrow, checked, told, tmp_path):
+    air = f"intensity = {wind_20}\nwind_direction_deg = 0"
+    path = write(tmp_path, changed('intensity = "light"', air))
+    code, figures, _ = checked(path)
+    (row,) = figures["trim"]
+    wind = load_study(path).scenarios[0].spec.air.wind_speed
+    tilt, thrust = tilt_by_hand(HUMMINGBIRD.vehicle, wind)
+    assert (code, row["wind"], row["held"]) == (0, wind, True)
+    assert row["tilt_deg"] == pytest.approx(degrees(tilt), abs=1e-6) and row["thrust"] == pytest.approx(
+        thrust, rel=1e-9
+    )
+    assert row["margin_deg"] == pytest.approx(30.0 - degrees(tilt), abs=1e-6)
+    left = f"leaves {30.0 - degrees(tilt):.1f} deg to the tilt limit"
+    assert narrow == (30.0 - degrees(tilt) < 5.0) == any(left in text for text in figures["problems"])
+    _, out = told(path)
+    assert (
+        f"tilt {degrees(tilt):.1f} deg" in out
+        and f"thrust {thrust:.2f} times the weight" in out
+        and (left in out) == narrow
+    )
+
+
+def test_a_mean_wind_beyond_the_tilt_limit_is_refused_or_hopeless(monkeypatch, capsys, tmp_path):
+    code, out, err = tuner(
+        monkeypatch, capsys, "check", write(tmp_path, changed('intensity = "light"', 'intensity = "moderate"'))
+    )
+    assert code in (1, 2) and "mean wind" in out + err and "mean_wind = false" in out + err
+
+
+def test_no_trim_is_told_where_no_mean_wind_blows(checked, tmp_path):
+    path = write(tmp_path, changed('intensity = "light"', 'intensity = "moderate"\nmean_wind = false'))
+    code, figures, _ = checked(path)
+    assert (code, figures["trim"], figures["problems"]) == (0, [], [])
+
+
+def test_the_vehicle_is_told(checked, told, tmp_path):
+    code, figures, _ = checked(write(tmp_path, STUDY))
+    vehicle = HUMMINGBIRD.vehicle
+    weight, most = vehicle.mass * vehicle.gravity, 4.0 * vehicle.thrust_coefficient * vehicle.speed_max**2
+    hover = sqrt(weight / (4.0 * vehicle.thrust_coefficient))
+    assert code == 0 and figures["kind"] == "study"
+    assert figures["vehicle"]["thrust_to_weight"] == {"value": pytest.approx(most / weight), "unit": "1"}
+    assert figures["vehicle"]["hover_speed"] == {"value": pytest.approx(hover), "unit": "rad/s"}
+    _, out = told(write(tmp_path, STUDY))
+    assert f"thrust-to-weight {most / weight:.2f}, hovers at {hover:.0f} rad/s" in out
+
+
+def test_the_defaults_margins_are_told_loop_by_loop_against_the_limits(checked, told, tmp_path):
+    path = write(tmp_path, STUDY + MARGINS.format(20))
+    _, figures, _ = checked(path)
+    study = load_study(path)
+    system = study.system
+    margins = MarginModel(system.cascade, system.nominal, system.timing, system.vehicle).evaluate(
+        study.default_row[None]
+    )
+    phase = np.degrees(margins.phase.value[0])
+    gain = decibel(np.minimum(margins.gain_up.value[0], margins.gain_down.value[0]))
+    expected = {("phase_margin(attitude)", axis): phase[AXES.index(axis)] for axis in ("roll", "pitch", "yaw")}
+    expected |= {("gain_margin", axis): gain[AXES.index(axis)] for axis in AXES}
+    found = {(row["label"], row["loop"]): row["value"] for row in figures["default"]}
+    assert found == {key: pytest.approx(value) for key, value in expected.items()}
+    assert all(row["kept"] == (row["value"] >= row["limit"]) for row in figures["default"])
+    _, out = told(path)
+    assert f"{phase[5]:.3g}" in next(
+        line for line in out.splitlines() if line.strip().startswith("phase_margin(attitude)")
+    )
+
+
+def test_a_limit_that_nothing_searched_moves_is_hopeless_before_any_flight(checked, told, tmp_path):
+    fixed = changed('"roll.k1" = 20.0', '"roll.k1" = 20.0\n"yaw.lambda" = 100.0\n"yaw.omega_o" = 60.0')
+    path = write(tmp_path, fixed + MARGINS.format(20))
+    code, figures, _ = checked(path)
+    assert code == 1
+    found = next(entry for entry in figures["out_of_reach"] if entry["label"] == "phase_margin(attitude)")
+    assert found["loop"] == "yaw" and found["certain"] and found["moved_by"] == []
+    fixed_gains = {entry["gain"]: entry["value"] for entry in found["fixed"]}
+    assert fixed_gains["yaw.lambda"] == 100.0 and all(name.startswith("yaw.") for name in fixed_gains)
+    assert found["design"]["value"] > 20.0
+    _, out = told(path)
+    assert "in the yaw loop reaches" in out and "`tuner design` reaches" in out
+
+
+def test_a_limit_that_a_draw_keeps_is_no_problem(checked, tmp_path):
+    code, figures, _ = checked(write(tmp_path, STUDY + MARGINS.format(1)))
+    assert code == 0 and figures["out_of_reach"] == [] and figures["problems"] == []
+
+
+def test_an_airframe_is_checked_as_one(checked, told, tmp_path):
+    path = tmp_path / "own.toml"
+    shutil.copy(HUMMINGBIRD.path, path)
+    code, figures, _ = checked(path)
+    assert code == 0 and figures["kind"] == "airframe" and figures["name"] == "own"
+    assert figures["thrust_to_weight"]["value"] > 1.0
+    assert "thrust_to_weight" in told(path)[1]
+    path.write_text(path.read_text().replace("mass = { value = 0.698", "mass = { value = 698"))
+    code, _, err = checked(path)
+    assert code == 2 and "own.toml" in err and "thrust" in err
+
+
+def test_gains_are_checked_as_gains(checked, told, tmp_path):
+    study = load_study(write(tmp_path, STUDY))
+    path = tmp_path / "gains.json"
+    document = to_document(controller_for(study, study.default_row), {})
+    path.write_text(json.dumps(document))
+    code, figures, _ = checked(path)
+    assert code == 0 and figures["valid"]
+    assert "--requirements STUDY" in told(path)[1]
+    path.write_text(json.dumps({**document, "gains": {}}))
+    assert checked(path)[0] == 2
+
+
+def test_a_contest_is_checked_as_one(checked, tmp_path):
+    code, figures, _ = checked(write_contest(tmp_path))
+    assert code == 0 and figures["kind"] == "contest" and figures["contenders"]
+
+
+def test_a_folder_is_told_where_to_go(checked, tmp_path):
+    code, _, err = checked(tmp_path)
+    assert code == 2 and "tuner show" in err
+
+
+def test_automatic_limits_are_told_with_their_key(checked, told, tmp_path):
+    path = write(tmp_path, STUDY)
+    _, figures, _ = checked(path)
+    # A step of 1 m at 0.5 s of 2 s.
+    (row,) = figures["automatic_limits"]
+    assert row == {
+        "label": "quantile50(rms.position)@gusts", "unit": "m", "limit": pytest.approx(0.7 * sqrt(0.75), rel=1e-3),
+        "key": "mission.followed",
+    }  # fmt: skip
+    assert "quantile50(rms.position)@gusts at most 0.6062 m (automatic: mission.followed)" in told(path)[1]
+
+
+def test_the_shipped_quickstart_is_fine(checked):
+    code, figures, _ = checked(QUICKSTART)
+    assert code == 0 and figures["out_of_reach"] == []
+    limit = degrees(atan(load_study(QUICKSTART).system.nominal.tilt_tangent))
+    assert all(row["tilt_deg"] < limit for row in figures["trim"])

@@ -1,0 +1,121 @@
+"""Verdicts one by one: intervals against SciPy's, limits met, crossed and broken, and what has to agree."""
+
+from dataclasses import replace
+from math import inf
+
+import numpy as np
+import pytest
+from scipy.stats import binomtest
+
+from objectives.metrics import parse
+from objectives.problem import Objective
+from objectives.requirements import Requirement
+from objectives.risk import Risk
+from plant.airframes import load
+from plant.errors import InputError
+from plant.laws import law
+from plant.seeds import generator
+from tests.tuner.conftest import QUICKSTART, SMALL
+from tuner.analysis.judging.agreement import check_agreement, differences
+from tuner.analysis.judging.rows import interval, known_row, overall, share_interval, verdict
+from tuner.cli.design import controller_for
+from tuner.study import load_study
+
+
+@pytest.fixture(scope="module")
+def study():
+    return load_study(QUICKSTART, SMALL)
+
+
+def draw():
+    return generator(5, "test/judging", 0)
+
+
+@pytest.mark.parametrize("hits", [0, 1, 7, 63, 64])
+def test_shares_have_scipy_s_exact_interval(hits):
+    expected = binomtest(hits, 64).proportion_ci(0.95, method="exact")
+    assert share_interval(hits, 64) == pytest.approx((expected.low, expected.high), abs=1e-12)
+
+
+def test_no_lost_flight_in_a_thousand_is_no_proof_of_none():
+    failure = Objective(parse("failure"), Risk("mean"))
+    low, high = interval(failure, np.zeros(1000), draw())
+    # 1 - 0.025^(1/1000): the rule of 3.7.
+    assert low == 0.0 and high == pytest.approx(3.69e-3, rel=1e-2)
+    assert verdict(0.0, 0.0, high) == "not certain" and verdict(0.01, 0.0, high) == "pass"
+
+
+def test_a_mean_has_the_bootstrap_s_interval_and_a_worst_case_none():
+    scores = draw().normal(3.0, 1.0, size=400)
+    low, high = interval(Objective(parse("travel"), Risk("mean")), scores, draw())
+    assert (low, high) == pytest.approx((scores.mean(axis=0) - 0.098, scores.mean(axis=0) + 0.098), abs=0.015)
+    assert interval(Objective(parse("travel"), Risk("worst")), scores, draw()) == (None, None)
+
+
+@pytest.mark.parametrize(
+    ("most", "value", "high", "said"),
+    [
+        (None, 5.0, 6.0, "reported"),
+        (2.0, 1.0, 1.5, "pass"),
+        (2.0, 1.0, 2.0, "pass"),
+        (2.0, 2.0, 2.1, "not certain"),
+        (2.0, 2.1, 2.2, "fail"),
+        (2.0, 1.0, None, "not certain"),
+        (2.0, 2.1, None, "fail"),
+    ],
+)
+def test_verdicts_on_flights(most, value, high, said):
+    assert verdict(most, value, high) == said
+
+
+@pytest.mark.parametrize(
+    ("sense", "hard", "value", "said"),
+    [
+        ("least", True, 35.0, "pass"),
+        ("least", True, 34.9, "fail"),
+        ("least", False, 34.9, "target missed"),
+        ("least", False, inf, "target kept"),
+        ("most", True, inf, "fail"),
+    ],
+)
+def test_verdicts_without_flights(sense, hard, value, said):
+    row = known_row(Requirement("margin", "what it is", "deg", 35.0, sense, hard), value)
+    assert (row.verdict, row.low, row.high, row.flights, row.sense) == (said, None, None, 0, sense)
+
+
+def test_the_worst_row_decides_and_a_target_does_not():
+    def rows(*said):
+        one = known_row(Requirement("margin", "what", "1", 1.0, "least"), 2.0)
+        return [replace(one, verdict=entry) for entry in said]
+
+    assert overall(rows("pass", "reported", "target missed")) == "pass"
+    assert overall(rows("pass", "not certain")) == "not certain"
+    assert overall(rows("not certain", "fail", "pass")) == "fail"
+
+
+def test_everything_that_differs_is_named(study):
+    mine = controller_for(study, study.default_row)
+    assert differences(mine, study) == []
+    other = replace(
+        mine, airframe=load("iris"), control_period=0.002, options=replace(mine.options, delay=False),
+        cascade=replace(mine.cascade, attitude=law("pid")),
+    )  # fmt: skip
+    with pytest.raises(InputError) as caught:
+        check_agreement(other, QUICKSTART.with_name("g.json"), study)
+    said = str(caught.value)
+    for words in ("airframe 'iris' instead of 'hummingbird'", "attitude law 'pid' instead of 'hybrid'",
+                  "control_period [s] 0.002 instead of 0.004", "delay False instead of True"):  # fmt: skip
+        assert words in said
+    assert "position law" not in said and "lag_aware" not in said and said.startswith(f"{QUICKSTART}: airframe: ")
+
+
+def test_an_angle_is_told_in_the_unit_of_its_key(study):
+    mine = controller_for(study, study.default_row)
+    other = replace(mine, options=replace(mine.options, tilt_limit=np.pi / 4))
+    assert differences(other, study) == ["tilt_limit_deg 45 instead of 30"]
+
+
+def test_an_airframe_of_the_same_name_with_other_numbers_is_another(study):
+    mine = controller_for(study, study.default_row)
+    heavier = mine.airframe.vehicle._replace(mass=2.0)
+    assert "has other numbers" in differences(replace(mine, airframe=replace(mine.airframe, vehicle=heavier)), study)[0]

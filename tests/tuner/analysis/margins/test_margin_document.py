@@ -1,0 +1,248 @@
+"""`tuner margins` and its JSON: schema, units, notes for what has no end, exit codes."""
+
+import json
+import os
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+from typer.testing import CliRunner
+
+from objectives.margins.requirement import MARGINS
+from objectives.margins.trim import Trim
+from tests.tuner.conftest import QUICKSTART
+from tests.tuner.experiments.again.killing import assert_covered
+from tuner.analysis.margins.document import default_requirements, margins_document
+from tuner.analysis.margins.limits import LIMITS, Limit
+from tuner.analysis.margins.readings import SHOWN, subject_of
+from tuner.analysis.margins.study_limits import study_requirements
+from tuner.cli.fly import controller_of
+from tuner.cli.main import app
+from tuner.cli.margins import marks_of
+from tuner.gains import to_document
+
+ROOT = Path(__file__).parents[4]
+CHANNELS = ("x", "y", "z", "roll", "pitch", "yaw")
+
+
+def asked(*arguments):
+    return CliRunner().invoke(app, ["margins", *map(str, arguments)])
+
+
+def subject(law, trim=None):
+    return subject_of(controller_of(None, law, "ladrc", None), trim or Trim())
+
+
+@pytest.fixture(scope="module")
+def hybrid():
+    return subject("hybrid")
+
+
+@pytest.fixture(scope="module")
+def document(hybrid):
+    return json.loads(json.dumps(margins_document(hybrid, default_requirements(hybrid)), allow_nan=False))
+
+
+def test_the_schema_is_that_of_the_docstring(document):
+    assert list(document) == [
+        "format", "version", "airframe", "laws", "control_period", "trim", "channels", "multiloop", "requirements", "passed",
+    ]  # fmt: skip
+    assert [entry["channel"] for entry in document["channels"]] == list(CHANNELS)
+    for entry in document["channels"]:
+        assert list(entry) == ["channel", "stable", "growth", "amplitude_dependent", "quantities", "disk_range"]
+        assert list(entry["quantities"]) == [shown.name for shown in SHOWN]
+        for reading in entry["quantities"].values():
+            assert list(reading) == ["value", "unit", "frequency", "case", "note"]
+            assert (reading["value"] is None) == (reading["note"] is not None)
+            assert reading["frequency"] is None or reading["frequency"]["unit"] == "rad/s"
+
+
+def test_names_units_and_values_are_those_of_margin_tables(hybrid, document):
+    for shown in SHOWN:
+        quantity = MARGINS[shown.name]
+        values = quantity.read(hybrid.margins)[0]
+        assert shown.unit == quantity.unit
+        for i, entry in enumerate(document["channels"]):
+            found = entry["quantities"][shown.name]["value"]
+            assert found is None if np.isinf(values[i]) else found == pytest.approx(values[i], rel=1e-12)
+
+
+def test_only_loops_with_a_nonlinear_term_name_an_amplitude(document):
+    by_name = {entry["channel"]: entry for entry in document["channels"]}
+    assert not by_name["z"]["amplitude_dependent"] and by_name["z"]["quantities"]["ms"]["case"] is None
+    assert by_name["roll"]["amplitude_dependent"] and by_name["roll"]["quantities"]["ms"]["case"] == "steepest slope"
+
+
+def test_an_infinite_margin_is_null_and_says_why(document):
+    x = document["channels"][0]["quantities"]["gain_down"]
+    assert x["value"] is None and "no fall" in x["note"]
+
+
+def test_unstable_loops_say_so():
+    found = subject("supertwisting")
+    document = margins_document(found, default_requirements(found))
+    roll = document["channels"][3]
+    assert not roll["stable"] and roll["growth"]["value"] > 0.0
+    assert roll["quantities"]["ms"] == {
+        "value": None, "unit": "1", "frequency": None, "case": roll["quantities"]["ms"]["case"],
+        "note": "the loop is not stable",
+    }  # fmt: skip
+    assert not document["passed"]
+
+
+def test_attitude_mode_has_no_loop_in_x_and_y():
+    found = subject("pid", Trim(hold=False))
+    document = margins_document(found, default_requirements(found))
+    assert [entry["channel"] for entry in document["channels"]] == ["z", "roll", "pitch", "yaw"]
+    assert {row["channel"] for row in document["requirements"]} == {"z", "roll", "pitch", "yaw"}
+
+
+def test_requirements_are_judged_with_hard_limits_and_soft_targets(document):
+    rows = {row["label"]: row for row in document["requirements"]}
+    phase, target = rows["phase_margin(roll)"], rows["phase_margin(roll) target"]
+    assert phase["limit"] == 35.0 and phase["hard"] and not phase["kept"] and phase["value"] < 35.0
+    assert target["limit"] == 45.0 and not target["hard"]
+    assert rows["phase_margin(z)"]["kept"] and rows["gain_up(roll)"]["unit"] == "dB"
+    assert len(rows) == 6 * (1 + len(LIMITS) + sum(limit.target is not None for limit in LIMITS))
+    assert marks_of(document["requirements"])["roll", "phase_margin"] == "!"
+
+
+@pytest.mark.parametrize(("sense", "inside", "outside"), [("least", 2.0, 1.999), ("most", 2.0, 2.001)])
+def test_a_limit_itself_is_kept(sense, inside, outside):
+    limit = Limit("ms", sense, 2.0)
+    assert limit.kept(inside) and not limit.kept(outside)
+    assert limit.kept(np.inf) == (sense == "least")
+
+
+def test_exit_code_and_json_of_the_command(tmp_path):
+    kept, broken = asked("--law", "pid", "--json"), asked("--law", "hybrid", "--json")
+    assert (kept.exit_code, broken.exit_code) == (0, 1)
+    assert json.loads(kept.stdout)["passed"] and not json.loads(broken.stdout)["passed"]
+    path = tmp_path / "gains.json"
+    path.write_text(json.dumps(to_document(controller_of(None, "pid", "ladrc", None), {})))
+    assert json.loads(asked(path, "--json").stdout) == json.loads(kept.stdout)
+
+
+def test_the_table_names_every_quantity_with_its_unit():
+    shown = asked("--law", "hybrid").stdout
+    for word in (
+        "gain up [dB]",
+        "phase [deg]",
+        "delay [ms]",
+        "delay [periods]",
+        "Ms",
+        "disk margin",
+        "load [1/s^3]",
+        "BROKEN",
+    ):
+        assert word in shown
+    assert max(map(len, shown.splitlines())) <= 80
+
+
+def test_bad_input_ends_with_code_2_and_one_line():
+    command = [sys.executable, "-c", "from tuner.cli.main import main; main()", "margins", "nowhere.json"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=120, check=False)
+    assert done.returncode == 2 and "there is no such file" in done.stderr and "Traceback" not in done.stderr
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        ([], "--law"),
+        (["--law", "hybrid", "--wind", 80], "no steady flight"),
+        (["--law", "hybrid", "--wind", 3, "--attitude-only"], "attitude mode"),
+        (["--law", "pid", "--study", QUICKSTART], "'hybrid'"),
+    ],
+)
+def test_what_cannot_be_judged_is_refused(arguments, words):
+    done = asked(*arguments)
+    assert words in str(done.exception) and done.stdout == ""
+
+
+def test_a_folder_with_anything_in_it_is_not_touched(tmp_path):
+    (tmp_path / "mine.txt").write_text("mine")
+    assert "nothing in it was touched" in str(asked("--law", "pid", "--out", tmp_path).exception)
+    assert [entry.name for entry in tmp_path.iterdir()] == ["mine.txt"]
+
+
+def test_the_margin_tables_of_a_study_take_the_place_of_the_limits(tmp_path):
+    study = tmp_path / "study.toml"
+    text = QUICKSTART.read_text()
+    cut = text.index("[[margin]]") if "[[margin]]" in text else len(text)
+    rest = text[text.index("[search]") :] if "[[margin]]" in text else ""
+    tables = '\n[[margin]]\nquantity = "ms"\naxis = "attitude"\nmost = 2.2\n\n[[margin]]\nquantity = "gain_up"\nleast = 3.0\n'
+    study.write_text(text[:cut] + tables + rest)
+    controller = controller_of(None, "hybrid", "ladrc", None)
+    rows = study_requirements(study, controller)
+    assert rows is not None and [row["label"] for row in rows] == ["ms(attitude)", "gain_up"]
+    assert rows[0]["limit"] == 2.2 and not rows[0]["kept"] and rows[1]["unit"] == "dB"
+    done = asked("--law", "hybrid", "--study", study, "--json")
+    assert done.exit_code == 1 and json.loads(done.stdout)["requirements"] == rows
+    assert "ms(attitude)" in asked("--law", "hybrid", "--study", study).stdout
+
+
+def test_a_study_without_margin_tables_leaves_the_limits_as_they_are(tmp_path):
+    study = tmp_path / "study.toml"
+    text = QUICKSTART.read_text()
+    study.write_text("\n\n".join(part for part in text.split("\n\n") if "[[margin]]" not in part))
+    assert study_requirements(study, controller_of(None, "hybrid", "ladrc", None)) is None
+
+
+@pytest.mark.parametrize("command", ["margins", "design"])
+def test_help_has_an_example(command):
+    done = CliRunner().invoke(app, [command, "--help"])
+    assert done.exit_code == 0 and f"Example: tuner {command}" in " ".join(done.stdout.split())
+
+
+def test_out_holds_the_document_with_extents_that_are_printed_too(tmp_path, monkeypatch):
+    from tuner.analysis.margins.mismatch import Extent
+    from tuner.report.margins import figures
+
+    ends = [Extent("mass", "stability", 0.5, None), Extent("mass", "limits", 1.0, 1.0)]
+    monkeypatch.setattr(figures, "write_margin_figures", lambda *_: ends)
+    done = asked("--law", "pid", "--out", tmp_path / "new")
+    assert_covered(tmp_path / "new")
+    written = json.loads((tmp_path / "new" / "margins.json").read_text())
+    assert done.exit_code == 0
+    assert written["mismatch"] == [
+        {"factor": "mass", "criterion": "stability", "low": 0.5, "high": None, "note": written["mismatch"][0]["note"]},
+        {"factor": "mass", "criterion": "limits", "low": 1.0, "high": 1.0, "note": None},
+    ]
+    assert "as far as was tried" in written["mismatch"][0]["note"]
+    shown = " ".join(done.stdout.split())
+    assert (
+        "Mass alone: stable from 0.50 to more than 4 times" in shown
+        and "not within the limits even as assumed" in shown
+    )
+
+
+def test_certificates_are_those_that_apply_to_each_axis(monkeypatch):
+    from objectives.certificates.certificate import Certificate, CertificateInfo
+    from tuner.analysis.margins import certificates
+
+    info = CertificateInfo(
+        "mine", "title", "source", frozenset({"pid"}), lambda _: Certificate(2.0, "s", True, "because")
+    )
+    monkeypatch.setattr(certificates, "CERTIFICATES", {"mine": info})
+    found = json.loads(asked("--law", "pid", "--certificates", "--json").stdout)["certificates"]
+    assert [row["axis"] for row in found] == ["roll", "pitch", "yaw"]
+    assert found[0] == {
+        "axis": "roll", "name": "mine", "title": "title", "value": 2.0, "unit": "s", "verified": True, "why": "because",
+        "source": "source",
+    }  # fmt: skip
+    assert "because" in asked("--law", "pid", "--certificates").stdout
+
+
+def test_the_first_compilation_is_announced_on_stderr_and_no_other(tmp_path):
+    """With a cache that is empty, in a process of its own; what is on stdout stays JSON."""
+    told, command = [], [sys.executable, "-c", "from tuner.cli.main import main; main()"]
+    for _ in range(2):
+        done = subprocess.run(
+            [*command, "margins", "--law", "pid", "--json"], cwd=ROOT, capture_output=True,
+            text=True, timeout=120, check=False, env={**os.environ, "TUNER_CACHE_DIR": str(tmp_path)},
+        )  # fmt: skip
+        assert json.loads(done.stdout)["format"]
+        told.append(done.stderr)
+    assert "Compiling the margins" in told[0] and "Compiling" not in told[1]

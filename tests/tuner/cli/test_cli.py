@@ -1,0 +1,141 @@
+"""The command line as a user meets it: subprocesses, exit codes, one message and no traceback."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import pytest
+from typer.main import get_group
+from typer.testing import CliRunner
+
+from tests.tuner.conftest import QUICKSTART
+from tuner.cli.app import GROUPS
+from tuner.cli.listing import LISTINGS
+from tuner.cli.main import app
+
+ROOT = Path(__file__).parents[3]
+COMMANDS = get_group(app).commands
+
+
+def tuner(*arguments, cwd=ROOT):
+    command = [sys.executable, "-c", "from tuner.cli.main import main; main()", *map(str, arguments)]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=300, check=False)
+
+
+def refused(done):
+    assert done.returncode == 2, done.stderr
+    assert "Traceback" not in done.stderr
+    assert done.stdout == ""
+    return done.stderr
+
+
+@pytest.mark.parametrize("command", COMMANDS)
+def test_help_has_an_example(command):
+    done = CliRunner().invoke(app, [command, "--help"])
+    assert done.exit_code == 0
+    assert f"Example: tuner {command}" in " ".join(done.stdout.split())
+
+
+def test_help_has_every_command_below_one_heading():
+    listed = [name for names in GROUPS.values() for name in names]
+    assert sorted(listed) == sorted(COMMANDS)
+    text = CliRunner().invoke(app, ["--help"]).stdout
+    assert "..." not in text.partition("Options:")[2]
+    assert all(f"\n{heading}:\n" in text for heading in GROUPS)
+
+
+def test_help_does_not_import_the_heavy_libraries():
+    code = (
+        "import sys\nfrom typer.testing import CliRunner\nfrom tuner.cli.main import app\n"
+        "assert CliRunner().invoke(app, ['--help']).exit_code == 0\n"
+        "print([m for m in ('numpy', 'numba', 'casadi', 'pandas', 'plotly', 'matplotlib', 'pymoo', 'pydantic') if m in sys.modules])"
+    )
+    done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
+    assert done.stdout.strip() == "[]"
+
+
+@pytest.mark.parametrize("what", LISTINGS)
+def test_list_as_table_and_json(what):
+    rows = json.loads(tuner("list", what, "--json").stdout)
+    assert rows
+    first = str(next(iter(rows[0].values())))
+    assert first in tuner("list", what).stdout.replace("\n", "")
+
+
+def test_the_help_of_list_names_every_listing():
+    said = " ".join(CliRunner().invoke(app, ["list", "--help"]).stdout.replace(",", "").replace(".", "").split())
+    assert [what for what in LISTINGS if f" {what} " not in said] == []
+
+
+def test_list_of_nothing_known_names_the_nearest():
+    assert "did you mean 'laws'" in refused(tuner("list", "lawz"))
+
+
+def test_check_says_what_a_study_would_fly():
+    figures = json.loads(tuner("check", QUICKSTART, "--json").stdout)
+    assert figures["search_flights"] == 32 * 14 * 32
+
+
+def test_new_writes_a_study_that_loads_and_never_overwrites(tmp_path):
+    assert tuner("new", "my_quad", cwd=tmp_path).returncode == 0
+    assert tuner("check", "my_quad.toml", cwd=tmp_path).returncode == 0
+    before = (tmp_path / "my_quad.toml").read_bytes()
+    assert "exists already" in refused(tuner("new", "my_quad", cwd=tmp_path))
+    assert (tmp_path / "my_quad.toml").read_bytes() == before
+
+
+def test_run_fly_report_one_after_the_other(tmp_path):
+    folder = tmp_path / "out"
+    small = [
+        "--set", "search.population=8", "--set", "search.generations=2", "--set", "scenario.0.search=4",
+        "--set", "scenario.0.held_out=16",
+    ]  # fmt: skip
+    done = tuner("run", QUICKSTART, "--out", folder, "--threads", 2, *small)
+    assert done.returncode == 0, done.stderr
+    assert "generation 2/2" in done.stdout
+    assert "tuned - default" in done.stdout
+    assert "exists already" in refused(tuner("run", QUICKSTART, "--out", folder, *small))
+    picture = tmp_path / "fly.png"
+    flown = tuner("fly", folder / "gains.json", "--seeds", 16, "--plot", picture, "--json")
+    assert flown.returncode == 0, flown.stderr
+    figures = json.loads(flown.stdout)
+    assert figures["flights"] == 16
+    assert {"itae.position", "travel", "failure"} <= {row["metric"] for row in figures["metrics"]}
+    assert picture.read_bytes().startswith(b"\x89PNG")
+    (folder / "report.html").unlink()
+    assert tuner("report", folder).returncode == 0
+    assert (folder / "report.html").stat().st_size > 1_000_000
+
+
+def test_bad_input_is_one_line_on_stderr(tmp_path):
+    broken = tmp_path / "broken.toml"
+    broken.write_text(QUICKSTART.read_text().replace("population = 32", "populaton = 32"))
+    message = refused(tuner("run", broken, "--out", tmp_path / "never"))
+    assert message.count("\n") == 1
+    assert "search.populaton" in message and "did you mean 'population'" in message and str(broken) in message
+    assert not (tmp_path / "never").exists()
+
+
+@pytest.mark.parametrize(
+    ("arguments", "words"),
+    [
+        (["run", "nowhere.toml"], "there is no such file"),
+        (["run", QUICKSTART, "--set", "search.generations"], "KEY=VALUE"),
+        (["fly"], "--law"),
+        (["fly", "nowhere.json"], "there is no such file"),
+        (["fly", "--law", "hybird"], "did you mean 'hybrid'"),
+        (["fly", "--law", "hybrid", "--airframe", "iriss"], "did you mean 'iris'"),
+        (["fly", "--law", "hybrid", "--study", QUICKSTART, "--scenario", "3"], "allowed: 0 to 0"),
+        (["report", "nowhere"], "no finished results folder"),
+        (["run", QUICKSTART, "--treads", "2"], "--treads"),
+    ],
+)
+def test_bad_arguments(arguments, words):
+    assert words in refused(tuner(*arguments))
+
+
+def test_debug_shows_the_traceback():
+    done = tuner("--debug", "fly", "nowhere.json")
+    assert done.returncode != 0
+    assert "Traceback" in done.stderr

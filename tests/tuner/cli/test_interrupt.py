@@ -1,0 +1,164 @@
+"""Ctrl-C and SIGTERM at a real process: one line that names what goes on with it, the exit code of the signal, nothing lost.
+
+At many instants: pytest -n 0 -m slow tests/tuner/cli/test_interrupt.py.
+"""
+
+import os
+import signal
+import subprocess
+import sys
+import time
+
+import pytest
+
+from plant.seeds import generator
+from tests.tuner.experiments.again.killing import (
+    assert_sealed,
+    command,
+    compare,
+    finish,
+    result_of,
+    run_arguments,
+    timed,
+)
+
+PATIENCE = 120
+
+
+def started(*arguments, code=None, **named):
+    """A process that listens to Ctrl-C whoever started us, and would not hear that of our terminal."""
+    words = command(*arguments) if code is None else [sys.executable, "-c", code, *map(str, arguments)]
+    return subprocess.Popen(
+        words, stdout=subprocess.PIPE, stderr=subprocess.PIPE, text=True, start_new_session=True,
+        preexec_fn=lambda: signal.signal(signal.SIGINT, signal.default_int_handler), **named,
+    )  # fmt: skip
+
+
+def ended(process, number=signal.SIGINT, group=False):
+    """Send a signal, to the whole group as a terminal does or to the process alone, and return exit code and messages."""
+    (os.killpg if group else os.kill)(process.pid, number)
+    _, err = process.communicate(timeout=PATIENCE)
+    return process.returncode, err
+
+
+def until(there, process):
+    end = time.monotonic() + PATIENCE
+    while not there():
+        assert process.poll() is None and time.monotonic() < end, process.communicate()
+        time.sleep(0.01)
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("interrupt") / "alone"
+    return folder, timed(folder)
+
+
+@pytest.mark.parametrize(
+    ("number", "code", "marker"),
+    [(signal.SIGINT, 130, "generations/0001.parquet"), (signal.SIGTERM, 143, "responses.parquet")],
+)
+def test_a_run_names_what_goes_on_with_it(alone, tmp_path, number, code, marker):
+    folder = tmp_path / "r"
+    process = started(*run_arguments(folder))
+    until((folder / marker).exists, process)
+    assert ended(process, number, group=True) == (code, f"Interrupted; go on with `tuner resume {folder}`.\n")
+    if number == signal.SIGINT:
+        finish("resume", folder)
+        compare(result_of(folder), result_of(alone[0]))
+        assert_sealed(folder, alone[0])
+
+
+def test_a_command_without_a_resume_promises_none(tmp_path):
+    from tests.tuner.conftest import QUICKSTART
+
+    folder = tmp_path / "s"
+    process = started("sensitivity", QUICKSTART, "--samples", 4096, "--out", folder)
+    until((folder / ".lock").exists, process)
+    # Behind the import of scipy's Sobol sequences: a signal that lands in that C code is printed there, whoever handles it.
+    time.sleep(6.0)
+    assert process.poll() is None
+    assert ended(process) == (130, f"Interrupted; remove {folder} and give the command again.\n")
+
+
+def test_a_command_without_a_folder_just_ends():
+    process = started("fly", "--law", "hybrid", "--seeds", 200_000)
+    time.sleep(3.0)
+    assert process.poll() is None
+    assert ended(process) == (130, "Interrupted.\n")
+
+
+# What raises the signal where an exception cannot be taken, or makes another one of it.
+LOST = {
+    "a destructor": "class Gone:\n    def __del__(self): signal.raise_signal(signal.SIGINT)\nGone(); time.sleep(30)",
+    "an import": "try: signal.raise_signal(signal.SIGINT)\nexcept BaseException: raise ImportError('numpy failed') from None",
+}
+
+
+@pytest.mark.parametrize("where", LOST)
+def test_a_signal_is_not_lost_where_its_exception_is(where):
+    body = "".join(f"    {line}\n" for line in LOST[where].splitlines())
+    code = f"import signal, sys, time\nfrom tuner.cli.errors import guarded\ndef work():\n{body}sys.exit(guarded(work))"
+    process = started(code=code)
+    _, err = process.communicate(timeout=PATIENCE)
+    assert (process.returncode, err) == (130, "Interrupted.\n")
+
+
+def test_the_second_signal_waits_for_nothing():
+    code = (
+        "import signal, sys, time\nfrom tuner.cli.errors import guarded\n"
+        "def work():\n"
+        "    try: print('begun', flush=True); time.sleep(60)\n"
+        "    finally: print('ending', flush=True); time.sleep(60)\n"
+        "sys.exit(guarded(work))"
+    )
+    process = started(code=code)
+    assert process.stdout is not None and process.stdout.readline() == "begun\n"
+    os.kill(process.pid, signal.SIGINT)
+    assert process.stdout.readline() == "ending\n"
+    assert ended(process) == (130, "")
+
+
+def test_an_ignored_signal_stays_ignored():
+    code = (
+        "import signal, sys\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\nfrom tuner.cli.errors import guarded\n"
+        "sys.exit(guarded(lambda: signal.raise_signal(signal.SIGINT)))"
+    )
+    process = started(code=code)
+    assert (*process.communicate(timeout=PATIENCE), process.returncode) == ("", "", 0)
+
+
+def test_output_that_cannot_be_written_is_one_line():
+    with open("/dev/full", "w") as full:
+        done = subprocess.run(command("list", "laws"), stdout=full, stderr=subprocess.PIPE, text=True, check=False)
+    assert done.returncode == 2
+    assert done.stderr == "Error: No space left on device; nothing more was written\n"
+
+
+def test_a_reader_that_has_gone_is_no_error():
+    reader, writer = os.pipe()
+    os.close(reader)
+    done = subprocess.run(command("list", "laws"), stdout=writer, stderr=subprocess.PIPE, text=True, check=False)
+    os.close(writer)
+    assert (done.returncode, done.stderr) == (1, "")
+
+
+@pytest.mark.slow
+def test_a_run_interrupted_at_forty_instants(alone, tmp_path):
+    """From the first moment on: before and after the command's own work a signal ends the process without a word."""
+    expected, seconds = alone
+    draw = generator(1, "test/interrupt", 0)
+    for i, instant in enumerate(draw.uniform(0.0, seconds, 40)):
+        folder, number = tmp_path / f"r{i}", (signal.SIGINT, signal.SIGTERM)[i % 2]
+        process = started(*run_arguments(folder))
+        time.sleep(instant)
+        code, err = ended(process, number, group=bool(i % 3))
+        if code == 0:
+            continue
+        assert code in (128 + number, -number) and err.count("\n") <= 1 and "Traceback" not in err, (instant, err)
+        assert err.startswith("Interrupted") or not (folder / "run.json").exists(), (instant, err)
+        if (folder / "run.json").exists():
+            assert err == f"Interrupted; go on with `tuner resume {folder}`.\n"
+            finish("resume", folder)
+            compare(result_of(folder), result_of(expected))
+            assert_sealed(folder, expected)

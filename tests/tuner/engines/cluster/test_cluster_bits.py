@@ -1,0 +1,147 @@
+"""Four worker processes give the bits of none, whatever the blocks, the number of workers, and whoever is killed on the way."""
+
+import os
+import signal
+
+import numpy as np
+import pytest
+
+import tuner.report
+from tests.tuner.conftest import NoDrawing
+from tests.tuner.engines.cluster.clusters import problem_with, small_study, some_fleet, some_gains
+from tests.tuner.experiments.again.killing import compare, result_of
+from tuner.experiments.again.resume import reopen
+from tuner.experiments.tuning.run import run_study
+from tuner.search.watcher import Watcher
+from tuner.store.folder import Folder
+
+pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install holdfast[dask]")
+
+from distributed import Client, LocalCluster  # noqa: E402
+
+from tuner.engines.cluster.connect import quiet, refuse_unlike  # noqa: E402
+from tuner.engines.cluster.engine import DaskEngine  # noqa: E402
+
+
+@pytest.fixture(scope="module")
+def cluster():
+    with (
+        quiet(),
+        LocalCluster(n_workers=4, threads_per_worker=1, dashboard_address=":0", silence_logs=60) as here,
+        Client(here) as client,
+    ):
+        client.wait_for_workers(4, timeout=120)
+        yield here, client
+
+
+@pytest.fixture(autouse=True)
+def without_pictures(monkeypatch):
+    """Pictures and page take most of the time of a short run, and other tests look at them."""
+    monkeypatch.setattr(tuner.report, "write_report", lambda folder: None)
+    monkeypatch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
+
+
+@pytest.fixture(scope="module")
+def alone(tmp_path_factory):
+    """What the study leaves behind without a cluster."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tuner.report, "write_report", lambda folder: None)
+        patch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
+        folder = tmp_path_factory.mktemp("alone") / "r"
+        run_study(small_study(), Folder.create(folder), Watcher(), 2)
+    return result_of(folder)
+
+
+class Killer(Watcher):
+    """Kills the worker that has most to do whenever so many flights have landed."""
+
+    def __init__(self, client, instants):
+        self._client, self._instants = client, list(instants)
+        self.flights, self.killed = 0, 0
+
+    def landed(self, flights):
+        self.flights += flights
+        if self._instants and self.flights >= self._instants[0]:
+            self._instants.pop(0)
+            busy = {address: len(tasks) for address, tasks in self._client.processing().items()}
+            worker = max(busy, key=lambda address: busy[address])
+            pid = self._client.run(os.getpid, workers=[worker])[worker]
+            os.kill(pid, signal.SIGKILL)
+            self.killed += 1
+
+
+def fly_on(client, folder, watcher, block=256, generations=3):
+    study = small_study(search__generations=generations)
+    engine = DaskEngine(client, study.system, study.seed, block)
+    return run_study(study, Folder.create(folder), watcher, 2, (), engine)
+
+
+class Counter(Watcher):
+    def __init__(self):
+        self.flights = 0
+        self.asked = 0
+
+    def searching(self, generations, flights):
+        self.asked += flights
+
+    def verifying(self, flights):
+        self.asked += flights
+
+    def landed(self, flights):
+        self.flights += flights
+
+
+def test_four_workers_leave_what_none_leave(cluster, alone, tmp_path):
+    _, client = cluster
+    refuse_unlike(client)
+    watcher = Counter()
+    fly_on(client, tmp_path / "r", watcher)
+    compare(result_of(tmp_path / "r"), alone)
+    # The bar of the progress display comes to its end.
+    assert watcher.flights == watcher.asked
+
+
+def test_killed_workers_cost_time_only(cluster, alone, tmp_path):
+    """Kills in the first generation, in a later one and in the held-out check, with blocks of one candidate."""
+    _, client = cluster
+    watcher = Killer(client, [8, 40, 150])
+    fly_on(client, tmp_path / "r", watcher, block=1)
+    assert watcher.killed == 3
+    compare(result_of(tmp_path / "r"), alone)
+
+
+def test_begun_on_a_cluster_and_resumed_without_and_the_other_way_round(cluster, alone, tmp_path):
+    _, client = cluster
+    fly_on(client, tmp_path / "there", Watcher(), generations=1)
+    study, folder = reopen(tmp_path / "there", 3)
+    run_study(study, folder, Watcher(), 2)
+    begun = small_study(search__generations=1)
+    run_study(begun, Folder.create(tmp_path / "here"), Watcher(), 2)
+    study, folder = reopen(tmp_path / "here", 3)
+    outcome = run_study(study, folder, Watcher(), 2, (), DaskEngine(client, study.system, study.seed))
+    # The first generation and its held-out check were there.
+    assert 0 < outcome.problem.flights_made < outcome.flights
+    search = {name: content for name, content in alone.items() if name.startswith(("flights/search", "generations/"))}
+    assert len(search) == 6
+    for path in (tmp_path / "there", tmp_path / "here"):
+        left = result_of(path)
+        compare({name: left[name] for name in search}, search)
+        compare({"front.csv": left["front.csv"]}, {"front.csv": alone["front.csv"]})
+
+
+def test_blocks_and_number_of_workers_do_not_matter(cluster):
+    """Last of all, because workers leave."""
+    here, client = cluster
+    study = small_study()
+    gains, fleet = some_gains(study, 23), some_fleet(study, 6)
+    expected = problem_with(study).results(gains, fleet, 0, 6)
+    assert len(np.unique(expected[..., 0])) > 100, "flights that are all different"
+    for workers, blocks in ((4, (1, 18, 10_000)), (2, (12, 10_000)), (1, (6, 256))):
+        here.scale(workers)
+        while len(client.nthreads()) > workers:
+            pass
+        for block in blocks:
+            engine = DaskEngine(client, study.system, study.seed, block)
+            assert engine.ready(fleet)
+            assert np.array_equal(engine.fly(gains, fleet, 0, 6), expected)
+            assert np.array_equal(engine.fly(gains[:1], fleet, 2, 5), expected[:1, 2:5])

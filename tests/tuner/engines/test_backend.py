@@ -1,0 +1,99 @@
+"""`tuner run --backend`: which engine flies, and what is said where there is no card."""
+
+from dataclasses import replace
+from pathlib import Path
+from types import SimpleNamespace
+from typing import Any
+
+import pytest
+
+from plant.backends import cuda_card
+from plant.errors import StoreError, UnknownNameError
+from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, loop
+from tests.tuner.in_process import tuner
+from tuner.engines import cuda as choice
+from tuner.store.folder import Folder
+from tuner.store.inputs import RunRecord, write_record
+
+
+def test_the_processor_flies_by_default_and_without_a_word():
+    assert choice.engine_named("lanes", system(), 1, pytest.fail) is None
+
+
+@pytest.mark.parametrize("backend", ["cuda", "cuda-float32"])
+@pytest.mark.parametrize("why", [cuda_card.NO_CARD, cuda_card.NO_COMPILER, cuda_card.NO_TOOLKIT])
+def test_without_a_card_the_processor_flies_and_one_line_says_so(monkeypatch, backend, why):
+    said = []
+    monkeypatch.setattr(cuda_card, "missing", lambda: why)
+    assert choice.engine_named(backend, system(), 1, said.append) is None
+    assert said == [f"{why}; flying on the processor instead"] and "\n" not in said[0]
+
+
+def test_an_unknown_backend_is_refused_with_the_nearest():
+    with pytest.raises(UnknownNameError, match="did you mean 'cuda'.*cuda, cuda-float32, lanes"):
+        choice.check("cida")
+
+
+def test_run_refuses_what_a_card_does_not_fly(monkeypatch, capsys):
+    code, _, error = tuner(monkeypatch, capsys, "run", "studies/quickstart.toml", "--backend", "gpu")
+    assert code == 2 and "--backend: unknown backend 'gpu'" in error
+    code, _, error = tuner(
+        monkeypatch, capsys, "run", "studies/quickstart.toml", "--backend", "cuda", "--dask", "local:1"
+    )
+    assert code == 2 and "give --dask or --backend" in error
+    code, _, error = tuner(monkeypatch, capsys, "run", "studies/contest.toml", "--backend", "cuda")
+    assert code == 2 and "only a tuning study flies on a graphics card" in error
+
+
+def test_run_says_in_one_line_who_flies_instead(monkeypatch, capsys, tmp_path):
+    # The folder that exists already ends the command right after the engine was chosen.
+    monkeypatch.setattr(cuda_card, "missing", lambda: cuda_card.NO_COMPILER)
+    code, out, error = tuner(
+        monkeypatch, capsys, "run", "studies/quickstart.toml", "--backend", "cuda-float32", "--out", tmp_path
+    )
+    assert code == 2 and str(tmp_path) in error
+    assert f"{cuda_card.NO_COMPILER}; flying on the processor instead\n" == out
+
+
+def system():
+    from objectives.system import System
+
+    return System(VEHICLE, loop().cascade, NOMINAL, LIMITS, TIMING)
+
+
+def recorded(folder, arithmetic):
+    """A results folder of which nothing is read but who flew it."""
+    made = Folder.create(folder)
+    write_record(made, replace(RunRecord("tuning", Path("inputs/a.toml"), "d", 3, "m"), arithmetic=arithmetic))
+    made.close()
+    return folder
+
+
+def flying(arithmetic: str) -> Any:
+    """An engine of which nothing is asked but its arithmetic."""
+    return SimpleNamespace(arithmetic=arithmetic)
+
+
+def test_what_the_processor_flew_it_flies_again(tmp_path):
+    cluster = flying("lanes")
+    folder = recorded(tmp_path / "lanes", "lanes")
+    assert choice.engine_again(folder, system(), 1) is None
+    assert choice.engine_again(folder, system(), 1, cluster) is cluster
+
+
+def test_another_arithmetic_is_never_mixed_in(monkeypatch, tmp_path):
+    """A run of a card goes on with the same card, compiler and driver or not at all."""
+    flown = "cuda-float32, sm_90, numba-cuda 0.30.4, CUDA 13.0"
+    folder = recorded(tmp_path / "card", flown)
+    monkeypatch.setattr(choice, "engine_named", lambda *_: None)
+    with pytest.raises(StoreError, match="sm_90.*there is none here"):
+        choice.engine_again(folder, system(), 1)
+    other = flying(flown.replace("sm_90", "sm_80"))
+    monkeypatch.setattr(choice, "engine_named", lambda *_: other)
+    with pytest.raises(StoreError, match="here it is cuda-float32, sm_80"):
+        choice.engine_again(folder, system(), 1)
+    with pytest.raises(StoreError, match="leave --dask out"):
+        choice.engine_again(folder, system(), 1, flying("lanes"))
+    same = flying(flown)
+    monkeypatch.setattr(choice, "engine_named", lambda backend, *_: same if backend == "cuda-float32" else None)
+    assert choice.engine_again(folder, system(), 1) is same

@@ -1,0 +1,148 @@
+"""Exported files on the command line of Betaflight's own firmware: taken, held after a restart, stored whole or not at all."""
+
+import re
+
+import pytest
+
+from tests.clients.betaflight import Firmware
+from tests.tuner.exchange.controllers import pid
+from tests.tuner.exchange.importing.reading import read, same_flight, write
+from tuner.exchange.betaflight.exporter import EXPORTER, FILE
+from tuner.exchange.betaflight.ranges import SWITCHES, TABLE
+from tuner.exchange.exporter import Request
+from tuner.exchange.settings import settings_of
+
+YAW = {"yaw__kp": 20.0, "yaw__ki": 12.0, "yaw__kd": 6.0}
+FLOWN = {"p_roll": "52", "i_pitch": "70"} | {name: "2" for name in ("d_yaw", "d_max_yaw", "f_yaw", "anti_gravity_gain", "yaw_lowpass_hz", "thrust_linear", "angle_feedforward")}  # fmt: skip
+# Settings of a vehicle that somebody has flown: one or more of each kind away from its default.
+
+
+@pytest.fixture
+def firmware(tmp_path):
+    with Firmware(tmp_path) as vehicle:
+        yield vehicle
+
+
+def bundle(given, *settings, previous=None):
+    return EXPORTER.carry(Request(given, "ab" * 32, settings_of(EXPORTER, settings), previous))
+
+
+def written(content):
+    return dict(re.findall(r"^set (\w+) = (.*)$", content.decode("ascii"), re.MULTILINE))
+
+
+def held(vehicle, names, profile=0):
+    found = vehicle.settings(profile)
+    return {name: found.get(name) for name in names}
+
+
+def flown(vehicle, profile=0):
+    """Make the vehicle one that somebody has flown; the text that its command line prints of it."""
+    lines = [f"profile {profile}", *(f"set {name} = {value}" for name, value in FLOWN.items()), "save"]
+    assert "###" not in vehicle.load("\n".join(lines).encode())
+    return vehicle.prints("diff all")
+
+
+def test_names_ranges_and_defaults_are_the_firmwares(firmware):
+    for entry in TABLE.values():
+        answer = firmware.say(f"get {entry.name}")
+        found = re.search(rf"^{entry.name} = (\d+)$.*?^Allowed range: (\d+) - (\d+)$", answer, re.MULTILINE | re.DOTALL)
+        assert found, answer
+        assert tuple(map(float, found.groups())) == (entry.usual, entry.low, entry.high), answer
+    for name, (off, usual) in SWITCHES.items():
+        answer = firmware.say(f"get {name}")
+        found = re.search(rf"^{name} = (\w+)$.*?^Allowed values: (.*)$", answer, re.MULTILINE | re.DOTALL)
+        assert found, answer
+        assert found[1] == usual and off in found[2].split(", "), answer
+
+
+@pytest.mark.parametrize(("airframe", "profile"), [("iris", 0), ("f450", 2)])
+def test_the_file_is_taken_and_held_after_a_restart(firmware, airframe, profile):
+    content = bundle(pid(airframe, **YAW), f"profile={profile}").files[FILE]
+    answer = firmware.load(content)
+    assert "###" not in answer, answer
+    assert "Rebooting" in answer
+    assert held(firmware, written(content), profile) == written(content)
+
+
+def test_the_same_loop_whatever_the_vehicle_held_before(firmware):
+    """Why settings at the firmware's default are written too: left out, the vehicle keeps what it had."""
+    flown(firmware)
+    content = bundle(pid("iris", **YAW)).files[FILE]
+    assert "###" not in firmware.load(content)
+    assert held(firmware, FLOWN) == {name: written(content)[name] for name in FLOWN}
+
+
+BAD = [
+    ("set iterm_limit = 500", "first"),
+    ("set p_roll = 251", "middle"),
+    ("set simplified_pids_mode = NO", "last"),
+    ("sat p_roll = 40", "middle"),
+]
+
+
+@pytest.mark.parametrize(("bad", "place"), BAD)
+def test_one_bad_line_and_nothing_is_stored(firmware, bad, place):
+    before = firmware.everything()
+    lines = bundle(pid("iris", **YAW)).files[FILE].decode("ascii").splitlines()
+    inside = [k for k, line in enumerate(lines) if line.startswith("set ")]
+    lines.insert({"first": inside[0], "middle": inside[len(inside) // 2], "last": inside[-1] + 1}[place], bad)
+    answer = firmware.load("\n".join(lines).encode("ascii"))
+    assert "###ERROR" in answer and "PLEASE FIX ERRORS" in answer, answer
+    assert firmware.everything() == before
+
+
+@pytest.mark.parametrize("profile", [0, 2])
+def test_the_rollback_brings_everything_back(firmware, tmp_path, profile):
+    previous = write(tmp_path, flown(firmware))
+    before = firmware.everything()
+    made = bundle(pid("iris", **YAW), f"profile={profile}", previous=previous)
+    for content in (made.files[FILE], made.rollback[FILE]):
+        between = firmware.everything()
+        answer = firmware.load(content)
+        assert "###" not in answer, answer
+        assert firmware.everything() != between
+    assert firmware.everything() == before
+
+
+def test_without_a_previous_file_the_rollback_is_the_firmwares_defaults(firmware):
+    before = firmware.everything()
+    made = bundle(pid("iris", **YAW))
+    for content in (made.files[FILE], made.rollback[FILE]):
+        assert "###" not in firmware.load(content)
+    assert firmware.everything() == before
+
+
+def test_what_the_firmware_prints_is_read_with_nothing_of_the_loop_left_unsaid(firmware, tmp_path):
+    """Diff and dump of one vehicle are the same controller; what differs from the firmware's defaults is in the notes."""
+    flown(firmware)
+    assert "###" not in firmware.load(
+        b"set yaw_motors_reversed = ON\nset iterm_windup = 90\nset gyro_lpf2_static_hz = 700\nsave\n"
+    )
+    texts = [firmware.prints("diff all"), firmware.everything()]
+    short, full = (
+        read("betaflight", write(tmp_path, text, f"{k}.txt"), airframe="iris") for k, text in enumerate(texts)
+    )
+    assert same_flight(short.controller, full.controller)
+    for imported in (short, full):
+        notes = "\n".join(imported.notes)
+        for word in (
+            "Read as Betaflight 4.6",
+            "yaw_motors_reversed = ON",
+            "iterm_windup = 90",
+            "gyro_lpf2_static_hz = 700",
+            "d_yaw (",
+        ):
+            assert word in notes, word
+        for name in ("f_yaw", "anti_gravity_gain", "yaw_lowpass_hz", "thrust_linear", "angle_feedforward"):
+            assert f"{name} = 2" in notes, name
+    assert "at the default" not in "\n".join(full.notes)
+
+
+def test_imported_and_exported_untouched_changes_the_sliders_alone(firmware, tmp_path):
+    previous = write(tmp_path, flown(firmware))
+    before = firmware.settings()
+    made = bundle(read("betaflight", previous, airframe="iris").controller, previous=previous)
+    assert "###" not in firmware.load(made.files[FILE])
+    after = firmware.settings()
+    assert {name for name in after if after[name] != before[name]} == {"simplified_pids_mode"}

@@ -1,0 +1,203 @@
+"""Betaflight's diff and dump read back: what was exported, profiles, defaults, other versions, and files that are none."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from plant.errors import InputError
+from tests.tuner.exchange.controllers import pid
+from tests.tuner.exchange.flying_autopilots import attitude_feedback, attitude_gains, betaflight_torque, by_address
+from tests.tuner.exchange.importing.reading import exported, read, same_flight, write
+from tuner.exchange.betaflight.exporter import EXPORTER, FILE
+
+DIFF = """
+# version
+# Betaflight / STM32F7X2 (S7X2) 2025.12.0 Dec  1 2025 / 12:00:00 (norevision) MSP API: 1.47
+
+batch start
+# reset configuration to default settings
+defaults nosave
+# master
+set motor_poles = 12
+
+profile 0
+
+# profile 0
+set p_roll = 50
+set i_roll = 90
+set d_roll = 30
+set angle_p_gain = 60
+
+profile 1
+set p_roll = 77
+
+rateprofile 0
+# rateprofile 0
+set roll_srate = 3
+
+# restore original profile selection
+profile 1
+# save configuration
+save
+"""
+
+
+@pytest.mark.parametrize(("airframe", "profile"), [("iris", 0), ("f450", 3)])
+def test_an_export_comes_back_as_what_it_holds(airframe, profile, tmp_path):
+    given = pid(
+        airframe,
+        **{f"{axis}__{name}": value for axis in "xyz" for name, value in (("kp", 2.5), ("ki", 0.6), ("kd", 2.6))},
+        **{"yaw__kp": 20.0, "yaw__ki": 12.0, "yaw__kd": 6.0},
+    )
+    # The position loops stand at our defaults on the way back, and the heading loop is an option.
+    made = exported(EXPORTER, given, f"profile={profile}")
+    heading = float(max(np.roots([6.0, -20.0, 12.0]).real))
+    back = read(
+        "betaflight",
+        write(tmp_path, made.files[FILE]),
+        f"profile={profile}",
+        f"heading_gain={heading!r}",
+        airframe=airframe,
+    )
+    assert back.controller.gains == pytest.approx(made.held.gains, rel=1e-12)
+    assert same_flight(back.controller, made.held) or np.allclose(
+        back.controller.gains, made.held.gains, rtol=1e-12, atol=0.0
+    )
+    assert same_flight(replace(back.controller, gains=made.held.gains), made.held)
+    assert not any("Not in the file" in note or "left out" in note or "Switches" in note for note in back.notes)
+
+
+@pytest.mark.parametrize(("profile", "p_roll", "i_roll", "level"), [(0, 50, 90, 60), (1, 77, 80, 50), (2, 45, 80, 50)])
+def test_a_vehicles_own_diff_flies_as_betaflight_would(profile, p_roll, i_roll, level, tmp_path):
+    values = {
+        "p_roll": p_roll, "i_roll": i_roll, "p_pitch": 47, "i_pitch": 84, "p_yaw": 45, "i_yaw": 80, "angle_p_gain": level,
+    }  # fmt: skip
+    back = read("betaflight", write(tmp_path, DIFF), f"profile={profile}", "heading_gain=3", airframe="iris")
+    vehicle = back.controller.airframe.vehicle
+    flown, _ = attitude_feedback(lambda a, r, i: betaflight_torque(values, vehicle, 1.0, a, r, i, 3.0), vehicle)
+    assert attitude_gains(back.controller) == pytest.approx(flown, rel=1e-6)
+    assert back.controller.control_period == 0.001
+
+
+def test_what_was_taken_and_left_out_is_said(tmp_path):
+    notes = "\n".join(read("betaflight", write(tmp_path, DIFF), airframe="iris").notes)
+    for word in (
+        "i_pitch = 84",
+        "heading loop is 2 1/s",
+        "d_roll (",
+        "tpa_rate = 65",
+        "simplified_pids_mode = RPY",
+        "Read as Betaflight 2025.12",
+        "iterm_relax = RP",
+    ):
+        assert word in notes, word
+    assert "p_roll = " not in notes
+
+
+OLDER = """
+# version
+# Betaflight / STM32F7X2 (S7X2) VERSION Nov 14 2024 / 12:00:00 (0123abc) MSP API: 1.46
+mixer QUADX
+set yaw_motors_reversed = ON
+set gyro_lpf2_static_hz = 750
+profile 0
+set p_roll = 50
+set d_roll = 38
+set iterm_limit = 300
+"""
+
+
+@pytest.mark.parametrize(
+    ("version", "limit", "words"),
+    [
+        ("4.5.0", 60.0, ("Read as Betaflight 4.5,", "d_min_pitch = 34", "angle_feedforward = 50", "angle_p_gain = 50")),
+        (
+            "4.4.3",
+            55.0,
+            ("Read as Betaflight 4.4,", "d_min_pitch = 34", "angle_level_strength = 50", "level_limit = 55"),
+        ),
+        ("4.3.1", 55.0, ("Read as Betaflight 4.3,", "anti_gravity_gain = 3500")),
+    ],
+)
+def test_an_older_version_is_read_with_its_own_names_and_defaults(version, limit, words, tmp_path):
+    back = read("betaflight", write(tmp_path, OLDER.replace("VERSION", version)), airframe="iris")
+    notes = "\n".join(back.notes)
+    for word in (*words, "d_roll (", "yaw_motors_reversed = ON", "iterm_limit = 300", "gyro_lpf2_static_hz = 750"):
+        assert word in notes, word
+    assert "2025.12" not in notes and "iterm_windup" not in notes
+    assert np.degrees(back.controller.options.tilt_limit) == pytest.approx(limit, abs=1e-9)
+
+
+def test_before_2025_12_d_min_is_the_gain_that_acts_at_rest(tmp_path):
+    """d_min of 0, or above d, is off: then d acts. The share of the inertia that it adds tells which one was taken."""
+
+    def share(text):
+        file = write(tmp_path, OLDER.replace("VERSION", "4.5.2").replace("set d_roll = 38", text))
+        (note,) = [note for note in read("betaflight", file, airframe="iris").notes if "d_roll (" in note]
+        return float(note.split("d_roll (")[1].split(" %")[0])
+
+    low = share("set d_roll = 38\nset d_min_roll = 19")
+    for text, factor in (("set d_min_roll = 0\nset d_roll = 38", 2.0), ("set d_roll = 38\nset d_min_roll = 60", 2.0)):
+        assert share(text) == pytest.approx(factor * low, rel=2e-2)
+    assert share("set d_roll = 38") == pytest.approx(30.0 / 19.0 * low, rel=2e-2)
+
+
+def test_a_file_that_does_not_say_its_version_is_said_to_be_read_as_the_usual_one(tmp_path):
+    notes = "\n".join(read("betaflight", write(tmp_path, "set p_roll = 40\n"), airframe="iris").notes)
+    assert "does not say by which version" in notes and "Betaflight 2025.12" in notes
+    assert "does not say" not in "\n".join(read("betaflight", write(tmp_path, DIFF), airframe="iris").notes)
+
+
+@pytest.mark.parametrize(("spin", "told"), [("OFF", False), ("ON", True)])
+def test_rotors_that_turn_against_the_airframes_are_said(spin, told, tmp_path):
+    airframe = "iris"
+    notes = read(
+        "betaflight", write(tmp_path, f"set p_roll = 40\nset yaw_motors_reversed = {spin}\n"), airframe=airframe
+    ).notes
+    ours = pid(airframe).airframe.vehicle.spin[0] > 0.0
+    assert any("against that of the airframe" in note for note in notes) == (told == ours)
+
+
+def test_derivative_counted_as_inertia(tmp_path):
+    file = write(tmp_path, DIFF)
+    one, other = (
+        by_address(read("betaflight", file, f"rate_derivative={how}", airframe="iris").controller)
+        for how in ("drop", "inertia")
+    )
+    slope = 7.0664 * 2.0 * np.sqrt(1.545 * 9.81 / 4.0 / 7.0664)
+    share = 30 * 0.000529 * 180.0 / np.pi * 4.0 * 0.22 * slope / 1000.0 / 0.029125
+    assert one["roll.kp"] / other["roll.kp"] == pytest.approx(1.0 + share, rel=1e-4)
+    assert one["yaw.kp"] == other["yaw.kp"]
+
+
+@pytest.mark.parametrize(
+    ("content", "words"),
+    [
+        ("set p_roll = 4.5\n", "p_roll: given '4.5'; this must be a whole number"),
+        ("set p_roll = nan\n", "p_roll: given 'nan'; this must be a whole number"),
+        ("set p_roll = 40\nprofile 0\nset p_roll = 41\n", "p_roll: given twice, as 40 and as 41"),
+        ("set angle_level_strength = 50\n", "angle_level_strength: .* now angle_p_gain"),
+        ("set pid_type = ADRC\n", "pid_type: given ADRC"),
+        ("set use_integrated_yaw = ON\n", "use_integrated_yaw: given ON"),
+        ("mixer Y6\nset p_roll = 4\n", "mixer: given Y6; only QUADX and QUADP"),
+        (
+            "# Betaflight / X (Y) 3.5.7 Jun 1 2019 / 1:2:3 (a) MSP API: 1.40\nset p_roll = 4\n",
+            "version: was printed by Betaflight 3.5",
+        ),
+        (
+            "# INAV / X 7.1.0 Jun 1 2024 / 1:2:3 (a)\nset p_roll = 4\n",
+            "version: was printed by INAV 7.1; known are Betaflight",
+        ),
+        (
+            DIFF.replace("set i_roll = 90", "set level_limit = 50"),
+            "level_limit: .* now angle_limit, and the file says 2025.12",
+        ),
+        ("###ERROR IN set: INVALID NAME: 'p_rol'###\n", "holds the error '###ERROR"),
+        ("hello\n", "holds no setting of profile 0"),
+        ("set p_yaw = 0\nset i_yaw = 0\n", "yaw.kp: "),
+    ],
+)
+def test_what_is_no_such_file_is_refused(content, words, tmp_path):
+    with pytest.raises(InputError, match=f"vehicle.txt: {words}"):
+        read("betaflight", write(tmp_path, content))

@@ -1,0 +1,118 @@
+"""`tuner export` and `tuner import` from end to end, as a person runs them."""
+
+import json
+
+import pytest
+
+from tests.tuner.exchange.controllers import controller, pid
+from tests.tuner.in_process import tuner
+from tuner.exchange.writing import sha256
+from tuner.gains import read_gains, to_document
+
+
+@pytest.fixture
+def run(monkeypatch, capsys):
+    """Run a command and return exit code, standard output and standard error."""
+    return lambda *arguments: tuner(monkeypatch, capsys, *arguments)
+
+
+def written(folder, given, name="gains.json"):
+    file = folder / name
+    file.write_text(json.dumps(to_document(given, {})))
+    return str(file)
+
+
+@pytest.mark.parametrize(
+    ("target", "options"), [("c99", ()), ("px4", ()), ("ardupilot", ("--firmware", "4.7")), ("matlab", ())]
+)
+def test_an_export_is_written_and_verified(run, tmp_path, target, options):
+    gains = written(tmp_path, pid(period=0.002))
+    out = tmp_path / "out"
+    code, told, said = run("export", gains, "--to", target, *options, "--out", out, "--flights", "4", "--json")
+    assert code == 0, said
+    document = json.loads(told)
+    assert document["target"] == target and document["verification"]["passed"]
+    for name, digest in document["files"].items():
+        assert sha256((out / name).read_bytes()) == digest
+    assert all((out / "rollback" / name).exists() for name in document["rollback"])
+    assert read_gains(out / "gains.json").gains == read_gains(tmp_path / "gains.json").gains
+
+
+def test_the_table_names_what_is_lost(run, tmp_path):
+    gains = written(tmp_path, pid(period=0.002))
+    code, told, said = run("export", gains, "--to", "px4", "--out", tmp_path / "out", "--flights", "4")
+    assert code == 0, said
+    document = json.loads((tmp_path / "out" / "export.json").read_text())
+    told = " ".join(told.split())
+    assert document["lossy"] and all(" ".join(sentence.split()) in told for sentence in document["lossy"])
+    assert "MC_ROLLRATE_P" in told
+
+
+def test_a_hybrid_is_no_parameter_file(run, tmp_path):
+    code, _, said = run("export", written(tmp_path, controller()), "--to", "px4", "--out", tmp_path / "out")
+    assert code == 2
+    assert "controller.attitude" in said and "c99" in said and len(said.strip().splitlines()) == 1
+    assert not (tmp_path / "out").exists()
+
+
+def test_firmware_is_asked_for(run, tmp_path):
+    code, _, said = run("export", written(tmp_path, pid()), "--to", "ardupilot", "--out", tmp_path / "out")
+    assert code == 2 and "--firmware" in said
+
+
+def test_out_and_back_again(run, tmp_path):
+    """What px4 holds is what an import of its file flies, up to the filter that the file has no place for."""
+    gains = written(tmp_path, pid(period=0.004))
+    out = tmp_path / "out"
+    assert run("export", gains, "--to", "px4", "--out", out, "--flights", "2", "--json")[0] == 0
+    (file,) = out.glob("*.params")
+    back = tmp_path / "back.json"
+    asked = ("import", file, "--from", "px4", "--airframe", "hummingbird", "--out", back)
+    code, told, said = run(*asked, "--json")
+    assert code == 0, said
+    held = {row["gain"]: row["held"] for row in json.loads((out / "export.json").read_text())["verification"]["gains"]}
+    found = json.loads(told)["gains"]
+    for gain, value in held.items():
+        if not gain.endswith("t_f"):
+            assert found[gain]["value"] == pytest.approx(value, rel=1e-6), gain
+    code, _, said = run(*asked)
+    assert code == 2 and "not touched" in said
+
+
+def test_an_import_is_compared_with_the_vehicle_at_the_export(run, tmp_path):
+    """The table names old, new and change; what nothing tuned carries is kept; the same for a program."""
+    params = tmp_path / "quad.params"
+    params.write_text("1\t1\tMC_ROLLRATE_P\t0.15\t9\n1\t1\tMC_ROLLRATE_D\t0.003\t9\n1\t1\tTHR_MDL_FAC\t0.3\t9\n")
+    back = tmp_path / "vehicle.json"
+    code, told, said = run("import", params, "--from", "px4", "--airframe", "iris", "--out", back, "--json")
+    assert code == 0, said
+    found = json.loads(told)
+    assert found["vehicle"]["kept"] == ["MC_ROLLRATE_D", "THR_MDL_FAC"] and found["vehicle"]["file"] == "quad.params"
+    code, told, said = run("validate", back)
+    assert code == 0, said
+    asked = ("export", back, "--to", "px4", "--flights", "2")
+    code, told, said = run(*asked, "--out", tmp_path / "one")
+    assert code == 0, said
+    told = " ".join(told.split())
+    assert "vehicle new change" in told and "Give --previous if the vehicle has changed since" in told
+    now = tmp_path / "now.params"
+    now.write_text(params.read_text().replace("0.15", "0.12"))
+    code, told, said = run(*asked, "--out", tmp_path / "two", "--previous", now, "--json")
+    assert code == 0, said
+    rows = {row["name"]: row for row in json.loads(told)["parameters"]}
+    assert rows["MC_ROLLRATE_P"]["before"] == pytest.approx(0.12) and rows["MC_ROLLRATE_P"]["change"] == pytest.approx(
+        0.03
+    )
+    assert rows["MC_ROLLRATE_D"]["kept"] and rows["MC_ROLLRATE_D"]["change"] == 0.0
+    assert rows["MPC_XY_P"]["before"] is None and rows["MPC_XY_P"]["change"] is None
+
+
+def test_a_hostile_file_name_stays_one_line(run, tmp_path):
+    params = tmp_path / "quad\n1\t1\tCOM_ARM\t0.params"
+    params.write_text("1\t1\tMC_ROLLRATE_P\t0.15\t9\n")
+    back = tmp_path / "vehicle.json"
+    assert run("import", params, "--from", "px4", "--airframe", "iris", "--out", back, "--json")[0] == 0
+    out = tmp_path / "out"
+    assert run("export", back, "--to", "px4", "--flights", "2", "--out", out, "--previous", params, "--json")[0] == 0
+    for file in (*out.glob("*.params"), *(out / "rollback").glob("*.params")):
+        assert not any(line.startswith("1\t1\tCOM_ARM") for line in file.read_text().splitlines())

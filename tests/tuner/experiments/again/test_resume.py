@@ -1,0 +1,379 @@
+"""Going on with a run, judging it again and proving it: the same bits, no flight twice, damage named and mended."""
+
+import json
+import shutil
+
+import numpy as np
+import pandas as pd
+import pytest
+
+import tuner.report
+from objectives import memory
+from plant.errors import InputError, StoreError
+from plant.scenarios import SEARCH
+from tests.tuner.conftest import NoDrawing, run_small
+from tests.tuner.experiments.again.killing import compare, result_of, unsealed
+from tuner.experiments.again.rejudge import judging_study, rejudge
+from tuner.experiments.again.resume import reopen
+from tuner.experiments.again.verify import verify
+from tuner.experiments.tuning.conclusion import fleets
+from tuner.experiments.tuning.run import problem_of, run_study
+from tuner.search.watcher import Watcher
+from tuner.store.folder import Folder
+from tuner.store.inputs import read_record
+from tuner.study import load_study
+
+
+class Listener(Watcher):
+    def __init__(self):
+        self.told = []
+
+    def noticed(self, text):
+        self.told.append(text)
+
+
+@pytest.fixture(autouse=True)
+def without_pictures(small_run, monkeypatch):
+    """Pictures and page take most of the time of a short run, and other tests look at them."""
+    monkeypatch.setattr(tuner.report, "write_report", lambda folder: None)
+    monkeypatch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
+
+
+@pytest.fixture
+def copy(small_run, tmp_path):
+    """A copy of the small run's folder, to be spoilt."""
+    shutil.copytree(small_run[1], tmp_path / "copy")
+    return tmp_path / "copy"
+
+
+def resumed(path, budget=None, threads=2):
+    study, folder = reopen(path, budget)
+    listener = Listener()
+    return run_study(study, folder, listener, threads), listener.told
+
+
+def flights_file(path, name):
+    return next((path / "flights").glob(f"{name}-*.parquet"))
+
+
+def test_a_finished_run_is_replayed_without_a_flight(small_run, copy):
+    outcome, told = resumed(copy)
+    assert outcome.problem.flights_made == 0 and told == []
+    compare(result_of(copy), result_of(small_run[1]))
+
+
+@pytest.mark.parametrize("threads", [1, 3])
+def test_the_number_of_threads_changes_no_bit(small_run, tmp_path, threads):
+    run_small(tmp_path / "r", threads)
+    compare(result_of(tmp_path / "r"), result_of(small_run[1]))
+
+
+@pytest.mark.parametrize("damage", ["cut", "flip", "gone"])
+@pytest.mark.parametrize("name", ["search-0001", "held-out"])
+def test_a_damaged_file_of_flights_is_named_set_aside_and_flown_again(small_run, copy, name, damage):
+    file = flights_file(copy, name)
+    content = bytearray(file.read_bytes())
+    content[len(content) // 2] ^= 1
+    if damage == "gone":
+        file.unlink()
+    else:
+        file.write_bytes(content[:50] if damage == "cut" else content)
+    outcome, told = resumed(copy)
+    assert outcome.problem.flights_made > 0
+    if damage != "gone":
+        assert len(told) == 1 and file.name in told[0] and "flown again" in told[0]
+        file.with_suffix(".damaged").unlink()
+    compare(result_of(copy), result_of(small_run[1]))
+
+
+@pytest.mark.parametrize(
+    "name",
+    ["generations/0001.parquet", "front.csv", "summary.json", "gains.json", "resolved.json", "start.json", "history.csv",
+     "environment.json", "responses.parquet"],
+)  # fmt: skip
+def test_any_other_file_that_is_spoilt_is_written_again(small_run, copy, name):
+    (copy / name).write_bytes(b"\x00spoilt")
+    outcome, _ = resumed(copy)
+    assert outcome.problem.flights_made == 0
+    compare(result_of(copy), result_of(small_run[1]))
+
+
+def test_a_lost_record_is_told_with_what_to_do(small_run, copy, tmp_path):
+    (copy / "run.json").write_text("{")
+    with pytest.raises(StoreError, match=r"run\.json is damaged.*--reuse"):
+        reopen(copy, None)
+    (copy / "run.json").unlink()
+    with pytest.raises(StoreError, match=r"holds no run\.json.*--reuse"):
+        reopen(copy, None)
+    outcome = run_small(tmp_path / "again", reuse=(copy,))
+    assert outcome.problem.flights_made == 0
+    compare(result_of(tmp_path / "again"), result_of(small_run[1]))
+
+
+def test_an_edited_input_is_refused(copy):
+    inputs = copy / read_record(copy).study
+    inputs.write_text(inputs.read_text().replace("seed = 2025", "seed = 2026"))
+    with pytest.raises(StoreError, match="is not what the run began with"):
+        reopen(copy, None)
+
+
+def test_another_model_is_refused(copy, monkeypatch):
+    monkeypatch.setattr("tuner.store.inputs.model_key", lambda: "other")
+    with pytest.raises(StoreError, match="another version of the model"):
+        reopen(copy, None)
+
+
+def test_the_model_key_hangs_on_every_source_of_the_plant(tmp_path, monkeypatch):
+    plant = tmp_path / "plant"
+    shutil.copytree(next(iter(memory.plant.__path__)), plant)
+    monkeypatch.setattr(memory.plant, "__path__", [str(plant)])
+    known = memory.model_key.__wrapped__()
+    file = plant / "air" / "dryden.py"
+    assert file.exists()
+    file.write_text(file.read_text() + "\n")
+    assert memory.model_key.__wrapped__() != known
+
+
+def test_a_longer_budget_gives_what_the_longer_run_gives(small_run, copy, tmp_path):
+    outcome, _ = resumed(copy, budget=5)
+    whole = run_small(tmp_path / "whole", search__generations=5)
+    new = whole.flights - small_run[0].flights
+    assert 0 < outcome.problem.flights_made <= new + len(whole.candidates) * 64
+    one, other = result_of(copy), result_of(tmp_path / "whole")
+    # The shorter run's own finalists stay recorded, and its study said three generations.
+    extra = [name for name in one if name not in other]
+    assert all(name.startswith("flights/held-out") for name in extra)
+    skip = {"run.json", "study.toml", *extra, *[name for name in one if name.startswith("inputs/")]}
+    skip |= {name for name in other if name.startswith("flights/held-out")}
+    compare({k: v for k, v in one.items() if k not in skip}, {k: v for k, v in other.items() if k not in skip})
+    # A further resume keeps to the longer budget.
+    assert len(resumed(copy)[0].generations) == 5
+
+
+def test_a_search_is_never_shortened(copy):
+    with pytest.raises(InputError, match="only ever extended"):
+        reopen(copy, 2)
+
+
+def test_the_inputs_run_alone_to_the_same_result(small_run, copy, tmp_path):
+    study = load_study(copy / read_record(copy).study)
+    run_study(study, Folder.create(tmp_path / "alone"), Watcher(), 2)
+    one, other = result_of(tmp_path / "alone"), result_of(small_run[1])
+    different = [name for name in one if one[name] != other[name]]
+    assert different == ["study.toml"]
+
+
+def test_an_airframe_file_is_carried_along(tmp_path):
+    source = tmp_path / "study"
+    (source / "frames").mkdir(parents=True)
+    import plant.airframes
+
+    bundled = next(iter(plant.airframes.__path__))
+    shutil.copy(f"{bundled}/hummingbird.toml", source / "frames" / "mine.toml")
+    from tests.tuner.conftest import QUICKSTART, SMALL
+
+    # The study's own name in another folder: both lie in inputs/ in the end.
+    text = QUICKSTART.read_text().replace('name = "hummingbird"', 'file = "frames/mine.toml"', 1)
+    (source / "mine.toml").write_text(text)
+    first = run_study(load_study(source / "mine.toml", SMALL), Folder.create(tmp_path / "r"), Watcher(), 2)
+    shutil.rmtree(source)
+    shutil.move(tmp_path / "r", tmp_path / "moved")
+    outcome, _ = resumed(tmp_path / "moved")
+    assert outcome.problem.flights_made == 0
+    np.testing.assert_array_equal(outcome.finalist_rows, first.finalist_rows)
+
+
+def test_sessions_are_told(copy):
+    resumed(copy)
+    resumed(copy)
+    told = json.loads((copy / "environment.json").read_text())
+    assert len(told["resumed"]) == 2 and all("started" in entry and "command" in entry for entry in told["resumed"])
+
+
+def test_a_replayed_run_has_taken_at_least_the_time_it_took(small_run, copy):
+    resumed(copy)
+    then, now = (pd.read_csv(path / "history.csv") for path in (small_run[1], copy))
+    assert (now.seconds.to_numpy() >= then.seconds.to_numpy()).all()
+    np.testing.assert_allclose(now.flight_seconds, then.flight_seconds, rtol=1e-12)
+
+
+# Verification
+
+
+def test_a_run_is_verified(small_run):
+    found = verify(small_run[1], None, 2, Watcher())
+    assert found.identical and found.candidates == 24 and found.flown == 24
+    assert found.flights >= 24 * 4 and "every bit is the same" in found.words
+    few = verify(small_run[1], 5, 1, Watcher())
+    assert few.identical and few.flown == 5 and few.flights == 20
+
+
+def spoil_table(file, column, change):
+    table = pd.read_parquet(file) if file.suffix == ".parquet" else pd.read_csv(file)
+    table.loc[2, column] = change(table.loc[2, column])
+    if file.suffix == ".parquet":
+        table.to_parquet(file, index=False)
+    else:
+        table.to_csv(file, index=False, float_format="%.17g")
+
+
+def up(value):
+    return float(np.nextafter(value, np.inf))
+
+
+def test_one_bit_of_a_recorded_candidate_is_found(copy):
+    file = copy / "generations" / "0001.parquet"
+    column = next(name for name in pd.read_parquet(file).columns if name.startswith("objective:"))
+    spoil_table(file, column, up)
+    found = verify(copy, 3, 2, Watcher())
+    assert not found.identical
+    assert f"generations/0001.parquet, row 2, {column}: recorded" in found.words
+
+
+def test_one_bit_of_the_front_is_found(copy):
+    column = next(name for name in pd.read_csv(copy / "front.csv").columns if name.startswith("held_out:"))
+    spoil_table(copy / "front.csv", column, up)
+    found = verify(copy, 3, 2, Watcher())
+    assert f"front.csv, row 2, {column}: recorded" in found.words
+
+
+def test_other_gains_are_found(copy):
+    document = json.loads((copy / "gains.json").read_text())
+    entry = document["gains"]["roll.k1"]
+    entry["value"] = up(entry["value"])
+    (copy / "gains.json").write_text(json.dumps(document))
+    assert verify(copy, 3, 2, Watcher()).difference == "gains.json holds other values"
+
+
+def test_forged_flights_are_found_where_they_are_flown_again(copy):
+    """A file whose name fits its forged bytes passes for undamaged: only flying again tells."""
+    import pyarrow as pa
+    import pyarrow.parquet as pq
+
+    from tuner.store.flights import digest_of
+
+    file = flights_file(copy, "search-0002")
+    table = pq.read_table(file)
+    values = table["end_time"].to_numpy().copy()
+    # Meters that no quantity of the study reads: the replay cannot tell.
+    name = "z.peak" if "z.peak" in table.column_names else table.column_names[-6]
+    values = table[name].to_numpy().copy()
+    values[5] = up(values[5])
+    forged = table.set_column(table.column_names.index(name), name, pa.array(values))
+    pq.write_table(forged, file, compression="zstd")
+    file.rename(file.with_name(f"search-0002-{digest_of(file.read_bytes())}.parquet"))
+    found = verify(copy, None, 2, Watcher())
+    assert not found.identical and f"{name}: recorded" in found.words
+
+
+@pytest.mark.parametrize("name", ["flights/search-0000-*.parquet", "start.json", "generations/0002.parquet"])
+def test_what_is_missing_or_damaged_is_a_difference(copy, name):
+    next(copy.glob(name)).write_bytes(b"no")
+    found = verify(copy, 2, 2, Watcher())
+    assert not found.identical
+    assert any(word in found.words for word in ("damaged", "cannot be read", "recorded"))
+
+
+def test_a_run_that_is_not_finished_is_verified_as_far_as_it_went(copy):
+    for name in ("front.csv", "summary.json", "gains.json", "generations/0002.parquet"):
+        (copy / name).unlink()
+    unsealed(copy)
+    found = verify(copy, None, 2, Watcher())
+    assert found.identical and not found.finished and found.candidates == 16
+
+
+def test_verification_writes_nothing(copy):
+    before = {file: file.stat().st_mtime_ns for file in copy.rglob("*")}
+    verify(copy, 2, 2, Watcher())
+    assert {file: file.stat().st_mtime_ns for file in copy.rglob("*")} == before
+
+
+# Judging again
+
+
+def judged(path, out, **changes):
+    first, asked = judging_study(path, None, {key.replace("__", "."): value for key, value in changes.items()})
+    folder = Folder.create(out)
+    return rejudge(path, first, asked, folder, Watcher(), 2)
+
+
+def test_the_same_judgement_gives_the_same_result_without_a_flight(small_run, tmp_path):
+    outcome = judged(small_run[1], tmp_path / "again")
+    assert outcome.problem.flights_made == 0
+    one, other = result_of(tmp_path / "again"), result_of(small_run[1])
+    assert [name for name in other if one.get(name) != other[name]] == ["run.json", "start.json", "study.toml"]
+
+
+@pytest.fixture(scope="module")
+def unraced(small_run, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "unraced"
+    return run_small(folder, search__racing=False), folder
+
+
+def test_another_risk_and_another_metric_need_no_flight_of_the_candidates(unraced, tmp_path):
+    first, folder = unraced
+    outcome = judged(folder, tmp_path / "r", objective__0__level=0.5, objective__1__metric="itae.yaw")
+    assert outcome.study.objectives[0].label.startswith("cvar50")
+    np.testing.assert_array_equal(outcome.archive.points, first.archive.points)
+    # Only finalists that had not been chosen before fly, on held-out scenarios, and the new choice to be confirmed.
+    checked = {row.tobytes() for row in first.finalist_rows}
+    fresh = sum(row.tobytes() not in checked for row in outcome.finalist_rows)
+    same = outcome.gains(outcome.tuned).tobytes() == first.gains(first.tuned).tobytes()
+    assert outcome.problem.flights_made == 32 * (fresh + (not same))
+    # What a problem without a memory finds for the same points is the same.
+    alone = problem_of(outcome.study, 2, None)
+    found = alone.evaluate(outcome.archive.points[:6], fleets(outcome.study, SEARCH), fly_all=True)
+    np.testing.assert_array_equal(found.values, outcome.archive.values[:6])
+
+
+def test_another_limit_and_another_pick_need_no_flight_at_all(unraced, tmp_path):
+    outcome = judged(unraced[1], tmp_path / "r", constraint__1__most=0.03, pick__rule="closest")
+    assert outcome.problem.flights_made in (0, 32)  # 32 where the pick is another one, which is then confirmed
+
+
+def test_only_the_judgement_may_differ(small_run):
+    with pytest.raises(InputError, match="scenario.*only these may: objective"):
+        judging_study(small_run[1], None, {"scenario.0.air.altitude": 20.0})
+
+
+def test_a_judgement_is_not_resumed(small_run, tmp_path):
+    judged(small_run[1], tmp_path / "r")
+    with pytest.raises(StoreError, match="folder of a judgement"):
+        reopen(tmp_path / "r", None)
+
+
+# Races
+
+
+@pytest.fixture(scope="module")
+def raced(small_run, tmp_path_factory):
+    folder = tmp_path_factory.mktemp("runs") / "raced"
+    return run_small(folder, search__racing=True, search__generations=6, scenario__0__search=16), folder
+
+
+def test_a_race_spares_flights_and_counts_the_others(raced):
+    outcome, folder = raced
+    last = outcome.generations[-1]
+    assert last.raced > 0 and last.flights_raced > 0
+    assert last.flights + last.flights_raced + last.flights_saved == 6 * 8 * 16
+    table = pd.concat([pd.read_parquet(file) for file in sorted((folder / "flights").glob("search-*"))])
+    assert len(table) == last.flights
+    # Whoever is on the front, and the default, flew everything.
+    complete = np.concatenate([entry.evaluation.complete for entry in outcome.generations])
+    assert complete[outcome.archive.front()].all() and complete[0]
+
+
+def test_a_raced_run_is_resumed_and_verified(raced, tmp_path):
+    shutil.copytree(raced[1], tmp_path / "copy")
+    flights_file(tmp_path / "copy", "search-0004").unlink()
+    outcome, _ = resumed(tmp_path / "copy")
+    assert outcome.problem.flights_made > 0
+    compare(result_of(tmp_path / "copy"), result_of(raced[1]))
+    found = verify(tmp_path / "copy", None, 2, Watcher())
+    assert found.identical and found.flown == int(outcome.archive.flown.sum())
+
+
+def test_the_same_judgement_of_a_raced_run_needs_no_flight(raced, tmp_path):
+    outcome = judged(raced[1], tmp_path / "r")
+    assert outcome.problem.flights_made == 0
+    np.testing.assert_array_equal(outcome.archive.values, raced[0].archive.values)

@@ -1,0 +1,20 @@
+"""One small contest with a search in it, shared by the tests of what a contest leaves behind."""
+
+import pytest
+
+from tests.tuner.experiments.contest.contest_text import write
+from tuner.experiments.contest import load_contest
+from tuner.experiments.contest.run import run_contest
+from tuner.search.watcher import Watcher
+from tuner.store.folder import Folder
+
+
+def run_small(path, folder, threads=2, **changes):
+    contest = load_contest(path, {key.replace("__", "."): value for key, value in changes.items()})
+    return run_contest(contest, Folder.create(folder, inside="contenders"), Watcher(), threads)
+
+
+@pytest.fixture(scope="session")
+def small_contest(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("contests")
+    return run_small(write(folder), folder / "small"), folder / "small"

@@ -1,0 +1,126 @@
+"""Sentences from made-up results: nothing is called lower by its value alone, nothing met that was set to be met."""
+
+from types import SimpleNamespace
+from typing import Any
+
+import numpy as np
+import pytest
+
+from objectives.metrics import parse
+from objectives.problem import Objective
+from objectives.risk import Risk
+from tuner.experiments.contest.bounds import OnBound
+from tuner.experiments.contest.claims import JudgedClaim, Ruling
+from tuner.experiments.contest.comparison import Comparison, Difference
+from tuner.experiments.contest.cost import Cost
+from tuner.experiments.contest.published import Cell
+from tuner.experiments.contest.tuning import compared_at
+from tuner.experiments.contest.words import (
+    bound_words,
+    certainty_words,
+    claim_words,
+    cost_words,
+    listed,
+    objective_words,
+    published_words,
+)
+from tuner.experiments.tuning.held_out import Estimate
+from tuner.study.contest import Claim, Published, Quantity
+
+TRAVEL = Objective(parse("travel"), Risk("mean"))
+
+
+def result(**parts) -> Any:
+    contest = SimpleNamespace(quantities=(Quantity(TRAVEL, "objective"),))
+    return SimpleNamespace(contest=contest, names=["A", "B", "C"], fronts=[], **parts)
+
+
+def test_the_lowest_is_put_below_only_those_whose_interval_says_so():
+    estimates = [[Estimate(value, value - 0.5, value + 0.5)] for value in (2.0, 1.0, 4.0)]
+    differences = [
+        Difference(0, 1, 0, Estimate(-1.0, -2.1, 0.1)),
+        Difference(0, 2, 0, Estimate(2.0, 1.0, 3.0)),
+        Difference(1, 2, 0, Estimate(3.0, 2.0, 4.0)),
+    ]
+    (text,) = objective_words(result(comparison=Comparison(estimates, differences)))
+    assert text == (
+        "mean(travel): B has the lowest value, 1.0 1/s [0.5, 1.5]; the paired interval puts it below C (75 % less); it is "
+        "not told apart from A."
+    )
+
+
+def cell(contender, percentile, fitted):
+    printed = Published(("A", "B"), parse("peak.roll"), "gusts", 0.1, "", fitted)
+    return Cell(printed, contender, Estimate(0.1, 0.0, 0.2), np.zeros(3), percentile)
+
+
+def test_numbers_that_the_study_was_set_to_meet_are_counted_apart():
+    cells = [cell(0, 2.5, False), cell(0, 2.4, False), cell(1, 97.6, False), cell(1, 50.0, True), cell(1, 97.5, True)]
+    free, fitted = published_words(result(cells=cells))
+    assert free.startswith("Of 3 comparisons with printed numbers, 1 lie between")
+    assert free.endswith("A 1 of 2 and B 0 of 1.")
+    assert fitted == "Of 2 more with numbers that the study was set to meet, 2 lie there: B 2 of 2."
+    assert list(published_words(result(cells=[]))) == []
+
+
+def test_a_claim_is_told_with_its_counts():
+    verdicts = [Estimate(-1.0, -2.0, -0.5), Estimate(1.0, 0.5, 2.0), Estimate(0.0, 0.0, 0.0)]
+    claim = Claim("A", ("B",), (TRAVEL,), "A is best")
+    judged = JudgedClaim(claim, 0, [Ruling(1, 0, entry) for entry in verdicts])
+    (text,) = claim_words(result(claims=[judged]))
+    assert text == (
+        'The claim "A is best" fails: of 3 paired comparisons 1 for it, 1 against it and 1 without a decision.'
+    )
+
+
+def test_only_gains_of_the_point_compared_are_named_on_their_bound():
+    bounds = [
+        [OnBound("tilt.k1", "low", 0.0, 0.0, True, 0.5, True), OnBound("tilt.k2", "high", 9.0, 5.0, False, 0.5, False)],
+        [OnBound("yaw.kp", "high", 400.0, 399.0, True, 0.1, False)],
+        [],
+    ]
+    first, second = bound_words(result(bounds=bounds))
+    assert first == "A: tilt.k1 = 0 stands at the lower end of its range, beyond which it has no meaning."
+    assert second == "B: yaw.kp = 399 stands at the upper end of its range, so its range decided it, not the search."
+
+
+def test_equal_costs_are_told_together_and_lost_flights_are_told():
+    (text,) = cost_words(result(costs=[Cost(10, 20), Cost(5, 5), Cost(10, 20)]))
+    assert text.endswith("counted: 30 with B; 90 with A and C.")
+    failed = np.zeros((3, 40), dtype=bool)
+    failed[1, :2] = True
+    told = list(certainty_words(result(flown=SimpleNamespace(failed=failed), comparison=Comparison([], []))))
+    assert told == ["B lost 5.0 % of its flights."]
+
+
+@pytest.mark.parametrize(("parts", "text"), [("a", "a"), ("ab", "a and b"), ("abc", "a, b and c")])
+def test_lists_read_as_english(parts, text):
+    assert listed(parts) == text
+
+
+def outcome(rule, values) -> Any:
+    study = SimpleNamespace(pick=rule, objectives=(TRAVEL, Objective(parse("rms.yaw"), Risk("mean"))))
+    return SimpleNamespace(
+        study=study,
+        tuned=2,
+        finalists=SimpleNamespace(
+            # The default and a finalist that is off the front have the best values.
+            non_dominated=np.array([False, *[True] * len(values), False]),
+            evaluation=SimpleNamespace(values=np.concatenate([np.zeros((1, 2)), values, np.zeros((1, 2))])),
+        ),
+        candidates=np.array([7, 8]),
+        why="it beats the default",
+        gains=lambda row: np.array([float(row)]),
+    )
+
+
+@pytest.mark.parametrize(("rule", "point"), [("min:mean(travel)", "p0"), ("min:mean(rms.yaw)", "p2"), ("knee", "p1")])
+def test_a_contender_is_compared_where_the_rule_says_whatever_its_default(rule, point):
+    values = np.array([[1.0, 5.0], [1.5, 1.5], [5.0, 1.0]])
+    finalist, why = compared_at(outcome(rule, values))
+    assert finalist == 1 + int(point[1:])
+    assert why.endswith("on its held-out front")
+
+
+def test_without_a_front_the_recommended_point_is_compared():
+    assert compared_at(outcome("knee", np.empty((0, 2)))) == (2, "it beats the default")

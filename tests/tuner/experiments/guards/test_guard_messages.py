@@ -1,0 +1,139 @@
+"""Guards on made-up results: what they must say, and when they must be silent."""
+
+from types import SimpleNamespace
+
+import numpy as np
+import pytest
+
+from objectives.metrics import METRICS
+from tests.tuner.conftest import QUICKSTART
+from tuner.experiments.contest.bounds import OnBound
+from tuner.experiments.guards import AFTER, BEFORE, GUARDS, said_before, times_of_never
+from tuner.experiments.guards.after import (
+    constant_objectives,
+    correlated_objectives,
+    duplicate_knees,
+    gains_on_bounds,
+    idle_candidates,
+    still_rising,
+)
+from tuner.study import load_study
+
+LABELS = ["error", "travel"]
+NEVER = [[], []]
+RNG = np.random.default_rng
+
+
+def test_a_constant_objective_is_named():
+    values = np.stack([RNG(1).random(20), np.full(20, 3.0)], axis=1)
+    (said,) = constant_objectives(LABELS, values, NEVER)
+    assert said.startswith("travel is the same for all 20 candidates flown")
+    assert "no gain that is searched moves it" in said
+    assert constant_objectives(LABELS, np.zeros((5, 2)), NEVER)[0].startswith("error")
+    assert constant_objectives(LABELS, RNG(2).random((20, 2)), NEVER) == []
+    assert constant_objectives(LABELS, values[:1], NEVER) == []
+    # A tiny but real spread is not constant.
+    assert constant_objectives(["error"], 1.0 + 1e-6 * RNG(3).random((9, 1)), [[]]) == []
+
+
+@pytest.mark.parametrize(("value", "never"), [(9.0, True), (8.5, True), (8.0, True), (9.1, False), (0.0, False)])
+def test_a_time_that_is_what_is_left_of_the_flight_is_not_the_fault_of_the_gains(value, never):
+    """Settling after a step at 1 s in flights of 9 and 10 s: what never settles counts 8 and 9 s, and a mean of them between."""
+    (said,) = constant_objectives(["settling"], np.full((7, 1), value), [[8.0, 9.0]])
+    assert ("no flight comes to what it waits for" in said) is never
+    assert ("no gain that is searched moves it" in said) is not never
+
+
+def test_times_of_never_are_those_that_flights_without_an_event_are_scored_by():
+    """By the metrics themselves: meters of a flight that was outside its band to the end."""
+    objective = {"metric": "settling.position", "risk": "mean"}
+    study = load_study(QUICKSTART, {"margin": [], "objective": [objective, {"metric": "travel"}]})
+    spec, timing = study.scenarios[0].spec, study.system.timing
+    (never, nothing) = times_of_never(study)
+    target = spec.targets(timing).x
+    context = SimpleNamespace(duration=spec.duration, h=timing.control_period)
+    view = SimpleNamespace(meter=SimpleNamespace(last_outside=spec.duration), target=target, context=context)
+    metric = METRICS["settling"]
+    assert metric.censored is not None and metric.censored(view)
+    assert never == [pytest.approx(metric.value(view))] and target.time > 0.0
+    assert nothing == []
+
+
+def test_a_search_that_still_gains_is_told_with_a_budget():
+    (said,) = still_rising([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8])
+    # The last two of eight generations brought 0.2 of 0.8.
+    assert "25 % came in the last 2 of 8 generations" in said and "--budget 16" in said
+    for resting in ([0.5, 0.7, 0.795, 0.8], [0.0] * 8, [0.7], [0.0, 0.0]):
+        assert still_rising(resting) == []
+    assert still_rising([0.0, 0.4])[0].count("100 % came in the last 1 of 2")
+
+
+def test_objectives_that_rank_alike_are_named_whatever_the_shape():
+    error = RNG(4).random(30)
+    assert (
+        "error and travel rank all 30" in correlated_objectives(LABELS, np.stack([error, np.exp(5 * error)], axis=1))[0]
+    )
+    # The opposite order is a trade-off, independence too; a constant has no ranks; few candidates may agree by chance.
+    for other in (-error, RNG(5).random(30), np.ones(30)):
+        assert correlated_objectives(LABELS, np.stack([error, other], axis=1)) == []
+    assert correlated_objectives(LABELS, np.stack([error, error], axis=1)[:9]) == []
+
+
+def apart(*offsets):
+    """Ends (3 finalists, objectives) of intervals of +-1.96 about the offsets of p2; the others do not differ at all."""
+    middle = np.array([[0.0] * len(offsets)] * 2 + [list(offsets)])
+    return middle - 1.96, middle + 1.96
+
+
+@pytest.mark.parametrize(("away", "alike"), [(0.5, True), (1.5, True), (-2.6, False), (2.6, False), (9.0, False)])
+def test_a_point_within_the_paired_interval_is_a_duplicate(away, alike):
+    said = duplicate_knees(["default", "p1", "p2"], 1, [1, 2], *apart(away))
+    assert bool(said) is alike
+    assert not said or ("p1 cannot be told from p2" in said[0] and "raise held_out" in said[0])
+
+
+def test_one_objective_that_differs_is_enough_and_the_default_is_not_asked():
+    assert duplicate_knees(["default", "p1", "p2"], 1, [1, 2], *apart(0.1, 9.0)) == []
+    assert duplicate_knees(["default", "p1", "p2"], 1, [1], *apart(0.0)) == []
+
+
+def test_only_a_recommended_gain_on_an_end_that_can_be_moved_is_told():
+    def on(recommended, natural, share=0.5):
+        return OnBound("tilt.k2", "high", 30.0, 29.9, recommended, share, natural)
+
+    assert gains_on_bounds([on(True, True), on(False, False)]) == []
+    (said,) = gains_on_bounds([on(True, False)])
+    assert "tilt.k2 = 29.9 stands at the high end of its range, 30, as do 50 % of the front: the range" in said
+    (alone,) = gains_on_bounds([on(True, False, share=0.0)])
+    assert "tilt.k2 = 29.9 stands at the high end of its range, 30: the range decided" in alone
+
+
+def test_idle_candidates_are_counted():
+    assert idle_candidates(0, ["rms"]) == []
+    assert idle_candidates(1, ["rms at most 1"])[0].startswith("1 candidate kept")
+    assert "3 candidates kept" in idle_candidates(3, ["rms at most 1"])[0]
+
+
+def test_the_registry_knows_when_each_speaks():
+    assert {guard.when for guard in GUARDS.values()} == {BEFORE, AFTER}
+    assert {
+        "few_scenarios",
+        "default_elsewhere",
+        "rates_without_damping",
+        "leading_yaw",
+        "mission_floor",
+        "constant_objective",
+        "correlated_objectives",
+        "duplicate_knee",
+        "on_bound",
+        "still_rising",
+    } == {*GUARDS}
+    assert all(guard.what and not guard.what.endswith(".") for guard in GUARDS.values())
+
+
+def test_too_few_scenarios_for_the_level_are_foreseen_from_the_study_alone():
+    # CVaR 0.8 asks for five in a tail of a fifth: 25.
+    few = load_study(QUICKSTART, {"margin": [], "scenario.0.search": 24, "scenario.0.held_out": 25})
+    (said,) = said_before(few)
+    assert "rests on 24 search scenarios; 25 would put five into its tail" in said
+    assert said_before(load_study(QUICKSTART, {"margin": [], "scenario.0.search": 25})) == []

@@ -1,0 +1,152 @@
+"""`tuner plan` against real runs: flights to the last one, widths, memory and disk measured, warnings."""
+
+import json
+import subprocess
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from objectives.problem import Fleet
+from objectives.risk import bootstrap_interval
+from plant.scenarios import HELD_OUT
+from plant.seeds import generator
+from tests.tuner.conftest import QUICKSTART, SMALL
+from tests.tuner.in_process import tuner
+from tuner.experiments.planning.cost import disk_of, flights_of, memory_of, seconds_of
+from tuner.experiments.planning.document import plan_document
+from tuner.experiments.planning.pilot import FLIGHTS, fly_pilot
+from tuner.experiments.tuning.run import problem_of
+from tuner.study import load_study
+
+# A race stops candidates early, so that fewer are flown than is said: here none, to count them.
+EVERYTHING = {**SMALL, "search.racing": False}
+ROOT = Path(__file__).parents[4]
+RUN = """
+import json, sys
+from pathlib import Path
+from tests.tuner.conftest import run_small
+outcome = run_small(Path(sys.argv[1]), threads=2, **json.loads(sys.argv[2]))
+# Not ru_maxrss: that of a process begins with what its parent held.
+held = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM"))
+peak = int(held.split()[1]) * 1024
+print(json.dumps([outcome.generations[-1].flights, outcome.flights, len(outcome.candidates), peak]))
+"""
+
+
+@pytest.fixture(scope="module")
+def study():
+    return load_study(QUICKSTART, EVERYTHING)
+
+
+@pytest.fixture(scope="module")
+def pilot(study):
+    return fly_pilot(problem_of(study, 2, None), study)
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """A run in a process of its own, for its memory: flights of search and in all, finalists, peak [bytes], folder."""
+    # Compilers take memory too, in the first process of a machine.
+    folder = tmp_path_factory.mktemp("runs")
+    for name in ("first", "small"):
+        done = subprocess.run(
+            [sys.executable, "-c", RUN, str(folder / name), json.dumps({"search__racing": False})],
+            cwd=ROOT, capture_output=True, text=True, check=True, timeout=300,
+        )  # fmt: skip
+    folder = folder / "small"
+    return (*json.loads(done.stdout.splitlines()[-1]), folder)
+
+
+def test_flights_are_those_of_the_run(study, ran):
+    search, total, finalists, _, _ = ran
+    expected = flights_of(study)
+    assert search == expected.search == 8 * 3 * 4
+    # The finalists and the default, then the default and the recommended point once more.
+    assert total == search + (finalists + 3) * expected.held_out_each
+    assert total <= expected.total and finalists <= expected.finalists == 24
+
+
+def test_memory_and_disk_are_near_what_the_run_took(study, pilot, ran):
+    *_, peak, folder = ran
+    assert 0.85 < memory_of(study, pilot) / peak < 1.3
+    size = sum(file.stat().st_size for file in folder.rglob("*") if file.is_file())
+    assert 0.85 < disk_of(study, pilot) / size < 1.3
+
+
+def test_counts_drive_the_costs(study, pilot):
+    def costs(**changes):
+        asked = load_study(QUICKSTART, EVERYTHING | {key.replace("__", "."): value for key, value in changes.items()})
+        return flights_of(asked).total, seconds_of(asked, pilot), memory_of(asked, pilot), disk_of(asked, pilot)
+
+    plain = costs()
+    # 4 flights fill a block of lanes as 16 do.
+    same = costs(scenario__0__search=16)[1]
+    drawn = 12 * pilot.scenarios[0].draw_seconds
+    assert same.search - plain[1].search == pytest.approx(drawn, rel=1e-9)
+    assert plain[0] == 96 + (24 + 3) * 32
+    longer = costs(search__generations=30)
+    assert longer[0] == 960 + (48 + 3) * 32
+    assert longer[1].search > 8.0 * (plain[1].search - drawn) and longer[3] > plain[3]
+    many = costs(scenario__0__held_out=1024)
+    assert many[2] > plain[2] and many[1].held_out == pytest.approx(32 * plain[1].held_out, rel=1e-9)
+
+
+def test_the_pilot_starts_from_the_default_and_is_drawn_alike_for_any_thread_count(study, pilot):
+    assert np.array_equal(pilot.points[0], study.space.point(study.default_row))
+    assert pilot.flights == 8 * FLIGHTS and pilot.worthy_share == 1.0
+    again = fly_pilot(problem_of(study, 1, None), study)
+    assert np.array_equal(again.scenarios[0].scores, pilot.scenarios[0].scores)
+
+
+def test_widths_are_near_those_of_real_flights(study, pilot):
+    document = plan_document(study, pilot, None, 0.05)
+    problem = problem_of(study, 2, None)
+    fleet = Fleet(study.scenarios[0].spec, HELD_OUT, 512)
+    evaluation = problem.evaluate_gains(study.default_row[None], (fleet,))
+    for i, row in enumerate(document["objectives"]):
+        risk = study.objectives[i].risk
+        samples, random = evaluation.samples(i, None)[0], generator(1, "test/width", i)
+        # What 64 of the real flights would tell, 99 times; the tail of the error is heavy, and no formula holds for its spread.
+        told = [
+            float(np.diff(bootstrap_interval(samples[random.permutation(len(samples))[:FLIGHTS]], risk, random))[0])
+            for _ in range(99)
+        ]
+        share = (FLIGHTS / row["flights"]["held_out"]) ** 0.5
+        assert share * min(told) < row["width"]["held_out"] < share * max(told)
+        assert row["flights"] == {"search": 4, "held_out": 32} and row["width"]["search"] is None
+        near = abs(row["default"] / float(evaluation.values[0, i]) - 1.0)
+        assert near < 1.5 * row["width_percent"]["held_out"] / 100.0
+
+
+def test_thin_tails_and_lost_flights_are_warned_of(study, pilot):
+    warnings = plan_document(study, pilot, None, 0.05)["warnings"]
+    assert any("cvar80(itae.position) rests on 4 search scenarios" in text for text in warnings)
+    fine = plan_document(study, pilot, None, 0.00001)
+    assert any("do not surely tell a difference of 0.001 %" in text for text in fine["warnings"])
+    small = {f"scenario.0.reference.{axis}": 0.001 for axis in "xyz"}
+    lost = load_study(QUICKSTART, EVERYTHING | small | {"limits.position": 0.01})
+    flown = fly_pilot(problem_of(lost, 2, None), lost)
+    assert not flown.complete.any()
+    document = plan_document(lost, flown, None, 0.05)
+    assert any("The default lost 64 of 64 pilot flights" in text for text in document["warnings"])
+    assert [row["scenarios_needed"] for row in document["objectives"]] == [None, None]
+    json.dumps(document, allow_nan=False)
+
+
+def test_command_prints_json_and_a_table(tmp_path, monkeypatch, capsys):
+    path = tmp_path / "asked.toml"
+    path.write_text(QUICKSTART.read_text().replace("duration = 8.0", "duration = 2.0"))
+    code, out, err = tuner(monkeypatch, capsys, "plan", path, "--threads", 2, "--difference", 2, "--json")
+    assert (code, err) == (0, "")
+    document = json.loads(out)
+    assert document["flights"]["search_at_most"] == 32 * 14 * 32 and document["difference_percent"] == 2.0
+    # Margins leave a few per cent of the ranges.
+    assert document["pilot"]["worth_flying_percent"] < 30.0
+    easy = tmp_path / "easy.toml"
+    easy.write_text(path.read_text().split("# Stability margins")[0])
+    code, out, _ = tuner(monkeypatch, capsys, "plan", easy, "--threads", 2)
+    assert code == 0 and "Pilot: 8 candidates" in out and "100 % of the ranges" in out
+    code, out, err = tuner(monkeypatch, capsys, "plan", tmp_path / "nowhere.toml")
+    assert (code, out) == (2, "") and "there is no such file" in err

@@ -1,0 +1,217 @@
+"""A run that finds nothing feasible: told first everywhere, an exit code of its own, nothing offered, the way out named."""
+
+import contextlib
+import json
+import re
+import shutil
+import sys
+from io import StringIO
+
+import numpy as np
+import pandas as pd
+import pytest
+from rich.console import Console
+
+from objectives.margins.margins import MarginModel
+from plant.gains import gain_addresses
+from tests.tuner.conftest import NoDrawing, run_small
+from tests.tuner.in_process import tuner
+from tests.tuner.study.study_text import STUDY, write
+from tuner import report
+from tuner.cli import show
+from tuner.cli.errors import NOTHING_FEASIBLE, guarded
+from tuner.cli.main import _invoke
+from tuner.documents.loading import load
+from tuner.experiments.tuning.ending import GAINS, INFEASIBLE, NOTHING
+from tuner.experiments.tuning.starts import design_row, study_designs
+from tuner.report.page import page
+from tuner.study import load_study
+
+# Yaw keeps what the study fixes: far too fast for its observer, and nothing that is searched moves it.
+FIXED = '"tilt.lambda" = { low = 1, high = 16 }\n"yaw.lambda" = 30.0\n"yaw.omega_o" = 12.0\n"yaw.k1" = 30.0'
+YAW = STUDY.replace("generations = 2", "generations = 2\nracing = false").replace(
+    '"tilt.lambda" = { low = 1, high = 16 }', FIXED
+).replace('"roll.k1" = 20.0\n', "") + (
+    '\n[[margin]]\nquantity = "phase_margin"\naxis = "attitude"\nleast = 30\nhard = true\n'
+)
+# More than any gains of this vehicle reach within two seconds of a step of 1 m.
+SOON = '\n[[constraint]]\nmetric = "rms.position"\nmost = 0.01\n'
+
+
+@pytest.fixture(scope="module")
+def ran(tmp_path_factory):
+    """Exit code, terminal, study and folder of a run whose yaw margin nothing that is searched can move."""
+    folder = tmp_path_factory.mktemp("ending")
+    study = write(folder, YAW)
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(report, "start_figures", lambda _: NoDrawing())
+        patch.setenv("COLUMNS", "400")
+        code, out, err = run_captured(patch, "run", study, "--out", folder / "out", "--threads", "2")
+    return code, out, err, study, folder / "out"
+
+
+def run_captured(patch, *arguments):
+    patch.setattr(sys, "argv", ["tuner", *map(str, arguments)])
+    out, err = StringIO(), StringIO()
+    with contextlib.redirect_stdout(out), contextlib.redirect_stderr(err), pytest.raises(SystemExit) as ended:
+        sys.exit(guarded(_invoke))
+    return ended.value.code or 0, out.getvalue(), err.getvalue()
+
+
+def summary_of(folder):
+    return json.loads((folder / "summary.json").read_text())
+
+
+def test_the_run_ends_with_its_own_code_and_says_so_before_any_table(ran):
+    code, out, err, _, folder = ran
+    assert (code, err) == (NOTHING_FEASIBLE, "") and NOTHING_FEASIBLE not in (0, 1, 2, 130)
+    assert out.count(NOTHING) == 1
+    assert "no gains are recommended" in out and "Recommended" not in out
+    assert out.index(NOTHING) < out.index("Gains") < out.index("Report:")
+    assert out.index("Automatic limit: quantile50(rms.position)@gusts") < out.index("generation 1/2")
+    assert f"Gains (infeasible): {folder / INFEASIBLE}\n" in out
+
+
+def test_nothing_is_offered_as_gains(ran):
+    _, _, _, _, folder = ran
+    assert not (folder / GAINS).exists()
+    document = json.loads((folder / INFEASIBLE).read_text())
+    summary = summary_of(folder)
+    assert document["study"]["feasible"] is False and document["study"]["point"] == summary["nearest"]
+    assert list(summary)[:2] == ["feasible", "ending"] and summary["feasible"] is False and summary["tuned"] is None
+    assert summary["ending"][0].startswith(NOTHING)
+    front = pd.read_csv(folder / "front.csv", keep_default_na=False)
+    assert front["role"].tolist() == ["default", "nearest"]
+
+
+def test_the_loop_is_named_with_what_it_reaches_and_what_design_reaches(ran):
+    _, out, _, study, folder = ran
+    asked = load_study(study)
+    model = MarginModel(asked.system.cascade, asked.system.nominal, asked.system.timing, asked.system.vehicle)
+    designed = design_row(asked, study_designs(asked))
+
+    def yaw(row):
+        return float(np.degrees(model.evaluate(row[None]).phase.value[0, 5]))
+
+    (found,) = summary_of(folder)["obstacles"]
+    assert (found["label"], found["loop"], found["unit"]) == ("phase_margin(attitude)", "yaw", "deg")
+    assert found["reached"] == pytest.approx(yaw(asked.default_row)) and found["reached"] < 30.0
+    assert found["moved_by"] == [] and found["tried"] == 16
+    fixed = {entry["gain"]: entry["value"] for entry in found["fixed"]}
+    assert fixed["yaw.lambda"] == 30.0 and fixed["yaw.k1"] == 30.0 and all(name.startswith("yaw.") for name in fixed)
+    assert found["design"]["kept"] and found["design"]["value"] == pytest.approx(yaw(designed)) and yaw(designed) > 30.0
+    own = {gain.address: designed[gain.column] for gain in gain_addresses(asked.system.cascade) if gain.axis == "yaw"}
+    assert {entry["gain"]: entry["value"] for entry in found["design"]["gains"]} == own
+    told = next(line for line in out.splitlines() if "in the yaw loop" in line)
+    assert f"{found['reached']:.4g} deg" in told and "No searched gain moves it" in told and "yaw.k1 = 30" in told
+    assert f"`tuner design` reaches {found['design']['value']:.4g} deg" in told
+
+
+def test_json_says_so_too_and_a_resume_ends_alike(ran, tmp_path, monkeypatch, capsys):
+    _, _, _, _, folder = ran
+    again = tmp_path / "again"
+    shutil.copytree(folder, again)
+    (again / GAINS).write_text("{}")
+    monkeypatch.setattr(report, "start_figures", lambda _: NoDrawing())
+    code, out, _ = tuner(monkeypatch, capsys, "resume", again, "--json")
+    told = json.loads(out)
+    assert code == NOTHING_FEASIBLE and told["feasible"] is False and list(told)[0] == "feasible"
+    # What an earlier ending left is gone: nobody may take it for this run's.
+    assert not (again / GAINS).exists()
+    assert (again / INFEASIBLE).read_text() == (folder / INFEASIBLE).read_text()
+
+
+def test_show_and_the_page_say_so_first_and_advise_no_flight(ran, monkeypatch, capsys):
+    _, _, _, _, folder = ran
+    monkeypatch.setattr(show, "Console", lambda: Console(width=400))
+    show.show_command(folder, as_json=False)
+    out = capsys.readouterr().out
+    assert out.splitlines()[1].startswith(NOTHING)
+    assert "tuner fly" not in out and "tuner export" not in out and "Nearest to feasible, not recommended" in out
+    show.show_command(folder, as_json=True)
+    story = json.loads(capsys.readouterr().out)
+    assert story["feasible"] is False and story["recommended"] is None and story["nearest"]["point"]
+    text = page(load(folder))
+    assert NOTHING in text and text.index(NOTHING) < text.index('class="lead"') < text.index("Nothing is recommended")
+    said = re.sub(r"<[^>]*>|\s", "", text[: text.index("</header>")])
+    assert "Recommendedpointnone" in said and "isrecommendedbecause" not in said
+    assert "automatic limit, mission.followed" in text and "(automatic: mission.followed)" in out
+    assert "Save infeasible.json" in text and "What to fly" not in text
+    assert '"gains_name":"infeasible.json"' in text
+
+
+def test_export_refuses_the_file_unless_forced(ran, tmp_path, monkeypatch, capsys):
+    _, _, _, _, folder = ran
+    words = ["export", folder / INFEASIBLE, "--to", "c99", "--out", tmp_path / "c", "--flights", "2"]
+    code, out, err = tuner(monkeypatch, capsys, *words)
+    assert (
+        (code, out) == (2, "")
+        and "found nothing feasible" in err
+        and "--force" in err
+        and not (tmp_path / "c").exists()
+    )
+    code, _, _ = tuner(monkeypatch, capsys, *words, "--force")
+    assert code in (0, 1) and json.loads((tmp_path / "c" / "gains.json").read_text())["study"]["feasible"] is False
+
+
+def test_the_file_is_valid_and_its_mark_is_under_the_hash(ran, tmp_path, monkeypatch, capsys):
+    _, _, _, _, folder = ran
+    code, out, _ = tuner(monkeypatch, capsys, "validate", folder / INFEASIBLE)
+    assert code == 0 and "valid" in out
+    document = json.loads((folder / INFEASIBLE).read_text())
+    del document["study"]["feasible"]
+    clean = tmp_path / "gains.json"
+    clean.write_text(json.dumps(document))
+    code, _, err = tuner(monkeypatch, capsys, "validate", clean)
+    assert code == 2 and "sha256" in err
+
+
+def test_rejudging_by_a_limit_that_nothing_keeps_ends_alike(ran, tmp_path, monkeypatch, capsys):
+    _, _, _, _, folder = ran
+    monkeypatch.setattr(report, "start_figures", lambda _: NoDrawing())
+    monkeypatch.setenv("COLUMNS", "400")
+    study = write(tmp_path, YAW.replace('"attitude"\nleast = 30', '"tilt"\nleast = 1') + SOON)
+    code, out, _ = tuner(monkeypatch, capsys, "rejudge", folder, "--out", tmp_path / "judged", "--study", study)
+    assert code == NOTHING_FEASIBLE and out.count(NOTHING) == 1
+    told = {entry["label"]: entry for entry in summary_of(tmp_path / "judged")["obstacles"]}
+    found = told["mean(rms.position)"]
+    assert found["loop"] is None and found["reached"] > 0.01 and "phase_margin(tilt)" not in told
+    values = pd.concat(
+        pd.read_parquet(file) for file in sorted((tmp_path / "judged" / "generations").glob("*.parquet"))
+    )
+    least = values["violation:mean(rms.position)"].min() + 0.01
+    assert found["reached"] == pytest.approx(least)
+
+
+def test_a_comparison_marks_who_recommends_nothing(ran, monkeypatch, capsys):
+    _, _, _, study, folder = ran
+    words = ["compare", folder, folder / INFEASIBLE, "--study", study, "--seeds", "2"]
+    monkeypatch.setenv("COLUMNS", "400")
+    code, out, _ = tuner(monkeypatch, capsys, *words)
+    assert code == 0 and out.splitlines()[1].startswith(NOTHING) and folder.name in out.splitlines()[1]
+    code, out, _ = tuner(monkeypatch, capsys, *words, "--json")
+    found = json.loads(out)
+    assert found["feasible"] is False and [row["feasible"] for row in found["contenders"]] == [False, False]
+
+
+def test_a_run_that_recommends_says_nothing_of_it(small_run):
+    _, folder = small_run
+    summary = summary_of(folder)
+    assert summary["feasible"] is True and summary["ending"] == [] and summary["obstacles"] == []
+    assert summary["nearest"] is None and (folder / GAINS).exists() and not (folder / INFEASIBLE).exists()
+    assert "feasible" not in json.loads((folder / GAINS).read_text())["study"]
+
+
+def test_finalists_that_break_a_limit_when_held_out_are_not_recommended(tmp_path, monkeypatch):
+    """Four flights are milder than 32: the best worst case of the first generation is a limit that no front keeps for long."""
+    monkeypatch.setattr(report, "start_figures", lambda _: NoDrawing())
+    limit = {"metric": "rms.position", "risk": "worst", "most": 1.0}
+    first = run_small(tmp_path / "free", constraint=[limit], search__generations=1)
+    best = float(first.generations[0].evaluation.scores[:, 2].max(axis=1).min())
+    outcome = run_small(tmp_path / "tight", constraint=[{**limit, "most": best}], search__generations=1)
+    assert len(outcome.archive.front()) > 0 and not outcome.feasible and outcome.conflict is None
+    summary = summary_of(tmp_path / "tight")
+    assert summary["ending"][0].startswith(f"{NOTHING} on held-out scenarios")
+    held_out = outcome.finalists.evaluation.scores[outcome.tuned, 2].max()
+    told = f"breaks worst(rms.position) at most {best:.4g} m with {held_out:.4g}."
+    assert summary["ending"][1].endswith(told) and not (tmp_path / "tight" / GAINS).exists()

@@ -1,0 +1,96 @@
+"""What a run keeps of every finalist: responses, constrained quantities, margins."""
+
+import numpy as np
+import pytest
+
+from objectives.margins.margins import MarginModel
+from objectives.margins.trim import Trim
+from plant.errors import InputError
+from tuner.experiments.tuning import run_margins
+from tuner.experiments.tuning.run_constraints import constraint_table
+from tuner.experiments.tuning.run_margins import POINTS, margin_table
+from tuner.experiments.tuning.run_responses import FAN_SCENARIOS, drawn, flight_of, response_table, worst_flights
+
+
+@pytest.fixture(scope="module")
+def outcome(small_run):
+    return small_run[0]
+
+
+def test_responses_of_every_finalist_with_the_flight_in_which_it_did_worst(outcome):
+    table = response_table(outcome)
+    assert list(table.point.unique()) == outcome.names
+    assert np.all(table.low <= table["median"]) and np.all(table["median"] <= table.high)
+    assert set(table.groupby(["point", "signal"], observed=True).size()) == {len(table) // (10 * len(outcome.names))}
+    evaluation, row = outcome.finalists.evaluation, outcome.tuned
+    scores = evaluation.samples(0, "steps in gusts")[row]
+    mine = table[table.point == outcome.names[row]]
+    index = mine.worst_flight.iloc[0]
+    assert scores[index] == scores.max()
+    # Flown alone, and in a fan of all, the flight is the same.
+    spec = outcome.study.scenarios[0].spec
+    alone = flight_of(outcome, row, drawn(outcome, spec, [int(index)])).actual[0, :, 0]
+    assert mine[mine.signal == "x"].worst.to_numpy() == pytest.approx(alone, abs=1e-6)
+    assert index < len(scores) <= FAN_SCENARIOS
+
+
+def test_worst_flight_goes_by_the_first_objective_that_counts_there(outcome):
+    found = worst_flights(outcome, "steps in gusts")
+    assert found.tolist() == outcome.finalists.evaluation.scores[:, 0].argmax(axis=-1).tolist()
+
+
+def test_constraints_of_every_finalist_are_what_made_them_feasible(outcome):
+    table, study = constraint_table(outcome), outcome.study
+    assert list(table.point.unique()) == outcome.names
+    limits = {entry.objective.label: entry.most for entry in study.constraints}
+    assert list(table.label.unique()) == list(limits)
+    assert np.all(table.low <= table.value) and np.all(table.value <= table.high)
+    broken = table.value > table.label.map(limits)
+    kept = ~broken.groupby(table.point).any()
+    assert [bool(kept[name]) for name in outcome.names] == outcome.finalists.feasible.tolist()
+    default = table[table.point == "default"]
+    assert not default[["difference", "difference_low", "difference_high"]].to_numpy().any()
+
+
+@pytest.fixture(scope="module")
+def margins(outcome):
+    return margin_table(outcome)
+
+
+def test_margins_of_every_finalist_and_loop_are_read_off_the_curve_beside_them(outcome, margins):
+    assert list(margins.point.unique()) == outcome.names
+    assert list(margins.channel.unique()) == ["x", "y", "z", "roll", "pitch", "yaw"]
+    assert margins.stable.any()
+    for row in margins[margins.stable].itertuples():
+        loop = row.real + 1j * row.imag
+        assert len(loop) == POINTS
+        # On a grid of 28 points a decade the sensitivity is at most its peak, and not far below where that is not sharp.
+        peak = np.abs(1.0 / (1.0 + loop)).max()
+        assert peak <= row.ms * (1.0 + 1e-5)
+        assert row.ms > 3.0 or 0.93 * row.ms <= peak
+        above = np.flatnonzero(np.abs(loop) > 1.0)
+        if len(above):
+            last = above[-1]
+            assert row.frequency[last] <= row.crossover * (1.0 + 1e-5)
+            # The crossover of a loop that depends on amplitude is the highest of all amplitudes, the curve that of one.
+            assert row.case or row.crossover <= row.frequency[last + 1]
+
+
+def test_margins_are_those_of_the_margin_model(outcome, margins):
+    system = outcome.study.system
+    model = MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, Trim())
+    found = model.evaluate(outcome.gains(outcome.tuned)[None])
+    mine = margins[margins.point == outcome.names[outcome.tuned]]
+    for i, row in enumerate(mine.itertuples()):
+        assert row.stable == found.stable[0, i]
+        if row.stable:
+            assert row.phase_margin == pytest.approx(found.phase.value[0, i], rel=1e-9)
+            assert row.case == model.cases[found.sensitivity.case[0, i]].label or found.sensitivity.case[0, i] < 0
+
+
+def test_without_steady_flight_there_are_no_margins(outcome, monkeypatch):
+    def none(_):
+        raise InputError("no steady flight is found")
+
+    monkeypatch.setattr(run_margins, "margin_model", none)
+    assert margin_table(outcome) is None

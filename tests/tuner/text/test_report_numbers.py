@@ -1,0 +1,78 @@
+"""Numbers and units as text, against examples written by hand."""
+
+from math import pi
+
+import pytest
+
+from tuner.text.numbers import compact, count, duration, estimate, per_cent, significant
+from tuner.text.units import bracketed, in_degrees, marked_up, plain
+
+THIN = "\u202f"
+
+
+@pytest.mark.parametrize(
+    ("numbers", "shown"),
+    [
+        ((0.43217, 0.4112, 0.4507), ("0.432", "[0.411, 0.451]")),
+        ((12.3456, 10.9, 13.4), ("12.3", "[10.9, 13.4]")),
+        ((1234.5, 1100.0, 1400.0), ("1234", "[1100, 1400]")),
+        ((123456.0, 110000.0, 140000.0), (f"123{THIN}456", f"[110{THIN}000, 140{THIN}000]")),
+        ((-0.222, -0.239, -0.2061), ("−0.222", "[−0.239, −0.206]")),
+        ((0.0, 0.0, 0.0), ("0", "[0, 0]")),
+        ((0.5, 0.5, 0.5), ("0.5000", "[0.5000, 0.5000]")),
+        # Too fine for five decimals: a common power of ten.
+        ((1.234e-6, 1.20e-6, 1.27e-6), ("1.234 × 10⁻⁶", "[1.200, 1.270] × 10⁻⁶")),
+        ((2.5e7, 2.4e7, 2.6e7), ("2.50 × 10⁷", "[2.40, 2.60] × 10⁷")),
+        ((-1e-4, -0.02, 0.02), ("0.000", "[−0.020, 0.020]")),
+        ((None, None, None), ("–", "–")),
+        ((0.25, float("nan"), 1.0), ("0.25", "–")),
+    ],
+)
+def test_digits_follow_the_interval(numbers, shown):
+    assert estimate(*numbers) == shown
+
+
+def test_signed_numbers_carry_a_plus_but_zero_does_not():
+    assert estimate(0.05, -0.01, 0.11, signed=True) == ("+0.05", "[−0.01, +0.11]")
+    assert estimate(0.0, 0.0, 0.0, signed=True) == ("0", "[0, 0]")
+
+
+@pytest.mark.parametrize(
+    ("value", "shown"),
+    [(5.0, "5"), (0.1, "0.1"), (6.10349, "6.103"), (20000.0, f"20{THIN}000"), (-3.5, "−3.5"), (0.0, "0"),
+     (1.5e-7, "1.5 × 10⁻⁷"), (3e9, "3 × 10⁹"), (999999.0, f"999{THIN}999"), (None, "–")],
+)  # fmt: skip
+def test_significant_digits_without_trailing_zeros(value, shown):
+    assert significant(value) == shown
+
+
+def test_spans_counts_and_shares():
+    assert [duration(t) for t in (0.84, 42.4, 252.0, 7500.0)] == ["0.84 s", "42 s", "4 min 12 s", "2 h 5 min"]
+    assert [duration(t) for t in (59.7, 3599.8)] == ["1 min 0 s", "1 h 0 min"]
+    assert [count(n) for n in (9999, 16896.0)] == ["9999", f"16{THIN}896"]
+    assert [per_cent(s) for s in (0.0, 0.0123, 0.38, None)] == ["0 %", "1.2 %", "38 %", "–"]
+
+
+def test_embedded_numbers_are_short_and_never_nan():
+    assert compact(0.123456789) == 0.12346
+    assert compact(float("nan")) is None
+    assert compact(float("inf")) is None
+
+
+@pytest.mark.parametrize(
+    ("unit", "shown", "factor"),
+    [
+        ("rad", "°", 180 / pi), ("rad s", "° s", 180 / pi), ("rad^2 s", "°^2 s", (180 / pi) ** 2),
+        ("rad/s", "°/s", 180 / pi), ("m", "m", 1.0), ("1/s", "1/s", 1.0), ("1", "", 1.0), ("1/rad", "1/rad", 1.0),
+        ("rad^(1/2) s^(-3/2)", "rad^(1/2) s^(-3/2)", 1.0), ("grad", "grad", 1.0),
+    ],
+)  # fmt: skip
+def test_angles_become_degrees(unit, shown, factor):
+    assert in_degrees(unit) == (shown, pytest.approx(factor, rel=1e-15))
+
+
+def test_exponents_are_raised():
+    assert plain("°^2 s^-1") == "°² s⁻¹"
+    assert marked_up("rad^(1/2) s^(-3/2)") == "rad<sup>1/2</sup> s<sup>−3/2</sup>"
+    assert marked_up("<b>^2") == "&lt;b&gt;<sup>2</sup>"
+    assert (bracketed("x", "m^2"), bracketed("x", "")) == ("x [m²]", "x")

@@ -1,0 +1,135 @@
+"""How wrong the controller may be about its vehicle: mass, inertia, thrust and rotor lag, before a margin or stability is lost.
+
+The controller's nominal stays, the vehicle that flies has factors of the nominal numbers. Mass and thrust are what b0 of the
+position loops is made of, inertia and thrust that of the attitude loops.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from plant.nominal import vary
+from plant.vehicle import Vehicle
+from tuner.analysis.margins.limits import LIMITS, Limit
+from tuner.analysis.margins.linear import Judged, Linear
+from tuner.analysis.margins.readings import SHOWN
+
+Array = np.ndarray
+
+FACTORS = ("mass", "inertia", "thrust", "lag")
+CRITERIA = ("stability", "limits")
+# Factors from 1/REACH to REACH are tried, at so many points for each side of 1, and an end is halved so many times.
+REACH, STEPS, HALVINGS = 4.0, 12, 10
+# Points along each axis of a map, besides the ends of its factors.
+POINTS = 15
+# Slack of a vehicle of which no steady flight is found.
+NOWHERE = np.nan
+
+
+@dataclass(frozen=True)
+class Map:
+    """A grid of vehicles: two factors with their values (a,) and (b,), and for each vehicle (b, a) the slack of stability and of
+    the limits, above 0 where kept; NaN where no steady flight is found.
+    """
+
+    across: str
+    up: str
+    x: Array
+    y: Array
+    stability: Array
+    limits: Array
+
+
+@dataclass(frozen=True)
+class Extent:
+    """How far a factor may go from 1, by itself, while the vehicle can fly and a criterion is kept.
+
+    criterion: "stability" or "limits"; low, high: last factors that keep it, None where all that were tried do, both 1 where the
+    nominal vehicle breaks it.
+    """
+
+    factor: str
+    criterion: str
+    low: float | None
+    high: float | None
+
+    def row(self) -> dict[str, Any]:
+        """Return it as JSON-able data."""
+        ends = {"low": self.low, "high": self.high}
+        note = None if None not in ends.values() else f"null: kept as far as was tried, a factor of {REACH:g}"
+        return {"factor": self.factor, "criterion": self.criterion, **ends, "note": note}
+
+
+def with_factors(vehicle: Vehicle, **factors: float) -> Vehicle:
+    """Return the vehicle with some of its numbers multiplied."""
+    return vary(vehicle, *[factors.get(name, 1.0) for name in FACTORS])
+
+
+def slack(judged: Judged | None, criterion: str, h: float, limits: tuple[Limit, ...] = LIMITS) -> float:
+    """Return by how much a criterion is kept in the worst loop, above 0 where it is; h: control period [s].
+
+    "limits": as a share of the limit; "stability": a measure of the decay rate.
+    """
+    if judged is None:
+        return NOWHERE
+    if criterion == "stability":
+        # Growth ranges over decades on either side of 0, and contours are interpolated.
+        return float(-np.arcsinh(judged.growth.max(axis=0) * 2.0))
+    return min(_slack_of(judged, limit, h) for limit in limits)
+
+
+def _slack_of(judged: Judged, limit: Limit, h: float) -> float:
+    shown = next(entry for entry in SHOWN if entry.name == limit.quantity)
+    values = judged.quantities[shown.source]
+    worst = np.max(values, axis=0) if limit.sense == "most" else np.min(values, axis=0)
+    found = float(shown.shown(worst, h))
+    return limit.limit / found - 1.0 if limit.sense == "most" else min(found / limit.limit - 1.0, 1.0)
+
+
+def mismatch_map(linear: Linear, across: str, up: str, ends: list[Extent], points: int | None = None) -> Map:
+    """Return the map over two factors; their own ends are points of the grid too, so that its borders start from there."""
+    x, y = (_axis(factor, ends, points or POINTS) for factor in (across, up))
+    base = linear.nominal.vehicle
+    judged = linear.judge([with_factors(base, **{across: a, up: b}) for b in y for a in x])
+    grids = [np.array([slack(j, name, linear.period) for j in judged]).reshape(len(y), len(x)) for name in CRITERIA]
+    return Map(across, up, x, y, *grids)
+
+
+def _axis(factor: str, ends: list[Extent], points: int) -> Array:
+    own = [end for each in ends if each.factor == factor for end in (each.low, each.high) if end is not None]
+    return np.unique(np.concatenate([np.geomspace(1.0 / REACH, REACH, points), own]))
+
+
+def extents(linear: Linear) -> list[Extent]:
+    """Return how far each factor may go by itself, for each criterion."""
+    found = []
+    for factor in FACTORS:
+        ends = [_ends(linear, factor, way) for way in (-1.0, 1.0)]
+        found += [Extent(factor, name, *[end[name] for end in ends]) for name in CRITERIA]
+    return found
+
+
+def _ends(linear: Linear, factor: str, way: float) -> dict[str, float | None]:
+    """Walk outwards from 1 until a criterion is lost, then halve the last step, in the logarithm of the factor."""
+    exponents = way * np.log(REACH) * np.arange(STEPS + 1) / STEPS
+    kept = _kept(linear, factor, np.exp(exponents))
+    found: dict[str, float | None] = {}
+    for name in CRITERIA:
+        lost = next((i for i, good in enumerate(kept[name]) if not good), None)
+        if lost is None or lost == 0:
+            found[name] = None if lost is None else 1.0
+            continue
+        inside, outside = exponents[lost - 1], exponents[lost]
+        for _ in range(HALVINGS):
+            middle = 0.5 * (inside + outside)
+            good = _kept(linear, factor, np.exp([middle]))[name][0]
+            inside, outside = (middle, outside) if good else (inside, middle)
+        found[name] = float(np.exp(inside))
+    return found
+
+
+def _kept(linear: Linear, factor: str, values: Array) -> dict[str, list[bool]]:
+    base = linear.nominal.vehicle
+    judged = linear.judge([with_factors(base, **{factor: float(value)}) for value in values])
+    return {name: [slack(each, name, linear.period) >= 0.0 for each in judged] for name in CRITERIA}

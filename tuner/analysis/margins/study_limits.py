@@ -1,0 +1,36 @@
+"""What the [[margin]] tables of a study say of a controller."""
+
+from pathlib import Path
+
+import numpy as np
+
+from plant.errors import InputError
+from tuner.analysis.margins.document import Row, requirement
+from tuner.gains import Controller
+from tuner.study import load_study
+from tuner.study.margins import MarginAnalysis, margin_requirement
+
+
+def study_requirements(path: Path, controller: Controller) -> list[Row] | None:
+    """Return how gains stand to the [[margin]] tables of a study, on the study's vehicle; None where it has none.
+
+    Raises InputError where the study is about other laws.
+    """
+    study = load_study(path)
+    for loop in ("position", "attitude"):
+        mine, its = (getattr(cascade, loop).name for cascade in (controller.cascade, study.system.cascade))
+        if mine != its:
+            raise InputError(
+                f"the gains are for the {loop} law '{mine}', the study flies '{its}'", file=path, key="controller"
+            )
+    if not study.table.margin:
+        return None
+    specs = tuple(entry.spec for entry in study.scenarios)
+    asked = tuple(margin_requirement(table, study.system.timing, specs) for table in study.table.margin)
+    values = MarginAnalysis(asked, study.system, specs, path).values(np.array([controller.gains]))[0]
+    return [
+        requirement(
+            entry.label, float(value), entry.quantity.unit, entry.limit, entry.quantity.sense, entry.hard, None, None
+        )
+        for entry, value in zip(asked, values, strict=True)
+    ]  # fmt: skip

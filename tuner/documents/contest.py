@@ -1,0 +1,288 @@
+"""What a report knows of a contest folder. All values stay in SI units, angles in rad: as printed numbers and sentences are."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from tuner.documents.inference import Inference
+from tuner.documents.results import Estimate, Fan
+from tuner.report.contest.look import Look
+
+
+class Gain(NamedTuple):
+    """One gain of a contender, in the unit of the study file."""
+
+    address: str
+    value: float
+    unit: str
+
+
+class OnBound(NamedTuple):
+    """A gain at an end of its range. recommended: the recommended point's is there; share: of the front's points.
+
+    natural: the gain has no meaning beyond.
+    """
+
+    variable: str
+    end: str
+    bound: float
+    recommended: bool
+    share: float
+    natural: bool
+
+
+@dataclass(frozen=True)
+class Contender:
+    """One controller as it flew. index: its place; folder: of its own results, "" for none.
+
+    point: of its own study; searched: the variables a search chose; operations: of its laws in one control step;
+    failures: share of its flights; instructions: mean of a control step on a microcontroller, None if not known.
+    """
+
+    index: int
+    look: Look
+    name: str
+    slug: str
+    laws: dict[str, str]
+    airframe: str
+    tuned: bool
+    folder: str
+    point: str
+    gains: list[Gain]
+    searched: list[str]
+    operations: float
+    on_bounds: list[OnBound]
+    failures: float
+    instructions: float | None = None
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """One number that is compared; smaller is better. unit: "" for none; limit: what it must not exceed."""
+
+    label: str
+    metric: str
+    unit: str
+    risk: str
+    scenario: str | None
+    definition: str
+    limit: float | None
+    kind: str
+
+
+class Difference(NamedTuple):
+    """Second minus first contender on the same flights; lower: which of them is, None where the interval holds zero."""
+
+    first: str
+    second: str
+    quantity: str
+    difference: Estimate
+    lower: str | None
+
+
+class Ruling(NamedTuple):
+    """A claim for one opponent in one quantity; difference: claimed better minus opponent."""
+
+    than: str
+    quantity: str
+    difference: Estimate
+    verdict: str
+
+
+class Claim(NamedTuple):
+    """A sentence put to the test, its verdict, and the comparisons behind it."""
+
+    text: str
+    better: str
+    verdict: str
+    rows: list[Ruling]
+
+
+@dataclass(frozen=True)
+class Front:
+    """The points of one contender on the flights of the comparison.
+
+    points: names (n,); recommended: mask (n,); values, low, high (n, objectives); gains: of each point by address; lost (n,):
+    flights that did not reach their end.
+    """
+
+    contender: str
+    points: list[str]
+    recommended: np.ndarray
+    values: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    gains: list[dict[str, float]]
+    lost: np.ndarray
+
+
+class Volume(NamedTuple):
+    """How much of the common box the front of a contender dominates, and of how many points it is.
+
+    even: contenders whose front the paired difference does not tell apart from this one.
+    """
+
+    contender: str
+    share: Estimate
+    points: int
+    even: set[str]
+
+
+@dataclass(frozen=True)
+class Fronts:
+    """All fronts. objectives: labels; meaning, reference: of the box that the volumes are shares of."""
+
+    objectives: list[str]
+    fronts: list[Front]
+    volumes: list[Volume]
+    meaning: str
+    reference: dict[str, float]
+
+
+class BestRow(NamedTuple):
+    """The point of a front that is best in an objective while it keeps a limit in another."""
+
+    estimate: Estimate
+    point: str
+
+
+@dataclass(frozen=True)
+class BestUnder:
+    """A question of the kind "smallest A with B at most L": contender -> answer, None where no point keeps the limit."""
+
+    objective: str
+    subject_to: str
+    limit: float
+    rows: dict[str, BestRow | None]
+
+
+class Cell(NamedTuple):
+    """A printed number against our flights: their mean, and their 2.5, 50 and 97.5 % points as central (value: median).
+
+    percentile: share of our flights below the printed number [%]; inside: it lies between 2.5 and 97.5; fitted: the study
+    was set to meet this number, so meeting it says nothing.
+    """
+
+    contender: str
+    metric: str
+    scenario: str
+    unit: str
+    printed: float
+    source: str
+    mean: float
+    central: Estimate
+    percentile: float
+    inside: bool
+    fitted: bool
+
+
+class Compared(NamedTuple):
+    """A scenario of the comparison: flights of each contender, and how long one lasts [s]."""
+
+    scenario: str
+    flights: int
+    duration: float
+
+
+class Scores(NamedTuple):
+    """Values of one quantity over the flights of a contender, sorted (flights,)."""
+
+    contender: str
+    quantity: str
+    values: np.ndarray
+
+
+class Trace(NamedTuple):
+    """One signal of one flight: time [s], value and reference (instants,), NaN where there is no reference."""
+
+    contender: str
+    scenario: str
+    signal: str
+    unit: str
+    time: np.ndarray
+    value: np.ndarray
+    reference: np.ndarray
+
+
+class Air(NamedTuple):
+    """One component of the disturbance of a flight: time [s] and value (instants,)."""
+
+    scenario: str
+    signal: str
+    unit: str
+    time: np.ndarray
+    value: np.ndarray
+
+
+@dataclass(frozen=True)
+class Contest:
+    """A contest folder. document: contest.json; environment: environment.json; study: study.toml as given.
+
+    estimates: by contender and quantity. fronts: None where nothing was tuned; inference: None where there is none.
+    """
+
+    folder: Path
+    document: dict[str, Any]
+    environment: dict[str, Any]
+    study: str
+    compared_on: list[Compared]
+    contenders: list[Contender]
+    quantities: list[Quantity]
+    estimates: dict[tuple[str, str], Estimate]
+    differences: list[Difference]
+    fronts: Fronts | None
+    best_under: list[BestUnder]
+    cells: list[Cell]
+    claims: list[Claim]
+    scores: list[Scores]
+    fans: list[Fan]
+    traces: list[Trace]
+    air: list[Air]
+    inference: Inference | None
+
+    @cached_property
+    def index(self) -> dict[str, int]:
+        """Place of each contender by name."""
+        return {entry.name: entry.index for entry in self.contenders}
+
+    def layer(self, name: str) -> str:
+        """Return what a contender's traces are called in the figures, so that they can be switched off."""
+        return f"contender-{self.index[name]}"
+
+    @cached_property
+    def look(self) -> dict[str, Look]:
+        """Look of each contender by name."""
+        return {entry.name: entry.look for entry in self.contenders}
+
+    @cached_property
+    def quantity(self) -> dict[str, Quantity]:
+        """Quantities by label."""
+        return {entry.label: entry for entry in self.quantities}
+
+    @cached_property
+    def scenarios(self) -> list[str]:
+        """Scenarios with responses, in the order of the files."""
+        return list(dict.fromkeys(entry.scenario for entry in [*self.fans, *self.traces]))
+
+    @cached_property
+    def airframes(self) -> list[str]:
+        """Airframes in the order of the contenders."""
+        return list(dict.fromkeys(entry.airframe for entry in self.contenders))
+
+    def best(self, label: str) -> set[str]:
+        """Return the contenders with the smallest value of a quantity, none where all have the same."""
+        found = [(entry.name, self.estimates.get((entry.name, label))) for entry in self.contenders]
+        known = {name: entry.value for name, entry in found if entry is not None and entry.value is not None}
+        least = {name for name, value in known.items() if value == min(known.values())}
+        return least if len(least) < len(known) or len(known) == 1 else set()
+
+    def close_to_best(self, label: str) -> set[str]:
+        """Return the contenders that a paired difference does not tell apart from a best one."""
+        best = self.best(label)
+        even = [
+            {entry.first, entry.second} for entry in self.differences if entry.quantity == label and entry.lower is None
+        ]
+        return {name for pair in even if pair & best for name in pair - best}

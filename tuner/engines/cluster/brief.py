@@ -1,0 +1,66 @@
+"""What a worker is told of a fleet: law names and numbers, never code. It builds the same system from its own sources.
+
+Laws, closed loops and their record types are made at run time and cannot be pickled; what they are made from can. That the
+worker's sources make the same of it is asked, not assumed: the scenario key of what it built must be the client's.
+"""
+
+from dataclasses import dataclass
+
+from objectives.memory import scenario_key
+from objectives.system import Fleet, System
+from plant.backends.processor import Processor, compiled_for
+from plant.cascade import close_cascade
+from plant.closed_loop import Limits, Timing
+from plant.errors import InputError
+from plant.laws import LAWS, law
+from plant.nominal import Nominal
+from plant.scenarios import ScenarioSpec
+from plant.vehicle import Vehicle
+from tuner.engines.cluster.machine import Report, differences, machine_report, report_for
+
+
+@dataclass(frozen=True)
+class Brief:
+    """All that decides the flights of a fleet but gains and index. key: `scenario_key` of it; machine: the client's report;
+    target: what it compiles for.
+    """
+
+    key: str
+    position: str
+    attitude: str
+    vehicle: Vehicle
+    nominal: Nominal
+    limits: Limits
+    timing: Timing
+    root: int
+    spec: ScenarioSpec
+    stream: str
+    machine: Report
+    target: Processor
+
+
+def brief_of(system: System, root: int, fleet: Fleet) -> Brief:
+    """Return what a worker has to know of a fleet; InputError where a law is not one that it would find by its name."""
+    for entry in (system.cascade.position, system.cascade.attitude):
+        if LAWS.get(entry.name) is not entry:
+            raise InputError(
+                f"the law '{entry.name}' is not among `tuner list laws`, so workers could not find it by its name; add it to "
+                f"plant/laws and install that on every worker",
+                key="--dask",
+            )
+    return Brief(
+        scenario_key(system, root, fleet), system.cascade.position.name, system.cascade.attitude.name, system.vehicle,
+        system.nominal, system.limits, system.timing, root, fleet.spec, fleet.stream, machine_report(),
+        compiled_for(),
+    )  # fmt: skip
+
+
+def system_of(brief: Brief) -> System:
+    """Build the system of a brief; InputError where this machine is unlike the client's and would fly other bits."""
+    unlike = differences(brief.machine, {"a worker that joined later": report_for(brief.target)})
+    if unlike:
+        raise InputError(f"{unlike[0]}; stop it and go on with `tuner resume`", key="--dask")
+    cascade = close_cascade(law(brief.position), law(brief.attitude))
+    system = System(brief.vehicle, cascade, brief.nominal, brief.limits, brief.timing)
+    assert scenario_key(system, brief.root, Fleet(brief.spec, brief.stream, 1)) == brief.key, "rebuilt from the same"
+    return system

@@ -1,0 +1,143 @@
+"""`--dask`: workers of this machine (`local:4`) or a scheduler's (`tcp://host:8786`), refused where they would fly other bits."""
+
+import logging
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from importlib.util import find_spec
+from typing import TYPE_CHECKING, Any
+
+from objectives.engine import Engine
+from plant.backends.processor import compiled_for
+from plant.errors import InputError
+from plant.flights import available_threads
+
+if TYPE_CHECKING:
+    from distributed import Client
+
+    from tuner.study.study import Study
+
+KEY = "--dask"
+LOCAL, ADDRESSES = "local:", ("tcp://", "tls://")
+# Seconds in which a scheduler must answer and a first worker must be there; processes started on one machine; differences told.
+ANSWER, MOST, TOLD = 20.0, 256, 8
+# Where local:N listens: whoever reaches a scheduler can run code there.
+LOOPBACK = "127.0.0.1"
+Say = Callable[[str], None]
+
+
+@contextmanager
+def engine_at(where: str | None, study: "Study", threads: int | None, say: Say) -> Iterator[Engine | None]:
+    """Yield the engine that --dask asks for, None where it asks for none; its connection and processes end with the context."""
+    if where is None:
+        yield None
+        return
+    local = asked(where)
+    if find_spec("distributed") is None:
+        raise InputError("needs the package distributed; install it with: pip install 'holdfast[dask]'", key=KEY)
+    from tuner.engines.cluster.engine import DaskEngine
+
+    with quiet(), local_client(local, threads) if local else remote_client(where) as client:
+        refuse_unlike(client)
+        say(told(client, bool(local)))
+        yield DaskEngine(client, study.system, study.seed)
+
+
+def asked(where: str) -> int:
+    """Return the number of processes of local:N, 0 for an address; InputError where it is neither."""
+    if where.startswith(ADDRESSES):
+        return 0
+    number = where.removeprefix(LOCAL)
+    if where.startswith(LOCAL) and number.isascii() and number.isdigit() and 1 <= int(number) <= MOST:
+        return int(number)
+    raise InputError(
+        f"given '{where}'; write local:N for N processes on this machine, 1 to {MOST}, or a scheduler's address such as "
+        f"tcp://host:8786",
+        key=KEY,
+    )
+
+
+@contextmanager
+def local_client(processes: int, threads: int | None) -> Iterator["Client"]:
+    """Start worker processes that share this machine's cores, or so many threads; they end with the context."""
+    from distributed import Client, LocalCluster
+
+    each = max((threads or available_threads()) // processes, 1)
+    with (
+        LocalCluster(
+            n_workers=processes, threads_per_worker=each, host=LOOPBACK, dashboard_address=f"{LOOPBACK}:0",
+            silence_logs=logging.CRITICAL,
+            preload=["tuner.engines.cluster.preload"],
+        ) as cluster,
+        Client(cluster) as client,
+    ):  # fmt: skip
+        client.wait_for_workers(processes, timeout=5.0 * ANSWER)
+        yield client
+
+
+@contextmanager
+def remote_client(address: str) -> Iterator["Client"]:
+    """Connect to a scheduler that has workers; InputError where there is none."""
+    from distributed import Client
+
+    try:
+        client = Client(address, timeout=ANSWER)
+    except (OSError, ValueError) as error:
+        raise InputError(
+            f"no scheduler answers at {address} ({str(error).splitlines()[0]}); start one with `dask scheduler` and give the "
+            f"address that it prints",
+            key=KEY,
+        ) from None
+    with client:
+        try:
+            client.wait_for_workers(1, timeout=ANSWER)
+        except TimeoutError:
+            raise InputError(
+                f"the scheduler at {address} has no workers; start some with `dask worker {address}`", key=KEY
+            ) from None
+        yield client
+
+
+def refuse_unlike(client: "Client") -> None:
+    """Refuse workers that would fly other bits: InputError with worker, name, theirs and ours."""
+    from tuner.engines.cluster.machine import differences, machine_report, report_for
+
+    reports: dict[str, Any] = client.run(report_for, compiled_for(), on_error="return")  # pyright: ignore[reportAssignmentType]
+    broken = [f"{worker}: {error}" for worker, error in sorted(reports.items()) if isinstance(error, Exception)]
+    there = {worker: report for worker, report in reports.items() if not isinstance(report, Exception)}
+    unlike = [*broken, *differences(machine_report(), there)]
+    if unlike:
+        rest = "" if len(unlike) <= TOLD else f"; and {len(unlike) - TOLD} more"
+        raise InputError(
+            f"these workers would not fly the same bits as this machine: {'; '.join(unlike[:TOLD])}{rest}. Install the same "
+            f"there, see docs/cluster.md",
+            key=KEY,
+        )
+
+
+def told(client: "Client", local: bool) -> str:
+    """Return the number of workers and threads, and the dashboard's address where there is one: here, if bokeh is."""
+    workers: dict[str, int] = client.nthreads()  # pyright: ignore[reportAssignmentType]
+    try:
+        link = client.dashboard_link
+    except KeyError:
+        link = None
+    board = f"; dashboard: {link}" if link and (find_spec("bokeh") or not local) else ""
+    return f"Cluster of {len(workers)} workers with {sum(workers.values())} threads{board}"
+
+
+@contextmanager
+def quiet() -> Iterator[None]:
+    """Keep the library's log from the terminal: what a person has to know comes as an error of ours.
+
+    The library gives some of its loggers levels of their own, so every one that it made is told.
+    """
+    made = [name for name in logging.root.manager.loggerDict if name.startswith("distributed.")]
+    loggers = [logging.getLogger(name) for name in ("distributed", "tornado.application", "asyncio", *made)]
+    before = [entry.level for entry in loggers]
+    for entry in loggers:
+        entry.setLevel(logging.CRITICAL + 1)
+    try:
+        yield
+    finally:
+        for entry, level in zip(loggers, before, strict=True):
+            entry.setLevel(level)

@@ -1,0 +1,118 @@
+"""What runs on a worker: it keeps the briefs it was given, builds each system once, draws scenarios once, and flies blocks.
+
+One process keeps one of each, whatever number of threads fly in it.
+"""
+
+import pickle
+from collections import OrderedDict
+from collections.abc import Hashable
+from threading import Lock
+from typing import Any
+
+import numpy as np
+from distributed import WorkerPlugin
+
+from objectives.system import System
+from plant.flights import FlightInputs, Flyer
+from plant.scenarios import sample_scenarios
+from tuner.engines.cluster.brief import Brief, system_of
+
+# Bytes of drawn scenarios that a process keeps; at 10 s and 250 Hz one takes 0.3 MB of wind and noise.
+KEPT = 400_000_000
+# Pickled briefs by key, as the plugin of each brought them.
+BRIEFS: dict[str, bytes] = {}
+
+
+class BriefPlugin(WorkerPlugin):
+    """Brings a brief to every worker, once to each, and to those that join later."""
+
+    def __init__(self, brief: Brief) -> None:
+        self.name = f"holdfast-{brief.key}"
+        self._key = brief.key
+        # Opened by the first task: what it imports would hold up the heartbeat of the worker.
+        self._content = pickle.dumps(brief)
+
+    def setup(self, worker: Any) -> None:  # noqa: ARG002
+        """Keep the brief."""
+        BRIEFS[self._key] = self._content
+
+
+class Drawn:
+    """The scenarios that this process drew last, up to so many bytes; two threads never draw the same."""
+
+    def __init__(self, most: int) -> None:
+        self._most = most
+        self._guard = Lock()
+        self._locks: dict[Hashable, Lock] = {}
+        self._kept: OrderedDict[Hashable, FlightInputs] = OrderedDict()
+
+    def inputs(self, brief: Brief, first: int, last: int) -> FlightInputs:
+        """Return the scenarios of a fleet from `first` to before `last`."""
+        key = (brief.key, first, last)
+        with self._guard:
+            lock = self._locks.setdefault(key, Lock())
+        with lock:
+            inputs = self._known(key)
+            if inputs is None:
+                indices = range(first, last)
+                inputs = sample_scenarios(
+                    brief.spec, brief.vehicle, brief.timing, brief.root, brief.stream, indices
+                )  # fmt: skip
+                self._keep(key, inputs)
+        return inputs
+
+    def _known(self, key: Hashable) -> FlightInputs | None:
+        with self._guard:
+            if key in self._kept:
+                self._kept.move_to_end(key)
+            return self._kept.get(key)
+
+    def _keep(self, key: Hashable, inputs: FlightInputs) -> None:
+        with self._guard:
+            self._kept[key] = inputs
+            while len(self._kept) > 1 and sum(map(size_of, self._kept.values())) > self._most:
+                self._locks.pop(self._kept.popitem(last=False)[0], None)
+
+
+def size_of(inputs: FlightInputs) -> int:
+    """Return the bytes of drawn scenarios."""
+    return inputs.dynamics.nbytes + inputs.disturbances.nbytes + inputs.noises.nbytes + inputs.references.nbytes
+
+
+class Desk:
+    """A system built from a brief, with its kernel; a block flies in the one thread that took it."""
+
+    def __init__(self, brief: Brief) -> None:
+        system: System = system_of(brief)
+        self.brief = brief
+        self._nominal = system.nominal
+        self._flyer = Flyer(system.loop, system.limits, system.timing, 1)
+        self.cached = self._flyer.cached
+
+    def fly(self, gains: np.ndarray, inputs: FlightInputs) -> np.ndarray:
+        """Return results (n, flights, rows)."""
+        return self._flyer.fly(gains, self._nominal, inputs)
+
+
+DRAWN = Drawn(KEPT)
+DESKS: dict[str, Desk] = {}
+_opening = Lock()
+
+
+def desk_of(key: str) -> Desk:
+    """Return the desk of a brief, built when it is asked for first."""
+    with _opening:
+        if key not in DESKS:
+            DESKS[key] = Desk(pickle.loads(BRIEFS[key]))
+        return DESKS[key]
+
+
+def fly_block(key: str, gains: np.ndarray, first: int, last: int) -> np.ndarray:
+    """Fly gains rows (n, g) through the flights first..last of the fleet of a brief; return results (n, flights, rows)."""
+    desk = desk_of(key)
+    return desk.fly(gains, DRAWN.inputs(desk.brief, first, last))
+
+
+def is_compiled(key: str) -> bool:
+    """Return whether the kernel of a brief was in this machine's cache when it was asked for first."""
+    return desk_of(key).cached

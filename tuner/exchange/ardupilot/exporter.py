@@ -1,0 +1,265 @@
+"""ArduPilot Copter 4.6 and 4.7: our PID as a parameter file `.param`.
+
+Angle loop P around rate loop PI, horizontal position P around velocity PI, vertical position P around velocity P around
+acceleration PI (`ardupilot_map`). Rate gains are normalised by ArduPilot's fixed motor factors of +-0.5. On a vehicle that is
+known (`aboard`) everything that our loops do not carry stays as it is; otherwise every parameter that acts in these loops is
+written, also where it only switches something off. libraries/AC_PID/AC_PID.cpp,
+AC_AttitudeControl/AC_PosControl.cpp, AP_Motors/AP_MotorsMatrix.cpp.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+from plant.airframes.actuation import Actuation, actuation
+from plant.cascade import ATTITUDE_AXES, AXES
+from plant.errors import InputError
+from tuner.exchange.aboard import DERIVATIVE, KEEP, OTHERS, Aboard, aboard, said_of_others
+from tuner.exchange.ardupilot.arming import check_arming
+from tuner.exchange.ardupilot.map import (
+    EXPO,
+    YAW_FILTER,
+    accel_share,
+    ardupilot_loops,
+    ardupilot_scales,
+    carried_names,
+    completed,
+    from_ardupilot,
+    held_vertical,
+    switched_off,
+    tilt_limit,
+    to_ardupilot,
+)
+from tuner.exchange.ardupilot.old import OLDER, modernised
+from tuner.exchange.ardupilot.ranges import DIALECTS, FIRMWARES, Dialect, check_names, translated
+from tuner.exchange.ardupilot.text import SEPARATORS, read_param, write_param
+from tuner.exchange.autopilot.gyro_filter import GyroFilter
+from tuner.exchange.autopilot.parameter_table import defaults, parameters
+from tuner.exchange.autopilot.parameter_text import single
+from tuner.exchange.autopilot.pid import (
+    axis_gains,
+    check_horizontal,
+    held_cutoff,
+    held_tilt,
+    rate_filters,
+    rate_sources,
+    setpoint_weights,
+    with_gains,
+    with_measured_rates,
+)
+from tuner.exchange.autopilot.scales import Motors, is_plus, motors_text
+from tuner.exchange.exporter import Bundle, Exporter, Option, Request
+from tuner.exchange.heading import heading
+from tuner.exchange.settings import number
+from tuner.exchange.texts import parameter_comment
+from tuner.gains import Controller
+
+FILE = "holdfast.param"
+# Its numbers of our rotors 1 to 4 in the frames X and plus, and the frame by (plus, first rotor clockwise).
+MOTORS: Motors = (3, 1, 2, 4)
+FRAME_TYPES = {
+    (False, True): "frame X (FRAME_TYPE 1)",
+    (False, False): "frame H (FRAME_TYPE 3, the X with the other sense of rotation)",
+    (True, True): "frame plus (FRAME_TYPE 0)",
+    (True, False): "frame plus reversed (FRAME_TYPE 6)",
+}
+
+# Low-pass of the gyro and its default [Hz].
+GYRO, GYRO_CUTOFF = "INS_GYRO_FILTER", 20.0
+
+OPTIONS = (
+    Option("firmware", "version of ArduPilot Copter on the vehicle: names and units differ", FIRMWARES),
+    Option(
+        "separator", "between name and value: comma (Mission Planner) or blank (MAVProxy)", tuple(SEPARATORS), "comma"
+    ),
+    Option(
+        "thrust_curve",
+        "factor f of the rotors' thrust T = T_max (f u^2 + (1 - f) u) of the command u, 0 to 1",
+        default="1",
+    ),
+    Option(
+        "accel_gain",
+        "P gain on the measured vertical acceleration, as a share of the hover throttle per 10 m/s2, 0.2 to 5; vehicle: as it is "
+        "on the vehicle, and 1 where that is not known",
+        default="vehicle",
+    ),
+    OTHERS,
+    DERIVATIVE,
+)
+
+
+def carry(request: Request) -> Bundle:
+    """Return the parameter file; raises InputError where the gains have no form in ArduPilot, leave its documented ranges, or
+    would keep the vehicle from arming.
+    """
+    asked = with_measured_rates(request.controller, yaw_filter=True)
+    dialect = DIALECTS[request.settings["firmware"]]
+    target = f"ArduPilot Copter {dialect.firmware}"
+    check_horizontal(asked, target)
+    rotors = actuation(asked.airframe.vehicle, number(request.settings, "thrust_curve", 0.0, 1.0, "1"))
+    own = _aboard(request, dialect)
+    before = {} if own is None else own.values
+    beside = _beside(request, rotors, dialect, own)
+    complete = completed(beside, dialect)
+    counted = request.settings["rate_derivative"] == "inertia"
+    carried = to_ardupilot(asked, rotors, dialect, complete, None if own is None else own.values, counted)
+    wanted = {name: {**carried, **beside}[name] for name in dialect.table if name in carried or name in beside}
+    kept = [name for name, value in beside.items() if before.get(name) == value]
+    written = parameters(dialect.table, wanted, single, target, before, kept)
+    values = {parameter.name: parameter.held for parameter in written}
+    check_arming({**before, **values}, dialect)
+    about = (
+        *heading(request, parameter_comment),
+        f"For {target} and no other version: a vehicle ignores names that it does not know.",
+        _frame(rotors),
+    )
+    assumed = {name: complete[name] for name in (EXPO, dialect.names["az_p"]) if name not in beside}
+    return Bundle(
+        files={FILE: write_param(values, request.settings["separator"], about)},
+        rollback={FILE: _rollback(request, values, dialect, target, own)},
+        held=held_controller(asked, {**before, **complete, **values}, rotors, dialect, counted),
+        lossy=(
+            *said_of_others(own, {name: beside[name] for name in kept}, assumed),
+            *_lossy(request.controller, {**complete, **values}, rotors, dialect, own),
+        ),
+        target_version=target,
+        parameters=written,
+        gyro=GyroFilter(GYRO, before.get(GYRO, GYRO_CUTOFF), GYRO in before),
+    )
+
+
+def _aboard(request: Request, dialect: Dialect) -> Aboard | None:
+    """Return what is on the vehicle, in the dialect of the export."""
+    own = aboard(request, "ardupilot", lambda file: _previous(file, dialect))
+    record = request.controller.vehicle
+    if own is None or request.previous is not None or record is None:
+        return own
+    recorded = DIALECTS[record.settings["firmware"]] if record.settings.get("firmware") in DIALECTS else dialect
+    return replace(own, values=translated(own.values, recorded, dialect))
+
+
+def _beside(request: Request, rotors: Actuation, dialect: Dialect, own: Aboard | None) -> Mapping[str, float]:
+    """Return what is written beside what our loops carry: as it is on the vehicle, or such that nothing else acts."""
+    settings, vehicle = request.settings, request.controller.airframe.vehicle
+    curve, asked = number(settings, "thrust_curve", 0.0, 1.0, "1"), settings["accel_gain"]
+    share = 1.0 if asked == "vehicle" else number(settings, "accel_gain", 0.2, 5.0, "1")
+    if own is None or settings[OTHERS.name] != KEEP:
+        return switched_off(rotors, dialect, curve) | accel_share(vehicle, rotors, dialect, curve, share)
+    carried = carried_names(dialect)
+    kept = {name: value for name, value in own.values.items() if name in dialect.table and name not in carried}
+    if asked == "vehicle":
+        return kept
+    return kept | accel_share(vehicle, rotors, dialect, completed(kept, dialect)[EXPO], share)
+
+
+def held_controller(
+    asked: Controller, values: Mapping[str, float], rotors: Actuation, dialect: Dialect, counted: bool
+) -> Controller:
+    """Return the controller that ArduPilot flies with rounded parameters; our derivative filters stay as asked."""
+    filters = {axis: axis_gains(asked, axis).t_f for axis in AXES}
+    gains = from_ardupilot(values, asked.airframe.vehicle, rotors, dialect, filters, counted)
+    tilt, cutoff = held_tilt(tilt_limit(values, dialect)[0]), held_cutoff(values[YAW_FILTER])
+    options = replace(asked.options, tilt_limit=tilt, yaw_torque_cutoff=cutoff)
+    return replace(with_gains(asked, gains), options=options)
+
+
+def _rollback(
+    request: Request, values: Mapping[str, float], dialect: Dialect, target: str, own: Aboard | None
+) -> bytes:  # fmt: skip
+    """Return the file that brings back what stood before; what nobody told stands at the default."""
+    before = {} if own is None else own.values
+    usual = defaults(dialect.table)
+    missing = [name for name in values if name not in before]
+    source = f"the defaults of {target}: no previous parameter file was given" if own is None else own.origin
+    about = [*heading(request, parameter_comment)[:2], f"Rollback to {source}."]
+    if own is not None and missing:
+        about.append(f"At the default of {target}, for that file lacks them: {', '.join(missing)}")
+    back = {name: before.get(name, usual[name]) for name in values}
+    return write_param(back, request.settings["separator"], about)
+
+
+def _previous(file: Path, dialect: Dialect) -> dict[str, float]:
+    values = read_param(file)
+    check_names(values, dialect, file)
+    if old := modernised(values, file).renamed:
+        message = (
+            f"is a name from before Copter 4.0, which ignores those of {dialect.firmware}: update the vehicle first"
+        )
+        raise InputError(message, file=file, key=next(iter(old)))
+    return values
+
+
+def _frame(rotors: Actuation) -> str:
+    """Return the frame that the vehicle must be set up with, as a comment."""
+    kind = FRAME_TYPES[is_plus(rotors), rotors.rotors[0].spin > 0.0]
+    return f"The vehicle must be a quad (FRAME_CLASS 1) of {kind}: {motors_text(rotors, MOTORS)}."
+
+
+def _lossy(
+    controller: Controller, values: Mapping[str, float], rotors: Actuation, dialect: Dialect, own: Aboard | None
+) -> tuple[str, ...]:
+    vehicle = controller.airframe.vehicle
+    accel = held_vertical(values, ardupilot_scales(vehicle, rotors, values[EXPO]), dialect).accel
+    weights = {axis: loop.setpoint_weight for axis, loop in ardupilot_loops(values, vehicle, rotors, dialect).items()}
+    position = "PSC_ACCZ_FLTE" if dialect.firmware == "4.6" else "PSC_D_ACC_FLTE"
+    return (
+        *rate_sources(controller, yaw_filter=True),
+        setpoint_weights({axis: weights[axis] for axis in ("x", *ATTITUDE_AXES)}),
+        f"The vertical loop has a PI on the measured acceleration that ours lacks: with K = {accel:.3g} it acts as "
+        f"{1.0 + accel:.3g} times the mass, with the poles of our PID but other margins and less disturbance; the measured "
+        f"acceleration passes {position} (default 20 Hz), which is not changed.",
+        f"Our derivative filters ({rate_filters(controller, ('roll', 'pitch', 'yaw', 'x', 'z'))}) are not "
+        "carried: the rate loops see the gyro through INS_GYRO_FILTER (default 20 Hz) and the notch filters, the "
+        "velocity loops what the estimator gives.",
+        *_switched_off(values, dialect),
+        f"Every loop of ours runs each {1000.0 * controller.control_period:g} ms; ArduPilot runs them at SCHED_LOOP_RATE "
+        "(default 400 Hz, 2.5 ms), with the delays of its estimator.",
+        "Angle and position errors pass square-root controllers (limits of angular acceleration, PSC_JERK_*): equal to ours for "
+        "small errors only.",
+        "Anti-windup differs: ArduPilot lets an integral only shrink while its output is limited and clips it at its IMAX "
+        f"({values['ATC_RAT_RLL_IMAX']:g} of the normalised torque in roll; "
+        f"{values[dialect.names['vxy_imax']] / dialect.metre:g} m/s2 for the horizontal velocity), ours back-calculates with "
+        "ki/kp.",
+        f"Thrust is linearised by MOT_THST_EXPO = {values[EXPO]:.4g} between MOT_SPIN_MIN and MOT_SPIN_MAX: "
+        f"the largest thrust ({rotors.thrust_max:.4g} N of each rotor) is taken at MOT_SPIN_MAX, and none at MOT_SPIN_MIN.",
+        "The battery's voltage scales the thrust unless MOT_BAT_VOLT_MAX and MOT_BAT_VOLT_MIN are set; ours is constant.",
+        *_older(controller, own),
+    )
+
+
+def _switched_off(values: Mapping[str, float], dialect: Dialect) -> tuple[str, ...]:
+    """Return sentences on what is written only to switch something off."""
+    sentences = []
+    if values["ATC_RAT_RLL_FLTT"] == 100.0:
+        sentences.append(
+            "The rate target, which holds the measured angle, is low-passed by ATC_RAT_*_FLTT, set to 100 Hz for roll and "
+            "pitch and 50 Hz for yaw, the highest documented; ours is not. "
+            f"{dialect.names['vxy_flte']} and {dialect.names['vz_flte']} (default 5 Hz) are switched off."
+        )
+    if values["ATC_RAT_RLL_D"] == values[dialect.names["vxy_d"]] == 0.0:
+        sentences.append(
+            "The D, FF, D_FF and SMAX terms are 0: ArduPilot's derivative of the filtered rate error and its slew limiter have "
+            "no counterpart in our law."
+        )
+    return tuple(sentences)
+
+
+def _older(controller: Controller, own: Aboard | None) -> tuple[str, ...]:
+    """Return a sentence where the vehicle had a firmware that does not know these names."""
+    record = controller.vehicle
+    if own is None or record is None or OLDER not in record.target_version:
+        return ()
+    return (
+        f"The gains were imported from {record.target_version}: a vehicle that still has it ignores the names of this file "
+        "until its firmware is updated.",
+    )
+
+
+EXPORTER = Exporter(
+    name="ardupilot",
+    title="ArduPilot Copter 4.6 or 4.7, parameter file",
+    carry=carry,
+    position_laws=("pid",),
+    attitude_laws=("pid",),
+    options=OPTIONS,
+)

@@ -1,0 +1,185 @@
+"""Parameters of ArduPilot Copter 4.6 and 4.7 that an export writes: units, ranges, defaults.
+
+ArduPilot/ParameterRepository, Copter-4.6 and Copter-4.7, apm.pdef.xml (the first entry of each ATC_RAT_*, which is the one of
+multicopters; the second is that of helicopters), with the defaults of AC_AttitudeControl_Multi.h and AC_PosControl.cpp. ArduPilot
+documents these ranges and does not enforce them.
+
+Ranges of I, FF and D terms that are documented from above 0 on, though 0 is their default and switches them off, start at 0 here:
+PSC_VELZ_I (0.02 to 1), PSC_NE_VEL_I and PSC_NE_VEL_FF (0.1 to 10), PSC_VELXY_I (0.02 to 1).
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from pathlib import Path
+
+from plant.errors import InputError
+from tuner.exchange.autopilot.parameter_table import Entry
+
+TORQUE = "normalised torque"
+OFF = "nothing: it is switched off"
+FIRMWARES = ("4.6", "4.7")
+
+
+@dataclass(frozen=True)
+class Dialect:
+    """What a version calls the position parameters, and their units.
+
+    names: our name of a role -> parameter. acceleration: throttle per m/s2 for one unit of the acceleration gains. metre: the
+    integral limit of 1 m/s2; whole: integral limit of the whole throttle. table: every parameter that is written.
+    """
+
+    firmware: str
+    names: Mapping[str, str]
+    acceleration: float
+    metre: float
+    whole: float
+    table: Mapping[str, Entry]
+
+
+NAMES_46 = {
+    "xy_p": "PSC_POSXY_P", "vxy_p": "PSC_VELXY_P", "vxy_i": "PSC_VELXY_I", "vxy_d": "PSC_VELXY_D", "vxy_imax": "PSC_VELXY_IMAX",
+    "vxy_flte": "PSC_VELXY_FLTE", "vxy_ff": "PSC_VELXY_FF", "z_p": "PSC_POSZ_P", "vz_p": "PSC_VELZ_P", "vz_i": "PSC_VELZ_I",
+    "vz_d": "PSC_VELZ_D", "vz_flte": "PSC_VELZ_FLTE", "vz_ff": "PSC_VELZ_FF", "az_p": "PSC_ACCZ_P", "az_i": "PSC_ACCZ_I",
+    "az_d": "PSC_ACCZ_D", "az_imax": "PSC_ACCZ_IMAX", "az_ff": "PSC_ACCZ_FF",
+}  # fmt: skip
+NAMES_47 = {
+    "xy_p": "PSC_NE_POS_P", "vxy_p": "PSC_NE_VEL_P", "vxy_i": "PSC_NE_VEL_I", "vxy_d": "PSC_NE_VEL_D",
+    "vxy_imax": "PSC_NE_VEL_IMAX", "vxy_flte": "PSC_NE_VEL_FLTE", "vxy_ff": "PSC_NE_VEL_FF", "z_p": "PSC_D_POS_P",
+    "vz_p": "PSC_D_VEL_P", "vz_i": "PSC_D_VEL_I", "vz_d": "PSC_D_VEL_D", "vz_flte": "PSC_D_VEL_FLTE", "vz_ff": "PSC_D_VEL_FF",
+    "az_p": "PSC_D_ACC_P", "az_i": "PSC_D_ACC_I", "az_d": "PSC_D_ACC_D", "az_imax": "PSC_D_ACC_IMAX", "az_ff": "PSC_D_ACC_FF",
+}  # fmt: skip
+
+# Role -> unit, what of ours it follows from.
+ROLES = {
+    "xy_p": ("1/s", "x.kp, x.ki or x.kd"),
+    "vxy_p": ("1/s", "x.kd"),
+    "vxy_i": ("1/s2", "x.ki"),
+    "vxy_d": ("1", OFF),
+    "vxy_flte": ("Hz", OFF),
+    "vxy_ff": ("1/s", OFF),
+    "z_p": ("1/s", "z.kp, z.ki, z.kd or --set accel_gain"),
+    "vz_p": ("1/s", "z.kp, z.ki, z.kd or --set accel_gain"),
+    "vz_i": ("1/s2", OFF),
+    "vz_d": ("1", OFF),
+    "vz_flte": ("Hz", OFF),
+    "vz_ff": ("1/s", OFF),
+    "az_d": ("throttle", OFF),
+    "az_ff": ("throttle", OFF),
+}
+ACCELERATION = {
+    "az_p": "the airframe or --set accel_gain",
+    "az_i": "z.kp, z.ki, z.kd or --set accel_gain",
+}
+# Role -> low, high, default.
+RANGES_46 = {
+    "xy_p": (0.5, 2.0, 1.0), "vxy_p": (0.1, 6.0, 2.0), "vxy_i": (0.0, 1.0, 1.0), "vxy_d": (0.0, 1.0, 0.25),
+    "vxy_imax": (0.0, 4500.0, 1000.0), "vxy_flte": (0.0, 100.0, 5.0), "vxy_ff": (0.0, 6.0, 0.0), "z_p": (1.0, 3.0, 1.0),
+    "vz_p": (1.0, 8.0, 5.0), "vz_i": (0.0, 1.0, 0.0), "vz_d": (0.0, 1.0, 0.0), "vz_flte": (0.0, 100.0, 5.0),
+    "vz_ff": (0.0, 1.0, 0.0), "az_p": (0.2, 1.5, 0.5), "az_i": (0.0, 3.0, 1.0), "az_d": (0.0, 0.4, 0.0),
+    "az_imax": (0.0, 1000.0, 800.0), "az_ff": (0.0, 0.5, 0.0),
+}  # fmt: skip
+RANGES_47 = {
+    "xy_p": (0.5, 4.0, 1.0), "vxy_p": (0.1, 10.0, 2.0), "vxy_i": (0.0, 10.0, 1.0), "vxy_d": (0.0, 1.0, 0.25),
+    "vxy_imax": (0.0, 10.0, 10.0), "vxy_flte": (0.0, 100.0, 5.0), "vxy_ff": (0.0, 10.0, 0.0), "z_p": (0.5, 4.0, 1.0),
+    "vz_p": (1.0, 10.0, 5.0), "vz_i": (0.0, 10.0, 0.0), "vz_d": (0.0, 2.0, 0.0), "vz_flte": (0.0, 100.0, 5.0),
+    "vz_ff": (0.0, 2.0, 0.0), "az_p": (0.01, 0.25, 0.05), "az_i": (0.0, 0.5, 0.1), "az_d": (0.0, 0.1, 0.0),
+    "az_imax": (0.0, 1.0, 0.8), "az_ff": (0.0, 0.1, 0.0),
+}  # fmt: skip
+
+
+def _rate(name: str, ours: str, p: tuple[float, float, float], i: tuple[float, float, float]) -> list[Entry]:
+    """Return one angle and rate loop; p, i: low, high, default."""
+    rate, yaw = f"ATC_RAT_{name}", name == "YAW"
+    flte = (0.0, 20.0, 2.5) if yaw else (0.0, 100.0, 0.0)
+    fltt = (1.0, 50.0, 20.0) if yaw else (5.0, 100.0, 20.0)
+    return [
+        Entry(f"ATC_ANG_{name}_P", "1/s", 3.0, 12.0, 4.5, f"{ours}.kp, {ours}.ki or {ours}.kd"),
+        Entry(f"{rate}_P", f"{TORQUE} per rad/s", *p, f"{ours}.kd"),
+        Entry(f"{rate}_I", f"{TORQUE} per rad", *i, f"{ours}.ki"),
+        Entry(f"{rate}_D", f"{TORQUE} per rad/s2", 0.0, 0.02 if yaw else 0.05, 0.0 if yaw else 0.0036, OFF),
+        Entry(f"{rate}_FF", f"{TORQUE} per rad/s", 0.0, 0.5, 0.0, OFF),
+        Entry(f"{rate}_D_FF", f"{TORQUE} per rad/s2", 0.0, 0.02, 0.0, OFF),
+        Entry(f"{rate}_IMAX", TORQUE, 0.0, 1.0, 0.5, "nothing: it is the whole torque"),
+        Entry(f"{rate}_FLTT", "Hz", *fltt, "nothing: it is the highest documented"),
+        Entry(f"{rate}_FLTE", "Hz", *flte, "controller.yaw_torque_cutoff" if yaw else OFF),
+        Entry(f"{rate}_SMAX", "1/s", 0.0, 200.0, 0.0, OFF),
+    ]
+
+
+def _dialect(
+    firmware: str,
+    names: Mapping[str, str],
+    ranges: Mapping[str, tuple[float, float, float]],
+    scale: float,
+    metre: float,
+    whole: float,
+) -> Dialect:
+    units = {role: (unit, source) for role, (unit, source) in ROLES.items()}
+    gain = "throttle per m/s2" if scale == 1.0 else "1/10 throttle per m/s2"
+    units |= {"az_p": (gain, ACCELERATION["az_p"]), "az_i": (f"{gain} and s", ACCELERATION["az_i"])}
+    units |= {"vxy_imax": ("m/s2" if metre == 1.0 else "cm/s2", "nothing: it is 10 m/s2")}
+    units |= {"az_imax": ("throttle" if whole == 1.0 else "1/1000 throttle", "nothing: it is the whole throttle")}
+    position = [Entry(names[role], units[role][0], *ranges[role], units[role][1]) for role in names]
+    attitude = [
+        *_rate("RLL", "roll", (0.01, 0.5, 0.135), (0.01, 2.0, 0.135)),
+        *_rate("PIT", "pitch", (0.01, 0.5, 0.135), (0.01, 2.0, 0.135)),
+        *_rate("YAW", "yaw", (0.1, 2.5, 0.18), (0.01, 1.0, 0.018)),
+    ]
+    common = [
+        Entry("PSC_ANGLE_MAX", "deg", 0.0, 45.0, 0.0, "controller.tilt_limit"),
+        Entry("MOT_THST_EXPO", "1", -1.0, 1.0, 0.65, "--set thrust_curve"),
+        Entry("MOT_THST_HOVER", "1", 0.2, 0.8, 0.35, "the airframe or --set thrust_curve"),
+    ]
+    table = {entry.name: entry for entry in (*attitude, *position, *common)}
+    return Dialect(firmware, names, scale, metre, whole, table)
+
+
+# What acts in or around these loops and is never written begins with one of these: an import names it where a file has it.
+AROUND = (
+    "ATC_", "PSC_", "MOT_", "INS_GYRO_FILTER", "INS_HNTCH_", "INS_HNTC2_", "SCHED_LOOP_RATE", "ANGLE_MAX", "ACRO_BAL_",
+    "FRAME_CLASS", "FRAME_TYPE",
+)  # fmt: skip
+
+
+def translated(values: Mapping[str, float], source: Dialect, target: Dialect) -> dict[str, float]:
+    """Return parameters of one dialect under the names and in the units of another; raises nothing, other names stay."""
+    if source.firmware == target.firmware:
+        return dict(values)
+    units = {
+        **dict.fromkeys(("az_p", "az_i", "az_d", "az_ff"), source.acceleration / target.acceleration),
+        "vxy_imax": target.metre / source.metre,
+        "az_imax": target.whole / source.whole,
+    }
+    roles = {name: role for role, name in source.names.items()}
+    found = {
+        target.names[roles[name]] if name in roles else name: units.get(roles.get(name, ""), 1.0) * value
+        for name, value in values.items()
+    }
+    for name, (other, unit) in LEAN_ANGLE[target.firmware].items():
+        if other in found:
+            found[name] = unit * found.pop(other)
+    return found
+
+
+# Firmware -> its name of the lean angle -> the other's, and what one unit of that is in its own.
+LEAN_ANGLE = {"4.6": {"ANGLE_MAX": ("ATC_ANGLE_MAX", 100.0)}, "4.7": {"ATC_ANGLE_MAX": ("ANGLE_MAX", 0.01)}}
+
+
+def check_names(values: Mapping[str, float], dialect: Dialect, file: Path) -> None:
+    """Refuse a file with names of the other version; raises InputError that names the right one."""
+    for other in DIALECTS.values():
+        foreign = sorted((set(other.names.values()) - set(dialect.names.values())) & set(values))
+        if foreign:
+            raise InputError(
+                f"is a name of Copter {other.firmware}, and the file is read as {dialect.firmware}: units differ by up to 1000; "
+                f"give --firmware {other.firmware}",
+                file=file,
+                key=foreign[0],
+            )
+
+
+# 4.6 works in cm/s2 and 1/1000 of throttle, so its acceleration gains are ten times those of 4.7, which works in m/s2.
+DIALECTS = {
+    "4.6": _dialect("4.6", NAMES_46, RANGES_46, 0.1, 100.0, 1000.0),
+    "4.7": _dialect("4.7", NAMES_47, RANGES_47, 1.0, 1.0, 1.0),
+}

@@ -1,0 +1,103 @@
+"""Our PID gains by axis, as the exporters and importers of parameter files take them and give them back."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+
+from plant.errors import InputError
+from plant.gains import gain_addresses
+from plant.laws.pid import Gains
+from plant.nominal import LEAST_CUTOFF, MOST_CUTOFF
+from tuner.exchange.autopilot.pid_cascade import SAME
+from tuner.gains import Controller
+
+# Our tilt limit, where a vehicle's lies outside [rad].
+LEAST_TILT, MOST_TILT = 0.05, 1.05
+
+
+def axis_gains(controller: Controller, axis: str) -> Gains:
+    """Return the PID gains of one axis."""
+    held = {
+        gain.info.name: controller.gains[gain.column]
+        for gain in gain_addresses(controller.cascade)
+        if gain.axis == axis
+    }
+    return Gains(**held)
+
+
+def with_gains(controller: Controller, gains: Mapping[str, Gains]) -> Controller:
+    """Return the controller with the PID gains of some axes replaced; other axes may have other laws."""
+    row = list(controller.gains)
+    for gain in gain_addresses(controller.cascade):
+        if gain.axis in gains:
+            row[gain.column] = getattr(gains[gain.axis], gain.info.name)
+    return replace(controller, gains=tuple(row))
+
+
+def with_measured_rates(controller: Controller, yaw_filter: bool = False) -> Controller:
+    """Return the controller with gyro and velocity as rates, which is all that autopilots have; yaw_filter: whether the target
+    has a low-pass on yaw torque, which is left out otherwise.
+    """
+    cutoff = controller.options.yaw_torque_cutoff if yaw_filter else 0.0
+    options = replace(controller.options, attitude_rate="measured", position_rate="measured", yaw_torque_cutoff=cutoff)
+    return replace(controller, options=options)
+
+
+def check_horizontal(controller: Controller, target: str) -> None:
+    """Refuse position gains that differ between x and y; raises InputError naming the gain."""
+    x, y = axis_gains(controller, "x"), axis_gains(controller, "y")
+    for name in ("kp", "ki", "kd"):
+        one, other = getattr(x, name), getattr(y, name)
+        if abs(one - other) > SAME * max(abs(one), abs(other)):
+            raise InputError(
+                f"given {other:g}, and x.{name} = {one:g}; {target} has one set for x and y: tune them together, as "
+                f'"horizontal.{name}" in the study\'s [gains]',
+                key=f"y.{name}",
+            )
+
+
+def rate_sources(controller: Controller, yaw_filter: bool = False) -> tuple[str, ...]:
+    """Return a sentence for each loop that was tuned on observed rates, and one on a low-pass on yaw torque that is lost."""
+    options, cutoff = controller.options, controller.options.yaw_torque_cutoff
+    loops = (("attitude", options.attitude_rate, "the gyro"), ("position", options.position_rate, "estimated velocity"))
+    lost = f"The low-pass on yaw torque at {cutoff:g} Hz has no counterpart; what is verified flies without it."
+    observed = tuple(
+        f"The {loop} loops were tuned with differenced rates (observer); the target takes {source}, and so does what is verified."
+        for loop, rate, source in loops
+        if rate == "observer"
+    )
+    return observed if yaw_filter or cutoff == 0.0 else (*observed, lost)
+
+
+def setpoint_weights(weights: Mapping[str, float]) -> str:
+    """Return the sentence on how much of the reference reaches the proportional action."""
+    shares = ", ".join(f"{axis} {100.0 * weight:.0f} %" for axis, weight in weights.items())
+    return (
+        "The reference enters through the outer loop alone: feedback and margins are the same, but the proportional action gets "
+        f"this share of the reference: {shares}, and no reference rate."
+    )
+
+
+def rate_filters(controller: Controller, axes: tuple[str, ...]) -> str:
+    """Return our derivative filters as text: 'roll 5 ms'."""
+    return ", ".join(f"{axis} {1000.0 * axis_gains(controller, axis).t_f:.3g} ms" for axis in axes)
+
+
+def held_tilt(tilt: float) -> float:
+    """Return a vehicle's largest tilt as our controller holds it [rad]."""
+    return min(max(tilt, LEAST_TILT), MOST_TILT)
+
+
+def held_cutoff(cutoff: float) -> float:
+    """Return the low-pass on a vehicle's yaw torque as our controller holds it [Hz], 0 for none."""
+    return min(max(cutoff, LEAST_CUTOFF), MOST_CUTOFF) if cutoff > 0.0 else 0.0
+
+
+def written_cutoff(controller: Controller, own: float | None) -> float:
+    """Return the low-pass on yaw torque for the vehicle [Hz]: its own where ours is what we hold of it."""
+    cutoff = controller.options.yaw_torque_cutoff
+    return own if own is not None and abs(held_cutoff(own) - cutoff) <= SAME * cutoff else cutoff
+
+
+def weighted(gains: Gains, factor: float) -> Gains:
+    """Return the gains of a loop on so many times the inertia or mass."""
+    return Gains(factor * gains.kp, factor * gains.ki, factor * gains.kd, gains.t_f)

@@ -1,0 +1,254 @@
+"""Betaflight 2025.12: our attitude PID as a file for its command line.
+
+Rate loops PI with the level strength (angle mode) around roll and pitch, in whole numbers; heading and position have no loop that
+could be carried. src/main/flight/pid.c, mixer.c.
+"""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import degrees
+
+from plant.airframes.actuation import Actuation, actuation
+from plant.cascade import ATTITUDE_AXES
+from plant.errors import InputError, shortened
+from tuner.exchange.autopilot.parameter_table import Entry, defaults, parameters
+from tuner.exchange.autopilot.pid import (
+    axis_gains,
+    rate_filters,
+    rate_sources,
+    setpoint_weights,
+    with_gains,
+    with_measured_rates,
+)
+from tuner.exchange.autopilot.scales import Motors, command_slope, motors_text
+from tuner.exchange.betaflight.map import LEVEL, from_betaflight, loops, tilt_limit, to_betaflight
+from tuner.exchange.betaflight.ranges import EXTRA, SWITCHES, TABLE
+from tuner.exchange.betaflight.text import PROFILES, read_cli, read_release, read_selected, whole, write_cli
+from tuner.exchange.exporter import Bundle, Exporter, Option, Parameter, Request
+from tuner.exchange.heading import heading
+from tuner.exchange.settings import number
+from tuner.exchange.texts import parameter_comment
+from tuner.gains import Controller
+
+FILE = "holdfast.betaflight.txt"
+NAME = "Betaflight 2025.12"
+# Its numbers of our rotors 1 to 4, mixers QUADX and QUADP.
+MOTORS: Motors = (4, 2, 3, 1)
+# Our largest tilt limit [rad].
+MOST_TILT = 1.05
+LOADING = (
+    "Load all of it on the command line: it is stored whole or not at all. An error is a line that begins with three hash signs; "
+    "nothing is stored then, and 'exit' brings back what was."
+)
+
+OPTIONS = (
+    Option(
+        "thrust_curve",
+        "factor f of the rotors' thrust T = T_max (f u^2 + (1 - f) u) of the command u, 0 to 1",
+        default="1",
+    ),
+    Option("profile", "PID profile that is written, 0 to 3", default="0"),
+)
+
+
+def carry(request: Request) -> Bundle:
+    """Return the file; raises InputError where the gains have no form in Betaflight or leave its ranges."""
+    asked = with_measured_rates(request.controller)
+    rotors = actuation(asked.airframe.vehicle, number(request.settings, "thrust_curve", 0.0, 1.0, "1"))
+    before = aboard(request)
+    check_level(asked, rotors, before)
+    wanted = to_betaflight(asked, rotors, before)
+    kept = stays(wanted, before)
+    written = parameters(TABLE, {name: wanted[name] for name in wanted if name not in kept}, nearest, NAME)
+    check_rounding(written)
+    values = {parameter.name: parameter.held for parameter in written}
+    switches = {name: choice for name, choice in SWITCHES.items() if name not in kept}
+    about = (
+        *heading(request, parameter_comment),
+        f"For {NAME} to 2026.12. {LOADING}",
+        f"Expected of the vehicle: {motors_text(rotors, MOTORS)}; yaw_motors_reversed = {reversed_yaw(rotors)}.",
+    )
+    return Bundle(
+        files={FILE: write_cli(settings(values, switches), profile(request.settings), about)},
+        rollback={FILE: rollback(request, TABLE, switches, values)},
+        held=held_controller(asked, values, rotors, before),
+        lossy=_lossy(asked, written, rotors, before, kept, request),
+        target_version=NAME,
+        parameters=written,
+    )
+
+
+def aboard(request: Request) -> dict[str, float]:
+    """Return the numbers that a vehicle holds by its own file, nothing where none is given.
+
+    Raises InputError where the file is of a release with other names, or has what no PID of ours is.
+    """
+    if request.previous is None:
+        return {}
+    file, texts = request.previous, read_cli(request.previous, profile(request.settings))
+    release = read_release(file)
+    if release is not None and not release.current:
+        message = (
+            f"was printed by Betaflight {release.name}, whose settings are others than those of {NAME}: bring the firmware up to "
+            "date, then give its file"
+        )
+        raise InputError(message, file=file, key="version")
+    if texts.get("use_integrated_yaw", "OFF") != "OFF":
+        given = shortened(texts["use_integrated_yaw"])
+        message = (
+            f"given {given}; integrated yaw is another law than PID: set it OFF on the vehicle and give its file again"
+        )
+        raise InputError(message, file=file, key="use_integrated_yaw")
+    return defaults(TABLE) | {name: whole(text, name, file) for name, text in texts.items() if name in TABLE}
+
+
+def stays(wanted: Mapping[str, float], before: Mapping[str, float]) -> tuple[str, ...]:
+    """Return the settings that a known vehicle keeps: terms that our law has not, and a tilt limit beyond the largest of ours."""
+    if not before:
+        return ()
+    beyond = before["angle_limit"] > wanted["angle_limit"] >= nearest(degrees(MOST_TILT))
+    return (*EXTRA, "angle_limit") if beyond else EXTRA
+
+
+def reversed_yaw(rotors: Actuation) -> str:
+    """Return the setting yaw_motors_reversed for the sense of the rotors: OFF where the front left one turns clockwise."""
+    return "OFF" if rotors.rotors[0].spin > 0.0 else "ON"
+
+
+def nearest(value: float) -> float:
+    """Round to a whole number."""
+    return float(round(value))
+
+
+def profile(options: Mapping[str, str]) -> int:
+    """Return the PID profile of the options."""
+    value = number(options, "profile", 0.0, PROFILES - 1.0, "1")
+    if value != int(value):
+        raise InputError(f"given {value:g}; this must be a whole number from 0 to {PROFILES - 1}", key="--set profile")
+    return int(value)
+
+
+def settings(values: Mapping[str, float], switches: Mapping[str, tuple[str, str]]) -> dict[str, str]:
+    """Return everything that is set, as text; switches first, for the sliders overwrite gains while they are on."""
+    return {name: choice for name, (choice, _) in switches.items()} | {
+        name: f"{int(value)}" for name, value in values.items()
+    }
+
+
+def rollback(
+    request: Request, table: Mapping[str, Entry], switches: Mapping[str, tuple[str, str]], values: Mapping[str, float]
+) -> bytes:
+    """Return the file that brings back what stood before; what no previous file tells stands at Betaflight's default."""
+    chosen = profile(request.settings)
+    usual = {name: default for name, (_, default) in switches.items()}
+    usual |= {name: f"{int(table[name].usual)}" for name in values}
+    before = {} if request.previous is None else read_cli(request.previous, chosen)
+    back: dict[str, str] = {}
+    for name, default in usual.items():
+        back[name] = before.get(name, default)
+        if name in table and request.previous is not None:
+            whole(back[name], name, request.previous)
+    missing = [name for name in usual if name not in before]
+    source = "the previous settings" if before else f"the defaults of {NAME}: no previous settings were given"
+    about = [*heading(request, parameter_comment)[:2], f"Rollback to {source}. {LOADING}"]
+    if before and missing:
+        about.append(f"At the default of {NAME}, for the previous file lacks them: {', '.join(missing)}")
+    selected = 0 if request.previous is None else read_selected(request.previous)
+    return write_cli(back, chosen, about, selected)
+
+
+def check_level(controller: Controller, rotors: Actuation, before: Mapping[str, float]) -> None:
+    """Refuse roll and pitch whose angle loops differ by more than the resolution of the one level strength for both."""
+    forms = loops(controller, rotors, before)
+    roll, pitch = (forms[axis].outer for axis in ("roll", "pitch"))
+    if nearest(LEVEL * roll) != nearest(LEVEL * pitch):
+        raise InputError(
+            f"the angle loop of pitch is {pitch:.3g} 1/s and that of roll {roll:.3g} 1/s; {NAME} has one angle_p_gain, in "
+            'steps of 0.1 1/s: tune them together, as "tilt.kp", "tilt.ki" and "tilt.kd" in the study\'s [gains]',
+            key="pitch.kp",
+        )
+
+
+def check_rounding(written: tuple[Parameter, ...]) -> None:
+    """Refuse gains that round to nothing: a loop without damping or without integral is another law."""
+    for parameter in written:
+        if parameter.held == 0.0 and parameter.asked > 0.0:
+            factor = 1.0 / parameter.asked
+            raise InputError(
+                f"works out at {parameter.asked:.3g} and rounds to 0; {NAME} holds whole numbers: raise "
+                f"{TABLE[parameter.name].source} about {factor:.2g} times, or take a target with finer gains",
+                key=parameter.name,
+            )
+
+
+def held_controller(
+    asked: Controller, values: Mapping[str, float], rotors: Actuation, before: Mapping[str, float]
+) -> Controller:
+    """Return the controller that flies with rounded settings; heading loop, position loops and filters stay as asked."""
+    filters = {axis: axis_gains(asked, axis).t_f for axis in ATTITUDE_AXES}
+    heading_loop = loops(asked, rotors, before)["yaw"].outer
+    gains = from_betaflight(values, asked.airframe.vehicle, rotors, filters, heading_loop)
+    tilt = tilt_limit(values) if "angle_limit" in values else asked.options.tilt_limit
+    return replace(with_gains(asked, gains), options=replace(asked.options, tilt_limit=tilt))
+
+
+def _lossy(
+    controller: Controller, written: tuple[Parameter, ...], rotors: Actuation, before: Mapping[str, float],
+    kept: tuple[str, ...], request: Request,
+) -> tuple[str, ...]:  # fmt: skip
+    cascade = loops(controller, rotors, before)
+    weights = {axis: cascade[axis].setpoint_weight for axis in ("roll", "pitch")}
+    rounded = ", ".join(
+        f"{one.name} {one.asked:.4g} -> {one.held:.0f} ({100.0 * (one.held / one.asked - 1.0):+.1f} %)"
+        for one in written
+        if one.name[:2] in ("p_", "i_") and one.asked > 0.0
+    )
+    level = next(one for one in written if one.name == "angle_p_gain")
+    return (
+        *rate_sources(request.controller),
+        "The position loops are not carried: in Betaflight the pilot, or a computer that takes the pilot's place, gives tilt and "
+        "throttle; what is verified flies them as tuned.",
+        f"The heading loop of yaw ({cascade['yaw'].outer:.4g} 1/s) is not carried: Betaflight controls the yaw rate, not the "
+        "heading; what is verified has it.",
+        f"Gains are whole numbers: {rounded}; angle_p_gain {level.asked:.4g} -> {level.held:.0f}, the same for roll and pitch.",
+        setpoint_weights(weights),
+        f"Thrust does not follow the command: one unit of output is worth {command_slope(rotors, 0.0):.4g} N of each rotor "
+        "for the whole motor range, the slope at hover, so loop gains grow with the throttle; the range above "
+        "dshot_idle_value (default 5.5 %) counts as the whole, and battery compensation is taken as off.",
+        f"Our derivative filters ({rate_filters(controller, ATTITUDE_AXES)}) are not carried: the loops see the gyro through its "
+        "low-pass (gyro_lpf2, default 500 Hz), notch and RPM filters, and angles through the filter of angle mode.",
+        f"Every loop of ours runs each {1000.0 * controller.control_period:g} ms; Betaflight runs its loops at the gyro rate "
+        "over pid_process_denom, 0.125 to 1 ms, with less delay.",
+        "Anti-windup differs: Betaflight clips the integral at iterm_windup (default 80 %) of pidsum_limit (default 500 of "
+        "1000, yaw 400), so at 400, yaw 320, ours back-calculates with ki/kp; outputs are limited to pidsum_limit. Neither is "
+        "changed.",
+        _extra(before, kept, request),
+        "Rates are limited by the rate profile, tilt by angle_limit through the stick; ours are limited by the position "
+        "loops alone.",
+    )  # fmt: skip
+
+
+def _extra(before: Mapping[str, float], kept: tuple[str, ...], request: Request) -> str:
+    """Return the sentence on the terms that our law has not."""
+    if request.previous is None:
+        return (
+            "The D terms (d, d_max), feed-forward, throttle attenuation (tpa_rate), anti-gravity, I-term relax, the yaw low-pass "
+            "and the sliders are switched off, for our law has none of them; the vehicle is then as sensitive to propeller wash "
+            "as our gains are. With --previous they stay as the vehicle has them."
+        )
+    texts = read_cli(request.previous, profile(request.settings))
+    standing = {name: f"{before[name]:.0f}" if name in before else texts.get(name, SWITCHES[name][1]) for name in kept}
+    there = ", ".join(f"{name} = {text}" for name, text in standing.items() if text not in ("0", "OFF"))
+    return (
+        f"Our law has no such terms, so they are not written, stay as the vehicle has them and are not in what is verified: "
+        f"{there or 'none is on'}."
+    )
+
+
+EXPORTER = Exporter(
+    name="betaflight",
+    title=f"{NAME}, settings for the command line",
+    carry=carry,
+    attitude_laws=("pid",),
+    options=OPTIONS,
+)

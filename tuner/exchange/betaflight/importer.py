@@ -1,0 +1,176 @@
+"""Betaflight from 4.3 on: what its command line prints for `diff` or `dump`, as a PID controller of ours.
+
+Betaflight has no heading loop and no position loops of this form: the former is an option, the latter stand at our defaults.
+"""
+
+import re
+from collections.abc import Mapping
+from math import degrees
+from pathlib import Path
+
+from plant.airframes import Airframe
+from plant.airframes.actuation import Actuation, actuation
+from plant.cascade import ATTITUDE_AXES
+from plant.errors import InputError
+from tuner.exchange.autopilot.assembly import (
+    ATTITUDE_FILTER,
+    CURVE,
+    DERIVATIVE,
+    POSITION_FILTER,
+    absent_note,
+    assumed_note,
+    control_period,
+    controller,
+    curve,
+    filters,
+    inertia_note,
+    lightened,
+    tilt_note,
+    unused_note,
+)
+from tuner.exchange.autopilot.parameter_table import defaults
+from tuner.exchange.betaflight.exporter import profile, reversed_yaw
+from tuner.exchange.betaflight.map import betaflight_torque, from_betaflight, tilt_limit
+from tuner.exchange.betaflight.ranges import EXTRA, FILTERS, OTHERS, RELEASES, SWITCHES, TABLE, Release
+from tuner.exchange.betaflight.text import read_cli, read_mixer, read_release, whole
+from tuner.exchange.exporter import Option
+from tuner.exchange.importer import Imported, Importer
+from tuner.exchange.settings import number
+
+# Output per setting D and deg/s2, src/main/flight/pid.h.
+D_SCALE = 0.000529
+# The release that a file is read as where it does not say, and the names that tell of an older one.
+USUAL = "2025.12"
+OLDEST = RELEASES["4.3"].renamed
+MIXERS = ("QUADX", "QUADP")
+HEADING = Option("heading_gain", "angle loop around the yaw rate, which Betaflight has not, 1/s", default="2")
+PROFILE = Option("profile", "PID profile that is read, 0 to 3", default="0")
+
+
+def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Imported:
+    """Return the controller of a file; raises InputError naming file and setting."""
+    stated = read_release(file)
+    release = stated or RELEASES[USUAL]
+    texts = renamed(read_cli(file, profile(settings)), release, stated is not None, file)
+    check_law(texts, read_mixer(file), file)
+    given = {name: whole(text, name, file) for name, text in texts.items() if name in TABLE}
+    usual = defaults(TABLE) | {name: float(text) for name, text in release.usual.items() if name in TABLE}
+    values = lower_d(usual | given, release)
+    vehicle = airframe.vehicle
+    rotors = actuation(vehicle, curve(settings))
+    heading = number(settings, HEADING.name, 0.01, 50.0, "1/s")
+    gains = from_betaflight(values, vehicle, rotors, filters(settings), heading)
+    shares = {
+        f"d_{axis}": values[f"d_{axis}"] * D_SCALE * degrees(torque / inertia)
+        for axis, inertia, torque in zip(ATTITUDE_AXES, vehicle.inertia, betaflight_torque(rotors), strict=True)
+    }
+    if settings[DERIVATIVE.name] == "inertia":
+        gains = {axis: lightened(loop, shares[f"d_{axis}"]) for axis, loop in gains.items()}
+    tilt = tilt_limit(values)
+    called = {current: old for old, current in release.renamed.items()}
+    terms = tuple(name for name in EXTRA if name in TABLE and not name.startswith("d_"))
+    name = f"Betaflight {release.name}"
+    notes = (
+        f"Read as {name}, with the rotors of the airframe {airframe.name} and their slope at hover.",
+        *(
+            ()
+            if stated
+            else (f"The file does not say by which version it was printed: names and defaults are those of {name}.",)
+        ),
+        f"The heading loop is {heading:g} 1/s, as set; the position loops stand at our defaults: Betaflight has neither.",
+        *absent_note(
+            {called.get(one, one): 0.0 for one in texts}, {called.get(one, one): usual[one] for one in usual}, name
+        ),
+        *inertia_note(shares, settings[DERIVATIVE.name] == "inertia"),
+        *unused_note(values, terms, "Terms that our law has not are left out"),
+        *_switches(texts),
+        *_others(texts, release),
+        *_turning(texts, rotors),
+        *_filters(texts),
+        *tilt_note(tilt, called.get("angle_limit", "angle_limit")),
+    )
+    return Imported(controller(file, airframe, gains, tilt, settings), (*notes, assumed_note(settings)))
+
+
+def renamed(texts: Mapping[str, str], release: Release, stated: bool, file: Path) -> dict[str, str]:
+    """Return the settings by the names of 2025.12; raises InputError where one has a name that the release does not know."""
+    for old, current in OLDEST.items() if release.current else ():
+        if old in texts and old not in TABLE:
+            source = f"the file says {release.name}" if stated else "the file does not say which"
+            message = (
+                f"is a setting of Betaflight before 2025.12, now {current}, and {source}: give it with its line "
+                "'# Betaflight / ...'"
+            )
+            raise InputError(message, file=file, key=old)
+    return {release.renamed.get(name, name): text for name, text in texts.items()}
+
+
+def lower_d(values: dict[str, float], release: Release) -> dict[str, float]:
+    """Return the settings with the D gain that acts at rest: before 2025.12 a d_min of 0, or above d, was switched off."""
+    if release.current:
+        return values
+    found = dict(values)
+    for axis in ATTITUDE_AXES:
+        upper = values[f"d_max_{axis}"]
+        if not 0.0 < values[f"d_{axis}"] < upper:
+            found[f"d_{axis}"] = upper
+    return found
+
+
+def check_law(texts: Mapping[str, str], mixer: str | None, file: Path) -> None:
+    """Refuse ADRC, integrated yaw and other vehicles than quads; raises InputError naming the setting."""
+    if texts.get("pid_type", "CLASSIC") != "CLASSIC":
+        message = (
+            f"given {texts['pid_type']}; only pid_type = CLASSIC can be read as a PID: give the file of such a profile"
+        )
+        raise InputError(message, file=file, key="pid_type")
+    if texts.get("use_integrated_yaw", "OFF") != "OFF":
+        message = "given ON; integrated yaw is another law than PID: set it OFF on the vehicle and give the file again"
+        raise InputError(message, file=file, key="use_integrated_yaw")
+    if mixer is not None and mixer not in MIXERS:
+        message = (
+            f"given {mixer}; only {' and '.join(MIXERS)} can be read: our vehicles have four rotors in an X or a plus"
+        )
+        raise InputError(message, file=file, key="mixer")
+
+
+def _switches(texts: Mapping[str, str]) -> tuple[str, ...]:
+    there = [
+        f"{name} = {texts.get(name, usual)}" for name, (off, usual) in SWITCHES.items() if texts.get(name, usual) != off
+    ]
+    return (f"Switches that change the loops, or the gains, beside what is read: {', '.join(there)}.",) if there else ()
+
+
+def _others(texts: Mapping[str, str], release: Release) -> tuple[str, ...]:
+    """Return a sentence on what acts in the loops beside gains and terms, where it is not as the release has it."""
+    usual = OTHERS | {name: text for name, text in release.usual.items() if name not in TABLE}
+    there = [f"{name} = {texts[name]}" for name, text in usual.items() if texts.get(name, text) != text]
+    return (f"Our loops cannot carry these; an export leaves them as they are: {', '.join(there)}.",) if there else ()
+
+
+def _turning(texts: Mapping[str, str], rotors: Actuation) -> tuple[str, ...]:
+    """Return a sentence where the rotors turn in another sense than those of the airframe."""
+    given, ours = texts.get("yaw_motors_reversed", "OFF"), reversed_yaw(rotors)
+    if given == ours:
+        return ()
+    return (
+        f"yaw_motors_reversed = {given} turns every rotor against that of the airframe, which goes with {ours}: correct spin in "
+        "the airframe's file, or the loops on yaw that are flown here are those of another vehicle.",
+    )
+
+
+def _filters(texts: Mapping[str, str]) -> tuple[str, ...]:
+    there = [f"{name} = {text}" for name, text in texts.items() if re.fullmatch(FILTERS, name)]
+    return (
+        (f"Filters and loop rate of the vehicle, which our loops have not and an export leaves: {', '.join(there)}.",)
+        if there
+        else ()
+    )
+
+
+IMPORTER = Importer(
+    name="betaflight",
+    title="Betaflight 4.3 to 2026.12, what the command line prints for diff or dump",
+    options=(PROFILE, HEADING, control_period("0.001"), CURVE, ATTITUDE_FILTER, POSITION_FILTER, DERIVATIVE),
+    read=read,
+)

@@ -1,0 +1,93 @@
+"""Betaflight's command line as a file: `set name = value`, within a PID profile, as `diff` and `dump` print it.
+
+The firmware answers a wrong name or value with a line that begins with ###ERROR and goes on. Within a batch that is still open it
+then refuses to save; `batch end` before `save` would clear the error, and half of the settings would be stored.
+"""
+
+import re
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+
+from plant.errors import InputError, shortened
+from tuner.exchange.autopilot.parameter_text import as_bytes, read_lines
+from tuner.exchange.betaflight.ranges import RELEASES, Release
+
+WHAT = "what Betaflight's command line prints for 'diff all' or 'dump all'"
+SETTING = re.compile(r"set\s+([a-z0-9_]+)\s*=\s*(\S.*?)\s*")
+PROFILE = re.compile(r"profile\s+([0-9])")
+VERSION = re.compile(r"#\s*(\w+) / .*?\s(\d+\.\d+)(?:\.\d+\S*)?\s.*")
+MIXER = re.compile(r"mixer\s+(\w+)")
+PROFILES = 4
+
+
+def write_cli(values: Mapping[str, str], profile: int, comments: Sequence[str], selected: int | None = None) -> bytes:
+    """Return the content of a file that sets values in one PID profile and saves them, all or none.
+
+    selected: the profile that the vehicle flies afterwards, if another one.
+    """
+    body = [f"set {name} = {value}" for name, value in values.items()]
+    last = [] if selected in (None, profile) else [f"profile {selected}"]
+    return as_bytes(
+        [*(f"# {comment}" for comment in comments), "batch start", f"profile {profile}", *body, *last, "save"]
+    )
+
+
+def read_cli(file: Path, profile: int) -> dict[str, str]:
+    """Return the settings that hold in a PID profile; raises InputError naming file and setting.
+
+    Settings before the first `profile` hold in every profile; those of a profile hold until the next one.
+    """
+    values: dict[str, str] = {}
+    inside: int | None = None
+    there = False
+    for line in read_lines(file, WHAT):
+        text = line.strip()
+        if found := PROFILE.fullmatch(text):
+            inside = int(found[1])
+            there = there or inside == profile
+        elif text.startswith("rateprofile"):
+            inside = None
+        elif (found := SETTING.fullmatch(text)) and inside in (None, profile):
+            _enter(values, found[1], found[2], file)
+        elif text.startswith("###"):
+            raise InputError(f"holds the error '{shortened(text)}' of the firmware; give {WHAT}", file=file)
+    if not values and not there:
+        raise InputError(f"holds no setting of profile {profile}; give {WHAT}", file=file)
+    return values
+
+
+def read_release(file: Path) -> Release | None:
+    """Return the release that printed a file, None where it does not say; raises InputError where it is unknown."""
+    found = [match for line in read_lines(file, WHAT) if (match := VERSION.fullmatch(line.strip()))]
+    if not found:
+        return None
+    firmware, version = found[0][1], found[0][2]
+    if firmware != "Betaflight" or version not in RELEASES:
+        message = f"was printed by {firmware} {version}; known are Betaflight {', '.join(RELEASES)}"
+        raise InputError(message, file=file, key="version")
+    return RELEASES[version]
+
+
+def read_selected(file: Path) -> int | None:
+    """Return the PID profile that a vehicle flies, which is the last one that its command line prints; None without any."""
+    found = [match for line in read_lines(file, WHAT) if (match := PROFILE.fullmatch(line.strip()))]
+    return int(found[-1][1]) if found else None
+
+
+def read_mixer(file: Path) -> str | None:
+    """Return the mixer that a file names, None without any."""
+    found = [match for line in read_lines(file, WHAT) if (match := MIXER.fullmatch(line.strip()))]
+    return found[-1][1] if found else None
+
+
+def whole(text: str, name: str, file: Path) -> float:
+    """Return a setting as a whole number; raises InputError naming it."""
+    if not re.fullmatch(r"[+-]?\d{1,9}", text):
+        raise InputError(f"given '{shortened(text)}'; this must be a whole number", file=file, key=name)
+    return float(int(text))
+
+
+def _enter(values: dict[str, str], name: str, value: str, file: Path) -> None:
+    if values.setdefault(name, value) != value:
+        message = f"given twice, as {shortened(values[name])} and as {shortened(value)}; leave one out"
+        raise InputError(message, file=file, key=name)

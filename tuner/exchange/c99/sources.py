@@ -1,0 +1,190 @@
+"""The controller as one C99 header and one C99 source, traced from the model functions that the simulator flies."""
+
+import hashlib
+from dataclasses import dataclass
+
+from plant.backends.c_code import REALS, literal
+from plant.backends.c_records import CRecords
+from plant.backends.tracing import Node
+from plant.cascade import AXES
+from plant.gains import gain_addresses
+from plant.references.track import Reference
+from plant.sensors import Measurement
+from plant.vectors import Quaternion, Rotors, Vec3
+from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, Command
+from tuner.exchange.c99.header import header_text
+from tuner.exchange.c99.routines import Call, Style, function_of, function_text, loops
+from tuner.exchange.c99.tracing import UNIT_WITHIN, Entry, Traces, trace
+from tuner.exchange.heading import tool
+from tuner.exchange.texts import c_comment
+from tuner.gains import Controller
+
+GUARDS = """\
+#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \\
+    (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
+#error "compile this file without -ffast-math and its parts: they delete the test for NaN and change the order of sums"
+#endif
+#if {evaluation}
+#error "{real} must be worked out as {real} (FLT_EVAL_METHOD): on 32-bit x86 compile with -msse2 -mfpmath=sse"
+#endif
+
+#ifdef __cplusplus
+#define {P}_RESTRICT __restrict
+#else
+#define {P}_RESTRICT restrict
+#endif"""
+# Ways to work out floating point that keep every operation of a type in it; 16 differs from 0 in half precision alone.
+EVALUATION = {
+    "float": "FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16",
+    "double": "FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 1 && FLT_EVAL_METHOD != 16",
+}
+FLOOR = """\
+/* Largest whole number that is not above x; beyond {largest} every number is whole. */
+static inline {p}_real {p}_floor({p}_real x)
+{{
+    {p}_real whole;
+    if (!(fabs{suffix}(x) < {largest}))
+        return x;
+    whole = ({p}_real)({whole})x;
+    return whole > x ? whole - {one} : whole;
+}}"""
+LOOP = """\
+/* What a loop gives: its command, and a sum that is finite only if all it takes and gives is. */
+typedef struct {{
+    {p}_real value;
+    {p}_real sum;
+}} {p}_loop;"""
+REFUSE = """\
+if (!(sum - sum == {zero})) {{ /* infinite or NaN: something that came in or would go out is */
+{refused}    return {P}_REFUSED;
+}}"""
+
+
+@dataclass(frozen=True)
+class CSources:
+    """C99 of one controller.
+
+    header, source: texts of NAME.h and NAME.c, name: their stem. Traces: the graphs that they were written from.
+    """
+
+    header: str
+    source: str
+    name: str
+    traces: Traces
+
+
+def own_digest(controller: Controller) -> str:
+    """Digest of the gains' bits, for a controller that comes from no file."""
+    return hashlib.sha256(" ".join(gain.hex() for gain in controller.gains).encode()).hexdigest()
+
+
+def c_sources(controller: Controller, real: str = "float", prefix: str = "holdfast", digest: str = "") -> CSources:
+    """Write the controller in C99.
+
+    real: "float" or "double", the type of all numbers. prefix: of all names, a C identifier in lower case; the files are
+    PREFIX_controller.h and .c. digest: of the gains.json that the gains come from, own_digest where there is none.
+    """
+    assert prefix.isidentifier() and prefix.islower(), prefix
+    traces = trace(controller)
+    given = {Vec3: "vec3", Reference: "reference", Measurement: "measurement", Command: "command", Quaternion: "quaternion",
+             AttitudeSetpoint: "attitude_setpoint", AttitudeMeasurement: "attitude_measurement",
+             AttitudeApplied: "attitude_applied"}  # fmt: skip
+    records = CRecords(prefix, {kind: f"{prefix}_{name}" for kind, name in given.items()})
+    style = Style(REALS[real], prefix, records)
+    for kind in (controller.cascade.Memory, Rotors, controller.cascade.attitude.Memory):
+        records.name(kind)
+    header = header_text(controller, real, prefix, digest or own_digest(controller), records)
+    return CSources(header, _source(controller, traces, style), f"{prefix}_controller", traces)
+
+
+def _source(controller: Controller, traces: Traces, style: Style) -> str:
+    p, real = style.prefix, style.real
+    gains = _gains(controller)
+    outer, inner = loops(traces.position, style, gains), loops(traces.attitude, style, gains)
+
+    def call_cascade(node: Node, local: str, args: list[str]) -> str:
+        if node.text[1] == "atan2":
+            return f"const {p}_real {local} = {p}_atan2({', '.join(args)});"
+        kind = outer if node.text[1] == traces.position.name else inner
+        return kind.call("control.")(node, local, args)
+
+    largest = literal(real.largest_fraction, real)
+    parts = [
+        f"/* Controller of {c_comment(controller.airframe.title)}; what it is stands in {p}_controller.h. "
+        f"Written by {tool()}. */",
+        f'#include "{p}_controller.h"\n\n#include <float.h>\n#include <math.h>\n#include <stdint.h>',
+        GUARDS.format(P=p.upper(), real=real.name, evaluation=EVALUATION[real.name]),
+        FLOOR.format(p=p, suffix=real.suffix, largest=largest, whole=real.whole, one=literal(1.0, real)),
+        function_of(traces.atan2, style),
+        LOOP.format(p=p),
+        outer.text,
+        inner.text,
+        _entry(style, "init", traces.init, [f"{p}_state *state", f"const {p}_measurement *m"], "state", None),
+        _entry(
+            style, "step", traces.step,
+            [f"{p}_state *state", f"const {p}_reference *reference", f"const {p}_measurement *m", f"{p}_command *command"],
+            "state", call_cascade, "command",
+        ),
+        _entry(
+            style, "attitude_init", traces.attitude_init,
+            [f"{p}_attitude_state *state", f"const {p}_attitude_measurement *m"], "attitude_state", None,
+        ),
+        _entry(
+            style, "attitude_step", traces.attitude_step,
+            [f"{p}_attitude_state *state", f"const {p}_attitude_setpoint *setpoint",
+             f"const {p}_attitude_measurement *m", f"const {p}_attitude_applied *applied", f"{p}_vec3 *torque"],
+            "attitude_state", inner.call(""), "torque",
+        ),
+        _measure(style, traces.measure, call_cascade),
+    ]  # fmt: skip
+    return "\n\n".join(parts) + "\n"
+
+
+def _gains(controller: Controller) -> dict[str, dict[str, str]]:
+    """Value with unit of each gain by axis."""
+    gains: dict[str, dict[str, str]] = {axis: {} for axis in AXES}
+    for gain in gain_addresses(controller.cascade):
+        name = gain.address.partition(".")[2]
+        gains[gain.axis][name] = f"{controller.gains[gain.column]:.9g} {gain.unit}"
+    return gains
+
+
+def _entry(
+    style: Style, name: str, entry: Entry, parameters: list[str], kind: str, call: Call | None, output: str = ""
+) -> str:
+    """Write an entry point: what it works out goes into `next`, and from there into the state only if all of it is finite."""
+    p = style.prefix
+    targets = [(_place(path), value) for path, value in entry.results]
+    lines = style.writer(call=call).statements([*targets, (f"const {p}_real sum", entry.sum)])
+    refused = f"    *{output} = state->{output};\n" if output else ""
+    check = REFUSE.format(zero=literal(0.0, style.real), refused=refused, P=p.upper())
+    done = [f"*{output} = next.{output};"] if output else []
+    body = [f"{p}_{kind} next;", *lines, check, "*state = next;", *done, f"return {p.upper()}_OK;"]
+    return function_text(f"{p}_status {p}_{name}", parameters, body)
+
+
+def _place(path: str) -> str:
+    """Where a result stands in C: rotors of a command are an array."""
+    for i in range(4):
+        path = path.replace(f"command.rotor_thrust.r{i + 1}", f"command.rotor_thrust[{i}]")
+    return path
+
+
+def _measure(style: Style, entry: Entry, call: Call) -> str:
+    p = style.prefix
+    lines = style.writer(call=call).statements([*entry.results, (f"const {p}_real sum", entry.sum)])
+    q = "attitude->"
+    square = f"{q}w * {q}w + {q}x * {q}x + {q}y * {q}y + {q}z * {q}z"
+    low, high = literal(1.0 - UNIT_WITHIN, style.real), literal(1.0 + UNIT_WITHIN, style.real)
+    body = [
+        f"{p}_measurement next;",
+        f"const {p}_real square = {square};",
+        f"if (!(square > {low} && square < {high})) /* no attitude, or NaN */",
+        f"    return {p.upper()}_REFUSED;",
+        *lines,
+        REFUSE.format(zero=literal(0.0, style.real), refused="", P=p.upper()),
+        "*m = next;",
+        f"return {p.upper()}_OK;",
+    ]
+    taken = [f"const {p}_vec3 *position", f"const {p}_vec3 *velocity", f"const {p}_quaternion *attitude"]
+    return function_text(f"{p}_status {p}_measure", [*taken, f"const {p}_vec3 *rate", f"{p}_measurement *m"], body)

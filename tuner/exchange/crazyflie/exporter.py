@@ -1,0 +1,165 @@
+"""Crazyflie: parameters of the firmware's own cascade where both laws are PID, an out-of-tree controller for every law."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from math import degrees, radians
+
+from plant.airframes.actuation import actuation
+from plant.errors import InputError
+from tuner.exchange.autopilot.parameter_table import defaults
+from tuner.exchange.autopilot.parameter_text import single
+from tuner.exchange.autopilot.pid import axis_gains, rate_filters, rate_sources, setpoint_weights
+from tuner.exchange.autopilot.pid_cascade import rate_loop
+from tuner.exchange.autopilot.scales import motors_text
+from tuner.exchange.c99.sources import c_sources
+from tuner.exchange.crazyflie import param_file, wrapper
+from tuner.exchange.crazyflie.parameters import ATTITUDE, HORIZONTAL, held, parameters
+from tuner.exchange.crazyflie.scales import MOTORS, check_mixing
+from tuner.exchange.crazyflie.table import ENTRIES
+from tuner.exchange.exporter import Bundle, Exporter, Option, Request
+from tuner.exchange.heading import heading
+from tuner.exchange.previous import rollback_request
+from tuner.exchange.settings import number
+from tuner.exchange.texts import parameter_comment
+from tuner.gains import Controller
+
+FIRMWARE = "crazyflie-firmware 2025 and later, platform cf2"
+FILE = "holdfast_params.yaml"
+BY_LAW, PARAMETERS, CONTROLLER = "by-law", "parameters", "controller"
+AIRFRAME = "airframe"
+# The firmware's limit on the integral of a rate error [deg]; it is no parameter.
+INTEGRAL = {"roll": 33.3, "pitch": 33.3, "yaw": 166.7}
+
+
+def carry(request: Request) -> Bundle:
+    """Write parameters or a controller, as the option `form` says; see `Exporter.carry`."""
+    controller = request.controller
+    laws = {controller.cascade.position.name, controller.cascade.attitude.name}
+    form = request.settings["form"]
+    if form == PARAMETERS and laws != {"pid"}:
+        others = ", ".join(sorted(laws - {"pid"}))
+        message = f"given '{form}', but the laws are {others}; the firmware's own loops are pid: leave the option out"
+        raise InputError(message, key="--set form")
+    if form == CONTROLLER or laws != {"pid"}:
+        return as_controller(request)
+    return as_parameters(request)
+
+
+def as_parameters(request: Request) -> Bundle:
+    """Write a parameter file for cflib."""
+    controller = request.controller
+    full = full_thrust(request)
+    written = parameters(controller, full)
+    values = {parameter.name: parameter.held for parameter in written}
+    keeps = held(controller, full, values)
+    comments = (
+        *heading(request, parameter_comment),
+        f"65535 counts are {full:.6g} N of one motor; angles in degrees",
+        f"Expected of the vehicle: {motors_text(actuation(controller.airframe.vehicle), MOTORS)}",
+    )
+    return Bundle(
+        files={FILE: param_file.text(comments, values)},
+        rollback={FILE: rollback(request)},
+        held=keeps,
+        lossy=lossy_parameters(controller, keeps, full),
+        target_version=FIRMWARE,
+        parameters=written,
+    )
+
+
+def full_thrust(request: Request) -> float:
+    """Return the thrust of one motor at 65535 counts [N]."""
+    if request.settings["full_thrust"] == AIRFRAME:
+        return actuation(request.controller.airframe.vehicle).thrust_max
+    return number(request.settings, "full_thrust", 0.01, 100.0, "N")
+
+
+def rollback(request: Request) -> bytes:
+    """Return the file that restores the parameters written: their stored values before, or the firmware's defaults."""
+    before: Mapping[str, float] = {} if request.previous is None else param_file.read(request.previous)
+    known = defaults(ENTRIES)
+    origin = (
+        "the firmware's defaults"
+        if request.previous is None
+        else "what was stored before, else the firmware's defaults"
+    )
+    comments = (*heading(request, parameter_comment), f"Rollback: {origin}")
+    return param_file.text(comments, {name: before.get(name, usual) for name, usual in known.items()})
+
+
+def lossy_parameters(controller: Controller, keeps: Controller, full: float) -> tuple[str, ...]:
+    """Return what the firmware's cascade adds or lacks beside the gains."""
+    axes = (*HORIZONTAL, "z", *ATTITUDE)
+    loops = {axis: rate_loop(axis_gains(controller, axis), axis) for axis in axes}
+    inertia = dict(zip(ATTITUDE, controller.airframe.vehicle.inertia, strict=True))
+    limits = ", ".join(f"{axis} {inertia[axis] * loops[axis].i * radians(INTEGRAL[axis]):.3g} N m" for axis in ATTITUDE)
+    rate, tilt = 1.0 / controller.control_period, degrees(keeps.options.tilt_limit)
+    return (
+        setpoint_weights({axis: loop.setpoint_weight for axis, loop in loops.items()}),
+        f"Our rate filters are absent ({rate_filters(controller, axes)}). Rates pass the firmware's gyro filter of "
+        "80 Hz, so the held gains have a filter of 2.8 ms on attitude and none on position.",
+        f"The firmware runs attitude and rate at 500 Hz and position at 100 Hz, ours all at {rate:g} Hz; its integrals act in "
+        "the period they are formed in, ours one period later.",
+        f"Integrals of the rate loops end at a torque of {limits}; ours end with the rotors. There is no back-calculation.",
+        "Outputs are whole counts, limited to 32767 of 65535.",
+        f"65535 counts are taken as {full:.6g} N of one motor; thrust is proportional to counts only with its battery "
+        "compensation.",
+        "The position loops ask for at most 1.1 m/s (posCtlPid.xVelMax and others are not written).",
+        f"Tilt is a/g, limited axis by axis to {tilt:.4g} deg; ours is atan(a/g), in a cone. Lift is not raised with tilt.",
+        "Velocity and acceleration of the reference are not fed forward.",
+        *rate_sources(controller),
+    )
+
+
+def as_controller(request: Request) -> Bundle:
+    """Write an out-of-tree controller around the C99 code."""
+    controller = request.controller
+    refuse_period(controller)
+    rotors = actuation(controller.airframe.vehicle)
+    check_mixing(rotors)
+    earlier, sentence = rollback_request(request)
+    return Bundle(
+        files=with_code(request),
+        rollback=with_code(earlier, sentence),
+        held=replace(controller, gains=tuple(map(single, controller.gains))),
+        lossy=(
+            "All numbers are float32.",
+            "A measurement that is not finite holds the last command for 50 ms; then the firmware's own PID keeps the vehicle "
+            "level and sinking, or the motors stop where gyro or attitude is not finite, until mode z is disabled.",
+            "The firmware's own filters act on the measurements: a gyro filter of 80 Hz, the estimator on position and velocity.",
+            f"Motors end at the firmware's THRUST_MAX (0.1125 N on a 2.1), ours at {rotors.thrust_max:.4g} N; above it the "
+            "firmware lowers all four alike.",
+        ),
+        target_version=FIRMWARE,
+    )
+
+
+def with_code(request: Request, sentence: str = "") -> dict[str, bytes]:
+    """Return the files of the out-of-tree controller."""
+    code = c_sources(request.controller, real="float", prefix="holdfast", digest=request.digest)
+    return wrapper.files(request, code.header, code.source, sentence)
+
+
+def refuse_period(controller: Controller) -> None:
+    """Refuse a control period that is no whole number of the stabilizer's ticks; raises InputError."""
+    ticks = controller.control_period / wrapper.TICK
+    if ticks < 0.5 or abs(ticks - round(ticks)) > 1e-6:
+        message = (
+            f"given {1000.0 * controller.control_period:.6g} ms; the firmware's stabilizer runs every 1 ms: tune with a whole "
+            "number of milliseconds"
+        )
+        raise InputError(message, key="controller.control_period")
+
+
+EXPORTER = Exporter(
+    name="crazyflie",
+    title="Crazyflie, parameters for cflib (PID) or an out-of-tree controller (any law)",
+    carry=carry,
+    options=(
+        Option(
+            "form", "parameters of the firmware's PID, or a controller to build in; by-law: parameters where both laws are pid",
+            (BY_LAW, PARAMETERS, CONTROLLER), BY_LAW,
+        ),
+        Option("full_thrust", "thrust of one motor at 65535 counts [N]; airframe: that of its largest speed", (), AIRFRAME),
+    ),
+)  # fmt: skip

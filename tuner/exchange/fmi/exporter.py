@@ -1,0 +1,147 @@
+"""FMI 2.0 for co-simulation: the C99 code of the controller in an FMU, and the gains beside it as SSV.
+
+Functional Mock-up Interface 2.0.4 (Modelica Association, 2022). The FMU holds its sources, so it can be built for other
+platforms; where gcc for x86-64 Linux is there, the binary is inside.
+"""
+
+import hashlib
+from dataclasses import dataclass, replace
+from importlib.resources import files
+
+import numpy as np
+
+from tuner.exchange.c99.sources import c_sources
+from tuner.exchange.exporter import Bundle, Exporter, Option, Request
+from tuner.exchange.fmi.archive import archive
+from tuner.exchange.fmi.binary import PLATFORM, compiler, shared_library
+from tuner.exchange.fmi.binding import binding
+from tuner.exchange.fmi.description import IDENTIFIER, model_description
+from tuner.exchange.fmi.ssv import parameter_values
+from tuner.exchange.fmi.variables import variables
+from tuner.exchange.heading import heading
+from tuner.exchange.previous import rollback_request
+from tuner.exchange.texts import c_comment, xml_text
+from tuner.gains import Controller
+
+PREFIX = "holdfast"
+OWN = ("fmi2_interface.h", "fmi2_cosimulation.c")
+NAME = f"{PREFIX}_controller"
+UNITS = ("fmi2_cosimulation.c", f"{NAME}.c")
+MOCK_UP, VALUES = "holdfast.fmu", "holdfast.ssv"
+
+
+@dataclass(frozen=True)
+class Code:
+    """All sources of an FMU (name -> text), its GUID, and its binary or None."""
+
+    sources: dict[str, str]
+    guid: str
+    binary: bytes | None
+
+
+def fmu(request: Request) -> tuple[bytes, Code]:
+    """Return the FMU of a request and the code in it."""
+    code = code_of(request)
+    content = {
+        "modelDescription.xml": model_description(request, variables(request.controller), code.guid, UNITS),
+        f"resources/{VALUES}": parameter_values(request),
+        "documentation/index.html": documentation(request, code).encode(),
+        **{f"sources/{name}": text.encode() for name, text in code.sources.items()},
+    }
+    if code.binary is not None:
+        content[f"binaries/{PLATFORM}/{IDENTIFIER}.so"] = code.binary
+    return archive(content), code
+
+
+def code_of(request: Request) -> Code:
+    """Write the sources of an FMU and compile them where that can be done here."""
+    controller = request.controller
+    found = variables(controller)
+    generated = c_sources(controller, request.settings["real"], PREFIX, request.digest)
+    sources = {f"{NAME}.h": generated.header, f"{NAME}.c": generated.source}
+    sources |= {name: files("tuner.exchange.fmi").joinpath(name).read_text(encoding="utf-8") for name in OWN}
+
+    def tied(guid: str) -> str:
+        period, delayed = controller.control_period, controller.options.delay
+        return binding(found, heading(request, c_comment), guid, period, delayed, f"{NAME}.h", PREFIX)
+
+    guid = guid_of(request.digest, sources | {"binding.h": tied("")})
+    sources["binding.h"] = tied(guid)
+    gcc = compiler()
+    return Code(sources, guid, None if gcc is None else shared_library(sources, UNITS, gcc))
+
+
+def guid_of(digest: str, sources: dict[str, str]) -> str:
+    """Return a GUID that changes with the gains and with every byte of code."""
+    total = hashlib.sha256(digest.encode())
+    for name in sorted(sources):
+        total.update(name.encode() + b"\0" + sources[name].encode() + b"\0")
+    text = total.hexdigest()
+    return f"{{{text[:8]}-{text[8:12]}-{text[12:16]}-{text[16:20]}-{text[20:32]}}}"
+
+
+def documentation(request: Request, code: Code) -> str:
+    """Return the page that simulators show for an FMU."""
+    lines = "".join(f"<p>{line}.</p>\n" for line in heading(request, xml_text))
+    build = f"gcc -std=c99 -O2 -ffp-contract=off -fPIC -shared sources/*.c -o {IDENTIFIER}.so -lm"
+    return (
+        '<!DOCTYPE html>\n<html lang="en">\n<head><meta charset="utf-8"><title>Quadrotor controller</title></head>\n<body>\n'
+        f"<h1>Quadrotor controller</h1>\n{lines}<p>GUID {code.guid}. World axes are ENU, body axes FLU, all numbers SI.</p>\n"
+        "<p>A communication step must be a whole number of control periods; inputs are held during it. Gains are constants "
+        "built into the code: they can be read, not set.</p>\n"
+        f"<p>To build the library for another platform: <code>{build}</code>. "
+        "Multiply and add must not be contracted, else last bits differ.</p>\n</body>\n</html>\n"
+    )
+
+
+def carry(request: Request) -> Bundle:
+    """Return the FMU and the SSV file, and the FMU of the controller to go back to."""
+    mock_up, code = fmu(request)
+    back, sentence = rollback_request(request)
+    former, _ = fmu(back)
+    return Bundle(
+        files={MOCK_UP: mock_up, VALUES: parameter_values(request)},
+        rollback={MOCK_UP: former, VALUES: parameter_values(back), "README.txt": f"{sentence}\n".encode()},
+        held=held(request.controller, request.settings["real"]),
+        lossy=lossy(request, code),
+        target_version="FMI 2.0 co-simulation, SSP 1.0",
+    )
+
+
+def held(controller: Controller, real: str) -> Controller:
+    """Return the controller with its gains as the code's real type holds them."""
+    if real == "double":
+        return controller
+    return replace(controller, gains=tuple(float(np.float32(gain)) for gain in controller.gains))
+
+
+def lossy(request: Request, code: Code) -> tuple[str, ...]:
+    """Return what the target adds or lacks."""
+    controller, real = request.controller, request.settings["real"]
+    said = [
+        "Gains are constants built into the code: a simulator can read them, not set or tune them; export again to change."
+    ]
+    if not controller.options.delay:
+        said.append(
+            "A co-simulation hands the command on at the end of the communication step, one control period of "
+            f"{controller.control_period:g} s after its measurement; these gains were tuned without that delay: tune with "
+            "[controller] delay = true to have it in the model."
+        )
+    if real == "float":
+        said.append("The code computes in single precision, as on a microcontroller; --set real=double for double.")
+    if code.binary is None:
+        said.append(
+            "The FMU holds sources only: there is no gcc for x86-64 Linux here; build the library by the command in "
+            "documentation/index.html, or export where gcc is installed."
+        )
+    else:
+        said.append(f"The binary is for x86-64 Linux ({PLATFORM}) only; elsewhere build it from sources/.")
+    return tuple(said)
+
+
+EXPORTER = Exporter(
+    name="fmi",
+    title="FMI 2.0 co-simulation FMU and SSV, for Simulink, Dymola, OpenModelica and other simulators",
+    carry=carry,
+    options=(Option("real", "floating-point type of the code", ("float", "double"), "float"),),
+)

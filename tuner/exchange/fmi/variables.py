@@ -1,0 +1,96 @@
+"""The variables of the FMU: inputs and outputs of a control step, and what is built into it, with units and meaning.
+
+The value reference of a variable is its place in the list; inputs come first, then outputs, then constants.
+"""
+
+from dataclasses import dataclass
+
+from plant.gains import gain_addresses
+from plant.nominal import nominal
+from tuner.gains import Controller
+
+VECTOR = ("x", "y", "z")
+GAIN_PREFIX = "gains."
+
+
+@dataclass(frozen=True)
+class Variable:
+    """name: in the FMU. kind: "input", "output" or "constant". unit: ours, "1" without. start: initial value. member: place
+    in the C interface, e.g. "reference.position.x"; empty for constants. about: one sentence.
+    """
+
+    name: str
+    kind: str
+    unit: str
+    start: float
+    about: str
+    member: str = ""
+
+
+def variables(controller: Controller) -> list[Variable]:
+    """Return all variables in the order of their value references."""
+    return [*_inputs(), *_outputs(controller), *_constants(controller)]
+
+
+def gain_variables(controller: Controller) -> list[Variable]:
+    """Return the gains alone, in column order."""
+    return [
+        Variable(
+            f"{GAIN_PREFIX}{gain.address}", "constant", gain.unit, controller.gains[gain.column], gain.info.meaning
+        )
+        for gain in gain_addresses(controller.cascade)
+    ]
+
+
+def _inputs() -> list[Variable]:
+    goal, seen = "reference", "measurement"
+    return [
+        *_vector(goal, "position", "m", "Position asked for, world ENU"),
+        *_vector(goal, "velocity", "m/s", "Velocity asked for, world ENU"),
+        *_vector(goal, "acceleration", "m/s^2", "Acceleration asked for, world ENU"),
+        _input(goal, "roll", "rad", "Roll asked for where hold is 0"),
+        _input(goal, "pitch", "rad", "Pitch asked for where hold is 0"),
+        _input(goal, "yaw", "rad", "Yaw asked for"),
+        _input(goal, "yaw_rate", "rad/s", "Rate of the yaw asked for"),
+        _input(goal, "hold", "1", "1: x and y are tracked; 0: roll and pitch are", 1.0),
+        *_vector(seen, "position", "m", "Measured position, world ENU"),
+        *_vector(seen, "velocity", "m/s", "Measured velocity, world ENU"),
+        *_vector(seen, "angles", "rad", "Measured roll (x), pitch (y), yaw (z) of ZYX Euler angles"),
+        *_vector(seen, "rate", "rad/s", "Measured body rate, body FLU"),
+        *_vector(seen, "thrust_direction", "1", "Body z axis in world ENU", (0.0, 0.0, 1.0)),
+        *_vector(seen, "heading", "1", "(cos yaw, sin yaw, 0) of the measured yaw", (1.0, 0.0, 0.0)),
+    ]
+
+
+def _outputs(controller: Controller) -> list[Variable]:
+    vehicle = controller.airframe.vehicle
+    hover = nominal(vehicle, controller.options, controller.control_period).hover
+    places = ("front left", "front right", "rear left", "rear right")
+    about = "Thrust of the rotor {} that the controller commands"
+    return [
+        *[
+            Variable(f"rotor_thrust[{i + 1}]", "output", "N", hover, about.format(place), f"rotor_thrust[{i}]")
+            for i, place in enumerate(places)
+        ],
+        Variable("thrust", "output", "N", 4.0 * hover, "Sum of the rotor thrusts", "thrust"),
+        *[
+            Variable(f"torque.{axis}", "output", "N m", 0.0, "Torque of the rotor thrusts, body FLU",
+                     f"torque.{axis}")
+            for axis in VECTOR
+        ],
+    ]  # fmt: skip
+
+
+def _constants(controller: Controller) -> list[Variable]:
+    period = Variable("control_period", "constant", "s", controller.control_period, "Time between two control steps")
+    return [period, *gain_variables(controller)]
+
+
+def _input(record: str, name: str, unit: str, about: str, start: float = 0.0) -> Variable:
+    return Variable(f"{record}.{name}", "input", unit, start, about, f"{record}.{name}")
+
+
+def _vector(
+    record: str, name: str, unit: str, about: str, start: tuple[float, float, float] = (0.0, 0.0, 0.0)
+) -> list[Variable]:
+    return [_input(record, f"{name}.{axis}", unit, about, value) for axis, value in zip(VECTOR, start, strict=True)]

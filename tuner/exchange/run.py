@@ -1,0 +1,101 @@
+"""One export from beginning to end: read the gains, carry them over, verify what the target holds, write the folder."""
+
+import json
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import isfinite
+from pathlib import Path
+from typing import Any
+
+from plant.errors import InputError
+from plant.gains import gain_addresses
+from plant.input_files import read_input_text
+from tuner.exchange.aboard import remembered
+from tuner.exchange.autopilot.parameter_table import fits
+from tuner.exchange.exporter import Bundle, Exporter, Request
+from tuner.exchange.settings import settings_of
+from tuner.exchange.verification import FLIGHTS, Verification, verify_export
+from tuner.exchange.writing import check_free, export_document, export_records, write_export
+from tuner.gains import content_sha256, read_gains
+from tuner.search.watcher import Watcher
+
+QUIET = Watcher()
+
+
+@dataclass(frozen=True)
+class Export:
+    """What was exported: content of export.json, its verification, the folder, and the title of the airframe."""
+
+    document: dict[str, Any]
+    verification: Verification
+    folder: Path
+    airframe: str
+
+
+def export_gains(
+    gains: Path, exporter: Exporter, given: Sequence[str], previous: Path | None, out: Path, flights: int = FLIGHTS,
+    watcher: Watcher = QUIET, force: bool = False,
+) -> Export:  # fmt: skip
+    """Export a gains.json; given: NAME=VALUE options; previous: see `Request`; watcher hears of compilation and flights; force:
+    export gains of a run that found nothing feasible, too.
+
+    Raises InputError naming what the target cannot hold, StoreError where the folder cannot be written.
+    """
+    check_free(out)
+    controller = read_gains(gains)
+    content = json.loads(read_input_text(gains))
+    check_feasible(content, force)
+    settings = settings_of(exporter, remembered(controller, exporter, list(given)))
+    request = Request(controller, content_sha256(gains), settings, previous)
+    check_laws(exporter, request)
+    bundle = carry(exporter, request)
+    verification = verify_export(request, bundle, flights, watcher)
+    document = export_document(exporter, request, bundle, verification)
+    content["exports"] = [*content.get("exports", []), *export_records(document)]
+    write_export(out, bundle, document, content)
+    return Export(document, verification, out, request.controller.airframe.title)
+
+
+def check_feasible(content: dict[str, Any], force: bool) -> None:
+    """Refuse gains that say themselves that they break limits of their study, unless forced."""
+    study = content.get("study", {})
+    if study.get("feasible", True) or force:
+        return
+    raise InputError(
+        f"these gains are of a run that found nothing feasible: {study.get('point', 'the point')} breaks limits of its study, so "
+        "it is not to be flown; tune again until something is feasible, or add --force to write it for a test bench all the same",
+        key="study.feasible",
+    )
+
+
+def check_laws(exporter: Exporter, request: Request) -> None:
+    """Refuse laws that a target does not have: what it would fly is then another controller."""
+    cascade = request.controller.cascade
+    for loop, law, carried in (
+        ("attitude", cascade.attitude.name, exporter.attitude_laws),
+        ("position", cascade.position.name, exporter.position_laws),
+    ):
+        if carried and law not in carried:
+            raise InputError(
+                f"the {loop} law is {law}, and '{exporter.name}' carries {', '.join(carried)} only; export it as code instead "
+                "(--to c99, crazyflie or fmi), or tune a controller that the target has",
+                key=f"controller.{loop}",
+            )
+
+
+def carry(exporter: Exporter, request: Request) -> Bundle:
+    """Return what the exporter gives back; every gain is finite before, and every number in the target's range after it."""
+    controller = request.controller
+    for gain in gain_addresses(controller.cascade):
+        value = controller.gains[gain.column]
+        if not isfinite(value):
+            raise InputError(f"given {value}; a gain must be a finite number in {gain.unit}", key=gain.address)
+    bundle = exporter.carry(request)
+    for parameter in bundle.parameters:
+        if not fits(parameter):
+            raise InputError(
+                f"{parameter.name} would be {parameter.held:g} {parameter.unit}; '{exporter.name}' allows {parameter.low:g} to "
+                f"{parameter.high:g} {parameter.unit}",
+                key=parameter.name,
+            )
+    return bundle

@@ -1,0 +1,121 @@
+"""The folder of an export: the target's files, rollback/ with what to go back to, export.json, and gains.json with its record.
+
+export.json has these keys:
+
+    format "holdfast-export", version "1.0"
+    generator, target, target_version, title, experimental, airframe, laws, gains_sha256
+    files {NAME: sha256}, rollback [NAME], settings {NAME: VALUE}, lossy [sentence]
+    before: where it is known from what is on the vehicle, null where nobody said
+    parameters [{name, unit, asked, held, low, high, usual, before, kept, change}], before on the vehicle; change is held - before
+    verification {passed, broken, scenario, stream, seed, flights, gains, margins, metrics, gyro_filter}
+"""
+
+import hashlib
+import json
+import os
+import shutil
+from dataclasses import asdict
+from pathlib import Path, PurePosixPath
+from typing import Any
+
+from plant.errors import StoreError
+from tuner.exchange.aboard import origin
+from tuner.exchange.exporter import Bundle, Exporter, Parameter, Request
+from tuner.exchange.heading import tool
+from tuner.exchange.verification import Verification
+
+FORMAT, VERSION = "holdfast-export", "1.0"
+# Beyond it a bound is that of a number type, not of a parameter.
+LARGEST = 1e30
+
+Row = dict[str, Any]
+
+
+def export_document(exporter: Exporter, request: Request, bundle: Bundle, verification: Verification) -> Row:
+    """Return the content of export.json."""
+    controller = request.controller
+    return {
+        "format": FORMAT,
+        "version": VERSION,
+        "generator": tool(),
+        "target": exporter.name,
+        "target_version": bundle.target_version,
+        "title": exporter.title,
+        "experimental": exporter.experimental or None,
+        "airframe": controller.airframe.name,
+        "laws": {"position": controller.cascade.position.name, "attitude": controller.cascade.attitude.name},
+        "gains_sha256": request.digest,
+        "files": {name: sha256(content) for name, content in bundle.files.items()},
+        "rollback": sorted(bundle.rollback),
+        "settings": dict(request.settings),
+        "before": origin(request, exporter.name),
+        "lossy": list(bundle.lossy),
+        "parameters": [
+            {key: _finite(value) for key, value in {**asdict(parameter), "change": _change(parameter)}.items()}
+            for parameter in bundle.parameters
+        ],
+        "verification": verification.document(),
+    }
+
+
+def export_records(document: Row) -> list[Row]:
+    """Return what gains.json says of an export: one record for each file."""
+    return [
+        {
+            "target": document["target"], "target_version": document["target_version"], "file": name, "sha256": digest,
+            "lossy": document["lossy"],
+        }
+        for name, digest in document["files"].items()
+    ]  # fmt: skip
+
+
+def write_export(out: Path, bundle: Bundle, document: Row, gains: Row) -> None:
+    """Write everything into a folder that must not hold anything yet; it appears whole or not at all.
+
+    gains: content of gains.json. Raises StoreError where it cannot be written or something stands there.
+    """
+    check_free(out)
+    files = {**bundle.files, **{f"rollback/{name}": content for name, content in bundle.rollback.items()}}
+    files["export.json"] = as_json(document)
+    files["gains.json"] = as_json(gains)
+    part = out.with_name(f".{out.name}.part{os.getpid()}")
+    try:
+        for name, content in files.items():
+            assert not PurePosixPath(name).is_absolute() and ".." not in PurePosixPath(name).parts, name
+            target = part / name
+            target.parent.mkdir(parents=True, exist_ok=True)
+            target.write_bytes(content)
+        if out.exists():
+            out.rmdir()
+        part.rename(out)
+    except OSError as error:
+        raise StoreError(f"{out} cannot be written ({error.strerror}); choose another folder with --out") from error
+    finally:
+        shutil.rmtree(part, ignore_errors=True)
+
+
+def check_free(out: Path) -> None:
+    """Raise StoreError where anything stands at the place of an export."""
+    if out.exists() and (not out.is_dir() or any(out.iterdir())):
+        raise StoreError(f"{out} exists already and was not touched; choose another folder with --out, or empty it")
+
+
+def as_json(document: Row) -> bytes:
+    """Return JSON text as bytes."""
+    # Half of a surrogate pair, which UTF-8 does not hold, comes out as the escape that JSON has for it.
+    text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return text.encode("utf-8", "backslashreplace")
+
+
+def sha256(content: bytes) -> str:
+    """Return the SHA-256 of a file's content as 64 hex digits."""
+    return hashlib.sha256(content).hexdigest()
+
+
+def _change(parameter: Parameter) -> float | None:
+    return None if parameter.before is None else parameter.held - parameter.before
+
+
+def _finite(value: Any) -> Any:
+    """Return null for a bound that is none: infinite, or the end of a number type."""
+    return None if isinstance(value, float) and not abs(value) < LARGEST else value

@@ -1,0 +1,282 @@
+"""Is a recorded run what this machine computes from the same study? Replay the search, fly its candidates again, compare bits.
+
+Replayed from the recorded flights, the search must ask for the recorded candidates and value them alike; flown again, the
+candidates must give the recorded meters; judged again, the finalists must give the recorded front, gains and summary. All other
+files must be those that manifest.json tells of; of a folder of another kind that is all that is asked.
+"""
+
+import csv
+import json
+from dataclasses import asdict, dataclass
+from io import BytesIO
+from pathlib import Path
+from time import perf_counter
+from typing import Any
+
+import numpy as np
+
+from objectives.problem import Problem
+from plant.errors import StoreError
+from plant.input_files import MOST_TABLE, read_input, read_input_text
+from plant.scenarios import SEARCH
+from plant.seeds import generator
+from tuner.engines.cuda import engine_again
+from tuner.experiments.again.replay import replayed
+from tuner.experiments.again.resume import recorded_study
+from tuner.experiments.tuning.conclusion import Outcome, conclude, fleets
+from tuner.experiments.tuning.ending import gains_name
+from tuner.experiments.tuning.run import flight_store, problem_of, warm_up
+from tuner.experiments.tuning.summary import summary_document
+from tuner.experiments.tuning.tables import front_table, generation_table, point_name
+from tuner.gains.agreement import same_result
+from tuner.search.loop import Generation, archive
+from tuner.search.watcher import Watcher
+from tuner.store.advice import CONTEST, TUNING, kind_of
+from tuner.store.environment import environment
+from tuner.store.flights import RESULTS, FlightStore
+from tuner.store.folder import csv_text
+from tuner.store.manifest import NONE_YET, Manifest, first_damage, read_manifest
+from tuner.store.start import read_start
+from tuner.study.study import Study
+
+# Candidates flown again at a time.
+BATCH = 64
+# What summary.json holds of the time a run took.
+TIMES = ("wall_seconds", "search_seconds")
+
+
+@dataclass(frozen=True)
+class Verdict:
+    """candidates: replayed; flown: of these, flown again; flights: made for it; difference: the first one, or None.
+
+    kind: of run. finished: whether there is a front. files: that are what was written, None where there is no manifest.
+    """
+
+    candidates: int
+    flown: int
+    flights: int
+    finished: bool
+    difference: str | None
+    elsewhere: str
+    kind: str = TUNING
+    files: int | None = None
+
+    @property
+    def identical(self) -> bool:
+        """Whether every bit that was looked at is the same."""
+        return self.difference is None
+
+    @property
+    def words(self) -> str:
+        """The verdict as a sentence."""
+        if self.difference is not None:
+            return f"Different: {self.difference}{self.elsewhere}"
+        if self.kind != TUNING:
+            return self._words_of_files()
+        front = "front, gains and summary" if self.finished else "the run is not finished, so there is no front yet"
+        files = ""
+        if self.finished:
+            files = (
+                f" Of the folder: {NONE_YET}."
+                if self.files is None
+                else f" All {self.files} files are what was written."
+            )
+        return (
+            f"Identical: {self.candidates:,} candidates replayed, {self.flown:,} of them flown again in {self.flights:,} "
+            f"flights; {front}; every bit is the same.{files}"
+        )
+
+    def _words_of_files(self) -> str:
+        """The verdict on a folder that is not flown again."""
+        if self.files is None:
+            return "Not finished: the folder was not written to its end, so there is nothing to compare yet."
+        instead = "; `tuner verify` flies the runs in its contenders/ again" if self.kind == CONTEST else ""
+        return f"Intact: all {self.files} files are what was written. A {self.kind} is not flown again{instead}."
+
+    def as_dict(self) -> dict[str, Any]:
+        """Return the verdict for a program."""
+        return {"identical": self.identical, **asdict(self), "words": self.words}
+
+
+class Different(Exception):
+    """The first difference, in words."""
+
+
+def verify(path: Path, sample: int | None, threads: int | None, watcher: Watcher) -> Verdict:
+    """Compare a results folder with what comes out now; sample: fly only so many candidates again, drawn at random."""
+    manifest = read_manifest(path)
+    if manifest is not None and kind_of(path) != TUNING:
+        return verify_files(path, manifest)
+    study, record = recorded_study(path)
+    store = flight_store(study, None, (path,))
+    engine = engine_again(path, study.system, study.seed)
+    again = problem_of(study, threads, None, engine)
+    generations: list[Generation] = []
+    flown = np.zeros(0, dtype=int)
+    finished = (path / "front.csv").exists() if manifest is None else manifest.complete
+    try:
+        if store.damaged:
+            raise Different(f"{store.damaged[0]} is damaged")
+        problem = problem_of(study, threads, store, engine)
+        generations = replay(path, study, problem, record.generations if finished else None)
+        flown = chosen(generations, sample, study.seed)
+        warm_up(again, study, watcher)
+        refly(study, again, generations, flown, store, watcher)
+        if finished:
+            compare_front(path, study, problem if sample else again, generations, watcher)
+        damage = first_damage(path)
+        difference = None if damage is None else str(damage)
+    except (Different, StoreError) as found:
+        difference = str(found)
+    candidates = sum(len(entry.points) for entry in generations)
+    files = len(manifest.files) if manifest is not None and manifest.complete else None
+    return Verdict(
+        candidates, len(flown), again.flights_made, finished, difference, elsewhere(path), TUNING, files
+    )  # fmt: skip
+
+
+def verify_files(path: Path, manifest: Manifest) -> Verdict:
+    """Compare a folder that is not flown again with its manifest."""
+    damage = first_damage(path)
+    difference = None if damage is None else str(damage)
+    files = len(manifest.files) if manifest.complete else None
+    return Verdict(0, 0, 0, manifest.complete, difference, "", kind_of(path) or named(path), files)
+
+
+def named(path: Path) -> str:
+    """Return what a folder without a record of a run holds, by its document."""
+    return next(
+        (kind for kind in ("comparison", "sensitivity", "margins") if (path / f"{kind}.json").exists()), "folder"
+    )
+
+
+def replay(path: Path, study: Study, problem: Problem, count: int | None) -> list[Generation]:
+    """Replay the search and compare every recorded generation; count: of generations, or None for those there are."""
+    import pandas as pd
+
+    files = sorted((path / "generations").glob("*.parquet"))
+    if count is not None and len(files) != count:
+        raise Different(f"{len(files)} generations are recorded, {count} were asked for")
+    done: list[Generation] = []
+    for record in replayed(path, study, problem, len(files)):
+        done.append(record)
+        file = files[record.number]
+        try:
+            there = pd.read_parquet(BytesIO(read_input(file, MOST_TABLE)))
+        except (OSError, ValueError) as error:
+            raise Different(f"{file} cannot be read ({error})") from None
+        compare_tables(f"{file.parent.name}/{file.name}", there, generation_table(study, done, record))
+    return done
+
+
+def compare_tables(name: str, there: Any, here: Any) -> None:
+    """Raise the first difference of two pandas tables."""
+    if list(there.columns) != list(here.columns) or len(there) != len(here):
+        raise Different(f"{name} has other columns or rows")
+    for column in here.columns:
+        a, b = there[column].to_numpy(), here[column].to_numpy()
+        wrong = np.flatnonzero(~((a == b) | ((a != a) & (b != b))))
+        if len(wrong):
+            row = int(wrong[0])
+            raise Different(f"{name}, row {row}, {column}: recorded {a[row]!r}, now {b[row]!r}")
+
+
+def chosen(generations: list[Generation], sample: int | None, root: int) -> np.ndarray:
+    """Return the candidates to fly again: all that were flown, or a sample of them."""
+    flown = np.flatnonzero(archive(generations).flown) if generations else np.zeros(0, dtype=int)
+    if sample is None or sample >= len(flown):
+        return flown
+    return np.sort(generator(root, "verify/sample", 0).choice(flown, sample, replace=False))
+
+
+def refly(
+    study: Study, again: Problem, generations: list[Generation], flown: np.ndarray, store: FlightStore, watcher: Watcher
+) -> None:
+    """Fly candidates again on the search's scenarios and raise the first meter that differs from its record."""
+    points = archive(generations).points if generations else np.zeros((0, len(study.space.variables)))
+    made = np.concatenate([entry.evaluation.flights_each for entry in generations]) if generations else np.zeros(0)
+    flights = fleets(study, SEARCH)
+    watcher.verifying(len(flown) * sum(fleet.count for fleet in flights))
+    for start in range(0, len(flown), BATCH):
+        part = flown[start : start + BATCH]
+        rows = study.space.gains(points[part])
+        missing = made[part].astype(int)
+        for fleet in flights:
+            for first, last in again.chunks(fleet):
+                here = again.results(rows, fleet, first, last, watcher.landed)
+                for k, candidate in enumerate(part):
+                    # A race may have ended before all flights of a candidate were made.
+                    there = store.known(again.key(fleet), rows[k], first, last)
+                    compare_flights(point_name(int(candidate)), fleet.spec.name, first, there, here[k][: len(there)])
+                    missing[k] -= len(there)
+        if missing.any():
+            candidate = part[np.flatnonzero(missing)[0]]
+            raise Different(f"not every flight of {point_name(int(candidate))} is recorded")
+
+
+def compare_flights(point: str, scenario: str, first: int, there: np.ndarray, here: np.ndarray) -> None:
+    """Raise the first result that differs."""
+    wrong = np.argwhere(there != here)
+    if len(wrong):
+        flight, row = (int(entry) for entry in wrong[0])
+        raise Different(
+            f'{point}, scenario "{scenario}", flight {first + flight}, {RESULTS[row]}: recorded '
+            f"{float(there[flight, row])!r}, now {float(here[flight, row])!r}"
+        )
+
+
+def compare_front(path: Path, study: Study, problem: Problem, generations: list[Generation], watcher: Watcher) -> None:
+    """Judge the finalists again and compare front.csv, gains.json and summary.json."""
+    known = read_start(path, len(study.space.variables))
+    assert known is not None, "the replay has read it"
+    outcome: Outcome = conclude(problem, study, generations, watcher, perf_counter(), known[1])
+    name = gains_name(outcome.feasible)
+    try:
+        there = read_input_text(path / "front.csv")
+        gains, summary = (json.loads(read_input_text(path / file)) for file in (name, "summary.json"))
+    except (OSError, ValueError) as error:
+        raise Different(f"front.csv, {name} or summary.json cannot be read ({error})") from None
+    compare_csv("front.csv", there, csv_text(front_table(outcome)))
+    made = json.loads(json.dumps(summary_document(outcome)))
+    if not same_result(gains, made.pop("gains_document")):
+        raise Different(f"{name} holds other values")
+    compare_documents("summary.json", summary, made)
+
+
+def compare_documents(name: str, there: Any, here: Any, key: str = "") -> None:
+    """Raise the first difference of two JSON documents; how long something took does not count."""
+    if isinstance(there, dict) and isinstance(here, dict) and there.keys() == here.keys():
+        for inner in [entry for entry in there if key or entry not in TIMES]:
+            compare_documents(name, there[inner], here[inner], f"{key}.{inner}" if key else inner)
+    elif isinstance(there, list) and isinstance(here, list) and len(there) == len(here):
+        for i, (a, b) in enumerate(zip(there, here, strict=True)):
+            compare_documents(name, a, b, f"{key}[{i}]")
+    elif there != here:
+        raise Different(f"{name}, {key}: recorded {there!r:.60}, now {here!r:.60}")
+
+
+def compare_csv(name: str, there: str, here: str) -> None:
+    """Raise the first cell that differs; numbers are written with all their digits, so that texts tell bits."""
+    one, other = (list(csv.reader(text.splitlines())) for text in (there, here))
+    if one[:1] != other[:1] or len(one) != len(other):
+        raise Different(f"{name} has other columns or rows")
+    for i, (a, b) in enumerate(zip(one[1:], other[1:], strict=True)):
+        for column, x, y in zip(one[0], a, b, strict=False):
+            if x != y:
+                raise Different(f"{name}, row {i}, {column}: recorded {x}, now {y}")
+    if there != here:
+        raise Different(f"{name} is written in another way")
+
+
+def elsewhere(path: Path) -> str:
+    """Say what of this machine differs from the one that recorded, where that could explain a difference."""
+    try:
+        then = json.loads(read_input_text(path / "environment.json"))
+    except (OSError, ValueError):
+        return ""
+    now = environment(0)
+    names = ("holdfast", "numpy", "scipy", "numba", "llvmlite", "pymoo", "cpu", "simd", "target")
+    changed = [
+        f"{name} {then.get(name)} then, {now.get(name)} now" for name in names if then.get(name) != now.get(name)
+    ]
+    return f" ({'; '.join(changed)})" if changed else ""

@@ -1,0 +1,125 @@
+"""What is to be compared: a results folder brings its recommended point and its front, a gains file its one controller."""
+
+from dataclasses import dataclass
+from pathlib import Path
+
+import numpy as np
+
+from plant.errors import InputError, StoreError
+from tuner.experiments.tuning.ending import GAINS as GAINS_FILE
+from tuner.experiments.tuning.ending import INFEASIBLE, is_recommended
+from tuner.gains import Controller, read_gains
+from tuner.store.advice import JUDGEMENT, TUNING
+from tuner.store.inputs import read_record
+from tuner.study import load_study
+from tuner.study.study import Study
+
+GAINS = "gains"
+"""Name of the point of a gains file."""
+
+
+@dataclass(frozen=True)
+class Entrant:
+    """One controller to compare. name: unique; source: as given; point: what `controller` is called in its own run.
+
+    study: that of the run, None for a gains file. points, rows (n, gains), picked (n, objectives): the front of the run and its
+    held-out values, none for a gains file. feasible: whether its run recommends the controller.
+    """
+
+    name: str
+    source: Path
+    controller: Controller
+    point: str
+    study: Study | None
+    points: tuple[str, ...]
+    rows: np.ndarray
+    picked: np.ndarray
+    feasible: bool = True
+
+
+def read_entrants(paths: list[Path]) -> list[Entrant]:
+    """Read what is to be compared; InputError or StoreError names the argument that cannot be."""
+    if len(paths) < 2:
+        raise InputError(
+            f"given {len(paths)}; give at least two results folders or gains files", key="RESULTS... | GAINS..."
+        )
+    for i, path in enumerate(paths):
+        if path.resolve() in [other.resolve() for other in paths[:i]]:
+            raise InputError("given twice; leave one out", file=path)
+    return [
+        read_folder(path, name) if path.is_dir() else read_file(path, name)
+        for path, name in zip(paths, names_of(paths), strict=True)
+    ]
+
+
+def names_of(paths: list[Path]) -> list[str]:
+    """Return short names: of the folder, or of the file where it is not called gains.json; the whole path for namesakes."""
+    short = [_short(path) for path in paths]
+    return [name if short.count(name) == 1 else str(path) for name, path in zip(short, paths, strict=True)]
+
+
+def _short(path: Path) -> str:
+    whole = path.resolve()
+    if path.is_dir():
+        return whole.name
+    return whole.parent.name if whole.name in (GAINS_FILE, INFEASIBLE) else whole.stem
+
+
+def read_file(path: Path, name: str) -> Entrant:
+    """Read a gains file."""
+    controller = read_gains(path)
+    none = np.empty((0, len(controller.gains)))
+    return Entrant(name, path, controller, GAINS, None, (), none, np.empty((0, 0)), is_recommended(path))
+
+
+def read_folder(path: Path, name: str) -> Entrant:
+    """Read the folder of a finished tuning run."""
+    for found, kind in (
+        ("contest.json", "a contest"),
+        ("inference.json", "an inference"),
+        ("comparison.json", "a comparison"),
+    ):
+        if (path / found).exists():
+            raise InputError(
+                f"this is the folder of {kind}; give that of a tuning run, such as one in a contest's contenders/, or a gains "
+                "file",
+                file=path,
+            )
+    study = study_of(path)
+    if not (path / "summary.json").exists():
+        raise StoreError(f"{path}: the run is not finished; go on with it: tuner resume {path}")
+    from tuner.documents.loading import load
+    from tuner.documents.results import TUNED
+
+    results = load(path)
+    front = results.front
+    tuned = front.of(TUNED)[0]
+    rows = rows_of(study, front.gains)
+    best = np.flatnonzero(front.non_dominated & front.feasible)
+    timing = study.system.timing
+    controller = Controller(
+        study.airframe, study.system.cascade, study.options, timing.control_period, timing.plant_step,
+        tuple(rows[tuned].tolist()),
+    )  # fmt: skip
+    points = tuple(front.points[k] for k in best)
+    row, picked = front.points[tuned], front.held_out[best]
+    return Entrant(name, path, controller, row, study, points, rows[best], picked, results.feasible)
+
+
+def rows_of(study: Study, values: np.ndarray) -> np.ndarray:
+    """Return the gains rows (n, gains) of values of the study's variables (n, variables)."""
+    rows = np.tile(study.default_row, (len(values), 1))
+    for i, columns in enumerate(study.space.columns):
+        rows[:, list(columns)] = values[:, i, None]
+    return rows
+
+
+def study_of(path: Path) -> Study:
+    """Return the study that a results folder keeps; which version of the model flew it does not matter here."""
+    record = read_record(path)
+    if record.kind not in (TUNING, JUDGEMENT):
+        raise StoreError(f"{path} is the folder of a {record.kind}; give that of a tuning run")
+    try:
+        return load_study(path / record.study, {"search.generations": record.generations})
+    except InputError as error:
+        raise StoreError(f"the inputs of this run are damaged: {error}") from None

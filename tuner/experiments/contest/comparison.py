@@ -1,0 +1,64 @@
+"""What the flights of a comparison say: every contender's risks, and the difference of every pair on the same flights."""
+
+from dataclasses import dataclass
+from itertools import combinations
+
+from objectives.risk import interval_on, paired_difference_on, resampled_scenarios, within
+from plant.seeds import generator
+from tuner.experiments.contest.flying import Flown
+from tuner.experiments.tuning.held_out import TABLE_REPLICATES, Estimate
+from tuner.study.contest import Quantity
+
+
+@dataclass(frozen=True)
+class Difference:
+    """One quantity of two contenders, by index: `second` minus `first`, paired over flights; below 0: second better."""
+
+    first: int
+    second: int
+    quantity: int
+    estimate: Estimate
+
+    @property
+    def winner(self) -> int | None:
+        """The contender that the interval says is lower, or None where it holds 0."""
+        if self.estimate.high < 0.0:
+            return self.second
+        return self.first if self.estimate.low > 0.0 else None
+
+
+@dataclass(frozen=True)
+class Comparison:
+    """estimates[contender][quantity]; differences: of every pair in every quantity, first before second."""
+
+    estimates: list[list[Estimate]]
+    differences: list[Difference]
+
+    def difference(self, contender: int, other: int, quantity: int) -> Estimate:
+        """Return contender minus other."""
+        first, second = sorted((contender, other))
+        found = next(
+            d.estimate for d in self.differences if (d.first, d.second, d.quantity) == (first, second, quantity)
+        )
+        return found if contender == second else Estimate(-found.value, -found.high, -found.low)
+
+
+def compare_all(flown: Flown, quantities: tuple[Quantity, ...], root: int) -> Comparison:
+    """Put 95 % intervals over scenarios on every risk and on every paired difference, as a run's table has them.
+
+    All contenders and quantities see the same resamples of the same flights.
+    """
+    count = len(flown.scores)
+    estimates: list[list[Estimate]] = [[] for _ in range(count)]
+    differences = []
+    drawn = resampled_scenarios(generator(root, "bootstrap/contest", 0), TABLE_REPLICATES, flown.origin)
+    for i, quantity in enumerate(quantities):
+        risk, scenario = quantity.objective.risk, quantity.objective.scenario
+        samples, part = flown.samples(i, scenario), within(drawn, flown.origin, scenario)
+        found = zip(risk.apply(samples), *interval_on(samples, risk, part), strict=True)
+        for own, ends in zip(estimates, found, strict=True):
+            own.append(Estimate(*map(float, ends)))
+        for first, second in combinations(range(count), 2):
+            apart = paired_difference_on(samples[second], samples[first], risk, part)
+            differences.append(Difference(first, second, i, Estimate(*map(float, apart))))
+    return Comparison(estimates, differences)

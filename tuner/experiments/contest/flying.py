@@ -1,0 +1,125 @@
+"""The flights of a comparison: every contender, and every point of its front, through the same scenarios.
+
+Scenarios are drawn once, chunk by chunk, and every contender flies a chunk while it is there: so flight i of a scenario
+is the same air, the same noise and the same relative spread of the vehicle for all of them, whatever their airframe.
+"""
+
+from collections.abc import Callable, Sequence
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from objectives.decisions import DecisionSpace
+from objectives.problem import Problem, seen_scores
+from plant.flights import FlightInputs, available_threads
+from plant.scenarios import for_vehicle, sample_scenarios
+from tuner.study.contest import Contender, Contest
+from tuner.study.study import StudyScenario
+
+# Scenarios of one task; a flight of 25 s takes 0.6 MB of air, and three times that while it is laid out in lanes.
+CHUNK = 64
+
+
+@dataclass(frozen=True)
+class Entry:
+    """A contender at gains that fly. row: gains row (gains,). point: its name among the contender's points.
+
+    candidate: index in the contender's search, -1 where it comes from none. picked: values (objectives,) on other scenarios,
+    by which a point of the contender is picked; None where there are none to compare.
+    """
+
+    contender: Contender
+    point: str
+    row: np.ndarray
+    problem: Problem
+    candidate: int = -1
+    picked: np.ndarray | None = None
+
+
+@dataclass(frozen=True)
+class Flown:
+    """scores (contenders, quantities, flights); failed (contenders, flights); origin (flights,): name of the scenario."""
+
+    scores: np.ndarray
+    failed: np.ndarray
+    origin: np.ndarray
+
+    def samples(self, index: int, scenario: str | None) -> np.ndarray:
+        """Return one quantity of all contenders (contenders, flights) on a scenario, or on all for None."""
+        return seen_scores(self.scores, index, self.origin, scenario)
+
+
+def comparison_problem(contest: Contest, contender: Contender) -> Problem:
+    """Return the problem that scores a contender's flights in every quantity of the contest, one flight task at a time."""
+    system = contender.study.system
+    objectives = tuple(quantity.objective for quantity in contest.quantities)
+    return Problem(system, DecisionSpace((), (), tuple(contender.study.default_row)), objectives, (), contest.seed, 1)
+
+
+def fly_all(contest: Contest, entries: Sequence[Entry], threads: int | None, landed: Callable[[int], None]) -> Flown:
+    """Fly every entry through every scenario of the comparison; the result does not depend on the number of threads."""
+    tasks, origin = _tasks(contest)
+    scores = np.empty((len(entries), len(contest.quantities), len(origin)))
+    failed = np.empty((len(entries), len(origin)), dtype=bool)
+
+    def fly(task: "_Task") -> None:
+        drawn = _draw(contest, task)
+        columns = slice(task.column, task.column + len(task.indices))
+        for k, entry in enumerate(entries):
+            inputs = _own(drawn, contest, task, entry)
+            results = entry.problem.flyer.fly(entry.row[None], entry.problem.system.nominal, inputs)
+            values, lost = entry.problem.score(results, task.scenario.spec)
+            scores[k, :, columns], failed[k, columns] = values[0], lost[0]
+            landed(len(task.indices))
+
+    with ThreadPoolExecutor(threads or available_threads()) as pool:
+        try:
+            list(pool.map(fly, tasks))
+        except BaseException:
+            pool.shutdown(cancel_futures=True)
+            raise
+    return Flown(scores, failed, np.array(origin))
+
+
+def fly_groups(
+    contest: Contest, groups: Sequence[Sequence[Entry]], threads: int | None, landed: Callable[[int], None]
+) -> list[Flown]:
+    """Fly groups of entries together, so that each scenario is drawn once, and return the flights of each group."""
+    flown = fly_all(contest, [entry for group in groups for entry in group], threads, landed)
+    ends = np.cumsum([len(group) for group in groups])
+    parts = zip(np.split(flown.scores, ends[:-1]), np.split(flown.failed, ends[:-1]), strict=True)
+    return [Flown(scores, failed, flown.origin) for scores, failed in parts]
+
+
+@dataclass(frozen=True)
+class _Task:
+    scenario: StudyScenario
+    indices: range
+    column: int
+
+
+def _tasks(contest: Contest) -> tuple[list[_Task], list[str]]:
+    """Return the chunks of all scenarios and the scenario of each flight."""
+    tasks, origin = [], []
+    for scenario in contest.scenarios:
+        for first in range(0, scenario.held_out, CHUNK):
+            indices = range(first, min(first + CHUNK, scenario.held_out))
+            tasks.append(_Task(scenario, indices, len(origin)))
+            origin += [scenario.spec.name] * len(indices)
+    return tasks, origin
+
+
+def _draw(contest: Contest, task: _Task) -> FlightInputs:
+    system = contest.base.system
+    return sample_scenarios(
+        task.scenario.spec, system.vehicle, system.timing, contest.seed, contest.stream, task.indices
+    )
+
+
+def _own(drawn: FlightInputs, contest: Contest, task: _Task, entry: Entry) -> FlightInputs:
+    """Return the drawn scenarios with the entry's vehicle in them."""
+    vehicle = entry.problem.system.vehicle
+    if vehicle == contest.base.system.vehicle:
+        return drawn
+    return for_vehicle(drawn, task.scenario.spec, vehicle, contest.seed, contest.stream, task.indices)

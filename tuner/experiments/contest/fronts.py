@@ -1,0 +1,194 @@
+"""The fronts of the contenders on the flights of the comparison: how large they are, and what each offers under a limit.
+
+A front is what a contender's own search and held-out check left. Its points are flown again on the scenarios of the
+comparison, which had no part in that; what breaks a constraint or is dominated on these flights is left out. The best point
+under a limit is picked on held-out values, and its value is that on the flights of the comparison.
+
+The hypervolume of a front is the share it dominates of the box between the ideal point of the union of all fronts (the
+smallest value of each objective) and the reference, 1.1 times the nadir of that union (the largest value of each
+objective): one box for all, stated in the results. Its interval is a bootstrap over scenarios with the points of the front
+held fixed; every front sees the same resamples, so fronts are compared in pairs. A hypervolume has no standard error in
+the sample, so this is a percentile interval: on straight fronts of 12 and 30 points of lognormal values with 256 to 1024
+flights (CVaR 0.8 and mean, 200 to 300 repetitions) it holds the true size in 92 to 94 %, that of a difference in 96 to 97 %.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+
+import numpy as np
+
+from objectives.problem import Objective
+from objectives.risk import interval_on, replicates_on, resampled_scenarios, within
+from plant.seeds import generator
+from tuner.experiments.contest.flying import Entry, Flown
+from tuner.experiments.tuning.held_out import FRONT_REPLICATES, Estimate
+from tuner.search.front import non_dominated
+from tuner.study.contest import Contest
+
+REFERENCE = 1.1
+# Levels of the other objective at which the best value is told: these quantiles of it over the points of all fronts.
+LEVELS = (0.25, 0.5, 0.75)
+TAILS = (0.025, 0.975)
+
+
+@dataclass(frozen=True)
+class Front:
+    """The points of a contender that are feasible and non-dominated on the flights of the comparison.
+
+    points: their names; candidates (n,): index in the contender's search, -1 for gains as given; gains (n, gains);
+    values, low, high (n, objectives); samples: for each objective the scores (n, flights) that count for it. picked (n,
+    objectives): the values by which a point is picked, None where there are none but those compared. lost (n,): flights of
+    the comparison that did not reach their end. broken: how many points were left out because they break a constraint.
+    """
+
+    points: list[str]
+    candidates: np.ndarray
+    gains: np.ndarray
+    values: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    samples: list[np.ndarray]
+    picked: np.ndarray | None
+    lost: np.ndarray
+    broken: int = 0
+
+
+@dataclass(frozen=True)
+class Volumes:
+    """ideal, reference (objectives,): the box; volumes: share of it for each front; differences: (first, second, share)."""
+
+    ideal: np.ndarray
+    reference: np.ndarray
+    volumes: list[Estimate]
+    differences: list[tuple[int, int, Estimate]]
+
+
+@dataclass(frozen=True)
+class Best:
+    """The point picked for an objective with another held to a limit. rows: for each front a row of it, or None."""
+
+    objective: int
+    subject_to: int
+    limit: float
+    rows: list[int | None]
+
+
+def front_of(contest: Contest, entries: Sequence[Entry], flown: Flown) -> Front:
+    """Return the feasible, non-dominated points among entries of one contender; flown: of these entries alone."""
+    objectives = contest.base.objectives
+    drawn = _resamples(contest.seed, flown.origin)
+    samples = [flown.samples(i, objective.scenario) for i, objective in enumerate(objectives)]
+    values, low, high = (np.empty((len(entries), len(objectives))) for _ in range(3))
+    for i, objective in enumerate(objectives):
+        values[:, i] = objective.risk.apply(samples[i])
+        part = within(drawn, flown.origin, objective.scenario)
+        low[:, i], high[:, i] = interval_on(samples[i], objective.risk, part)
+    kept = np.flatnonzero(_feasible(contest, flown))
+    best = kept[non_dominated(values[kept])]
+    # Where there is one point there is nothing to pick among.
+    picked = values if len(entries) == 1 else _picked(entries, len(objectives))
+    return Front(
+        points=[entries[k].point for k in best],
+        candidates=np.array([entries[k].candidate for k in best], dtype=int),
+        gains=np.array([entries[k].row for k in best]),
+        values=values[best],
+        low=low[best],
+        high=high[best],
+        samples=[part[best] for part in samples],
+        picked=None if picked is None else picked[best],
+        lost=flown.failed[best].sum(axis=1),
+        broken=len(entries) - len(kept),
+    )
+
+
+def _picked(entries: Sequence[Entry], objectives: int) -> np.ndarray | None:
+    known = [entry.picked for entry in entries if entry.picked is not None]
+    return np.array(known).reshape(-1, objectives) if len(known) == len(entries) else None
+
+
+def _feasible(contest: Contest, flown: Flown) -> np.ndarray:
+    """Return which entries (entries,) keep every constraint on flights."""
+    kept = np.ones(len(flown.scores), dtype=bool)
+    for i, quantity in enumerate(contest.quantities):
+        if quantity.limit is not None:
+            kept &= quantity.objective.risk.apply(flown.samples(i, quantity.objective.scenario)) <= quantity.limit
+    return kept
+
+
+def _resamples(root: int, origin: np.ndarray) -> np.ndarray:
+    return resampled_scenarios(generator(root, "bootstrap/contest-front", 0), FRONT_REPLICATES, origin)
+
+
+def volumes_of(fronts: list[Front], objectives: tuple[Objective, ...], origin: np.ndarray, root: int) -> Volumes | None:
+    """Measure all fronts in one box; None where every front is empty. origin (flights,): scenario of each flight."""
+    union = np.concatenate([front.values for front in fronts], axis=0)
+    if len(union) == 0:
+        return None
+    ideal, reference = union.min(axis=0), REFERENCE * union.max(axis=0)
+    # An objective that is the same everywhere spans no box; a unit then stands in for it.
+    reference = np.where(reference > ideal, reference, ideal + 1.0)
+    drawn = _resamples(root, origin)
+    parts = [within(drawn, origin, objective.scenario) for objective in objectives]
+    replicates = [_replicates(front, objectives, parts, ideal, reference) for front in fronts]
+    values = [volume(front.values, ideal, reference) for front in fronts]
+    differences = [
+        (a, b, _estimate(values[b] - values[a], replicates[b] - replicates[a]))
+        for a, b in combinations(range(len(fronts)), 2)
+    ]
+    volumes = [_estimate(value, drawn) for value, drawn in zip(values, replicates, strict=True)]
+    return Volumes(ideal, reference, volumes, differences)
+
+
+def volume(values: np.ndarray, ideal: np.ndarray, reference: np.ndarray) -> float:
+    """Return the share of the box from ideal to reference (m,) that points (n, m) dominate; those below ideal count as on it."""
+    from moocore import hypervolume
+
+    scaled = np.maximum(values - ideal, 0.0) / (reference - ideal)
+    scaled = scaled[np.all(scaled < 1.0, axis=1)]
+    return float(hypervolume(scaled, ref=np.ones(len(ideal)))) if len(scaled) else 0.0
+
+
+def _replicates(
+    front: Front,
+    objectives: tuple[Objective, ...],
+    parts: list[np.ndarray],
+    ideal: np.ndarray,
+    reference: np.ndarray,
+) -> np.ndarray:
+    """Return the volume of the front on each resample (replicates,); parts: for each objective those of its flights."""
+    if not front.points:
+        return np.zeros(FRONT_REPLICATES)
+    risks = [
+        replicates_on(samples, objective.risk, part)
+        for objective, samples, part in zip(objectives, front.samples, parts, strict=True)
+    ]
+    drawn = np.stack(risks, axis=-1)
+    return np.array([volume(drawn[:, r], ideal, reference) for r in range(FRONT_REPLICATES)])
+
+
+def _estimate(value: float, replicates: np.ndarray) -> Estimate:
+    low, high = np.quantile(replicates, TAILS, axis=-1)
+    return Estimate(float(value), float(low), float(high))
+
+
+def best_under(fronts: list[Front], objectives: int) -> list[Best]:
+    """Return who is picked for each of two objectives at three levels of the other.
+
+    Nothing for another number of objectives, or where a front has no values to pick by but those that are compared.
+    """
+    known = [front.picked for front in fronts if front.picked is not None]
+    if objectives != 2 or len(known) < len(fronts) or not any(map(len, known)):
+        return []
+    union = np.concatenate(known, axis=0)
+    found = []
+    for objective, other in ((0, 1), (1, 0)):
+        for limit in np.quantile(union[:, other], LEVELS, axis=0):
+            rows = [_best_row(values, objective, other, float(limit)) for values in known]
+            found.append(Best(objective, other, float(limit), rows))
+    return found
+
+
+def _best_row(values: np.ndarray, objective: int, other: int, limit: float) -> int | None:
+    kept = np.flatnonzero(values[:, other] <= limit)
+    return int(kept[np.argmin(values[kept, objective])]) if len(kept) else None

@@ -1,0 +1,91 @@
+"""All that a contest found."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from tuner.experiments.contest.bounds import OnBound, on_bounds
+from tuner.experiments.contest.claims import JudgedClaim, judge_claims
+from tuner.experiments.contest.comparison import Comparison, compare_all
+from tuner.experiments.contest.cost import Cost, cost_of
+from tuner.experiments.contest.flying import Entry, Flown
+from tuner.experiments.contest.fronts import Best, Front, Volumes, best_under, front_of, volumes_of
+from tuner.experiments.contest.published import Cell, judge_cells
+from tuner.experiments.contest.tuning import Prepared
+from tuner.study.contest import Contest
+
+
+@dataclass(frozen=True)
+class Result:
+    """A contest with its contenders' gains, flights and what follows from them; lists run over the contenders.
+
+    flown: the points compared; flights: of all searches and of the comparison. fronts, best_under: empty, and volumes None,
+    where no contender was tuned.
+    """
+
+    contest: Contest
+    prepared: list[Prepared]
+    flown: Flown
+    flights: int
+    comparison: Comparison
+    fronts: list[Front]
+    volumes: Volumes | None
+    best_under: list[Best]
+    cells: list[Cell]
+    claims: list[JudgedClaim]
+    costs: list[Cost]
+    bounds: list[list[OnBound]]
+    seconds: float
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Names of the contenders."""
+        return [contender.name for contender in self.contest.contenders]
+
+    @property
+    def entries(self) -> list[Entry]:
+        """The points compared."""
+        return [own.entry for own in self.prepared]
+
+
+def groups_of(prepared: list[Prepared]) -> list[list[Entry]]:
+    """Return what is flown: the points compared, then the front of each contender."""
+    return [[own.entry for own in prepared], *[own.offered or [] for own in prepared]]
+
+
+def judge_contest(contest: Contest, prepared: list[Prepared], groups: list[Flown], seconds: float) -> Result:
+    """Work out everything that follows from the flights of `groups_of`."""
+    flown, *behind = groups
+    comparison = compare_all(flown, contest.quantities, contest.seed)
+    objectives = contest.base.objectives
+    fronts = _fronts(contest, prepared, flown, behind) if any(own.offered is not None for own in prepared) else []
+    return Result(
+        contest=contest,
+        prepared=prepared,
+        flown=flown,
+        flights=sum(own.flights for own in prepared) + sum(group.failed.size for group in groups),
+        comparison=comparison,
+        fronts=fronts,
+        volumes=volumes_of(fronts, objectives, flown.origin, contest.seed) if fronts else None,
+        best_under=best_under(fronts, len(objectives)) if fronts else [],
+        cells=judge_cells(contest, flown, comparison),
+        claims=judge_claims(contest, comparison),
+        costs=[cost_of(contender.study.system.cascade) for contender in contest.contenders],
+        bounds=[
+            on_bounds(own.contender.study, own.entry.row, np.array([entry.row for entry in own.offered]))
+            if own.offered is not None
+            else []
+            for own in prepared
+        ],
+        seconds=seconds,
+    )
+
+
+def _fronts(contest: Contest, prepared: list[Prepared], flown: Flown, behind: list[Flown]) -> list[Front]:
+    """Return the fronts of all; who has none of its own is one point among those of the others."""
+    alone = [Flown(flown.scores[[k]], flown.failed[[k]], flown.origin) for k in range(len(prepared))]
+    return [
+        front_of(contest, [own.entry], single) if own.offered is None else front_of(contest, own.offered, group)
+        for own, single, group in zip(prepared, alone, behind, strict=True)
+    ]

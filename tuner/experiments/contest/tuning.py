@@ -1,0 +1,97 @@
+"""What a contender brings into the comparison: the gains it is flown at and the front behind them, both picked before it."""
+
+from dataclasses import dataclass, replace
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from tuner.experiments.contest.flying import Entry, comparison_problem
+from tuner.experiments.tuning.ending import contender_ending
+from tuner.experiments.tuning.tables import point_name
+from tuner.search.front import pick
+from tuner.search.watcher import Watcher
+from tuner.store.folder import Folder
+from tuner.store.manifest import FILE as MANIFEST
+from tuner.study.contest import Contender, Contest
+from tuner.text.paths import with_paths
+from tuner.text.toml_text import toml_text
+
+if TYPE_CHECKING:
+    from tuner.experiments.tuning.conclusion import Outcome
+
+GIVEN = "given"
+"""Name of the point of a contender that is flown as given."""
+
+
+@dataclass(frozen=True)
+class Prepared:
+    """A contender at its gains. entry: the point that is compared; why: it was picked; offered: the points of its front, None
+    where nothing was searched.
+
+    folder: of its own results, relative to that of the contest; flights: of its own run. ending: what is to be said first where
+    its run found nothing feasible, else empty.
+    """
+
+    entry: Entry
+    why: str
+    offered: list[Entry] | None
+    folder: str | None
+    flights: int
+    warnings: list[str]
+    ending: tuple[str, ...] = ()
+
+    @property
+    def feasible(self) -> bool:
+        """Whether the point compared may be flown, as far as its own run says."""
+        return not self.ending
+
+    @property
+    def contender(self) -> Contender:
+        """The contender."""
+        return self.entry.contender
+
+
+def prepare(contest: Contest, contender: Contender, folder: Folder, watcher: Watcher, threads: int | None) -> Prepared:
+    """Tune a contender into a results folder of its own, or take its gains as given."""
+    problem = comparison_problem(contest, contender)
+    if not contender.tuned:
+        entry = Entry(contender, GIVEN, contender.study.default_row, problem)
+        return Prepared(entry, "its gains are given", None, None, 0, [])
+    from tuner.experiments.tuning.run import run_study
+
+    own = f"contenders/{contender.slug}"
+    folder.write_text(f"{own}.toml", study_text(contest, contender))
+    study = replace(contender.study, path=folder.path / f"{own}.toml")
+    outcome = run_study(study, Folder.open_or_create(folder.path / own), watcher, threads)
+    folder.written(f"{own}/{MANIFEST}")
+
+    def entry_of(finalist: int) -> Entry:
+        candidate = int(outcome.candidates[finalist - 1])
+        values = outcome.finalists.evaluation.values[finalist]
+        return Entry(contender, point_name(candidate), outcome.gains(finalist), problem, candidate, values)
+
+    chosen, why = compared_at(outcome)
+    offered = [entry_of(row) for row in np.flatnonzero(outcome.finalists.non_dominated).tolist()]
+    compared = entry_of(chosen)
+    ending = () if outcome.feasible else tuple(contender_ending(contender.name, compared.point, outcome.obstacles))
+    return Prepared(compared, why, offered, own, outcome.flights, outcome.warnings, ending)
+
+
+def compared_at(outcome: "Outcome") -> tuple[int, str]:
+    """Return the finalist a contender is compared at and why: what the pick rule picks from its held-out front.
+
+    A study on its own prefers points that beat its default everywhere. Contenders have different defaults, and one whose
+    default is poor must not be held to it.
+    """
+    rows = np.flatnonzero(outcome.finalists.non_dominated)
+    if len(rows) == 0:
+        return outcome.tuned, outcome.why
+    labels = [objective.label for objective in outcome.study.objectives]
+    chosen, why = pick(outcome.study.pick, outcome.finalists.evaluation.values[rows], labels)
+    return int(rows[chosen]), f"{why}, on its held-out front"
+
+
+def study_text(contest: Contest, contender: Contender) -> str:
+    """Return a contender as a study file that gives the same results when it is run alone."""
+    home = contest.path.parent.resolve()
+    return toml_text(with_paths(contender.raw, lambda name: str(home / name)))

@@ -1,0 +1,214 @@
+"""The results of a contest as plain sentences, each made from numbers; nothing is called better without an interval."""
+
+from collections.abc import Iterable
+from typing import TYPE_CHECKING
+
+from plant.scenarios import CONFIRMATION
+from tuner.experiments.contest.claims import FAILS, SURVIVES, UNDECIDED, JudgedClaim
+from tuner.experiments.contest.published import Cell
+from tuner.experiments.tuning.held_out import Estimate
+from tuner.study.contest import Quantity
+from tuner.text.numbers import estimate, per_cent, significant
+
+if TYPE_CHECKING:
+    from tuner.experiments.contest.result import Result
+
+
+def sentences(result: "Result") -> list[str]:
+    """Return what a contest found."""
+    return [
+        *objective_words(result),
+        *front_words(result),
+        *limit_words(result),
+        *published_words(result),
+        *claim_words(result),
+        *bound_words(result),
+        *cost_words(result),
+        *certainty_words(result),
+    ]
+
+
+def objective_words(result: "Result") -> Iterable[str]:
+    """Say of each objective who has the lowest value, whom the intervals put above it and whom they do not."""
+    for i, quantity in enumerate(result.contest.quantities):
+        if quantity.kind == "objective" and len(result.names) > 1:
+            yield _ranking(result, i, quantity)
+
+
+def _ranking(result: "Result", i: int, quantity: Quantity) -> str:
+    values = [row[i].value for row in result.comparison.estimates]
+    order = sorted(range(len(values)), key=lambda k: (values[k], k))
+    best, others = order[0], order[1:]
+    found = result.comparison.estimates[best][i]
+    where = " at the points compared" if result.fronts else ""
+    text = f"{quantity.label}{where}: {result.names[best]} has the lowest value, {_spanned(found, _unit(quantity))}"
+    beaten, level = [], []
+    for other in others:
+        apart = result.comparison.difference(best, other, i)
+        share = f" ({per_cent(-apart.value / values[other])} less)" if values[other] > 0.0 else ""
+        (beaten if apart.high < 0.0 else level).append((other, share))
+    if beaten:
+        text += "; the paired interval puts it below " + listed(f"{result.names[k]}{share}" for k, share in beaten)
+    if level:
+        text += "; it is not told apart from " + listed(result.names[k] for k, _ in level)
+    return f"{text}."
+
+
+def front_words(result: "Result") -> Iterable[str]:
+    """Compare the sizes of the fronts."""
+    volumes = result.volumes
+    if volumes is None:
+        return
+    shares = [f"{name} {_spanned(entry)}" for name, entry in zip(result.names, volumes.volumes, strict=True)]
+    yield (
+        "Share of the common box that each front dominates (the more the better, reference 1.1 times the nadir of all "
+        f"fronts): {listed(shares)}."
+    )
+    level = [(a, b) for a, b, apart in volumes.differences if apart.low <= 0.0 <= apart.high]
+    if level:
+        pairs = listed(f"{result.names[a]} and {result.names[b]}" for a, b in level)
+        yield f"The sizes of these fronts are not told apart: {pairs}."
+
+
+def limit_words(result: "Result") -> Iterable[str]:
+    """Say what each front offers under the middle limit."""
+    objectives = [quantity for quantity in result.contest.quantities if quantity.kind == "objective"]
+    for best in result.best_under:
+        limits = sorted({entry.limit for entry in result.best_under if entry.objective == best.objective})
+        middle = limits[len(limits) // 2]
+        if best.limit != middle:
+            continue
+        parts = []
+        for front, row, name in zip(result.fronts, best.rows, result.names, strict=True):
+            if row is None:
+                parts.append(f"{name} none")
+                continue
+            low, high = float(front.low[row, best.objective]), float(front.high[row, best.objective])
+            parts.append(f"{name} {_spanned(Estimate(float(front.values[row, best.objective]), low, high))}")
+        wanted, held = objectives[best.objective], objectives[best.subject_to]
+        limit = f"{significant(best.limit, 3)}{_unit(held)}"
+        yield (
+            f"Lowest {wanted.label}{_bracketed(wanted)} with {held.label} at most {limit}, picked on held-out flights: "
+            f"{listed(parts)}."
+        )
+
+
+def published_words(result: "Result") -> Iterable[str]:
+    """Say how many printed numbers lie inside our distribution over seeds, in all and for each contender."""
+    free = [cell for cell in result.cells if not cell.published.fitted]
+    fitted = [cell for cell in result.cells if cell.published.fitted]
+    if free:
+        yield (
+            f"Of {len(free)} comparisons with printed numbers, {_inside(free)} lie between the 2.5 and the 97.5 percentile of "
+            f"our flights: {listed(_per_contender(result, free))}."
+        )
+    if fitted:
+        yield (
+            f"Of {len(fitted)} more with numbers that the study was set to meet, {_inside(fitted)} lie there: "
+            f"{listed(_per_contender(result, fitted))}."
+        )
+
+
+def _per_contender(result: "Result", cells: list[Cell]) -> Iterable[str]:
+    for k, name in enumerate(result.names):
+        mine = [cell for cell in cells if cell.contender == k]
+        if mine:
+            yield f"{name} {_inside(mine)} of {len(mine)}"
+
+
+def _inside(cells: list[Cell]) -> int:
+    return sum(cell.inside for cell in cells)
+
+
+def claim_words(result: "Result") -> Iterable[str]:
+    """Say which claims hold."""
+    for judged in result.claims:
+        yield f'The claim "{judged.claim.text}" {_VERDICT[judged.verdict]}: {_counted(judged)}.'
+
+
+_VERDICT = {SURVIVES: "survives", FAILS: "fails", UNDECIDED: "is undecided"}
+
+
+def _counted(judged: JudgedClaim) -> str:
+    verdicts = [ruling.verdict for ruling in judged.rulings]
+    kinds = ((SURVIVES, "for it"), (FAILS, "against it"), (UNDECIDED, "without a decision"))
+    counts = [f"{verdicts.count(kind)} {words}" for kind, words in kinds if kind in verdicts]
+    return f"of {len(verdicts)} paired comparisons {listed(counts)}"
+
+
+def bound_words(result: "Result") -> Iterable[str]:
+    """Name the gains of recommended points that stand at an end of their range."""
+    for name, found in zip(result.names, result.bounds, strict=True):
+        for entry in found:
+            if entry.recommended:
+                why = "beyond which it has no meaning" if entry.natural else "so its range decided it, not the search"
+                yield (
+                    f"{name}: {entry.variable} = {significant(entry.value, 3)} stands at the {_END[entry.end]} end of its "
+                    f"range, {why}."
+                )
+
+
+_END = {"low": "lower", "high": "upper"}
+
+
+def cost_words(result: "Result") -> Iterable[str]:
+    """Say what a control step costs."""
+    operations = _counts(result.names, [cost.operations for cost in result.costs])
+    yield f"Scalar operations of the laws in one control step, counted: {operations}."
+    known = {name: cost.processor for name, cost in zip(result.names, result.costs, strict=True) if cost.processor}
+    if known:
+        instructions = _counts(list(known), [round(cost.instructions_step) for cost in known.values()])
+        target = next(iter(known.values())).target
+        yield f"Instructions of the whole control step on a {target}, mean in flight, counted: {instructions}."
+
+
+def _counts(names: list[str], counts: list[int]) -> str:
+    """Return counts in rising order, each with the names that have it."""
+    return "; ".join(
+        f"{count} with {listed(name for name, own in zip(names, counts, strict=True) if own == count)}"
+        for count in sorted(set(counts))
+    )
+
+
+def certainty_words(result: "Result") -> Iterable[str]:
+    """Say which contenders lost flights, and what many intervals mean."""
+    for name, lost in zip(result.names, result.flown.failed.mean(axis=1), strict=True):
+        if lost > 0.0:
+            yield f"{name} lost {per_cent(float(lost))} of its flights."
+    if result.fronts:
+        yield (
+            f"Points were picked on held-out flights; every value here is from {flights_of(result.contest.stream)}, which "
+            "picked nothing."
+        )
+        yield "Intervals are over flights: every contender was searched once, and another search would end at another front."
+    tested = len(result.comparison.differences)
+    if tested:
+        yield (
+            f"Every interval is a 95 % interval by itself: of {tested} paired differences about {round(0.05 * tested)} "
+            "would exclude zero if no contender differed from another."
+        )
+
+
+def flights_of(stream: str) -> str:
+    """Return the flights of a comparison in words."""
+    return f"{'confirmation' if stream == CONFIRMATION else 'comparison'} flights"
+
+
+def listed(parts: Iterable[str]) -> str:
+    """Return texts as "a, b and c"."""
+    texts = list(parts)
+    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
+
+
+def _unit(quantity: Quantity) -> str:
+    unit = quantity.objective.metric.unit
+    return "" if unit == "1" else f" {unit}"
+
+
+def _bracketed(quantity: Quantity) -> str:
+    return f" [{_unit(quantity).strip()}]" if _unit(quantity) else ""
+
+
+def _spanned(found: Estimate, unit: str = "") -> str:
+    value, span = estimate(found.value, found.low, found.high)
+    return f"{value}{unit} {span}"

@@ -1,0 +1,122 @@
+"""Guards: what could make a run's numbers mean less than they seem to, each a small function, in one registry.
+
+A guard before looks at the study, one after at the outcome; both return sentences that say what to change.
+"""
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from objectives.mission import mission_floor
+from tuner.experiments.guards import after
+from tuner.experiments.guards.before import default_elsewhere, few_scenarios
+from tuner.experiments.guards.vehicle import leading_yaw, rates_without_damping
+from tuner.experiments.tuning.held_out import differences_to
+from tuner.study.study import Study
+
+if TYPE_CHECKING:
+    from tuner.experiments.tuning.conclusion import Outcome
+
+__all__ = ["GUARDS", "Guard", "said_after", "said_before", "times_of_never"]
+
+BEFORE, AFTER = "before", "after"
+
+
+@dataclass(frozen=True)
+class Guard:
+    """when: `BEFORE` a run, message(study), or `AFTER` it, message(outcome). what: what it looks for, one line."""
+
+    when: str
+    what: str
+    message: Callable[[Any], list[str]]
+
+
+def _labels(outcome: "Outcome") -> list[str]:
+    return [objective.label for objective in outcome.study.objectives]
+
+
+def _flown_values(outcome: "Outcome") -> np.ndarray:
+    return outcome.archive.values[outcome.archive.flown]
+
+
+def _duplicate_knees(outcome: "Outcome") -> list[str]:
+    rows = np.flatnonzero(outcome.finalists.non_dominated).tolist()
+    apart = differences_to(outcome.problem, outcome.finalists.evaluation, outcome.tuned, outcome.study.seed)
+    return after.duplicate_knees(outcome.names, outcome.tuned, rows, apart.low, apart.high)
+
+
+def _on_bounds(outcome: "Outcome") -> list[str]:
+    from tuner.experiments.contest.bounds import on_bounds
+
+    front = outcome.finalist_rows[outcome.finalists.non_dominated]
+    return after.gains_on_bounds(on_bounds(outcome.study, outcome.gains(outcome.tuned), front))
+
+
+def _idle(outcome: "Outcome") -> list[str]:
+    study = outcome.study
+    asked = {entry.objective.label for entry in floor_of(study)}
+    columns = [i for i, entry in enumerate(study.constraints) if entry.objective.label in asked]
+    broken = outcome.archive.violations > 0.0
+    others = np.delete(broken, columns, axis=1).any(axis=1)
+    idle = np.sum(broken[:, columns].any(axis=1) & ~others & outcome.archive.flown, axis=0)
+    floor = [f"{study.constraints[i].objective.label} at most {study.constraints[i].most:.3g}" for i in columns]
+    return after.idle_candidates(int(idle), floor)
+
+
+def times_of_never(study: Study) -> list[list[float]]:
+    """Return for each objective, by scenario, the time [s] that stands for an event that a flight did not come to."""
+    timing, found = study.system.timing, []
+    for objective in study.objectives:
+        metric = objective.metric.metric
+        seen = [entry.spec for entry in study.scenarios if objective.scenario in (None, entry.spec.name)]
+        windows = [
+            min(getattr(target, metric.window) if metric.window else 0.0 for target in spec.targets(timing))
+            for spec in seen
+        ]
+        left = [spec.duration - begin for spec, begin in zip(seen, windows, strict=True)]
+        found.append(left if metric.censored is not None else [])
+    return found
+
+
+def floor_of(study: Study) -> tuple[Any, ...]:
+    """Return the mission floor of a study."""
+    system = study.system
+    return mission_floor([entry.spec for entry in study.scenarios], system.limits, system.timing, study.mission)
+
+
+GUARDS = {
+    "few_scenarios": Guard(BEFORE, "too few scenarios for the level of a risk", few_scenarios),
+    "default_elsewhere": Guard(BEFORE, "default gains of a file that were flown otherwise", default_elsewhere),
+    "rates_without_damping": Guard(BEFORE, "gust rates on a vehicle that they do not touch", rates_without_damping),
+    "leading_yaw": Guard(
+        BEFORE, "a yaw loop that the inertia of the rotors speeds up",
+        lambda study: leading_yaw(study, study.default_row, "the default's yaw loop"),
+    ),
+    "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle),
+    "constant_objective": Guard(
+        AFTER, "an objective that nothing searched moves",
+        lambda outcome: after.constant_objectives(_labels(outcome), _flown_values(outcome), times_of_never(outcome.study)),
+    ),
+    "correlated_objectives": Guard(
+        AFTER, "two objectives that rank all candidates alike",
+        lambda outcome: after.correlated_objectives(_labels(outcome), _flown_values(outcome)),
+    ),
+    "duplicate_knee": Guard(AFTER, "points that cannot be told from the recommended one", _duplicate_knees),
+    "on_bound": Guard(AFTER, "recommended gains at an end of their range", _on_bounds),
+    "still_rising": Guard(
+        AFTER, "a search that ended before its front had come to rest",
+        lambda outcome: after.still_rising([entry.hypervolume for entry in outcome.generations]),
+    ),
+}  # fmt: skip
+
+
+def said_before(study: Study) -> list[str]:
+    """Return what the guards say of a study before it runs."""
+    return [text for guard in GUARDS.values() if guard.when == BEFORE for text in guard.message(study)]
+
+
+def said_after(outcome: "Outcome") -> list[str]:
+    """Return what the guards say of an outcome."""
+    return [text for guard in GUARDS.values() if guard.when == AFTER for text in guard.message(outcome)]

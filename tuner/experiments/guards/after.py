@@ -1,0 +1,116 @@
+"""What only the results of a run show. Each function takes plain numbers and returns sentences, none where all is well."""
+
+from collections.abc import Sequence
+from itertools import combinations
+
+import numpy as np
+
+from tuner.experiments.contest.bounds import OnBound
+
+Times = Sequence[float]
+# Objectives that differ by less than this share of their size are constant; rank correlations from here on are perfect.
+SAME, PERFECT = 1e-9, 0.999
+# Candidates from which on a perfect correlation is no accident: ten ranks agree by chance once in 3.6 million.
+ENOUGH = 10
+# A search has come to rest where the last quarter of its generations adds no more than this share of the hypervolume.
+QUARTER, RESTING = 0.25, 0.02
+
+
+def constant_objectives(labels: Sequence[str], values: np.ndarray, never: Sequence[Times]) -> list[str]:
+    """Warn of objectives whose values (n, objectives) are the same for all candidates flown.
+
+    never: for each objective the times [s] that stand for an event that a flight did not come to, by scenario.
+    """
+    if len(values) < 2:
+        return []
+    spread, size = np.ptp(values, axis=0), np.abs(values).max(axis=0)
+    return [
+        f"{label} is the same for all {len(values)} candidates flown: {_why_constant(float(value), times)}"
+        for label, value, wide, large, times in zip(labels, values[0], spread, size, never, strict=True)
+        if wide <= SAME * large
+    ]
+
+
+def _why_constant(value: float, never: Times) -> str:
+    if never and min(never) * (1.0 - SAME) <= value <= max(never) * (1.0 + SAME):
+        return (
+            f"{value:.4g} s, the time left in a flight, because no flight comes to what it waits for. Make the flights longer or "
+            "the band wider, or judge by an error instead of a time."
+        )
+    return "no gain that is searched moves it. Leave it out, or search a gain that does."
+
+
+def correlated_objectives(labels: Sequence[str], values: np.ndarray) -> list[str]:
+    """Warn of pairs of objectives that rank all candidates flown, values (n, objectives), alike."""
+    if len(values) < ENOUGH:
+        return []
+    from scipy.stats import rankdata
+
+    ranks = rankdata(values, axis=0)
+    ranks -= ranks.mean(axis=0)
+    length = np.sqrt(np.square(ranks).sum(axis=0))
+    return [
+        f"{labels[i]} and {labels[j]} rank all {len(values)} candidates flown alike, so there is nothing to trade between "
+        f"them. Leave one out."
+        for i, j in combinations(range(len(labels)), 2)
+        if length[i] > 0.0 and length[j] > 0.0 and ranks[:, i] @ ranks[:, j] >= PERFECT * length[i] * length[j]
+    ]
+
+
+def duplicate_knees(
+    names: Sequence[str], tuned: int, rows: Sequence[int], low: np.ndarray, high: np.ndarray
+) -> list[str]:
+    """Warn where other points of the front cannot be told from the recommended one.
+
+    names: of all finalists; rows: those on the front; low, high (finalists, objectives): the 95 % interval of the paired
+    difference to the recommended one. Two points are told apart if it leaves out 0 in any objective.
+    """
+    even = np.all((low <= 0.0) & (high >= 0.0), axis=1)
+    alike = [names[row] for row in rows if row != tuned and even[row]]
+    if not alike:
+        return []
+    others = ", ".join(alike[:3]) + (f" and {len(alike) - 3} more" if len(alike) > 3 else "")
+    return [
+        f"{names[tuned]} cannot be told from {others}: they differ by less than the 95 % intervals in every objective. "
+        f"Any of them may be taken; raise held_out to tell them apart."
+    ]
+
+
+def gains_on_bounds(found: Sequence[OnBound]) -> list[str]:
+    """Warn of recommended gains that ended at an end of their range that could be moved."""
+    return [
+        f"{entry.variable} = {entry.value:.4g} stands at the {entry.end} end of its range, {entry.bound:.4g}"
+        f"{_others_there(entry)}: the range decided, not the search. Widen it there, if the vehicle allows."
+        for entry in found
+        if entry.recommended and not entry.natural
+    ]
+
+
+def _others_there(entry: OnBound) -> str:
+    return f", as do {100.0 * entry.share:.0f} % of the front" if entry.share > 0.0 else ""
+
+
+def still_rising(volumes: Sequence[float]) -> list[str]:
+    """Warn where the hypervolume of the last generations, one a generation, shows that the search had not come to rest."""
+    last = max(round(QUARTER * len(volumes)), 1)
+    if len(volumes) < 2 or volumes[-1] <= 0.0:
+        return []
+    before = volumes[-1 - last]
+    gained = (volumes[-1] - before) / volumes[-1]
+    if gained <= RESTING:
+        return []
+    budget = 2 * len(volumes)
+    return [
+        f"The front still grew at the end of the search: of its hypervolume {100.0 * gained:.0f} % came in the last {last} of "
+        f"{len(volumes)} generations. Go on with it: `tuner resume` with --budget {budget}, or search.generations = {budget}."
+    ]
+
+
+def idle_candidates(idle: int, floor: Sequence[str]) -> list[str]:
+    """Say how many candidates kept everything but the mission floor."""
+    if idle == 0:
+        return []
+    word = "candidate" if idle == 1 else "candidates"
+    return [
+        f"{idle} {word} kept every other limit without flying the mission, and counted as infeasible: {', '.join(floor)}."
+    ]

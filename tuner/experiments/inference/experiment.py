@@ -1,0 +1,141 @@
+"""The published experiment, flown again under any setting of the unknowns.
+
+Every setting meets the same draws (common random numbers), and so does every contender within a setting: flight i of one is
+to be compared with flight i of another. Threads fly different settings; a setting's result depends on nothing but itself.
+"""
+
+from collections.abc import Callable
+from concurrent.futures import ThreadPoolExecutor
+from dataclasses import dataclass
+
+import numpy as np
+
+from objectives.metrics import FlightContext, evaluate
+from objectives.problem import System
+from plant.flights import FlightInputs, Flyer, available_threads, result_parts
+from plant.scenarios import ScenarioSpec
+from tuner.experiments.inference.draws import Draws, Flights
+from tuner.experiments.inference.record import Settings
+from tuner.study.inference import Inference
+from tuner.study.study import Study
+
+# Flights drawn at once: those of a whole setting in a search, and a part of those at the end that the memory can hold.
+CHUNK = 64
+
+
+@dataclass(frozen=True)
+class Task:
+    """What one contender flies: the scenario's number, and the numbers of the cells that it is flown for."""
+
+    contender: str
+    scenario: int
+    cells: tuple[int, ...]
+
+
+class Experiment:
+    """Flies settings. threads: by default one for each core. settings: what was flown before; flights_made counts the rest;
+    spared(n) is called for the others, if set.
+
+    flights_of(count): flights of one setting with so many flights of each contender and scenario.
+    """
+
+    def __init__(self, inference: Inference, threads: int | None = None, settings: Settings | None = None) -> None:
+        self._inference = inference
+        self._settings = settings
+        self.flights_made = 0
+        self.spared: Callable[[int], None] | None = None
+        self._draws = Draws(inference.contest.seed)
+        self._flyers: dict[tuple[object, ...], Flyer] = {}
+        self.threads = threads or available_threads()
+        self.tasks = tasks_of(inference)
+        self.cached = self._prepare()
+
+    def flights_of(self, count: int) -> int:
+        """Return the number of flights of one setting."""
+        return len(self.tasks) * count
+
+    def fly(
+        self, values: np.ndarray, stream: str, count: int, landed: Callable[[int], None] | None = None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return scores (n, cells, flights) and failed (n, cells, flights) of settings (n, unknowns), recalled or flown."""
+        known = [self._settings.recall(stream, count, row) if self._settings else None for row in values]
+        missing = np.array([part is None for part in known], dtype=bool)
+        scores = np.empty((len(values), len(self._inference.cells), count))
+        failed = np.empty(scores.shape, dtype=bool)
+        for i, part in enumerate(known):
+            if part is not None:
+                scores[i], failed[i] = part
+        if landed is not None:
+            (self.spared or landed)(int(np.sum(~missing, axis=0)) * self.flights_of(count))
+        if missing.any():
+            scores[missing], failed[missing] = self._flown(values[missing], stream, count, landed)
+        if self._settings is not None:
+            self._settings.keep(stream, values, scores, failed)
+        return scores, failed
+
+    def _flown(
+        self, values: np.ndarray, stream: str, count: int, landed: Callable[[int], None] | None
+    ) -> tuple[np.ndarray, np.ndarray]:
+        self.flights_made += len(values) * self.flights_of(count)
+        scores = np.empty((len(values), len(self._inference.cells), count))
+        failed = np.empty(scores.shape, dtype=bool)
+
+        def one(setting: int, first: int, last: int) -> None:
+            self._fly(values[setting], stream, first, scores[setting, :, first:last], failed[setting, :, first:last])
+            if landed is not None:
+                landed(self.flights_of(last - first))
+
+        with ThreadPoolExecutor(self.threads) as pool:
+            # Chunk by chunk over all settings, so that what is drawn once is still there for the next setting.
+            try:
+                for first in range(0, count, CHUNK):
+                    last = min(first + CHUNK, count)
+                    list(pool.map(lambda setting, a=first, b=last: one(setting, a, b), range(len(values))))
+            except BaseException:
+                pool.shutdown(cancel_futures=True)
+                raise
+        return scores, failed
+
+    def _prepare(self) -> bool:
+        """Load the kernels of all contenders as given; return whether all were compiled by an earlier process."""
+        studies = self._inference.studies(np.array(self._inference.space.base))
+        return all([self._flyer(studies[task.contender].system).cached for task in self.tasks])
+
+    def _fly(self, values: np.ndarray, stream: str, first: int, scores: np.ndarray, failed: np.ndarray) -> None:
+        """Fly one setting and write scores and failed (cells, flights) of the flights from `first` on."""
+        studies = self._inference.studies(values)
+        drawn: dict[Flights, FlightInputs] = {}
+        for task in self.tasks:
+            study = studies[task.contender]
+            spec, system = study.scenarios[task.scenario].spec, study.system
+            asked = Flights(spec, system.vehicle, system.timing, stream, first, first + scores.shape[1])
+            if asked not in drawn:
+                drawn[asked] = self._draws.inputs(asked)
+            results = self._flyer(system).fly(study.default_row[None], system.nominal, drawn[asked])
+            rows = list(task.cells)
+            scores[rows], failed[rows] = self._score(task, study, spec, drawn[asked], results[0])
+
+    def _score(
+        self, task: Task, study: Study, spec: ScenarioSpec, inputs: FlightInputs, results: np.ndarray
+    ) -> tuple[np.ndarray, np.ndarray]:
+        values, status, end_time = result_parts(results)
+        h = study.system.timing.control_period
+        context = FlightContext(spec.duration, h, inputs.targets, status, end_time, study.system.metric_limits())
+        addresses = [self._inference.cells[i].metric for i in task.cells]
+        return evaluate(addresses, values, context).values, status != 0
+
+    def _flyer(self, system: System) -> Flyer:
+        """Return the flyer of a system; those of one pair of laws, with the same limits and timing, share it."""
+        key = (system.cascade.position.name, system.cascade.attitude.name, system.limits, system.timing)
+        if key not in self._flyers:
+            self._flyers[key] = Flyer(system.loop, system.limits, system.timing, threads=1)
+        return self._flyers[key]
+
+
+def tasks_of(inference: Inference) -> tuple[Task, ...]:
+    """Return what is flown under one setting: every contender through every scenario that it has a cell in."""
+    names = [entry.spec.name for entry in inference.contest.scenarios]
+    cells: dict[tuple[str, int], list[int]] = {}
+    for i, cell in enumerate(inference.cells):
+        cells.setdefault((cell.contender, names.index(cell.scenario)), []).append(i)
+    return tuple(Task(name, scenario, tuple(found)) for (name, scenario), found in cells.items())

@@ -1,0 +1,88 @@
+"""How well the published cells tell the unknowns: two ranges for each, and what they allow to say.
+
+near: the settings whose misfit over all kinds is larger than the least by no more than a stated share. It says what the
+fit tolerates, bends included, but is no finer than the settings lie.
+
+low68, high68: what the table can tell at all, being one draw. With J the derivatives of the log ratios by the unknowns u
+(in shares of their ranges), S the covariance of ln(ours) over flights at the inferred setting, where all cells of a flight
+come from the same air, and before any cell u known to its range only, variance p = 1/12:
+
+    A = (J' J + s/p I)^-1 J',    cov(u) = A S A' + p (I - A J)(I - A J)',    s = mean of the diagonal of S
+
+The first part is how other draws of the published flights would have moved the answer, the second what no draw would have
+told. It holds where the model is right and nearly linear. Source: A. Tarantola, "Inverse Problem Theory", SIAM, 2005,
+chapter 3 (linear problem, Gaussian prior).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from tuner.experiments.inference.misfit import log_ratio
+from tuner.experiments.inference.refine import Slope
+from tuner.experiments.inference.tried import Tried
+from tuner.study.inference import Inference, Unknown
+
+# Shares of the searched range (on its scale) up to which a value counts as told, or as told loosely.
+TOLD, LOOSELY = 0.25, 0.5
+# Variance of a uniform distribution over the unit interval.
+PRIOR = 1.0 / 12.0
+
+
+@dataclass(frozen=True)
+class Range:
+    """near_low, near_high; low68, high68: see the module, in the unit of the unknown. share: of the searched range (on its
+    scale) that the wider of the two takes. at_end: whether the near range reaches an end of the searched range.
+    """
+
+    near_low: float
+    near_high: float
+    low68: float
+    high68: float
+    share: float
+    at_end: bool
+
+    @property
+    def verdict(self) -> str:
+        """Say how well the value can be told: "told", "loosely" or "not"."""
+        return "told" if self.share <= TOLD else "loosely" if self.share <= LOOSELY else "not"
+
+
+def ranges(inference: Inference, found: Tried, chosen: int, slope: Slope, scores: np.ndarray) -> list[Range]:
+    """Return the ranges of all unknowns; scores (cells, flights): held-out, at the chosen setting."""
+    near = near_rows(inference, found)
+    deviation = np.sqrt(np.diag(covariance(slope.matrix, scatter(inference, scores))))
+    return [
+        _range(unknown, found.values[near, i], float(found.values[chosen, i]), float(deviation[i]))
+        for i, unknown in enumerate(inference.unknowns)
+    ]
+
+
+def near_rows(inference: Inference, found: Tried) -> np.ndarray:
+    """Return which settings are near the least misfit (n,)."""
+    misfit = found.overall(inference)
+    return misfit <= (1.0 + inference.near) * misfit.min(axis=0)
+
+
+def scatter(inference: Inference, scores: np.ndarray) -> np.ndarray:
+    """Return the covariance (cells, cells) of ln(ours) over flights, of scores (cells, flights)."""
+    return np.atleast_2d(np.cov(log_ratio(scores, inference.published[:, None])))
+
+
+def covariance(slope: np.ndarray, noise: np.ndarray) -> np.ndarray:
+    """Return cov(u) (unknowns, unknowns) for J (cells, unknowns) and S (cells, cells), see the module."""
+    count = slope.shape[1]
+    ridge = np.trace(noise) / len(noise) / PRIOR + np.finfo(float).tiny
+    answer = np.linalg.solve(slope.T @ slope + ridge * np.eye(count), slope.T)
+    untold = np.eye(count) - answer @ slope
+    return answer @ noise @ answer.T + PRIOR * untold @ untold.T
+
+
+def _range(unknown: Unknown, near: np.ndarray, inferred: float, deviation: float) -> Range:
+    variable = unknown.variable
+    ends = float(near.min(axis=0)), float(near.max(axis=0))
+    units, middle = [variable.unit(end) for end in ends], variable.unit(inferred)
+    told = np.clip([middle - deviation, middle + deviation], 0.0, 1.0)
+    low, high = variable.value(told).tolist()
+    share = max(units[1] - units[0], float(told[1] - told[0]))
+    return Range(*ends, low, high, share, units[0] <= 0.0 or units[1] >= 1.0)

@@ -1,0 +1,97 @@
+"""The files of an inference's folder; each is complete or not there.
+
+study.toml as given, environment.json, generations/NNNN.parquet and candidates.parquet (all settings: unknowns, misfits, medians
+and percentiles), inference.json, inferred.toml (the study with the inferred values in it), report.html, figures/.
+"""
+
+import os
+from copy import deepcopy
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from plant.input_files import read_input_text
+from tuner.experiments.inference.document import inference_document
+from tuner.experiments.inference.tried import Tried
+from tuner.experiments.tuning.tables import history_table
+from tuner.search.watcher import Watcher
+from tuner.store.advice import INFERENCE
+from tuner.store.environment import environment, with_session
+from tuner.store.folder import Folder
+from tuner.store.inputs import freeze
+from tuner.study.inference import Inference
+from tuner.study.inference_schema import ADDED
+from tuner.study.unknown_paths import put_at
+from tuner.text.paths import with_paths
+from tuner.text.toml_text import toml_text
+
+if TYPE_CHECKING:
+    from tuner.experiments.inference.run import Findings
+
+
+def write_inputs(inference: Inference, folder: Folder, threads: int) -> None:
+    """Write what the run starts from."""
+    if not folder.keep("study.toml"):
+        folder.write_text("study.toml", read_input_text(inference.path))
+    folder.write_json("environment.json", with_session(folder.path / "environment.json", environment(threads)))
+    freeze(folder, INFERENCE, inference.path, inference.table, inference.digest(), None)
+
+
+def write_findings(findings: "Findings", folder: Folder, watcher: Watcher) -> None:
+    """Write tables, numbers, the study with the inferred values, and figures."""
+    inference = findings.inference
+    folder.write_table("history.csv", history_table(findings.generations))
+    folder.write_table("candidates.parquet", candidates_table(findings))
+    inferred = findings.found.values[findings.chosen]
+    folder.write_text("inferred.toml", toml_text(with_values(inference, inferred, folder)))
+    folder.write_json("inference.json", inference_document(findings))
+    watcher.writing("figures")
+    from tuner.report.contest import write_inference_report
+    from tuner.report.inference_figure import write_inference_figures
+
+    write_inference_figures(folder.path)
+    watcher.writing("report")
+    write_inference_report(folder.path)
+    folder.written("report.html", "figures/*")
+
+
+def settings_table(inference: Inference, settings: Tried, first: int) -> Any:
+    """Return settings as a pandas table, a row for each; first: number of the first of them.
+
+    candidate; origin: number of the generation, -1 for those flown around the best; unknown:NAME; misfit:KIND and misfit
+    (over all kinds); median:CELL and percentile:CELL of the published value among the flights; inside: number of cells
+    inside; failures.
+    """
+    import pandas as pd
+
+    columns: dict[str, Any] = {"candidate": first + np.arange(len(settings.values)), "origin": settings.origin}
+    columns |= {f"unknown:{u.variable.name}": settings.values[:, i] for i, u in enumerate(inference.unknowns)}
+    misfits = settings.misfits(inference)
+    columns |= {f"misfit:{kind.name}": misfits[:, i] for i, kind in enumerate(inference.kinds)}
+    columns |= {"misfit": settings.overall(inference)}
+    columns |= {f"median:{cell.label}": settings.median[:, i] for i, cell in enumerate(inference.cells)}
+    columns |= {f"percentile:{cell.label}": settings.percentile[:, i] for i, cell in enumerate(inference.cells)}
+    columns |= {"inside": settings.inside.sum(axis=1), "failures": settings.failures.mean(axis=1)}
+    return pd.DataFrame(columns)
+
+
+def candidates_table(findings: "Findings") -> Any:
+    """Return all settings that were flown; role: "default", "inferred" or nothing; front: whether it was checked."""
+    table = settings_table(findings.inference, findings.found, 0)
+    roles = np.full(len(table), "", dtype=object)
+    roles[0], roles[findings.chosen] = "default", "inferred"
+    table.insert(1, "role", roles)
+    table.insert(2, "front", np.isin(np.arange(len(table)), findings.shown))
+    return table
+
+
+def with_values(inference: Inference, values: np.ndarray, folder: Folder) -> dict[str, Any]:
+    """Return the contest's content with values of the unknowns put in and nothing unknown, to be read from the folder."""
+    table = deepcopy(inference.table)
+    for unknown, value in zip(inference.unknowns, values, strict=True):
+        for place in unknown.places:
+            put_at(table, place, float(value))
+    for key in ADDED:
+        table.pop(key, None)
+    home, here = inference.path.parent.resolve(), folder.path.resolve()
+    return with_paths(table, lambda name: os.path.relpath(home / name, here))

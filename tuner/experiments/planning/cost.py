@@ -1,0 +1,122 @@
+"""Flights, time, memory and disk of a run, from its counts and from what the pilot measured.
+
+What cannot be known before is taken at its largest: candidates that break a hard requirement, or that a race would stop early,
+are counted as flown, and the front as long as it may get. The fixed parts are those of runs of the quickstart, measured on two
+shared x86 cores.
+"""
+
+from dataclasses import dataclass
+
+from objectives.engine import keeps
+from objectives.problem import chunk_size
+from plant.backends.lanes import LANES
+from tuner.experiments.planning.pilot import Pilot
+from tuner.experiments.tuning.conclusion import MOST_FINALISTS
+from tuner.search.first_generation import FURTHER
+from tuner.store.flights import GATHERED
+from tuner.study.study import Study
+
+# What a run takes besides its flights: interpreter and libraries, responses, figures and report.
+FIXED_BYTES, FIXED_DISK, FIXED_SECONDS = 430e6, 6.5e6, 3.5
+# What margins as requirements hold beside them.
+MARGIN_BYTES = 250e6
+# The default and the recommended point fly once more, on scenarios that decided nothing.
+CONFIRMED = 2
+# While a chunk is laid out in lanes its inputs stand in memory this many times more, and results while they are written.
+LAYING_OUT, WRITING = 3, 4
+NUMBER = 8
+
+
+@dataclass(frozen=True)
+class Flights:
+    """Numbers of flights: the search's if no candidate is spared; of one finalist in the held-out check. finalists: at most."""
+
+    search: int
+    held_out_each: int
+    finalists: int
+
+    @property
+    def judged(self) -> int:
+        """Candidates flown on held-out scenarios and in the confirmation: the finalists, the default, and two again."""
+        return self.finalists + 1 + CONFIRMED
+
+    @property
+    def held_out(self) -> int:
+        """Flights of the held-out check and of the confirmation."""
+        return self.judged * self.held_out_each
+
+    @property
+    def total(self) -> int:
+        """All flights."""
+        return self.search + self.held_out
+
+
+@dataclass(frozen=True)
+class Seconds:
+    """Wall time of the parts of a run [s], the compilation apart."""
+
+    search: float
+    held_out: float
+    writing: float
+
+    @property
+    def total(self) -> float:
+        """Wall time of the run."""
+        return self.search + self.held_out + self.writing
+
+
+def flights_of(study: Study) -> Flights:
+    """Return how many flights a run makes at most."""
+    candidates = study.search.population * study.search.generations
+    search = candidates * sum(entry.search for entry in study.scenarios)
+    held_out = sum(entry.held_out for entry in study.scenarios)
+    return Flights(search, held_out, min(candidates, MOST_FINALISTS))
+
+
+def seconds_of(study: Study, pilot: Pilot) -> Seconds:
+    """Return how long a run takes."""
+    spec = study.search
+    # The first generation asks for further hypercubes until enough points are worth a flight.
+    redrawn = 0.0 if pilot.worthy_share == 1.0 else min(FURTHER, 1.0 / max(pilot.worthy_share, 1.0 / FURTHER))
+    screening = spec.population * (spec.generations + redrawn) * pilot.screen_seconds
+    search, held_out = screening, 0.0
+    finalists = flights_of(study).finalists + 1
+    for entry, flown in zip(study.scenarios, pilot.scenarios, strict=True):
+        times = 1 if keeps(entry.search, entry.spec.steps(study.system.timing)) else spec.generations
+        search += times * entry.search * flown.draw_seconds
+        held_out += 2 * entry.held_out * flown.draw_seconds
+        search += spec.generations * _rounds(spec.population, entry.search, pilot.threads) * flown.block_seconds
+        rounds = sum(_rounds(count, entry.held_out, pilot.threads) for count in (finalists, CONFIRMED))
+        held_out += rounds * flown.block_seconds
+    return Seconds(search, held_out, FIXED_SECONDS)
+
+
+def _rounds(candidates: int, flights: int, threads: int) -> int:
+    """Return how many blocks one thread flies; a block is full of lanes even where there are fewer flights."""
+    return -(-candidates // threads) * -(-flights // LANES)
+
+
+def memory_of(study: Study, pilot: Pilot) -> float:
+    """Return the largest memory that a run holds [bytes]."""
+    candidates, kept, largest, results = study.search.population, 0.0, 0.0, 0.0
+    finalists = flights_of(study).finalists + 1
+    for entry, flown in zip(study.scenarios, pilot.scenarios, strict=True):
+        steps = entry.spec.steps(study.system.timing)
+        for count, flying in ((entry.search, candidates), (entry.held_out, finalists), (entry.held_out, CONFIRMED)):
+            kept += flown.input_bytes * (count if keeps(count, steps) else 0)
+            chunk = min(count, chunk_size(steps))
+            largest = max(largest, flown.input_bytes * chunk)
+            results = max(results, NUMBER * pilot.rows * flying * chunk)
+    waiting = min(WRITING * results, WRITING * (GATHERED + results))
+    margins = MARGIN_BYTES if study.table.margin else 0.0
+    return FIXED_BYTES + margins + kept + LAYING_OUT * largest + waiting
+
+
+def disk_of(study: Study, pilot: Pilot) -> float:
+    """Return how large the results folder gets at most [bytes]; every flight is kept, so that none is made twice."""
+    candidates, judged = study.search.population * study.search.generations, flights_of(study).judged
+    flights = sum(
+        flown.stored_bytes * (candidates * entry.search + judged * entry.held_out)
+        for entry, flown in zip(study.scenarios, pilot.scenarios, strict=True)
+    )
+    return FIXED_DISK + flights

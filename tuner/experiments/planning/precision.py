@@ -1,0 +1,122 @@
+"""How wide the 95 % intervals of a run will be, and how many scenarios tell a difference, from the flights of the pilot.
+
+The pilot's flights stand for all that could be drawn. A few sets of as many flights as the run has are drawn from them, each
+scenario in the share that it has in the run, and each gets the interval that the run would report of it: the median of their
+widths is the one to expect. It goes with 1/sqrt(n), but holds for a tail of few flights too, where that does not yet.
+
+P. J. Bickel, F. Goetze, W. R. van Zwet, "Resampling fewer than n observations", Statistica Sinica 7(1):1-31, 1997. The number of
+scenarios for a difference d is that of a two-sided test at 5 % that finds it in 80 of 100 cases, n = ((z_.975 + z_.80) s / d)^2
+(J. M. Lachin, Controlled Clinical Trials 2(2):93-113, 1981), with s / sqrt(n) the standard deviation of the paired difference.
+"""
+
+from dataclasses import dataclass
+from math import ceil
+
+import numpy as np
+
+from objectives.problem import Objective
+from objectives.risk import Risk, bootstrap_interval, minimum_samples
+from plant.seeds import generator
+from tuner.experiments.planning.pilot import Pilot
+from tuner.study.study import Study
+
+Array = np.ndarray
+STREAMS = SEARCH, HELD_OUT = "search", "held_out"
+REPLICATES, SETS = 400, 9
+# How often the flight with the smallest weight counts where weights differ.
+PARTS = 10
+# Standard normal quantiles of 97.5 % and of 80 %.
+POWER = 1.959964 + 0.841621
+# No resample holds anything worse than the worst flight seen, so nothing can be said about the worst case.
+WITHOUT_WIDTH = "worst"
+
+
+@dataclass(frozen=True)
+class Precision:
+    """One objective. default: its value in the pilot; flights, widths: by stream, of the default's interval; None where nothing
+    can be said. needed: scenarios that tell a given difference from the default, the median over the pilot's candidates.
+    """
+
+    objective: Objective
+    default: float
+    flights: dict[str, int]
+    widths: dict[str, float | None]
+    needed: int | None
+
+
+def precision_of(study: Study, pilot: Pilot, index: int, share: float) -> Precision:
+    """Return what to expect of objective `index`; share: the difference to be told, relative to the default's value."""
+    objective = study.objectives[index]
+    flights: dict[str, int] = {}
+    widths: dict[str, float | None] = {}
+    for stream in STREAMS:
+        counts = counts_of(study, objective, stream)
+        flights[stream] = sum(counts)
+        draw = generator(study.seed, f"plan/{stream}", index)
+        widths[stream] = width(*pooled(pilot, index, counts), objective.risk, flights[stream], draw)
+    scores, weights = pooled(pilot, index, counts_of(study, objective, HELD_OUT))
+    needed = scenarios_needed(
+        scores, pilot.complete, weights, objective.risk, share, generator(study.seed, "plan/difference", index)
+    )
+    return Precision(objective, float(weighed_risk(scores[:1], weights, objective.risk)[0]), flights, widths, needed)
+
+
+def counts_of(study: Study, objective: Objective, stream: str) -> list[int]:
+    """Return how many flights of each scenario count for an objective."""
+    return [getattr(entry, stream) if objective.scenario in (None, entry.spec.name) else 0 for entry in study.scenarios]
+
+
+def pooled(pilot: Pilot, index: int, counts: list[int]) -> tuple[Array, Array]:
+    """Return the pilot's scores (p, n) on scenarios with a count above 0, and how likely each flight is in the run (n,)."""
+    seen = [(entry.scores[:, index], count) for entry, count in zip(pilot.scenarios, counts, strict=True) if count]
+    weights = np.concatenate([np.full(part.shape[1], count / part.shape[1]) for part, count in seen])
+    return np.concatenate([part for part, _ in seen], axis=1), weights / weights.sum(axis=0)
+
+
+def weighed_risk(scores: Array, weights: Array, risk: Risk) -> Array:
+    """Return the risks (p,) of scores (p, n) in which flight j counts as often as its weight says, to within 5 %."""
+    often = weights / weights.min(axis=0)
+    times = np.ones(len(weights)) if np.allclose(often, 1.0) else np.round(PARTS * often)
+    return risk.apply(np.repeat(scores, times.astype(int), axis=1))
+
+
+def width(scores: Array, weights: Array, risk: Risk, count: int, draw: np.random.Generator) -> float | None:
+    """Return the width of the default's 95 % interval over `count` flights; scores (p, n), weights (n,).
+
+    None for the worst case, and where too few flights are in the tail: an interval of those is far too narrow.
+    """
+    if risk.name == WITHOUT_WIDTH or count < minimum_samples(risk):
+        return None
+    sets = scores[0][draw.choice(scores.shape[1], size=(SETS, count), p=weights)]
+    low, high = bootstrap_interval(sets, risk, draw, REPLICATES)
+    return float(np.median(high - low, axis=0))
+
+
+def scenarios_needed(
+    scores: Array, complete: Array, weights: Array, risk: Risk, share: float, draw: np.random.Generator
+) -> int | None:
+    """Return how many flights tell a candidate from the default, row 0 of scores (p, n), if they differ by a share of it.
+
+    The median over the candidates that lost no flight, each scaled to the default's value: a difference is hard to tell between
+    candidates about as good as each other, and a bad one is spread as widely as it is bad. None where the default lost a flight,
+    nobody else completed all or a value is 0. A candidate nearer to the default shares more of its luck and needs fewer.
+    """
+    others = 1 + np.flatnonzero(complete[1:])
+    values = weighed_risk(scores[[0, *others]], weights, risk)
+    if risk.name == WITHOUT_WIDTH or not complete[0] or not len(others) or np.any(values == 0.0):
+        return None
+    default = float(values[0])
+    n = scores.shape[1]
+    chosen = draw.choice(n, size=(REPLICATES, n), p=weights)
+    against = risk.apply(scores[0][chosen])
+    scales = default / values[1:]
+    deviations = [
+        _deviation(scores[i][chosen], against, risk, float(scale)) for i, scale in zip(others, scales, strict=True)
+    ]
+    spread = float(np.median(deviations, axis=0)) * n**0.5
+    return max(ceil((POWER * spread / (share * abs(default))) ** 2), minimum_samples(risk))
+
+
+def _deviation(resampled: Array, against: Array, risk: Risk, scale: float) -> float:
+    """Return the standard deviation of a scaled candidate's risk minus the default's over resamples (r, n) and (r,)."""
+    return float(np.std(scale * risk.apply(resampled) - against, axis=0))

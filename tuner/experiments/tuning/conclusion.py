@@ -1,0 +1,205 @@
+"""What a search found, held against flights that it never saw: finalists, the recommended point, warnings."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from time import perf_counter
+
+import numpy as np
+
+from objectives.problem import Evaluation, Fleet, Problem
+from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
+from tuner.experiments.guards import said_after, said_before
+from tuner.experiments.tuning.conflicts import (
+    Conflict,
+    Cost,
+    conflict_of,
+    costs_of,
+    limits_of,
+    told_conflict,
+    told_costs,
+)
+from tuner.experiments.tuning.diagnosis import Obstacle
+from tuner.experiments.tuning.ending import obstacles_of
+from tuner.experiments.tuning.held_out import (
+    Comparison,
+    Finalists,
+    KnownComparison,
+    Searched,
+    compare,
+    compare_known,
+    judge,
+)
+from tuner.experiments.tuning.tables import point_name
+from tuner.search.front import pick
+from tuner.search.infeasible import nothing_feasible
+from tuner.search.loop import Archive, Generation, archive
+from tuner.search.watcher import Watcher
+from tuner.study.study import Study
+
+# Finalists re-flown at most; a longer front is thinned evenly along its first objective.
+MOST_FINALISTS = 48
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run found. candidates: archive indices of the finalists behind the default; tuned: row in the finalists, of the
+    recommended point or, where nothing is feasible, of the one that breaks least.
+
+    confirmation: the default and the recommended point on scenarios that decided nothing; table and known rest on them.
+    conflict: what stood in the way where nothing was feasible, obstacles: what is behind it; costs: what each limit costs where
+    something was.
+    """
+
+    study: Study
+    problem: Problem
+    generations: list[Generation]
+    candidates: np.ndarray
+    finalists: Finalists
+    confirmation: Evaluation
+    tuned: int
+    why: str
+    table: list[Comparison]
+    known: list[KnownComparison]
+    conflict: Conflict | None
+    obstacles: list[Obstacle]
+    costs: list[Cost]
+    warnings: list[str]
+    seconds: float
+
+    @cached_property
+    def feasible(self) -> bool:
+        """Whether there is anything to recommend: some candidate kept every limit in the search, and `tuned` does held out."""
+        return len(self.archive.front()) > 0 and bool(self.finalists.feasible[self.tuned])
+
+    @property
+    def flights(self) -> int:
+        """Number of flights of the search, of the held-out check and of the confirmation."""
+        return self.generations[-1].flights + self.finalists.evaluation.flights + self.confirmation.flights
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the finalists, "default" first."""
+        return ["default", *[point_name(int(candidate)) for candidate in self.candidates]]
+
+    @cached_property
+    def archive(self) -> Archive:
+        """All candidates of the search."""
+        return archive(self.generations)
+
+    @cached_property
+    def finalist_rows(self) -> np.ndarray:
+        """Gains rows (finalists, gains); row 0 is the default."""
+        return finalist_gains(self.problem, self.study, self.archive, self.candidates)
+
+    def gains(self, row: int) -> np.ndarray:
+        """Return the gains row (gains,) of a finalist; row 0 is the default."""
+        return self.finalist_rows[row]
+
+
+def fleets(study: Study, stream: str) -> tuple[Fleet, ...]:
+    """Return the flights of a study in a stream; held-out check and confirmation take equally many."""
+    return tuple(
+        Fleet(entry.spec, stream, entry.search if stream == SEARCH else entry.held_out) for entry in study.scenarios
+    )
+
+
+def conclude(
+    problem: Problem, study: Study, generations: list[Generation], watcher: Watcher, begin: float, said: list[str]
+) -> Outcome:
+    """Re-fly the default and the front on held-out scenarios and pick the recommended point; said: warnings so far."""
+    found = archive(generations)
+    candidates, warnings = finalists_of(found, study)
+    flown, again = fleets(study, HELD_OUT), fleets(study, CONFIRMATION)
+    gains = finalist_gains(problem, study, found, candidates)
+    watcher.verifying((len(gains) + 2) * sum(fleet.count for fleet in flown))
+    evaluation = problem.evaluate_gains(gains, flown, watcher.landed, fly_all=True)
+    finalists = judge(problem, evaluation, searched(generations, [0, *candidates.tolist()]), study.seed)
+    tuned, why = recommend(study, finalists)
+    confirmation = problem.evaluate_gains(gains[[0, tuned]], again, watcher.landed, fly_all=True)
+    if broken := broken_by(finalists.evaluation.violations[tuned], confirmation.violations[1], study):
+        warnings.append(f"The point shown beside the default breaks {broken}; see the table.")
+    limits, known = limits_of(study.constraints, study.requirements), completely_known(found, generations)
+    conflict = conflict_of(known, limits)
+    default = default_candidate(found, study)
+    warnings += told_conflict(conflict, limits, default) if conflict is not None else []
+    outcome = Outcome(
+        study, problem, generations, candidates, finalists, confirmation, tuned, why,
+        compare(problem, confirmation, study.seed), compare_known(problem, confirmation),
+        conflict, obstacles_of(problem, study, generations, found, conflict, limits), costs_of(known, limits),
+        [*said, *warnings], 0.0,
+    )  # fmt: skip
+    warnings = [*outcome.warnings, *said_after(outcome)]
+    return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
+
+
+def searched(generations: list[Generation], candidates: list[int]) -> list[Searched]:
+    """Return candidates of the archive as the search saw them."""
+    owners = [(entry.evaluation, row) for entry in generations for row in range(len(entry.points))]
+    seen = [owners[candidate] for candidate in candidates]
+    return [Searched(flown.values[row], flown.scores[row], flown.origin) for flown, row in seen]
+
+
+def completely_known(found: Archive, generations: list[Generation]) -> Archive:
+    """Return an archive in which only those count as flown that flew through every scenario: a race ends others early."""
+    return replace(found, flown=np.concatenate([entry.evaluation.complete for entry in generations], axis=0))
+
+
+def default_candidate(found: Archive, study: Study) -> int | None:
+    """Return the first candidate that is the default, None where the search did not try it."""
+    same = np.flatnonzero(np.all(found.points == study.space.point(study.default_row), axis=1))
+    return int(same[0]) if len(same) else None
+
+
+def remarks(outcome: Outcome) -> list[str]:
+    """Return what each limit cost along the front, in sentences."""
+    study = outcome.study
+    labels, units = zip(*[(entry.label, entry.metric.unit) for entry in study.objectives], strict=True)
+    return told_costs(outcome.costs, limits_of(study.constraints, study.requirements), labels, units)
+
+
+def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: Study) -> str:
+    """Return what kind of limit a point breaks, by its violations (limits,) on both streams; empty where none."""
+    split = len(study.constraints)
+    kinds = [
+        (held_out[:split], "a constraint on the held-out scenarios"),
+        (np.where(held_out[:split] > 0.0, 0.0, confirmed[:split]), "a constraint on the confirmation scenarios"),
+        (held_out[split:], "a requirement"),
+    ]
+    return " and ".join(kind for part, kind in kinds if (part > 0.0).any())
+
+
+def finalist_gains(problem: Problem, study: Study, found: Archive, candidates: np.ndarray) -> np.ndarray:
+    """Return the gains rows of the default and of the finalists."""
+    return np.concatenate([study.default_row[None], problem.space.gains(found.points[candidates])], axis=0)
+
+
+def finalists_of(found: Archive, study: Study) -> tuple[np.ndarray, list[str]]:
+    """Return the archive indices to re-fly and what to warn of."""
+    warnings = said_before(study)
+    front = found.front()
+    if len(front) == 0:
+        least, why = nothing_feasible(found, study.requirements)
+        return np.array([least]), [*warnings, why]
+    front = front[np.argsort(found.values[front, 0], kind="stable")]
+    if len(front) > MOST_FINALISTS:
+        keep = np.unique(np.linspace(0, len(front) - 1, MOST_FINALISTS).round().astype(int))
+        front = front[keep]
+    return front, warnings
+
+
+def recommend(study: Study, finalists: Finalists) -> tuple[int, str]:
+    """Return the row of the recommended finalist and why: the pick rule, among those that beat the default everywhere."""
+    values = finalists.evaluation.values
+    rows = np.flatnonzero(finalists.non_dominated)
+    if len(rows) == 0:
+        least = int(np.argmin(finalists.evaluation.violations[1:].sum(axis=1))) + 1
+        return least, "no finalist keeps every constraint on the held-out scenarios; this one breaks them least"
+    beating = rows[np.all(values[rows] < values[0], axis=1)]
+    among = beating if len(beating) else rows
+    chosen, why = pick(study.pick, values[among], [objective.label for objective in study.objectives])
+    where = (
+        "among the points of the held-out front that beat the default in every objective"
+        if len(beating)
+        else "on the held-out front, where no point beats the default in every objective"
+    )
+    return int(among[chosen]), f"{why}, {where}"

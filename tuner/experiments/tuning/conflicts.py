@@ -1,0 +1,228 @@
+"""What stands against what: limits that no candidate kept together, how far they would have to give way, what each costs.
+
+All of it is said of the candidates that a search tried. Of a candidate that was not flown through every scenario the requirements
+are known and the constraints are not: it counts as one that does not keep them, and no relaxation is drawn from it.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import combinations
+from math import ceil, floor, log10
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from objectives.problem import Constraint
+from objectives.requirements import Requirement
+from tuner.experiments.tuning.tables import point_name
+from tuner.search.loop import Archive
+
+# Smallest conflicting sets told at most: with many, the limits are hopeless one and all.
+MOST_SETS = 6
+
+
+class Limit(NamedTuple):
+    """A constraint or requirement. sense: "most" or "least"; flown: whether a value is known of flown candidates only.
+
+    automatic: key of the study that moves a limit which it does not write, see `objectives.mission`; "" for its own.
+    """
+
+    label: str
+    unit: str
+    sense: str
+    limit: float
+    flown: bool
+    automatic: str = ""
+
+    def relaxed(self, share: float) -> float:
+        """Return the limit, given way by a share of its size (of 1 where it is 0)."""
+        step = share * (abs(self.limit) or 1.0)
+        return self.limit + step if self.sense == "most" else self.limit - step
+
+    def said(self) -> str:
+        """Return "mean(saturation) at most 0.02", of an automatic limit with its key."""
+        asked = f"{self.label} at {self.sense} {_number(self.limit, self.unit)}"
+        return f"{asked} (automatic: {self.automatic})" if self.automatic else asked
+
+
+class Relaxation(NamedTuple):
+    """Limits that let a candidate in, as (index of the limit, what it would have to be); share: of the largest step."""
+
+    candidate: int
+    share: float
+    changes: tuple[tuple[int, float], ...]
+
+
+class Cost(NamedTuple):
+    """The best value of an objective among all feasible candidates, and without one limit."""
+
+    limit: int
+    objective: int
+    kept: float
+    without: float
+
+
+@dataclass(frozen=True)
+class Conflict:
+    """Limits that nobody kept together.
+
+    sets: the smallest sets of limits of which no candidate kept all, at most `MOST_SETS`. common: the least relaxation of all
+    limits by one share. single: for each limit that need only give way alone, the least that does. None, or nothing:
+    no flown candidate is near enough for a finite step.
+    """
+
+    sets: tuple[tuple[int, ...], ...]
+    common: Relaxation | None
+    single: tuple[Relaxation, ...]
+
+
+def limits_of(constraints: Sequence[Constraint], requirements: Sequence[Requirement]) -> list[Limit]:
+    """Return all limits in the order of the columns of violations."""
+    asked = [Limit(c.objective.label, c.objective.metric.unit, "most", c.most, True, c.floor) for c in constraints]
+    return asked + [Limit(r.label, r.unit, r.sense, r.limit, False) for r in requirements]
+
+
+def shares(found: Archive, limits: Sequence[Limit]) -> np.ndarray:
+    """Return by which share of each limit a candidate breaks it (n, limits), infinite where that is not known."""
+    known = np.array([not limit.flown for limit in limits], dtype=bool) | found.flown[:, None]
+    split = sum(limit.flown for limit in limits)
+    scale = np.array([abs(limit.limit) or 1.0 for limit in limits[:split]])
+    relative = found.violations.copy()
+    # The violations of requirements are shares already, those of constraints are in the metric's unit.
+    relative[:, :split] /= scale
+    for i in range(len(limits) - split):
+        relative[~np.isfinite(found.requirements[:, i]) & (relative[:, split + i] > 0.0), split + i] = np.inf
+    return np.where(known, relative, np.inf)
+
+
+def conflict_of(found: Archive, limits: Sequence[Limit]) -> Conflict | None:
+    """Return what stood in the way where no candidate kept every limit, else None."""
+    broken = shares(found, limits)
+    if not limits or np.any(np.all(broken <= 0.0, axis=1)):
+        return None
+    near = np.isfinite(broken).all(axis=1)
+    rows = np.flatnonzero(near)
+    common = None
+    if len(rows):
+        common = _relaxation(broken, limits, int(rows[np.argmin(broken[rows].max(axis=1))]))
+    return Conflict(tuple(conflicting_sets(broken <= 0.0)), common, tuple(_single(broken, limits)))
+
+
+def conflicting_sets(kept: np.ndarray) -> list[tuple[int, ...]]:
+    """Return the smallest sets of columns of kept (n, limits) that no row keeps all of, in order; exact, by size."""
+    patterns = np.unique(kept, axis=0)
+    for size in range(1, kept.shape[1] + 1):
+        found = [some for some in combinations(range(kept.shape[1]), size) if not patterns[:, some].all(axis=1).any()]
+        if found:
+            return found[:MOST_SETS]
+    return []
+
+
+def _single(broken: np.ndarray, limits: Sequence[Limit]) -> list[Relaxation]:
+    found = []
+    for i in range(len(limits)):
+        others = np.delete(broken, i, axis=1)
+        rows = np.flatnonzero(np.all(others <= 0.0, axis=1) & np.isfinite(broken[:, i]))
+        if len(rows):
+            found.append(_relaxation(broken, limits, int(rows[np.argmin(broken[rows, i])])))
+    return found
+
+
+def _relaxation(broken: np.ndarray, limits: Sequence[Limit], candidate: int) -> Relaxation:
+    row = broken[candidate]
+    changes = tuple((i, limits[i].relaxed(float(row[i]))) for i in range(len(limits)) if row[i] > 0.0)
+    return Relaxation(candidate, float(row.max(axis=0)), changes)
+
+
+def costs_of(found: Archive, limits: Sequence[Limit]) -> list[Cost]:
+    """Return by how much the best value of each objective would fall without each limit, where it would and some are feasible.
+
+    Of a hard requirement nothing can be said: what breaks it was not flown.
+    """
+    broken = shares(found, limits)
+    feasible = np.all(broken <= 0.0, axis=1) & found.flown
+    if not feasible.any():
+        return []
+    best = found.values[feasible].min(axis=0)
+    costs = []
+    for i in range(len(limits)):
+        allowed = np.all(np.delete(broken, i, axis=1) <= 0.0, axis=1) & found.flown
+        without = found.values[allowed].min(axis=0)
+        costs += [Cost(i, m, float(best[m]), float(without[m])) for m in np.flatnonzero(without < best).tolist()]
+    return costs
+
+
+def automatic_rows(constraints: Sequence[Constraint]) -> list[dict[str, Any]]:
+    """Return the limits that the study does not write, as data."""
+    limits = [limit for limit in limits_of(constraints, ()) if limit.automatic]
+    return [{"label": each.label, "unit": each.unit, "limit": each.limit, "key": each.automatic} for each in limits]
+
+
+def told_automatic(constraints: Sequence[Constraint]) -> list[str]:
+    """Return a sentence for each limit that the study does not write."""
+    return [f"Automatic limit: {limit.said()}." for limit in limits_of(constraints, ()) if limit.automatic]
+
+
+def told_conflict(conflict: Conflict, limits: Sequence[Limit], default: int | None = None) -> list[str]:
+    """Return a conflict in sentences; default: the candidate that is the default, None where it was not searched."""
+    told = [_told_sets(conflict, limits)]
+    if conflict.common is None:
+        return [*told, "No flown candidate is within a finite step of the limits; widen the ranges of the gains."]
+    for relaxation in sorted(conflict.single, key=lambda entry: entry.share):
+        told.append(f"{_steps(relaxation, limits)} alone would let {_named(relaxation, default)} in.")
+    if len(conflict.common.changes) > 1:
+        share, let_in = conflict.common.share, _named(conflict.common, default)
+        size = f"{100.0 * share:.3g} %" if share <= 1.0 else f"{share:.3g} times its size"
+        told.append(
+            f"Giving way everywhere by at most {size}: {_steps(conflict.common, limits)} would let {let_in} in."
+        )
+    return told
+
+
+def _named(relaxation: Relaxation, default: int | None) -> str:
+    point = point_name(relaxation.candidate)
+    return f"{point}, the default itself, and nothing that was searched," if relaxation.candidate == default else point
+
+
+def _told_sets(conflict: Conflict, limits: Sequence[Limit]) -> str:
+    sets = [" and ".join(limits[i].said() for i in some) for some in conflict.sets]
+    if len(conflict.sets[0]) == 1:
+        return f"Kept by none of them: {'; '.join(sets)}."
+    return f"Kept together by none of them: {'; or '.join(sets)}."
+
+
+def _steps(relaxation: Relaxation, limits: Sequence[Limit]) -> str:
+    steps = [
+        f"{limits[i].label} {_number(limits[i].limit, limits[i].unit)} -> {_towards(value, limits[i])}"
+        for i, value in relaxation.changes
+    ]
+    return ", ".join(steps)
+
+
+def _towards(value: float, limit: Limit) -> str:
+    """Return a relaxed limit, rounded to the generous side, so that the candidate is let in as written."""
+    if value == 0.0:
+        return _number(0.0, limit.unit)
+    step = 10.0 ** (floor(log10(abs(value))) - 3)
+    rounded = (ceil if limit.sense == "most" else floor)(value / step) * step
+    return _number(rounded, limit.unit)
+
+
+def told_costs(
+    costs: Sequence[Cost], limits: Sequence[Limit], labels: Sequence[str], units: Sequence[str]
+) -> list[str]:
+    """Return what each limit costs in sentences; labels, units: of the objectives."""
+    told = []
+    for i in dict.fromkeys(cost.limit for cost in costs):
+        parts = [
+            f"{_number(cost.without, units[cost.objective])} instead of {_number(cost.kept, units[cost.objective])} in "
+            f"{labels[cost.objective]}"
+            for cost in costs
+            if cost.limit == i
+        ]
+        told.append(f"Without {limits[i].said()} the front of the search reaches {' and '.join(parts)}.")
+    return told
+
+
+def _number(value: float, unit: str) -> str:
+    return f"{value:.4g}" + ("" if unit == "1" else f" {unit}")

@@ -1,0 +1,323 @@
+"""What stands behind a limit that no candidate keeps: the loop, the value reached, the gains that move it, what a design reaches.
+
+A margin is asked of several loops at once; here each loop answers for itself. Nothing is flown: what is known without flying is
+asked again of the best candidates and of points about them; of flights, only those of the search are used.
+"""
+
+from collections.abc import Sequence
+from dataclasses import asdict, dataclass, replace
+from functools import cached_property
+from math import isfinite, sqrt
+from statistics import NormalDist
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from objectives.margins.requirement import MarginRequirement
+from objectives.problem import Constraint
+from objectives.requirements import Requirement, Screen
+from plant.gains import GainAddress, gain_addresses
+from tuner.experiments.tuning.starts import design_row, study_designs
+from tuner.study.margins import MarginAnalysis, margin_requirement
+from tuner.study.study import Study
+
+Array = np.ndarray
+
+# Candidates whose loops are looked at one by one, the closest to a limit first.
+MOST_CANDIDATES = 128
+# Places of a variable in its range at which a quantity is asked again; share by which a fixed gain is changed for that.
+PLACES, STEP = (0.0, 0.25, 0.5, 0.75, 1.0), 0.8
+# Change of a quantity, as a share of its limit, from which on a gain moves it.
+MOVED = 1e-3
+# Loops that a position loop flies by.
+INNER = {"x": ("pitch",), "y": ("roll",)}
+# Chance that a gain without influence is named as moving a flown quantity, over all gains of a study.
+ERROR = 0.01
+
+
+class Value(NamedTuple):
+    """A gain at a value."""
+
+    gain: str
+    value: float
+    unit: str
+
+
+@dataclass(frozen=True)
+class Design:
+    """What `tuner design` reaches: the value (None: no bound), whether it keeps the limit, and the gains of the loop."""
+
+    value: float | None
+    kept: bool
+    gains: tuple[Value, ...]
+
+
+@dataclass(frozen=True)
+class Obstacle:
+    """A limit that nothing looked at keeps.
+
+    label, unit, sense, limit: of the limit; loop: axis that breaks it, None where it is no margin of one loop. reached: best
+    value (None: infinite), of point; tried: number of candidates looked at. moved_by: searched gains that move it; fixed: gains
+    of the loop that move it and are not searched. design: None where nothing is designed. automatic: key that moves the limit,
+    "" where the study writes it.
+    """
+
+    label: str
+    loop: str | None
+    unit: str
+    sense: str
+    limit: float
+    reached: float | None
+    point: str
+    tried: int
+    moved_by: tuple[str, ...]
+    fixed: tuple[Value, ...] = ()
+    design: Design | None = None
+    automatic: str = ""
+
+    def row(self) -> dict[str, Any]:
+        """Return it as JSON-able data."""
+        return {
+            **asdict(self),
+            "fixed": [value._asdict() for value in self.fixed],
+            "design": self.design
+            and {**asdict(self.design), "gains": [value._asdict() for value in self.design.gains]},
+        }
+
+
+@dataclass(frozen=True)
+class Probe:
+    """A number that a requirement limits; loop: the one it is read of, None where it is no margin of single loops."""
+
+    requirement: Requirement
+    loop: str | None
+
+    def broken(self, values: Array) -> Array:
+        """Return by how much values (n,) break the limit, in limits."""
+        return self.requirement.violations(values)
+
+    @property
+    def axes(self) -> tuple[str, ...]:
+        """Axes whose gains close the loop: that of x flies by pitch, that of y by roll."""
+        return () if self.loop is None else (self.loop, *INNER.get(self.loop, ()))
+
+    def is_unstable(self, value: float) -> bool:
+        """Return whether a value is that of a loop which is not stable."""
+        worst = value <= 0.0 if self.requirement.sense == "least" else not isfinite(value)
+        return self.loop is not None and worst
+
+    def moves(self, values: Array, base: float) -> bool:
+        """Return whether any of the values (n,) differs from a base by what matters to the limit."""
+        if not isfinite(base):
+            return bool(np.isfinite(values).any(axis=0))
+        least = MOVED * (abs(self.requirement.limit) or 1.0)
+        return bool((~np.isfinite(values) | (np.abs(values - base) > least)).any(axis=0))
+
+
+class Diagnosis:
+    """The requirements of a study, asked loop by loop. probes: what `values` are of."""
+
+    def __init__(self, study: Study) -> None:
+        self._study = study
+        self._addresses = gain_addresses(study.system.cascade)
+        self._others, self._loops = _split(study)
+        specs = tuple(entry.spec for entry in study.scenarios)
+        asked = tuple(entry for _, entry in self._loops)
+        self._margins = MarginAnalysis(asked, study.system, specs, study.path)
+        self.probes = (
+            *[Probe(requirement, None) for _, _, requirement in self._others],
+            *[Probe(requirement, entry.axes[0]) for requirement, entry in self._loops],
+        )
+
+    def values(self, gains: Array) -> Array:
+        """Return the values (n, probes) of gains rows (n, gains)."""
+        known = {id(screen): screen.analyse(gains) for screen, _, _ in self._others}
+        others = [known[id(screen)][:, i] for screen, i, _ in self._others]
+        loops = self._margins.values(gains) if self._loops else np.empty((len(gains), 0))
+        return np.concatenate([np.reshape(others, (len(others), len(gains))).T, loops], axis=1)
+
+    @cached_property
+    def designed(self) -> Array | None:
+        """Gains row (gains,) of `tuner design`, None where no axis can be designed."""
+        designs = study_designs(self._study)
+        return design_row(self._study, designs) if any(found.designed for found in designs.values()) else None
+
+    def obstacles(self, points: Array, names: Sequence[str], labels: Sequence[str]) -> list[Obstacle]:
+        """Return what stands behind the requirements `labels`, for points (n, d) of the unit cube and their names.
+
+        Of the loops of a margin those are named that none of the points keeps; where each is kept by some, the worst of the
+        closest point.
+        """
+        values = self.values(self._study.space.gains(points))
+        broken = np.stack([probe.broken(values[:, i]) for i, probe in enumerate(self.probes)], axis=1)
+        found = []
+        for label in labels:
+            mine = [i for i, probe in enumerate(self.probes) if probe.requirement.label == label]
+            closest = int(np.argmin(broken[:, mine].max(axis=1)))
+            worst = max(mine, key=lambda i: broken[closest, i])
+            never = [(i, int(np.argmin(broken[:, i]))) for i in mine if (broken[:, i] > 0.0).all()]
+            for i, best in never or [(worst, closest)]:
+                found.append(self._obstacle(i, points[best], float(values[best, i]), names[best], len(points)))
+        return found
+
+    def _obstacle(self, i: int, point: Array, value: float, name: str, tried: int) -> Obstacle:
+        asked, moved = self.probes[i].requirement, self._moved_by(i, point, value)
+        return Obstacle(
+            asked.label, self.probes[i].loop, asked.unit, asked.sense, asked.limit, _finite(value), name, tried, moved,
+            () if moved else self._fixed(i, point, value), self._design(i),
+        )  # fmt: skip
+
+    def _moved_by(self, i: int, point: Array, value: float) -> tuple[str, ...]:
+        """Return the searched gains whose way through their range moves a probe from its value at a point (d,).
+
+        Where the loop is not stable the value says nothing of what would make it so: its own gains count then.
+        """
+        probe = self.probes[i]
+        variables, places = self._study.space.variables, len(PLACES)
+        changed = np.repeat(point[None], len(variables) * places, axis=0)
+        for k in range(len(variables)):
+            changed[k * places : (k + 1) * places, k] = PLACES
+        values = self.values(self._study.space.gains(changed))[:, i].reshape(len(variables), places)
+        owned = {g.address for g in self._addresses if g.axis in probe.axes} if probe.is_unstable(value) else set()
+        return tuple(
+            variable.name
+            for variable, row in zip(variables, values, strict=True)
+            if probe.moves(row, value) or owned & set(variable.addresses)
+        )
+
+    def _fixed(self, i: int, point: Array, value: float) -> tuple[Value, ...]:
+        """Return the gains that a study fixes and that move a probe at a point (d,), those of its own loop if there are any.
+
+        Where the loop is not stable all of its own count.
+        """
+        probe = self.probes[i]
+        searched = {column for group in self._study.space.columns for column in group}
+        gains = [gain for gain in self._addresses if gain.column not in searched]
+        row = self._study.space.gains(point[None])[0]
+        changed = np.repeat(row[None], len(gains), axis=0)
+        for k, gain in enumerate(gains):
+            changed[k, gain.column] *= STEP
+        values = self.values(changed)[:, i]
+        owned = probe.is_unstable(value)
+        moving = [
+            gain
+            for gain, one in zip(gains, values, strict=True)
+            if probe.moves(np.array([one]), value) or (owned and gain.axis in probe.axes)
+        ]
+        return tuple(_value(gain, row) for gain in [gain for gain in moving if gain.axis == probe.loop] or moving)
+
+    def _design(self, i: int) -> Design | None:
+        if self.designed is None:
+            return None
+        value = self.values(self.designed[None])[:, i]
+        own = [gain for gain in self._addresses if gain.axis == self.probes[i].loop]
+        kept = bool(self.probes[i].broken(value)[0] <= 0.0)
+        return Design(_finite(float(value[0])), kept, tuple(_value(gain, self.designed) for gain in own))
+
+
+Column = tuple[Screen, int, Requirement]
+
+
+def _split(study: Study) -> tuple[list[Column], list[tuple[Requirement, MarginRequirement]]]:
+    """Return the requirements that stand as they are, by screen and column, and those on margins loop by loop."""
+    specs = tuple(entry.spec for entry in study.scenarios)
+    asked = [margin_requirement(table, study.system.timing, specs) for table in study.table.margin]
+    margins = {entry.label: entry for entry in asked if not entry.quantity.whole}
+    columns = [(screen, i, entry) for screen in study.screens for i, entry in enumerate(screen.requirements)]
+    loops = [
+        (entry, replace(margins[entry.label], axes=(axis,)))
+        for _, _, entry in columns
+        if entry.label in margins
+        for axis in margins[entry.label].axes
+    ]
+    return [column for column in columns if column[2].label not in margins], loops
+
+
+def _value(gain: GainAddress, row: Array) -> Value:
+    return Value(gain.address, float(row[gain.column]), gain.unit)
+
+
+def _finite(value: float) -> float | None:
+    return value if isfinite(value) else None
+
+
+def flown_obstacle(
+    study: Study, constraint: Constraint, points: Array, values: Array, names: Sequence[str]
+) -> Obstacle:  # fmt: skip
+    """Return what stands behind a constraint that no point (n, d) flown keeps, by its values (n,) there.
+
+    Gains that move it are those whose rank correlation with it is no chance, the strongest first.
+    """
+    best, objective = int(np.argmin(values)), constraint.objective
+    return Obstacle(
+        objective.label, None, objective.metric.unit, "most", constraint.most, _finite(float(values[best])), names[best],
+        len(points), _correlated(study, points, values), automatic=constraint.floor,
+    )  # fmt: skip
+
+
+def _correlated(study: Study, points: Array, values: Array) -> tuple[str, ...]:
+    variables = study.space.variables
+    if len(points) < 8 or np.ptp(values) == 0.0:
+        return ()
+    from scipy.stats import rankdata
+
+    ranks = rankdata(values) - 0.5 * (len(values) + 1)
+    strength = []
+    for i in range(len(variables)):
+        own = rankdata(points[:, i]) - 0.5 * (len(values) + 1)
+        length = float(np.linalg.norm(own) * np.linalg.norm(ranks))
+        strength.append(abs(float(own @ ranks)) / length if length > 0.0 else 0.0)
+    # Under independence a rank correlation of n pairs has variance 1 / (n - 1); the error is shared among all gains, both signs.
+    least = NormalDist().inv_cdf(1.0 - 0.5 * ERROR / len(variables)) / sqrt(len(values) - 1)
+    order = sorted(range(len(variables)), key=lambda i: -strength[i])
+    return tuple(variables[i].name for i in order if strength[i] > least)
+
+
+def told_obstacles(obstacles: Sequence[Obstacle]) -> list[str]:
+    """Return obstacles in sentences."""
+    return [_told(entry) for entry in obstacles]
+
+
+def _told(found: Obstacle) -> str:
+    where = "" if found.loop is None else f" in the {found.loop} loop"
+    looked = "the candidate" if found.tried == 1 else f"{found.tried} candidates"
+    words = [
+        f"{found.label}{where} reaches {_number(found.reached, found.unit)} at best ({found.point}, of {looked} looked at); "
+        f"at {found.sense} {_number(found.limit, found.unit)} is asked."
+    ]
+    if found.automatic:
+        off = found.label.split("(", 1)[1].rsplit(")", 1)[0]
+        words.append(
+            f'This limit is automatic: {found.automatic} moves it, mission.off = ["{off}"] takes it away, and a [[constraint]] '
+            "of your own on the same quantity replaces it."
+        )
+    words.append(_told_moves(found))
+    if found.design is not None:
+        words.append(_told_design(found.design, found))
+    return " ".join(word for word in words if word)
+
+
+def _told_moves(found: Obstacle) -> str:
+    if found.moved_by:
+        return f"Searched gains that move it: {', '.join(found.moved_by)}."
+    if found.fixed:
+        return f"No searched gain moves it; it is decided by gains that this study fixes: {_listed(found.fixed)}."
+    return "No searched gain is seen to move it."
+
+
+def _told_design(design: Design, found: Obstacle) -> str:
+    reached = f"`tuner design` reaches {_number(design.value, found.unit)}"
+    own = f" with {_listed(design.gains)}" if design.gains else ""
+    if not design.kept:
+        return f"{reached}{own}, which is not enough either: the limit asks more than this design gives."
+    if found.moved_by:
+        return f'{reached}{own}: let the search start there, search.initial = ["default", "design"].'
+    return f"{reached}{own}: give these gains a range in [gains], or these values."
+
+
+def _listed(values: Sequence[Value]) -> str:
+    return ", ".join(f"{entry.gain} = {_number(entry.value, entry.unit)}" for entry in values)
+
+
+def _number(value: float | None, unit: str) -> str:
+    return "no bound" if value is None else f"{value:.4g}" + ("" if unit == "1" else f" {unit}")

@@ -1,0 +1,99 @@
+"""gains.json of a run: the recommended point with its origin, its held-out values and its margins."""
+
+from math import isfinite
+from typing import TYPE_CHECKING, Any
+
+from plant.cascade import AXES
+from plant.errors import InputError
+from tuner.experiments.tuning.run_margins import QUANTITIES, margin_model
+from tuner.gains import Controller, to_document
+from tuner.gains.document import seed_entry
+from tuner.gains.sections import DEMAND, DESCRIBING, LINEARISED, MARGIN_UNITS, PLANT_INPUT
+from tuner.gains.ucum import quantity, ucum
+from tuner.study.processor_cost.table import tabled
+from tuner.study.processor_cost.words import gains_rows
+
+if TYPE_CHECKING:
+    from objectives.margins.margins import MarginModel
+    from objectives.margins.results import Margins
+    from tuner.experiments.tuning.conclusion import Outcome
+
+Row = dict[str, Any]
+
+# Of `objectives.risk.bootstrap`, with the level that `tuner.experiments.tuning.held_out` asks for.
+LEVEL, METHOD = 0.95, "bootstrap over flights, studentised where the risk has a standard error"
+# Significant digits of a margin; further ones depend on the linear algebra of the machine.
+DIGITS = 6
+
+
+def gains_document(outcome: "Outcome", tuned: str, table: list[Row]) -> Row:
+    """Return the content of gains.json for the point beside the default; table: rows of `comparison_row` and `known_row`.
+
+    Where nothing is feasible it says so, and `tuner export` refuses it.
+    """
+    study = outcome.study
+    timing = study.system.timing
+    row = tuple(float(gain) for gain in outcome.gains(outcome.tuned))
+    controller = Controller(
+        study.airframe,
+        study.system.cascade,
+        study.options,
+        timing.control_period,
+        timing.plant_step,
+        row,
+        study.vehicle,
+    )
+    provenance = {
+        "study": {
+            "name": study.path.name, "title": study.title, "seed": seed_entry(study.seed), "digest": study.digest(),
+            "point": tuned, **({} if outcome.feasible else {"feasible": False}),
+        },
+        "objectives": objective_rows(outcome, table),
+        "margins": margin_rows(outcome),
+        "cost": gains_rows(tabled(controller.cascade.position.name, controller.cascade.attitude.name)),
+    }  # fmt: skip
+    ranges = {
+        address: (variable.low, variable.high) for variable in study.space.variables for address in variable.addresses
+    }
+    return to_document(controller, {key: part for key, part in provenance.items() if part}, ranges)
+
+
+def objective_rows(outcome: "Outcome", table: list[Row]) -> list[Row]:
+    """Return what the flights that decided nothing say; what was sampled comes first, and says how sure it is."""
+    keys = ("label", "unit", "kind", "limit", "default", "tuned", "difference", "verdict")
+    rows = [{**{key: row[key] for key in keys}, "unit": ucum(row["unit"])} for row in table]
+    for i, sampled in enumerate(outcome.table):
+        flights = outcome.confirmation.samples(i, sampled.quantity.scenario).shape[-1]
+        rows[i]["interval"] = {"level": LEVEL, "n": flights, "method": METHOD}
+    return rows
+
+
+def margin_rows(outcome: "Outcome") -> list[Row]:
+    """Return the margins of the recommended point, loop by loop; none where no steady flight is found."""
+    try:
+        model = margin_model(outcome)
+    except InputError:
+        return []
+    margins = model.evaluate(outcome.finalist_rows[[outcome.tuned]])
+    looped = {channel for block in model.blocks for channel in block}
+    return [margin_row(model, margins, channel) for channel in AXES if channel in looped]
+
+
+def margin_row(model: "MarginModel", margins: "Margins", channel: str) -> Row:
+    """Return the margins of one loop; what no crossing limits is left out, and everything where the loop is not stable."""
+    i = AXES.index(channel)
+    stable, case = bool(margins.stable[0, i]), int(margins.sensitivity.case[0, i])
+    values = {name: float(getattr(margins, field).value[0, i]) for name, field in QUANTITIES.items()}
+    swept: Row = {"amplitude": model.cases[case].label} if case >= 0 else {}
+    return {
+        "loop": channel,
+        "break_at": DEMAND if channel in ("x", "y") else PLANT_INPUT,
+        "method": DESCRIBING if swept else LINEARISED,
+        **swept,
+        "stable": stable,
+        **{
+            name: quantity(float(f"{value:.{DIGITS}g}"), MARGIN_UNITS[name])
+            for name, value in values.items()
+            if stable and isfinite(value)
+        },
+    }

@@ -1,0 +1,89 @@
+"""A study before anything flies: its vehicle, its trim in the mean wind, the default's margins, limits out of reach."""
+
+from math import degrees, isfinite
+from typing import Any
+
+import numpy as np
+
+from plant.airframes.derived import quantities
+from plant.seeds import generator
+from plant.vehicle import Vehicle
+from tuner.experiments.tuning.diagnosis import Diagnosis, Obstacle
+from tuner.search.first_generation import latin_hypercube
+from tuner.study.study import Study
+from tuner.study.trim import MeanWindTrim, mean_wind_trim
+
+Row = dict[str, Any]
+
+# Points of the ranges at which limits that are known without flying are asked.
+DRAWS = 128
+# Margin of a trim to the tilt limit [deg] below which gusts will take it.
+NARROW = 5.0
+
+
+def vehicle_row(vehicle: Vehicle) -> Row:
+    """Return what a vehicle has to fly with."""
+    known = quantities(vehicle)
+    row = {name: {"value": known[name].value, "unit": known[name].unit} for name in ("thrust_to_weight", "hover_speed")}
+    share = known["hover_speed"].value / vehicle.speed_max
+    return {"mass": {"value": vehicle.mass, "unit": "kg"}, **row, "hover_speed_share": {"value": share, "unit": "1"}}
+
+
+def trim_rows(study: Study) -> list[Row]:
+    """Return the steady flight in the mean wind of each scenario that has one; angles and thrust null where nothing balances.
+
+    margin_deg: to the tilt limit; thrust: over the weight.
+    """
+    found = [(entry.spec.name, mean_wind_trim(entry.spec, study.system)) for entry in study.scenarios]
+    return [_trim_row(name, trim) for name, trim in found if trim is not None]
+
+
+def _trim_row(scenario: str, trim: MeanWindTrim) -> Row:
+    tilt, limit, balanced = degrees(trim.tilt), degrees(trim.tilt_limit), isfinite(trim.tilt)
+    return {
+        "scenario": scenario,
+        "wind": trim.wind,
+        "tilt_deg": tilt if balanced else None,
+        "tilt_limit_deg": limit,
+        "margin_deg": limit - tilt if balanced else None,
+        "thrust": trim.thrust if balanced else None,
+        "held": trim.held,
+    }
+
+
+def default_rows(study: Study, diagnosis: Diagnosis) -> list[Row]:
+    """Return how the default stands to each limit that is known without flying, loop by loop; infinite values are null."""
+    values = diagnosis.values(study.default_row[None])[0].tolist()
+    rows = []
+    for probe, value in zip(diagnosis.probes, values, strict=True):
+        asked = probe.requirement
+        rows.append(
+            {
+                "label": asked.label, "loop": probe.loop, "value": value if isfinite(value) else None, "unit": asked.unit,
+                "sense": asked.sense, "limit": asked.limit, "hard": asked.hard, "kept": bool(asked.kept(np.array([value]))[0]),
+            }
+        )  # fmt: skip
+    return rows
+
+
+def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[Obstacle]:
+    """Return what stands behind the limits that neither the default nor a draw from the ranges keeps."""
+    if not study.requirements:
+        return []
+    searched = len(study.space.variables)
+    drawn = latin_hypercube(DRAWS, searched, generator(study.seed, "check/reach", 0)) if searched else np.empty((0, 0))
+    points = np.concatenate([study.space.point(study.default_row)[None].reshape(1, searched), drawn])
+    names = ["default", *[f"draw {i + 1}" for i in range(len(drawn))]]
+    values = diagnosis.values(study.space.gains(points))
+    kept = np.stack([probe.broken(values[:, i]) <= 0.0 for i, probe in enumerate(diagnosis.probes)], axis=1)
+    labels = []
+    for requirement in study.requirements:
+        mine = [i for i, probe in enumerate(diagnosis.probes) if probe.requirement.label == requirement.label]
+        if not kept[:, mine].all(axis=1).any():
+            labels.append(requirement.label)
+    return diagnosis.obstacles(points, names, labels)
+
+
+def is_certain(found: Obstacle) -> bool:
+    """Return whether no search can help: nothing that is searched moves it."""
+    return not found.moved_by

@@ -1,0 +1,95 @@
+"""From a controller to the content of gains.json."""
+
+from collections.abc import Mapping
+from dataclasses import asdict
+from math import nan
+
+import tuner
+from plant.gains import gain_addresses
+from tuner.gains.airframe_block import airframe_block
+from tuner.gains.controller import Controller, VehicleRecord
+from tuner.gains.hashing import content_hash
+from tuner.gains.sampling import SAMPLING
+from tuner.gains.sections import CONVENTIONS, FORMAT, MOST_EXACT, STRUCTURE, VERSION
+from tuner.gains.shapes import Row
+from tuner.gains.ucum import quantity
+
+Ranges = Mapping[str, tuple[float, float]]
+
+NO_RANGES: Ranges = {}
+# Relative.
+ROUNDING = 1e-9
+
+
+def to_document(controller: Controller, provenance: Row, ranges: Ranges = NO_RANGES) -> Row:
+    """Return the content of gains.json with its hash.
+
+    provenance: the sections of `sections` that tell where the gains come from, units in UCUM. ranges: address of a gain ->
+    ends of the range that a search had for it.
+    """
+    document: Row = {
+        "format": FORMAT,
+        "version": VERSION,
+        "generator": {"name": "holdfast", "version": tuner.__version__},
+        "conventions": CONVENTIONS,
+        "airframe": airframe_block(controller.airframe),
+        "controller": controller_block(controller),
+        "gains": gains_block(controller, ranges),
+        **({} if controller.vehicle is None else {"vehicle": vehicle_block(controller.vehicle)}),
+        **provenance,
+    }
+    return {**document, "sha256": content_hash(document)}
+
+
+def controller_block(controller: Controller) -> Row:
+    """Return laws, periods, options, structure and how the laws are sampled."""
+    options = asdict(controller.options)
+    tilt, cutoff = options.pop("tilt_limit"), options.pop("yaw_torque_cutoff")
+    laws = {"position": controller.cascade.position.name, "attitude": controller.cascade.attitude.name}
+    return {
+        **laws,
+        "control_period": quantity(controller.control_period, "s"),
+        "plant_step": quantity(controller.plant_step, "s"),
+        "tilt_limit": quantity(tilt, "rad"),
+        **({"yaw_torque_cutoff": quantity(cutoff, "Hz")} if cutoff else {}),
+        **options,
+        "structure": STRUCTURE,
+        "discretisation": {loop: SAMPLING.get(name, f"as the law '{name}' does it") for loop, name in laws.items()},
+    }
+
+
+def vehicle_block(vehicle: VehicleRecord) -> Row:
+    """Return what is recorded of the vehicle that gains were imported from."""
+    return {
+        **asdict(vehicle),
+        "settings": [{"name": name, "value": value} for name, value in vehicle.settings.items()],
+        "parameters": [{"name": name, "value": value} for name, value in vehicle.parameters.items()],
+        "kept": list(vehicle.kept),
+    }
+
+
+def gains_block(controller: Controller, ranges: Ranges) -> Row:
+    """Return the gains by address."""
+    return {
+        gain.address: {
+            **quantity(controller.gains[gain.column], gain.unit),
+            **_range(ranges, gain.address, controller.gains[gain.column]),
+        }
+        for gain in gain_addresses(controller.cascade)
+    }
+
+
+def within(value: float, low: float, high: float) -> bool:
+    """Return whether a gain lies in a range, to the rounding of a search that works in its logarithm."""
+    return low - ROUNDING * abs(low) <= value <= high + ROUNDING * abs(high)
+
+
+def _range(ranges: Ranges, address: str, value: float) -> Row:
+    """Return the range that a search had for a gain; a default that lies outside was not found in it."""
+    low, high = ranges.get(address, (nan, nan))
+    return {"low": low, "high": high} if within(value, low, high) else {}
+
+
+def seed_entry(seed: int) -> int | str:
+    """Return a seed as JSON holds it: as text where a double would not tell it from its neighbours."""
+    return seed if seed <= MOST_EXACT else str(seed)

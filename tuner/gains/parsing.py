@@ -1,0 +1,73 @@
+"""The text of a gains.json as an object that says to be one, in a version that can be read."""
+
+import json
+from pathlib import Path
+from re import fullmatch
+from typing import Any
+
+from plant.errors import InputError
+from plant.input_files import read_input_text
+from plant.texts import json_table
+from tuner.gains.sections import FORMAT, VERSION, VERSIONS
+from tuner.gains.shapes import Row
+from tuner.text.messages import shown
+
+FIRST_VERSION = "0.1"
+UPDATE = "update holdfast (pip install --upgrade holdfast)"
+WANTED = "give the gains.json of a results folder"
+
+
+def parsed(path: Path) -> Row:
+    """Return the content; raises InputError where it is no JSON object, or one with a key twice."""
+    try:
+        text = read_input_text(path)
+    except FileNotFoundError:
+        raise InputError(f"there is no such file; {WANTED}", file=path) from None
+    except UnicodeDecodeError as error:
+        message = f"is not UTF-8 text ({error.reason} at byte {error.start}); {WANTED}"
+        raise InputError(message, file=path) from None
+    except OSError as error:
+        message = f"cannot be read ({error.strerror}); {WANTED}"
+        raise InputError(message, file=path) from None
+    document = json_table(text, path)
+    twice: list[str] = []
+    json.loads(text, object_pairs_hook=lambda pairs: _noting_twice(pairs, twice))
+    if twice:
+        raise InputError("this key stands twice in one object; leave one out", file=path, key=twice[0])
+    return document
+
+
+def _noting_twice(pairs: list[tuple[str, Any]], twice: list[str]) -> Row:
+    seen: Row = {}
+    for name, value in pairs:
+        if name in seen:
+            twice.append(name)
+        seen[name] = value
+    return seen
+
+
+def check_identity(document: Row, path: Path) -> None:
+    """Refuse what is no gains.json, or one of a version that is not known."""
+    if document.get("format") != FORMAT:
+        given = f"given {shown(document['format'])}" if "format" in document else "this key is missing"
+        message = f"{given}; this must be '{FORMAT}': {WANTED}"
+        raise InputError(message, file=path, key="format")
+    version = document.get("version")
+    if version in (FIRST_VERSION, *VERSIONS):
+        return
+    readable = f"this holdfast reads {FIRST_VERSION}, {' and '.join(VERSIONS)}"
+    if "version" not in document:
+        raise InputError(f'this key is missing; {readable}: write "version": "{VERSION}"', file=path, key="version")
+    if isinstance(version, str) and fullmatch(r"1\.[0-9]+", version):
+        message = f"written in version {version} of the format{_writer(document)}; {readable}: {UPDATE}"
+    else:
+        message = f"unknown version {shown(version)}{_writer(document)}; {readable}: {UPDATE}, or write the file again"
+    raise InputError(message, file=path, key="version")
+
+
+def _writer(document: Row) -> str:
+    generator = document.get("generator")
+    if not isinstance(generator, dict):
+        return ""
+    words = [str(generator[key])[:40] for key in ("name", "version") if isinstance(generator.get(key), str)]
+    return f" by {' '.join(words)}" if words else ""

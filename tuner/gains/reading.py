@@ -1,0 +1,81 @@
+"""From a gains.json to a controller."""
+
+import sys
+from pathlib import Path
+
+from plant.airframes import Airframe, load, names
+from plant.gains import gain_addresses
+from tuner.gains.airframe_block import airframe_of, numbers_block
+from tuner.gains.controller import Controller, VehicleRecord
+from tuner.gains.examining import Examined, cascade_of, examine, options_of
+from tuner.gains.shapes import Row
+from tuner.text.locating import located
+
+# Notes that were given already: a command may read a file twice.
+_noted: set[str] = set()
+
+
+def read_gains(path: Path, airframe: str | None = None) -> Controller:
+    """Read a gains.json; airframe: bundled name or TOML file that flies instead of its own.
+
+    The airframe's numbers in the file are what flies; where the bundled airframe of its name has others, a note on standard
+    error says so. Raises InputError naming file and key where something is missing or wrong, or where the content does not
+    have the hash that it gives.
+    """
+    with located(path, "airframe"):
+        other = None if airframe is None else load(airframe)
+    read = examine(path, other)
+    if read.problems:
+        raise read.problems[0]
+    return controller_of(read, other)
+
+
+def content_sha256(path: Path) -> str:
+    """Return the content hash of a gains.json, which may lack it; raises InputError as `read_gains` does."""
+    read = examine(path)
+    if read.problems:
+        raise read.problems[0]
+    return read.digest
+
+
+def controller_of(read: Examined, airframe: Airframe | None = None) -> Controller:
+    """Return the controller of a file without problems."""
+    structure = read.document["controller"]
+    cascade = cascade_of(structure)
+    own = airframe or _airframe(read)
+    period, step = (float(structure[key]["value"]) for key in ("control_period", "plant_step"))
+    gains = read.document["gains"]
+    row = tuple(float(gains[gain.address]["value"]) for gain in gain_addresses(cascade))
+    return Controller(own, cascade, options_of(structure), period, step, row, _vehicle(read.document.get("vehicle")))
+
+
+def _vehicle(block: Row | None) -> VehicleRecord | None:
+    if block is None:
+        return None
+    settings, parameters = ({row["name"]: row["value"] for row in block[key]} for key in ("settings", "parameters"))
+    return VehicleRecord(**{**block, "settings": settings, "parameters": parameters, "kept": tuple(block["kept"])})
+
+
+def _airframe(read: Examined) -> Airframe:
+    """Return the airframe as the file records it; where it is the bundled one of that name, with its sources."""
+    recorded = airframe_of(read.document["airframe"], read.path)
+    if recorded.name not in names():
+        return recorded
+    bundled = load(recorded.name, allow_unphysical=True)
+    if bundled.vehicle == recorded.vehicle:
+        return bundled
+    differing = [
+        key for key, entry in numbers_block(bundled.vehicle).items() if entry != numbers_block(recorded.vehicle)[key]
+    ]
+    what = ", ".join(differing) or "place or turn of the rotors"
+    _note(
+        f"{read.path}: the airframe '{recorded.name}' flies with the numbers of the file; the bundled one has another {what} "
+        f"(tuner fly and tuner margins take it with --airframe {recorded.name})"
+    )
+    return recorded
+
+
+def _note(text: str) -> None:
+    if text not in _noted:
+        _noted.add(text)
+        print(f"Note: {text}", file=sys.stderr)

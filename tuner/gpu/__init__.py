@@ -1,1 +1,0 @@
-"""Flights on a graphics card: `tuner run --backend cuda`."""

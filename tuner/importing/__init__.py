@@ -1,1 +1,0 @@
-"""Parameter files of autopilots, read back as controllers of ours."""

@@ -1,0 +1,104 @@
+"""What a finished tuning run has to tell, as data; SI units and radians, as in summary.json."""
+
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from objectives.decisions import Variable as Range
+from tuner.documents.loading import load
+from tuner.documents.results import Results
+from tuner.experiments.tuning.ending import gains_file, is_feasible, shown_as, shown_point
+
+Row = dict[str, Any]
+
+
+def tuning_story(folder: Path) -> tuple[Row, Results]:
+    """Return the story of a folder and the results behind it; StoreError names a file that is missing or damaged."""
+    results = load(folder)
+    summary = results.summary
+    feasible = is_feasible(summary)
+    shown = {"point": shown_point(summary), **summary["pick"]}
+    return {
+        "kind": "tuning",
+        "finished": True,
+        "feasible": feasible,
+        "ending": summary.get("ending", []),
+        "title": summary["title"],
+        "asked": asked(results),
+        "recommended": shown if feasible else None,
+        "nearest": None if feasible else shown,
+        "shown_as": shown_as(summary),
+        "confirmation_flights": summary["held_out"],
+        "table": summary["table"],
+        "gains": [gain(row) for row in summary["variables"]],
+        "front": front(results),
+        "trust": trust(results),
+        "warnings": summary["warnings"],
+        "remarks": summary.get("remarks", []),
+        "commands": commands(folder, gains_file(summary), feasible),
+    }, results
+
+
+def asked(results: Results) -> Row:
+    """Return what was asked and what it took."""
+    resolved, summary = results.resolved, results.summary
+    return {
+        "airframe": resolved["airframe"]["name"],
+        "laws": {loop: resolved["controller"][loop] for loop in ("position", "attitude")},
+        "seed": resolved["seed"],
+        "searched": [variable.name for variable in results.variables],
+        "objectives": [entry.label for entry in results.objectives],
+        "algorithm": resolved["search"]["algorithm"],
+        "candidates": len(results.candidates.number),
+        "flights": summary["flights"],
+        "wall_seconds": summary["wall_seconds"],
+    }
+
+
+def gain(row: Row) -> Row:
+    """Return a searched gain with the places of default and tuned value in its range, 0 to 1 on the range's own scale."""
+    span = Range(row["name"], (), row["low"], row["high"], row["scale"])
+    known = {key: row[key] for key in ("name", "unit", "low", "high", "scale", "default", "tuned")}
+    return {**known, "default_place": span.unit(row["default"]), "place": span.unit(row["tuned"])}
+
+
+def front(results: Results) -> list[Row]:
+    """Return default and held-out front: values with intervals by objective, probability of being on the front."""
+    found, factors = results.front, np.array([entry.factor for entry in results.objectives])
+    shown = [
+        i
+        for i in np.argsort(found.held_out[:, 0], kind="stable")
+        if found.roles[i] or (found.non_dominated[i] and found.feasible[i])
+    ]
+    rows = []
+    for i in shown:
+        ends = [(part[i] / factors).tolist() for part in (found.held_out, found.low, found.high)]
+        values = {
+            entry.label: {"value": value, "low": low, "high": high}
+            for entry, value, low, high in zip(results.objectives, *ends, strict=True)
+        }
+        chance = None if found.probability is None else float(found.probability[i])
+        known = {"point": found.points[i], "role": found.roles[i], "probability": chance, "lost": int(found.lost[i])}
+        rows.append({**known, "values": values})
+    return rows
+
+
+def trust(results: Results) -> Row:
+    """Return how the recommended point did in the search and held out, and how the search ended."""
+    history, summary = results.history, results.summary
+    return {
+        "picked_on": summary.get("picked_on"),
+        "front_size": summary["front_size"],
+        "generations": len(history.generation),
+        "hypervolume": float(history.hypervolume[-1]),
+        "feasible_share": float(history.feasible_share[-1]),
+    }
+
+
+def commands(folder: Path, file: str, feasible: bool) -> list[str]:
+    """Return what to do next; gains that break limits are looked at and not flown."""
+    gains = folder / file
+    if not feasible:
+        return [f"tuner margins {gains}", f"tuner check {folder / 'study.toml'}", f"tuner report {folder}"]
+    return [f"tuner fly {gains} --plot fly.png", f"tuner margins {gains}", f"tuner report {folder}"]

@@ -1,0 +1,180 @@
+"""From a contest file to what runs; errors name the file and the key that a person has to change."""
+
+import re
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from pydantic import ValidationError
+
+from objectives.metrics import MetricAddress, check, parse
+from objectives.problem import Objective
+from objectives.risk import Risk
+from plant.errors import InputError, UnknownNameError
+from tuner.study.build import study_from_table
+from tuner.study.contest import Claim, Contender, Contest, Published
+from tuner.study.contest_schema import (
+    ADDED,
+    ELSEWHERE,
+    OWN,
+    SHARED,
+    ClaimTable,
+    ContenderTable,
+    ContestTable,
+    PublishedTable,
+)
+from tuner.study.layers import WHOLE, Layer, Table, depth, laid_over, merged_layers, read_layers
+from tuner.study.overrides import put
+from tuner.text.locating import located
+from tuner.text.magnitude import check_magnitudes
+from tuner.text.messages import translated
+
+
+def is_contest(path: Path) -> bool:
+    """Return whether a study file, or a file that it is based on, has contenders; InputError where it cannot be read."""
+    return any("contender" in layer.table for layer in read_layers(path))
+
+
+def load_contest(path: Path, overrides: Mapping[str, Any] | None = None) -> Contest:
+    """Read and check a contest file; overrides: dotted keys, contender.NAME.KEY among them, that replace values.
+
+    Raises InputError naming file and key.
+    """
+    layers = read_layers(path)
+    table = merged_layers(layers)
+    for key, value in (overrides or {}).items():
+        put(table, key, value, path)
+    return contest_from_table(path, table, layers)
+
+
+def contest_from_table(path: Path, table: Table, layers: tuple[Layer, ...] = ()) -> Contest:
+    """Check the merged content of a contest; path: the file that errors name where no layer holds the key."""
+    _refuse_shared(path, table)
+    try:
+        added = ContestTable.model_validate({key: table[key] for key in ADDED if key in table})
+    except ValidationError as error:
+        raise translated(error, path, ContestTable) from None
+    check_magnitudes({key: table[key] for key in ADDED if key in table}, path)
+    shared = {key: value for key, value in table.items() if key not in (*ADDED, *ELSEWHERE)}
+    contenders = tuple(_contender(i, entry, shared, path, layers) for i, entry in enumerate(added.contender))
+    with located(path, ""):
+        _check_names(contenders)
+        judge = _Judge(contenders)
+        published = tuple(judge.published(i, entry) for i, entry in enumerate(added.published))
+        claims = tuple(judge.claim(i, entry, published) for i, entry in enumerate(added.claim))
+    study = contenders[0].study
+    title = str(table["title"])
+    return Contest(path, title, study.description, study.seed, contenders, published, claims, dict(table))
+
+
+def _refuse_shared(path: Path, table: Table) -> None:
+    """Say why a contender cannot have its own scenario, objective, ...; a misspelt key is found later."""
+    entries = table.get("contender")
+    for i, entry in enumerate(entries if isinstance(entries, list) else []):
+        for key in (*SHARED, "controller.control_period"):
+            if depth(entry, key) == len(key.split(".")):
+                message = (
+                    f"'{key}' is the same for all contenders and stands at the top of the file; a contender's own are "
+                )
+                raise InputError(message + ", ".join(OWN), file=path, key=f"contender[{i}].{key}")
+
+
+def _contender(i: int, entry: ContenderTable, shared: Table, path: Path, layers: tuple[Layer, ...]) -> Contender:
+    slug = slug_of(entry.name)
+    if not slug:
+        message = f'given {entry.name!r}; write a name with a letter or digit, for instance name = "PID"'
+        raise InputError(message, file=path, key=f"contender[{i}].name")
+    own = entry.tables()
+    # Gains of the base may be of another law.
+    raw = laid_over(shared, own, (*WHOLE, "gains"))
+    if isinstance(raw.get("title"), str):
+        raw["title"] = f"{raw['title']}: {entry.name}"
+    try:
+        study = study_from_table(path, raw)
+    except InputError as error:
+        raise _moved(error, i, own, path, layers) from None
+    return Contender(entry.name, slug, study, raw)
+
+
+def slug_of(name: str) -> str:
+    """Return a name as a part of a path: lower-case letters, digits, single hyphens."""
+    return re.sub(r"[^a-z0-9]+", "-", name.lower()).strip("-")
+
+
+def _moved(error: InputError, i: int, own: Table, path: Path, layers: tuple[Layer, ...]) -> InputError:
+    """Return an error of a contender's study with the file and key where the value was given."""
+    if error.file != str(path) or error.key is None:
+        return error
+    key = error.key
+    holders = [(path, f"contender[{i}].{key}", own), *[(layer.path, key, layer.table) for layer in layers]]
+    depths = [depth(table, key) for _, _, table in holders]
+    file, where, _ = holders[depths.index(max(depths))] if max(depths) > 0 else (path, key, own)
+    copy = type(error).__new__(type(error))
+    InputError.__init__(copy, error.message, file=file, key=where)
+    return copy
+
+
+def _check_names(contenders: tuple[Contender, ...]) -> None:
+    """Refuse names that cannot be told apart."""
+    for i, contender in enumerate(contenders):
+        for j, other in enumerate(contenders[:i]):
+            if contender.slug == other.slug:
+                message = f"'{contender.name}' and '{other.name}' of contender[{j}] cannot be told apart; change one of the two"
+                raise InputError(message, key=f"contender[{i}].name")
+
+
+class _Judge:
+    """Checks what contenders are judged by against the names there are."""
+
+    def __init__(self, contenders: tuple[Contender, ...]) -> None:
+        self._study = contenders[0].study
+        self._names = [contender.name for contender in contenders]
+
+    def published(self, i: int, entry: PublishedTable) -> Published:
+        """Return a printed number."""
+        with located(None, f"published[{i}]"):
+            names = self._contenders(entry.contender, "contender")
+            metric = self._metric(entry.metric, entry.scenario, "metric")
+        return Published(names, metric, entry.scenario, entry.value, entry.source, entry.fitted)
+
+    def claim(self, i: int, entry: ClaimTable, published: tuple[Published, ...]) -> Claim:
+        """Return a claim."""
+        study = self._study
+        known = [*study.objectives, *[c.objective for c in study.constraints], *[cell.objective for cell in published]]
+        with located(None, f"claim[{i}]"):
+            better = self._contenders([entry.better], "better")[0]
+            than = self._contenders(entry.than, "than")
+            if better in than:
+                raise InputError(f"'{better}' cannot be better than itself; leave it out", key="than")
+            found = [self._claimed(text, entry.scenario, known) for text in entry.metrics]
+        objectives = {objective.label: objective for group in found for objective in group}
+        text = entry.text or f"{better} is better than {' and '.join(than)}"
+        return Claim(better, than, tuple(objectives.values()), text)
+
+    def _contenders(self, names: list[str], key: str) -> tuple[str, ...]:
+        for i, name in enumerate(names):
+            if name not in self._names:
+                raise UnknownNameError("contender", name, self._names, key=key)
+            if name in names[:i]:
+                raise InputError(f"'{name}' stands here twice; leave one out", key=key)
+        return tuple(names)
+
+    def _claimed(self, text: str, scenario: str | None, known: list[Objective]) -> list[Objective]:
+        """Return what a text of `in` stands for: a label, all judged quantities of a metric, or else the metric's mean."""
+        exact = [objective for objective in known if objective.label == text]
+        if exact:
+            return exact[:1]
+        metric = self._metric(text, scenario, "in")
+        same = [o for o in known if o.metric.text == text and scenario in (None, o.scenario)]
+        return same or [Objective(metric, Risk("mean"), scenario)]
+
+    def _metric(self, address: str, scenario: str | None, key: str) -> MetricAddress:
+        names = [entry.spec.name for entry in self._study.scenarios]
+        if scenario is not None and scenario not in names:
+            raise UnknownNameError("scenario", scenario, names, key="scenario")
+        with located(None, key):
+            metric = parse(address)
+            for entry in self._study.scenarios:
+                if scenario in (None, entry.spec.name):
+                    check(metric, entry.spec.targets(self._study.system.timing), entry.spec.duration)
+        return metric

@@ -1,0 +1,124 @@
+"""An inference, checked and ready to run: a contest, its published cells, and what in it is not known."""
+
+import hashlib
+import json
+from copy import deepcopy
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from objectives.decisions import DecisionSpace, Variable
+from objectives.metrics import MetricAddress
+from objectives.metrics.metric import Metric
+from tuner.experiments.contest import Contest, contest_from_table
+from tuner.study.study import Study
+from tuner.study.unknown_paths import Place, put_at
+
+
+@dataclass(frozen=True)
+class Unknown:
+    """A value that is looked for. variable: name, paths and range; default: as given.
+
+    places: where the paths lead in the whole file. flown: where they lead in the contest of the chosen contenders.
+    """
+
+    variable: Variable
+    unit: str
+    places: tuple[Place, ...]
+    flown: tuple[Place, ...]
+    default: float
+
+
+@dataclass(frozen=True)
+class Cell:
+    """One published number: a metric of a contender in a scenario; value in SI units, above 0."""
+
+    contender: str
+    metric: MetricAddress
+    scenario: str
+    value: float
+
+    @property
+    def label(self) -> str:
+        """Short name, unique within an inference."""
+        return f"{self.metric} {self.contender}@{self.scenario}"
+
+
+@dataclass(frozen=True)
+class Ratio:
+    """Two cells of one metric and scenario; the published ratio is that of the second to the first."""
+
+    first: int
+    second: int
+
+
+@dataclass(frozen=True)
+class Inference:
+    """contest: the contenders whose cells count, and no others. table: the merged content of the whole file. flights,
+    held_out, near: see `tuner.study.inference_schema.SettingsTable`.
+    """
+
+    contest: Contest
+    unknowns: tuple[Unknown, ...]
+    cells: tuple[Cell, ...]
+    flights: int
+    held_out: int
+    near: float
+    table: dict[str, Any]
+
+    def digest(self) -> str:
+        """Return a hash of everything that decides the result."""
+        asked = [self.table.get(key) for key in ("unknown", "inference")]
+        text = json.dumps([self.contest.digest(), asked], sort_keys=True, allow_nan=False)
+        return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
+
+    @property
+    def path(self) -> Path:
+        """The file it was read from."""
+        return self.contest.path
+
+    @cached_property
+    def space(self) -> DecisionSpace:
+        """The unknowns as decision variables over a row of their values."""
+        columns = tuple((i,) for i in range(len(self.unknowns)))
+        variables = tuple(unknown.variable for unknown in self.unknowns)
+        return DecisionSpace(variables, columns, tuple(unknown.default for unknown in self.unknowns))
+
+    @cached_property
+    def published(self) -> np.ndarray:
+        """Values of the cells (cells,)."""
+        return np.array([cell.value for cell in self.cells])
+
+    @cached_property
+    def kinds(self) -> tuple[Metric, ...]:
+        """The metrics that the cells are of, each once; the misfit has an objective for each."""
+        return tuple({cell.metric.metric.name: cell.metric.metric for cell in self.cells}.values())
+
+    @cached_property
+    def kind_of(self) -> np.ndarray:
+        """Number of each cell's kind (cells,)."""
+        names = [kind.name for kind in self.kinds]
+        return np.array([names.index(cell.metric.metric.name) for cell in self.cells])
+
+    @cached_property
+    def ratios(self) -> tuple[Ratio, ...]:
+        """Every pair of cells that differ in the contender alone."""
+        asked = [(cell.metric.text, cell.scenario) for cell in self.cells]
+        pairs = [(i, j) for i in range(len(asked)) for j in range(i + 1, len(asked)) if asked[i] == asked[j]]
+        return tuple(Ratio(i, j) for i, j in pairs)
+
+    def studies(self, values: np.ndarray) -> dict[str, Study]:
+        """Return what every contender flies under a setting of the unknowns (unknowns,), by the contender's name."""
+        table = deepcopy(self.contest.table)
+        for unknown, value in zip(self.unknowns, values, strict=True):
+            for place in unknown.flown:
+                put_at(table, place, float(value))
+        return studies_of(self.contest.path, table)
+
+
+def studies_of(path: Path, table: dict[str, Any]) -> dict[str, Study]:
+    """Return the contenders' studies of a contest's content, by name."""
+    return {contender.name: contender.study for contender in contest_from_table(path, table).contenders}

@@ -1,0 +1,97 @@
+"""The files a contest is made of: `base` chains, what is merged over what, and which file and table a key came from."""
+
+import os
+from collections.abc import Mapping
+from copy import deepcopy
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from plant.errors import InputError
+from tuner.study.files import base_file
+from tuner.study.reading import key_parts, parse_toml
+from tuner.text.paths import with_paths
+
+Table = dict[str, Any]
+
+WHOLE = ("airframe",)
+"""Tables that are replaced and not merged: a name and a file, or a permission for another vehicle, do not go together."""
+
+
+@dataclass(frozen=True)
+class Layer:
+    """The content of one file, paths in it relative to the folder of the first file of the chain."""
+
+    path: Path
+    table: Table
+
+
+def read_layers(path: Path) -> tuple[Layer, ...]:
+    """Return a file and the files that it names as `base`, nearest first; InputError where one is missing or in a circle."""
+    layers: list[Layer] = []
+    here = path
+    while True:
+        table = parse_toml(here)
+        layers.append(Layer(here, _anchored(table, here.parent, path.parent)))
+        name = table.get("base")
+        if name is None:
+            return tuple(layers)
+        here = _base(here, name, [layer.path for layer in layers])
+
+
+def _base(path: Path, name: object, seen: list[Path]) -> Path:
+    if not isinstance(name, str):
+        raise InputError(f'given {name!r}; write base = "other.toml"', file=path, key="base")
+    base = base_file(path.parent, name)
+    if not base.is_file():
+        raise InputError(f"there is no file {base}; the path is relative to this file", file=path, key="base")
+    if any(base.samefile(other) for other in seen):
+        chain = " -> ".join(str(other) for other in [*seen, base])
+        raise InputError(f"the files are based on each other in a circle: {chain}", file=path, key="base")
+    return base
+
+
+def merged_layers(layers: tuple[Layer, ...]) -> Table:
+    """Return the content of all layers, the nearest on top."""
+    content: Table = {}
+    for layer in reversed(layers):
+        content = laid_over(content, layer.table, WHOLE)
+    content.pop("base", None)
+    return content
+
+
+def laid_over(under: Mapping[str, Any], over: Mapping[str, Any], whole: tuple[str, ...]) -> Table:
+    """Return `under` with `over` merged over it, but for the tables named in `whole`, which are replaced."""
+    return merged({key: value for key, value in under.items() if key not in whole or key not in over}, over)
+
+
+def merged(under: Mapping[str, Any], over: Mapping[str, Any]) -> Table:
+    """Return `under` with `over` laid on top: tables key by key, everything else, lists too, replaced."""
+    result = deepcopy(dict(under))
+    for key, value in over.items():
+        below = result.get(key)
+        if isinstance(below, dict) and isinstance(value, dict):
+            result[key] = merged(below, value)
+        else:
+            result[key] = deepcopy(value)
+    return result
+
+
+def _anchored(table: Table, folder: Path, home: Path) -> Table:
+    if folder == home:
+        return table
+    return with_paths(table, lambda name: os.path.relpath(folder / name, home))
+
+
+def depth(table: object, key: str) -> int:
+    """Return how many leading parts of a dotted key a table holds."""
+    here, found = table, 0
+    for part in key_parts(key):
+        if isinstance(here, dict) and part in here:
+            here = here[part]
+        elif isinstance(here, list) and part.isdecimal() and int(part) < len(here):
+            here = here[int(part)]
+        else:
+            break
+        found += 1
+    return found
