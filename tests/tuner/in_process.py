@@ -4,8 +4,8 @@ import sys
 
 import pytest
 
-from tuner.cli.errors import guarded
 from tuner.cli.main import _invoke
+from tuner.text.errors import guarded
 
 
 def tuner(monkeypatch, capsys, *arguments):

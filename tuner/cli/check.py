@@ -10,13 +10,13 @@ import typer
 from plant.airframes import load
 from plant.errors import InputError
 from tuner.cli.display import digits
-from tuner.cli.errors import BROKEN
 from tuner.cli.tables import Table, wide_console
 from tuner.cli.terminal import Console
-from tuner.experiments.contest import is_contest
-from tuner.experiments.inference import is_inference
 from tuner.study import load_study
+from tuner.study.contest_reading import is_contest
+from tuner.study.inference_reading import is_inference
 from tuner.study.reading import parse_toml
+from tuner.text.errors import BROKEN
 
 Row = dict[str, Any]
 SIGNS = {"most": "<=", "least": ">="}

@@ -11,14 +11,14 @@ from plant.errors import InputError, StoreError
 from plant.input_files import read_input_text
 from plant.texts import toml_table
 from tuner.cli.display import TerminalWatcher, comparison_table, gains_table, print_ending
-from tuner.cli.errors import NOTHING_FEASIBLE
 from tuner.cli.tables import say_files
 from tuner.cli.terminal import Console
+from tuner.documents.ending import gains_name
 from tuner.experiments.tuning.conflicts import told_automatic
-from tuner.experiments.tuning.ending import gains_name
 from tuner.search.watcher import Watcher
 from tuner.study import load_study
 from tuner.study.trim import told_trim
+from tuner.text.errors import NOTHING_FEASIBLE
 
 if TYPE_CHECKING:
     from tuner.experiments.tuning.conclusion import Outcome
@@ -51,8 +51,8 @@ def run_command(
     backend: str = "lanes",
 ) -> None:
     """Run a study and print the Default / Tuned table; a file with contenders is a contest, one with unknowns an inference."""
-    from tuner.experiments.contest import is_contest
-    from tuner.experiments.inference import is_inference
+    from tuner.study.contest_reading import is_contest
+    from tuner.study.inference_reading import is_inference
 
     for results in reuse:
         if not results.is_dir():

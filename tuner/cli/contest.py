@@ -8,13 +8,14 @@ import typer
 
 from plant.input_files import read_input_text
 from tuner.cli.display import TerminalWatcher, digits, estimate, print_ending
-from tuner.cli.errors import NOTHING_FEASIBLE
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
-from tuner.experiments.contest import Contest, load_contest
 from tuner.experiments.contest.words import flights_of
 from tuner.experiments.tuning.conflicts import told_automatic
 from tuner.search.watcher import Watcher
+from tuner.study.contest import Contest
+from tuner.study.contest_reading import load_contest
+from tuner.text.errors import NOTHING_FEASIBLE
 
 if TYPE_CHECKING:
     from tuner.store.folder import Folder

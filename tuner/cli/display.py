@@ -10,7 +10,7 @@ from rich.text import Text
 
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.experiments.tuning.ending import shown_as
+from tuner.documents.ending import shown_as
 from tuner.search.loop import Generation
 from tuner.search.watcher import Watcher
 

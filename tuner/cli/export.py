@@ -6,12 +6,12 @@ from typing import Any
 
 import typer
 
-from tuner.cli.errors import BROKEN
 from tuner.cli.flights_bar import FlightsBar
 from tuner.cli.tables import Table, wide_console
 from tuner.cli.terminal import Console
 from tuner.exchange.registry import exporter as find_exporter
 from tuner.exchange.run import Export, export_gains
+from tuner.text.errors import BROKEN
 
 # Options that an exporter has where a vehicle can be known.
 VEHICLE_OPTIONS = ("others",)

@@ -8,8 +8,8 @@ from plant.input_files import read_input_text
 from tuner.cli.display import TerminalWatcher
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
-from tuner.experiments.inference import load_inference
 from tuner.search.watcher import Watcher
+from tuner.study.inference_reading import load_inference
 from tuner.text.numbers import significant
 
 if TYPE_CHECKING:

@@ -12,7 +12,7 @@ from typing import Annotated, Any
 import typer
 
 from tuner.cli.app import AIRFRAME, LISTING, SOURCE, STUDY, TARGET, app, found_study, law_option, study_option
-from tuner.cli.errors import guarded
+from tuner.text.errors import guarded
 
 StudyFile = Annotated[
     Path,

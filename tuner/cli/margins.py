@@ -18,11 +18,11 @@ from tuner.analysis.margins.document import default_requirements, margins_docume
 from tuner.analysis.margins.limits import LIMITS
 from tuner.analysis.margins.readings import Subject, subject_of
 from tuner.analysis.margins.study_limits import study_requirements
-from tuner.cli.errors import BROKEN
 from tuner.cli.fly import controller_of
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.store.folder import Folder
+from tuner.text.errors import BROKEN
 
 Row = dict[str, Any]
 

@@ -11,14 +11,14 @@ from tuner.cli.flights_bar import FlightsBar
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.cli.tuning_study import tuning_study
-from tuner.experiments.contest import is_contest, load_contest
-from tuner.experiments.inference import is_inference
 from tuner.experiments.planning.contest import contest_plan
 from tuner.experiments.planning.document import plan_document
 from tuner.experiments.planning.pilot import FLIGHTS, Pilot, fly_pilot, pilot_size
 from tuner.experiments.tuning.conflicts import told_automatic
 from tuner.experiments.tuning.run import problem_of, warm_up
 from tuner.search.watcher import Watcher
+from tuner.study.contest_reading import is_contest, load_contest
+from tuner.study.inference_reading import is_inference
 from tuner.study.study import Study
 
 Row = dict[str, Any]

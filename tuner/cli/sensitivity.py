@@ -7,15 +7,15 @@ from time import perf_counter
 from typing import Any
 
 from objectives.problem import Problem
+from tuner.analysis.sensitivity.analysis import Analysis
+from tuner.analysis.sensitivity.design import checked_base
+from tuner.analysis.sensitivity.document import FAILURE, outputs, sensitivity_document
+from tuner.analysis.sensitivity.scales import RANK
 from tuner.cli.flights_bar import FlightsBar
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.cli.tuning_study import tuning_study
-from tuner.experiments.sensitivity.analysis import Analysis
-from tuner.experiments.sensitivity.design import checked_base
-from tuner.experiments.sensitivity.document import FAILURE, outputs, sensitivity_document
-from tuner.experiments.sensitivity.scales import RANK
-from tuner.experiments.sensitivity.study import Budget, budget, study_problem, study_sensitivity
+from tuner.experiments.sensitivity import Budget, budget, study_problem, study_sensitivity
 from tuner.experiments.tuning.run import warm_up
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
@@ -69,7 +69,7 @@ def announced(study: Study, expected: Budget, base: int, threads: int) -> str:
 
 def write(study: Study, analysis: Analysis, document: dict[str, Any], folder: Folder) -> None:
     """Write sensitivity.json, indices.csv, variance.csv, samples.csv and figures/sensitivity.png and .pdf."""
-    from tuner.experiments.sensitivity.document import index_table, sample_table, variance_table
+    from tuner.analysis.sensitivity.document import index_table, sample_table, variance_table
     from tuner.report.sensitivity_figure import write_figure
 
     folder.write_json("sensitivity.json", document)

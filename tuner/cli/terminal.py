@@ -1,4 +1,4 @@
-"""The console of all commands: rich's, with texts that stay texts; `tuner.cli.inert_stream` does it for what is printed."""
+"""The console of all commands: rich's, with texts that stay texts; `tuner.text.inert_stream` does it for what is printed."""
 
 from collections.abc import Iterable
 from typing import Any

@@ -3,9 +3,9 @@
 from pathlib import Path
 
 from plant.errors import InputError
-from tuner.experiments.contest import is_contest
-from tuner.experiments.inference import is_inference
 from tuner.study import load_study
+from tuner.study.contest_reading import is_contest
+from tuner.study.inference_reading import is_inference
 from tuner.study.study import Study
 
 

@@ -7,9 +7,9 @@ from typing import Any
 
 import typer
 
-from tuner.cli.errors import USER_ERROR
 from tuner.gains.examining import Examined, examine
 from tuner.gains.sections import VERSIONS
+from tuner.text.errors import USER_ERROR
 
 
 def validate_command(path: Path, as_json: bool) -> None:

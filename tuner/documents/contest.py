@@ -8,8 +8,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tuner.documents.inference import Inference
+from tuner.documents.look import Look
 from tuner.documents.results import Estimate, Fan
-from tuner.report.contest.look import Look
 
 
 class Gain(NamedTuple):

@@ -21,8 +21,8 @@ from tuner.documents.files import Node, read_text
 from tuner.documents.flown import read_air, read_fans, read_scores, read_traces
 from tuner.documents.front_table import read_fronts
 from tuner.documents.inference import load_inference
+from tuner.documents.look import Look, looks
 from tuner.documents.results import Estimate
-from tuner.report.contest.look import Look, looks
 
 
 def load_contest(folder: Path) -> Contest:

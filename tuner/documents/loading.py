@@ -7,6 +7,7 @@ import numpy as np
 import pyarrow as pa
 
 from plant.errors import StoreError
+from tuner.documents.ending import gains_file
 from tuner.documents.files import Columns, Node, numbers, read_table, read_text, refuse
 from tuner.documents.loading_finalists import addresses_of, design_start, read_limited, read_loops, read_sensitivity
 from tuner.documents.results import (
@@ -21,7 +22,6 @@ from tuner.documents.results import (
     Results,
     Variable,
 )
-from tuner.experiments.tuning.ending import gains_file
 from tuner.text.units import in_degrees
 
 KINDS = ("objective", "constraint", "requirement")

@@ -8,8 +8,8 @@ import pyarrow as pa
 
 from plant.gains import GROUPS
 from tuner.documents.files import Columns, Node, read_table, read_text, refuse
+from tuner.documents.margin_quantities import QUANTITIES
 from tuner.documents.results import Loop
-from tuner.report.packed_loops import QUANTITIES
 
 LIMITED = ("value", "low", "high", "difference", "difference_low", "difference_high")
 LOOP_TEXTS, LOOP_LISTS = ["point", "channel", "case"], ["frequency", "real", "imag"]

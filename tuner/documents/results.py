@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from tuner.experiments.tuning.ending import gains_file, is_feasible, shown_as, shown_point
+from tuner.documents.ending import gains_file, is_feasible, shown_as, shown_point
 
 DEFAULT, TUNED = "default", "tuned"
 

@@ -16,11 +16,11 @@ from tuner.gains.document import within
 from tuner.gains.hashing import content_hash
 from tuner.gains.parsing import check_identity, parsed
 from tuner.gains.problems import not_finite, schema_problems, text_problems
+from tuner.gains.ranges import check_value
 from tuner.gains.sections import VERSIONS
 from tuner.gains.shapes import Row
 from tuner.gains.timing import check_plant_step, timing_of
 from tuner.gains.version_0 import brought_up
-from tuner.study.gains import check_value
 from tuner.text.locating import moved
 from tuner.text.magnitude import check_magnitude
 

@@ -10,7 +10,7 @@ from plant.input_files import read_input_text
 from plant.texts import json_table
 from tuner.gains.sections import FORMAT, VERSION, VERSIONS
 from tuner.gains.shapes import Row
-from tuner.text.messages import shown
+from tuner.text.toml_text import shown
 
 FIRST_VERSION = "0.1"
 UPDATE = "update holdfast (pip install --upgrade holdfast)"

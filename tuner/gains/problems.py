@@ -9,7 +9,7 @@ from plant.errors import InputError, UnknownNameError
 from plant.texts import check_name, check_texts
 from tuner.gains.schema import gains_schema, validator
 from tuner.gains.shapes import DIGEST, Row
-from tuner.text.messages import shown
+from tuner.text.toml_text import shown
 
 TYPES = {
     "object": "an object", "array": "a list", "string": "a text", "number": "a finite number", "integer": "a whole number",

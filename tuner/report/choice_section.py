@@ -3,8 +3,8 @@
 from typing import Any
 
 from tuner.documents.results import Results
-from tuner.report.markup import Markup, element, join, table
 from tuner.report.prose import gap_words
+from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import estimate, significant
 from tuner.text.units import in_degrees, marked_up
 

@@ -4,8 +4,8 @@ import numpy as np
 
 from tuner.documents.results import DEFAULT, TUNED, Results
 from tuner.report.drawings import diamond, square
-from tuner.report.markup import Markup, element, join
 from tuner.report.prose import counted
+from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import count
 
 LAYERS = {

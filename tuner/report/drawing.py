@@ -67,8 +67,8 @@ class Drawing:
 
 def draw(folder: str) -> int:
     """Draw all figures of a folder when told to, and hand them over; return 0, or 2 with one line on stderr where that fails."""
-    from tuner.cli.errors import guarded
     from tuner.report.figures import draw_all
+    from tuner.text.errors import guarded
 
     def drawn() -> None:
         # The end of the input without a word: there is no parent any more.

@@ -7,7 +7,7 @@ from collections.abc import Callable
 from math import isfinite, log
 
 from tuner.documents.results import Estimate, Quantity, Required, Variable
-from tuner.report.markup import Markup, element, join
+from tuner.text.markup import Markup, element, join
 
 WIDTH, INSET = 160.0, 8.0
 

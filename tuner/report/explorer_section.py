@@ -3,7 +3,7 @@
 from tuner.documents.results import Results
 from tuner.report.controls import layer_switches
 from tuner.report.figure_box import canvas_box
-from tuner.report.markup import Markup, element, join
+from tuner.text.markup import Markup, element, join
 from tuner.text.units import bracketed, plain
 
 WALK = "Arrow keys walk along the finalists, Escape lets go of the selection."

@@ -1,6 +1,6 @@
 """The frame of a figure of the page: heading, one line on how to read it, and the element that scripts draw it in."""
 
-from tuner.report.markup import Markup, element, join
+from tuner.text.markup import Markup, element, join
 
 
 def plot_box(name: str, title: str, aid: str, form: str = "plot", tip: str = "") -> Markup:

@@ -2,7 +2,7 @@
 
 from tuner.documents.results import Results, Variable
 from tuner.report.drawings import position, share
-from tuner.report.markup import Markup, element, join, table
+from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, significant
 from tuner.text.units import marked_up
 

@@ -8,8 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plant.input_files import read_input_text
-from tuner.experiments.inference.misfit import LEAST_RATIO
 from tuner.report.figure_style import COLOURS, MARKERS, grid, legend_above, save, style
+from tuner.study.inference import LEAST_RATIO
 from tuner.text.numbers import significant
 
 Document = dict[str, Any]

@@ -8,8 +8,8 @@ from collections.abc import Sequence
 
 from tuner.documents.results import Estimate, Quantity, Required, Results
 from tuner.report.drawings import intervals
-from tuner.report.markup import Markup, cells, coded, element, join
 from tuner.report.prose import limit_text
+from tuner.text.markup import Markup, cells, coded, element, join
 from tuner.text.numbers import MISSING, estimate, fixed, significant
 from tuner.text.units import marked_up
 

@@ -15,13 +15,13 @@ from tuner.report.choice_section import choice_section
 from tuner.report.explorer_data import explorer_data
 from tuner.report.explorer_section import explorer_section
 from tuner.report.gains_section import gains_table, study_lines
-from tuner.report.markup import Markup, described, element, join, safe
 from tuner.report.outcome_table import outcome_table
 from tuner.report.point_section import point_section
 from tuner.report.prose import key_figures, paragraph
 from tuner.report.provenance import air_table, definitions, resolved_text, run_facts
 from tuner.report.trust_section import trust_section
 from tuner.store.folder import put
+from tuner.text.markup import Markup, described, element, join, safe
 
 AIDS = {
     "outcome": "Values on scenarios that had no part in the choice, with 95 % intervals; angles in degrees. In the "

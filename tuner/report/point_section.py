@@ -3,8 +3,8 @@
 from tuner.documents.results import DEFAULT, Results
 from tuner.report.controls import line
 from tuner.report.figure_box import plot_box
-from tuner.report.markup import Markup, element, join
 from tuner.report.packed_responses import signals_of
+from tuner.text.markup import Markup, element, join
 
 RESPONSES_AID = (
     "Line: median over flights; band: 5 to 95 % of them; fine dashes: reference, for roll and pitch the mean of what the "

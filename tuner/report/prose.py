@@ -4,7 +4,7 @@ from typing import Any
 
 from plant.laws import LAWS
 from tuner.documents.results import DEFAULT, Results
-from tuner.report.markup import Markup, element, join
+from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import count, duration, per_cent, significant
 
 NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")

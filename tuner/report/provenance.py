@@ -5,10 +5,10 @@ import shlex
 from math import degrees
 
 from tuner.documents.results import Results
-from tuner.report.markup import Markup, coded, described, element, join, table
 from tuner.report.outcome_table import metric_anchor
 from tuner.report.prose import law_title
 from tuner.study.processor_cost.words import told
+from tuner.text.markup import Markup, coded, described, element, join, table
 from tuner.text.numbers import MISSING, count, duration, significant
 from tuner.text.units import marked_up
 

@@ -6,10 +6,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from tuner.experiments.sensitivity.analysis import Analysis
-from tuner.experiments.sensitivity.document import FAILURE, outputs
-from tuner.experiments.sensitivity.indices import Spans
-from tuner.experiments.sensitivity.scales import RANK
+from tuner.analysis.sensitivity.analysis import Analysis
+from tuner.analysis.sensitivity.document import FAILURE, outputs
+from tuner.analysis.sensitivity.indices import Spans
+from tuner.analysis.sensitivity.scales import RANK
 from tuner.report.figure_style import COLOURS, WIDTH, grid, legend_above, save, style
 from tuner.study.study import Study
 

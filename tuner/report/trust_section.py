@@ -5,7 +5,7 @@ from typing import Any
 from tuner.documents.results import Results
 from tuner.report.explorer_data import definition_text
 from tuner.report.figure_box import plot_box
-from tuner.report.markup import Markup, element, join, table
+from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import count, estimate, per_cent, significant
 from tuner.text.units import in_degrees, marked_up
 

@@ -24,10 +24,10 @@ from tuner.study.contest_schema import (
     PublishedTable,
 )
 from tuner.study.layers import WHOLE, Layer, Table, depth, laid_over, merged_layers, read_layers
+from tuner.study.messages import translated
 from tuner.study.overrides import put
 from tuner.text.locating import located
 from tuner.text.magnitude import check_magnitudes
-from tuner.text.messages import translated
 
 
 def is_contest(path: Path) -> bool:

@@ -6,7 +6,8 @@ from dataclasses import dataclass
 from objectives.decisions import DecisionSpace, Variable
 from plant.cascade import Cascade
 from plant.errors import InputError, UnknownNameError
-from plant.gains import GROUPS, MOST_OBSERVER, GainAddress, gain_addresses
+from plant.gains import GROUPS, GainAddress, gain_addresses
+from tuner.gains.ranges import check_value
 from tuner.study.schema import GainTable
 
 Entry = float | GainTable
@@ -122,19 +123,3 @@ def _variable(claim: Claim, gains: tuple[GainAddress, ...], control_period: floa
         check_value(claim.key, gain, low, control_period, low_origin)
         check_value(claim.key, gain, high, control_period, high_origin)
     return variable
-
-
-def check_value(key: str, gain: GainAddress, value: float, control_period: float, origin: str = "given") -> None:
-    """Refuse a value that a gain cannot have at this control period [s]; key: of the entry that gives it."""
-    info, what = gain.info, f"{origin} {value:g} {gain.unit} for {gain.address} ({gain.info.meaning})"
-    if value < info.least or (info.exclusive and value == info.least):
-        bound = "above" if info.exclusive else "at least"
-        raise InputError(f"{what}; it must be {bound} {info.least:g} {gain.unit}", key=key)
-    # Relative 1e-9: 75 rad/s at 4 ms is the limit and not above it, whichever way the product rounds.
-    if info.observer and value * control_period > MOST_OBSERVER * (1.0 + 1e-9):
-        raise InputError(
-            f"{what}; at a control period of {control_period:g} s the largest allowed value is "
-            f"{MOST_OBSERVER / control_period:g} rad/s (bandwidth times period at most {MOST_OBSERVER}), beyond it the "
-            "sampled observer is not the one designed: give a smaller value, or shorten controller.control_period",
-            key=key,
-        )

@@ -13,9 +13,13 @@ import numpy as np
 from objectives.decisions import DecisionSpace, Variable
 from objectives.metrics import MetricAddress
 from objectives.metrics.metric import Metric
-from tuner.experiments.contest import Contest, contest_from_table
+from tuner.study.contest import Contest
+from tuner.study.contest_reading import contest_from_table
 from tuner.study.study import Study
 from tuner.study.unknown_paths import Place, put_at
+
+# No ratio counts for less than this: a settling time may be 0, where a band is never left, and its logarithm must stay finite.
+LEAST_RATIO = 0.02
 
 
 @dataclass(frozen=True)

@@ -8,16 +8,17 @@ from typing import Any
 from pydantic import ValidationError
 
 from plant.errors import InputError, UnknownNameError
-from tuner.experiments.contest import Contest, contest_from_table, load_contest
 from tuner.search.names import check_algorithm
+from tuner.study.contest import Contest
+from tuner.study.contest_reading import contest_from_table, load_contest
 from tuner.study.inference import Cell, Inference
 from tuner.study.inference_schema import ADDED, InferenceTable, SettingsTable
 from tuner.study.layers import read_layers
+from tuner.study.messages import translated
 from tuner.study.size import Flown, check_size, flight_steps
 from tuner.study.unknowns import check_range, unknowns_of
 from tuner.text.locating import located
 from tuner.text.magnitude import check_magnitudes
-from tuner.text.messages import translated
 
 
 def is_inference(path: Path) -> bool:

@@ -11,8 +11,8 @@ from pydantic import ValidationError
 from plant.errors import InputError
 from plant.input_files import read_input_text
 from plant.texts import LONGEST_TITLE, check_text, check_texts, check_title, toml_table
+from tuner.study.messages import translated
 from tuner.study.schema import StudyTable
-from tuner.text.messages import translated
 
 
 def read_study_table(path: Path, overrides: Mapping[str, Any]) -> StudyTable:

@@ -7,7 +7,7 @@ import numpy as np
 from objectives.decisions import Variable
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS, gain_addresses
-from tuner.experiments.contest import Contest
+from tuner.study.contest import Contest
 from tuner.study.inference import Inference, Unknown
 from tuner.study.inference_schema import UnknownTable
 from tuner.study.study import Study

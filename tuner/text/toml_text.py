@@ -49,3 +49,9 @@ def _value(value: Any) -> str:
         return f"[{', '.join(_value(entry) for entry in value)}]"
     assert isinstance(value, int | float), f"{value!r} is no value of a study"
     return repr(value)
+
+
+def shown(given: object) -> str:
+    """Return a value as a study file writes it, or its beginning."""
+    text = {True: "true", False: "false"}[given] if isinstance(given, bool) else repr(given)
+    return text if len(text) <= 60 else text[:57] + "..."

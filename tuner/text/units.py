@@ -9,7 +9,7 @@ from html import escape
 from math import pi
 from typing import NamedTuple
 
-from tuner.report.markup import Markup
+from tuner.text.markup import Markup
 
 _RADIAN = re.compile(r"(?<![/\w])rad(?:\^(\d+))?(?![\w^])")
 _POWER = re.compile(r"\^(?:\(([^)]*)\)|(-?\d+))")

@@ -98,7 +98,9 @@ LOST = {
 @pytest.mark.parametrize("where", LOST)
 def test_a_signal_is_not_lost_where_its_exception_is(where):
     body = "".join(f"    {line}\n" for line in LOST[where].splitlines())
-    code = f"import signal, sys, time\nfrom tuner.cli.errors import guarded\ndef work():\n{body}sys.exit(guarded(work))"
+    code = (
+        f"import signal, sys, time\nfrom tuner.text.errors import guarded\ndef work():\n{body}sys.exit(guarded(work))"
+    )
     process = started(code=code)
     _, err = process.communicate(timeout=PATIENCE)
     assert (process.returncode, err) == (130, "Interrupted.\n")
@@ -106,7 +108,7 @@ def test_a_signal_is_not_lost_where_its_exception_is(where):
 
 def test_the_second_signal_waits_for_nothing():
     code = (
-        "import signal, sys, time\nfrom tuner.cli.errors import guarded\n"
+        "import signal, sys, time\nfrom tuner.text.errors import guarded\n"
         "def work():\n"
         "    try: print('begun', flush=True); time.sleep(60)\n"
         "    finally: print('ending', flush=True); time.sleep(60)\n"
@@ -121,7 +123,7 @@ def test_the_second_signal_waits_for_nothing():
 
 def test_an_ignored_signal_stays_ignored():
     code = (
-        "import signal, sys\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\nfrom tuner.cli.errors import guarded\n"
+        "import signal, sys\nsignal.signal(signal.SIGINT, signal.SIG_IGN)\nfrom tuner.text.errors import guarded\n"
         "sys.exit(guarded(lambda: signal.raise_signal(signal.SIGINT)))"
     )
     process = started(code=code)

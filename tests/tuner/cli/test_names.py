@@ -13,8 +13,8 @@ import pytest
 from plant.errors import InputError, UnknownNameError
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed
-from tuner.experiments.contest import load_contest
 from tuner.study import load_study
+from tuner.study.contest_reading import load_contest
 from tuner.study.files import SHIPPED, copied_study, shipped_studies, study_file
 
 ROOT = Path(__file__).parents[3]

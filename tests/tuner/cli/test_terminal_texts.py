@@ -16,8 +16,8 @@ from tests.tuner.in_process import tuner as command
 from tests.tuner.report.contest.fabricate_contest import Made
 from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import fabricate
-from tuner.cli.inert_stream import InertStream
 from tuner.cli.terminal import Console
+from tuner.text.inert_stream import InertStream
 
 # What rich itself writes: colours and styles.
 STYLE = re.compile(r"\x1b\[[0-9;]*m")

@@ -7,10 +7,9 @@ from hypothesis import HealthCheck, configuration, settings
 
 from plant.errors import InputError, ToolError, UnphysicalError
 from tests.tuner.conftest import QUICKSTART
-from tuner.experiments.contest import is_contest, load_contest
-from tuner.experiments.inference import is_inference
 from tuner.study import load_study
-from tuner.study.inference_reading import load_inference
+from tuner.study.contest_reading import is_contest, load_contest
+from tuner.study.inference_reading import is_inference, load_inference
 
 STUDIES = QUICKSTART.parent
 # Seconds that reading a file may take; the slowest good one takes 0.4 s, most 0.01 s.

@@ -6,9 +6,9 @@ from plant.errors import InputError, UnknownNameError
 from tests.tuner.experiments.inference import asked as inference
 from tests.tuner.study.study_text import changed, write
 from tuner.cli.listing import LISTINGS
-from tuner.experiments.inference import load_inference
 from tuner.search.names import ALGORITHMS, check_algorithm
 from tuner.study import load_study
+from tuner.study.inference_reading import load_inference
 
 SECOND = '\n[[objective]]\nmetric = "travel"\n'
 

@@ -61,8 +61,8 @@ def whole(tmp_path_factory):
     patch = pytest.MonkeyPatch()
     patch.setattr(tuner.report, "start_figures", DrawnHere)
     patch.setattr(sys, "argv", ["tuner", *map(str, run(folder))])
-    from tuner.cli.errors import guarded
     from tuner.cli.main import _invoke
+    from tuner.text.errors import guarded
 
     with Faults(folder) as faults:
         assert guarded(_invoke) == 0

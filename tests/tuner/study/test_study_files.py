@@ -22,9 +22,9 @@ from plant.references.steps import Steps
 from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
 from tests.tuner.study.study_text import STUDY, changed, write
-from tuner.experiments.contest import is_contest, load_contest
-from tuner.experiments.inference import is_inference, load_inference
 from tuner.study import load_study
+from tuner.study.contest_reading import is_contest, load_contest
+from tuner.study.inference_reading import is_inference, load_inference
 from tuner.study.study import SearchSpec
 from tuner.study.template import TEMPLATE
 

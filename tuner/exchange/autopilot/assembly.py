@@ -19,8 +19,8 @@ from tuner.exchange.autopilot.pid import held_tilt, weighted, with_gains
 from tuner.exchange.exporter import Option
 from tuner.exchange.settings import number
 from tuner.gains import Controller, VehicleRecord
+from tuner.gains.ranges import check_value
 from tuner.gains.timing import LONGEST, SHORTEST, check_plant_step, timing_of
-from tuner.study.gains import check_value
 
 # Longest plant step [s], and its largest share of the rotors' lag.
 STEP, SHARE = 0.001, 0.5

@@ -20,11 +20,11 @@ from plant.errors import StoreError
 from plant.input_files import MOST_TABLE, read_input, read_input_text
 from plant.scenarios import SEARCH
 from plant.seeds import generator
+from tuner.documents.ending import gains_name
 from tuner.engines.cuda import engine_again
 from tuner.experiments.again.replay import replayed
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.tuning.conclusion import Outcome, conclude, fleets
-from tuner.experiments.tuning.ending import gains_name
 from tuner.experiments.tuning.run import flight_store, problem_of, warm_up
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import front_table, generation_table, point_name

@@ -6,8 +6,8 @@ from pathlib import Path
 import numpy as np
 
 from plant.errors import InputError, StoreError
-from tuner.experiments.tuning.ending import GAINS as GAINS_FILE
-from tuner.experiments.tuning.ending import INFEASIBLE, is_recommended
+from tuner.documents.ending import GAINS as GAINS_FILE
+from tuner.documents.ending import INFEASIBLE, is_recommended
 from tuner.gains import Controller, read_gains
 from tuner.store.advice import JUDGEMENT, TUNING
 from tuner.store.inputs import read_record

@@ -14,9 +14,8 @@ for is the tolerance: how far one draw may fall from the median of its own distr
 import numpy as np
 
 from tuner.experiments.contest.published import INSIDE
+from tuner.study.inference import LEAST_RATIO
 
-# No ratio counts for less than this: a settling time may be 0, where a band is never left, and its logarithm must stay finite.
-LEAST_RATIO = 0.02
 # Ends of the central 68 % and 95 % of flights.
 CENTRAL_68, CENTRAL_95 = (0.16, 0.84), (0.025, 0.975)
 

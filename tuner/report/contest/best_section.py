@@ -1,9 +1,9 @@
 """What each contender offers under a limit: the best value of one objective with another held down."""
 
 from tuner.documents.contest import BestRow, BestUnder, Contest
-from tuner.report.contest.look import sample
+from tuner.documents.look import sample
 from tuner.report.contest.values_section import BEST
-from tuner.report.markup import Markup, element, join, safe
+from tuner.text.markup import Markup, element, join, safe
 from tuner.text.numbers import estimate, significant
 from tuner.text.units import marked_up
 

@@ -3,10 +3,10 @@
 from urllib.parse import quote
 
 from tuner.documents.contest import Contender, Contest, Gain, OnBound
+from tuner.documents.look import sample
 from tuner.report.contest.joined_gains import joined
-from tuner.report.contest.look import sample
-from tuner.report.markup import Markup, element, join, table
 from tuner.report.prose import law_title
+from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, count, per_cent, significant
 from tuner.text.units import marked_up
 

@@ -1,8 +1,8 @@
 """What a reader can switch: which contenders are drawn, everywhere at once, and what the responses show."""
 
 from tuner.documents.contest import Contest
-from tuner.report.contest.look import sample
-from tuner.report.markup import Markup, element, join
+from tuner.documents.look import sample
+from tuner.text.markup import Markup, element, join
 
 # What the responses can show of a contender, and whether they do at first.
 LAYERS = {"flight": ("flight 0", True), "band": ("5–95 % of flights", True), "median": ("median of flights", False)}

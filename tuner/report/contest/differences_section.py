@@ -1,10 +1,10 @@
 """Paired differences: a forest plot a quantity, each row a pair of contenders with difference, interval and verdict."""
 
 from tuner.documents.contest import Contest, Difference, Quantity
-from tuner.report.contest.look import sample
+from tuner.documents.look import sample
 from tuner.report.contest.strip import Scale, interval, ruler, scale
-from tuner.report.markup import Markup, element, join
 from tuner.report.prose import listing
+from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import estimate, fixed
 from tuner.text.units import bracketed
 

@@ -5,8 +5,8 @@ from html import escape
 import numpy as np
 
 from tuner.documents.contest import Contest, Quantity, Scores
+from tuner.documents.look import plotly_line
 from tuner.report.chart import Charts, Panel, Trace, axis, layout, listed
-from tuner.report.contest.look import plotly_line
 from tuner.report.contest.spans import span_of
 from tuner.text.units import bracketed, plain
 

@@ -7,9 +7,9 @@ from typing import Any
 import numpy as np
 
 from tuner.documents.contest import Contest, Front, Fronts, Gain
+from tuner.documents.look import Look, plotly_line, plotly_marker
 from tuner.report.chart import Charts, Panel, Trace, axis, layout, listed
 from tuner.report.contest.joined_gains import joined
-from tuner.report.contest.look import Look, plotly_line, plotly_marker
 from tuner.report.contest.spans import Span, span_of
 from tuner.report.prose import counted
 from tuner.text.numbers import estimate, significant

@@ -8,9 +8,9 @@ from tuner.documents.files import Node, read_text
 from tuner.documents.inference import Inference, load_inference
 from tuner.report.contest.inference_section import cells_table, misfits_table, ratios_table, unknowns_table
 from tuner.report.contest.provenance import environment_facts
-from tuner.report.markup import Markup, described, element, join, safe
 from tuner.report.page import asset, page_section, put_page
 from tuner.report.prose import counted, listing
+from tuner.text.markup import Markup, described, element, join, safe
 from tuner.text.numbers import count, duration, per_cent, significant
 
 AIDS = {

@@ -21,8 +21,8 @@ from tuner.report.contest.published_section import printed_tables, strips
 from tuner.report.contest.response_charts import add_responses
 from tuner.report.contest.values_section import values_table
 from tuner.report.contest.volumes_section import volumes_table
-from tuner.report.markup import Markup, described, element, join, safe
 from tuner.report.page import asset, embedded, ending_aside, grid, page_section, put_page, warnings_aside
+from tuner.text.markup import Markup, described, element, join, safe
 
 AIDS = {
     "contenders": "Operations are those of the laws in one control step, counted and not timed.",

@@ -1,8 +1,8 @@
 """The opening of the page: what was asked, the sentences, the claims with their verdicts, and the key figures."""
 
 from tuner.documents.contest import Claim, Contest, Ruling
-from tuner.report.markup import Markup, element, join
 from tuner.report.prose import counted, listing
+from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import count, duration, estimate
 from tuner.text.units import plain
 

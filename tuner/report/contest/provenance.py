@@ -5,8 +5,8 @@ from typing import Any
 
 from tuner.documents.contest import Contest
 from tuner.report.contest.values_section import metric_anchor
-from tuner.report.markup import Markup, coded, described, element, join
 from tuner.report.provenance import TOLD
+from tuner.text.markup import Markup, coded, described, element, join
 from tuner.text.numbers import MISSING, count, duration, significant
 from tuner.text.units import marked_up
 

@@ -1,9 +1,9 @@
 """Printed numbers against the distribution that the same experiment has here: as the paper's table, and as a picture."""
 
 from tuner.documents.contest import Cell, Contest
-from tuner.report.contest.look import sample
+from tuner.documents.look import sample
 from tuner.report.contest.strip import Scale, pinned, ruler, scale
-from tuner.report.markup import Markup, element, join
+from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import MISSING, estimate, fixed, significant
 from tuner.text.units import bracketed, marked_up
 

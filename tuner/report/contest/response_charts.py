@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from tuner.documents.contest import Contest
+from tuner.documents.look import plotly_line
 from tuner.documents.results import Fan
 from tuner.report.chart import Charts, Panel, Trace, axis, layout, listed
-from tuner.report.contest.look import plotly_line
 from tuner.report.contest.signals import asked_for, is_calm, signal_title
 from tuner.report.response_charts import is_rotor, thinned
 

@@ -7,10 +7,10 @@ from collections.abc import Iterable
 from math import floor, isfinite, log10
 from typing import NamedTuple
 
+from tuner.documents.look import Look, mark
 from tuner.documents.results import Estimate
-from tuner.report.contest.look import Look, mark
 from tuner.report.drawings import diamond, square
-from tuner.report.markup import Markup, element, join
+from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import significant
 
 WIDTH, NARROW, INSET, ROW = 220.0, 132.0, 12.0, 18.0

@@ -15,8 +15,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tuner.documents.contest import Air, Contest, Trace
+from tuner.documents.look import Look
 from tuner.documents.results import Fan
-from tuner.report.contest.look import Look
 from tuner.report.contest.signals import asked_for, drifts, error, is_calm, rate, signal_title
 from tuner.report.figure_style import COLOURS, grid
 from tuner.text.units import bracketed

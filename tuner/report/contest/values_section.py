@@ -1,12 +1,12 @@
 """Every contender in every quantity on the same flights, the best marked by a sign and not by colour alone."""
 
 from tuner.documents.contest import Contest, Quantity
+from tuner.documents.look import Look, sample
 from tuner.documents.results import Estimate
-from tuner.report.contest.look import Look, sample
 from tuner.report.contest.strip import NARROW, WIDTH, ruler, scale, stacked
-from tuner.report.markup import Markup, coded, element, join
 from tuner.report.outcome_table import risk_words
 from tuner.report.prose import limit_text
+from tuner.text.markup import Markup, coded, element, join
 from tuner.text.numbers import MISSING, estimate
 from tuner.text.units import marked_up, plain
 

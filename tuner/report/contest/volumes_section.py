@@ -1,9 +1,9 @@
 """How large the fronts are: the share of one common box that each dominates."""
 
 from tuner.documents.contest import Contest, Fronts
-from tuner.report.contest.look import sample
+from tuner.documents.look import sample
 from tuner.report.contest.values_section import BEST, CLOSE
-from tuner.report.markup import Markup, element, join, table
+from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import count, estimate, significant
 from tuner.text.units import plain
 

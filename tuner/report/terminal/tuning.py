@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from objectives.decisions import Variable as Range
+from tuner.documents.ending import gains_file, is_feasible, shown_as, shown_point
 from tuner.documents.loading import load
 from tuner.documents.results import Results
-from tuner.experiments.tuning.ending import gains_file, is_feasible, shown_as, shown_point
 
 Row = dict[str, Any]
 

@@ -3,10 +3,10 @@
 import pytest
 
 from tests.tuner.experiments.contest.contest_text import write
-from tuner.experiments.contest import load_contest
 from tuner.experiments.contest.run import run_contest
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
+from tuner.study.contest_reading import load_contest
 
 
 def run_small(path, folder, threads=2, **changes):

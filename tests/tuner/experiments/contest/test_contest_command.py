@@ -5,8 +5,8 @@ import json
 from tests.tuner.cli.test_cli import refused, tuner
 from tests.tuner.experiments.contest.contest_text import changed, write
 from tests.tuner.in_process import tuner as in_process
-from tuner.cli.errors import NOTHING_FEASIBLE
-from tuner.experiments.tuning.ending import NOTHING
+from tuner.documents.ending import NOTHING
+from tuner.text.errors import NOTHING_FEASIBLE
 
 
 def test_check_says_what_a_contest_would_fly(tmp_path):

@@ -4,7 +4,7 @@ import pytest
 
 from plant.errors import InputError
 from tests.tuner.experiments.contest.contest_text import CONTEST, changed, write
-from tuner.experiments.contest import load_contest
+from tuner.study.contest_reading import load_contest
 
 SHARED = CONTEST.split("[[contender]]", 1)[0]
 FAULTS = {

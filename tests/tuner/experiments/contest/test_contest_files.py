@@ -9,9 +9,8 @@ import plant.airframes
 from plant.airframes import load
 from plant.errors import InputError
 from tests.tuner.experiments.contest.contest_text import CONTEST, NAMES, changed, write
-from tuner.experiments.contest import is_contest, load_contest
 from tuner.study.build import study_from_table
-from tuner.study.contest_reading import slug_of
+from tuner.study.contest_reading import is_contest, load_contest, slug_of
 from tuner.study.layers import merged
 from tuner.text.toml_text import toml_text
 

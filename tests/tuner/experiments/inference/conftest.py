@@ -7,10 +7,10 @@ import pytest
 
 from plant.scenarios import HELD_OUT
 from tests.tuner.experiments.inference.asked import synthetic_paper, write
-from tuner.experiments.inference import load_inference
 from tuner.experiments.inference.run import run_inference
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
+from tuner.study.inference_reading import load_inference
 
 SMALL = {"search.population": 8, "search.generations": 2, "inference.flights": 8, "inference.held_out": 40}
 

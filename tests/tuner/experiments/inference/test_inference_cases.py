@@ -13,12 +13,12 @@ import plant.airframes
 from plant.scenarios import SEARCH
 from tests.tuner.experiments.inference.asked import CELLS, STUDY, cell, published_medians, write
 from tests.tuner.experiments.inference.conftest import SMALL, run
-from tuner.experiments.contest import load_contest
-from tuner.experiments.inference import load_inference
 from tuner.experiments.inference.experiment import Experiment
 from tuner.experiments.inference.words import unknown_words
 from tuner.experiments.inference.writing import with_values
 from tuner.store.folder import Folder
+from tuner.study.contest_reading import load_contest
+from tuner.study.inference_reading import load_inference
 from tuner.text.toml_text import toml_text
 
 ROOT = Path(__file__).parents[4]

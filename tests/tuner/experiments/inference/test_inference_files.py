@@ -7,9 +7,9 @@ import pytest
 
 from plant.errors import InputError
 from tests.tuner.experiments.inference.asked import CELLS, STUDY, TRUTH, cell, changed, plain_table, write
-from tuner.experiments.contest import is_contest
-from tuner.experiments.inference import is_inference, load_inference
 from tuner.study.build import study_from_table
+from tuner.study.contest_reading import is_contest
+from tuner.study.inference_reading import is_inference, load_inference
 
 STUDIES = Path(__file__).parents[4] / "studies"
 K2 = 'set = ["contender.soft.gains.attitude.k2"]'

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 
 from tests.tuner.experiments.inference.asked import write
-from tuner.experiments.inference import load_inference
 from tuner.experiments.inference.misfit import overall
 from tuner.experiments.inference.ranges import LOOSELY, PRIOR, TOLD, Range, covariance, ranges, scatter
 from tuner.experiments.inference.refine import CLOSE, FAR, Slope, neighbours, refined
 from tuner.experiments.inference.tried import Tried, inferred, joined, tried
+from tuner.study.inference_reading import load_inference
 
 
 @pytest.fixture(scope="module")

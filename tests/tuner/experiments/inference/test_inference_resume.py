@@ -7,11 +7,11 @@ import pytest
 import tuner.report.inference_figure
 from tests.tuner.experiments.inference.asked import STUDY, published_medians, write
 from tests.tuner.experiments.inference.conftest import SMALL
-from tuner.experiments.inference import load_inference
 from tuner.experiments.inference.resume import reopen_inference
 from tuner.experiments.inference.run import run_inference
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
+from tuner.study.inference_reading import load_inference
 
 TIMES = ("wall_seconds", "seconds")
 

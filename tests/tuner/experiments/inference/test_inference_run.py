@@ -23,12 +23,12 @@ from tests.tuner.experiments.inference.asked import (
     write,
 )
 from tests.tuner.experiments.inference.conftest import run
-from tuner.experiments.contest import is_contest, load_contest
-from tuner.experiments.inference import is_inference, load_inference
 from tuner.experiments.inference.experiment import CHUNK, Experiment
 from tuner.experiments.inference.misfit import log_ratio
 from tuner.experiments.inference.run import SWEEP, thinned
 from tuner.experiments.inference.tried import ratio_scores
+from tuner.study.contest_reading import is_contest, load_contest
+from tuner.study.inference_reading import is_inference, load_inference
 
 VALUES = np.array(list(TRUTH.values()))
 FILES = (

@@ -19,13 +19,13 @@ from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, write
 from tuner import report
 from tuner.cli import show
-from tuner.cli.errors import NOTHING_FEASIBLE, guarded
 from tuner.cli.main import _invoke
+from tuner.documents.ending import GAINS, INFEASIBLE, NOTHING
 from tuner.documents.loading import load
-from tuner.experiments.tuning.ending import GAINS, INFEASIBLE, NOTHING
 from tuner.experiments.tuning.starts import design_row, study_designs
 from tuner.report.page import page
 from tuner.study import load_study
+from tuner.text.errors import NOTHING_FEASIBLE, guarded
 
 # Yaw keeps what the study fixes: far too fast for its observer, and nothing that is searched moves it.
 FIXED = '"tilt.lambda" = { low = 1, high = 16 }\n"yaw.lambda" = 30.0\n"yaw.omega_o" = 12.0\n"yaw.k1" = 30.0'

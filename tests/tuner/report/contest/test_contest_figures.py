@@ -12,11 +12,11 @@ from tests.tuner.report.contest.fabricate_contest import ALL, Made, answer, aske
 from tests.tuner.report.contest.reading_contest import content, front_rows, rows_of
 from tests.tuner.report.test_report_figures import pdf_box, png_size
 from tuner.documents.contest_loading import load_contest
+from tuner.documents.look import INKS
 from tuner.report.contest import time_figures, write_contest_figures
 from tuner.report.contest.differences_figure import differences_figure
 from tuner.report.contest.figures import FIGURES
 from tuner.report.contest.fronts_figure import fronts_figure
-from tuner.report.contest.look import INKS
 from tuner.report.contest.published_figure import published_figure
 from tuner.report.contest.signals import rate
 from tuner.report.contest.time_figures import BEYOND

@@ -10,7 +10,7 @@ from types import FrameType
 from typing import Any
 
 from plant.errors import ToolError, one_line
-from tuner.cli.inert_stream import inert_streams
+from tuner.text.inert_stream import inert_streams
 
 BROKEN = 1
 """A limit is broken, or a difference is found: of commands that check something."""

@@ -9,11 +9,11 @@ from scipy.integrate import quad
 
 from plant.errors import InputError
 from plant.seeds import generator
-from tuner.experiments.sensitivity import analysis as module
-from tuner.experiments.sensitivity.analysis import Sampled, analyse, judged
-from tuner.experiments.sensitivity.design import SobolDesign, checked_base, sobol_design
-from tuner.experiments.sensitivity.indices import sobol_spans
-from tuner.experiments.sensitivity.scales import RANK, VALUE, held_to_completed
+from tuner.analysis.sensitivity import analysis as module
+from tuner.analysis.sensitivity.analysis import Sampled, analyse, judged
+from tuner.analysis.sensitivity.design import SobolDesign, checked_base, sobol_design
+from tuner.analysis.sensitivity.indices import sobol_spans
+from tuner.analysis.sensitivity.scales import RANK, VALUE, held_to_completed
 
 G = np.array([0.0, 0.5, 3.0, 9.0])
 

@@ -10,6 +10,7 @@ from pydantic_core import ErrorDetails
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS
 from tuner.study.schema import ControllerTable, ObjectiveTable, ScenarioTable, SearchTable, StudyTable
+from tuner.text.toml_text import shown
 
 Location = tuple[int | str, ...]
 
@@ -113,12 +114,6 @@ def _importance(problem: ErrorDetails) -> int:
 def _unquoted_gain(location: Location) -> bool:
     """Return whether the unknown key comes from roll.k1 = 20.0, which TOML reads as a table "roll"."""
     return location[0] == "gains" and len(location) > 2 and location[1] in GROUPS
-
-
-def shown(given: object) -> str:
-    """Return a value as a study file writes it, or its beginning."""
-    text = {True: "true", False: "false"}[given] if isinstance(given, bool) else repr(given)
-    return text if len(text) <= 60 else text[:57] + "..."
 
 
 def dotted(location: Location) -> str:

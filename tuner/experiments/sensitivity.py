@@ -10,7 +10,7 @@ from objectives.problem import Problem
 from objectives.requirements import worth_flying
 from plant.errors import InputError
 from plant.scenarios import SEARCH
-from tuner.experiments.sensitivity.analysis import Analysis, Sampled, analyse
+from tuner.analysis.sensitivity.analysis import Analysis, Sampled, analyse
 from tuner.experiments.tuning.conclusion import fleets
 from tuner.experiments.tuning.run import problem_of
 from tuner.study.study import Study

@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from plant.gains import gain_addresses
-from tuner.experiments.sensitivity.analysis import Analysis
-from tuner.experiments.sensitivity.indices import Spans
-from tuner.experiments.sensitivity.scales import RANK, SCALES, VALUE
-from tuner.experiments.sensitivity.variance import Shares, TwoWay
+from tuner.analysis.sensitivity.analysis import Analysis
+from tuner.analysis.sensitivity.indices import Spans
+from tuner.analysis.sensitivity.scales import RANK, SCALES, VALUE
+from tuner.analysis.sensitivity.variance import Shares, TwoWay
 from tuner.study.study import Study
 
 if TYPE_CHECKING:

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from plant.seeds import generator
-from tuner.experiments.sensitivity.variance import two_way
+from tuner.analysis.sensitivity.variance import two_way
 
 
 def drawn(g, s, deviations, index=0):

@@ -7,10 +7,10 @@ from typing import NamedTuple
 import numpy as np
 
 from plant.seeds import generator
-from tuner.experiments.sensitivity.design import SobolDesign, sobol_design
-from tuner.experiments.sensitivity.indices import Indices, sobol_spans
-from tuner.experiments.sensitivity.scales import RANK, VALUE, held_to_completed, ranks
-from tuner.experiments.sensitivity.variance import TwoWay, two_way
+from tuner.analysis.sensitivity.design import SobolDesign, sobol_design
+from tuner.analysis.sensitivity.indices import Indices, sobol_spans
+from tuner.analysis.sensitivity.scales import RANK, VALUE, held_to_completed, ranks
+from tuner.analysis.sensitivity.variance import TwoWay, two_way
 
 Array = np.ndarray
 # Points evaluated at once: the meters of 256 candidates in 64 scenarios take some 40 MB.

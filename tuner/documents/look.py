@@ -7,7 +7,7 @@ page are the variables --c0 to --c7 of contest.css; those of the figures for a p
 from collections.abc import Hashable, Sequence
 from typing import Any, NamedTuple
 
-from tuner.report.markup import Markup, element, join
+from tuner.text.markup import Markup, element, join
 
 # plotly symbol, matplotlib marker, path in a box of 16 by 16.
 SYMBOLS = (
