@@ -1,79 +1,59 @@
-"""The one-way graph: plant <- objectives <- tuner, and no cycle among modules, imports inside functions included."""
+"""The floor plan, as import-linter reads it in pyproject.toml: imports inside functions and of types alone count too."""
 
 import ast
+import tomllib
 from pathlib import Path
 
+from importlinter import cli
+
 ROOT = Path(__file__).parents[1]
-PACKAGES = ("plant", "objectives", "tuner")
+CONFIG = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))["tool"]["importlinter"]
 
 
-def modules():
-    return {
-        ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
-        for package in PACKAGES
-        for path in (ROOT / package).rglob("*.py")
-    }
+def test_every_room_imports_only_those_below_it(monkeypatch, capsys):
+    monkeypatch.chdir(ROOT)
+    assert cli.lint_imports(no_cache=True) == 0, capsys.readouterr().out
 
 
-def is_type_checking(node):
-    return isinstance(node, ast.If) and isinstance(node.test, ast.Name) and node.test.id == "TYPE_CHECKING"
-
-
-def imported(path, known):
-    """Modules of ours that a file imports anywhere, but for those that only a type checker sees."""
-    tree = ast.parse(path.read_text(encoding="utf-8"))
-    hidden = {id(inner) for node in ast.walk(tree) if is_type_checking(node) for inner in ast.walk(node)}
-    found = set()
-    for node in ast.walk(tree):
-        if id(node) in hidden:
-            continue
-        names = []
-        if isinstance(node, ast.Import):
-            names = [alias.name for alias in node.names]
-        elif isinstance(node, ast.ImportFrom) and node.module:
-            # `from package import module` depends on the module, `from module import name` on the module it stands in.
-            names = [f"{node.module}.{alias.name}" for alias in node.names]
-            names = [name if name in known else node.module for name in names]
-        found |= {name for name in names if name in known}
-    return found
-
-
-def graph():
-    known = modules()
-    return {name: imported(path, known) - {name} for name, path in known.items()}
-
-
-def test_the_graph_sees_known_edges():
-    edges = graph()
-    assert "plant.primitives" in edges["plant.vectors"]
-    assert "tuner.report" in edges["tuner.experiments.tuning.run"]  # imported inside a function
-
-
-def test_packages_point_one_way():
-    rank = {package: i for i, package in enumerate(PACKAGES)}
-    wrong = [
-        (name, other)
-        for name, others in graph().items()
-        for other in others
-        if rank[other.split(".")[0]] > rank[name.split(".")[0]]
+def test_an_upward_import_inside_a_function_is_seen(tmp_path, monkeypatch, capsys):
+    (tmp_path / "house" / "cellar").mkdir(parents=True)
+    (tmp_path / "house" / "attic").mkdir()
+    for name in ("", "cellar", "attic"):
+        (tmp_path / "house" / name / "__init__.py").write_text("")
+    (tmp_path / "house" / "cellar" / "boiler.py").write_text("def heat():\n    from house.attic import roof\n")
+    (tmp_path / "house" / "attic" / "roof.py").write_text("")
+    config = tmp_path / ".importlinter"
+    text = [
+        "[importlinter]",
+        "root_package = house",
+        "[importlinter:contract:floors]",
+        "name = floors",
+        "type = layers",
     ]
-    assert wrong == []
+    config.write_text("\n".join([*text, "containers = house", "layers =", "    attic", "    cellar", ""]))
+    monkeypatch.chdir(tmp_path)
+    monkeypatch.syspath_prepend(str(tmp_path))
+    assert cli.lint_imports(no_cache=True) == 1
+    assert "house.cellar.boiler -> house.attic.roof" in capsys.readouterr().out
 
 
-def test_no_cycles():
-    edges = graph()
-    done, stack = set(), []
+def test_type_checking_counts_and_no_contract_looks_away():
+    assert CONFIG["exclude_type_checking_imports"] is False
+    floors = next(contract for contract in CONFIG["contracts"] if contract.get("exhaustive"))
+    assert "ignore_imports" not in floors
 
-    def visit(name):
-        if name in stack:
-            raise AssertionError(" -> ".join([*stack[stack.index(name) :], name]))
-        if name in done:
-            return
-        stack.append(name)
-        for other in sorted(edges[name]):
-            visit(other)
-        stack.pop()
-        done.add(name)
 
-    for name in edges:
-        visit(name)
+def test_only_the_package_and_its_command_lie_loose():
+    loose = {path.name for path in (ROOT / "tuner").glob("*.py")}
+    assert loose == {"__init__.py", "__main__.py"}
+
+
+def test_all_imports_are_absolute():
+    relative = [
+        str(path)
+        for package in ("plant", "objectives", "tuner")
+        for path in (ROOT / package).rglob("*.py")
+        for node in ast.walk(ast.parse(path.read_text(encoding="utf-8")))
+        if isinstance(node, ast.ImportFrom) and node.level
+    ]
+    assert relative == []

@@ -5,9 +5,9 @@ from typing import Any
 
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.experiments.guards import said_before
 from tuner.experiments.tuning.conflicts import automatic_rows, told_automatic
 from tuner.experiments.tuning.diagnosis import Diagnosis, told_obstacles
+from tuner.experiments.tuning.guards import said_before
 from tuner.experiments.tuning.preview import NARROW, beyond_reach, default_rows, is_certain, trim_rows, vehicle_row
 from tuner.study import load_study
 

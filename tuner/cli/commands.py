@@ -21,7 +21,7 @@ from tuner.study.trim import told_trim
 from tuner.text.errors import NOTHING_FEASIBLE
 
 if TYPE_CHECKING:
-    from tuner.experiments.tuning.conclusion import Outcome
+    from tuner.experiments.tuning.outcome import Outcome
     from tuner.store.folder import Folder
     from tuner.study.study import Study
 

@@ -7,12 +7,8 @@ names what the target cannot hold. What the target adds or lacks beside the gain
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING
 
 from tuner.gains import Controller
-
-if TYPE_CHECKING:
-    from tuner.exchange.autopilot.gyro_filter import GyroFilter
 
 
 @dataclass(frozen=True)
@@ -65,6 +61,18 @@ class Parameter:
 
 
 @dataclass(frozen=True)
+class GyroFilter:
+    """Low-pass of a target between the gyro and its loops.
+
+    name: parameter of the target; cutoff [Hz], 0 for none; known: whether the vehicle's file told it, else the default.
+    """
+
+    name: str
+    cutoff: float
+    known: bool
+
+
+@dataclass(frozen=True)
 class Bundle:
     """What an exporter gives back.
 
@@ -81,7 +89,7 @@ class Bundle:
     lossy: tuple[str, ...]
     target_version: str
     parameters: tuple[Parameter, ...] = ()
-    gyro: "GyroFilter | None" = None
+    gyro: GyroFilter | None = None
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,7 @@
 """What rounding to a target's resolution does to a controller: its gains, its margins and its flights, before and after.
 
-Both fly the usual flight (`tuner.analysis.default_scenario`) through the same turbulence, on a stream that no search and no check has seen.
+Both fly the usual flight (`tuner.analysis.default_scenario`) through the same turbulence, on a stream that no search
+and no check has seen.
 """
 
 from dataclasses import asdict, dataclass
@@ -20,8 +21,8 @@ from plant.vectors import Vec3
 from tuner.analysis.default_scenario import SCENARIO, system_of
 from tuner.analysis.margins.document import default_requirements
 from tuner.analysis.margins.readings import subject_of
-from tuner.exchange.autopilot.gyro_filter import GyroFilter, filter_rows
-from tuner.exchange.exporter import Bundle, Request
+from tuner.exchange.autopilot.gyro_filter import filter_rows
+from tuner.exchange.exporter import Bundle, GyroFilter, Request
 from tuner.gains import Controller
 from tuner.search.watcher import Watcher, told_of_compiling
 

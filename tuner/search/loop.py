@@ -104,3 +104,8 @@ def search_generations(
         record = replace(draft, feasible_share=float(feasible), hypervolume=volume)
         done.append(record)
         yield record
+
+
+def point_name(candidate: int) -> str:
+    """Return the name of a candidate in tables and reports."""
+    return f"p{candidate:04d}"

@@ -13,7 +13,7 @@ from scipy.stats import binom, norm
 
 from objectives.risk import Risk, interval_on, paired_difference_on, resampled_scenarios, within
 from objectives.risk.studentised import difference, measured, standard_error
-from tuner.experiments.tuning.held_out import gap_interval
+from tuner.analysis.held_out import gap_interval
 
 SIGMA = 0.5
 RISKS = [Risk("mean"), Risk("cvar", 0.8), Risk("cvar", 0.9), Risk("quantile", 0.9)]

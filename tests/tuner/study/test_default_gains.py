@@ -11,7 +11,7 @@ from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.nominal import ControlOptions
 from tests.tuner.exchange.controllers import controller
-from tuner.experiments.guards import said_before
+from tuner.experiments.tuning.guards import said_before
 from tuner.gains import to_document
 from tuner.study import load_study
 

@@ -10,7 +10,7 @@ from plant.errors import InputError
 from plant.scenarios import CONFIRMATION, Spread
 from tests.plant.test_trim import independent
 from tests.tuner.conftest import QUICKSTART
-from tuner.experiments.guards import said_before
+from tuner.experiments.tuning.guards import said_before
 from tuner.study import load_study
 from tuner.study.trim import mean_wind_trim
 

@@ -1,8 +1,8 @@
 """Sobol indices: how much of the variance of an output each input explains, alone and with all its interactions.
 
 First order S_i = V[E(y | x_i)] / V[y]; total T_i = 1 - V[E(y | all but x_i)] / V[y]. Estimators (b) and (f) of Table 2 in
-Saltelli et al. 2010 (see `tuner.analysis.sensitivity.design`), as implemented by `scipy.stats.sobol_indices`. An estimate may lie a
-little below 0 or above 1; its interval then says how little is known.
+Saltelli et al. 2010 (see `tuner.analysis.sensitivity.design`), as implemented by `scipy.stats.sobol_indices`. An estimate may
+lie a little below 0 or above 1; its interval then says how little is known.
 
 The intervals are percentile bootstraps over the base samples, which are taken as independent. Those of a Sobol sequence are
 spread more evenly than that, so the intervals are rather too wide. SciPy's own bootstrap takes no seed and is not used.

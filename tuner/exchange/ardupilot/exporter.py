@@ -33,7 +33,6 @@ from tuner.exchange.ardupilot.map import (
 from tuner.exchange.ardupilot.old import OLDER, modernised
 from tuner.exchange.ardupilot.ranges import DIALECTS, FIRMWARES, Dialect, check_names, translated
 from tuner.exchange.ardupilot.text import SEPARATORS, read_param, write_param
-from tuner.exchange.autopilot.gyro_filter import GyroFilter
 from tuner.exchange.autopilot.parameter_table import defaults, parameters
 from tuner.exchange.autopilot.parameter_text import single
 from tuner.exchange.autopilot.pid import (
@@ -48,7 +47,7 @@ from tuner.exchange.autopilot.pid import (
     with_measured_rates,
 )
 from tuner.exchange.autopilot.scales import Motors, is_plus, motors_text
-from tuner.exchange.exporter import Bundle, Exporter, Option, Request
+from tuner.exchange.exporter import Bundle, Exporter, GyroFilter, Option, Request
 from tuner.exchange.heading import heading
 from tuner.exchange.settings import number
 from tuner.exchange.texts import parameter_comment

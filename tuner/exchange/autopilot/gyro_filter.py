@@ -9,7 +9,6 @@ Its amplitude at the crossover is cos(phi), theirs is close to 1, so a little ga
 their margins hold the attitude loops.
 """
 
-from dataclasses import dataclass
 from math import isfinite, pi, sqrt
 from typing import Any
 
@@ -23,21 +22,13 @@ from plant.vectors import Vec3
 from tuner.analysis.margins.limits import LIMITS
 from tuner.analysis.margins.readings import Subject, subject_of
 from tuner.exchange.autopilot.pid import axis_gains, with_gains
+from tuner.exchange.exporter import GyroFilter
 from tuner.gains import Controller
 
 Row = dict[str, Any]
 LIMIT = next(limit.limit for limit in LIMITS if limit.quantity == "phase_margin")
 # Crossovers from this share of the cut-off on lag by more than the filter of first order can.
 MOST_SHARE = 0.9
-
-
-@dataclass(frozen=True)
-class GyroFilter:
-    """name: parameter of the target; cutoff [Hz], 0 for none; known: whether the vehicle's file told it, else the default."""
-
-    name: str
-    cutoff: float
-    known: bool
 
 
 def filter_rows(controller: Controller, gyro: GyroFilter) -> list[Row]:

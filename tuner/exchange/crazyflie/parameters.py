@@ -1,9 +1,9 @@
 """Our PID as the parameters of the firmware's cascade: position, velocity, attitude, rate; and back.
 
-The attitude's PID is an attitude loop (P) around a rate loop (PI), see `tuner.exchange.autopilot.pid_cascade`; the position's a position loop
-(P) around a velocity loop (PI) whose output is an angle, a/g in degrees, or counts of thrust. Every other gain of the firmware's
-loops is written as 0, for its defaults are not 0. Pitch is positive nose up in the firmware, and yaw's output is negated: angle,
-rate and torque change their signs together, so no gain does.
+The attitude's PID is an attitude loop (P) around a rate loop (PI), see `tuner.exchange.autopilot.pid_cascade`; the position's
+a position loop (P) around a velocity loop (PI) whose output is an angle, a/g in degrees, or counts of thrust. Every other
+gain of the firmware's loops is written as 0, for its defaults are not 0. Pitch is positive nose up in the firmware, and yaw's
+output is negated: angle, rate and torque change their signs together, so no gain does.
 """
 
 from collections.abc import Mapping

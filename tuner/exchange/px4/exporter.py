@@ -14,7 +14,6 @@ from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import ATTITUDE_AXES, AXES
 from plant.errors import InputError
 from tuner.exchange.aboard import DERIVATIVE, KEEP, OTHERS, Aboard, aboard, said_of_others
-from tuner.exchange.autopilot.gyro_filter import GyroFilter
 from tuner.exchange.autopilot.parameter_table import defaults, parameters
 from tuner.exchange.autopilot.parameter_text import single
 from tuner.exchange.autopilot.pid import (
@@ -29,7 +28,7 @@ from tuner.exchange.autopilot.pid import (
     with_measured_rates,
 )
 from tuner.exchange.autopilot.scales import Motors, command_slope, motors, motors_text
-from tuner.exchange.exporter import Bundle, Exporter, Option, Request
+from tuner.exchange.exporter import Bundle, Exporter, GyroFilter, Option, Request
 from tuner.exchange.heading import heading
 from tuner.exchange.px4.map import (
     CARRIED,

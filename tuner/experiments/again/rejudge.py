@@ -16,7 +16,8 @@ from plant.scenarios import HELD_OUT
 from tuner.engines.cuda import engine_again
 from tuner.experiments.again.replay import replayed
 from tuner.experiments.again.resume import recorded_study
-from tuner.experiments.tuning.conclusion import Outcome, conclude
+from tuner.experiments.tuning.conclusion import conclude
+from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.run import flight_store, problem_of, search, write_inputs, write_outcome
 from tuner.search.watcher import Watcher
 from tuner.store.advice import JUDGEMENT

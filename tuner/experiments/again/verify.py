@@ -24,12 +24,13 @@ from tuner.documents.ending import gains_name
 from tuner.engines.cuda import engine_again
 from tuner.experiments.again.replay import replayed
 from tuner.experiments.again.resume import recorded_study
-from tuner.experiments.tuning.conclusion import Outcome, conclude, fleets
+from tuner.experiments.tuning.conclusion import conclude, fleets
+from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.run import flight_store, problem_of, warm_up
 from tuner.experiments.tuning.summary import summary_document
-from tuner.experiments.tuning.tables import front_table, generation_table, point_name
+from tuner.experiments.tuning.tables import front_table, generation_table
 from tuner.gains.agreement import same_result
-from tuner.search.loop import Generation, archive
+from tuner.search.loop import Generation, archive, point_name
 from tuner.search.watcher import Watcher
 from tuner.store.advice import CONTEST, TUNING, kind_of
 from tuner.store.environment import environment

@@ -2,8 +2,8 @@
 
 from dataclasses import dataclass
 
+from tuner.analysis.held_out import Estimate
 from tuner.experiments.contest.comparison import Comparison
-from tuner.experiments.tuning.held_out import Estimate
 from tuner.study.contest import Claim, Contest
 
 SURVIVES, FAILS, UNDECIDED = "survives", "fails", "undecided"

@@ -5,8 +5,8 @@ from itertools import combinations
 
 from objectives.risk import interval_on, paired_difference_on, resampled_scenarios, within
 from plant.seeds import generator
+from tuner.analysis.held_out import TABLE_REPLICATES, Estimate
 from tuner.experiments.contest.flying import Flown
-from tuner.experiments.tuning.held_out import TABLE_REPLICATES, Estimate
 from tuner.study.contest import Quantity
 
 

@@ -6,13 +6,13 @@ import numpy as np
 
 from objectives.risk import RISKS
 from plant.gains import gain_addresses
+from tuner.analysis.held_out import Estimate
 from tuner.experiments.contest.comparison import Difference
 from tuner.experiments.contest.cost import MEANING, Cost
 from tuner.experiments.contest.fronts import Best
 from tuner.experiments.contest.published import Cell
 from tuner.experiments.contest.result import Result
 from tuner.experiments.contest.words import sentences
-from tuner.experiments.tuning.held_out import Estimate
 from tuner.study.contest import Quantity
 from tuner.study.processor_cost.cost import MEANING as PROCESSOR_MEANING
 

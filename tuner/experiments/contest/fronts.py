@@ -21,8 +21,8 @@ import numpy as np
 from objectives.problem import Objective
 from objectives.risk import interval_on, replicates_on, resampled_scenarios, within
 from plant.seeds import generator
+from tuner.analysis.held_out import FRONT_REPLICATES, Estimate
 from tuner.experiments.contest.flying import Entry, Flown
-from tuner.experiments.tuning.held_out import FRONT_REPLICATES, Estimate
 from tuner.search.front import non_dominated
 from tuner.study.contest import Contest
 

@@ -4,9 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tuner.analysis.held_out import Estimate
 from tuner.experiments.contest.comparison import Comparison
 from tuner.experiments.contest.flying import Flown
-from tuner.experiments.tuning.held_out import Estimate
 from tuner.study.contest import Contest, Published
 
 # A printed number is "inside" where it lies between these percentiles of the flights.

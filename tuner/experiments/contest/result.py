@@ -5,7 +5,6 @@ from functools import cached_property
 
 import numpy as np
 
-from tuner.experiments.contest.bounds import OnBound, on_bounds
 from tuner.experiments.contest.claims import JudgedClaim, judge_claims
 from tuner.experiments.contest.comparison import Comparison, compare_all
 from tuner.experiments.contest.cost import Cost, cost_of
@@ -13,6 +12,7 @@ from tuner.experiments.contest.flying import Entry, Flown
 from tuner.experiments.contest.fronts import Best, Front, Volumes, best_under, front_of, volumes_of
 from tuner.experiments.contest.published import Cell, judge_cells
 from tuner.experiments.contest.tuning import Prepared
+from tuner.study.bounds import OnBound, on_bounds
 from tuner.study.contest import Contest
 
 

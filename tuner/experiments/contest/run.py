@@ -12,7 +12,7 @@ from tuner.experiments.contest.records import response_tables, wind_table
 from tuner.experiments.contest.result import Result, groups_of, judge_contest
 from tuner.experiments.contest.tables import fronts_table, listed_table, scores_table
 from tuner.experiments.contest.tuning import Prepared, prepare
-from tuner.experiments.guards.before import few_scenarios
+from tuner.experiments.tuning.guards.before import few_scenarios
 from tuner.experiments.tuning.run import warm_up
 from tuner.search.watcher import Watcher
 from tuner.store.advice import CONTEST

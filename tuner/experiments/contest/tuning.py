@@ -7,8 +7,8 @@ import numpy as np
 
 from tuner.experiments.contest.flying import Entry, comparison_problem
 from tuner.experiments.tuning.ending import contender_ending
-from tuner.experiments.tuning.tables import point_name
 from tuner.search.front import pick
+from tuner.search.loop import point_name
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.store.manifest import FILE as MANIFEST
@@ -17,7 +17,7 @@ from tuner.text.paths import with_paths
 from tuner.text.toml_text import toml_text
 
 if TYPE_CHECKING:
-    from tuner.experiments.tuning.conclusion import Outcome
+    from tuner.experiments.tuning.outcome import Outcome
 
 GIVEN = "given"
 """Name of the point of a contender that is flown as given."""

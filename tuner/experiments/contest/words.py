@@ -4,9 +4,9 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from plant.scenarios import CONFIRMATION
+from tuner.analysis.held_out import Estimate
 from tuner.experiments.contest.claims import FAILS, SURVIVES, UNDECIDED, JudgedClaim
 from tuner.experiments.contest.published import Cell
-from tuner.experiments.tuning.held_out import Estimate
 from tuner.study.contest import Quantity
 from tuner.text.numbers import estimate, per_cent, significant
 

@@ -8,11 +8,11 @@ from tuner.experiments.inference.misfit import CENTRAL_68, CENTRAL_95, is_inside
 from tuner.experiments.inference.ranges import Range, near_rows
 from tuner.experiments.inference.tried import Tried, published_ratios, ratio_scores
 from tuner.experiments.inference.words import sentences
-from tuner.experiments.tuning.tables import point_name
+from tuner.search.loop import point_name
 from tuner.study.inference import Unknown
 
 if TYPE_CHECKING:
-    from tuner.experiments.inference.run import Findings
+    from tuner.experiments.inference.findings import Findings
 
 Document = dict[str, Any]
 # Rows of `Findings.checked`.

@@ -1,6 +1,6 @@
 """An inference from beginning to end: search the settings, look around the best, check on held-out flights, write down."""
 
-from dataclasses import dataclass, replace
+from dataclasses import replace
 from pathlib import Path
 from time import perf_counter
 
@@ -10,7 +10,8 @@ from objectives.problem import Evaluation
 from plant.scenarios import HELD_OUT, SEARCH
 from plant.seeds import generator
 from tuner.experiments.inference.experiment import Experiment
-from tuner.experiments.inference.ranges import Range, ranges
+from tuner.experiments.inference.findings import Findings
+from tuner.experiments.inference.ranges import ranges
 from tuner.experiments.inference.record import Settings
 from tuner.experiments.inference.refine import DAMPINGS, ROUNDS, Slope, refined
 from tuner.experiments.inference.tried import AROUND, Tried, front, inferred, joined, tried
@@ -26,30 +27,6 @@ from tuner.study.inference import Inference
 SWEEP = 9
 # Settings of the front that are flown again at most; a longer one is thinned evenly along its first misfit.
 MOST_CHECKED = 12
-
-
-@dataclass(frozen=True)
-class Findings:
-    """What an inference found.
-
-    found: all settings flown; row 0 is the default. chosen: row of the inferred one; most: of the one with the most cells
-    inside; shown: rows of the front that were checked. checked: the held-out flights of the default, of the chosen, of the
-    one with the most, and of the shown, in this order. default_scores, scores (cells, flights): held-out flights of the
-    default and of the chosen.
-    """
-
-    inference: Inference
-    generations: list[Generation]
-    found: Tried
-    chosen: int
-    most: int
-    shown: np.ndarray
-    checked: Tried
-    default_scores: np.ndarray
-    scores: np.ndarray
-    ranges: list[Range]
-    flights: int
-    seconds: float
 
 
 def run_inference(inference: Inference, folder: Folder, watcher: Watcher, threads: int | None = None) -> Findings:

@@ -26,7 +26,7 @@ from tuner.text.paths import with_paths
 from tuner.text.toml_text import toml_text
 
 if TYPE_CHECKING:
-    from tuner.experiments.inference.run import Findings
+    from tuner.experiments.inference.findings import Findings
 
 
 def write_inputs(inference: Inference, folder: Folder, threads: int) -> None:

@@ -2,11 +2,11 @@
 
 from typing import Any
 
-from tuner.experiments.guards import said_before
 from tuner.experiments.planning.cost import disk_of, flights_of, memory_of, seconds_of
 from tuner.experiments.planning.pilot import FLIGHTS, Pilot
 from tuner.experiments.planning.precision import HELD_OUT, STREAMS, Precision, precision_of
 from tuner.experiments.tuning.conflicts import automatic_rows
+from tuner.experiments.tuning.guards import said_before
 from tuner.study.study import Study
 
 Row = dict[str, Any]

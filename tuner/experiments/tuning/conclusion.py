@@ -1,35 +1,23 @@
 """What a search found, held against flights that it never saw: finalists, the recommended point, warnings."""
 
-from dataclasses import dataclass, replace
-from functools import cached_property
+from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 
-from objectives.problem import Evaluation, Fleet, Problem
+from objectives.problem import Fleet, Problem
 from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
-from tuner.experiments.guards import said_after, said_before
+from tuner.analysis.held_out import Finalists, Searched, compare, compare_known, judge
 from tuner.experiments.tuning.conflicts import (
-    Conflict,
-    Cost,
     conflict_of,
     costs_of,
     limits_of,
     told_conflict,
     told_costs,
 )
-from tuner.experiments.tuning.diagnosis import Obstacle
 from tuner.experiments.tuning.ending import obstacles_of
-from tuner.experiments.tuning.held_out import (
-    Comparison,
-    Finalists,
-    KnownComparison,
-    Searched,
-    compare,
-    compare_known,
-    judge,
-)
-from tuner.experiments.tuning.tables import point_name
+from tuner.experiments.tuning.guards import said_after, said_before
+from tuner.experiments.tuning.outcome import Outcome, finalist_gains
 from tuner.search.front import pick
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive
@@ -38,62 +26,6 @@ from tuner.study.study import Study
 
 # Finalists re-flown at most; a longer front is thinned evenly along its first objective.
 MOST_FINALISTS = 48
-
-
-@dataclass(frozen=True)
-class Outcome:
-    """What a run found. candidates: archive indices of the finalists behind the default; tuned: row in the finalists, of the
-    recommended point or, where nothing is feasible, of the one that breaks least.
-
-    confirmation: the default and the recommended point on scenarios that decided nothing; table and known rest on them.
-    conflict: what stood in the way where nothing was feasible, obstacles: what is behind it; costs: what each limit costs where
-    something was.
-    """
-
-    study: Study
-    problem: Problem
-    generations: list[Generation]
-    candidates: np.ndarray
-    finalists: Finalists
-    confirmation: Evaluation
-    tuned: int
-    why: str
-    table: list[Comparison]
-    known: list[KnownComparison]
-    conflict: Conflict | None
-    obstacles: list[Obstacle]
-    costs: list[Cost]
-    warnings: list[str]
-    seconds: float
-
-    @cached_property
-    def feasible(self) -> bool:
-        """Whether there is anything to recommend: some candidate kept every limit in the search, and `tuned` does held out."""
-        return len(self.archive.front()) > 0 and bool(self.finalists.feasible[self.tuned])
-
-    @property
-    def flights(self) -> int:
-        """Number of flights of the search, of the held-out check and of the confirmation."""
-        return self.generations[-1].flights + self.finalists.evaluation.flights + self.confirmation.flights
-
-    @property
-    def names(self) -> list[str]:
-        """Names of the finalists, "default" first."""
-        return ["default", *[point_name(int(candidate)) for candidate in self.candidates]]
-
-    @cached_property
-    def archive(self) -> Archive:
-        """All candidates of the search."""
-        return archive(self.generations)
-
-    @cached_property
-    def finalist_rows(self) -> np.ndarray:
-        """Gains rows (finalists, gains); row 0 is the default."""
-        return finalist_gains(self.problem, self.study, self.archive, self.candidates)
-
-    def gains(self, row: int) -> np.ndarray:
-        """Return the gains row (gains,) of a finalist; row 0 is the default."""
-        return self.finalist_rows[row]
 
 
 def fleets(study: Study, stream: str) -> tuple[Fleet, ...]:
@@ -166,11 +98,6 @@ def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: Study) -> str:
         (held_out[split:], "a requirement"),
     ]
     return " and ".join(kind for part, kind in kinds if (part > 0.0).any())
-
-
-def finalist_gains(problem: Problem, study: Study, found: Archive, candidates: np.ndarray) -> np.ndarray:
-    """Return the gains rows of the default and of the finalists."""
-    return np.concatenate([study.default_row[None], problem.space.gains(found.points[candidates])], axis=0)
 
 
 def finalists_of(found: Archive, study: Study) -> tuple[np.ndarray, list[str]]:

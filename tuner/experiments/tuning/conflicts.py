@@ -14,8 +14,7 @@ import numpy as np
 
 from objectives.problem import Constraint
 from objectives.requirements import Requirement
-from tuner.experiments.tuning.tables import point_name
-from tuner.search.loop import Archive
+from tuner.search.loop import Archive, point_name
 
 # Smallest conflicting sets told at most: with many, the limits are hopeless one and all.
 MOST_SETS = 6

@@ -9,12 +9,11 @@ from objectives.problem import Problem
 from tuner.documents.ending import INFEASIBLE, NOTHING
 from tuner.experiments.tuning.conflicts import Conflict, Limit
 from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, Diagnosis, Obstacle, flown_obstacle, told_obstacles
-from tuner.experiments.tuning.tables import point_name
-from tuner.search.loop import Archive, Generation
+from tuner.search.loop import Archive, Generation, point_name
 from tuner.study.study import Study
 
 if TYPE_CHECKING:
-    from tuner.experiments.tuning.conclusion import Outcome
+    from tuner.experiments.tuning.outcome import Outcome
 
 
 def contender_ending(name: str, point: str, obstacles: Sequence[Obstacle] = ()) -> list[str]:

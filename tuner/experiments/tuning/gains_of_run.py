@@ -16,11 +16,11 @@ from tuner.study.processor_cost.words import gains_rows
 if TYPE_CHECKING:
     from objectives.margins.margins import MarginModel
     from objectives.margins.results import Margins
-    from tuner.experiments.tuning.conclusion import Outcome
+    from tuner.experiments.tuning.outcome import Outcome
 
 Row = dict[str, Any]
 
-# Of `objectives.risk.bootstrap`, with the level that `tuner.experiments.tuning.held_out` asks for.
+# Of `objectives.risk.bootstrap`, with the level that `tuner.analysis.held_out` asks for.
 LEVEL, METHOD = 0.95, "bootstrap over flights, studentised where the risk has a standard error"
 # Significant digits of a margin; further ones depend on the linear algebra of the machine.
 DIGITS = 6

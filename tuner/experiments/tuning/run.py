@@ -17,7 +17,8 @@ from plant.input_files import read_input_text
 from plant.scenarios import HELD_OUT, SEARCH
 from plant.seeds import generator
 from tuner.documents.ending import gains_name
-from tuner.experiments.tuning.conclusion import Outcome, conclude, fleets
+from tuner.experiments.tuning.conclusion import conclude, fleets
+from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.starts import starting_points
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import front_table, generation_table, history_table

@@ -9,10 +9,10 @@ import numpy as np
 
 from objectives.risk import interval_on, paired_difference_on, resampled_scenarios, within
 from plant.seeds import generator
-from tuner.experiments.tuning.held_out import FRONT_REPLICATES
+from tuner.analysis.held_out import FRONT_REPLICATES
 
 if TYPE_CHECKING:
-    from tuner.experiments.tuning.conclusion import Outcome
+    from tuner.experiments.tuning.outcome import Outcome
 
 COLUMNS = ("point", "label", "value", "low", "high", "difference", "difference_low", "difference_high")
 

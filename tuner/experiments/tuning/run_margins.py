@@ -14,7 +14,7 @@ from plant.errors import InputError
 
 if TYPE_CHECKING:
     from objectives.margins.margins import MarginModel
-    from tuner.experiments.tuning.conclusion import Outcome
+    from tuner.experiments.tuning.outcome import Outcome
 
 # Frequencies of a curve, from so many rad/s up to Nyquist: 28 a decade, which a line through them does not show.
 POINTS, LOWEST = 120, 0.05

@@ -12,7 +12,7 @@ from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
 from tuner.analysis.responses import SIGNALS, UNITS, Responses, fly_responses
 
 if TYPE_CHECKING:
-    from tuner.experiments.tuning.conclusion import Outcome
+    from tuner.experiments.tuning.outcome import Outcome
 
 # Held-out scenarios a fan is drawn from: its 5 % and 95 % lines rest on three flights each.
 FAN_SCENARIOS = 64

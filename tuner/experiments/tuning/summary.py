@@ -9,16 +9,16 @@ from objectives.problem import Objective
 from objectives.risk import RISKS
 from plant.air.air import summary as air_summary
 from plant.gains import gain_addresses
-from tuner.experiments.contest.bounds import ENDS, natural_end
+from tuner.analysis.held_out import Comparison, Estimate, KnownComparison
 from tuner.experiments.tuning.conflicts import Conflict, Cost, Limit, Relaxation, limits_of
 from tuner.experiments.tuning.ending import ending_of
 from tuner.experiments.tuning.gains_of_run import gains_document
-from tuner.experiments.tuning.held_out import Comparison, Estimate, KnownComparison
-from tuner.experiments.tuning.tables import point_name
+from tuner.search.loop import point_name
+from tuner.study.bounds import ENDS, natural_end
 from tuner.study.trim import trim_entry
 
 if TYPE_CHECKING:
-    from tuner.experiments.tuning.conclusion import Outcome
+    from tuner.experiments.tuning.outcome import Outcome
 
 
 def summary_document(outcome: "Outcome") -> dict[str, Any]:

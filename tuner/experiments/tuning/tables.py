@@ -9,13 +9,8 @@ from objectives.requirements import Requirement
 from tuner.search.loop import Generation
 
 if TYPE_CHECKING:
-    from tuner.experiments.tuning.conclusion import Outcome
+    from tuner.experiments.tuning.outcome import Outcome
     from tuner.study.study import Study
-
-
-def point_name(candidate: int) -> str:
-    """Return the name of a candidate in tables and reports."""
-    return f"p{candidate:04d}"
 
 
 def generation_table(study: "Study", generations: list[Generation], record: Generation) -> Any:

@@ -20,12 +20,12 @@ from tests.tuner.experiments.contest.conftest import run_small
 from tests.tuner.experiments.contest.contest_text import CONTEST, NAMES, changed, write
 from tests.tuner.in_process import tuner as command
 from tuner.analysis.responses import fly_responses
-from tuner.experiments.contest.bounds import on_bounds
 from tuner.experiments.contest.fronts import volume
 from tuner.experiments.contest.resume import reopen_contest
 from tuner.experiments.contest.run import run_contest
 from tuner.search.watcher import Watcher
 from tuner.study import load_study
+from tuner.study.bounds import on_bounds
 from tuner.study.contest_reading import load_contest
 
 FILES = (

@@ -9,7 +9,7 @@ import pytest
 from objectives.metrics import parse
 from objectives.problem import Objective
 from objectives.risk import Risk
-from tuner.experiments.contest.bounds import OnBound
+from tuner.analysis.held_out import Estimate
 from tuner.experiments.contest.claims import JudgedClaim, Ruling
 from tuner.experiments.contest.comparison import Comparison, Difference
 from tuner.experiments.contest.cost import Cost
@@ -24,7 +24,7 @@ from tuner.experiments.contest.words import (
     objective_words,
     published_words,
 )
-from tuner.experiments.tuning.held_out import Estimate
+from tuner.study.bounds import OnBound
 from tuner.study.contest import Claim, Published, Quantity
 
 TRAVEL = Objective(parse("travel"), Risk("mean"))

@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
-from tuner.experiments.contest.bounds import OnBound
+from tuner.study.bounds import OnBound
 
 Times = Sequence[float]
 # Objectives that differ by less than this share of their size are constant; rank correlations from here on are perfect.

@@ -10,14 +10,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from objectives.mission import mission_floor
-from tuner.experiments.guards import after
-from tuner.experiments.guards.before import default_elsewhere, few_scenarios
-from tuner.experiments.guards.vehicle import leading_yaw, rates_without_damping
-from tuner.experiments.tuning.held_out import differences_to
+from tuner.analysis.held_out import differences_to
+from tuner.experiments.tuning.guards import after
+from tuner.experiments.tuning.guards.before import default_elsewhere, few_scenarios
+from tuner.experiments.tuning.guards.vehicle import leading_yaw, rates_without_damping
 from tuner.study.study import Study
 
 if TYPE_CHECKING:
-    from tuner.experiments.tuning.conclusion import Outcome
+    from tuner.experiments.tuning.outcome import Outcome
 
 __all__ = ["GUARDS", "Guard", "said_after", "said_before", "times_of_never"]
 
@@ -48,7 +48,7 @@ def _duplicate_knees(outcome: "Outcome") -> list[str]:
 
 
 def _on_bounds(outcome: "Outcome") -> list[str]:
-    from tuner.experiments.contest.bounds import on_bounds
+    from tuner.study.bounds import on_bounds
 
     front = outcome.finalist_rows[outcome.finalists.non_dominated]
     return after.gains_on_bounds(on_bounds(outcome.study, outcome.gains(outcome.tuned), front))

@@ -7,9 +7,8 @@ import pytest
 
 from objectives.metrics import METRICS
 from tests.tuner.conftest import QUICKSTART
-from tuner.experiments.contest.bounds import OnBound
-from tuner.experiments.guards import AFTER, BEFORE, GUARDS, said_before, times_of_never
-from tuner.experiments.guards.after import (
+from tuner.experiments.tuning.guards import AFTER, BEFORE, GUARDS, said_before, times_of_never
+from tuner.experiments.tuning.guards.after import (
     constant_objectives,
     correlated_objectives,
     duplicate_knees,
@@ -18,6 +17,7 @@ from tuner.experiments.guards.after import (
     still_rising,
 )
 from tuner.study import load_study
+from tuner.study.bounds import OnBound
 
 LABELS = ["error", "travel"]
 NEVER = [[], []]

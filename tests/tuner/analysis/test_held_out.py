@@ -8,8 +8,8 @@ import pytest
 from objectives.metrics import parse
 from objectives.problem import Objective
 from objectives.risk import Risk, bootstrap_interval
+from tuner.analysis.held_out import Comparison, Estimate, share_non_dominated
 from tuner.experiments.tuning.conclusion import broken_by
-from tuner.experiments.tuning.held_out import Comparison, Estimate, share_non_dominated
 from tuner.search.front import non_dominated, pick
 
 

@@ -1,0 +1,74 @@
+"""The outcome of a tuning run, whole: its study, every candidate, the finalists and the recommended point."""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from objectives.problem import Evaluation, Problem
+from tuner.analysis.held_out import Comparison, Finalists, KnownComparison
+from tuner.experiments.tuning.conflicts import Conflict, Cost
+from tuner.experiments.tuning.diagnosis import Obstacle
+from tuner.search.loop import Archive, Generation, archive, point_name
+from tuner.study.study import Study
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What a run found. candidates: archive indices of the finalists behind the default; tuned: row in the finalists, of the
+    recommended point or, where nothing is feasible, of the one that breaks least.
+
+    confirmation: the default and the recommended point on scenarios that decided nothing; table and known rest on them.
+    conflict: what stood in the way where nothing was feasible, obstacles: what is behind it; costs: what each limit costs where
+    something was.
+    """
+
+    study: Study
+    problem: Problem
+    generations: list[Generation]
+    candidates: np.ndarray
+    finalists: Finalists
+    confirmation: Evaluation
+    tuned: int
+    why: str
+    table: list[Comparison]
+    known: list[KnownComparison]
+    conflict: Conflict | None
+    obstacles: list[Obstacle]
+    costs: list[Cost]
+    warnings: list[str]
+    seconds: float
+
+    @cached_property
+    def feasible(self) -> bool:
+        """Whether there is anything to recommend: some candidate kept every limit in the search, and `tuned` does held out."""
+        return len(self.archive.front()) > 0 and bool(self.finalists.feasible[self.tuned])
+
+    @property
+    def flights(self) -> int:
+        """Number of flights of the search, of the held-out check and of the confirmation."""
+        return self.generations[-1].flights + self.finalists.evaluation.flights + self.confirmation.flights
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the finalists, "default" first."""
+        return ["default", *[point_name(int(candidate)) for candidate in self.candidates]]
+
+    @cached_property
+    def archive(self) -> Archive:
+        """All candidates of the search."""
+        return archive(self.generations)
+
+    @cached_property
+    def finalist_rows(self) -> np.ndarray:
+        """Gains rows (finalists, gains); row 0 is the default."""
+        return finalist_gains(self.problem, self.study, self.archive, self.candidates)
+
+    def gains(self, row: int) -> np.ndarray:
+        """Return the gains row (gains,) of a finalist; row 0 is the default."""
+        return self.finalist_rows[row]
+
+
+def finalist_gains(problem: Problem, study: Study, found: Archive, candidates: np.ndarray) -> np.ndarray:
+    """Return the gains rows of the default and of the finalists."""
+    return np.concatenate([study.default_row[None], problem.space.gains(found.points[candidates])], axis=0)
