@@ -1,0 +1,168 @@
+"""What the commands of this checkout put out: documents, tables, JSON on standard output and help, ready for comparison."""
+
+import contextlib
+import io
+import json
+import os
+import re
+import shutil
+import signal
+import sys
+import tomllib
+from collections.abc import Iterable, Iterator
+from pathlib import Path
+from typing import Any
+from unittest.mock import patch
+
+from typer.main import get_command
+
+from tests.golden.steps import STUDIES, Step
+from tuner.cli.main import app, main
+
+ROOT = Path(__file__).parents[2]
+UNDRAWN = Path(__file__).with_name("undrawn")
+WIDTH = 80
+"""Columns of the terminal that help is written for."""
+FEW_ROWS = 2
+"""Rows of a table that are kept, its first ones."""
+LONG_LIST = 12
+"""Entries of a list of numbers or names that are kept, its first ones."""
+
+MASK = "<masked>"
+MASKED = (
+    # Times and speeds of this machine.
+    "[a-z_]*seconds[a-z_]*", "[a-z_]*_per_s(econd)?", "memory_bytes", "bench.json",
+    # The machine, the libraries and the code.
+    "environment.json", "run.json.machine", "run.json.model", "run.json.arithmetic", "threads", "commit", "generator.version",
+    # What follows from any of them, to the last bit.
+    "sha256", "digest", "manifest.json.files", "export.json.files", "export-[a-z0-9]+.json.json.files",
+)  # fmt: skip
+"""Names or paths, as regular expressions, below which values belong to a machine, an hour or a version: keys alone are compared."""
+IS_MASKED = re.compile(rf"(?:.*[./])?(?:{'|'.join(MASKED)})(?:\..*)?")
+REPLACED = (
+    (re.compile(r"-[0-9a-f]{12,64}(?=\.parquet)"), "-DIGEST"),
+    (re.compile(r"(?<=holdfast )\d+\.\d+\.\d+"), "VERSION"),
+    (re.compile(re.escape(str(ROOT))), "REPOSITORY"),
+)
+"""Parts of names and texts that differ from machine to machine, and what stands for them."""
+
+
+def commands() -> dict[str, Any]:
+    """Return the commands of the console script by name."""
+    return get_command(app).commands
+
+
+def commands_with_json() -> set[str]:
+    """Return the names of the commands that have --json."""
+    return {name for name, found in commands().items() if any("--json" in option.opts for option in found.params)}
+
+
+def help_texts() -> dict[str, str]:
+    """Return the help of the application and of every command by the name of its file, at 80 columns."""
+    asked = {"help/tuner.txt": (), **{f"help/{name}.txt": (name,) for name in sorted(commands())}}
+    return {name: called(*arguments, "--help")[1] for name, arguments in asked.items()}
+
+
+def documents(folder: Path, steps: Iterable[Step]) -> dict[str, Any]:
+    """Run steps in a folder, which is made with the studies in it where there is none; return documents by name."""
+    if not folder.exists():
+        shutil.copytree(STUDIES, folder)
+    made = {}
+    with contextlib.chdir(folder), undrawn():
+        for step in steps:
+            code, said = called(*step.arguments)
+            answer = {"command": " ".join(("tuner", *step.arguments)), "exit": code, "json": json.loads(said)}
+            made[f"json/{step.name}.json"] = answer
+            made |= {} if step.folder is None else results(step.name, Path(step.folder))
+    return {name: comparable(document, name, folder) for name, document in made.items()}
+
+
+@contextlib.contextmanager
+def undrawn() -> Iterator[None]:
+    """Leave figures blank, here and in processes that are started here."""
+    path = os.pathsep.join([str(UNDRAWN), *filter(None, [os.environ.get("PYTHONPATH")])])
+    with patch("matplotlib.figure.Figure.draw"), patch.dict(os.environ, {"PYTHONPATH": path}):
+        yield
+
+
+def called(*arguments: str) -> tuple[int, str]:
+    """Run a command as the console script does and return its exit code and standard output."""
+    said, told, handler = io.StringIO(), io.StringIO(), signal.getsignal(signal.SIGINT)
+    terminal = {"COLUMNS": str(WIDTH), "TERM": "dumb", "NO_COLOR": "1"}
+    streams = contextlib.redirect_stdout(said), contextlib.redirect_stderr(told)
+    try:
+        with patch.object(sys, "argv", ["tuner", *arguments]), patch.dict(os.environ, terminal), streams[0], streams[1]:
+            main()
+    except SystemExit as ended:
+        if not said.getvalue():
+            raise RuntimeError(f"tuner {' '.join(arguments)}: {told.getvalue()}") from None
+        return int(ended.code or 0), said.getvalue()
+    finally:
+        signal.signal(signal.SIGINT, handler)
+    raise AssertionError("the console script ends by SystemExit")
+
+
+def results(name: str, folder: Path) -> dict[str, Any]:
+    """Return the documents and tables of a results folder by `results/NAME/FILE`; of copies in it, inputs/, the names alone."""
+    files = sorted(path for path in folder.rglob("*") if path.is_file())
+    names = [path.relative_to(folder).as_posix() for path in files]
+    found = {
+        f"results/{name}/{file}": read(path) for file, path in zip(names, files, strict=True) if path.suffix in READERS
+    }
+    kept = {f"{file}.json" if not file.endswith(".json") else file: made for file, made in found.items()}
+    return {**kept, f"results/{name}/names.json": names}
+
+
+def table(path: Path) -> dict[str, Any]:
+    """Return columns with their kinds, the number of rows and the first of them."""
+    import pandas as pd
+
+    frame = pd.read_csv(path) if path.suffix == ".csv" else pd.read_parquet(path)
+    kinds = {"f": "float", "i": "int", "u": "int", "b": "bool"}
+    first = json.loads(frame.head(FEW_ROWS).to_json(orient="records", double_precision=15))
+    return {
+        "columns": {str(name): kinds.get(kind.kind, "text or list") for name, kind in frame.dtypes.items()},
+        "rows": len(frame),
+        "first": first,
+    }
+
+
+READERS = {
+    ".json": lambda path: json.loads(path.read_text(encoding="utf-8")),
+    ".toml": lambda path: tomllib.loads(path.read_text(encoding="utf-8")),
+    ".csv": table,
+    ".parquet": table,
+}
+"""Suffix -> how its files are read."""
+
+
+def read(path: Path) -> Any:
+    """Return the content of a document or a table as JSON values."""
+    return READERS[path.suffix](path)
+
+
+def comparable(value: Any, path: str, work: Path) -> Any:
+    """Return a document with long lists cut and what belongs to a machine masked; work: the folder that stands as WORK."""
+    if isinstance(value, dict):
+        made = {portable(key, work): comparable(entry, f"{path}.{key}", work) for key, entry in value.items()}
+        return dict(sorted(made.items())) if path.endswith("manifest.json.files") else made
+    if IS_MASKED.fullmatch(path):
+        return MASK
+    if isinstance(value, list):
+        return [comparable(entry, path, work) for entry in shortened(value)]
+    return portable(value, work) if isinstance(value, str) else value
+
+
+def shortened(entries: list[Any]) -> list[Any]:
+    """Return the first entries of a long list, and a sentence that says how many there were; rows with names stay whole."""
+    if len(entries) <= LONG_LIST or any(isinstance(entry, dict | str) for entry in entries):
+        return entries
+    return [*entries[:LONG_LIST], f"{len(entries)} entries in all"]
+
+
+def portable(text: str, work: Path) -> str:
+    """Return a text with digests and folders of this machine replaced."""
+    text = text.replace(str(work), "WORK")
+    for pattern, sign in REPLACED:
+        text = pattern.sub(sign, text)
+    return text

@@ -1,0 +1,74 @@
+"""The commands whose outputs are kept: small runs of every kind, then every command that prints JSON, in one working folder."""
+
+from pathlib import Path
+from typing import NamedTuple
+
+STUDIES = Path(__file__).with_name("studies")
+"""The study files that lie in the working folder before the first step."""
+
+PID_GAINS = "contest/contenders/pid/gains.json"
+
+
+class Step(NamedTuple):
+    """A command line. folder: the new results folder that it leaves, whose documents are kept too."""
+
+    name: str
+    arguments: tuple[str, ...]
+    folder: str | None = None
+
+
+def step(name: str, line: str, folder: str | None = None) -> Step:
+    """Return the step of a command line that prints JSON; {out} in it stands for the folder."""
+    return Step(name.replace(" ", "-"), (*line.format(out=folder).split(), "--json"), folder)
+
+
+LISTINGS = (
+    "airframes", "laws", "margins", "metrics", "references", "risks", "searches", "sources", "studies", "targets", "theorems",
+)  # fmt: skip
+EXPORTS = {
+    "ardupilot": (PID_GAINS, "--firmware 4.6"), "betaflight": (PID_GAINS, ""), "crazyflie": (PID_GAINS, ""),
+    "px4": (PID_GAINS, ""), "ros2": (PID_GAINS, ""), "c99": ("run/gains.json", ""), "matlab": ("run/gains.json", ""),
+    "rotorpy": ("run/gains.json", ""),
+}  # fmt: skip
+"""Target -> gains that it carries, and options. The FMU needs a compiler of C, which not every machine has."""
+
+STEPS = (
+    step("check study", "check tuning.toml"),
+    step("check contest", "check contest.toml"),
+    step("check inference", "check inference.toml"),
+    step("plan", "plan tuning.toml"),
+    step("plan contest", "plan contest.toml"),
+    step("run", "run tuning.toml --out {out} --threads 2", "run"),
+    step("run infeasible", "run tuning.toml --out {out} --threads 2 --set constraint.1.most=0.001", "infeasible"),
+    step("run contest", "run contest.toml --out {out} --threads 2", "contest"),
+    step("run inference", "run inference.toml --out {out} --threads 2", "inference"),
+    step("show", "show run"),
+    step("show infeasible", "show infeasible"),
+    step("show contest", "show contest"),
+    step("show inference", "show inference"),
+    step("verify", "verify run --sample 2 --threads 2"),
+    step("verify contest", "verify contest --sample 2 --threads 2"),
+    step("compare", f"compare run {PID_GAINS} --out {{out}} --threads 2", "comparison"),
+    step("rejudge", "rejudge run --set objective.0.level=0.25 --out {out} --threads 2", "rejudged"),
+    step("sensitivity", "sensitivity tuning.toml --samples 8 --out {out} --threads 2", "sensitivity"),
+    step("margins", "margins run/gains.json --study tuning.toml --certificates --out {out}", "margins"),
+    step("margins law", "margins --law adrc --yaw 30 --speed 2 --wind 3"),
+    step("design", "design tuning.toml --out designed.json"),
+    step("validate", "validate run/gains.json"),
+    step("theory", "theory run/gains.json --study tuning.toml"),
+    step("fly", "fly run/gains.json --study tuning.toml --seeds 8 --threads 2"),
+    step("check gains", "check run/gains.json --requirements tuning.toml --seeds 8 --threads 2"),
+    step("cost", "cost"),
+    step("cost gains", "cost run/gains.json"),
+    *(step(f"list {what}", f"list {what}") for what in LISTINGS),
+    *(
+        step(
+            f"export {target}", f"export {gains} --to {target} {options} --flights 2 --out {{out}}", f"export/{target}"
+        )
+        for target, (gains, options) in EXPORTS.items()
+    ),
+    step("import px4", "import export/px4/holdfast.params --from px4 --airframe f450 --out vehicle.json"),
+    step("resume", "resume run --threads 2"),
+)
+SLOW_STEPS = (step("bench", "bench --flights 16 --threads 2"),)
+"""Half a minute for a document of nothing but speeds."""
