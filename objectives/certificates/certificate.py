@@ -1,10 +1,10 @@
-"""What a certificate is: a number that was proved about one axis of a controller, or the reason why none was found."""
+"""A certificate: a number that was proved about one axis of a controller, or the reason why none was found."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
-from objectives.certificates.channel_model import CONTROLLERS, AxisLoop, TiltLoop
+from objectives.certificates.channel_model import MODELLED, AxisLoop, TiltLoop
 
 
 @dataclass(frozen=True)
@@ -44,4 +44,4 @@ class CertificateInfo:
     def applies_to(self, axis: AxisLoop) -> bool:
         """Return whether it can be asked about this axis: by its law, and by the attitude loop it may act through."""
         inner = axis.actuator.attitude if isinstance(axis.actuator, TiltLoop) else None
-        return axis.law in self.laws and (inner is None or inner.law in CONTROLLERS)
+        return axis.law in self.laws and (inner is None or inner.law in MODELLED)

@@ -6,25 +6,21 @@ All in acceleration units: u and a are b0 times the command, so b0 cancels. m is
 one, w an acceleration that disturbs, S the sliding variable and phi the part of a law that grows slower than S; a linear law
 has S = 0. Sampling is a delay: h/2 of the hold, and h of computing where the loop has it, by a Pade approximant.
 
-For certificates, which need a matrix. The loop as sampled is another model; here ESO gains are (s + wo)^3 and the phase of
-order-1 Pade is off by (w T)^3/12, 0.004 rad at w T = 0.36. Z. Gao, "Scaling and bandwidth-parameterization based controller
-tuning", ACC 2003, for the observer.
+For certificates, which need a matrix. The loop as sampled is another model; the law stands here in its continuous form
+(`Law.continuous`), and the phase of order-1 Pade is off by (w T)^3/12, 0.004 rad at w T = 0.36.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from functools import partial
-from math import sqrt
 from typing import Any
 
 import numpy as np
+
+from plant.laws import LAWS, law
 
 Array = np.ndarray
 
 INPUTS = ("reference", "disturbance", "power")
 OUTPUTS = ("value", "rate", "command", "sliding")
-# A derivative filter faster than this [s] is left at it: no control period in use can tell it from none.
-FASTEST_FILTER = 5e-4
 
 
 @dataclass(frozen=True)
@@ -119,61 +115,24 @@ class AxisLoop:
     from_observer: bool = False
 
 
-def pid(gains: Any, from_observer: bool) -> StateSpace:
-    """PID with the derivative filtered; states: integral (none where ki = 0), filtered rate. Differencing y gives y' here."""
-    per = 1.0 / max(gains.t_f, FASTEST_FILTER)
-    a = np.array([[0.0, 0.0], [0.0, -per]])
-    b = np.array([[gains.ki, -gains.ki, 0.0, 0.0], [0.0, 0.0, per, 0.0]])
-    c = np.array([[1.0, -gains.kd], [0.0, 0.0]])
-    d = np.array([[gains.kp, -gains.kp, 0.0, 0.0], [0.0, 0.0, 0.0, 0.0]])
-    kept = slice(0 if gains.ki else 1, None)
-    return StateSpace(a[kept, kept], b[kept], c[:, kept], d)
+MODELLED = frozenset(name for name, entry in LAWS.items() if entry.continuous is not None)
+"""Names of the laws that have a continuous form: those that certificates and designs can speak of."""
+
+WITH_SECTOR = frozenset(name for name, entry in LAWS.items() if entry.sector is not None)
+"""Names of the laws whose continuous form leaves out a part of the feedback that lies in a sector."""
 
 
-def ladrc(gains: Any, from_observer: bool) -> StateSpace:
-    """PD on the estimates (or on the measured value and rate) minus the disturbance estimate; states: z1, z2, z3."""
-    kp, kd = gains.omega_c**2, 2.0 * gains.zeta * gains.omega_c
-    if from_observer:
-        feedback, direct = [-kp, -kd, -1.0], [kp, 0.0, 0.0, 0.0]
-    else:
-        feedback, direct = [0.0, 0.0, -1.0], [kp, -kp, -kd, 0.0]
-    return _with_observer(gains.omega_o, np.array([feedback, [0.0] * 3]), np.array([direct, [0.0] * 4]))
-
-
-def hybrid(
-    gains: Any, from_observer: bool, equivalent: float = 1.0, estimate: float = 0.0, last: float = 1.0
-) -> StateSpace:
-    """Sliding law u = -lambda e' - k2 S - z3 with S = e' + lambda e; the power-rate term is phi(S), outside. States: z1 to z3.
-
-    Of the paper as printed: equivalent = 0 leaves lambda e' out, estimate = 1 takes z2 off too, last = 3 makes b3 three wo^3.
-    """
-    lam, k2 = gains.lambda_, gains.k2
-    # The rate as a combination of z1, z2, z3 and of r, y, y', known.
-    rate_z = np.array([0.0, float(from_observer), 0.0])
-    rate = np.array([0.0, 0.0, float(not from_observer), 0.0])
-    s = rate + [-lam, lam, 0.0, 0.0]
-    c = np.stack([-(equivalent * lam + k2) * rate_z - [0.0, estimate, 1.0], rate_z])
-    return _with_observer(gains.omega_o, c, np.stack([-equivalent * lam * rate - k2 * s, s]), last)
-
-
-POWER_RATE: dict[str, Callable[[Any, bool], StateSpace]] = {
-    "hybrid": hybrid,
-    "hybrid_literal": partial(hybrid, equivalent=0.0),
-    "hybrid_paper_f_hat": partial(hybrid, estimate=1.0),
-    "hybrid_beta3": partial(hybrid, last=3.0),
-}
-"""Laws with the sliding term k1 |S|^(1/2) sat(S/delta) + k2 S."""
-
-CONTROLLERS: dict[str, Callable[[Any, bool], StateSpace]] = {"pid": pid, "ladrc": ladrc, **POWER_RATE}
-"""Laws with a model here: from (r, y, y', known) to (u, S), with no direct way from `known` to u."""
+def controller(law_name: str, gains: Any, from_observer: bool) -> StateSpace:
+    """Return the law from (r, y, y', known) to (u, S), with no direct way from `known` to u; it must be in `MODELLED`."""
+    form = law(law_name).continuous
+    assert form is not None, law_name
+    return StateSpace(*[np.array(part) for part in form(gains, from_observer)])
 
 
 def sector(axis: AxisLoop) -> float:
-    """Return kappa [1/s]: phi(S) of the law lies between 0 and kappa S; 0 for a linear law.
-
-    For the hybrid k1 |S|^(1/2) sat(S/delta) the secant is largest where the saturation sets in: k1/sqrt(delta).
-    """
-    return axis.gains.k1 / sqrt(axis.gains.delta) if axis.law in POWER_RATE else 0.0
+    """Return kappa [1/s]: the part of the feedback outside the form lies between 0 and kappa S; 0 where there is none."""
+    kappa = law(axis.law).sector
+    return 0.0 if kappa is None else kappa(axis.gains)
 
 
 def closed_loop(axis: AxisLoop, factors: Factors | None = None) -> StateSpace:
@@ -182,20 +141,20 @@ def closed_loop(axis: AxisLoop, factors: Factors | None = None) -> StateSpace:
     "power" is phi: what is taken off the command; closing it with phi(S) gives the law that flies.
     """
     factors = factors or Factors()
-    law, act = CONTROLLERS[axis.law](axis.gains, axis.from_observer), axis.actuator.model(factors)
-    assert not law.d[:, 3].any(), "the law would answer at once to what it has just asked for"
-    n = 2 + len(act.a) + len(law.a)
+    own, act = controller(axis.law, axis.gains, axis.from_observer), axis.actuator.model(factors)
+    assert not own.d[:, 3].any(), "the law would answer at once to what it has just asked for"
+    n = 2 + len(act.a) + len(own.a)
     rows = np.eye(n + len(INPUTS))
     y, v, (r, w, phi) = rows[0], rows[1], rows[n:]
     x_act, x_law = rows[2 : 2 + len(act.a)], rows[2 + len(act.a) : n]
-    wanted, s = law.c @ x_law + law.d[:, :3] @ np.stack([r, y, v])
+    wanted, s = own.c @ x_law + own.d[:, :3] @ np.stack([r, y, v])
     u = wanted - phi
     delivered, known = act.c @ x_act + act.d * u
     inertia = factors.inertia if axis.loop == "attitude" else factors.mass
     slopes = [
         [v, delivered / inertia + w],
         act.a @ x_act + act.b * u,
-        law.a @ x_law + law.b @ np.stack([r, y, v, known]),
+        own.a @ x_law + own.b @ np.stack([r, y, v, known]),
     ]
     ahead, out = np.concatenate(slopes, axis=0), np.stack([y, v, u, s])
     return StateSpace(ahead[:, :n], ahead[:, n:], out[:, :n], out[:, n:])
@@ -205,13 +164,6 @@ def is_stable(a: Array) -> bool:
     """Return whether all eigenvalues of a lie in the left half-plane, off its edge by 1e-9 of the largest."""
     poles = np.linalg.eigvals(a)
     return bool(poles.real.max(axis=0) < -1e-9 * np.abs(poles).max(axis=0))
-
-
-def _with_observer(omega_o: float, c: Array, d: Array, last: float = 1.0) -> StateSpace:
-    b1, b2, b3 = 3.0 * omega_o, 3.0 * omega_o**2, last * omega_o**3
-    a = np.array([[-b1, 1.0, 0.0], [-b2, 0.0, 1.0], [-b3, 0.0, 0.0]])
-    b = np.array([[0.0, b1, 0.0, 0.0], [0.0, b2, 0.0, 1.0], [0.0, b3, 0.0, 0.0]])
-    return StateSpace(a, b, c, d)
 
 
 def _first_order(lags: list[float], leads: list[float]) -> StateSpace:

@@ -18,7 +18,7 @@ import cvxpy as cp
 import numpy as np
 
 from objectives.certificates.certificate import Certificate, CertificateInfo, nothing
-from objectives.certificates.channel_model import POWER_RATE, AxisLoop, closed_loop, is_stable, sector
+from objectives.certificates.channel_model import MODELLED, WITH_SECTOR, AxisLoop, closed_loop, is_stable, sector
 from objectives.certificates.lmi import (
     below_zero,
     coordinates,
@@ -113,6 +113,6 @@ INFO = CertificateInfo(
     name="circle_criterion",
     title="largest k1/sqrt(delta) with stability at every amplitude",
     source="Boyd, El Ghaoui, Feron, Balakrishnan, SIAM 1994, section 8.1; Khalil, Nonlinear Systems, 3rd ed., section 7.1",
-    laws=frozenset(POWER_RATE),
+    laws=WITH_SECTOR & MODELLED,
     run=run,
 )

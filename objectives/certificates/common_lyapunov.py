@@ -16,7 +16,7 @@ import cvxpy as cp
 import numpy as np
 
 from objectives.certificates.certificate import Certificate, CertificateInfo, nothing
-from objectives.certificates.channel_model import CONTROLLERS, AxisLoop, Factors, closed_loop, is_stable
+from objectives.certificates.channel_model import MODELLED, AxisLoop, Factors, closed_loop, is_stable
 from objectives.certificates.lmi import (
     below_zero,
     coordinates,
@@ -125,6 +125,6 @@ INFO = CertificateInfo(
     name="common_lyapunov",
     title="largest spread of mass and inertia with one Lyapunov function",
     source="Boyd, El Ghaoui, Feron, Balakrishnan, SIAM 1994, section 5.1",
-    laws=frozenset(CONTROLLERS),
+    laws=MODELLED,
     run=run,
 )

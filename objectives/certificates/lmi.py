@@ -1,4 +1,4 @@
-"""What all matrix inequalities here share: well-scaled coordinates, a solve that never raises, and the check afterwards.
+"""Common tools of the matrix inequalities: well-scaled coordinates, a solve that never raises, and the check afterwards.
 
 An interior-point solver returns a point inside its tolerance (1e-8), which may lie just outside the inequality. So no answer
 counts before its eigenvalues have been looked at in NumPy, with room for the rounding of that look itself.

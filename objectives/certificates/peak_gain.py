@@ -26,7 +26,7 @@ import cvxpy as cp
 import numpy as np
 
 from objectives.certificates.certificate import Certificate, CertificateInfo, nothing
-from objectives.certificates.channel_model import CONTROLLERS, AxisLoop, closed_loop, is_stable, sector
+from objectives.certificates.channel_model import MODELLED, AxisLoop, closed_loop, is_stable, sector
 from objectives.certificates.lmi import (
     Coordinates,
     below_zero,
@@ -167,6 +167,6 @@ INFO = CertificateInfo(
     name="peak_gain",
     title="ultimate bound under the worst disturbance of size one",
     source="Boyd, El Ghaoui, Feron, Balakrishnan, SIAM 1994, section 6.1.3",
-    laws=frozenset(CONTROLLERS),
+    laws=MODELLED,
     run=run,
 )

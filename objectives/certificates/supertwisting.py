@@ -31,6 +31,7 @@ from objectives.certificates.lmi import (
     symmetric,
     unknown,
 )
+from plant.laws import LAWS, law
 
 Array = np.ndarray
 
@@ -145,13 +146,15 @@ def reaching_time(decay: Certificate, s: float, v: float) -> float:
 
 def run(axis: AxisLoop) -> Certificate:
     """Certify the largest disturbance rate of an axis."""
-    return largest_rate(axis.gains.k1, axis.gains.k2)
+    term = law(axis.law).super_twisting
+    assert term is not None, axis.law
+    return largest_rate(getattr(axis.gains, term.k1), getattr(axis.gains, term.k2))
 
 
 INFO = CertificateInfo(
     name="supertwisting",
     title="largest disturbance rate with finite-time convergence",
     source="Moreno, Osorio, IEEE Trans. Automatic Control 57(4), 2012",
-    laws=frozenset({"supertwisting", "supertwisting_euler", "hybrid_true_sta", "hybrid_gsta"}),
+    laws=frozenset(name for name, entry in LAWS.items() if entry.super_twisting is not None),
     run=run,
 )

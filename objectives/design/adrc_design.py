@@ -26,7 +26,7 @@ from objectives.certificates.channel_model import is_stable
 from objectives.design.design_axis import AxisDesign, DesignAxis, fall_back, judged
 from objectives.design.expressions import Feedback
 from objectives.design.frequency import closed_matrix, responses
-from objectives.design.program import Limits, Program, merit
+from objectives.design.program import LoopLimits, Program, merit
 from objectives.design.requirements import DesignRequirements
 
 # Bandwidths of feedback and observer to start from, over one by the delay of the actuator.
@@ -45,7 +45,7 @@ def ladrc_program(axis: DesignAxis, requirements: DesignRequirements) -> Program
     law = Feedback(wc * wc, 2.0 * zeta * wc, wo, estimated, estimated)
     low, high = np.array([axis.range(name) for name in ("omega_c", "zeta", "omega_o")]).T
     high[1] = min(high[1], max(requirements.damping, low[1]))
-    most = Limits(axis, requirements, estimated, estimated).of(law)
+    most = LoopLimits(axis, requirements, estimated, estimated).of(law)
     return Program(x, merit(axis, requirements, law), most, low, high)
 
 
@@ -55,7 +55,7 @@ def hybrid_program(axis: DesignAxis, requirements: DesignRequirements) -> Progra
     lam, k, wo = ca.vertsplit(ca.exp(x))
     parts = [(1.0 - share) ** (1.0 - between) * k for between in (BETWEEN if share > 0.0 else BETWEEN[:1])]
     laws = [Feedback(lam * part, lam + part, wo, False, axis.from_observer) for part in parts]
-    limits = Limits(axis, requirements, False, axis.from_observer)
+    limits = LoopLimits(axis, requirements, False, axis.from_observer)
     most = [lam / parts[0], *(entry for law in laws for entry in limits.of(law))]
     low, high = np.array([axis.range("lambda_"), largest_gain_range(axis, share), axis.range("omega_o")]).T
     return Program(x, merit(axis, requirements, laws[0]), most, low, high)

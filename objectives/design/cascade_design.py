@@ -19,20 +19,21 @@ from collections.abc import Callable
 import numpy as np
 
 from objectives.certificates.axis_of_cascade import TILTED_BY, rotor_lag, yaw_actuator
-from objectives.certificates.channel_model import CONTROLLERS, AxisLoop, RotorLag, TiltLoop, closed_loop, is_stable
+from objectives.certificates.channel_model import MODELLED, AxisLoop, RotorLag, TiltLoop, closed_loop, is_stable
 from objectives.design.adrc_design import design_hybrid, design_ladrc
 from objectives.design.design_axis import AxisDesign, DesignAxis, fall_back
 from objectives.design.pid_ccp import design_pid
 from objectives.design.requirements import DesignRequirements
 from plant.cascade import ATTITUDE_AXES, AXES, LEAST_LIFT, POSITION_AXES, Cascade
 from plant.closed_loop import Timing
+from plant.laws import hybrid, ladrc, pid
 from plant.nominal import Nominal
 from plant.records import flatten
 
 Designer = Callable[[DesignAxis, DesignRequirements], AxisDesign]
 
-DESIGNERS: dict[str, Designer] = {"pid": design_pid, "ladrc": design_ladrc, "hybrid": design_hybrid}
-"""Laws that can be designed before a search, by name."""
+DESIGNERS: dict[str, Designer] = {pid.FAMILY: design_pid, ladrc.FAMILY: design_ladrc, hybrid.FAMILY: design_hybrid}
+"""Designers by the family of laws that they work out gains for (`Law.family`)."""
 
 
 def authority(nominal: Nominal, axis: str) -> float:
@@ -70,19 +71,19 @@ def design_axes(
         )
         if actuator is None:
             designs[axis] = fall_back(given, "nothing is known of the attitude loop it acts through")
-        elif law.name not in DESIGNERS:
+        elif law.family not in DESIGNERS:
             designs[axis] = fall_back(given, f"there is no designer for the law {law.name}")
         else:
             # Axes that do not differ, such as roll and pitch of a symmetric frame, are designed once.
             if given not in known:
-                known[given] = DESIGNERS[law.name](given, requirements)
+                known[given] = DESIGNERS[law.family](given, requirements)
             designs[axis] = known[given]
     return designs
 
 
 def tilt_loop(attitude: AxisLoop, lag_aware: bool) -> TiltLoop | None:
     """Return the attitude loop as an actuator, or None where there is no model of its law or the loop is not stable."""
-    if attitude.law not in CONTROLLERS or not is_stable(closed_loop(attitude).a):
+    if attitude.law not in MODELLED or not is_stable(closed_loop(attitude).a):
         return None
     return TiltLoop(attitude, lag_aware)
 

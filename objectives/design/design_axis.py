@@ -1,4 +1,4 @@
-"""What a designer is given, one axis, and what it hands back."""
+"""Input and output of a designer: one axis, and its gains."""
 
 from dataclasses import dataclass
 from math import sqrt

@@ -12,6 +12,8 @@ from typing import Any, NamedTuple
 
 import casadi as ca
 
+from plant.laws.observer import triple_pole
+
 
 class Complex(NamedTuple):
     """Real and imaginary part."""
@@ -63,7 +65,7 @@ class Observed(NamedTuple):
 def observed(law: Feedback, s: Complex, known: Complex) -> Observed:
     """Return the law at s, where its observer knows that share of its own command."""
     kp, kd, omega_o = law.kp, law.kd, law.omega_o
-    b1, b2, b3 = 3.0 * omega_o, 3.0 * omega_o**2, omega_o**3
+    b1, b2, b3 = triple_pole(omega_o)
     s2 = s.times(s)
     # (s + wo)^3 z = what y leads to + what the known command leads to, for z1, z2 and z3.
     poles = s2.times(s).plus(s2.scaled(b1)).plus(s.scaled(b2)).plus(ONE.scaled(b3))

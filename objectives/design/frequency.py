@@ -9,13 +9,13 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from objectives.certificates.channel_model import CONTROLLERS, AxisLoop, Factors, RotorLag, TiltLoop, closed_loop
+from objectives.certificates.channel_model import AxisLoop, Factors, RotorLag, TiltLoop, closed_loop, controller
 
 Array = np.ndarray
 
 
 @dataclass(frozen=True)
-class Responses:
+class AxisResponses:
     """One axis at the frequencies j omega, each (k,): delivered G_a, known G_k, and the law's K_r, K_y + s K_v, K_e."""
 
     s: Array
@@ -56,11 +56,11 @@ def mean_delays(actuator: RotorLag | TiltLoop) -> tuple[float, float]:
     return float(slopes[0, 0]), float(slopes[1, 0])
 
 
-def responses(axis: AxisLoop, s: Array, power: float = 0.0) -> Responses:
+def responses(axis: AxisLoop, s: Array, power: float = 0.0) -> AxisResponses:
     """Return the responses of an axis; power [1/s]: the gain that stands for the power-rate term, phi(S) = power S."""
-    law = CONTROLLERS[axis.law](axis.gains, axis.from_observer).at(s)
+    law = controller(axis.law, axis.gains, axis.from_observer).at(s)
     r, y, v, own = np.moveaxis(law[:, 0] - power * law[:, 1], -1, 0)
-    return Responses(s, *actuator_response(axis.actuator, s), r, y + s * v, own)
+    return AxisResponses(s, *actuator_response(axis.actuator, s), r, y + s * v, own)
 
 
 def peaks(axis: AxisLoop, omega: Array, power: float = 0.0) -> tuple[float, float]:

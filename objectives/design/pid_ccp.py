@@ -70,7 +70,7 @@ def noise_root(axis: DesignAxis, requirements: DesignRequirements) -> Array:
     return np.diag([value, rate * sqrt(a / (2.0 - a))])
 
 
-class Step:
+class ConeProgram:
     """One step of the procedure: a cone program over the factors x by which (kp, ki, kd) change, compiled once.
 
     maximise x_i x_p^speed   subject to   rows x >= least,   low <= x <= high,   |noise (x_p, x_d)| <= 1,   x_d^2 <= damping x_p
@@ -110,7 +110,7 @@ class Procedure:
         self._damping, self._speed = requirements.damping, requirements.speed
         self._low, self._high = np.array([axis.range(name) for name in ("kp", "ki", "kd")]).T
         self._high[0] = min(self._high[0], axis.authority / requirements.step(axis.loop))
-        self._step = Step(len(self._discs) * POINTS, requirements.speed)
+        self._step = ConeProgram(len(self._discs) * POINTS, requirements.speed)
 
     def starts(self) -> list[Array]:
         """Return those starts that keep everything."""

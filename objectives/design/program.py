@@ -15,6 +15,7 @@ from objectives.design.design_axis import DesignAxis
 from objectives.design.expressions import Feedback, sensitivities
 from objectives.design.frequency import mean_delays
 from objectives.design.requirements import DesignRequirements
+from plant.laws.observer import triple_pole
 
 Array = np.ndarray
 
@@ -52,8 +53,8 @@ class Program:
         return [gains for _, gains in sorted(found)]
 
 
-class Limits:
-    """What the loop of an axis must not exceed, at any feedback of one kind."""
+class LoopLimits:
+    """Limits of the loop of an axis, for any feedback of one kind."""
 
     def __init__(self, axis: DesignAxis, requirements: DesignRequirements, value_too: bool, rate_too: bool) -> None:
         self._axis, self._requirements = axis, requirements
@@ -87,7 +88,7 @@ class Limits:
 
 def load_rejection(law: Feedback, known_delay: float) -> Any:
     """Return k_i [1/s3], the limit of s C; known_delay: of what the observer knows of the command [s]."""
-    b1, b2, b3 = 3.0 * law.omega_o, 3.0 * law.omega_o**2, law.omega_o**3
+    b1, b2, b3 = triple_pole(law.omega_o)
     estimated = (law.kp if law.value_too else 0.0) + (law.kd * b1 if law.rate_too else 0.0)
     return law.kp * b3 / (b2 + b3 * known_delay + estimated)
 

@@ -1,4 +1,4 @@
-"""What a design before the search has to keep."""
+"""Requirements on a design before the search."""
 
 from dataclasses import dataclass, field
 from math import isfinite
@@ -9,7 +9,7 @@ from plant.sensors import SensorSpec
 
 @dataclass(frozen=True)
 class DesignRequirements:
-    """What every loop keeps while its load rejection is made as large as possible.
+    """Limits that every loop keeps while its load rejection is made as large as possible.
 
     ms, mt: largest peak of sensitivity and complementary sensitivity; 1.7 and 1.5 leave at least 39 deg of phase, 7.7 dB of
     gain upwards and 9.5 dB downwards (an integrating loop on an integrating plant has a margin downwards too).

@@ -1,4 +1,4 @@
-"""How fast the disturbance of each channel changes in the air of a scenario: the L that theorems ask for, measured.
+"""Measured rate of the disturbance of each channel in the air of a scenario: the L that theorems ask for.
 
 The channels are y'' = d + b0 u. d is what wind, gust and injection add to the acceleration of the vehicle hovering level, by
 the model that flies (`plant.rigid_body.body_rate` on arrays); the number is a quantile of |d(t + w) - d(t)|/w over time and

@@ -1,4 +1,4 @@
-"""How wrong the linear extended state observer can be: exact bounds for a disturbance of bounded rate |d'| <= L.
+"""Exact bounds on the errors of the linear extended state observer for a disturbance of bounded rate |d'| <= L.
 
 Continuous observer, poles -wo three times (Z. Gao, ACC 2003): the impulse responses from d' to the errors e1 of y, e2 of
 y' and e3 of d are positive, so their L1 norms are their DC gains and a ramp reaches them:
@@ -22,17 +22,11 @@ controller does not model are part of d.
 import numpy as np
 
 from objectives.theory.theorem import Array, Setting, Theorem
+from plant.laws import LAWS
+from plant.laws.observer import triple_pole
 
-# Laws whose observer has its three poles in one place; those of `hybrid_beta3` and `adrc` have not.
-LAWS = (
-    "ladrc",
-    "ladrc_printed",
-    "hybrid",
-    "hybrid_true_sta",
-    "hybrid_gsta",
-    "hybrid_literal",
-    "hybrid_paper_f_hat",
-)
+THREE_POLES = tuple(name for name, entry in LAWS.items() if entry.observer is triple_pole)
+"""Names of the laws whose linear observer has its three poles in one place."""
 SOURCE = "Gao, ACC 2003; L1 norms of the sampled observer worked out here"
 ASSUMES = "no measurement noise; what the controller does not know of the actuators counts as disturbance"
 
@@ -70,7 +64,7 @@ VALUE = Theorem(
     quantity="bound on the observer's error in y",
     unit="{y}",
     sense="most",
-    values=dict.fromkeys(LAWS, lambda gains, setting: value_bound(gains.omega_o, setting)),
+    values=dict.fromkeys(THREE_POLES, lambda gains, setting: value_bound(gains.omega_o, setting)),
     needs_rate=True,
     measured_rate=False,
     assumes=ASSUMES,
@@ -82,7 +76,7 @@ RATE = Theorem(
     quantity="bound on the observer's error in the rate of y",
     unit="{y}/s",
     sense="most",
-    values=dict.fromkeys(LAWS, lambda gains, setting: rate_bound(gains.omega_o, setting)),
+    values=dict.fromkeys(THREE_POLES, lambda gains, setting: rate_bound(gains.omega_o, setting)),
     needs_rate=True,
     measured_rate=False,
     assumes=ASSUMES,
@@ -94,7 +88,7 @@ DISTURBANCE = Theorem(
     quantity="bound on the observer's error in the disturbance, held over the period",
     unit="{y}/s^2",
     sense="most",
-    values=dict.fromkeys(LAWS, lambda gains, setting: disturbance_bound(gains.omega_o, setting)),
+    values=dict.fromkeys(THREE_POLES, lambda gains, setting: disturbance_bound(gains.omega_o, setting)),
     needs_rate=True,
     measured_rate=False,
     assumes=ASSUMES,

@@ -1,4 +1,4 @@
-"""What a theorem is to this tool: a number that follows from the gains of one channel, and what it is good for."""
+"""The type of a theorem: a number that follows from the gains of one channel, and its use."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -13,7 +13,7 @@ Array = NDArray[np.float64]
 
 
 class Setting(NamedTuple):
-    """What a theorem may need beside the gains.
+    """Input of a theorem beside the gains.
 
     period: of control [s]. rate: bound on |d'| of the channel's total disturbance, y'' = d + b0 u [y/s3].
     """

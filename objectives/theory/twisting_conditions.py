@@ -1,4 +1,4 @@
-"""What the gain conditions of super-twisting share: which laws they speak of, and how a theorem is made of one.
+"""Common part of the gain conditions of super-twisting: the laws that they speak of, and a theorem made of a condition.
 
     S' = -k1 |S|^(1/2) sgn S + v + d(t),   v' = -k2 sgn S,   |d'| <= L
 
@@ -17,35 +17,37 @@ from typing import Any
 import numpy as np
 
 from objectives.theory.theorem import Array, Setting, Theorem, Value
+from plant.laws import LAWS, SuperTwisting
 
 Rate = Callable[[Array, Array], Array]
 """From k1 [y^(1/2) s^(-3/2)] and k2 [y/s3] to the largest rate that is borne [y/s3]."""
 
-PLAIN = ("supertwisting", "supertwisting_euler")
-OBSERVED = "hybrid_true_sta"
 OBSERVER_STRETCH = 2.0
 QUANTITY = "fastest disturbance under which the sliding variable is guaranteed to reach 0"
 ASSUMES = "continuous time, no actuator lag, no noise and a reference of known rate: what flies comes near 0, not to it"
 
 
-def plain(rate: Rate) -> Value:
-    """Return the condition as the value of a law that meets the disturbance itself."""
+def value_of(rate: Rate, term: SuperTwisting, observed: bool) -> Value:
+    """Return the condition as the value of a law with that term; observed: whether it meets only what its observer misses."""
 
-    def value(gains: Any, setting: Setting) -> Array:
-        return rate(np.asarray(gains.k1, dtype=np.float64), np.asarray(gains.k2, dtype=np.float64))
+    def value(gains: Any, setting: Setting) -> Array:  # noqa: ARG001
+        k1, k2 = (np.asarray(getattr(gains, name), dtype=np.float64) for name in (term.k1, term.k2))
+        return rate(k1, k2) / OBSERVER_STRETCH if observed else rate(k1, k2)
 
     return value
 
 
-def observed(rate: Rate) -> Value:
-    """Return the condition as the value of a law that meets what its observer misses."""
-    met = plain(rate)
-    return lambda gains, setting: met(gains, setting) / OBSERVER_STRETCH
+def values_by_law(rate: Rate, generalised: bool) -> dict[str, Value]:
+    """Return the condition for every law with a super-twisting term; with linear parts only where it is `generalised`."""
+    return {
+        entry.name: value_of(rate, entry.super_twisting, entry.observer is not None)
+        for entry in LAWS.values()
+        if entry.super_twisting is not None and (generalised or not entry.super_twisting.mu)
+    }
 
 
 def condition(name: str, title: str, source: str, rate: Rate, generalised: bool = False) -> Theorem:
     """Return a gain condition as a theorem; generalised: it also covers the law with linear parts, whatever their share."""
-    values = dict.fromkeys(PLAIN, plain(rate)) | {OBSERVED: observed(rate)}
     return Theorem(
         name=name,
         title=title,
@@ -53,7 +55,7 @@ def condition(name: str, title: str, source: str, rate: Rate, generalised: bool 
         quantity=QUANTITY,
         unit="{y}/s^3",
         sense="least",
-        values=values | ({"hybrid_gsta": observed(rate)} if generalised else {}),
+        values=values_by_law(rate, generalised),
         needs_rate=False,
         measured_rate=True,
         assumes=ASSUMES,

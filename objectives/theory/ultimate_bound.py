@@ -1,13 +1,13 @@
-"""Where the paper's hybrid law ends up: an ultimate bound on its error, not convergence to zero.
+"""Ultimate bound on the error of the paper's hybrid law, which does not converge to zero.
 
 With S = e' + lambda e and the law of `plant.laws.hybrid`, S' = eps(t) - k1 |S|^(1/2) sat(S/delta) - k2 S, where eps is what
 the observer misses of the disturbance, |eps| <= E. So |S| falls until it is below the one S* >= 0 of
 
     k1 S*^(1/2) min(S*/delta, 1) + k2 S* = E,   and then   limsup |e| <= S*/lambda
 
-Wu et al., Appl. Sci. 2025, 15(9), 5124, claim asymptotic stability instead, under conditions that no finite gains satisfy
-(`objectives.theory.printed`); this is what their Lyapunov function does prove. E is not assumed as there but follows from
-the observer's bandwidth, `observer_error.disturbance_bound`. A ramp of disturbance reaches the bound.
+Wu et al., Appl. Sci. 2025, 15(9), 5124, claim asymptotic stability instead, under conditions that no finite gains satisfy; this
+is what their Lyapunov function does prove. E is not assumed as there but follows from the observer's bandwidth,
+`observer_error.disturbance_bound`. A ramp of disturbance reaches the bound.
 
 What it does not cover, in flight: noise, and a reference whose rate the law is not told, as the tilt that a position loop asks
 for. A Hummingbird with 20 ms of rotor lag in light turbulence, bound 0.0046 rad in roll, 64 flights of 4 s: its largest
@@ -21,7 +21,7 @@ import numpy as np
 
 from objectives.theory.observer_error import disturbance_bound
 from objectives.theory.theorem import Array, Setting, Theorem
-from plant.laws.hybrid import Gains
+from plant.laws import LAWS, hybrid
 
 # Newton's steps on a convex cubic from above: 5 reach the last bit from the worst start, where both terms are equal.
 STEPS = 8
@@ -52,7 +52,7 @@ def _root_within(a: Array, k2: Array, residual: Array) -> Array:
     return r
 
 
-def ultimate_error(gains: Gains, setting: Setting) -> Array:
+def ultimate_error(gains: hybrid.Gains, setting: Setting) -> Array:
     """Return the bound [y] that |e| ends below."""
     omega_o, lambda_, k1, k2, delta = (np.asarray(gain, dtype=np.float64) for gain in gains)
     return ultimate_surface(k1, k2, delta, disturbance_bound(omega_o, setting)) / lambda_
@@ -65,7 +65,7 @@ ULTIMATE_ERROR = Theorem(
     quantity="bound that the error ends below",
     unit="{y}",
     sense="most",
-    values={"hybrid": ultimate_error},
+    values={entry.name: ultimate_error for entry in LAWS.values() if entry.family == hybrid.FAMILY},
     needs_rate=True,
     measured_rate=True,
     assumes="no noise, a reference of known rate (a tilt that the position loop asks for is none), and feedback much slower "

@@ -15,9 +15,9 @@ from plant.laws import (
     supertwisting,
     supertwisting_euler,
 )
-from plant.laws.law import GainInfo, Law, Nonlinearity, Span
+from plant.laws.law import GainInfo, Law, Nonlinearity, Span, SuperTwisting
 
-__all__ = ["LAWS", "GainInfo", "Law", "Nonlinearity", "Span", "law"]
+__all__ = ["LAWS", "GainInfo", "Law", "Nonlinearity", "Span", "SuperTwisting", "law"]
 
 # Laws to choose from first, then the paper's as printed.
 ENTRIES = (

@@ -21,7 +21,7 @@ from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.fal import fal_3_2, fal_3_4
 from plant.laws.law import GainInfo, Law, Nonlinearity, Span
 from plant.laws.nonlinear_observer import NonlinearObserverConstants, observe_nonlinearly
-from plant.laws.observer import Observer, observer_constants
+from plant.laws.observer import FEEDBACK, Observer, observer_constants
 from plant.laws.tracking_differentiator import Profile, track
 from plant.primitives import select
 
@@ -141,5 +141,9 @@ LAW = Law(
         Nonlinearity("error term", error_term, "{y}"),
         Nonlinearity("rate term", rate_term, "{y}/s"),
         *nonlinear_observer.NONLINEAR,
+    ),
+    sampling=(
+        "tracking differentiator: fhan of the period 5 h; observer: current estimator for a held input with fal corrections, "
+        f"three poles at exp(-omega_o h) in the linear zone; {FEEDBACK}"
     ),
 )  # fmt: skip

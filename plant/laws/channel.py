@@ -1,10 +1,10 @@
-"""What every control law sees: one second-order channel y'' = f + b0 u."""
+"""The channel y'' = f + b0 u that a control law acts on: gain, setpoint, measurement and delivered command."""
 
 from typing import NamedTuple
 
 
 class Channel(NamedTuple):
-    """What the controller knows of the channel it acts on.
+    """The controller's knowledge of the channel that it acts on.
 
     b0: acceleration of y for one unit of u (1/I for an attitude axis with u in N m, 1 for a position axis with u in m/s2).
     rate_from_observer: 1 where the law takes the rate of y from its own observer (or by differencing y), 0 where it takes
@@ -31,7 +31,7 @@ class Measured(NamedTuple):
 
 
 class Applied(NamedTuple):
-    """What became of the last commands, in units of u.
+    """The delivered part of the last commands, in units of u.
 
     effect: mean over the last period of what the actuators delivered, as modelled (clipped, lagged, delayed). excess: the
     last command after clipping minus the command asked for; 0 where nothing saturates.

@@ -12,13 +12,23 @@ with kp = lambda k, kd = lambda + k, where k grows from k2 at small amplitude to
 from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.laws.continuous import ContinuousForm, on_observer
 from plant.laws.ladrc import OMEGA_O
 from plant.laws.law import GainInfo, Law, Nonlinearity, Span
-from plant.laws.observer import Observer, ObserverConstants, observe, observer_constants
+from plant.laws.observer import (
+    FEEDBACK,
+    SAMPLING,
+    Observer,
+    ObserverConstants,
+    observe,
+    observer_constants,
+    triple_pole,
+)
 from plant.laws.surface import surface
 from plant.primitives import absolute, clip, sqrt
 
 SOURCE = "Wu et al., Appl. Sci. 2025, 15(9), 5124"
+FAMILY = "ADRC with power-rate and proportional sliding term"
 
 
 class Gains(NamedTuple):
@@ -73,6 +83,34 @@ def step(
     return (demand - z.z3) / channel.b0, z
 
 
+def linear_part(
+    gains: Gains, from_observer: bool, polynomial: tuple[float, float, float], equivalent: float = 1.0, estimate: float = 0.0
+) -> ContinuousForm:  # fmt: skip
+    """Return the form of u = -lambda e' - k2 S - z3, S = e' + lambda e; the power-rate term is left out. States: z1 to z3.
+
+    Of the paper as printed: equivalent = 0 leaves lambda e' out, estimate = 1 takes z2 off too.
+    """
+    lam, k2 = gains.lambda_, gains.k2
+    # Shares of z2 and of the measured rate in the rate that the law takes.
+    observed, measured = float(from_observer), float(not from_observer)
+    given = equivalent * lam
+    estimates = (0.0, -(given + k2) * observed - estimate, -1.0)
+    values = (k2 * lam, -k2 * lam, -given * measured - k2 * measured, 0.0)
+    return on_observer(
+        polynomial, (estimates, (0.0, observed, 0.0)), (values, (-lam, lam, measured, 0.0))
+    )  # fmt: skip
+
+
+def continuous(gains: Gains, from_observer: bool) -> ContinuousForm:
+    """Return the continuous form without the power-rate term."""
+    return linear_part(gains, from_observer, triple_pole(gains.omega_o))
+
+
+def sector(gains: Gains) -> float:
+    """Return kappa [1/s]: the secant of k1 |S|^(1/2) sat(S/delta) is largest where the saturation sets in, k1/sqrt(delta)."""
+    return gains.k1 / sqrt(gains.delta)
+
+
 LAW = Law(
     name="hybrid",
     title="ADRC with power-rate and proportional sliding term (A-ST-SMC, corrected)",
@@ -103,4 +141,9 @@ LAW = Law(
         ),
     ),
     nonlinear=(Nonlinearity("sliding term", sliding_term, "{y}/s"),),
+    sampling=f"{SAMPLING}; {FEEDBACK}",
+    family=FAMILY,
+    observer=triple_pole,
+    continuous=continuous,
+    sector=sector,
 )  # fmt: skip

@@ -10,8 +10,9 @@ with its poles at exp(s h).
 from dataclasses import replace
 
 from plant.laws import hybrid
-from plant.laws.hybrid import Constants, Gains
-from plant.laws.observer import ObserverConstants, placed
+from plant.laws.continuous import ContinuousForm
+from plant.laws.hybrid import Constants, Gains, linear_part
+from plant.laws.observer import FEEDBACK, ObserverConstants, placed, triple_pole
 from plant.primitives import cos, exp, sin
 
 # Poles over -wo: 1 + 2^(1/3); real and imaginary part of the pair, 1 - 2^(1/3)/2 and 2^(1/3) sqrt(3)/2.
@@ -25,6 +26,17 @@ def printed_observer(omega_o: float, h: float) -> ObserverConstants:
     return placed(1.0 - exp(-REAL_POLE * omega_o * h), 2.0 * ahead, ahead * ahead + aside * aside, h)
 
 
+def printed_polynomial(omega_o: float) -> tuple[float, float, float]:
+    """Return the observer's gains as printed, 3 wo, 3 wo^2 and 3 wo^3."""
+    b1, b2, b3 = triple_pole(omega_o)
+    return b1, b2, 3.0 * b3
+
+
+def continuous(gains: Gains, from_observer: bool) -> ContinuousForm:
+    """Return the continuous form without the power-rate term."""
+    return linear_part(gains, from_observer, printed_polynomial(gains.omega_o))
+
+
 def prepare(gains: Gains, h: float) -> Constants:
     """Sample the observer."""
     observer = printed_observer(gains.omega_o, h)
@@ -36,4 +48,11 @@ LAW = replace(
     name="hybrid_beta3",
     title="A-ST-SMC with the printed observer gain beta3 = 3 wo^3",
     prepare=prepare,
+    sampling=(
+        "observer: current estimator for a held input, poles at exp(p h) for the roots p of "
+        f"s^3 + 3 wo s^2 + 3 wo^2 s + 3 wo^3; {FEEDBACK}"
+    ),
+    family="",
+    observer=printed_polynomial,
+    continuous=continuous,
 )

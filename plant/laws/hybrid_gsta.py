@@ -11,11 +11,11 @@ in place of it. Sampled without chatter and kept from winding up as in `twisting
 
 from typing import NamedTuple
 
-from plant.laws import hybrid, supertwisting
+from plant.laws import hybrid, observer, supertwisting, twisting
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.ladrc import OMEGA_O
-from plant.laws.law import GainInfo, Law, Span
-from plant.laws.observer import Observer, ObserverConstants, observe, observer_constants
+from plant.laws.law import GainInfo, Law, Span, SuperTwisting
+from plant.laws.observer import Observer, ObserverConstants, observe, observer_constants, triple_pole
 from plant.laws.surface import surface
 from plant.laws.twisting import NONLINEAR, Twist, TwistConstants, super_twisting, twist_constants
 
@@ -92,5 +92,8 @@ LAW = Law(
     start=start,
     step=step,
     gains=(OMEGA_O, LAMBDA, supertwisting.K1, supertwisting.K2, MU),
+    sampling=f"{observer.SAMPLING}; {twisting.SAMPLING}",
     nonlinear=NONLINEAR,
+    observer=triple_pole,
+    super_twisting=SuperTwisting("k1", "k2", "mu"),
 )

@@ -15,8 +15,9 @@ from dataclasses import replace
 
 from plant.laws import hybrid
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
-from plant.laws.hybrid import Constants, sliding_term
-from plant.laws.observer import Observer, observe
+from plant.laws.continuous import ContinuousForm
+from plant.laws.hybrid import Constants, Gains, linear_part, sliding_term
+from plant.laws.observer import Observer, observe, triple_pole
 from plant.laws.surface import surface
 
 
@@ -35,10 +36,17 @@ def step(
     return (-sliding_term(e.s, constants) - z.z3) / channel.b0, z
 
 
+def continuous(gains: Gains, from_observer: bool) -> ContinuousForm:
+    """Return the continuous form without the power-rate term."""
+    return linear_part(gains, from_observer, triple_pole(gains.omega_o), equivalent=0.0)
+
+
 LAW = replace(
     hybrid.LAW,
     name="hybrid_literal",
     title="A-ST-SMC as printed: without reference acceleration and equivalent control",
     step=step,
     promises=frozenset({"rejects"}),
+    family="",
+    continuous=continuous,
 )

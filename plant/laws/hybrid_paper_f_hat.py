@@ -11,8 +11,9 @@ from dataclasses import replace
 
 from plant.laws import hybrid
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
-from plant.laws.hybrid import Constants, sliding_term
-from plant.laws.observer import Observer, observe
+from plant.laws.continuous import ContinuousForm
+from plant.laws.hybrid import Constants, Gains, linear_part, sliding_term
+from plant.laws.observer import Observer, observe, triple_pole
 from plant.laws.surface import surface
 
 
@@ -32,10 +33,17 @@ def step(
     return (demand - z.z2 - z.z3) / channel.b0, z
 
 
+def continuous(gains: Gains, from_observer: bool) -> ContinuousForm:
+    """Return the continuous form without the power-rate term."""
+    return linear_part(gains, from_observer, triple_pole(gains.omega_o), estimate=1.0)
+
+
 LAW = replace(
     hybrid.LAW,
     name="hybrid_paper_f_hat",
     title="A-ST-SMC with z2 taken for an estimate of f, as printed",
     step=step,
     promises=frozenset({"rejects"}),
+    family="",
+    continuous=continuous,
 )

@@ -14,6 +14,7 @@ from typing import NamedTuple
 from plant.laws import hybrid_gsta, supertwisting
 from plant.laws.hybrid_gsta import Constants
 from plant.laws.ladrc import OMEGA_O
+from plant.laws.law import SuperTwisting
 from plant.laws.observer import observer_constants
 from plant.laws.twisting import twist_constants
 
@@ -41,4 +42,5 @@ LAW = replace(
     Gains=Gains,
     prepare=prepare,
     gains=(OMEGA_O, hybrid_gsta.LAMBDA, supertwisting.K1, supertwisting.K2),
+    super_twisting=SuperTwisting("k1", "k2"),
 )

@@ -13,11 +13,21 @@ design. Expect 36 to 41 deg of phase margin at wo/wc = 3 to 5 even without any l
 from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.laws.continuous import ContinuousForm, on_observer
 from plant.laws.law import GainInfo, Law, Span
-from plant.laws.observer import Observer, ObserverConstants, observe, observer_constants
+from plant.laws.observer import (
+    FEEDBACK,
+    SAMPLING,
+    Observer,
+    ObserverConstants,
+    observe,
+    observer_constants,
+    triple_pole,
+)
 from plant.primitives import select
 
 SOURCE = "Gao, ACC 2003, pp. 4989-4996"
+FAMILY = "linear ADRC in bandwidth form"
 
 
 class Gains(NamedTuple):
@@ -65,6 +75,16 @@ def step(
     return (demand - z.z3) / channel.b0, z
 
 
+def continuous(gains: Gains, from_observer: bool) -> ContinuousForm:
+    """Return the continuous form: PD on estimates or measurements, minus the disturbance estimate; states: z1 to z3."""
+    kp, kd = gains.omega_c**2, 2.0 * gains.zeta * gains.omega_c
+    if from_observer:
+        feedback, direct = (-kp, -kd, -1.0), (kp, 0.0, 0.0, 0.0)
+    else:
+        feedback, direct = (0.0, 0.0, -1.0), (kp, -kp, -kd, 0.0)
+    return on_observer(triple_pole(gains.omega_o), (feedback, (0.0,) * 3), (direct, (0.0,) * 4))
+
+
 OMEGA_O = GainInfo(
     "omega_o", "wo", "rad/s", Span(10.0, 2.0, 75.0), Span(4.0, 0.5, 20.0), "log", SOURCE,
     "bandwidth of the extended state observer", exclusive=True, observer=True,
@@ -91,4 +111,8 @@ LAW = Law(
         ),
         OMEGA_O,
     ),
+    sampling=f"{SAMPLING}; {FEEDBACK}",
+    family=FAMILY,
+    observer=triple_pole,
+    continuous=continuous,
 )  # fmt: skip

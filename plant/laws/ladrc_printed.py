@@ -14,7 +14,15 @@ from typing import NamedTuple
 from plant.laws import ladrc
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.law import GainInfo, Law, Span
-from plant.laws.observer import Observer, ObserverConstants, observe, observer_constants
+from plant.laws.observer import (
+    FEEDBACK,
+    SAMPLING,
+    Observer,
+    ObserverConstants,
+    observe,
+    observer_constants,
+    triple_pole,
+)
 from plant.primitives import select
 
 SOURCE = "Wu et al., Appl. Sci. 2025, 15(9), 5124"
@@ -81,5 +89,7 @@ LAW = Law(
         ),
         ladrc.OMEGA_O,
     ),
+    sampling=f"{SAMPLING}; {FEEDBACK}",
+    observer=triple_pole,
     promises=frozenset(),
 )  # fmt: skip

@@ -1,11 +1,15 @@
-"""What a control law is: its tuple types, its three functions and the description of its gains."""
+"""The type of a control law: its tuple types, its three functions, the description of its gains and what it tells of itself."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
+from plant.laws.continuous import ContinuousForm
+
 # All that a law may promise: see `Law.promises`.
 PROMISES = frozenset({"tracks", "rejects"})
+HELD_COMMAND = "command held over the control period"
+"""The sentence that ends every law's `discretisation`."""
 
 
 def in_loop(unit: str, loop: str) -> str:
@@ -71,16 +75,36 @@ class Nonlinearity:
 
 
 @dataclass(frozen=True)
+class SuperTwisting:
+    """Names of the gains of a super-twisting term w = -k1 |S|^(1/2) sgn S + v, v' = -k2 sgn S.
+
+    mu: the gain of its linear parts, "" where it has none.
+    """
+
+    k1: str
+    k2: str
+    mu: str = ""
+
+
+@dataclass(frozen=True)
 class Law:
     """A single-input single-output control law for y'' = f + b0 u.
 
     Gains, Constants, Memory: NamedTuples of floats. prepare(gains, h) -> Constants runs once a flight. start(constants,
     measured, held) -> Memory is the state of a loop at rest at the measured value that holds the plant with b0 u = held [y/s2].
     step(memory, constants, channel, setpoint, measured, applied, h) -> (command, Memory) runs every control period. gains: one
-    entry for each field of Gains.
+    entry for each field of Gains. sampling: how the law is discretised with the control period h, in words.
 
     promises: "tracks": a reference that the channel can fly is flown without error; "rejects": a constant disturbance leaves
     no error. nonlinear: all that makes the feedback depend on amplitude; empty for a linear law.
+
+    What proofs and designs ask for; a law without an entry is left to flights and margins:
+    family: name of the equations that designs before the search and theorems are stated for, such as `pid.FAMILY`. Laws of a
+    family have the same gains with the same meaning.
+    observer: omega_o -> gains (b1, b2, b3) of the law's linear extended state observer in continuous time.
+    continuous(gains, from_observer) -> ContinuousForm: the law on matrices; from_observer as `Channel.rate_from_observer`.
+    sector(gains) -> kappa [1/s]: what the form leaves out lies between 0 and kappa S; None where it leaves nothing out.
+    super_twisting: which gains are those of a super-twisting term.
     """
 
     name: str
@@ -93,8 +117,19 @@ class Law:
     start: Callable[..., Any]
     step: Callable[..., Any]
     gains: tuple[GainInfo, ...]
+    sampling: str
     promises: frozenset[str] = PROMISES
     nonlinear: tuple[Nonlinearity, ...] = ()
+    family: str = ""
+    observer: Callable[[Any], tuple[Any, Any, Any]] | None = None
+    continuous: Callable[[Any, bool], ContinuousForm] | None = None
+    sector: Callable[[Any], float] | None = None
+    super_twisting: SuperTwisting | None = None
+
+    @property
+    def discretisation(self) -> str:
+        """The difference equations of the law in words; without them a gain means nothing on another processor."""
+        return f"{self.sampling}; {HELD_COMMAND}"
 
     def defaults(self, loop: str) -> dict[str, float]:
         """Return the default gains in the loop "attitude" or "position"."""

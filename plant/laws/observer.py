@@ -6,9 +6,12 @@ after R. Miklosovic, A. Radke, Z. Gao, "Discrete implementation and generalizati
 ACC 2006. The input is what the actuators delivered, so saturation cannot wind the observer up.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 from plant.primitives import exp
+
+SAMPLING = "observer: current estimator for a held input, three poles at exp(-omega_o h)"
+FEEDBACK = "feedback of the same instant"
 
 
 class ObserverConstants(NamedTuple):
@@ -25,6 +28,14 @@ class Observer(NamedTuple):
     z1: float
     z2: float
     z3: float
+
+
+def triple_pole(omega_o: Any) -> tuple[Any, Any, Any]:
+    """Return the gains (b1 [1/s], b2 [1/s2], b3 [1/s3]) of the continuous observer with all poles at -omega_o [rad/s].
+
+    They are the coefficients of (s + omega_o)^3. omega_o: a number, an array or an expression.
+    """
+    return 3.0 * omega_o, 3.0 * omega_o**2, omega_o**3
 
 
 def observer_constants(omega_o: float, h: float) -> ObserverConstants:

@@ -9,10 +9,14 @@ K. J. Astrom, T. Hagglund, Advanced PID Control, ISA 2006, chapters 3 and 13.
 from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.laws.continuous import ContinuousForm
 from plant.laws.law import GainInfo, Law, Span
 from plant.primitives import exp, maximum, select
 
 SOURCE = "Astrom, Hagglund, Advanced PID Control, ISA 2006"
+FAMILY = "PID with filtered derivative"
+# A derivative filter faster than this [s] is left at it: no control period in use can tell it from none.
+FASTEST_FILTER = 5e-4
 
 
 class Gains(NamedTuple):
@@ -72,6 +76,17 @@ def step(
     return demand / channel.b0, Memory(integral + h * constants.ki * error, rate, measured.value)
 
 
+def continuous(gains: Gains, from_observer: bool) -> ContinuousForm:  # noqa: ARG001
+    """Return the continuous form; states: integral (none where ki = 0), filtered rate. Differencing y gives y' here."""
+    per = 1.0 / max(gains.t_f, FASTEST_FILTER)
+    a = ((0.0, 0.0), (0.0, -per))
+    b = ((gains.ki, -gains.ki, 0.0, 0.0), (0.0, 0.0, per, 0.0))
+    c = ((1.0, -gains.kd), (0.0, 0.0))
+    d = ((gains.kp, -gains.kp, 0.0, 0.0), (0.0, 0.0, 0.0, 0.0))
+    kept = slice(0 if gains.ki else 1, None)
+    return ContinuousForm(tuple(row[kept] for row in a[kept]), b[kept], tuple(row[kept] for row in c), d)
+
+
 LAW = Law(
     name="pid",
     title="PID, derivative on measurement, filtered, anti-windup",
@@ -100,4 +115,7 @@ LAW = Law(
             "time constant of the derivative filter",
         ),
     ),
+    sampling="filtered derivative: pole at exp(-h/Tf); integral: forward Euler, in force one period after it is formed",
+    family=FAMILY,
+    continuous=continuous,
 )  # fmt: skip

@@ -15,9 +15,9 @@ acceleration delivered and -v, the law's own estimate of the disturbance; withou
 from typing import NamedTuple
 
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
-from plant.laws.law import GainInfo, Law, Span
+from plant.laws.law import GainInfo, Law, Span, SuperTwisting
 from plant.laws.surface import surface
-from plant.laws.twisting import NONLINEAR, Twist, TwistConstants, super_twisting, twist_constants
+from plant.laws.twisting import NONLINEAR, SAMPLING, Twist, TwistConstants, super_twisting, twist_constants
 
 SOURCE = "Levant, Int. J. Control 58(6), 1993"
 
@@ -100,5 +100,7 @@ LAW = Law(
     start=start,
     step=step,
     gains=(LAMBDA, K1, K2),
+    sampling=SAMPLING,
     nonlinear=NONLINEAR,
+    super_twisting=SuperTwisting("k1", "k2"),
 )

@@ -53,6 +53,7 @@ LAW = replace(
     name="supertwisting_euler",
     title="super-twisting sliding mode control in explicit Euler steps",
     step=step,
+    sampling="super-twisting term: explicit Euler",
     promises=frozenset(),
     nonlinear=(
         Nonlinearity("root term", root_term, "{y}/s"),

@@ -24,6 +24,8 @@ from typing import Any, NamedTuple
 from plant.laws.law import Nonlinearity
 from plant.primitives import absolute, clip, maximum, sign, sqrt
 
+SAMPLING = "super-twisting term: implicit Euler, without chatter"
+
 
 class TwistConstants(NamedTuple):
     """h [s], k1 [y^(1/2) s^(-3/2)], k2 [y/s3], mu [(s/y)^(1/2)]; band: h^2 k2 [y/s]; per_band: its inverse, or large."""

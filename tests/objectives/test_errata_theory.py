@@ -9,11 +9,11 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from objectives.theory import THEOREMS, Setting
-from objectives.theory.printed import printed_31_bound, printed_least_gains
 from objectives.theory.ultimate_bound import ultimate_surface
 from plant.laws import LAWS, hybrid, supertwisting
 from plant.laws.channel import Measured
 from tests.objectives.theory.channel import fly
+from tests.objectives.theory.printed import printed_31_bound, printed_least_gains
 
 RESIDUAL, DELTA = 1.0, 0.1
 

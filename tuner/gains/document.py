@@ -9,7 +9,6 @@ from plant.gains import gain_addresses
 from tuner.gains.airframe_block import airframe_block
 from tuner.gains.controller import Controller, VehicleRecord
 from tuner.gains.hashing import content_hash
-from tuner.gains.sampling import SAMPLING
 from tuner.gains.sections import CONVENTIONS, FORMAT, MOST_EXACT, STRUCTURE, VERSION
 from tuner.gains.shapes import Row
 from tuner.gains.ucum import quantity
@@ -45,16 +44,16 @@ def controller_block(controller: Controller) -> Row:
     """Return laws, periods, options, structure and how the laws are sampled."""
     options = asdict(controller.options)
     tilt, cutoff = options.pop("tilt_limit"), options.pop("yaw_torque_cutoff")
-    laws = {"position": controller.cascade.position.name, "attitude": controller.cascade.attitude.name}
+    laws = {"position": controller.cascade.position, "attitude": controller.cascade.attitude}
     return {
-        **laws,
+        **{loop: law.name for loop, law in laws.items()},
         "control_period": quantity(controller.control_period, "s"),
         "plant_step": quantity(controller.plant_step, "s"),
         "tilt_limit": quantity(tilt, "rad"),
         **({"yaw_torque_cutoff": quantity(cutoff, "Hz")} if cutoff else {}),
         **options,
         "structure": STRUCTURE,
-        "discretisation": {loop: SAMPLING.get(name, f"as the law '{name}' does it") for loop, name in laws.items()},
+        "discretisation": {loop: law.discretisation for loop, law in laws.items()},
     }
 
 

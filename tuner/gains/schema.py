@@ -1,10 +1,7 @@
 """The JSON Schema (2020-12) of gains.json, made from the registries: laws, frames, numbers of an airframe, units.
 
 Nothing but x-* at the top is open, so that a misspelt key is an error. The gains that a law needs are chosen by
-controller.position and controller.attitude. gains.schema.json beside this file is the same schema for users without this
-program; a test holds the two together:
-
-    tuner schema gains > tuner/gains/gains.schema.json
+controller.position and controller.attitude. It is made once a process; `tuner schema gains` prints it for other programs.
 """
 
 import json

@@ -11,8 +11,8 @@ from typing import Any
 from plant.airframes import Airframe, load, names
 from plant.errors import InputError, UnknownNameError
 from plant.input_files import read_input_text
+from plant.laws import LAWS
 from tuner.gains.airframe_block import airframe_block
-from tuner.gains.sampling import SAMPLING
 from tuner.gains.sections import CONVENTIONS, STRUCTURE, VERSION
 from tuner.gains.shapes import Row
 from tuner.gains.ucum import UCUM
@@ -44,7 +44,8 @@ def brought_up(old: Row, path: Path, airframe: Airframe | None) -> Row:
 def _controller(old: Any) -> Any:
     if not isinstance(old, dict):
         return old
-    sampling = {loop: SAMPLING.get(str(old.get(loop)), "") for loop in ("position", "attitude")}
+    laws = {loop: LAWS.get(str(old.get(loop))) for loop in ("position", "attitude")}
+    sampling = {loop: "" if law is None else law.discretisation for loop, law in laws.items()}
     timed = {key: _coded(old[key]) for key in PERIODS if key in old}
     return {**old, **timed, "structure": STRUCTURE, "discretisation": sampling}
 

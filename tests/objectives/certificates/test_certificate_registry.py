@@ -10,7 +10,7 @@ import pytest
 from scipy.optimize import brentq
 
 from objectives.certificates import CERTIFICATES, AxisLoop, RotorLag, TiltLoop, axis_loop
-from objectives.certificates.channel_model import CONTROLLERS, closed_loop
+from objectives.certificates.channel_model import MODELLED, closed_loop
 from objectives.certificates.lmi import MARGIN, coordinates, is_negative, is_positive
 from plant.cascade import AXES, close_cascade
 from plant.closed_loop import Timing
@@ -81,7 +81,7 @@ def test_what_they_apply_to() -> None:
     mixed = close_cascade(LAWS["ladrc"], LAWS["adrc"])
     horizontal = axis_loop(mixed, default_row(mixed), known(), TIMING, "x")
     vertical = axis_loop(mixed, default_row(mixed), known(), TIMING, "z")
-    assert "adrc" not in CONTROLLERS
+    assert "adrc" not in MODELLED
     assert not spread.applies_to(horizontal)
     assert spread.applies_to(vertical)
 

@@ -9,15 +9,16 @@ import pytest
 from scipy.linalg import expm
 
 from objectives.certificates.channel_model import (
-    CONTROLLERS,
+    MODELLED,
     OUTPUTS,
-    POWER_RATE,
+    WITH_SECTOR,
     AxisLoop,
     Factors,
     RotorLag,
     StateSpace,
     TiltLoop,
     closed_loop,
+    controller,
     is_stable,
     sector,
 )
@@ -72,33 +73,33 @@ def test_ladrc_on_measured_rate_and_known_lag(omega: float, lag: float) -> None:
 
 
 def ladrc_model(from_observer: bool) -> StateSpace:
-    return CONTROLLERS["ladrc"](GAINS, from_observer)
+    return controller("ladrc", GAINS, from_observer)
 
 
 @pytest.mark.parametrize("from_observer", [False, True])
-@pytest.mark.parametrize("name", CONTROLLERS)
+@pytest.mark.parametrize("name", sorted(MODELLED))
 @pytest.mark.parametrize("omega", [0.3, 3.0, 30.0])
 def test_models_are_the_sampled_laws_in_the_limit(name: str, from_observer: bool, omega: float) -> None:
     """The law as it flies, linearised at ever shorter periods. The sliding term is taken at k1 = 0: k2 alone."""
     law = LAWS[name]
     gains = defaults(law, "attitude")
-    if name in POWER_RATE:
+    if name in WITH_SECTOR:
         gains = gains._replace(k1=0.0)
-    found = feedback(CONTROLLERS[name](gains, from_observer), 1j * omega)
+    found = feedback(controller(name, gains, from_observer), 1j * omega)
     # Extrapolated from h = 1e-4: error of order (omega h)^2; a law that differences y has one of order h omega/2 in that part.
     assert found == pytest.approx(continuous_feedback(law, gains, from_observer, 1j * omega), rel=3e-4)
 
 
 def test_pid_without_integral_has_no_state_for_it() -> None:
     gains = pid.Gains(60.0, 0.0, 14.0, 0.005)
-    assert len(CONTROLLERS["pid"](gains, False).a) == 1
+    assert len(controller("pid", gains, False).a) == 1
     assert is_stable(closed_loop(replace(PID, gains=gains)).a)
     s = np.array([2j])
-    _, y, v, _ = CONTROLLERS["pid"](gains, False).at(s)[0, 0]
+    _, y, v, _ = controller("pid", gains, False).at(s)[0, 0]
     assert -(y + s[0] * v) == pytest.approx(60.0 + 14.0 * 2j / (1.0 + 0.005 * 2j), rel=1e-12)
 
 
-@pytest.mark.parametrize("name", POWER_RATE)
+@pytest.mark.parametrize("name", sorted(WITH_SECTOR))
 def test_the_sliding_variable_and_what_it_adds(name: str) -> None:
     """phi enters the command with a minus, S = y' + lambda (y - r): with phi = k S the law is the one with k2 + k."""
     loop = closed_loop(AxisLoop(name, HYBRID.gains, ROTORS))
@@ -170,7 +171,7 @@ def test_closed_loop_by_hand(axis: AxisLoop) -> None:
     factors = Factors(inertia=1.3, lag=0.8)
     s = 7j
     delivered, known = ROTORS.model(factors).at(np.array([s]))[0, :, 0]
-    r, y, v, own = CONTROLLERS[axis.law](axis.gains, False).at(np.array([s]))[0, 0]
+    r, y, v, own = controller(axis.law, axis.gains, False).at(np.array([s]))[0, 0]
     plant = delivered / (1.3 * s**2)
     command = np.array([r, (y + s * v) / s**2]) / (1.0 - own * known - (y + s * v) * plant)
     loop = closed_loop(axis, factors)
@@ -181,7 +182,7 @@ def test_closed_loop_by_hand(axis: AxisLoop) -> None:
 
 
 def command_feedthrough(axis: AxisLoop) -> float:
-    return float(CONTROLLERS[axis.law](axis.gains, False).d[0, 0])
+    return float(controller(axis.law, axis.gains, False).d[0, 0])
 
 
 def test_mass_scales_a_position_axis_and_inertia_an_attitude_axis() -> None:

@@ -9,7 +9,7 @@ import pytest
 from scipy.integrate import solve_ivp
 
 from objectives.certificates import AxisLoop, TiltLoop
-from objectives.certificates.channel_model import POWER_RATE, closed_loop, sector
+from objectives.certificates.channel_model import WITH_SECTOR, closed_loop, sector
 from objectives.certificates.circle_criterion import run
 from plant.laws import hybrid
 from plant.laws.hybrid import sliding_term
@@ -137,7 +137,7 @@ def test_what_it_says_of_the_given_gains() -> None:
         assert found.data["kept"] is kept
 
 
-@pytest.mark.parametrize("name", POWER_RATE)
+@pytest.mark.parametrize("name", sorted(WITH_SECTOR))
 def test_the_printed_variants_have_limits_of_their_own(name: str) -> None:
     axis = replace(HYBRID, law=name)
     found = run(axis, popov=False)

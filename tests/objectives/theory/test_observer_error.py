@@ -4,8 +4,13 @@ import numpy as np
 import pytest
 
 from objectives.theory import THEOREMS, Setting
-from objectives.theory.observer_error import LAWS as THREE_POLES
-from objectives.theory.observer_error import continuous_bounds, disturbance_bound, rate_bound, value_bound
+from objectives.theory.observer_error import (
+    THREE_POLES,
+    continuous_bounds,
+    disturbance_bound,
+    rate_bound,
+    value_bound,
+)
 from plant.laws import LAWS
 from plant.laws.observer import Observer, observe, observer_constants
 

@@ -13,7 +13,7 @@ from plant.closed_loop import Status, Timing
 from plant.errors import UnknownNameError
 from plant.laws import LAWS, Law, Nonlinearity, law
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
-from plant.laws.law import PROMISES
+from plant.laws.law import HELD_COMMAND, PROMISES
 from plant.nominal import ControlOptions, nominal
 from plant.records import flatten
 from tests.plant.axis import LOOPS, REST, Axis, H, Input, defaults, random_inputs, run
@@ -36,6 +36,11 @@ each_nonlinearity = pytest.mark.parametrize(
     [(entry, nonlinearity) for entry in LAWS.values() for nonlinearity in entry.nonlinear],
     ids=[f"{entry.name}-{nonlinearity.name}" for entry in LAWS.values() for nonlinearity in entry.nonlinear],
 )
+each_observer = pytest.mark.parametrize(
+    "entry",
+    [entry for entry in LAWS.values() if entry.observer is not None],
+    ids=[entry.name for entry in LAWS.values() if entry.observer is not None],
+)
 each_rate = pytest.mark.parametrize("from_observer", [False, True], ids=["measured", "observer"])
 STILL = Applied(0.0, 0.0)
 
@@ -57,6 +62,25 @@ def test_every_gain_is_described(entry: Law) -> None:
     assert entry.title and entry.source
     assert entry.promises <= PROMISES
     assert len({other.title for other in LAWS.values()}) == len(LAWS)
+
+
+@each_law
+def test_it_tells_how_it_is_sampled_and_what_proofs_need(entry: Law) -> None:
+    assert entry.sampling and "\n" not in entry.discretisation and entry.discretisation.endswith(HELD_COMMAND)
+    kin = next(other for other in LAWS.values() if other.family == entry.family)
+    assert not entry.family or kin.Gains._fields == entry.Gains._fields
+    assert entry.sector is None or entry.continuous is not None
+    if entry.super_twisting is not None:
+        named = {entry.super_twisting.k1, entry.super_twisting.k2, entry.super_twisting.mu or entry.super_twisting.k1}
+        assert named <= set(entry.Gains._fields)
+
+
+@each_observer
+def test_the_continuous_observer_is_the_sampled_one_in_the_limit(entry: Law) -> None:
+    assert entry.observer is not None
+    omega_o, h = 10.0, 1e-6
+    sampled = entry.prepare(defaults(entry, "attitude")._replace(omega_o=omega_o), h).observer
+    np.testing.assert_allclose(np.array(sampled) / h, entry.observer(omega_o), rtol=1e-4)
 
 
 @each_law

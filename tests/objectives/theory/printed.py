@@ -1,4 +1,4 @@
-"""Conditions as the paper prints them, kept only so that tests can show what is wrong with them; nothing else uses them.
+"""Conditions as the paper prints them, for the tests that show what is wrong with them.
 
 Wu et al., Appl. Sci. 2025, 15(9), 5124, section 2.3.3: the conditions at the end of the Lyapunov proof, and (31).
 """
