@@ -1,4 +1,4 @@
-"""What a search may change: decision variables on the unit cube, tied to gains of the cascade."""
+"""Decision variables of a search on the unit cube, tied to gains of the cascade."""
 
 from dataclasses import dataclass
 from math import exp, isfinite, log

@@ -1,4 +1,4 @@
-"""Who makes the flights of a problem: this machine's cores, or whatever else takes gains and a fleet and gives back results.
+"""Execution backends for flights: local threads, a GPU or a cluster.
 
 A flight is a pure function of system, root seed, fleet, index and gains. An engine of the same `arithmetic` gives the same
 bits, wherever it flies.

@@ -1,4 +1,4 @@
-"""Flights already flown: what keeps them answers to this, so that no flight is made twice.
+"""Interface of a flight cache, which keeps flights from being made twice, and the keys of its entries.
 
 A flight is a pure function of the model, the system, its scenario and its gains. `scenario_key` names all of that but the
 gains: where the key and the gains are equal to the bit, the recorded result is the one that a new flight would have.

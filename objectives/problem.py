@@ -115,7 +115,7 @@ class Evaluation:
 
     @property
     def complete(self) -> np.ndarray:
-        """Which candidates (n,) flew through every scenario."""
+        """Mask (n,) of the candidates that flew through every scenario."""
         return self.flown & (self.flights_each == self.scores.shape[-1])
 
     def samples(self, index: int, scenario: str | None) -> np.ndarray:
@@ -179,7 +179,7 @@ class Problem:
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """What is known without flying, in the order of its columns."""
+        """Requirements that need no flight, in the order of their columns."""
         return requirements_of(self.screens)
 
     def worth_flying(self, points: np.ndarray) -> np.ndarray:

@@ -40,7 +40,7 @@ class Champions:
     scores: Array
 
 
-class Track:
+class RaceStages:
     """The flights of a race in stages. counts: for each stage, how many flights of each fleet are made at its end."""
 
     def __init__(self, fleets: tuple[Fleet, ...]) -> None:
@@ -70,7 +70,7 @@ class Race:
     """
 
     def __init__(
-        self, problem: Problem, gains: Array, flown: Array, whole: Array, track: Track, champions: Champions
+        self, problem: Problem, gains: Array, flown: Array, whole: Array, track: RaceStages, champions: Champions
     ) -> None:
         n = len(gains)
         self.problem, self.gains, self.whole, self.track, self.champions = problem, gains, whole, track, champions
@@ -184,7 +184,7 @@ def race(
     known = known_values(problem.screens, gains)
     screened = perf_counter()
     flown = worth_flying(problem.requirements, known) | whole
-    track = Track(fleets)
+    track = RaceStages(fleets)
     run = Race(problem, gains, flown, whole, track, champions)
     run.run(root, landed)
     risks, failures, counted = run.conclude()

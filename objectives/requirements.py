@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 LARGEST_VIOLATION = 1e6
-"""What a violation counts at most, in limits: an infinite value must not hide the other violations of a candidate."""
+"""Largest count of a violation, in limits: an infinite value must not hide the other violations of a candidate."""
 
 
 @dataclass(frozen=True)

@@ -1,10 +1,10 @@
-"""What flies and how often: the system under study, and the fleets of flights it is sent on."""
+"""The system under study, and the batches of flights that it makes."""
 
 from dataclasses import dataclass
 from functools import cached_property
 
 from objectives import meters
-from objectives.metrics import Limits as MetricLimits
+from objectives.metrics import MetricLimits
 from plant.cascade import Cascade
 from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
 from plant.nominal import Nominal
@@ -14,7 +14,7 @@ from plant.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class System:
-    """What flies: vehicle, cascade bound to its laws, what the controller knows, limits and timing."""
+    """The closed loop under study: vehicle, cascade bound to its laws, the controller's knowledge, limits and timing."""
 
     vehicle: Vehicle
     cascade: Cascade

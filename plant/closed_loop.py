@@ -26,7 +26,7 @@ from plant.vectors import Quaternion, Rotors, Vec3, rotors_sum
 
 
 class Status(Enum):
-    """How a flight ended. The first that is met, in the order non-finite, tilt, position, is kept for ever."""
+    """The end of a flight. The first that is met, in the order non-finite, tilt, position, is kept for ever."""
 
     COMPLETED = "the flight was completed"
     TILTED = "the vehicle tilted beyond the limit"
@@ -106,7 +106,7 @@ def sample_of(
     body: Body, angles: Vec3, reference: Reference, tilt: Tilt, command: Rotors, previous: Rotors, nominal: Nominal,
     time: float,
 ) -> Sample:  # fmt: skip
-    """What the meters see at this instant; angles: true roll, pitch, yaw [rad]; tilt: the roll and pitch asked for."""
+    """Return the sample for the meters; angles: true roll, pitch, yaw [rad]; tilt: the roll and pitch asked for."""
     goal, actual = reference.position, body.position
     tracked = reference.hold > 0.5
     return Sample(

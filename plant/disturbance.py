@@ -1,4 +1,4 @@
-"""What acts on the vehicle from outside during one control period."""
+"""Disturbance of the vehicle from outside during one control period."""
 
 from typing import NamedTuple
 

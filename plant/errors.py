@@ -35,7 +35,7 @@ class ToolError(Exception):
 
 
 class InputError(ToolError):
-    """What the user gave cannot be used.
+    """Raised where something that the user gave cannot be used.
 
     message: what was given, what is allowed and what to do.
     file: the file the value came from. key: the dotted key inside that file.

@@ -1,4 +1,4 @@
-"""What the controller knows of the vehicle: nominal numbers, rotor allocation, actuator model and options."""
+"""The controller's knowledge of the vehicle: nominal numbers, rotor allocation, actuator model and options."""
 
 from dataclasses import dataclass
 from math import exp, hypot, inf, pi, sqrt, tan

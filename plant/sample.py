@@ -1,4 +1,4 @@
-"""What one control instant of a flight shows to the meters that judge it."""
+"""Sample of a flight at one control instant, as the meters see it."""
 
 from typing import NamedTuple
 

@@ -37,7 +37,7 @@ LEAST_FACTOR, LARGEST_SHIFT = 0.25, 3.0
 
 @dataclass(frozen=True)
 class Spread:
-    """How far the vehicles that fly are from the nominal one, which is all that the controller knows.
+    """Spread of the vehicles that fly about the nominal one, which is all that the controller knows.
 
     mass, inertia, thrust, lag: half-widths of the uniform spread of a factor on the nominal number, 0.1 for +-10 %; thrust
     is that of the rotors at any command, full command included. mass_shift, inertia_shift, thrust_shift, lag_shift: how far

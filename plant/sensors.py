@@ -1,4 +1,4 @@
-"""What the controller sees of the plant: the true state plus noise and bias that were drawn before the flight."""
+"""Sensors: the true state plus noise and bias that were drawn before the flight."""
 
 from dataclasses import dataclass, fields
 from math import isfinite

@@ -55,7 +55,9 @@ def read_block(loops: LinearLoops, grid: Array, h: float, skew: float, plant_inp
 
 
 def read_curves(modes: Modes, b: Array, c: Array, grid: Array, h: float, skew: float) -> dict[str, At]:
-    """What the curves T of k loops tell, (n, k) each: b (n, b, k) from the injected, c (n, k, b) to the commanded signals.
+    """Return the quantities of the curves T of k loops, (n, k) each.
+
+    b (n, b, k) leads from the injected, c (n, k, b) to the commanded signals.
 
     Of loops that are not stable it tells nothing.
     """

@@ -282,5 +282,5 @@ def highest_levels(
 
 
 def is_compiled() -> bool:
-    """Whether this process or an earlier one has compiled this file; if not, the first evaluation waits some 10 s for it."""
+    """Return whether this process or an earlier one has compiled this file; else the first evaluation waits some 10 s."""
     return cache.is_compiled(read_all) and cache.is_compiled(highest_levels)

@@ -42,7 +42,7 @@ SLOPE_ZOOMS, SLOPE_POINTS = 6, 25
 
 @dataclass(frozen=True)
 class Case:
-    """How large the signals of the nonlinear terms are.
+    """Amplitude of the signals of the nonlinear terms.
 
     amplitude: of all of them at once, each in its own unit (rad/s or m/s for a sliding variable); 0 for vanishing ones, None
     for the steepest slope of each term.

@@ -28,7 +28,7 @@ def centre(sigma: float) -> float:
 
 
 def disk_range(alpha: ArrayLike, sigma: float = 0.0) -> DiskRange:
-    """What a disk margin guarantees; the range of gains is open above where the disk holds the point at infinity."""
+    """Guarantee of a disk margin; the range of gains is open above where the disk holds the point at infinity."""
     a = np.asarray(alpha, dtype=float)
     below, above = a * (1.0 - sigma), a * (1.0 + sigma)
     low = (2.0 - below) / (2.0 + above)

@@ -45,7 +45,7 @@ class Modes:
 
     @property
     def stable(self) -> Mask:
-        """Whether all poles lie inside the unit circle, (n,)."""
+        """Return the mask (n,) of loops with all poles inside the unit circle."""
         return self.size < 1.0 - ON_CIRCLE
 
     @property

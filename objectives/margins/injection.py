@@ -61,7 +61,7 @@ class Signals(NamedTuple):
     reference: Any
 
 
-class Readings(NamedTuple):
+class InstantReadings(NamedTuple):
     """Outputs of the linearised loop besides the next state.
 
     command c (6): at the break point of each channel, without v. signals s of the nonlinear terms. values f(s): what the terms
@@ -75,8 +75,8 @@ class Readings(NamedTuple):
     error: Any
 
 
-class Injection:
-    """What is called in place of model functions at one control instant; `seen` collects s and f(s) of each term.
+class SignalInjection:
+    """Functions called in place of model functions at one control instant; `seen` collects s and f(s) of each term.
 
     constants: of all axes, as the laws are handed them; signals: columns v, w, r.
     """

@@ -84,7 +84,7 @@ class LinearLoops:
 
 
 @dataclass(frozen=True)
-class Step:
+class PeriodStep:
     """One period at a batch of points: next state (n, x), readings (n, o), values f(s) (n, w) and the linear loops."""
 
     state: Array
@@ -94,8 +94,8 @@ class Step:
 
 
 @dataclass(frozen=True)
-class Setting:
-    """What a batch flies in, as rows of numbers: nominal, reference, disturbance, dynamics."""
+class Surroundings:
+    """Surroundings of a batch as rows of numbers: nominal, reference, disturbance, dynamics."""
 
     nominal: Array
     reference: Array
@@ -126,7 +126,7 @@ class Plant:
         return self.following + np.sum(self.slope[:, : BODY + ROTORS] * off[:, None], axis=-1)
 
 
-def plant_about(period: PeriodMap, body: Array, setting: Setting) -> Plant:
+def plant_about(period: PeriodMap, body: Array, setting: Surroundings) -> Plant:
     """The plant about a body (17,) in balance."""
     held = np.concatenate([body[-ROTORS:], np.zeros(N_CHANNELS)])
     unit = np.eye(BODY + len(held))
@@ -139,7 +139,9 @@ def plant_about(period: PeriodMap, body: Array, setting: Setting) -> Plant:
     return Plant(body, following[0], slope[0])
 
 
-def one_period(period: PeriodMap, state: Array, w: Array, gains: Array, setting: Setting, plant: Plant) -> Step:
+def one_period(
+    period: PeriodMap, state: Array, w: Array, gains: Array, setting: Surroundings, plant: Plant
+) -> PeriodStep:
     """Fly one period from states (n, x) with the terms giving w (n, terms), under gains (n, g), and differentiate it.
 
     The plant's part is that about its balance, which all candidates share.
@@ -170,7 +172,7 @@ def one_period(period: PeriodMap, state: Array, w: Array, gains: Array, setting:
         n_terms,
     )
     following = np.concatenate([plant.after(body, speed), outputs[:, memory]], axis=1)
-    return Step(following, outputs[:, memory.stop :], values, loops)
+    return PeriodStep(following, outputs[:, memory.stop :], values, loops)
 
 
 def close_terms(loops: LinearLoops, gain: Array) -> LinearLoops:

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from objectives.margins.block import read_block
 from objectives.margins.describing import DEFAULT_CASES, Case, term_gains
 from objectives.margins.frequency import POINTS, frequency_grid
-from objectives.margins.linearise import LinearLoops, Plant, Setting, close_terms
+from objectives.margins.linearise import LinearLoops, Plant, Surroundings, close_terms
 from objectives.margins.period import CHANNELS, PeriodMap, Term
 from objectives.margins.results import LoopResponse, Margins, Realisation, joined
 from objectives.margins.sheet import Sheet
@@ -53,7 +53,7 @@ def spread_corners(vehicle: Vehicle, spread: Spread) -> tuple[Vehicle, ...]:
 class _Situation:
     """A vehicle in its trim, as rows of numbers, and the blocks that its loop falls into."""
 
-    setting: Setting
+    setting: Surroundings
     plant: Plant
     blocks: tuple[Block, ...]
 
@@ -202,7 +202,7 @@ class MarginModel:
     def _term_gains(self, gains: Array, cases: Sequence[Case]) -> Array:
         return term_gains(self._map.terms, self._map.cascade, gains, self.period, tuple(cases))
 
-    def _trimmed(self, setting: Setting, plant: Plant, gains: Array) -> TrimPoint:
+    def _trimmed(self, setting: Surroundings, plant: Plant, gains: Array) -> TrimPoint:
         return find_trim(self._map, gains, setting, plant, self._body, self._term_gains(gains, MIDDLE)[:, 0])
 
 

@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins.derivative import Batch, Derivative
-from objectives.margins.injection import SMOOTH, Injection, Readings, Signals, Term, terms_of
+from objectives.margins.injection import SMOOTH, InstantReadings, SignalInjection, Signals, Term, terms_of
 from plant.attitude import euler_angles
 from plant.backends import symbolic
 from plant.cascade import AXES, Cascade, commanded_torque
@@ -108,7 +108,7 @@ class PeriodMap:
         )
         plain = symbolic.rebinder()
         constants = plain(self.cascade.prepare)(_record(self.cascade.Gains, gains), self.timing.control_period)
-        injection = Injection(self.terms, constants, Signals(v, w, r))
+        injection = SignalInjection(self.terms, constants, Signals(v, w, r))
         before, known = _record(self.state, state), _record(Nominal, nominal)
         goal = injection.shifted(_record(Reference, reference))
         after = self._instant(injection, before, constants, known, goal)
@@ -118,7 +118,7 @@ class PeriodMap:
         inputs = ca.vertcat(state, v, w, r)
         return Derivative("decide", inputs, [inputs, gains, nominal, reference], outputs, seen.values)
 
-    def _instant(self, injection: Injection, before: Any, constants: Any, known: Any, goal: Reference) -> Any:
+    def _instant(self, injection: SignalInjection, before: Any, constants: Any, known: Any, goal: Reference) -> Any:
         """Flight record after the controller's instant."""
         idle = Rotors(0.0, 0.0, 0.0, 0.0)
         control = _unclipped(before.control)
@@ -171,8 +171,8 @@ def _unclipped(control: Any) -> Any:
     return control._replace(actuators=control.actuators._replace(acceleration_excess=STILL, torque_excess=STILL))
 
 
-def _readings(injection: Injection, before: Any, after: Any, known: Any, goal: Reference) -> Readings:
-    """What is read at the instant that turned the state `before` into the flight record `after`."""
+def _readings(injection: SignalInjection, before: Any, after: Any, known: Any, goal: Reference) -> InstantReadings:
+    """Return the readings of the instant that turned the state `before` into the flight record `after`."""
     plain = symbolic.rebinder()
     torque = plain(commanded_torque)(after.in_force, known.vehicle)
     lift = plain(rotors_sum)(after.in_force) / known.vehicle.mass
@@ -180,7 +180,7 @@ def _readings(injection: Injection, before: Any, after: Any, known: Any, goal: R
     output = (*before.body.position, *plain(euler_angles)(before.body.attitude))
     goals = (*goal.position, tilt.roll, tilt.pitch, goal.yaw)
     seen = [injection.seen[i] for i in range(len(injection.seen))]
-    return Readings(
+    return InstantReadings(
         ca.vertcat(demand.x, demand.y, lift, *torque),
         _stack(tuple(s for s, _ in seen)),
         _stack(tuple(value for _, value in seen)),

@@ -1,4 +1,4 @@
-"""What an evaluation of margins returns: the worst over the conditions, and everything it was taken from."""
+"""Results of an evaluation of margins: the worst over the conditions, and everything it was taken from."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields, replace

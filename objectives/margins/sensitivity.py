@@ -12,22 +12,22 @@ from numpy.typing import NDArray
 Array = NDArray[np.float64]
 
 
-class Guarantee(NamedTuple):
+class PeakGuarantee(NamedTuple):
     """Least factor by which the gain may rise [1] and least phase margin [rad] that a peak leaves room for."""
 
     gain: Array
     phase: Array
 
 
-def guaranteed_by_sensitivity(peak: Array) -> Guarantee:
+def guaranteed_by_sensitivity(peak: Array) -> PeakGuarantee:
     """Gain margin >= Ms/(Ms - 1), phase margin >= 2 asin(1/(2 Ms)); nothing, 1 and 0, for an infinite peak."""
     distance = 1.0 / np.asarray(peak, dtype=float)
     with np.errstate(divide="ignore"):
-        return Guarantee(1.0 / (1.0 - distance), 2.0 * np.arcsin(0.5 * distance))
+        return PeakGuarantee(1.0 / (1.0 - distance), 2.0 * np.arcsin(0.5 * distance))
 
 
-def guaranteed_by_complementary(peak: Array) -> Guarantee:
+def guaranteed_by_complementary(peak: Array) -> PeakGuarantee:
     """Gain margin >= 1 + 1/Mt, phase margin >= 2 asin(1/(2 Mt)); a peak below 1/2 leaves every phase, pi."""
     with np.errstate(divide="ignore"):
         distance = 1.0 / np.asarray(peak, dtype=float)
-    return Guarantee(1.0 + distance, 2.0 * np.arcsin(np.minimum(0.5 * distance, 1.0)))
+    return PeakGuarantee(1.0 + distance, 2.0 * np.arcsin(np.minimum(0.5 * distance, 1.0)))

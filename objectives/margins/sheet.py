@@ -1,4 +1,4 @@
-"""Margins of every candidate, vehicle, case and channel on their way to the worst of them."""
+"""Accumulator of margins over vehicles and cases that keeps the worst."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""Which states, channels and terms of the linearised loop belong together, found from its numbers.
+"""Blocks of states, channels and terms of the linearised loop that belong together, found from its numbers.
 
 Written in sums and differences of rotors and in the attitude relative to the trim, the loop at hover falls into blocks: x with
 pitch, y with roll, z, yaw. Gains act within one channel, so what couples channels does not depend on them and the structure is
@@ -127,7 +127,7 @@ def with_images(blocks: tuple[Block, ...], loops: tuple[LinearLoops, ...]) -> tu
 
 
 def same_loops(first: LinearLoops, second: LinearLoops) -> bool:
-    """Whether two batches of closed loops of two blocks have the same poles, and the same responses within each channel."""
+    """Return whether two batches of closed loops of two blocks have the same poles, and the same responses in each channel."""
     if first.a.shape != second.a.shape or first.n_channels != second.n_channels:
         return False
     poles = [np.sort_complex(np.poly(a)) for loops in (first, second) for a in loops.a]
@@ -155,7 +155,7 @@ def _coupled(probes: Array) -> Mask:
 
 
 def _paths_of(moves: Mask) -> Mask:
-    """Which state (columns) reaches which (rows) in any number of periods."""
+    """Return the mask of states (columns) that reach states (rows) in any number of periods."""
     paths_so_far = moves | np.eye(len(moves), dtype=bool)
     for _ in range(int(np.ceil(np.log2(len(moves))))):
         paths_so_far = paths_so_far @ paths_so_far

@@ -10,7 +10,7 @@ from math import atan, cos, degrees, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.margins.linearise import Plant, Setting, Step, close_terms, one_period, plant_about
+from objectives.margins.linearise import PeriodStep, Plant, Surroundings, close_terms, one_period, plant_about
 from objectives.margins.period import BODY, ROTORS, PeriodMap
 from plant.cascade import LEAST_LIFT
 from plant.closed_loop import hover_body
@@ -18,6 +18,7 @@ from plant.disturbance import Disturbance
 from plant.errors import InputError
 from plant.nominal import Nominal
 from plant.records import flatten, index, size
+from plant.references.spec import HOLD
 from plant.references.track import Reference
 from plant.rigid_body import Dynamics, dynamics
 from plant.trim import steady_flight, within_limits
@@ -29,7 +30,6 @@ Array = NDArray[np.float64]
 ITERATIONS = 40
 # Largest change of any state over a period, relative to 1 + |state|, that counts as steady.
 STEADY = 1e-8
-HOLD = index(Reference, "hold")
 # Size of a term's signal, in its unit, below which it is at rest.
 AT_REST = 1e-12
 # What a term's value may lack of f(s), in its unit, and the body of its balance, relative to 1 + |value|.
@@ -69,7 +69,7 @@ class Trim:
 
     @property
     def moves(self) -> bool:
-        """Whether the air moves past the vehicle."""
+        """True where the air moves past the vehicle."""
         return any(self.air)
 
 
@@ -95,12 +95,12 @@ def smooth_dynamics(vehicle: Vehicle) -> Dynamics:
     return f._replace(rise=pole, fall=pole)
 
 
-def setting_of(trim: Trim, nominal: Nominal, vehicle: Vehicle) -> Setting:
-    """What a trim means in rows of numbers."""
+def setting_of(trim: Trim, nominal: Nominal, vehicle: Vehicle) -> Surroundings:
+    """Return a trim as rows of numbers."""
     reference = Reference(ZERO, ZERO, ZERO, 0.0, 0.0, trim.yaw, 0.0, float(trim.hold))
     air = Disturbance(trim.air, ZERO, ZERO, ZERO)
     rows = [nominal, reference, air, smooth_dynamics(vehicle)]
-    return Setting(*[np.array(flatten(row), dtype=float) for row in rows])
+    return Surroundings(*[np.array(flatten(row), dtype=float) for row in rows])
 
 
 def level_body(trim: Trim, nominal: Nominal) -> Array:
@@ -109,7 +109,7 @@ def level_body(trim: Trim, nominal: Nominal) -> Array:
     return np.array(flatten(hover_body(nominal)._replace(attitude=turned)))
 
 
-def balanced_plant(period: PeriodMap, trim: Trim, nominal: Nominal, setting: Setting) -> Plant:
+def balanced_plant(period: PeriodMap, trim: Trim, nominal: Nominal, setting: Surroundings) -> Plant:
     """The plant about the attitude and rotor speeds at which air, weight and rotors leave it at rest, whatever the gains.
 
     Raises InputError where there are none within the limits of tilt, of rotor speed and of how little lift the controller asks
@@ -137,11 +137,11 @@ class TrimPoint:
     state: Array
     w: Array
     steady: NDArray[np.bool_]
-    step: Step
+    step: PeriodStep
 
 
 def find_trim(
-    period: PeriodMap, gains: Array, setting: Setting, plant: Plant, body: Array, secant: Array
+    period: PeriodMap, gains: Array, setting: Surroundings, plant: Plant, body: Array, secant: Array
 ) -> TrimPoint:  # fmt: skip
     """Find the steady flight of gains rows (n, g) of a plant in balance, starting from a body (17,) that hovers level.
 
@@ -159,13 +159,13 @@ def find_trim(
 
 
 def _is_balanced(state: Array, plant: Plant) -> NDArray[np.bool_]:
-    """Which rows have the plant where it was linearised, but for its place: at the yaw asked for in particular."""
+    """Return the mask of rows whose plant is where it was linearised, but for its place: at the commanded yaw in particular."""
     off = np.abs(state[:, :BODY] - plant.body) / (1.0 + np.abs(plant.body))
     return np.all(off[:, size(Vec3) :] < SETTLED, axis=1)
 
 
 def _iterate(
-    period: PeriodMap, state: Array, w: Array, gains: Array, setting: Setting, plant: Plant, secant: Array
+    period: PeriodMap, state: Array, w: Array, gains: Array, setting: Surroundings, plant: Plant, secant: Array
 ) -> tuple[Array, Array]:
     """States and term values of steady flight, with limits out of reach: the way there may lead beyond them."""
     free = replace(setting, nominal=_without_limits(setting.nominal))
@@ -183,7 +183,7 @@ def _iterate(
 
 
 def _is_sound(values: Array) -> NDArray[np.bool_]:
-    """Which rows (n, m) are numbers that steady flight can have; NaN is not."""
+    """Return the mask of rows (n, m) that steady flight can have; NaN is not."""
     return np.all(np.abs(values) < ASTRAY, axis=1)
 
 
@@ -195,17 +195,17 @@ def _without_limits(nominal: Array) -> Array:
     return wide
 
 
-def _given(step: Step) -> Array:
-    """What the terms give, nothing for a signal at rest: a sign jumps there."""
+def _given(step: PeriodStep) -> Array:
+    """Return the values of the terms, nothing for a signal at rest: a sign jumps there."""
     return np.where(np.abs(step.readings[:, step.loops.terms]) < AT_REST, 0.0, step.values)
 
 
-def _is_steady(state: Array, w: Array, step: Step) -> NDArray[np.bool_]:
+def _is_steady(state: Array, w: Array, step: PeriodStep) -> NDArray[np.bool_]:
     drift, lag = np.abs(step.state - state) / (1.0 + np.abs(state)), np.abs(_given(step) - w)
     return np.all(drift < STEADY, axis=1) & np.all(lag < SETTLED, axis=1)
 
 
-def _newton(state: Array, w: Array, step: Step, secant: Array, held: bool) -> tuple[Array, Array]:
+def _newton(state: Array, w: Array, step: PeriodStep, secant: Array, held: bool) -> tuple[Array, Array]:
     """One step for x = F(x, w) and w = f(s), each f taken for a line through 0 and through where it is."""
     drift, lag = step.state - state, _given(step) - w
     s = step.readings[:, step.loops.terms]

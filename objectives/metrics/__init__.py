@@ -1,13 +1,13 @@
-"""Metrics: what a flight is judged by. Names and definitions: `METRICS`; values: `evaluate`."""
+"""Metrics, by which flights are judged. Names and definitions: `METRICS`; values: `evaluate`."""
 
 from objectives.metrics.address import AXES, MetricAddress, all_addresses, check, parse
 from objectives.metrics.columns import COLUMNS, unpack
-from objectives.metrics.context import COMPLETED, FlightContext, Limits
+from objectives.metrics.context import COMPLETED, FlightContext, MetricLimits
 from objectives.metrics.evaluate import Scores, evaluate
 from objectives.metrics.metric import Metric
 from objectives.metrics.registry import METRICS
 
 __all__ = [
-    "AXES", "COLUMNS", "COMPLETED", "METRICS", "FlightContext", "Limits", "Metric", "MetricAddress", "Scores",
+    "AXES", "COLUMNS", "COMPLETED", "METRICS", "FlightContext", "MetricLimits", "Metric", "MetricAddress", "Scores",
     "all_addresses", "check", "evaluate", "parse", "unpack",
 ]  # fmt: skip

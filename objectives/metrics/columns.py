@@ -1,4 +1,4 @@
-"""Where each meter stands when the meters of flights are laid out as the rows of an array: leaf order of the record."""
+"""Columns of the meters when those of flights are laid out as rows of an array: leaf order of the record."""
 
 from typing import Any
 

@@ -1,4 +1,4 @@
-"""What a metric needs to know beside the meters: how long the flight was to last, its targets, how it ended."""
+"""Context of a metric beside the meters: intended duration of the flight, its targets and its end."""
 
 from dataclasses import dataclass
 from math import pi
@@ -14,8 +14,8 @@ COMPLETED = 0
 
 
 @dataclass(frozen=True)
-class Limits:
-    """What no completed flight exceeds; from these follows how much a failed one costs.
+class MetricLimits:
+    """Bounds that no completed flight exceeds; from these follows how much a failed one costs.
 
     position_error: |e| of x, y and z above which a flight ends [m]. command_peak: largest rotor command that the
     actuator accepts, in hover thrusts (the smallest is at least 0). angle: largest |e| of roll, pitch and yaw [rad].
@@ -32,7 +32,7 @@ class FlightContext:
 
     duration: N h, planned length [s]. h: control period [s]. targets: step levels and windows per axis; a field may
     be an array that broadcasts against the flights. status (...): 0 where the flight completed, else why it did not.
-    end_time (...): when the flight ended [s], the duration where it completed. limits: see `Limits`.
+    end_time (...): when the flight ended [s], the duration where it completed. limits: see `MetricLimits`.
     """
 
     duration: float
@@ -40,7 +40,7 @@ class FlightContext:
     targets: Targets
     status: NDArray[np.integer[Any]]
     end_time: NDArray[np.float64]
-    limits: Limits
+    limits: MetricLimits
 
     @property
     def periods(self) -> int:

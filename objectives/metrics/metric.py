@@ -1,4 +1,4 @@
-"""What a metric is: a number per flight, in a known unit, that is better when smaller."""
+"""The type of a metric: a number per flight, in a known unit, that is better when smaller."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -21,12 +21,12 @@ COMBINE: Mapping[str, Callable[[NDArray[Any]], NDArray[Any]]] = {
     "max": lambda values: np.max(values, axis=0),
     "rss": lambda values: np.sqrt(np.sum(np.square(values), axis=0)),
 }
-"""How the values (axes, ...) of a group of axes with one unit become one value (...). Each rule is increasing in each
+"""Rules by which the values (axes, ...) of a group of axes with one unit become one value (...). Each rule is increasing in each
 axis and scales with its argument, so the combined bounds bound the combined values."""
 
 
 class AxisView(NamedTuple):
-    """What a metric of one axis sees: arrays (...) in meter, levels in target, limit of |e| in the axis's unit."""
+    """Input of a metric of one axis: arrays (...) in meter, levels in target, limit of |e| in the axis's unit."""
 
     meter: AxisMeter
     target: Target
@@ -35,7 +35,7 @@ class AxisView(NamedTuple):
 
 
 class FlightView(NamedTuple):
-    """What a metric of the whole flight sees."""
+    """Input of a metric of the whole flight."""
 
     meters: Meters
     context: FlightContext

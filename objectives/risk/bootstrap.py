@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.risk.measures import Risk
-from objectives.risk.studentised import Measured, Resampled, difference, ends, measured, standard_error
+from objectives.risk.studentised import MeasuredRisk, Resampled, difference, ends, measured, standard_error
 from plant.errors import InputError
 
 BLOCK = 2_000_000
@@ -121,7 +121,7 @@ def _ends_of(
     return ends(float(own.risk), float(standard_error(own)), Resampled(drawn, errors), confidence)
 
 
-def _measured(first: Values, second: Values | None, risk: Risk) -> Measured:
+def _measured(first: Values, second: Values | None, risk: Risk) -> MeasuredRisk:
     found = measured(first, risk)
     return found if second is None else difference(found, measured(second, risk))
 

@@ -32,32 +32,32 @@ class Resampled(NamedTuple):
     errors: Values
 
 
-class Measured(NamedTuple):
+class MeasuredRisk(NamedTuple):
     """The risk (...) of samples (..., n), and the pull (..., n) of each value on it, None for a risk without one."""
 
     risk: Values
     pull: Values | None
 
 
-def measured(values: Values, risk: Risk) -> Measured:
+def measured(values: Values, risk: Risk) -> MeasuredRisk:
     """Return the risk of values (..., n) and what pulls at it; up to rounding the risk is that of `Risk.apply`."""
     if risk.name == "mean":
-        return Measured(np.mean(values, axis=-1), values)
+        return MeasuredRisk(np.mean(values, axis=-1), values)
     if risk.name == "cvar" and risk.level is not None:
         rank = quantile_rank(risk.level, values.shape[-1])
         edge = np.partition(values, rank - 1, axis=-1)[..., rank - 1 : rank]
         pull = np.maximum(values - edge, 0.0) / (1.0 - risk.level)
-        return Measured(edge[..., 0] + np.mean(pull, axis=-1), pull)
-    return Measured(risk.apply(values), None)
+        return MeasuredRisk(edge[..., 0] + np.mean(pull, axis=-1), pull)
+    return MeasuredRisk(risk.apply(values), None)
 
 
-def difference(first: Measured, second: Measured) -> Measured:
+def difference(first: MeasuredRisk, second: MeasuredRisk) -> MeasuredRisk:
     """Return the difference of two risks on the same scenarios."""
     apart = None if first.pull is None or second.pull is None else first.pull - second.pull
-    return Measured(first.risk - second.risk, apart)
+    return MeasuredRisk(first.risk - second.risk, apart)
 
 
-def standard_error(found: Measured) -> Values:
+def standard_error(found: MeasuredRisk) -> Values:
     """Return the standard error (...) of a risk, 0 where it has none."""
     if found.pull is None:
         return np.zeros_like(found.risk)

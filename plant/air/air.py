@@ -35,7 +35,7 @@ COLUMNS = 12
 
 
 class _Plan(NamedTuple):
-    """What all scenarios of a spec share.
+    """The part of the air that all scenarios of a spec share.
 
     gate (K,); wind without turbulence (K, 3) [m/s], `along` in wind axes and `fixed` in the world; gated sigma of u, v
     and w (K, 3) [m/s] and of p (K,) [rad/s]; samplers, or None where there is no turbulence.

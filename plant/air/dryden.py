@@ -22,7 +22,7 @@ from typing import NamedTuple
 import numpy as np
 
 from plant.air.linear_process import LinearProcess, SampledProcess, discretise, gauss_markov
-from plant.air.spectra import Field
+from plant.air.spectra import TurbulenceField
 
 
 class Dryden(NamedTuple):
@@ -53,7 +53,7 @@ def transverse(tau: float, rate_tau: float, gradient: float) -> LinearProcess:
     return LinearProcess(a, np.array([1.0 / tau, 0.0, 0.0]), np.array([[first, second, 0.0], rate]))
 
 
-def forming(field: Field, dt: float) -> Dryden:
+def forming(field: TurbulenceField, dt: float) -> Dryden:
     """Return the exact samplers of the field at a step of dt seconds."""
     tau_u, tau_v, tau_w = field.tau
     tau_p, tau_q, tau_r = field.rate_tau

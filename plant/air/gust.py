@@ -44,7 +44,7 @@ class Gust:
 
     @property
     def turns_with_wind(self) -> bool:
-        """Whether the direction is given in the axes of the wind rather than in the world."""
+        """Return whether the direction is given in the axes of the wind rather than in the world."""
         return isinstance(self.direction, str)
 
 

@@ -1,4 +1,4 @@
-"""What the air does in a study: one frozen value, checked once, from which every scenario is drawn."""
+"""Description of the air in a study: one frozen value, checked once, from which every scenario is drawn."""
 
 from dataclasses import dataclass
 
@@ -7,7 +7,7 @@ from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.intensity import HIGH_TOP, WIND_20, scales, wind_at_20_feet
 from plant.air.mean_wind import ROUGHNESS, effective_airspeed, mean_wind_speed
-from plant.air.spectra import SPECS, Field
+from plant.air.spectra import SPECS, TurbulenceField
 from plant.air.units import FOOT
 from plant.air.window import EDGE
 from plant.errors import InputError
@@ -74,11 +74,11 @@ class AirSpec:
         return mean_wind_speed(wind_at_20_feet(self.intensity), self.altitude, self.roughness)
 
     @property
-    def field(self) -> Field:
+    def field(self) -> TurbulenceField:
         """The turbulence that the vehicle meets: airspeed, lengths, intensities."""
         airspeed = effective_airspeed(self.vehicle_speed, self.wind_speed, self.minimum_airspeed)
         length, sigma = scales(self.spec, self.intensity, self.altitude)
-        return Field(self.spec, airspeed, length, sigma, self.span)
+        return TurbulenceField(self.spec, airspeed, length, sigma, self.span)
 
 
 def _window(value: object) -> tuple[float, float]:

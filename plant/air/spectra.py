@@ -24,7 +24,7 @@ TRANSVERSE_FACTOR = {"8785C": 1.0, "1797": 2.0}
 SPECS = tuple(TRANSVERSE_FACTOR)
 
 
-class Field(NamedTuple):
+class TurbulenceField(NamedTuple):
     """One stationary turbulence field met at one airspeed.
 
     spec: "8785C" or "1797". airspeed [m/s]. length [m] and sigma [m/s] of u, v, w. span [m]: rotor to rotor, or wing
@@ -58,35 +58,35 @@ class Field(NamedTuple):
         return self.sigma[2] * shape * pi * (0.1 / (length * self.span)) ** 0.5
 
 
-def phi_u(omega: Real, field: Field) -> Real:
+def phi_u(omega: Real, field: TurbulenceField) -> Real:
     """Return the spectrum of the longitudinal gust [m2/s2 per rad/s]."""
     length = field.length[0] / field.airspeed
     return field.sigma[0] ** 2 * 2.0 * length / pi / (1.0 + (length * omega) ** 2)
 
 
-def phi_v(omega: Real, field: Field) -> Real:
+def phi_v(omega: Real, field: TurbulenceField) -> Real:
     """Return the spectrum of the lateral gust [m2/s2 per rad/s]."""
     return _transverse(omega, field.spec, field.sigma[1], field.length[1] / field.airspeed)
 
 
-def phi_w(omega: Real, field: Field) -> Real:
+def phi_w(omega: Real, field: TurbulenceField) -> Real:
     """Return the spectrum of the vertical gust [m2/s2 per rad/s]."""
     return _transverse(omega, field.spec, field.sigma[2], field.length[2] / field.airspeed)
 
 
-def phi_p(omega: Real, field: Field) -> Real:
+def phi_p(omega: Real, field: TurbulenceField) -> Real:
     """Return the spectrum of the roll gust rate [rad2/s2 per rad/s]."""
     length = TRANSVERSE_FACTOR[field.spec] * field.length[2]
     level = field.sigma[2] ** 2 / (field.airspeed * length) * 0.8 * (pi * length / (4.0 * field.span)) ** (1.0 / 3.0)
     return level / (1.0 + (4.0 * field.span * omega / (pi * field.airspeed)) ** 2)
 
 
-def phi_q(omega: Real, field: Field) -> Real:
+def phi_q(omega: Real, field: TurbulenceField) -> Real:
     """Return the spectrum of the pitch gust rate, the gradient of w along the wind [rad2/s2 per rad/s]."""
     return _gradient(omega, field.airspeed, 4.0 * field.span) * phi_w(omega, field)
 
 
-def phi_r(omega: Real, field: Field) -> Real:
+def phi_r(omega: Real, field: TurbulenceField) -> Real:
     """Return the spectrum of the yaw gust rate, the gradient of v along the wind [rad2/s2 per rad/s]."""
     return _gradient(omega, field.airspeed, 3.0 * field.span) * phi_v(omega, field)
 

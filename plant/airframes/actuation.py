@@ -1,4 +1,4 @@
-"""What turns torque into an autopilot's normalised units: rotor places, largest thrust, thrust curve, hover command, lag."""
+"""Conversion of torque to an autopilot's normalised units: rotor places, largest thrust, thrust curve, hover command, lag."""
 
 from dataclasses import dataclass
 from math import sqrt

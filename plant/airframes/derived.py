@@ -7,7 +7,7 @@ from plant.vectors import Rotors
 from plant.vehicle import Vehicle
 
 
-class Quantity(NamedTuple):
+class DerivedNumber(NamedTuple):
     """A derived number, its SI unit ("1" where it has none) and what it means."""
 
     value: float
@@ -15,8 +15,8 @@ class Quantity(NamedTuple):
     meaning: str
 
 
-def quantities(vehicle: Vehicle) -> dict[str, Quantity]:
-    """Return name -> Quantity.
+def quantities(vehicle: Vehicle) -> dict[str, DerivedNumber]:
+    """Return name -> DerivedNumber.
 
     The torques are the largest that can be had while total thrust stays at hover: rotors on one side go up and those on
     the other side down by the same thrust, as far as speed_min and speed_max let them.
@@ -28,16 +28,16 @@ def quantities(vehicle: Vehicle) -> dict[str, Quantity]:
     yaw = swing * 4.0 * vehicle.torque_ratio
     inertia = vehicle.inertia
     return {
-        "weight": Quantity(vehicle.mass * vehicle.gravity, "N", "mass times gravity"),
-        "hover_speed": Quantity(hover, "rad/s", "rotor speed at hover"),
-        "hover_thrust": Quantity(vehicle.mass * vehicle.gravity / 4.0, "N", "thrust of one rotor at hover"),
-        "thrust_to_weight": Quantity(thrust_to_weight(vehicle), "1", "largest thrust over weight"),
-        "roll_torque": Quantity(roll, "N m", "largest roll torque at hover thrust"),
-        "pitch_torque": Quantity(pitch, "N m", "largest pitch torque at hover thrust"),
-        "yaw_torque": Quantity(yaw, "N m", "largest yaw torque at hover thrust"),
-        "roll_acceleration": Quantity(roll / inertia.x, "rad/s2", "largest roll acceleration at hover thrust"),
-        "pitch_acceleration": Quantity(pitch / inertia.y, "rad/s2", "largest pitch acceleration at hover thrust"),
-        "yaw_acceleration": Quantity(yaw / inertia.z, "rad/s2", "largest yaw acceleration at hover thrust"),
+        "weight": DerivedNumber(vehicle.mass * vehicle.gravity, "N", "mass times gravity"),
+        "hover_speed": DerivedNumber(hover, "rad/s", "rotor speed at hover"),
+        "hover_thrust": DerivedNumber(vehicle.mass * vehicle.gravity / 4.0, "N", "thrust of one rotor at hover"),
+        "thrust_to_weight": DerivedNumber(thrust_to_weight(vehicle), "1", "largest thrust over weight"),
+        "roll_torque": DerivedNumber(roll, "N m", "largest roll torque at hover thrust"),
+        "pitch_torque": DerivedNumber(pitch, "N m", "largest pitch torque at hover thrust"),
+        "yaw_torque": DerivedNumber(yaw, "N m", "largest yaw torque at hover thrust"),
+        "roll_acceleration": DerivedNumber(roll / inertia.x, "rad/s2", "largest roll acceleration at hover thrust"),
+        "pitch_acceleration": DerivedNumber(pitch / inertia.y, "rad/s2", "largest pitch acceleration at hover thrust"),
+        "yaw_acceleration": DerivedNumber(yaw / inertia.z, "rad/s2", "largest yaw acceleration at hover thrust"),
     }
 
 

@@ -1,4 +1,4 @@
-"""Where the rotors sit and which way they turn, for the frames that a file can name. Body axes FLU.
+"""Places and turning senses of the rotors of the frames that a file can name. Body axes FLU.
 
     x, wide-x:  1 front left, 2 front right, 3 rear left, 4 rear right
     plus:       1 front,      2 right,       3 left,      4 rear       (the x frame turned by -45 degrees about z)

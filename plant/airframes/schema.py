@@ -1,4 +1,4 @@
-"""What an airframe file may contain: one unit per number, and the range outside which a number is meaningless.
+"""Schema of an airframe file: one unit per number, and the range outside which a number is meaningless.
 
 Every number is an inline table, so that none stands without its unit and where it comes from:
 
@@ -21,39 +21,39 @@ class Sourced(NamedTuple):
     source: str
 
 
-class Field(NamedTuple):
+class NumberField(NamedTuple):
     """The one unit a number is given in, and its sign: "positive", "not negative" or "any"."""
 
     unit: str
     sign: str
 
 
-GROUPS: dict[str, Field] = {
-    "inertia": Field("kg m2", "positive"),
-    "drag_linear": Field("N s/m", "not negative"),
-    "drag_quadratic": Field("N s2/m2", "not negative"),
-    "rate_damping": Field("N m s", "not negative"),
+GROUPS: dict[str, NumberField] = {
+    "inertia": NumberField("kg m2", "positive"),
+    "drag_linear": NumberField("N s/m", "not negative"),
+    "drag_quadratic": NumberField("N s2/m2", "not negative"),
+    "rate_damping": NumberField("N m s", "not negative"),
 }
-SCALARS: dict[str, Field] = {
-    "mass": Field("kg", "positive"),
-    "thrust_coefficient": Field("N s2", "positive"),
-    "torque_ratio": Field("m", "positive"),
-    "rotor_inertia": Field("kg m2", "not negative"),
-    "lag_up": Field("s", "positive"),
-    "lag_down": Field("s", "positive"),
-    "speed_min": Field("rad/s", "not negative"),
-    "speed_max": Field("rad/s", "positive"),
-    "drag_height": Field("m", "any"),
-    "gravity": Field("m/s2", "positive"),
+SCALARS: dict[str, NumberField] = {
+    "mass": NumberField("kg", "positive"),
+    "thrust_coefficient": NumberField("N s2", "positive"),
+    "torque_ratio": NumberField("m", "positive"),
+    "rotor_inertia": NumberField("kg m2", "not negative"),
+    "lag_up": NumberField("s", "positive"),
+    "lag_down": NumberField("s", "positive"),
+    "speed_min": NumberField("rad/s", "not negative"),
+    "speed_max": NumberField("rad/s", "positive"),
+    "drag_height": NumberField("m", "any"),
+    "gravity": NumberField("m/s2", "positive"),
 }
-LENGTH = Field("m", "positive")
+LENGTH = NumberField("m", "positive")
 HEADER = ("title", "frame", "spin", "allow_unphysical")
 
 _SIGN_TESTS = {"positive": lambda v: v > 0.0, "not negative": lambda v: v >= 0.0, "any": lambda v: True}
 
 
-def number_fields(lengths: tuple[str, ...]) -> dict[str, Field]:
-    """Return dotted key -> Field of every number that a file must give, for a frame measured by these lengths."""
+def number_fields(lengths: tuple[str, ...]) -> dict[str, NumberField]:
+    """Return dotted key -> NumberField of every number that a file must give, for a frame measured by these lengths."""
     grouped = {f"{group}.{axis}": field for group, field in GROUPS.items() for axis in "xyz"}
     return {**SCALARS, **grouped, **dict.fromkeys(lengths, LENGTH)}
 
@@ -100,7 +100,7 @@ def _flattened(table: Mapping[str, object], file: Path) -> dict[str, object]:
     return leaves
 
 
-def _read_number(leaves: Mapping[str, object], key: str, field: Field, file: Path) -> Sourced:
+def _read_number(leaves: Mapping[str, object], key: str, field: NumberField, file: Path) -> Sourced:
     leaf = leaves.get(key)
     if not isinstance(leaf, dict):
         raise InputError(f"{_given(leaves, key)}; write {key} = {_example(field)}", file=file, key=key)
@@ -118,7 +118,7 @@ def _read_number(leaves: Mapping[str, object], key: str, field: Field, file: Pat
     return Sourced(value, field.unit, source)
 
 
-def _checked_value(leaf: Mapping[str, object], key: str, field: Field, file: Path) -> float:
+def _checked_value(leaf: Mapping[str, object], key: str, field: NumberField, file: Path) -> float:
     value = leaf.get("value")
     # bool is a subclass of int: true would silently become 1 kg.
     if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
@@ -133,5 +133,5 @@ def _given(table: Mapping[str, object], key: str) -> str:
     return f"is {table[key]!r}" if key in table else "is missing"
 
 
-def _example(field: Field) -> str:
+def _example(field: NumberField) -> str:
     return f'{{ value = <number>, unit = "{field.unit}", source = "<where it comes from>" }}'

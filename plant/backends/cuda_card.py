@@ -25,7 +25,7 @@ class Card:
 
     @property
     def words(self) -> str:
-        """What decides the bits of a flight besides its sources: the card's kind, the compiler, the driver's assembler."""
+        """Everything but sources that decides the bits of a flight: the card's kind, the compiler, the driver's assembler."""
         major, minor = self.capability
         return f"sm_{major}{minor}, {compiler()}, CUDA {self.driver[0]}.{self.driver[1]}"
 

@@ -130,7 +130,7 @@ def _unlock(file: Path) -> None:
 
 
 class SealedFiles:
-    """What numba asks for the compiled versions of one function: load, else compile and save, as its IndexDataCacheFile.
+    """Store of the compiled versions of one function, in place of numba's IndexDataCacheFile: load, else compile and save.
 
     folder(): where the files lie, None for nowhere. stem(): how the names of the files begin. alone: whether other processes
     wait while this one compiles.

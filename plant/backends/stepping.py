@@ -21,7 +21,7 @@ Bind = Callable[[Callable[..., Any]], Any]
 
 
 class Inputs(NamedTuple):
-    """What a batch of flights meets; a lane is one scenario.
+    """Scenario inputs of a batch of flights; a lane is one scenario.
 
     dynamics: (rows of Dynamics, lanes); starts: (rows of Body, lanes), about where the reference starts;
     disturbances (K, up to 12, lanes) and noises (K, up to 12, lanes): missing rows are zero; references (K, 14).

@@ -171,7 +171,7 @@ class Graph:
 
 
 def _is_number(value: Any, number: float) -> bool:
-    """Whether a value is that number of the source; a gain that happens to have its value is not."""
+    """Return whether a value is that number of the source; a gain that happens to have its value is not."""
     return type(value) is float and value == number and math.copysign(1.0, value) == 1.0
 
 

@@ -1,4 +1,4 @@
-"""Which values of a graph to look at so that no input and no result is infinite or NaN without being noticed.
+"""The values of a graph to look at so that no input and no result is infinite or NaN without being noticed.
 
 Sums, differences, products, roots and the numerator of a quotient pass on what is not finite: nothing that is added or
 multiplied makes it finite again. So what flows by such operations alone into a value that is looked at need not be looked

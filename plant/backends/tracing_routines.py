@@ -24,7 +24,7 @@ class Call:
 
 @dataclass(frozen=True)
 class Body:
-    """What calls share.
+    """The part that calls share.
 
     parameters: names of the arguments that vary. results: value, memory, and last the sum to look at. tables: text of a
     constant -> its value for each label; numbers that hold no gain and are alike in all calls stand in the code instead.
@@ -144,7 +144,7 @@ def _like(shape: Any, leaves: Iterator[Any]) -> Any:
 
 
 def _shape(results: list[Any]) -> Any:
-    """What is alike in two traces that differ by the values of their constants only."""
+    """Return a key that is the same for two traces that differ by the values of their constants only."""
     place = {node.order: i for i, node in enumerate(reachable(results))}
 
     def name(value: Any) -> Any:

@@ -1,4 +1,4 @@
-"""What every reference is made of: a validated description, and the samples that the closed loop reads.
+"""The parts of every reference: a validated description, and the samples that the closed loop reads.
 
 References are relative: position (0, 0, 0) is where the scenario hovers. The vehicle starts at rest at the first
 sample, so every reference has zero velocity at t = 0.

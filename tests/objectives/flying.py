@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.meters import Meters, start, update
-from objectives.metrics import COLUMNS, COMPLETED, FlightContext, Limits, MetricAddress, Scores, evaluate, parse
+from objectives.metrics import COLUMNS, COMPLETED, FlightContext, MetricAddress, MetricLimits, Scores, evaluate, parse
 from plant.sample import AxisSample, Sample
 from plant.targets import Target, Targets
 from plant.vectors import Rotors
@@ -15,7 +15,7 @@ from plant.vectors import Rotors
 AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 HOVER = Rotors(1.0, 1.0, 1.0, 1.0)
 H = 0.004
-LIMITS = Limits(position_error=50.0, command_peak=3.0)
+LIMITS = MetricLimits(position_error=50.0, command_peak=3.0)
 
 Signal = Callable[[float], tuple[float, float]]
 """Reference and actual value at time t."""
@@ -74,7 +74,7 @@ def rows(*meters: Meters) -> NDArray[np.float64]:
 
 
 def completed(
-    aims: Targets, duration: float, flights: tuple[int, ...] = (1,), h: float = H, limits: Limits = LIMITS
+    aims: Targets, duration: float, flights: tuple[int, ...] = (1,), h: float = H, limits: MetricLimits = LIMITS
 ) -> FlightContext:
     """Return the context of flights that all reached their end."""
     return FlightContext(duration, h, aims, np.full(flights, COMPLETED), np.full(flights, duration), limits)

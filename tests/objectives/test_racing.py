@@ -8,7 +8,7 @@ import pytest
 
 from objectives.decisions import DecisionSpace, Variable
 from objectives.problem import Constraint, Objective, Problem
-from objectives.racing import Champions, Race, Track, beaten_by, race
+from objectives.racing import Champions, Race, RaceStages, beaten_by, race
 from objectives.risk import Risk
 from objectives.system import Fleet
 from plant.seeds import generator
@@ -158,7 +158,7 @@ def test_an_objective_of_one_scenario_is_judged_on_its_flights():
 
 
 def test_stages_fly_every_flight_once():
-    track = Track((fleet(10), fleet(3), fleet(1)))
+    track = RaceStages((fleet(10), fleet(3), fleet(1)))
     assert track.flights == 14 and track.counts[-1] == (10, 3, 1)
     for before, after in zip(track.counts, track.counts[1:], strict=False):
         assert all(0 < a <= b for a, b in zip(before, after, strict=True))
@@ -170,7 +170,7 @@ def test_who_is_beaten_never_gets_a_value_ahead_of_the_champions():
     best = table(generator(1, "test/race", 6), 1)
     scores = best + np.array([0.25, -0.125])
     problem = Made(None, (objective("a"), objective("b")))
-    track, held = Track((fleet(),)), champions(best)
+    track, held = RaceStages((fleet(),)), champions(best)
     run = Race(problem, points(0), np.array([True]), np.array([False]), track, held)
     run.scores[0, :, :8], run.stage[:], run.beaten[:] = np.moveaxis(scores, 2, 1)[0, :, :8], 0, 0
     risks, _, counted = run.conclude()

@@ -14,7 +14,7 @@ from objectives.metrics import (
     COMPLETED,
     METRICS,
     FlightContext,
-    Limits,
+    MetricLimits,
     all_addresses,
     evaluate,
     parse,
@@ -25,7 +25,7 @@ from plant.vectors import Rotors
 from tests.objectives.flying import AXES, H, Signal, completed, fly, rows, target, targets
 
 DURATION = 30 * H
-LIMITS = Limits(position_error=5.0, command_peak=3.0)
+LIMITS = MetricLimits(position_error=5.0, command_peak=3.0)
 LARGEST = {axis: LIMITS.position_error if axis in ("x", "y", "z") else LIMITS.angle for axis in AXES}
 AIMS = targets(
     x=target(0.0, 1.0, 5 * H, 0.05, 10 * H, 0.05, 15 * H),

@@ -10,7 +10,7 @@ from scipy.signal import coherence, welch
 from plant.air.dryden import forming, transverse
 from plant.air.linear_process import gauss_markov, sample
 from plant.air.spectra import (
-    Field,
+    TurbulenceField,
     longitudinal_autocovariance,
     phi_p,
     phi_q,
@@ -22,7 +22,7 @@ from plant.air.spectra import (
 )
 
 # tau: u 10, v 9, w 2 s; lags of the rates 0.087, 0.087, 0.065 s.
-FIELD = Field("8785C", 5.0, (50.0, 45.0, 10.0), (1.3, 1.1, 0.8), 0.342)
+FIELD = TurbulenceField("8785C", 5.0, (50.0, 45.0, 10.0), (1.3, 1.1, 0.8), 0.342)
 HALVED = FIELD._replace(spec="1797", length=(50.0, 22.5, 5.0))
 OMEGA = np.geomspace(1e-3, 1e3, 200)
 ALL_PHI = (phi_u, phi_v, phi_w, phi_p, phi_q, phi_r)
@@ -149,7 +149,7 @@ def aliased(phi, field, frequency, rate):
 @pytest.mark.parametrize("dt", [0.02, 0.1, 0.5])
 def test_sampled_spectra(dt):
     """Welch at three steps against the folded closed form, in bands up to the Nyquist frequency; tau of 1 s."""
-    field = Field("8785C", 5.0, (5.0, 5.0, 5.0), (1.0, 1.0, 1.0), 0.342)
+    field = TurbulenceField("8785C", 5.0, (5.0, 5.0, 5.0), (1.0, 1.0, 1.0), 0.342)
     generator, samples, segment = np.random.default_rng(8), 2**20, 8192  # a segment is 164 tau or more
     u, v, w, _ = forming(field, dt)
     series = [
