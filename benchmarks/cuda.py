@@ -30,9 +30,9 @@ from plant.airframes import load
 from plant.backends.cuda import BLOCK, BLOCKS, compiler, simulated
 from plant.backends.cuda_card import card, missing
 from plant.backends.cuda_flights import CudaFlyer
+from plant.backends.flyer import FlightInputs, Flyer
 from plant.cascade import close_cascade
 from plant.closed_loop import Limits, MeterModel, Timing, close_loop
-from plant.flights import FlightInputs, Flyer
 from plant.gains import default_row
 from plant.laws import law
 from plant.nominal import ControlOptions, nominal

@@ -46,7 +46,7 @@ def measure(point: Point) -> dict[str, Any]:
     from objectives.metrics import parse
     from objectives.problem import Objective, Problem
     from objectives.risk import Risk
-    from objectives.system import Fleet
+    from objectives.system import FlightBatch
     from plant.air.air import AirSpec
     from plant.gains import default_row
     from plant.references.steps import Steps
@@ -57,10 +57,10 @@ def measure(point: Point) -> dict[str, Any]:
     row = np.array(default_row(system.cascade))
     objectives = (Objective(parse("itae.position"), Risk("mean")),)
     problem = Problem(system, DecisionSpace((), (), tuple(row)), objectives, (), 1, threads=1)
-    fleet = Fleet(spec, SEARCH, point.scenarios)
-    problem.evaluate_gains(row[None], (Fleet(spec, "warm-up", 16),))
+    batch = FlightBatch(spec, SEARCH, point.scenarios)
+    problem.evaluate_gains(row[None], (FlightBatch(spec, "warm-up", 16),))
     base, begin = peak_memory(), process_time()
-    problem.evaluate_gains(np.tile(row, (point.candidates, 1)), (fleet,))
+    problem.evaluate_gains(np.tile(row, (point.candidates, 1)), (batch,))
     whole = process_time() - begin
     few, begin = min(point.scenarios, 16), process_time()
     sample_scenarios(spec, system.vehicle, system.timing, 1, SEARCH, range(few))

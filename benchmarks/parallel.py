@@ -12,7 +12,7 @@ from time import perf_counter, process_time, thread_time
 from typing import Any, NamedTuple
 
 from benchmarks.measuring import RESULTS, machine, write_json
-from plant.flights import available_threads
+from plant.backends.flyer import available_threads
 
 STUDY = Path(__file__).parents[1] / "studies" / "contest.toml"
 CONTENDER, CANDIDATES, ROUNDS = "Hybrid A-ST-SMC", 64, 5
@@ -35,13 +35,13 @@ def run() -> dict[str, Any]:
     """Measure both figures."""
     from plant.scenarios import SEARCH
     from plant.seeds import generator
-    from tuner.experiments.tuning.conclusion import fleets
+    from tuner.experiments.tuning.conclusion import batches
     from tuner.experiments.tuning.run import problem_of
     from tuner.study.contest_reading import load_contest
 
     contest = load_contest(STUDY)
     study = next(entry.study for entry in contest.contenders if entry.name == CONTENDER)
-    cores, flown = available_threads(), fleets(study, SEARCH)
+    cores, flown = available_threads(), batches(study, SEARCH)
     problems = {threads: problem_of(study, threads, None) for threads in sorted({1, cores})}
     points = generator(1, "benchmarks/parallel", 0).uniform(size=(CANDIDATES, len(study.space.variables)))
 

@@ -26,7 +26,7 @@ STAGES: tuple[tuple[str, str], ...] = (
     ("/plant/sensors.py", "drawing the air"),
     ("/plant/scenarios.py", "drawing the air"),
     ("/plant/seeds.py", "drawing the air"),
-    ("/plant/flights.py", "flights"),
+    ("/plant/backends/flyer.py", "flights"),
     ("/objectives/engine.py", "flights"),
     ("/objectives/margins/", "margins"),
     ("/tuner/run_margins.py", "margins"),

@@ -7,8 +7,8 @@ from collections.abc import Iterable, Iterator
 
 import numpy as np
 
-from objectives.engine import Engine, Landed, Scenarios
-from objectives.system import Fleet, System
+from objectives.engine import Engine, OnFlightsDone, Scenarios
+from objectives.system import FlightBatch, System
 from plant.backends.cuda_flights import CudaFlyer
 
 FLOAT64, FLOAT32 = "float64", "float32"
@@ -28,32 +28,39 @@ class CudaEngine(Engine):
         """Precision, kind of card, compiler and driver: together with the sources they decide the bits."""
         return self._arithmetic
 
-    def ready(self, fleet: Fleet) -> bool:
-        """Return whether an earlier process compiled the kernel for the scenarios of a fleet."""
-        return self._flyer.kernel(self._scenarios.inputs(fleet, 0, 1)).cached
+    def ready(self, batch: FlightBatch) -> bool:
+        """Return whether an earlier process compiled the kernel for the scenarios of a batch."""
+        return self._flyer.kernel(self._scenarios.inputs(batch, 0, 1)).cached
 
-    def fly(self, gains: np.ndarray, fleet: Fleet, first: int, last: int, landed: Landed | None = None) -> np.ndarray:
+    def fly(
+        self, gains: np.ndarray, batch: FlightBatch, first: int, last: int, on_flights_done: OnFlightsDone | None = None
+    ) -> np.ndarray:
         """Fly; see `Engine`."""
-        return self._flyer.fly(gains, self._system.nominal, self._scenarios.inputs(fleet, first, last), landed)
+        return self._flyer.fly(gains, self._system.nominal, self._scenarios.inputs(batch, first, last), on_flights_done)
 
     def stream(
-        self, parts: Iterable[np.ndarray], fleet: Fleet, first: int, last: int, landed: Landed | None = None
+        self,
+        parts: Iterable[np.ndarray],
+        batch: FlightBatch,
+        first: int,
+        last: int,
+        on_flights_done: OnFlightsDone | None = None,
     ) -> Iterator[np.ndarray]:
         """Fly as many parts together as fill the card: one launch takes as long for half of it as for all of it."""
         waiting: list[np.ndarray] = []
         for part in parts:
             waiting.append(part)
             if sum(map(len, waiting)) * (last - first) >= self._flyer.resident:
-                yield from self._together(waiting, fleet, first, last, landed)
+                yield from self._together(waiting, batch, first, last, on_flights_done)
                 waiting = []
-        yield from self._together(waiting, fleet, first, last, landed)
+        yield from self._together(waiting, batch, first, last, on_flights_done)
 
     def _together(
-        self, parts: list[np.ndarray], fleet: Fleet, first: int, last: int, landed: Landed | None
+        self, parts: list[np.ndarray], batch: FlightBatch, first: int, last: int, on_flights_done: OnFlightsDone | None
     ) -> Iterator[np.ndarray]:
         if not any(map(len, parts)):
             yield from (np.empty((0, last - first, self._flyer.rows)) for _ in parts)
             return
-        results = self.fly(np.concatenate(parts, axis=0), fleet, first, last, landed)
+        results = self.fly(np.concatenate(parts, axis=0), batch, first, last, on_flights_done)
         ends = np.cumsum([len(part) for part in parts], axis=0)
         yield from np.split(results, ends[:-1], axis=0)

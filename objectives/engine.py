@@ -1,6 +1,6 @@
 """Execution backends for flights: local threads, a GPU or a cluster.
 
-A flight is a pure function of system, root seed, fleet, index and gains. An engine of the same `arithmetic` gives the same
+A flight is a pure function of system, root seed, batch, index and gains. An engine of the same `arithmetic` gives the same
 bits, wherever it flies.
 """
 
@@ -9,12 +9,12 @@ from typing import Protocol
 
 import numpy as np
 
-from objectives.system import Fleet, System
-from plant.flights import FlightInputs, Flyer
+from objectives.system import FlightBatch, System
+from plant.backends.flyer import FlightInputs, Flyer
 from plant.scenarios import ScenarioSpec, sample_scenarios
 
-Landed = Callable[[int], None]
-# Scenarios of a fleet that are kept between generations, and their control periods together; at 10 s and 250 Hz, 2500 periods,
+OnFlightsDone = Callable[[int], None]
+# Scenarios of a batch that are kept between generations, and their control periods together; at 10 s and 250 Hz, 2500 periods,
 # one takes 0.3 MB of wind and noise.
 KEPT, KEPT_PERIODS = 1024, 1024 * 2500
 LANES = "lanes"
@@ -22,7 +22,7 @@ LANES = "lanes"
 
 
 class Engine(Protocol):
-    """Flies gains through ranges of a fleet. arithmetic: names the bits, see `objectives.memory.scenario_key`.
+    """Flies gains through ranges of a batch. arithmetic: names the bits, see `objectives.memory.scenario_key`.
 
     An engine of its own has `arithmetic` and `fly`; the rest stands here for classes that derive from this one.
     """
@@ -32,34 +32,41 @@ class Engine(Protocol):
         """Name of the arithmetic: engines of one name agree to the bit."""
         ...
 
-    def fly(self, gains: np.ndarray, fleet: Fleet, first: int, last: int, landed: Landed | None = None) -> np.ndarray:
-        """Fly gains rows (n, g) through the flights first..last of a fleet; return results (n, last - first, rows).
+    def fly(
+        self, gains: np.ndarray, batch: FlightBatch, first: int, last: int, on_flights_done: OnFlightsDone | None = None
+    ) -> np.ndarray:
+        """Fly gains rows (n, g) through the flights first..last of a batch; return results (n, last - first, rows).
 
-        landed(k) is called as k more flights have ended.
+        on_flights_done(k) is called as k more flights have ended.
         """
         ...
 
-    def ready(self, fleet: Fleet) -> bool:  # noqa: ARG002
+    def ready(self, batch: FlightBatch) -> bool:  # noqa: ARG002
         """Return whether flights begin at once; if not, the first one waits for a compiler."""
         return True
 
-    def warm_up(self, gains: np.ndarray, fleet: Fleet) -> None:
+    def warm_up(self, gains: np.ndarray, batch: FlightBatch) -> None:
         """Fly a gains row (g,) once, so that everything is compiled."""
-        self.fly(gains[None], fleet, 0, 1)
+        self.fly(gains[None], batch, 0, 1)
 
     def stream(
-        self, parts: Iterable[np.ndarray], fleet: Fleet, first: int, last: int, landed: Landed | None = None
+        self,
+        parts: Iterable[np.ndarray],
+        batch: FlightBatch,
+        first: int,
+        last: int,
+        on_flights_done: OnFlightsDone | None = None,
     ) -> Iterator[np.ndarray]:
         """Fly parts (k, g) of many gains rows and yield the results of each in turn, of an empty part (0, last - first, 0).
 
         An engine far away reads the next parts while the results of earlier ones are still to come.
         """
         for part in parts:
-            yield self.fly(part, fleet, first, last, landed) if len(part) else np.empty((0, last - first, 0))
+            yield self.fly(part, batch, first, last, on_flights_done) if len(part) else np.empty((0, last - first, 0))
 
 
 def keeps(count: int, steps: int) -> bool:
-    """Return whether a fleet of so many flights of so many control periods is kept between generations."""
+    """Return whether a batch of so many flights of so many control periods is kept between generations."""
     return count <= KEPT and count * steps <= KEPT_PERIODS
 
 
@@ -71,15 +78,15 @@ class Scenarios:
         self._root = root
         self._kept: dict[tuple[ScenarioSpec, str, int, int], FlightInputs] = {}
 
-    def inputs(self, fleet: Fleet, first: int, last: int) -> FlightInputs:
-        """Return the scenarios of a fleet from `first` to before `last`."""
-        key = (fleet.spec, fleet.stream, first, last)
+    def inputs(self, batch: FlightBatch, first: int, last: int) -> FlightInputs:
+        """Return the scenarios of a batch from `first` to before `last`."""
+        key = (batch.spec, batch.stream, first, last)
         if key in self._kept:
             return self._kept[key]
         inputs = sample_scenarios(
-            fleet.spec, self._system.vehicle, self._system.timing, self._root, fleet.stream, range(first, last)
+            batch.spec, self._system.vehicle, self._system.timing, self._root, batch.stream, range(first, last)
         )
-        if keeps(fleet.count, fleet.spec.steps(self._system.timing)):
+        if keeps(batch.count, batch.spec.steps(self._system.timing)):
             self._kept[key] = inputs
         return inputs
 
@@ -96,10 +103,12 @@ class LocalEngine(Engine):
         """The compiled lanes."""
         return LANES
 
-    def ready(self, fleet: Fleet) -> bool:  # noqa: ARG002
+    def ready(self, batch: FlightBatch) -> bool:  # noqa: ARG002
         """Return whether an earlier process compiled the kernel."""
         return self._flyer.cached
 
-    def fly(self, gains: np.ndarray, fleet: Fleet, first: int, last: int, landed: Landed | None = None) -> np.ndarray:
+    def fly(
+        self, gains: np.ndarray, batch: FlightBatch, first: int, last: int, on_flights_done: OnFlightsDone | None = None
+    ) -> np.ndarray:
         """Fly; see `Engine`."""
-        return self._flyer.fly(gains, self._system.nominal, self._scenarios.inputs(fleet, first, last), landed)
+        return self._flyer.fly(gains, self._system.nominal, self._scenarios.inputs(batch, first, last), on_flights_done)

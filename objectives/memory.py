@@ -17,7 +17,7 @@ import numpy as np
 import objectives.meters
 import plant
 from objectives.engine import LANES
-from objectives.system import Fleet, System
+from objectives.system import FlightBatch, System
 from plant.backends import processor
 from plant.records import flatten
 
@@ -32,7 +32,7 @@ class FlightMemory(Protocol):
         """Return the results (last - first, rows) of one gains row (g,), or None where any of them is not known."""
         ...
 
-    def keep(self, key: str, fleet: Fleet, gains: np.ndarray, first: int, results: np.ndarray) -> None:
+    def keep(self, key: str, batch: FlightBatch, gains: np.ndarray, first: int, results: np.ndarray) -> None:
         """Take the results (n, flights, rows) of gains rows (n, g) from flight `first` on, recalled ones included."""
         ...
 
@@ -52,17 +52,17 @@ def model_key() -> str:
     return digest.hexdigest()
 
 
-def scenario_key(system: System, root: int, fleet: Fleet, arithmetic: str = LANES) -> str:
-    """Return the hash of all that decides a flight of a fleet but its gains and its index, the machine's arithmetic included."""
-    reference = asdict(fleet.spec.reference)
+def scenario_key(system: System, root: int, batch: FlightBatch, arithmetic: str = LANES) -> str:
+    """Return the hash of all that decides a flight of a batch but its gains and its index, the machine's arithmetic included."""
+    reference = asdict(batch.spec.reference)
     # What is in a waypoint file decides, not where it lies.
     reference.pop("path", None)
     content = {
         "model": model_key(),
         "laws": [system.cascade.position.name, system.cascade.attitude.name],
         "numbers": [flatten(part) for part in (system.vehicle, system.nominal, system.limits, system.timing)],
-        "scenario": {**asdict(fleet.spec), "reference": {**reference, "kind": fleet.spec.reference.kind}},
-        "stream": fleet.stream,
+        "scenario": {**asdict(batch.spec), "reference": {**reference, "kind": batch.spec.reference.kind}},
+        "stream": batch.stream,
         "root": root,
         # Also where a card flies: the air is drawn here.
         "machine": processor.arithmetic().label,

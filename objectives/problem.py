@@ -20,14 +20,14 @@ from objectives.requirements import (
     worth_flying,
 )
 from objectives.risk import Risk
-from objectives.system import Fleet, System
+from objectives.system import FlightBatch, System
+from plant.backends.flyer import Flyer, result_parts
 from plant.backends.lanes import LANES
 from plant.closed_loop import Status
-from plant.flights import Flyer, result_parts
 from plant.scenarios import SEARCH, ScenarioSpec
 from plant.targets import Targets
 
-__all__ = ["Constraint", "Evaluation", "Fleet", "Objective", "Problem", "System", "seen_scores"]
+__all__ = ["Constraint", "Evaluation", "FlightBatch", "Objective", "Problem", "System", "seen_scores"]
 
 # Scenarios drawn at once, and their control periods together; at 10 s and 250 Hz, 2500 periods, one takes 0.3 MB of wind and
 # noise, and laying a chunk out in lanes takes three times that for a moment.
@@ -35,7 +35,7 @@ CHUNK, CHUNK_PERIODS = 256, 256 * 2500
 # Bytes of results that candidates fly for at a time: 72 numbers a flight are soon scored to a few. 434 candidates on 64
 # scenarios, which keep 100 threads busy for half a second.
 PART = 16_000_000
-# The row of a flight's result that holds its status, see `plant.flights.result_parts`.
+# The row of a flight's result that holds its status, see `plant.backends.flyer.result_parts`.
 STATUS_ROW = -2
 
 
@@ -139,11 +139,11 @@ def chunk_size(steps: int) -> int:
 class Problem:
     """Evaluates points of the unit cube: requirements, every candidate worth it through every scenario, metrics, risks.
 
-    fleets: one for each scenario of the study. landed(n) is called as n more flights have ended or been spared. fly_all:
-    fly what breaks a hard requirement too; a mask (n,) says so for single candidates. memory: of flights already flown;
-    flights_made counts those that it did not know; spared(n) is called in place of landed, if set, for flights that are known
-    or not made at all.
-    engine: who flies, by default this machine; flyer: of this machine.
+    batches: one for each scenario of the study. on_flights_done(n) is called as n more flights have ended or been spared.
+    fly_all: fly what breaks a hard requirement too; a mask (n,) says so for single candidates. memory: of flights already
+    flown; flights_made counts those that it did not know; spared(n) is called in place of on_flights_done, if set, for
+    flights that are known or not made at all.
+    engine: by which flights are made, by default this machine; flyer: of this machine.
     """
 
     spared: Callable[[int], None] | None = None
@@ -189,32 +189,32 @@ class Problem:
     def evaluate(
         self,
         points: np.ndarray,
-        fleets: tuple[Fleet, ...],
-        landed: Callable[[int], None] | None = None,
+        batches: tuple[FlightBatch, ...],
+        on_flights_done: Callable[[int], None] | None = None,
         fly_all: bool | np.ndarray = False,
     ) -> Evaluation:
         """Evaluate points (n, d) of the unit cube."""
-        return self.evaluate_gains(self.space.gains(points), fleets, landed, fly_all)
+        return self.evaluate_gains(self.space.gains(points), batches, on_flights_done, fly_all)
 
     def evaluate_gains(
         self,
         gains: np.ndarray,
-        fleets: tuple[Fleet, ...],
-        landed: Callable[[int], None] | None = None,
+        batches: tuple[FlightBatch, ...],
+        on_flights_done: Callable[[int], None] | None = None,
         fly_all: bool | np.ndarray = False,
     ) -> Evaluation:
-        """Evaluate gains rows (n, gains); scores are ordered by fleet, then by scenario index."""
+        """Evaluate gains rows (n, gains); scores are ordered by batch, then by scenario index."""
         begin = perf_counter()
         known = known_values(self.screens, gains)
         screened = perf_counter()
         flown = worth_flying(self.requirements, known) | fly_all
         scores, failed, origin = [], [], []
-        for fleet in fleets:
-            for first, last in self.chunks(fleet):
-                part, status = self.scored(gains, flown, fleet, first, last, landed)
+        for batch in batches:
+            for first, last in self.chunks(batch):
+                part, status = self.scored(gains, flown, batch, first, last, on_flights_done)
                 scores.append(part)
                 failed.append(status)
-                origin += [fleet.spec.name] * (last - first)
+                origin += [batch.spec.name] * (last - first)
         all_scores, names = np.concatenate(scores, axis=-1), np.array(origin)
         risks = self.risks(all_scores, names)
         n = len(self.objectives)
@@ -246,10 +246,10 @@ class Problem:
         self,
         gains: np.ndarray,
         flown: np.ndarray,
-        fleet: Fleet,
+        batch: FlightBatch,
         first: int,
         last: int,
-        landed: Callable[[int], None] | None = None,
+        on_flights_done: Callable[[int], None] | None = None,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Fly those of the gains rows (n, g) that are `flown` (n,) and score everyone, part after part.
 
@@ -260,51 +260,61 @@ class Problem:
         scores = np.moveaxis(np.empty((len(self.quantities), n, last - first)), 0, 1)
         failed = np.empty((n, last - first), dtype=bool)
         flying = np.flatnonzero(flown)
-        for part, results in self.parts(gains[flying], fleet, first, last, landed):
-            scores[flying[part]], failed[flying[part]] = self.score(results, fleet.spec)
+        for part, results in self.parts(gains[flying], batch, first, last, on_flights_done):
+            scores[flying[part]], failed[flying[part]] = self.score(results, batch.spec)
         if len(spared):
-            scores[spared], failed[spared] = self.unflown(fleet, last - first)
-            self.spare(len(spared) * (last - first), landed)
+            scores[spared], failed[spared] = self.unflown(batch, last - first)
+            self.spare(len(spared) * (last - first), on_flights_done)
         return scores, failed
 
-    def spare(self, flights: int, landed: Callable[[int], None] | None) -> None:
+    def spare(self, flights: int, on_flights_done: Callable[[int], None] | None) -> None:
         """Tell whoever hears of landings of flights that need not be made."""
-        told = landed and (self.spared or landed)
+        told = on_flights_done and (self.spared or on_flights_done)
         if told is not None and flights:
             told(flights)
 
-    def unflown(self, fleet: Fleet, flights: int) -> tuple[np.ndarray, np.ndarray]:
+    def unflown(self, batch: FlightBatch, flights: int) -> tuple[np.ndarray, np.ndarray]:
         """Return scores (1, quantities, flights) and failures (1, flights) of one that was not worth a flight: lost at t = 0."""
         results = np.zeros((1, flights, self.flyer.rows))
         results[..., STATUS_ROW] = Status.LOST.code
-        return self.score(results, fleet.spec)
+        return self.score(results, batch.spec)
 
-    def chunks(self, fleet: Fleet) -> list[tuple[int, int]]:
-        """Return the ranges of flights that a fleet is flown in, one after the other."""
-        size = chunk_size(fleet.spec.steps(self.system.timing))
-        return [(first, min(first + size, fleet.count)) for first in range(0, fleet.count, size)]
+    def chunks(self, batch: FlightBatch) -> list[tuple[int, int]]:
+        """Return the ranges of flights that a batch is flown in, one after the other."""
+        size = chunk_size(batch.spec.steps(self.system.timing))
+        return [(first, min(first + size, batch.count)) for first in range(0, batch.count, size)]
 
-    def key(self, fleet: Fleet) -> str:
-        """Return what names the flights of a fleet, but for gains and index, see `objectives.memory`."""
-        return scenario_key(self.system, self._root, fleet, self.engine.arithmetic)
+    def key(self, batch: FlightBatch) -> str:
+        """Return what names the flights of a batch, but for gains and index, see `objectives.memory`."""
+        return scenario_key(self.system, self._root, batch, self.engine.arithmetic)
 
     def results(
-        self, gains: np.ndarray, fleet: Fleet, first: int, last: int, landed: Callable[[int], None] | None = None
+        self,
+        gains: np.ndarray,
+        batch: FlightBatch,
+        first: int,
+        last: int,
+        on_flights_done: Callable[[int], None] | None = None,
     ) -> np.ndarray:
         """Return the results (n, last - first, rows) of gains rows (n, g); all at once, so for few rows: see `parts`."""
         out = np.empty((len(gains), last - first, self.flyer.rows))
-        for part, results in self.parts(gains, fleet, first, last, landed):
+        for part, results in self.parts(gains, batch, first, last, on_flights_done):
             out[part] = results
         return out
 
     def parts(
-        self, gains: np.ndarray, fleet: Fleet, first: int, last: int, landed: Callable[[int], None] | None = None
+        self,
+        gains: np.ndarray,
+        batch: FlightBatch,
+        first: int,
+        last: int,
+        on_flights_done: Callable[[int], None] | None = None,
     ) -> Iterator[tuple[slice, np.ndarray]]:
         """Yield slices of the gains rows (n, g), in order, with their results (k, last - first, rows).
 
         Recalled where the memory has them, else flown. Nobody else may write into them: the memory may keep them.
         """
-        key, flights = self.key(fleet), last - first
+        key, flights = self.key(batch), last - first
         each = max(PART // (8 * flights * self.flyer.rows), 1)
         under_way: deque[tuple[slice, np.ndarray, np.ndarray]] = deque()
 
@@ -315,14 +325,14 @@ class Problem:
                 under_way.append((part, out, unknown))
                 yield gains[part][unknown]
 
-        for flown in self.engine.stream(asked(), fleet, first, last, landed):
+        for flown in self.engine.stream(asked(), batch, first, last, on_flights_done):
             part, out, unknown = under_way.popleft()
             if len(flown):
                 out[unknown] = flown
-            self.spare((len(out) - len(flown)) * flights, landed)
+            self.spare((len(out) - len(flown)) * flights, on_flights_done)
             self.flights_made += len(flown) * flights
             if self.memory:
-                self.memory.keep(key, fleet, gains[part], first, out)
+                self.memory.keep(key, batch, gains[part], first, out)
             yield part, out
 
     def _recalled(self, key: str, gains: np.ndarray, first: int, last: int) -> tuple[np.ndarray, np.ndarray]:
@@ -341,10 +351,10 @@ class Problem:
         Here too where others fly, for the responses: their kernel may be in a cache that is not this machine's.
         """
         known_values(self.screens, gains[None])
-        fleet = Fleet(spec, SEARCH, 1)
-        self.engine.warm_up(gains, fleet)
+        batch = FlightBatch(spec, SEARCH, 1)
+        self.engine.warm_up(gains, batch)
         if not isinstance(self.engine, LocalEngine):
-            LocalEngine(self.system, self._root, self.flyer).warm_up(gains, fleet)
+            LocalEngine(self.system, self._root, self.flyer).warm_up(gains, batch)
 
     def score(self, results: np.ndarray, spec: ScenarioSpec) -> tuple[np.ndarray, np.ndarray]:
         """Turn result rows (n, flights, rows) into scores (n, quantities, flights) and failures (n, flights)."""

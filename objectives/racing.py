@@ -22,7 +22,7 @@ import numpy as np
 from objectives.problem import Evaluation, Problem
 from objectives.requirements import known_values, known_violations, worth_flying
 from objectives.risk.joint import resampled_scenarios, within
-from objectives.system import Fleet
+from objectives.system import FlightBatch
 from plant.seeds import generator
 
 Array = np.ndarray
@@ -41,12 +41,12 @@ class Champions:
 
 
 class RaceStages:
-    """The flights of a race in stages. counts: for each stage, how many flights of each fleet are made at its end."""
+    """The flights of a race in stages. counts: for each stage, how many flights of each batch are made at its end."""
 
-    def __init__(self, fleets: tuple[Fleet, ...]) -> None:
-        self.fleets = fleets
-        self.counts = [tuple(max(round(share * fleet.count), 1) for fleet in fleets) for share in (*SHARES, 1.0)]
-        self._starts = np.cumsum([0, *[fleet.count for fleet in fleets]])
+    def __init__(self, batches: tuple[FlightBatch, ...]) -> None:
+        self.batches = batches
+        self.counts = [tuple(max(round(share * batch.count), 1) for batch in batches) for share in (*SHARES, 1.0)]
+        self._starts = np.cumsum([0, *[batch.count for batch in batches]])
 
     @property
     def flights(self) -> int:
@@ -60,7 +60,7 @@ class RaceStages:
 
     def origin(self) -> Array:
         """Return the scenario of every flight."""
-        return np.repeat([fleet.spec.name for fleet in self.fleets], [fleet.count for fleet in self.fleets])
+        return np.repeat([batch.spec.name for batch in self.batches], [batch.count for batch in self.batches])
 
 
 class Race:
@@ -80,27 +80,27 @@ class Race:
         self.scores = np.zeros((n, len(problem.quantities), track.flights))
         self.failed = np.zeros((n, track.flights), dtype=bool)
 
-    def run(self, root: int, landed: Callable[[int], None] | None) -> None:
+    def run(self, root: int, on_flights_done: Callable[[int], None] | None) -> None:
         """Fly stage after stage and settle who can be settled."""
         for stage in range(len(self.track.counts)):
             running = np.flatnonzero(~self.settled)
             if not len(running):
                 break
-            self._fly(stage, running, landed)
+            self._fly(stage, running, on_flights_done)
             self.stage[running] = stage
             if stage < len(self.track.counts) - 1:
                 self._settle(stage, running[~self.whole[running]], root)
 
-    def _fly(self, stage: int, running: Array, landed: Callable[[int], None] | None) -> None:
+    def _fly(self, stage: int, running: Array, on_flights_done: Callable[[int], None] | None) -> None:
         start = 0
-        before = self.track.counts[stage - 1] if stage else tuple(0 for _ in self.track.fleets)
-        for fleet, first, last in zip(self.track.fleets, before, self.track.counts[stage], strict=True):
+        before = self.track.counts[stage - 1] if stage else tuple(0 for _ in self.track.batches)
+        for batch, first, last in zip(self.track.batches, before, self.track.counts[stage], strict=True):
             if last > first:
                 columns, everyone = slice(start + first, start + last), np.ones(len(running), dtype=bool)
                 self.scores[running, :, columns], self.failed[running, columns] = self.problem.scored(
-                    self.gains[running], everyone, fleet, first, last, landed
+                    self.gains[running], everyone, batch, first, last, on_flights_done
                 )
-            start += fleet.count
+            start += batch.count
 
     def _settle(self, stage: int, running: Array, root: int) -> None:
         hopeless = self.problem.broken(self.problem.risks(self.scores[running], self.track.origin())) > 0.0
@@ -143,10 +143,10 @@ class Race:
     def _lose(self, rows: Array) -> None:
         """Score candidates that were not worth a flight as failures at t = 0."""
         start = 0
-        for fleet in self.track.fleets:
-            columns = slice(start, start + fleet.count)
-            self.scores[rows, :, columns], self.failed[rows, columns] = self.problem.unflown(fleet, fleet.count)
-            start += fleet.count
+        for batch in self.track.batches:
+            columns = slice(start, start + batch.count)
+            self.scores[rows, :, columns], self.failed[rows, columns] = self.problem.unflown(batch, batch.count)
+            start += batch.count
 
     def _put_behind(self, rows: Array, seen: Array, risks: Array) -> None:
         lost = rows[self.beaten[rows] >= 0]
@@ -160,19 +160,19 @@ class Race:
 
     def _fill(self, rows: Array, stage: int) -> None:
         start = 0
-        for fleet, count in zip(self.track.fleets, self.track.counts[stage], strict=True):
-            made, rest = slice(start, start + count), slice(start + count, start + fleet.count)
+        for batch, count in zip(self.track.batches, self.track.counts[stage], strict=True):
+            made, rest = slice(start, start + count), slice(start + count, start + batch.count)
             self.scores[rows, :, rest] = self.scores[rows, :, made].mean(axis=-1, keepdims=True)
-            start += fleet.count
+            start += batch.count
 
 
 def race(
     problem: Problem,
     points: Array,
-    fleets: tuple[Fleet, ...],
+    batches: tuple[FlightBatch, ...],
     champions: Champions,
     root: int,
-    landed: Callable[[int], None] | None = None,
+    on_flights_done: Callable[[int], None] | None = None,
     fly_all: bool | Array = False,
 ) -> Evaluation:
     """Evaluate points (n, d) of the unit cube like `Problem.evaluate`, but for the flights of those that settle early.
@@ -184,11 +184,11 @@ def race(
     known = known_values(problem.screens, gains)
     screened = perf_counter()
     flown = worth_flying(problem.requirements, known) | whole
-    track = RaceStages(fleets)
+    track = RaceStages(batches)
     run = Race(problem, gains, flown, whole, track, champions)
-    run.run(root, landed)
+    run.run(root, on_flights_done)
     risks, failures, counted = run.conclude()
-    problem.spare(len(points) * track.flights - int(counted.sum(axis=0)), landed)
+    problem.spare(len(points) * track.flights - int(counted.sum(axis=0)), on_flights_done)
     return Evaluation(
         values=risks[:, : len(problem.objectives)],
         violations=np.concatenate([problem.broken(risks), known_violations(problem.requirements, known)], axis=1),

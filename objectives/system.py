@@ -33,7 +33,7 @@ class System:
 
 
 @dataclass(frozen=True)
-class Fleet:
+class FlightBatch:
     """The flights of one scenario: which stream they are drawn from and how many."""
 
     spec: ScenarioSpec

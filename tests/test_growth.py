@@ -11,7 +11,7 @@ from objectives.decisions import DecisionSpace
 from objectives.metrics import parse
 from objectives.problem import Objective, Problem
 from objectives.risk import Risk
-from objectives.system import Fleet, System
+from objectives.system import FlightBatch, System
 from plant.air.air import AirSpec
 from plant.airframes import load
 from plant.cascade import close_cascade
@@ -48,14 +48,14 @@ def traced_peak(monkeypatch, candidates: int, scenarios: int, seconds: float) ->
 
     problem, row = problem_and_row()
 
-    def stand_in(gains, nominal, inputs, landed=None):
+    def stand_in(gains, nominal, inputs, on_flights_done=None):
         return np.zeros((len(gains), inputs.count, problem.flyer.rows))
 
     monkeypatch.setattr(problem.flyer, "fly", stand_in)
-    gains, fleet = np.tile(row, (candidates, 1)), Fleet(spec(seconds), SEARCH, scenarios)
+    gains, batch = np.tile(row, (candidates, 1)), FlightBatch(spec(seconds), SEARCH, scenarios)
     tracemalloc.start()
     try:
-        problem.evaluate_gains(gains, (fleet,))
+        problem.evaluate_gains(gains, (batch,))
         return tracemalloc.get_traced_memory()[1]
     finally:
         tracemalloc.stop()

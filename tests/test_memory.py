@@ -13,7 +13,7 @@ import resource, sys
 import numpy as np
 from objectives.decisions import DecisionSpace
 from objectives.metrics import parse
-from objectives.problem import Fleet, Objective, Problem, System
+from objectives.problem import FlightBatch, Objective, Problem, System
 from objectives.risk import Risk
 from plant.nominal import ControlOptions, nominal
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, gains, loop, spec
@@ -21,7 +21,7 @@ candidates, scenarios = map(int, sys.argv[1:])
 system = System(VEHICLE, loop().cascade, NOMINAL, LIMITS, TIMING)
 wanted = (Objective(parse("itae.position"), Risk("mean")),)
 problem = Problem(system, DecisionSpace((), (), tuple(gains().tolist())), wanted, (), 1)
-result = problem.evaluate_gains(np.tile(gains(), (candidates, 1)), (Fleet(spec(10.0), "search", scenarios),))
+result = problem.evaluate_gains(np.tile(gains(), (candidates, 1)), (FlightBatch(spec(10.0), "search", scenarios),))
 assert result.scores.shape == (candidates, 1, scenarios)
 print(resource.getrusage(resource.RUSAGE_SELF).ru_maxrss / 1024)
 """

@@ -6,7 +6,7 @@ import numpy as np
 
 from benchmarks.course import LIMITS, TIMING, Course, loop, split
 from benchmarks.peers.contestant import Work
-from plant.flights import FlightInputs, Flyer, available_threads, to_lanes
+from plant.backends.flyer import FlightInputs, Flyer, available_threads, to_lanes
 
 
 def inputs_of(course: Course) -> FlightInputs:

@@ -17,7 +17,7 @@ UNSTABLE = {entry.name: entry.unstable for entry in QUANTITIES}
 
 
 @dataclass(frozen=True)
-class Readings:
+class BlockReadings:
     """Margins of n loops of a block with k channels.
 
     modes; quantities: by name, value and frequency (n, k); together: disk margin (n,) in all those of its channels at once that
@@ -29,7 +29,7 @@ class Readings:
     together: At
 
 
-def read_block(loops: LinearLoops, grid: Array, h: float, skew: float, plant_inputs: list[int]) -> Readings:
+def read_block(loops: LinearLoops, grid: Array, h: float, skew: float, plant_inputs: list[int]) -> BlockReadings:
     """Read the margins of loops whose terms are closed, a (n, b, b).
 
     skew: of the disks, see `disk`; plant_inputs: which of the k channels are inputs of the plant.
@@ -47,7 +47,7 @@ def read_block(loops: LinearLoops, grid: Array, h: float, skew: float, plant_inp
         together = At(*[part[:, plant_inputs[0]] for part in together])
     else:
         together = At(np.full(len(modes.size), np.inf), np.zeros(len(modes.size)))
-    return Readings(
+    return BlockReadings(
         modes,
         {name: _or_unstable(at, modes.stable[:, None], UNSTABLE[name]) for name, at in quantities.items()},
         _or_unstable(together, modes.stable, UNSTABLE["disk"]),

@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.margins.block import Readings
+from objectives.margins.block import BlockReadings
 from objectives.margins.describing import Case
 from objectives.margins.period import N_CHANNELS
 from objectives.margins.results import QUANTITIES, Margins, Worst, worst
@@ -33,7 +33,7 @@ class Sheet:
         """Have the channels of a block report cases where it has terms, whether or not any candidate is entered."""
         self._swept[list(block.channels)] |= bool(block.terms)
 
-    def enter(self, vehicle: int, block: Block, rows: Mask, read: Readings) -> None:
+    def enter(self, vehicle: int, block: Block, rows: Mask, read: BlockReadings) -> None:
         """Enter the readings of a block for some candidates: their rows are candidates, then cases, or one for all cases."""
         chosen, every = np.nonzero(rows)[0], np.arange(len(self._cases))
 

@@ -1,4 +1,4 @@
-"""Fly many candidates through many scenarios on a graphics card; see `plant.flights` for the processor.
+"""Fly many candidates through many scenarios on a graphics card; see `plant.backends.flyer` for the processor.
 
 The bits of a flight depend on its gains and its scenario, on the card's kind and on the compilers, not on its thread, block or
 launch: threads share nothing and nothing is summed across flights.
@@ -18,9 +18,9 @@ import numpy as np
 from plant.backends import array
 from plant.backends.cuda import BLOCK, BLOCKS, REALS, CudaKernel, kernel_of
 from plant.backends.cuda_card import card, free_memory
+from plant.backends.flyer import FlightInputs
 from plant.backends.lanes import result_rows
 from plant.closed_loop import ClosedLoop, Limits, Timing
-from plant.flights import FlightInputs
 from plant.nominal import Nominal
 from plant.records import flatten, pack
 from plant.targets import Targets
@@ -69,7 +69,7 @@ class CudaFlyer:
     """A closed loop compiled for the card. precision: float64 or float32; blocks: see `plant.backends.cuda`.
 
     rows: of a flight's result. resident: flights that the card works on at once. kernel_seconds: that the card has flown.
-    fly(gains (candidates, n), nominal, inputs) -> results (candidates, scenarios, rows) in float64, as `plant.flights.Flyer`
+    fly(gains (candidates, n), nominal, inputs) -> results (candidates, scenarios, rows) in float64, as `Flyer`
     has them.
     """
 
@@ -97,9 +97,13 @@ class CudaFlyer:
         return self._kernels[rows]
 
     def fly(
-        self, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, landed: Callable[[int], None] | None = None
+        self,
+        gains: np.ndarray,
+        nominal: Nominal,
+        inputs: FlightInputs,
+        on_flights_done: Callable[[int], None] | None = None,
     ) -> np.ndarray:
-        """Fly every candidate through every scenario; landed(n) is called as n more flights end."""
+        """Fly every candidate through every scenario; on_flights_done(n) is called as n more flights end."""
         kernel, on_card = self.kernel(inputs), self._inputs(inputs)
         known = self._record(Nominal, nominal), self._record(Targets, inputs.targets)
         out = np.empty((len(gains), inputs.count, self.rows))
@@ -107,8 +111,8 @@ class CudaFlyer:
         for first in range(0, len(gains), each):
             part = slice(first, first + each)
             out[part] = self._launch(kernel, gains[part], known, on_card).reshape(-1, inputs.count, self.rows)
-            if landed is not None:
-                landed(len(gains[part]) * inputs.count)
+            if on_flights_done is not None:
+                on_flights_done(len(gains[part]) * inputs.count)
         return out
 
     def constants(self, gains: np.ndarray) -> np.ndarray:

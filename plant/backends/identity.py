@@ -1,7 +1,7 @@
 """The identity of a model: a digest of everything that it is made of, so that no part of it can be forgotten in a key.
 
 Functions count by their code, defaults, closures and the globals that they name; records by their fields; dataclasses field
-by field. What a name stands for is followed to the end.
+by field, but for fields that do not count when two are compared. What a name stands for is followed to the end.
 """
 
 import hashlib
@@ -56,8 +56,9 @@ def _object(value: Any, seen: dict[int, int]) -> Iterator[str]:
     elif is_dataclass(value):
         yield type(value).__qualname__
         for field in fields(value):
-            yield field.name
-            yield from _parts(getattr(value, field.name), seen)
+            if field.compare:
+                yield field.name
+                yield from _parts(getattr(value, field.name), seen)
     else:
         raise TypeError(f"{value!r} has no identity: a model is made of functions, records and numbers")
 

@@ -11,10 +11,10 @@ import numpy as np
 
 from plant.backends import lanes
 from plant.backends.cache import load_kernel
+from plant.backends.flyer import FlightInputs
 from plant.backends.identity import identity
 from plant.closed_loop import ClosedLoop, Limits, Timing
 from plant.disturbance import Disturbance
-from plant.flights import FlightInputs
 from plant.nominal import Nominal
 from plant.records import build_source, flatten, size
 from plant.rigid_body import Body, Dynamics

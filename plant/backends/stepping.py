@@ -35,7 +35,7 @@ class Inputs(NamedTuple):
 
 
 def lane_of(drawn: Any, lane: int | slice, block: int = 0) -> Inputs:
-    """Return what one lane of drawn scenarios (`plant.flights.FlightInputs`) meets, or several lanes."""
+    """Return what one lane of drawn scenarios (`plant.backends.flyer.FlightInputs`) meets, or several lanes."""
     return Inputs(
         drawn.dynamics[block, ..., lane], drawn.starts[block, ..., lane], drawn.disturbances[block, ..., lane],
         drawn.noises[block, ..., lane], drawn.references,

@@ -23,7 +23,7 @@ class Call:
 
 
 @dataclass(frozen=True)
-class Body:
+class SharedRoutine:
     """The part that calls share.
 
     parameters: names of the arguments that vary. results: value, memory, and last the sum to look at. tables: text of a
@@ -67,7 +67,7 @@ class Routine:
         after = [graph.node("after", node, float(i), text=kind) for i in range(size(self.memory))]
         return value, pack(self.memory, after)
 
-    def bodies(self) -> list[Body]:
+    def bodies(self) -> list[SharedRoutine]:
         """Return the bodies that serve all calls: one, unless their constants leave different operations."""
         varying = self._varying()
         groups: dict[Any, list[tuple[str, list[Any]]]] = {}
@@ -154,7 +154,7 @@ def _shape(results: list[Any]) -> Any:
     return nodes, tuple(map(name, results))
 
 
-def _merged(parameters: tuple[str, ...], members: list[tuple[str, list[Any]]]) -> Body:
+def _merged(parameters: tuple[str, ...], members: list[tuple[str, list[Any]]]) -> SharedRoutine:
     tables: dict[str, dict[str, float]] = {}
     for label, results in members:
         for node in reachable(results):
@@ -166,4 +166,4 @@ def _merged(parameters: tuple[str, ...], members: list[tuple[str, list[Any]]]) -
         for text, values in tables.items()
         if "constants." in text or len({v.hex() for v in values.values()}) > 1
     }
-    return Body(parameters, tuple(members[0][1]), kept, tuple(label for label, _ in members))
+    return SharedRoutine(parameters, tuple(members[0][1]), kept, tuple(label for label, _ in members))

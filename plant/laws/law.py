@@ -1,7 +1,7 @@
 """The type of a control law: its tuple types, its three functions, the description of its gains and what it tells of itself."""
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 from plant.laws.continuous import ContinuousForm
@@ -98,7 +98,7 @@ class Law:
     promises: "tracks": a reference that the channel can fly is flown without error; "rejects": a constant disturbance leaves
     no error. nonlinear: all that makes the feedback depend on amplitude; empty for a linear law.
 
-    What proofs and designs ask for; a law without an entry is left to flights and margins:
+    What proofs and designs ask for, which decides no flight; a law without an entry is left to flights and margins:
     family: name of the equations that designs before the search and theorems are stated for, such as `pid.FAMILY`. Laws of a
     family have the same gains with the same meaning.
     observer: omega_o -> gains (b1, b2, b3) of the law's linear extended state observer in continuous time.
@@ -117,14 +117,14 @@ class Law:
     start: Callable[..., Any]
     step: Callable[..., Any]
     gains: tuple[GainInfo, ...]
-    sampling: str
+    sampling: str = field(compare=False)
     promises: frozenset[str] = PROMISES
     nonlinear: tuple[Nonlinearity, ...] = ()
-    family: str = ""
-    observer: Callable[[Any], tuple[Any, Any, Any]] | None = None
-    continuous: Callable[[Any, bool], ContinuousForm] | None = None
-    sector: Callable[[Any], float] | None = None
-    super_twisting: SuperTwisting | None = None
+    family: str = field(default="", compare=False)
+    observer: Callable[[Any], tuple[Any, Any, Any]] | None = field(default=None, compare=False)
+    continuous: Callable[[Any, bool], ContinuousForm] | None = field(default=None, compare=False)
+    sector: Callable[[Any], float] | None = field(default=None, compare=False)
+    super_twisting: SuperTwisting | None = field(default=None, compare=False)
 
     @property
     def discretisation(self) -> str:

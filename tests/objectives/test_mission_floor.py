@@ -5,7 +5,7 @@ import pytest
 
 from objectives.metrics import parse
 from objectives.mission import FOLLOWED, HELD, error_at_start, mission_floor, with_mission_floor
-from objectives.problem import Constraint, Fleet, Objective, Problem
+from objectives.problem import Constraint, FlightBatch, Objective, Problem
 from objectives.risk import Risk
 from plant.closed_loop import Limits, Timing
 from plant.gains import gain_addresses
@@ -86,7 +86,7 @@ def test_a_tune_that_does_nothing_breaks_the_floor_and_the_default_keeps_it(prob
         # A position loop 40 times slower than its default of 1.2 rad/s: smooth, and nowhere after 8 s.
         if gain.address in ("x.omega_c", "y.omega_c", "z.omega_c"):
             idle[gain.column] /= 40.0
-    found = flown.evaluate_gains(np.stack([study.default_row, idle]), (Fleet(specs[0], SEARCH, 4),))
+    found = flown.evaluate_gains(np.stack([study.default_row, idle]), (FlightBatch(specs[0], SEARCH, 4),))
     assert found.failures.tolist() == [0.0, 0.0]
     travel = found.values[:, 1]
     assert travel[1] < travel[0]  # it would win the objective of effort

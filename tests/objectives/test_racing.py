@@ -10,7 +10,7 @@ from objectives.decisions import DecisionSpace, Variable
 from objectives.problem import Constraint, Objective, Problem
 from objectives.racing import Champions, Race, RaceStages, beaten_by, race
 from objectives.risk import Risk
-from objectives.system import Fleet
+from objectives.system import FlightBatch
 from plant.seeds import generator
 
 FLIGHTS = 32
@@ -27,7 +27,7 @@ class Made(Problem):
         self.flyer = SimpleNamespace(rows=len(objectives) + len(constraints))
         self.flights_made = 0
 
-    def parts(self, gains, fleet, first, last, landed=None):
+    def parts(self, gains, batch, first, last, on_flights_done=None):
         self.flights_made += len(gains) * (last - first)
         flown = [[self.made(row[0], flight) for flight in range(first, last)] for row in gains]
         yield slice(0, len(gains)), np.array(flown).reshape(len(gains), last - first, -1)
@@ -41,9 +41,9 @@ def objective(name, risk=MEAN, scenario=None):
     return Objective(metric, risk, scenario)
 
 
-def fleet(count=FLIGHTS, name="gusts"):
+def batch(count=FLIGHTS, name="gusts"):
     spec: Any = SimpleNamespace(name=name)
-    return Fleet(spec, "search", count)
+    return FlightBatch(spec, "search", count)
 
 
 def points(*numbers):
@@ -69,7 +69,7 @@ def champions(scores, risks=(MEAN, MEAN)):
 def test_without_champions_and_limits_a_race_is_the_whole_evaluation():
     scores = table(generator(1, "test/race", 0), 6)
     problem = Made(from_table(scores), (objective("a", CVAR), objective("b")))
-    found = race(problem, points(*range(6)), (fleet(),), NOBODY, 1)
+    found = race(problem, points(*range(6)), (batch(),), NOBODY, 1)
     np.testing.assert_array_equal(found.scores, np.moveaxis(scores, 2, 1))
     np.testing.assert_allclose(found.values[:, 1], scores[:, :, 1].mean(axis=1), rtol=1e-14)
     np.testing.assert_allclose(found.values[:, 0], CVAR.apply(scores[:, :, 0]), rtol=1e-14)
@@ -81,7 +81,7 @@ def test_a_candidate_that_is_worse_in_every_flight_stops_first_and_stays_behind_
     best = table(generator(1, "test/race", 1), 1)
     scores = np.concatenate([best + 0.25, best - 0.25, best])
     problem = Made(from_table(scores), (objective("a"), objective("b")))
-    found = race(problem, points(0, 1), (fleet(),), champions(best), 1)
+    found = race(problem, points(0, 1), (batch(),), champions(best), 1)
     assert found.flights_each.tolist() == [8, 32]
     assert found.flights == problem.flights_made == 40 and found.flights_raced == 24
     np.testing.assert_allclose(found.values[0], best[0].mean(axis=0) + 0.25, rtol=1e-12)
@@ -96,7 +96,7 @@ def test_who_is_better_in_one_objective_is_never_stopped():
     best = table(generator(1, "test/race", 2), 3)
     trade = best + np.array([0.5, -1e-6])
     problem = Made(from_table(trade), (objective("a", CVAR), objective("b")))
-    found = race(problem, points(0, 1, 2), (fleet(),), champions(best[:1], (CVAR, MEAN)), 1)
+    found = race(problem, points(0, 1, 2), (batch(),), champions(best[:1], (CVAR, MEAN)), 1)
     assert found.complete[0]
 
 
@@ -107,7 +107,7 @@ def test_a_constraint_settles_a_candidate_only_where_no_further_flight_can_save_
     scores[0, :8, 1] = 2.1 if sure else 1.9
     problem = Made(from_table(scores), (objective("a"),), (Constraint(objective("b"), 0.5),))
     nobody = Champions(np.zeros((0, 1)), np.zeros((0, 1, 0)))
-    found = race(problem, points(0), (fleet(),), nobody, 1)
+    found = race(problem, points(0), (batch(),), nobody, 1)
     assert found.flights == (8 if sure else 32)
     assert (found.violations[0, 0] > 0.0) == sure
 
@@ -115,7 +115,7 @@ def test_a_constraint_settles_a_candidate_only_where_no_further_flight_can_save_
 def test_who_must_fly_everything_does():
     best = table(generator(1, "test/race", 3), 1)
     problem = Made(from_table(best + 1.0), (objective("a"), objective("b")))
-    found = race(problem, points(0), (fleet(),), champions(best), 1, fly_all=np.array([True]))
+    found = race(problem, points(0), (batch(),), champions(best), 1, fly_all=np.array([True]))
     assert found.complete.all()
     np.testing.assert_allclose(found.values[0], best[0].mean(axis=0) + 1.0, rtol=1e-12)
 
@@ -149,16 +149,16 @@ def test_an_objective_of_one_scenario_is_judged_on_its_flights():
     worse[:, :16] += 0.5
     worse[:, 16:] -= 0.9
     problem = Made(from_table(worse), (objective("a", MEAN, "calm"), objective("b", MEAN, "calm")))
-    fleets = (fleet(16, "calm"), fleet(16, "storm"))
+    batches = (batch(16, "calm"), batch(16, "storm"))
     held = Champions(best[:, :16].mean(axis=1), np.moveaxis(best, 2, 1))
     problem.score = lambda results, spec: (np.moveaxis(results, 2, 1), np.zeros(results.shape[:2], dtype=bool))
-    found = race(problem, points(0), fleets, held, 1)
+    found = race(problem, points(0), batches, held, 1)
     assert found.flights == 8
     np.testing.assert_allclose(found.values[0], held.values[0] + 0.5, rtol=1e-12)
 
 
 def test_stages_fly_every_flight_once():
-    track = RaceStages((fleet(10), fleet(3), fleet(1)))
+    track = RaceStages((batch(10), batch(3), batch(1)))
     assert track.flights == 14 and track.counts[-1] == (10, 3, 1)
     for before, after in zip(track.counts, track.counts[1:], strict=False):
         assert all(0 < a <= b for a, b in zip(before, after, strict=True))
@@ -170,7 +170,7 @@ def test_who_is_beaten_never_gets_a_value_ahead_of_the_champions():
     best = table(generator(1, "test/race", 6), 1)
     scores = best + np.array([0.25, -0.125])
     problem = Made(None, (objective("a"), objective("b")))
-    track, held = RaceStages((fleet(),)), champions(best)
+    track, held = RaceStages((batch(),)), champions(best)
     run = Race(problem, points(0), np.array([True]), np.array([False]), track, held)
     run.scores[0, :, :8], run.stage[:], run.beaten[:] = np.moveaxis(scores, 2, 1)[0, :, :8], 0, 0
     risks, _, counted = run.conclude()

@@ -5,7 +5,7 @@ from math import inf
 import numpy as np
 import pytest
 
-from objectives.problem import Fleet, Problem
+from objectives.problem import FlightBatch, Problem
 from objectives.requirements import LARGEST_VIOLATION, Requirement, Screen, known_values, worth_flying
 from plant.scenarios import SEARCH
 from tests.tuner.conftest import QUICKSTART, SMALL
@@ -87,14 +87,14 @@ KEPT = [[1.0], [3.0], [1.0], [2.5], [2.0]]
 
 
 def test_what_breaks_a_hard_requirement_is_not_flown_and_nobody_elses_bits_change(study):
-    fleet, asked = (Fleet(study.scenarios[0].spec, SEARCH, 6),), points(study)
-    free = problem_of(study).evaluate(asked, fleet)
+    batch, asked = (FlightBatch(study.scenarios[0].spec, SEARCH, 6),), points(study)
+    free = problem_of(study).evaluate(asked, batch)
     problem = problem_of(study, (column(KEPT, requirement()),))
-    flown, landed = counted(problem), []
-    evaluation = problem.evaluate(asked, fleet, landed.append)
+    flown, on_flights_done = counted(problem), []
+    evaluation = problem.evaluate(asked, batch, on_flights_done.append)
     keep = np.array([True, False, True, False, True])
     assert flown == [3]
-    assert sum(landed) == 5 * 6
+    assert sum(on_flights_done) == 5 * 6
     assert (evaluation.flights, evaluation.flights_saved) == (18, 12)
     assert evaluation.flown.tolist() == keep.tolist()
     assert evaluation.requirements.tolist() == KEPT
@@ -113,27 +113,27 @@ def test_what_breaks_a_hard_requirement_is_not_flown_and_nobody_elses_bits_chang
 
 
 def test_a_held_out_check_flies_everything_and_still_tells_what_is_broken(study):
-    fleet, asked = (Fleet(study.scenarios[0].spec, SEARCH, 4),), points(study)
-    free = problem_of(study).evaluate(asked, fleet)
+    batch, asked = (FlightBatch(study.scenarios[0].spec, SEARCH, 4),), points(study)
+    free = problem_of(study).evaluate(asked, batch)
     problem = problem_of(study, (column(KEPT, requirement()),))
-    everything = problem.evaluate(asked, fleet, fly_all=True)
+    everything = problem.evaluate(asked, batch, fly_all=True)
     assert everything.flown.all() and np.array_equal(everything.scores, free.scores)
     assert everything.violations[:, -1].tolist() == [0.0, 0.5, 0.0, 0.25, 0.0]
-    chosen = problem.evaluate(asked, fleet, fly_all=np.arange(5) == 1)
+    chosen = problem.evaluate(asked, batch, fly_all=np.arange(5) == 1)
     assert chosen.flown.tolist() == [True, True, True, False, True]
     assert np.array_equal(chosen.scores[:3], free.scores[:3])
 
 
 def test_a_soft_requirement_is_flown_and_counts_as_broken(study):
-    fleet = (Fleet(study.scenarios[0].spec, SEARCH, 4),)
-    evaluation = problem_of(study, (column(KEPT, requirement(hard=False)),)).evaluate(points(study), fleet)
+    batch = (FlightBatch(study.scenarios[0].spec, SEARCH, 4),)
+    evaluation = problem_of(study, (column(KEPT, requirement(hard=False)),)).evaluate(points(study), batch)
     assert evaluation.flown.all()
     assert evaluation.violations[:, -1].tolist() == [0.0, 0.5, 0.0, 0.25, 0.0]
 
 
 def test_same_bits_for_any_number_of_threads(study):
-    fleet, screens = (Fleet(study.scenarios[0].spec, SEARCH, 4),), (column(KEPT, requirement()),)
-    one, three = (problem_of(study, screens, threads).evaluate(points(study), fleet) for threads in (1, 3))
+    batch, screens = (FlightBatch(study.scenarios[0].spec, SEARCH, 4),), (column(KEPT, requirement()),)
+    one, three = (problem_of(study, screens, threads).evaluate(points(study), batch) for threads in (1, 3))
     for name in ("values", "violations", "failures", "scores", "requirements", "flown"):
         assert np.array_equal(getattr(one, name), getattr(three, name))
 
@@ -141,7 +141,7 @@ def test_same_bits_for_any_number_of_threads(study):
 def test_nobody_worth_a_flight_is_an_answer_too(study):
     spec = study.scenarios[0].spec
     evaluation = problem_of(study, (column([[3.0]] * 5, requirement()),)).evaluate(
-        points(study), (Fleet(spec, SEARCH, 4), Fleet(spec, SEARCH, 300))
+        points(study), (FlightBatch(spec, SEARCH, 4), FlightBatch(spec, SEARCH, 300))
     )
     assert evaluation.scores.shape == (5, len(study.objectives) + len(study.constraints), 304)
     assert evaluation.flights == 0 and (evaluation.failures == 1.0).all() and np.isfinite(evaluation.values).all()

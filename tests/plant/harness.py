@@ -9,11 +9,11 @@ from numpy.typing import NDArray
 
 from objectives import meters
 from plant.airframes import load, names
+from plant.backends.flyer import FlightInputs, to_lanes
 from plant.backends.stepping import Inputs
 from plant.cascade import close_cascade
 from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
 from plant.disturbance import Disturbance
-from plant.flights import FlightInputs, to_lanes
 from plant.gains import default_row
 from plant.laws import LAWS
 from plant.records import flatten, pack, size

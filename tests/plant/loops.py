@@ -8,9 +8,9 @@ import numpy as np
 from objectives import meters
 from plant.air.spec import AirSpec
 from plant.airframes import load
+from plant.backends.flyer import Flyer
 from plant.cascade import close_cascade
 from plant.closed_loop import Limits, MeterModel, Timing, close_loop
-from plant.flights import Flyer
 from plant.gains import default_row
 from plant.laws import LAWS
 from plant.nominal import ControlOptions, nominal

@@ -21,10 +21,10 @@ from plant.airframes import load
 from plant.airframes.rules import broken_rules
 from plant.allocation import allocate, speed_commands
 from plant.attitude import euler_angles, thrust_direction
+from plant.backends.flyer import result_parts
 from plant.cascade import close_cascade, hovering, tilt_for
 from plant.closed_loop import hover_body
 from plant.errors import UnphysicalError
-from plant.flights import result_parts
 from plant.integrator import runge_kutta_step
 from plant.laws import LAWS, Law, hybrid, ladrc
 from plant.laws.channel import Setpoint

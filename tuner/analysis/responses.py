@@ -5,8 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from plant.backends.flyer import FlightInputs, Flyer
 from plant.closed_loop import ClosedLoop
-from plant.flights import FlightInputs, Flyer
 from plant.nominal import Nominal
 from plant.records import rows
 

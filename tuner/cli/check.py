@@ -136,22 +136,22 @@ def shown(value: Any) -> str:
 
 def judge_command(gains: Path, requirements: Path, seeds: int | None, threads: int | None, as_json: bool) -> None:
     """Fly and judge gains; exit code 1 where a limit is broken."""
-    from tuner.analysis.judging.judge import check_fleets, controller_to_judge, judge_gains, judgement_document
+    from tuner.analysis.judging.judge import check_batches, controller_to_judge, judge_gains, judgement_document
     from tuner.cli.flights_bar import FlightsBar
     from tuner.cli.tuning_study import tuning_study
     from tuner.experiments.tuning.run import problem_of, warm_up
 
     study = tuning_study(requirements, "tuner check --requirements")
     controller = controller_to_judge(gains, study)
-    problem, fleets = problem_of(study, threads, None), check_fleets(study, seeds)
+    problem, batches = problem_of(study, threads, None), check_batches(study, seeds)
     if as_json:
-        rows = judge_gains(controller, study, problem, fleets)
+        rows = judge_gains(controller, study, problem, batches)
     else:
         with FlightsBar(Console()) as bar:
             warm_up(problem, study, bar)
-            bar.flying("Judging", sum(fleet.count for fleet in fleets))
-            rows = judge_gains(controller, study, problem, fleets, bar.landed)
-    document = judgement_document(gains, study, rows, fleets)
+            bar.flying("Judging", sum(batch.count for batch in batches))
+            rows = judge_gains(controller, study, problem, batches, bar.on_flights_done)
+    document = judgement_document(gains, study, rows, batches)
     if as_json:
         print(json.dumps(document, indent=2, allow_nan=False))
     else:

@@ -36,7 +36,7 @@ def compare_command(
         for entry in asked.entries:
             warm_up(entry.problem, entry.contender.study, bar)
         bar.flying("Comparing", asked.flights)
-        result = fly_comparison(asked, threads, bar.landed)
+        result = fly_comparison(asked, threads, bar.on_flights_done)
         document = comparison_document(asked, result)
         if out is not None:
             write_comparison(out, result, document, threads, bar)

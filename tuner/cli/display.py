@@ -22,7 +22,7 @@ class Pace:
         self._guard = Lock()
         self.flown, self._since = 0, perf_counter()
 
-    def landed(self, flights: int) -> None:
+    def on_flights_done(self, flights: int) -> None:
         """Count flights that were made."""
         with self._guard:
             self.flown += flights
@@ -105,9 +105,9 @@ class TerminalWatcher(Watcher):
         self._generations, self._new, self._before = generations, 0, 0
         self._begin_task("Searching", flights)
 
-    def landed(self, flights: int) -> None:
+    def on_flights_done(self, flights: int) -> None:
         """Advance the bar."""
-        self._pace.landed(flights)
+        self._pace.on_flights_done(flights)
         self._advance(flights)
 
     def spared(self, flights: int) -> None:

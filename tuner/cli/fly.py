@@ -10,7 +10,7 @@ import numpy as np
 
 from objectives.decisions import DecisionSpace
 from objectives.metrics import METRICS, parse
-from objectives.problem import Fleet, Objective, Problem, System
+from objectives.problem import FlightBatch, Objective, Problem, System
 from objectives.risk import Risk
 from plant.airframes import load
 from plant.cascade import close_cascade
@@ -61,7 +61,7 @@ def fly_command(
     if not problem.flyer.cached and not as_json:
         with TerminalWatcher(Console()) as watcher, told_of_compiling(watcher):
             problem.warm_up(sortie.gains, sortie.spec)
-    evaluation = problem.evaluate_gains(sortie.gains[None], (Fleet(sortie.spec, HELD_OUT, seeds),))
+    evaluation = problem.evaluate_gains(sortie.gains[None], (FlightBatch(sortie.spec, HELD_OUT, seeds),))
     figures = statistics(problem.objectives, evaluation.scores[0])
     if as_json:
         print(json.dumps({"scenario": sortie.spec.name, "flights": seeds, "metrics": figures}, indent=2))

@@ -90,7 +90,7 @@ def watched(problem: Problem, study: Study, what: str = "Pilot") -> tuple[float 
     with FlightsBar(Console()) as bar:
         compilation = compiled(problem, study, bar)
         bar.flying(what, pilot_size(problem.flyer.threads) * FLIGHTS * len(study.scenarios))
-        return compilation, fly_pilot(problem, study, bar.landed)
+        return compilation, fly_pilot(problem, study, bar.on_flights_done)
 
 
 def compiled(problem: Problem, study: Study, watcher: Watcher) -> float | None:

@@ -54,7 +54,7 @@ def watched(problem: Problem, study: Study, base: int) -> Analysis:
         expected = budget(problem, study, base)
         console.print(announced(study, expected, base, problem.flyer.threads), highlight=False)
         bar.flying("Sampling", expected.flights)
-        return study_sensitivity(problem, study, base, bar.landed)
+        return study_sensitivity(problem, study, base, bar.on_flights_done)
 
 
 def announced(study: Study, expected: Budget, base: int, threads: int) -> str:

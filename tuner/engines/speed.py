@@ -20,11 +20,11 @@ from objectives.margins.margins import MarginModel
 from plant.air.air import AirSpec
 from plant.airframes import load
 from plant.backends.array import rebinder as numpy_rebinder
+from plant.backends.flyer import FlightInputs, Flyer, available_threads
 from plant.backends.scalar import scalar_kernel
 from plant.backends.stepping import Inputs, fly_steps
 from plant.cascade import close_cascade
 from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
-from plant.flights import FlightInputs, Flyer, available_threads
 from plant.gains import default_row, gain_addresses
 from plant.laws import law
 from plant.nominal import ControlOptions, Nominal, nominal

@@ -12,7 +12,7 @@ import numpy as np
 from objectives.decisions import DecisionSpace
 from objectives.margins.trim import Trim
 from objectives.metrics import parse
-from objectives.problem import Fleet, Objective, Problem
+from objectives.problem import FlightBatch, Objective, Problem
 from objectives.risk import Risk, paired_difference
 from plant.errors import InputError
 from plant.gains import gain_addresses
@@ -159,5 +159,5 @@ def _problem(controller: Controller) -> Problem:
 
 def _fly(problem: Problem, controller: Controller, flights: int, watcher: Watcher) -> np.ndarray:
     """Return the metrics (metrics, flights) of a controller on the export's flights."""
-    fleets = (Fleet(SCENARIO, STREAM, flights),)
-    return problem.evaluate_gains(np.array([controller.gains]), fleets, watcher.landed).scores[0]
+    batches = (FlightBatch(SCENARIO, STREAM, flights),)
+    return problem.evaluate_gains(np.array([controller.gains]), batches, watcher.on_flights_done).scores[0]

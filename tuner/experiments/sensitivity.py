@@ -11,7 +11,7 @@ from objectives.requirements import worth_flying
 from plant.errors import InputError
 from plant.scenarios import SEARCH
 from tuner.analysis.sensitivity.analysis import Analysis, Sampled, analyse
-from tuner.experiments.tuning.conclusion import fleets
+from tuner.experiments.tuning.conclusion import batches
 from tuner.experiments.tuning.run import problem_of
 from tuner.study.study import Study
 
@@ -37,7 +37,7 @@ def study_problem(study: Study, threads: int | None) -> Problem:
 
 def budget(problem: Problem, study: Study, base: int) -> Budget:
     """Fly a few candidates, one a thread, and say what `base` samples take."""
-    flown, threads = fleets(study, SEARCH), problem.flyer.threads
+    flown, threads = batches(study, SEARCH), problem.flyer.threads
     few = np.tile(study.default_row, (threads, 1))
     # Once for models and scenarios that are built when they are first needed.
     problem.evaluate_gains(few, flown, fly_all=True)
@@ -45,18 +45,18 @@ def budget(problem: Problem, study: Study, base: int) -> Budget:
     problem.evaluate_gains(few, flown, fly_all=True)
     each = (perf_counter() - begin) / threads
     candidates = base * (len(study.space.variables) + 2)
-    return Budget(candidates, candidates * sum(fleet.count for fleet in flown), candidates * each)
+    return Budget(candidates, candidates * sum(batch.count for batch in flown), candidates * each)
 
 
 def study_sensitivity(
-    problem: Problem, study: Study, base: int, landed: Callable[[int], None] | None = None
+    problem: Problem, study: Study, base: int, on_flights_done: Callable[[int], None] | None = None
 ) -> Analysis:
-    """Analyse a study with `base` samples; landed(n) is called as n more flights end."""
-    flown = fleets(study, SEARCH)
+    """Analyse a study with `base` samples; on_flights_done(n) is called as n more flights end."""
+    flown = batches(study, SEARCH)
 
     def evaluate(points: np.ndarray) -> Sampled:
         # All of the box is flown, also what a search would spare itself: the indices need independent inputs.
-        found = problem.evaluate(points, flown, landed, fly_all=True)
+        found = problem.evaluate(points, flown, on_flights_done, fly_all=True)
         scores = tuple(found.samples(i, objective.scenario) for i, objective in enumerate(study.objectives))
         kept = worth_flying(study.requirements, found.requirements)
         return Sampled(found.values, found.failures, kept, scores)

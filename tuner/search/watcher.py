@@ -22,12 +22,12 @@ class Watcher:
     def searching(self, generations: int, flights: int) -> None:
         """Hear how many generations and flights are to come."""
 
-    def landed(self, flights: int) -> None:
-        """Hear that so many more flights have ended; called from worker threads."""
+    def on_flights_done(self, flights: int) -> None:
+        """Called when so many more flights have ended, from worker threads."""
 
     def spared(self, flights: int) -> None:
         """Hear that so many more flights need not be made: they are on record, or not worth it."""
-        self.landed(flights)
+        self.on_flights_done(flights)
 
     def generation(self, record: Generation) -> None:
         """Hear of a finished generation."""

@@ -16,7 +16,7 @@ from typing import Any
 import numpy as np
 
 from objectives.meters import Meters
-from objectives.system import Fleet
+from objectives.system import FlightBatch
 from plant.errors import StoreError
 from plant.input_files import MOST_TABLE, read_input
 from plant.records import paths
@@ -45,7 +45,7 @@ class Kept:
     """Flights waiting to be written: results (n, flights, rows) of gains rows (n, g)."""
 
     key: str
-    fleet: Fleet
+    batch: FlightBatch
     gains: Array
     first: int
     results: Array
@@ -91,13 +91,13 @@ class FlightStore:
                 here = end
         return np.concatenate(parts, axis=0)
 
-    def keep(self, key: str, fleet: Fleet, gains: Array, first: int, results: Array) -> None:
+    def keep(self, key: str, batch: FlightBatch, gains: Array, first: int, results: Array) -> None:
         """Take flights to be written by the next `commit`, or before where they are many."""
         if self._folder is None or not len(gains):
             return
-        self._waiting.append(Kept(key, fleet, gains.copy(), first, results))
+        self._waiting.append(Kept(key, batch, gains.copy(), first, results))
         if sum(part.results.nbytes for part in self._waiting) > GATHERED:
-            self.commit(f"part-{fleet.stream}")
+            self.commit(f"part-{batch.stream}")
 
     def commit(self, name: str) -> None:
         """Write what was kept since the last time under this name; StoreError where it cannot be written."""
@@ -151,8 +151,8 @@ def encoded(kept: list[Kept], columns: tuple[str, ...]) -> bytes:
     )
     sizes = [k * n for k, n, _ in shapes]
     table: dict[str, Any] = {
-        "scenario": _repeated([part.fleet.spec.name for part in kept], sizes),
-        "stream": _repeated([part.fleet.stream for part in kept], sizes),
+        "scenario": _repeated([part.batch.spec.name for part in kept], sizes),
+        "stream": _repeated([part.batch.stream for part in kept], sizes),
         "flight": np.concatenate(flights),
     }
     table |= {f"gain:{name}": gains[:, i] for i, name in enumerate(columns)}

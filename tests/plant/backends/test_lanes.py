@@ -8,11 +8,11 @@ import numpy as np
 import pytest
 
 from plant.backends import array
+from plant.backends.flyer import Flyer, result_parts, to_lanes
 from plant.backends.lanes import LANES, layout, result_rows
 from plant.backends.scalar import scalar_kernel
 from plant.backends.stepping import Inputs, fly_steps, unchanged
 from plant.closed_loop import Limits, Status
-from plant.flights import Flyer, result_parts, to_lanes
 from plant.records import flatten, index, pack, size
 from plant.rigid_body import Dynamics
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, flyer, gains, inputs, loop

@@ -36,7 +36,7 @@ def test_the_rate_is_of_flights_made_over_the_time_after_the_record(clock):
     pace.spared()
     assert pace.rate is None
     clock.now += 2.0
-    pace.landed(30)
+    pace.on_flights_done(30)
     pace.spared()
     assert pace.rate == pytest.approx(15.0)
     assert pace.seconds == pytest.approx(2.0)
@@ -49,7 +49,7 @@ def test_time_left_is_that_of_what_is_still_to_be_flown(clock):
     clock.now += 50.0
     watcher.spared(600)
     clock.now += 1.0
-    watcher.landed(100)
+    watcher.on_flights_done(100)
     column = next(part for part in watcher._progress.columns if isinstance(part, display.PaceColumn))
     assert column.render(watcher._progress.tasks[0]).plain == "100 flights/s  0:00:03 left"
 

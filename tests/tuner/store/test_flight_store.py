@@ -5,7 +5,7 @@ import pandas as pd
 import pytest
 
 from objectives.memory import scenario_key
-from objectives.system import Fleet
+from objectives.system import FlightBatch
 from plant.scenarios import HELD_OUT, SEARCH
 from plant.seeds import generator
 from tests.tuner.conftest import QUICKSTART
@@ -17,8 +17,8 @@ COLUMNS = ("x.omega_c", "x.zeta", "roll.k1")
 
 
 @pytest.fixture(scope="module")
-def fleet():
-    return Fleet(load_study(QUICKSTART, {"margin": []}).scenarios[0].spec, SEARCH, 8)
+def batch():
+    return FlightBatch(load_study(QUICKSTART, {"margin": []}).scenarios[0].spec, SEARCH, 8)
 
 
 def made(count, flights=8, stream="made"):
@@ -26,48 +26,48 @@ def made(count, flights=8, stream="made"):
     return draw.uniform(size=(count, len(COLUMNS))), draw.normal(size=(count, flights, len(RESULTS)))
 
 
-def stored(folder, fleet, gains, results, first=0, key="key"):
+def stored(folder, batch, gains, results, first=0, key="key"):
     store = FlightStore(Folder.open_or_create(folder), COLUMNS)
-    store.keep(key, fleet, gains, first, results)
+    store.keep(key, batch, gains, first, results)
     store.commit("search-0000")
     return FlightStore(None, COLUMNS, (folder,))
 
 
-def test_what_was_kept_is_recalled_to_the_bit(tmp_path, fleet):
+def test_what_was_kept_is_recalled_to_the_bit(tmp_path, batch):
     gains, results = made(5)
-    store = stored(tmp_path / "r", fleet, gains, results)
+    store = stored(tmp_path / "r", batch, gains, results)
     for row, expected in zip(gains, results, strict=True):
         np.testing.assert_array_equal(store.recall("key", row, 0, 8), expected)
         np.testing.assert_array_equal(store.recall("key", row, 2, 5), expected[2:5])
 
 
-def test_nothing_is_recalled_for_other_gains_scenarios_or_flights(tmp_path, fleet):
+def test_nothing_is_recalled_for_other_gains_scenarios_or_flights(tmp_path, batch):
     gains, results = made(2)
-    store = stored(tmp_path / "r", fleet, gains, results)
+    store = stored(tmp_path / "r", batch, gains, results)
     assert store.recall("key", np.nextafter(gains[0], 1.0), 0, 8) is None
     assert store.recall("other", gains[0], 0, 8) is None
     assert store.recall("key", gains[0], 4, 9) is None
     assert FlightStore(None, (*COLUMNS, "roll.k2"), (tmp_path / "r",)).recall("key", gains[0], 0, 8) is None
 
 
-def test_blocks_that_follow_one_another_are_recalled_together(tmp_path, fleet):
+def test_blocks_that_follow_one_another_are_recalled_together(tmp_path, batch):
     gains, results = made(1, 8)
     store = FlightStore(Folder.create(tmp_path / "r"), COLUMNS)
-    store.keep("key", fleet, gains, 4, results[:, 4:])
+    store.keep("key", batch, gains, 4, results[:, 4:])
     store.commit("search-0000")
-    store.keep("key", fleet, gains, 0, results[:, :4])
+    store.keep("key", batch, gains, 0, results[:, :4])
     store.commit("search-0001")
     again = FlightStore(None, COLUMNS, (tmp_path / "r",))
     np.testing.assert_array_equal(again.recall("key", gains[0], 0, 8), results[0])
     np.testing.assert_array_equal(again.recall("key", gains[0], 3, 6), results[0, 3:6])
 
 
-def test_more_flights_than_are_gathered_are_written_in_parts(tmp_path, fleet, monkeypatch):
+def test_more_flights_than_are_gathered_are_written_in_parts(tmp_path, batch, monkeypatch):
     monkeypatch.setattr("tuner.store.flights.GATHERED", 1000)
     gains, results = made(4)
     store = FlightStore(Folder.create(tmp_path / "r"), COLUMNS)
     for i in range(4):
-        store.keep("key", fleet, gains[i : i + 1], 0, results[i : i + 1])
+        store.keep("key", batch, gains[i : i + 1], 0, results[i : i + 1])
     store.commit("held-out")
     assert len(list((tmp_path / "r" / "flights").glob("part-search-*.parquet"))) == 4
     again = FlightStore(None, COLUMNS, (tmp_path / "r",))
@@ -75,28 +75,28 @@ def test_more_flights_than_are_gathered_are_written_in_parts(tmp_path, fleet, mo
         np.testing.assert_array_equal(again.recall("key", row, 0, 8), expected)
 
 
-def test_equal_flights_give_equal_files(tmp_path, fleet):
+def test_equal_flights_give_equal_files(tmp_path, batch):
     gains, results = made(3)
-    stored(tmp_path / "a", fleet, gains, results)
-    stored(tmp_path / "b", fleet, gains, results)
+    stored(tmp_path / "a", batch, gains, results)
+    stored(tmp_path / "b", batch, gains, results)
     one, other = (next((tmp_path / name / "flights").iterdir()) for name in "ab")
     assert one.name == other.name and one.read_bytes() == other.read_bytes()
 
 
-def test_a_person_can_read_the_file(tmp_path, fleet):
+def test_a_person_can_read_the_file(tmp_path, batch):
     gains, results = made(2)
-    stored(tmp_path / "r", fleet, gains, results, first=16)
+    stored(tmp_path / "r", batch, gains, results, first=16)
     table = pd.read_parquet(next((tmp_path / "r" / "flights").iterdir()))
     assert list(table.flight) == [*range(16, 24)] * 2
-    assert set(table.scenario) == {fleet.spec.name} and set(table.stream) == {SEARCH}
+    assert set(table.scenario) == {batch.spec.name} and set(table.stream) == {SEARCH}
     np.testing.assert_array_equal(table["gain:roll.k1"].to_numpy()[[0, 8]], gains[:, 2])
     np.testing.assert_array_equal(table["end_time"].to_numpy(), results[:, :, -1].ravel())
 
 
 @pytest.mark.parametrize("place", [0, 60, 0.5, 0.9, -1])
-def test_one_damaged_byte_anywhere_sets_the_file_aside(tmp_path, fleet, place):
+def test_one_damaged_byte_anywhere_sets_the_file_aside(tmp_path, batch, place):
     gains, results = made(2)
-    stored(tmp_path / "r", fleet, gains, results)
+    stored(tmp_path / "r", batch, gains, results)
     file = next((tmp_path / "r" / "flights").iterdir())
     content = bytearray(file.read_bytes())
     content[int(place * len(content)) if isinstance(place, float) else place] ^= 0x10
@@ -109,8 +109,8 @@ def test_one_damaged_byte_anywhere_sets_the_file_aside(tmp_path, fleet, place):
     assert own.recall("key", gains[0], 0, 8) is None
 
 
-def test_a_file_that_is_cut_off_is_set_aside(tmp_path, fleet):
-    stored(tmp_path / "r", fleet, *made(2))
+def test_a_file_that_is_cut_off_is_set_aside(tmp_path, batch):
+    stored(tmp_path / "r", batch, *made(2))
     file = next((tmp_path / "r" / "flights").iterdir())
     file.write_bytes(file.read_bytes()[:100])
     assert FlightStore(Folder.open(tmp_path / "r"), COLUMNS).damaged == [str(file)]
@@ -136,7 +136,7 @@ CHANGES = {
 
 def keys(changes, stream=SEARCH):
     study = load_study(QUICKSTART, {**BASE, **changes})
-    return [scenario_key(study.system, study.seed, Fleet(entry.spec, stream, 4)) for entry in study.scenarios]
+    return [scenario_key(study.system, study.seed, FlightBatch(entry.spec, stream, 4)) for entry in study.scenarios]
 
 
 @pytest.mark.parametrize("change", CHANGES)

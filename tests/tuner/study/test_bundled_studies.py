@@ -9,7 +9,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from objectives.problem import Fleet, Problem
+from objectives.problem import FlightBatch, Problem
 from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tests.tuner.conftest import QUICKSTART, NoDrawing
@@ -95,8 +95,8 @@ def test_it_asks_for_margins_for_no_lost_flight_and_for_a_budget_of_a_minute(nam
 def test_the_default_flies_every_scenario_and_margins_leave_a_choice(name):
     study = study_of(name)
     problem = problem_of(study)
-    fleets = tuple(Fleet(entry.spec, SEARCH, FEW) for entry in study.scenarios)
-    flown = problem.evaluate_gains(study.default_row[None], fleets, fly_all=True)
+    batches = tuple(FlightBatch(entry.spec, SEARCH, FEW) for entry in study.scenarios)
+    flown = problem.evaluate_gains(study.default_row[None], batches, fly_all=True)
     assert flown.failures.tolist() == [0.0]
     points = generator(0, "bundled studies", 0).uniform(size=(RANDOM, len(study.space.variables)))
     assert SHARE <= problem.worth_flying(points).mean() <= 0.9

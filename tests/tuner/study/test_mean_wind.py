@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from objectives.problem import Problem
-from objectives.system import Fleet
+from objectives.system import FlightBatch
 from plant.airframes import load
 from plant.errors import InputError
 from plant.scenarios import CONFIRMATION, Spread
@@ -64,7 +64,7 @@ def test_default_flights_in_the_mean_wind_end():
     problem = Problem(study.system, study.space, study.objectives, study.constraints, study.seed, 2)
     (entry,) = study.scenarios
     assert entry.spec.air.mean_wind and entry.spec.air.wind_speed > 8.0
-    flown = problem.evaluate_gains(study.default_row[None], (Fleet(entry.spec, CONFIRMATION, 256),))
+    flown = problem.evaluate_gains(study.default_row[None], (FlightBatch(entry.spec, CONFIRMATION, 256),))
     assert flown.failures[0] <= 0.01
 
 

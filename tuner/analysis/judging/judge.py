@@ -8,7 +8,7 @@ from typing import Any
 
 import numpy as np
 
-from objectives.problem import Fleet, Problem
+from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
 from tuner.analysis.judging.agreement import check_agreement
 from tuner.analysis.judging.rows import Judged, judged_rows, overall
@@ -32,21 +32,21 @@ def controller_to_judge(gains: Path, study: Study) -> Controller:
     return controller
 
 
-def check_fleets(study: Study, seeds: int | None) -> tuple[Fleet, ...]:
+def check_batches(study: Study, seeds: int | None) -> tuple[FlightBatch, ...]:
     """Return the flights to judge by: so many of each scenario, by default as many as the study's held-out check."""
-    return tuple(Fleet(entry.spec, CHECK, seeds or entry.held_out) for entry in study.scenarios)
+    return tuple(FlightBatch(entry.spec, CHECK, seeds or entry.held_out) for entry in study.scenarios)
 
 
 def judge_gains(
-    controller: Controller, study: Study, problem: Problem, fleets: tuple[Fleet, ...],
-    landed: Callable[[int], None] | None = None,
+    controller: Controller, study: Study, problem: Problem, batches: tuple[FlightBatch, ...],
+    on_flights_done: Callable[[int], None] | None = None,
 ) -> list[Judged]:  # fmt: skip
     """Fly a controller, whatever it breaks without flying, and return a row for each limit and objective."""
-    evaluation = problem.evaluate_gains(np.array([controller.gains]), fleets, landed, fly_all=True)
+    evaluation = problem.evaluate_gains(np.array([controller.gains]), batches, on_flights_done, fly_all=True)
     return judged_rows(study, problem, evaluation)
 
 
-def judgement_document(gains: Path, study: Study, rows: list[Judged], fleets: tuple[Fleet, ...]) -> Row:
+def judgement_document(gains: Path, study: Study, rows: list[Judged], batches: tuple[FlightBatch, ...]) -> Row:
     """Return everything as data for JSON; an infinite value is null."""
     return {
         "verdict": overall(rows),
@@ -55,6 +55,6 @@ def judgement_document(gains: Path, study: Study, rows: list[Judged], fleets: tu
         "digest": study.digest(),
         "seed": study.seed,
         "stream": CHECK,
-        "flights": sum(fleet.count for fleet in fleets),
+        "flights": sum(batch.count for batch in batches),
         "rows": [asdict(row) | {"value": row.value if isfinite(row.value) else None} for row in rows],
     }

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from objectives.margins.block import Readings, read_block
+from objectives.margins.block import BlockReadings, read_block
 from objectives.margins.describing import DEFAULT_CASES, Case, term_gains
 from objectives.margins.frequency import frequency_grid, modes_of, without_idle
 from objectives.margins.linearise import LinearLoops, close_terms
@@ -106,13 +106,13 @@ class Linear:
 
 
 class _Worst:
-    """Readings of n vehicles, channel by channel, in the worst of their amplitudes."""
+    """BlockReadings of n vehicles, channel by channel, in the worst of their amplitudes."""
 
     def __init__(self, n: int) -> None:
         self._stable, self._growth = np.ones((n, len(CHANNELS)), dtype=bool), np.full((n, len(CHANNELS)), -np.inf)
         self._quantities = {entry.name: np.full((n, len(CHANNELS)), entry.open) for entry in QUANTITIES}
 
-    def enter(self, block: Block, read: Readings, h: float) -> None:
+    def enter(self, block: Block, read: BlockReadings, h: float) -> None:
         """Enter a block, whose rows are vehicles, then amplitudes."""
         n, channels = len(self._stable), list(block.channels)
         self._stable[:, channels] = np.all(read.modes.stable.reshape(n, -1), axis=1, keepdims=True)

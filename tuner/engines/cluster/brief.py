@@ -1,4 +1,4 @@
-"""What a worker is told of a fleet: law names and numbers, never code. It builds the same system from its own sources.
+"""What a worker is told of a batch: law names and numbers, never code. It builds the same system from its own sources.
 
 Laws, closed loops and their record types are made at run time and cannot be pickled; what they are made from can. That the
 worker's sources make the same of it is asked, not assumed: the scenario key of what it built must be the client's.
@@ -7,7 +7,7 @@ worker's sources make the same of it is asked, not assumed: the scenario key of 
 from dataclasses import dataclass
 
 from objectives.memory import scenario_key
-from objectives.system import Fleet, System
+from objectives.system import FlightBatch, System
 from plant.backends.processor import Processor, compiled_for
 from plant.cascade import close_cascade
 from plant.closed_loop import Limits, Timing
@@ -21,7 +21,7 @@ from tuner.engines.cluster.machine import Report, differences, machine_report, r
 
 @dataclass(frozen=True)
 class Brief:
-    """All that decides the flights of a fleet but gains and index. key: `scenario_key` of it; machine: the client's report;
+    """All that decides the flights of a batch but gains and index. key: `scenario_key` of it; machine: the client's report;
     target: what it compiles for.
     """
 
@@ -39,8 +39,8 @@ class Brief:
     target: Processor
 
 
-def brief_of(system: System, root: int, fleet: Fleet) -> Brief:
-    """Return what a worker has to know of a fleet; InputError where a law is not one that it would find by its name."""
+def brief_of(system: System, root: int, batch: FlightBatch) -> Brief:
+    """Return what a worker has to know of a batch; InputError where a law is not one that it would find by its name."""
     for entry in (system.cascade.position, system.cascade.attitude):
         if LAWS.get(entry.name) is not entry:
             raise InputError(
@@ -49,8 +49,8 @@ def brief_of(system: System, root: int, fleet: Fleet) -> Brief:
                 key="--dask",
             )
     return Brief(
-        scenario_key(system, root, fleet), system.cascade.position.name, system.cascade.attitude.name, system.vehicle,
-        system.nominal, system.limits, system.timing, root, fleet.spec, fleet.stream, machine_report(),
+        scenario_key(system, root, batch), system.cascade.position.name, system.cascade.attitude.name, system.vehicle,
+        system.nominal, system.limits, system.timing, root, batch.spec, batch.stream, machine_report(),
         compiled_for(),
     )  # fmt: skip
 
@@ -62,5 +62,7 @@ def system_of(brief: Brief) -> System:
         raise InputError(f"{unlike[0]}; stop it and go on with `tuner resume`", key="--dask")
     cascade = close_cascade(law(brief.position), law(brief.attitude))
     system = System(brief.vehicle, cascade, brief.nominal, brief.limits, brief.timing)
-    assert scenario_key(system, brief.root, Fleet(brief.spec, brief.stream, 1)) == brief.key, "rebuilt from the same"
+    assert scenario_key(system, brief.root, FlightBatch(brief.spec, brief.stream, 1)) == brief.key, (
+        "rebuilt from the same"
+    )
     return system

@@ -7,9 +7,9 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from objectives.engine import Engine
+from plant.backends.flyer import available_threads
 from plant.backends.processor import compiled_for
 from plant.errors import InputError
-from plant.flights import available_threads
 
 if TYPE_CHECKING:
     from distributed import Client

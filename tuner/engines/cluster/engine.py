@@ -16,8 +16,8 @@ from typing import Any
 import numpy as np
 from distributed import Client, Future
 
-from objectives.engine import LANES, Engine, Landed
-from objectives.system import Fleet, System
+from objectives.engine import LANES, Engine, OnFlightsDone
+from objectives.system import FlightBatch, System
 from plant.backends.lanes import result_rows
 from tuner.engines.cluster.brief import brief_of
 from tuner.engines.cluster.watch import LOOK, PATIENCE, Watch
@@ -100,30 +100,37 @@ class DaskEngine(Engine):
         self._watch = Watch(client, patience)
         rows = result_rows(system.loop)
         self._rows = rows.stop - rows.start
-        self._sent: dict[Fleet, str] = {}
+        self._sent: dict[FlightBatch, str] = {}
 
     @property
     def arithmetic(self) -> str:
         """The compiled lanes of the workers, which are as this machine."""
         return LANES
 
-    def fly(self, gains: np.ndarray, fleet: Fleet, first: int, last: int, landed: Landed | None = None) -> np.ndarray:
+    def fly(
+        self, gains: np.ndarray, batch: FlightBatch, first: int, last: int, on_flights_done: OnFlightsDone | None = None
+    ) -> np.ndarray:
         """Fly; see `Engine`."""
-        return next(iter([*self.stream([gains], fleet, first, last, landed)]))
+        return next(iter([*self.stream([gains], batch, first, last, on_flights_done)]))
 
-    def ready(self, fleet: Fleet) -> bool:
+    def ready(self, batch: FlightBatch) -> bool:
         """Return whether every worker finds the kernel in its cache."""
-        return all(self._everywhere(is_compiled, self._brief(fleet)))
+        return all(self._everywhere(is_compiled, self._brief(batch)))
 
-    def warm_up(self, gains: np.ndarray, fleet: Fleet) -> None:
+    def warm_up(self, gains: np.ndarray, batch: FlightBatch) -> None:
         """Fly a gains row once on every worker; on each machine the first of them compiles."""
-        self._everywhere(fly_block, self._brief(fleet), gains[None], 0, 1)
+        self._everywhere(fly_block, self._brief(batch), gains[None], 0, 1)
 
     def stream(
-        self, parts: Iterable[np.ndarray], fleet: Fleet, first: int, last: int, landed: Landed | None = None
+        self,
+        parts: Iterable[np.ndarray],
+        batch: FlightBatch,
+        first: int,
+        last: int,
+        on_flights_done: OnFlightsDone | None = None,
     ) -> Iterator[np.ndarray]:
         """Fly; see `Engine`."""
-        key, source = self._brief(fleet), iter(parts)
+        key, source = self._brief(batch), iter(parts)
         begun, blocks, tasks, more = deque[Part](), deque[Block](), Tasks(self._client, self._watch), True
         try:
             while more or begun:
@@ -141,8 +148,8 @@ class DaskEngine(Engine):
                     yield begun.popleft().out
                 if len(tasks):
                     block = tasks.land()
-                    if landed is not None:
-                        landed(len(block.gains) * (last - first))
+                    if on_flights_done is not None:
+                        on_flights_done(len(block.gains) * (last - first))
         finally:
             tasks.cancel()
 
@@ -154,13 +161,13 @@ class DaskEngine(Engine):
         part.missing = len(rows)
         return [Block(part, entry, gains[entry]) for entry in rows]
 
-    def _brief(self, fleet: Fleet) -> str:
-        """Return the key under which every worker has the brief of a fleet; those that join later get it too."""
-        if fleet not in self._sent:
-            brief = brief_of(self._system, self._root, fleet)
+    def _brief(self, batch: FlightBatch) -> str:
+        """Return the key under which every worker has the brief of a batch; those that join later get it too."""
+        if batch not in self._sent:
+            brief = brief_of(self._system, self._root, batch)
             self._client.register_plugin(BriefPlugin(brief))
-            self._sent[fleet] = brief.key
-        return self._sent[fleet]
+            self._sent[batch] = brief.key
+        return self._sent[batch]
 
     def _everywhere(self, task: Callable[..., Any], *arguments: Any) -> list[Any]:
         """Return what a task gives on each worker; on another one where its worker is lost."""

@@ -13,7 +13,7 @@ import numpy as np
 from distributed import WorkerPlugin
 
 from objectives.system import System
-from plant.flights import FlightInputs, Flyer
+from plant.backends.flyer import FlightInputs, Flyer
 from plant.scenarios import sample_scenarios
 from tuner.engines.cluster.brief import Brief, system_of
 
@@ -47,7 +47,7 @@ class Drawn:
         self._kept: OrderedDict[Hashable, FlightInputs] = OrderedDict()
 
     def inputs(self, brief: Brief, first: int, last: int) -> FlightInputs:
-        """Return the scenarios of a fleet from `first` to before `last`."""
+        """Return the scenarios of a batch from `first` to before `last`."""
         key = (brief.key, first, last)
         with self._guard:
             lock = self._locks.setdefault(key, Lock())
@@ -108,7 +108,7 @@ def desk_of(key: str) -> Desk:
 
 
 def fly_block(key: str, gains: np.ndarray, first: int, last: int) -> np.ndarray:
-    """Fly gains rows (n, g) through the flights first..last of the fleet of a brief; return results (n, flights, rows)."""
+    """Fly gains rows (n, g) through the flights first..last of the batch of a brief; return results (n, flights, rows)."""
     desk = desk_of(key)
     return desk.fly(gains, DRAWN.inputs(desk.brief, first, last))
 

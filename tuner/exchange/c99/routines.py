@@ -8,7 +8,7 @@ from textwrap import indent, wrap
 from plant.backends.c_code import Real, Writer, literal
 from plant.backends.c_records import CRecords
 from plant.backends.tracing import Node
-from plant.backends.tracing_routines import Body, Routine
+from plant.backends.tracing_routines import Routine, SharedRoutine
 from plant.records import paths
 
 LONGEST_FIELD = 28
@@ -62,7 +62,7 @@ def loops(routine: Routine, style: Style, gains: Mapping[str, Mapping[str, str]]
     return Loops("\n\n".join(parts), caller)
 
 
-def _fields(body: Body) -> dict[str, str]:
+def _fields(body: SharedRoutine) -> dict[str, str]:
     """Member of the table for each constant, called what the constant is called or made of."""
     fields: dict[str, str] = {}
     for text in body.tables:
@@ -78,7 +78,7 @@ def _origin(text: str) -> str:
 
 
 def _tables(
-    name: str, body: Body, fields: Mapping[str, str], style: Style, gains: Mapping[str, Mapping[str, str]]
+    name: str, body: SharedRoutine, fields: Mapping[str, str], style: Style, gains: Mapping[str, Mapping[str, str]]
 ) -> list[str]:
     if not fields:
         return []
@@ -101,7 +101,7 @@ def _comment(axis: str, text: str, gains: Mapping[str, Mapping[str, str]]) -> st
     return origin if value is None else f"{axis}.{origin.rstrip('_')} [{value.partition(' ')[2]}]"
 
 
-def _function(name: str, body: Body, fields: Mapping[str, str], routine: Routine, style: Style) -> str:
+def _function(name: str, body: SharedRoutine, fields: Mapping[str, str], routine: Routine, style: Style) -> str:
     real, memory = f"{style.prefix}_real", style.records.name(routine.memory)
     value, *after, total = body.results
     targets = [(f"next->{path}", leaf) for path, leaf in zip(paths(routine.memory), after, strict=True)]

@@ -51,7 +51,7 @@ def prospect(entrants: list[Entrant], base: Study) -> Prospect:
     return Prospect(contest, entrants, entries, fronts, warnings)
 
 
-def fly_comparison(asked: Prospect, threads: int | None, landed: Callable[[int], None]) -> Result:
+def fly_comparison(asked: Prospect, threads: int | None, on_flights_done: Callable[[int], None]) -> Result:
     """Fly everything and work out all that follows; the result does not depend on the number of threads."""
     begin = perf_counter()
     prepared = []
@@ -61,7 +61,7 @@ def fly_comparison(asked: Prospect, threads: int | None, landed: Callable[[int],
         why = "its gains are given" if entrant.study is None else run
         # Who has no front of its own in these objectives is one point among the fronts of the others.
         prepared.append(Prepared(entry, why, front or None, None, 0, [], ending))
-    flown = fly_groups(asked.contest, groups_of(prepared), threads, landed)
+    flown = fly_groups(asked.contest, groups_of(prepared), threads, on_flights_done)
     return judge_contest(asked.contest, prepared, flown, perf_counter() - begin)
 
 

@@ -3,8 +3,8 @@
 from pathlib import Path
 from typing import Any
 
+from plant.backends.flyer import available_threads
 from plant.errors import StoreError
-from plant.flights import available_threads
 from plant.input_files import read_input_text
 from tuner.experiments.contest.records import response_tables, wind_table
 from tuner.experiments.contest.result import Result

@@ -12,7 +12,7 @@ import numpy as np
 
 from objectives.decisions import DecisionSpace
 from objectives.problem import Problem, seen_scores
-from plant.flights import FlightInputs, available_threads
+from plant.backends.flyer import FlightInputs, available_threads
 from plant.scenarios import for_vehicle, sample_scenarios
 from tuner.study.contest import Contender, Contest
 from tuner.study.study import StudyScenario
@@ -57,7 +57,9 @@ def comparison_problem(contest: Contest, contender: Contender) -> Problem:
     return Problem(system, DecisionSpace((), (), tuple(contender.study.default_row)), objectives, (), contest.seed, 1)
 
 
-def fly_all(contest: Contest, entries: Sequence[Entry], threads: int | None, landed: Callable[[int], None]) -> Flown:
+def fly_all(
+    contest: Contest, entries: Sequence[Entry], threads: int | None, on_flights_done: Callable[[int], None]
+) -> Flown:
     """Fly every entry through every scenario of the comparison; the result does not depend on the number of threads."""
     tasks, origin = _tasks(contest)
     scores = np.empty((len(entries), len(contest.quantities), len(origin)))
@@ -71,7 +73,7 @@ def fly_all(contest: Contest, entries: Sequence[Entry], threads: int | None, lan
             results = entry.problem.flyer.fly(entry.row[None], entry.problem.system.nominal, inputs)
             values, lost = entry.problem.score(results, task.scenario.spec)
             scores[k, :, columns], failed[k, columns] = values[0], lost[0]
-            landed(len(task.indices))
+            on_flights_done(len(task.indices))
 
     with ThreadPoolExecutor(threads or available_threads()) as pool:
         try:
@@ -83,10 +85,10 @@ def fly_all(contest: Contest, entries: Sequence[Entry], threads: int | None, lan
 
 
 def fly_groups(
-    contest: Contest, groups: Sequence[Sequence[Entry]], threads: int | None, landed: Callable[[int], None]
+    contest: Contest, groups: Sequence[Sequence[Entry]], threads: int | None, on_flights_done: Callable[[int], None]
 ) -> list[Flown]:
     """Fly groups of entries together, so that each scenario is drawn once, and return the flights of each group."""
-    flown = fly_all(contest, [entry for group in groups for entry in group], threads, landed)
+    flown = fly_all(contest, [entry for group in groups for entry in group], threads, on_flights_done)
     ends = np.cumsum([len(group) for group in groups])
     parts = zip(np.split(flown.scores, ends[:-1]), np.split(flown.failed, ends[:-1]), strict=True)
     return [Flown(scores, failed, flown.origin) for scores, failed in parts]

@@ -3,7 +3,7 @@
 from pathlib import Path
 from time import perf_counter
 
-from plant.flights import available_threads
+from plant.backends.flyer import available_threads
 from plant.input_files import read_input_text
 from plant.scenarios import HELD_OUT
 from tuner.experiments.contest.document import contest_document
@@ -31,7 +31,7 @@ def run_contest(contest: Contest, folder: Folder, watcher: Watcher, threads: int
         warm_up(own.entry.problem, own.contender.study, watcher)
     groups = groups_of(prepared)
     watcher.comparing(contest.flights_each * sum(map(len, groups)))
-    flown = fly_groups(contest, groups, threads, watcher.landed)
+    flown = fly_groups(contest, groups, threads, watcher.on_flights_done)
     result = judge_contest(contest, prepared, flown, perf_counter() - begin)
     write_result(result, folder, watcher)
     folder.seal()

@@ -12,7 +12,7 @@ import numpy as np
 
 from objectives.metrics import FlightContext, evaluate
 from objectives.problem import System
-from plant.flights import FlightInputs, Flyer, available_threads, result_parts
+from plant.backends.flyer import FlightInputs, Flyer, available_threads, result_parts
 from plant.scenarios import ScenarioSpec
 from tuner.experiments.inference.draws import Draws, Flights
 from tuner.experiments.inference.record import Settings
@@ -55,7 +55,7 @@ class Experiment:
         return len(self.tasks) * count
 
     def fly(
-        self, values: np.ndarray, stream: str, count: int, landed: Callable[[int], None] | None = None
+        self, values: np.ndarray, stream: str, count: int, on_flights_done: Callable[[int], None] | None = None
     ) -> tuple[np.ndarray, np.ndarray]:
         """Return scores (n, cells, flights) and failed (n, cells, flights) of settings (n, unknowns), recalled or flown."""
         known = [self._settings.recall(stream, count, row) if self._settings else None for row in values]
@@ -65,16 +65,16 @@ class Experiment:
         for i, part in enumerate(known):
             if part is not None:
                 scores[i], failed[i] = part
-        if landed is not None:
-            (self.spared or landed)(int(np.sum(~missing, axis=0)) * self.flights_of(count))
+        if on_flights_done is not None:
+            (self.spared or on_flights_done)(int(np.sum(~missing, axis=0)) * self.flights_of(count))
         if missing.any():
-            scores[missing], failed[missing] = self._flown(values[missing], stream, count, landed)
+            scores[missing], failed[missing] = self._flown(values[missing], stream, count, on_flights_done)
         if self._settings is not None:
             self._settings.keep(stream, values, scores, failed)
         return scores, failed
 
     def _flown(
-        self, values: np.ndarray, stream: str, count: int, landed: Callable[[int], None] | None
+        self, values: np.ndarray, stream: str, count: int, on_flights_done: Callable[[int], None] | None
     ) -> tuple[np.ndarray, np.ndarray]:
         self.flights_made += len(values) * self.flights_of(count)
         scores = np.empty((len(values), len(self._inference.cells), count))
@@ -82,8 +82,8 @@ class Experiment:
 
         def one(setting: int, first: int, last: int) -> None:
             self._fly(values[setting], stream, first, scores[setting, :, first:last], failed[setting, :, first:last])
-            if landed is not None:
-                landed(self.flights_of(last - first))
+            if on_flights_done is not None:
+                on_flights_done(self.flights_of(last - first))
 
         with ThreadPoolExecutor(self.threads) as pool:
             # Chunk by chunk over all settings, so that what is drawn once is still there for the next setting.

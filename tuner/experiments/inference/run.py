@@ -80,7 +80,7 @@ def search(
 
     def evaluate(points: np.ndarray) -> Evaluation:
         values = space.values(points)
-        scores, failed = experiment.fly(values, SEARCH, inference.flights, watcher.landed)
+        scores, failed = experiment.fly(values, SEARCH, inference.flights, watcher.on_flights_done)
         parts.append(tried(inference, values, len(parts), scores, failed))
         return evaluation(inference, parts[-1], scores)
 
@@ -117,7 +117,7 @@ def around_best(experiment: Experiment, inference: Inference, before: Tried, wat
 
     def fly(points: np.ndarray) -> Tried:
         values = space.values(points)
-        scores, failed = experiment.fly(values, SEARCH, inference.flights, watcher.landed)
+        scores, failed = experiment.fly(values, SEARCH, inference.flights, watcher.on_flights_done)
         return tried(inference, values, AROUND, scores, failed)
 
     found, slope = refined(inference, space.point(best_of(inference, before)), before, fly)
@@ -146,7 +146,7 @@ def check(
     chosen, most, shown = inferred(values), most_inside(inference, found), thinned(values, front(values))
     rows = np.array([0, chosen, most, *shown])
     watcher.verifying(len(rows) * experiment.flights_of(inference.held_out))
-    scores, failed = experiment.fly(found.values[rows], HELD_OUT, inference.held_out, watcher.landed)
+    scores, failed = experiment.fly(found.values[rows], HELD_OUT, inference.held_out, watcher.on_flights_done)
     checked = tried(inference, found.values[rows], AROUND, scores, failed)
     told = ranges(inference, found, chosen, slope, scores[1])
     flown = len(found.values) * experiment.flights_of(inference.flights)

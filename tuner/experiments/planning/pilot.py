@@ -8,7 +8,7 @@ import numpy as np
 
 from objectives.problem import Problem
 from objectives.requirements import known_values
-from objectives.system import Fleet
+from objectives.system import FlightBatch
 from plant.backends.lanes import LANES
 from plant.gains import gain_addresses
 from plant.scenarios import ScenarioSpec, sample_scenarios
@@ -70,7 +70,7 @@ def pilot_size(threads: int) -> int:
     return threads * -(-CANDIDATES // threads)
 
 
-def fly_pilot(problem: Problem, study: Study, landed: Callable[[int], None] | None = None) -> Pilot:
+def fly_pilot(problem: Problem, study: Study, on_flights_done: Callable[[int], None] | None = None) -> Pilot:
     """Draw candidates that are worth a flight, fly and time them; the kernel must be compiled already."""
     begin, threads = perf_counter(), problem.flyer.threads
     worthy = problem.worth_flying if study.requirements else None
@@ -87,23 +87,23 @@ def fly_pilot(problem: Problem, study: Study, landed: Callable[[int], None] | No
     started = perf_counter()
     known_values(study.screens, gains)
     screening = (perf_counter() - started) / len(gains)
-    flown = tuple(_fly_scenario(problem, study, entry.spec, gains, landed) for entry in study.scenarios)
+    flown = tuple(_fly_scenario(problem, study, entry.spec, gains, on_flights_done) for entry in study.scenarios)
     return Pilot(points, flown, share, screening, problem.flyer.rows, threads, perf_counter() - begin)
 
 
 def _fly_scenario(
-    problem: Problem, study: Study, spec: ScenarioSpec, gains: Array, landed: Callable[[int], None] | None
+    problem: Problem, study: Study, spec: ScenarioSpec, gains: Array, on_flights_done: Callable[[int], None] | None
 ) -> ScenarioPilot:
     system, begin = study.system, perf_counter()
     inputs = sample_scenarios(spec, system.vehicle, system.timing, study.seed, PILOT, range(FLIGHTS))
     drawn = perf_counter()
-    results = problem.flyer.fly(gains, system.nominal, inputs, landed)
+    results = problem.flyer.fly(gains, system.nominal, inputs, on_flights_done)
     flown = perf_counter()
     scores, failed = problem.score(results, spec)
     blocks = len(gains) / problem.flyer.threads * FLIGHTS / LANES
     held = sum(part.nbytes for part in (inputs.dynamics, inputs.disturbances, inputs.noises))
     columns = tuple(gain.address for gain in gain_addresses(system.cascade))
-    stored = len(encoded([Kept("pilot", Fleet(spec, PILOT, FLIGHTS), gains, 0, results)], columns))
+    stored = len(encoded([Kept("pilot", FlightBatch(spec, PILOT, FLIGHTS), gains, 0, results)], columns))
     return ScenarioPilot(
         spec, scores, failed, (flown - drawn) / blocks, (drawn - begin) / FLIGHTS, held / FLIGHTS,
         stored / (len(gains) * FLIGHTS),

@@ -5,7 +5,7 @@ from time import perf_counter
 
 import numpy as np
 
-from objectives.problem import Fleet, Problem
+from objectives.problem import FlightBatch, Problem
 from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
 from tuner.analysis.held_out import Finalists, Searched, compare, compare_known, judge
 from tuner.experiments.tuning.conflicts import (
@@ -28,10 +28,11 @@ from tuner.study.study import Study
 MOST_FINALISTS = 48
 
 
-def fleets(study: Study, stream: str) -> tuple[Fleet, ...]:
+def batches(study: Study, stream: str) -> tuple[FlightBatch, ...]:
     """Return the flights of a study in a stream; held-out check and confirmation take equally many."""
     return tuple(
-        Fleet(entry.spec, stream, entry.search if stream == SEARCH else entry.held_out) for entry in study.scenarios
+        FlightBatch(entry.spec, stream, entry.search if stream == SEARCH else entry.held_out)
+        for entry in study.scenarios
     )
 
 
@@ -41,13 +42,13 @@ def conclude(
     """Re-fly the default and the front on held-out scenarios and pick the recommended point; said: warnings so far."""
     found = archive(generations)
     candidates, warnings = finalists_of(found, study)
-    flown, again = fleets(study, HELD_OUT), fleets(study, CONFIRMATION)
+    flown, again = batches(study, HELD_OUT), batches(study, CONFIRMATION)
     gains = finalist_gains(problem, study, found, candidates)
-    watcher.verifying((len(gains) + 2) * sum(fleet.count for fleet in flown))
-    evaluation = problem.evaluate_gains(gains, flown, watcher.landed, fly_all=True)
+    watcher.verifying((len(gains) + 2) * sum(batch.count for batch in flown))
+    evaluation = problem.evaluate_gains(gains, flown, watcher.on_flights_done, fly_all=True)
     finalists = judge(problem, evaluation, searched(generations, [0, *candidates.tolist()]), study.seed)
     tuned, why = recommend(study, finalists)
-    confirmation = problem.evaluate_gains(gains[[0, tuned]], again, watcher.landed, fly_all=True)
+    confirmation = problem.evaluate_gains(gains[[0, tuned]], again, watcher.on_flights_done, fly_all=True)
     if broken := broken_by(finalists.evaluation.violations[tuned], confirmation.violations[1], study):
         warnings.append(f"The point shown beside the default breaks {broken}; see the table.")
     limits, known = limits_of(study.constraints, study.requirements), completely_known(found, generations)

@@ -17,7 +17,7 @@ from plant.input_files import read_input_text
 from plant.scenarios import HELD_OUT, SEARCH
 from plant.seeds import generator
 from tuner.documents.ending import gains_name
-from tuner.experiments.tuning.conclusion import conclude, fleets
+from tuner.experiments.tuning.conclusion import batches, conclude
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.starts import starting_points
 from tuner.experiments.tuning.summary import summary_document
@@ -84,7 +84,7 @@ def flight_store(study: Study, folder: Folder | None, others: tuple[Path, ...] =
 
 def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
     """Have the kernel compiled (once for a combination of laws) before anything is timed."""
-    ready = problem.flyer.cached and problem.engine.ready(fleets(study, SEARCH)[0])
+    ready = problem.flyer.cached and problem.engine.ready(batches(study, SEARCH)[0])
     if ready and not (study.table.margin and _margins_are_cold()):
         return
     with told_of_compiling(watcher):
@@ -122,7 +122,7 @@ def search(
     """Run a search, whose very first candidate is the default, and record each generation."""
     clock = clock or Clock()
     spec, past = study.search, recorded(folder.path / "history.csv")
-    each = sum(fleet.count for fleet in fleets(study, SEARCH))
+    each = sum(batch.count for batch in batches(study, SEARCH))
     watcher.searching(spec.generations, spec.generations * spec.population * each)
     problem.spared = watcher.spared
     generations: list[Generation] = []
@@ -131,7 +131,7 @@ def search(
         # The very first candidate is the default: all others are measured by it, so it flies whatever it breaks.
         default, number = np.arange(len(points)) == 0 if not generations else False, len(generations)
         before = problem.flights_made
-        evaluation = evaluated(problem, study, points, generations, watcher.landed, default)
+        evaluation = evaluated(problem, study, points, generations, watcher.on_flights_done, default)
         if number < len(past) and problem.flights_made == before:
             evaluation = as_recorded(evaluation, past, number)
             clock.at_least(past[number].seconds)
@@ -152,14 +152,14 @@ def evaluated(
     study: Study,
     points: np.ndarray,
     before: list[Generation],
-    landed: Callable[[int], None] | None = None,
+    on_flights_done: Callable[[int], None] | None = None,
     fly_all: bool | np.ndarray = False,
 ) -> Evaluation:
     """Evaluate a generation (n, d) on the search's scenarios, in a race against the best `before` it if the study asks so."""
-    flown = fleets(study, SEARCH)
+    flown = batches(study, SEARCH)
     if not study.search.racing:
-        return problem.evaluate(points, flown, landed, fly_all)
-    return race(problem, points, flown, champions(before, len(study.objectives)), study.seed, landed, fly_all)
+        return problem.evaluate(points, flown, on_flights_done, fly_all)
+    return race(problem, points, flown, champions(before, len(study.objectives)), study.seed, on_flights_done, fly_all)
 
 
 def champions(generations: list[Generation], objectives: int) -> Champions:

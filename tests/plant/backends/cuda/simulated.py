@@ -7,7 +7,7 @@ from unittest.mock import patch
 import numpy as np
 
 from objectives.cuda_engine import CudaEngine
-from objectives.system import Fleet, System
+from objectives.system import FlightBatch, System
 from plant.backends import cuda_flights
 from plant.backends.cuda_flights import CudaFlyer
 from tests.plant.backends.cuda.flights import CASES, batch, rows
@@ -20,10 +20,10 @@ def main():
         flyer = CudaFlyer(loop(*pair), LIMITS, TIMING, precision)
         found["/".join((precision, *pair))] = flyer.fly(rows(*pair), NOMINAL, batch())
     double = CudaFlyer(loop(), LIMITS, TIMING, "float64")
-    landed = []
+    on_flights_done = []
     cuda_flights.LARGEST_LAUNCH = 4
-    found["launches"] = double.fly(rows(count=3), NOMINAL, batch(0.2), landed.append)
-    found["landed"] = np.array(landed)
+    found["launches"] = double.fly(rows(count=3), NOMINAL, batch(0.2), on_flights_done.append)
+    found["on_flights_done"] = np.array(on_flights_done)
     found["one"] = double.fly(rows(count=3)[1:2], NOMINAL, batch(0.2, 2))
     found.update(disturbed(double))
     scenarios_make_room(double)
@@ -65,11 +65,11 @@ def scenarios_make_room(flyer):
 def streamed():
     """Parts of many gains rows, one of them empty, through the engine; flights of each launch are as many as fill the card."""
     engine = CudaEngine(System(VEHICLE, loop().cascade, NOMINAL, LIMITS, TIMING), 7)
-    fleet, launches = Fleet(spec(0.2), "search", 4), []
-    assert engine.arithmetic.startswith("cuda-float64, ") and not engine.ready(fleet)
+    flights, launches = FlightBatch(spec(0.2), "search", 4), []
+    assert engine.arithmetic.startswith("cuda-float64, ") and not engine.ready(flights)
     engine._flyer.resident = 5
     given = [rows(count=5)[:2], rows()[:0], rows(count=5)[2:3], rows(count=5)[3:]]
-    parts = list(engine.stream(given, fleet, 1, 4, launches.append))
+    parts = list(engine.stream(given, flights, 1, 4, launches.append))
     assert [part.shape for part in parts] == [(2, 3, 72), (0, 3, 72), (1, 3, 72), (2, 3, 72)]
     return {"stream": np.concatenate(parts, axis=0), "stream_launches": np.array(launches)}
 

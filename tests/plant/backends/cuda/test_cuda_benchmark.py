@@ -7,7 +7,7 @@ import pytest
 
 from benchmarks import cuda as benchmark
 from plant.backends.cuda_card import NO_CARD
-from plant.flights import to_lanes
+from plant.backends.flyer import to_lanes
 
 
 def test_without_a_card_it_says_so_and_measures_nothing(monkeypatch, capsys):

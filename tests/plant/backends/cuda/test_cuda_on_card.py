@@ -5,11 +5,11 @@ import pytest
 
 from objectives.cuda_engine import CudaEngine
 from objectives.engine import LocalEngine
-from objectives.system import Fleet, System
+from objectives.system import FlightBatch, System
 from plant.backends.cuda_card import missing
 from plant.backends.cuda_flights import CudaFlyer
+from plant.backends.flyer import Flyer, result_parts
 from plant.closed_loop import Status
-from plant.flights import Flyer, result_parts
 from tests.plant.backends.cuda.flights import LONG, PAIRS, assert_alike, batch, rows, tolerance
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, flyer, loop, spec
 
@@ -55,10 +55,10 @@ def test_a_flight_that_diverges_is_noticed(precision):
 
 def test_the_engine_flies_what_the_local_one_flies():
     system = System(VEHICLE, loop().cascade, NOMINAL, LIMITS, TIMING)
-    fleet = Fleet(spec(), "search", 12)
-    wanted = LocalEngine(system, 7, flyer()).fly(rows(count=5), fleet, 2, 12)
+    flights = FlightBatch(spec(), "search", 12)
+    wanted = LocalEngine(system, 7, flyer()).fly(rows(count=5), flights, 2, 12)
     engine = CudaEngine(system, 7)
-    assert_alike(engine.fly(rows(count=5), fleet, 2, 12), wanted, "float64", 0.4)
-    parts = list(engine.stream([rows(count=5)[:2], rows()[:0], rows(count=5)[2:]], fleet, 2, 12))
+    assert_alike(engine.fly(rows(count=5), flights, 2, 12), wanted, "float64", 0.4)
+    parts = list(engine.stream([rows(count=5)[:2], rows()[:0], rows(count=5)[2:]], flights, 2, 12))
     assert [len(part) for part in parts] == [2, 0, 3]
-    assert np.array_equal(np.concatenate(parts, axis=0), engine.fly(rows(count=5), fleet, 2, 12))
+    assert np.array_equal(np.concatenate(parts, axis=0), engine.fly(rows(count=5), flights, 2, 12))

@@ -9,10 +9,10 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from plant.backends.flyer import result_parts
 from plant.backends.lanes import LANES, result_rows
 from plant.backends.stepping import Inputs, fly_steps, unchanged
 from plant.closed_loop import Status
-from plant.flights import result_parts
 from plant.records import flatten, pack
 from tests.plant.backends.cuda.flights import CASES, SCENARIOS, SHORT, assert_alike, batch, rows
 from tests.plant.loops import LIMITS, NOMINAL, TIMING, flyer, inputs, loop
@@ -67,7 +67,7 @@ def test_every_flight_lands_in_its_place_as_in_the_lanes(found, precision):
 
 def test_a_flight_does_not_depend_on_its_launch(found):
     # At most 4 flights a launch: candidates with 3 scenarios fly one after the other.
-    assert found["landed"].tolist() == [SCENARIOS] * 3
+    assert found["on_flights_done"].tolist() == [SCENARIOS] * 3
     assert np.array_equal(found["one"][0], found["launches"][1, :2])
     assert_alike(found["launches"], flyer().fly(rows(count=3), NOMINAL, batch(0.2)), "float64", 0.2)
 

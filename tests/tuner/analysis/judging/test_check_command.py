@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from objectives.problem import Fleet
+from objectives.problem import FlightBatch
 from objectives.requirements import known_values
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
@@ -67,9 +67,9 @@ def test_values_are_those_of_flights_on_a_stream_of_their_own(judged, gains, tmp
     problem = problem_of(study, 1, None)
 
     def values(stream, count):
-        return problem.evaluate_gains(study.default_row[None], (Fleet(study.scenarios[0].spec, stream, count),)).values[
-            0
-        ]
+        return problem.evaluate_gains(
+            study.default_row[None], (FlightBatch(study.scenarios[0].spec, stream, count),)
+        ).values[0]
 
     told = [row["value"] for row in document["rows"] if row["kind"] == "objective"]
     assert document["flights"] == 8 and np.array_equal(told, values("check", 8))

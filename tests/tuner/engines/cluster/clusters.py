@@ -9,7 +9,7 @@ from contextlib import contextmanager
 
 import numpy as np
 
-from objectives.problem import Fleet, Problem
+from objectives.problem import FlightBatch, Problem
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.study import load_study
 
@@ -28,8 +28,8 @@ def some_gains(study, count):
     return np.concatenate([study.default_row[None], study.space.gains(points)], axis=0)
 
 
-def some_fleet(study, flights):
-    return Fleet(study.scenarios[0].spec, "search", flights)
+def some_batch(study, flights):
+    return FlightBatch(study.scenarios[0].spec, "search", flights)
 
 
 @contextmanager

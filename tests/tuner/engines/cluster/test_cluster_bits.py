@@ -8,7 +8,7 @@ import pytest
 
 import tuner.report
 from tests.tuner.conftest import NoDrawing
-from tests.tuner.engines.cluster.clusters import problem_with, small_study, some_fleet, some_gains
+from tests.tuner.engines.cluster.clusters import problem_with, small_study, some_batch, some_gains
 from tests.tuner.experiments.again.killing import compare, result_of
 from tuner.experiments.again.resume import reopen
 from tuner.experiments.tuning.run import run_study
@@ -59,7 +59,7 @@ class Killer(Watcher):
         self._client, self._instants = client, list(instants)
         self.flights, self.killed = 0, 0
 
-    def landed(self, flights):
+    def on_flights_done(self, flights):
         self.flights += flights
         if self._instants and self.flights >= self._instants[0]:
             self._instants.pop(0)
@@ -87,7 +87,7 @@ class Counter(Watcher):
     def verifying(self, flights):
         self.asked += flights
 
-    def landed(self, flights):
+    def on_flights_done(self, flights):
         self.flights += flights
 
 
@@ -133,8 +133,8 @@ def test_blocks_and_number_of_workers_do_not_matter(cluster):
     """Last of all, because workers leave."""
     here, client = cluster
     study = small_study()
-    gains, fleet = some_gains(study, 23), some_fleet(study, 6)
-    expected = problem_with(study).results(gains, fleet, 0, 6)
+    gains, batch = some_gains(study, 23), some_batch(study, 6)
+    expected = problem_with(study).results(gains, batch, 0, 6)
     assert len(np.unique(expected[..., 0])) > 100, "flights that are all different"
     for workers, blocks in ((4, (1, 18, 10_000)), (2, (12, 10_000)), (1, (6, 256))):
         here.scale(workers)
@@ -142,6 +142,6 @@ def test_blocks_and_number_of_workers_do_not_matter(cluster):
             pass
         for block in blocks:
             engine = DaskEngine(client, study.system, study.seed, block)
-            assert engine.ready(fleet)
-            assert np.array_equal(engine.fly(gains, fleet, 0, 6), expected)
-            assert np.array_equal(engine.fly(gains[:1], fleet, 2, 5), expected[:1, 2:5])
+            assert engine.ready(batch)
+            assert np.array_equal(engine.fly(gains, batch, 0, 6), expected)
+            assert np.array_equal(engine.fly(gains[:1], batch, 2, 5), expected[:1, 2:5])

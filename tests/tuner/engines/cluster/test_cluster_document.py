@@ -74,16 +74,16 @@ import sys
 import numpy as np
 from objectives.engine import Engine
 from tests.tuner.engines.cluster.clusters import problem_with, small_study
-from tuner.experiments.tuning.conclusion import fleets
+from tuner.experiments.tuning.conclusion import batches
 
 class Painted(Engine):
     arithmetic = "painted"
-    def fly(self, gains, fleet, first, last, landed=None):
+    def fly(self, gains, batch, first, last, on_flights_done=None):
         return np.ones((len(gains), last - first, 72))
 
 study = small_study(scenario__0__search=64)
 problem = problem_with(study, Painted())
-result = problem.evaluate(np.random.default_rng(1).random((10_000, len(study.space.variables))), fleets(study, "search"))
+result = problem.evaluate(np.random.default_rng(1).random((10_000, len(study.space.variables))), batches(study, "search"))
 assert result.scores.shape[::2] == (10_000, 64)
 print(next(line for line in open("/proc/self/status") if line.startswith("VmHWM")).split()[1])
 """

@@ -17,7 +17,7 @@ from tests.tuner.engines.cluster.clusters import (
     scheduler,
     session_of,
     small_study,
-    some_fleet,
+    some_batch,
     some_gains,
     worker,
 )
@@ -62,20 +62,20 @@ def test_workers_that_are_unlike_are_refused(tmp_path):
         study = small_study()
         engine = DaskEngine(client, study.system, study.seed)
         with pytest.raises(StoreError, match="this process compiles for x86-64-"):
-            engine.fly(some_gains(study, 3), some_fleet(study, 2), 0, 2)
+            engine.fly(some_gains(study, 3), some_batch(study, 2), 0, 2)
 
 
 def test_a_worker_told_another_processor_goes_over_to_that_of_the_run(tmp_path):
     study = small_study()
-    gains, fleet = some_gains(study, 3), some_fleet(study, 2)
+    gains, batch = some_gains(study, 3), some_batch(study, 2)
     with (
         scheduler(tmp_path) as (_, address),
         worker(tmp_path, address, NUMBA_CPU_NAME="x86-64", NUMBA_CPU_FEATURES=""),
         Client(address) as client,
     ):
         refuse_unlike(client)
-        flown = DaskEngine(client, study.system, study.seed).fly(gains, fleet, 0, 2)
-    np.testing.assert_array_equal(flown, problem_with(study).results(gains, fleet, 0, 2))
+        flown = DaskEngine(client, study.system, study.seed).fly(gains, batch, 0, 2)
+    np.testing.assert_array_equal(flown, problem_with(study).results(gains, batch, 0, 2))
 
 
 def test_every_kind_of_difference_is_named():
@@ -101,7 +101,7 @@ def test_a_worker_without_the_package_is_named(monkeypatch):
 
 def test_no_worker_left_and_no_scheduler_left(tmp_path):
     study = small_study(scenario__0__duration=60.0)
-    gains, fleet = some_gains(study, 64), some_fleet(study, 64)
+    gains, batch = some_gains(study, 64), some_batch(study, 64)
     with (
         scheduler(tmp_path) as (head, address),
         worker(tmp_path, address) as (hand, _),
@@ -113,11 +113,11 @@ def test_no_worker_left_and_no_scheduler_left(tmp_path):
             hand.kill()
 
         with pytest.raises(InputError, match=r"no worker for 1 s; start workers, .* `tuner resume"):
-            engine.fly(gains, fleet, 0, 64, kill)
+            engine.fly(gains, batch, 0, 64, kill)
         begin = time.monotonic()
         head.kill()
         with pytest.raises(InputError, match="the scheduler does not answer any more"):
-            engine.fly(gains, fleet, 0, 64)
+            engine.fly(gains, batch, 0, 64)
         assert time.monotonic() - begin < 30.0
 
 

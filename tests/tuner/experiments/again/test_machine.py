@@ -9,7 +9,7 @@ import sys
 import pytest
 
 from objectives.memory import scenario_key
-from objectives.system import Fleet
+from objectives.system import FlightBatch
 from plant.backends import processor
 from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_as, missing_features, this_processor
 from plant.errors import StoreError
@@ -108,12 +108,12 @@ def test_here_computes_all_of_it_anew(small_run, copy):
 
 def test_flights_of_another_arithmetic_have_another_key(monkeypatch):
     study = load_study(QUICKSTART, SMALL)
-    fleet = Fleet(study.scenarios[0].spec, "search", 4)
-    known = scenario_key(study.system, study.seed, fleet)
+    batch = FlightBatch(study.scenarios[0].spec, "search", 4)
+    known = scenario_key(study.system, study.seed, batch)
     here = arithmetic()
     for other in (here._replace(processor=NO_SUCH), here._replace(libraries="other")):
         monkeypatch.setattr(processor, "arithmetic", lambda other=other: other)
-        assert scenario_key(study.system, study.seed, fleet) != known
+        assert scenario_key(study.system, study.seed, batch) != known
 
 
 def test_a_processor_runs_what_it_has_all_features_for():

@@ -16,7 +16,7 @@ from tests.tuner.experiments.again.killing import compare, result_of, unsealed
 from tuner.experiments.again.rejudge import judging_study, rejudge
 from tuner.experiments.again.resume import reopen
 from tuner.experiments.again.verify import verify
-from tuner.experiments.tuning.conclusion import fleets
+from tuner.experiments.tuning.conclusion import batches
 from tuner.experiments.tuning.run import problem_of, run_study
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
@@ -322,7 +322,7 @@ def test_another_risk_and_another_metric_need_no_flight_of_the_candidates(unrace
     assert outcome.problem.flights_made == 32 * (fresh + (not same))
     # What a problem without a memory finds for the same points is the same.
     alone = problem_of(outcome.study, 2, None)
-    found = alone.evaluate(outcome.archive.points[:6], fleets(outcome.study, SEARCH), fly_all=True)
+    found = alone.evaluate(outcome.archive.points[:6], batches(outcome.study, SEARCH), fly_all=True)
     np.testing.assert_array_equal(found.values, outcome.archive.values[:6])
 
 

@@ -32,9 +32,9 @@ def changed_gains(source, target, factor=1.0, airframe=None, **controller):
 def compared(paths, seeds=SEEDS, threads=2):
     entrants = read_entrants(paths)
     asked = prospect(entrants, base_study(entrants, None, seeds))
-    landed = []
-    result = fly_comparison(asked, threads, landed.append)
-    assert sum(landed) == asked.flights == result.flights
+    on_flights_done = []
+    result = fly_comparison(asked, threads, on_flights_done.append)
+    assert sum(on_flights_done) == asked.flights == result.flights
     return asked, result, comparison_document(asked, result)
 
 

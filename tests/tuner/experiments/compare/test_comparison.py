@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 from objectives.decisions import DecisionSpace
-from objectives.problem import Constraint, Fleet, Problem
+from objectives.problem import Constraint, FlightBatch, Problem
 from plant.airframes import load
 from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
 from tests.tuner.experiments.again.killing import assert_covered
@@ -27,8 +27,8 @@ def alone(study, row, count=SEEDS, stream=COMPARE):
     problem = Problem(
         study.system, DecisionSpace((), (), tuple(row)), study.objectives, study.constraints, study.seed, 2
     )
-    fleets = tuple(Fleet(entry.spec, stream, count) for entry in study.scenarios)
-    return problem.evaluate_gains(np.array([row]), fleets)
+    batches = tuple(FlightBatch(entry.spec, stream, count) for entry in study.scenarios)
+    return problem.evaluate_gains(np.array([row]), batches)
 
 
 def values(document, name):

@@ -8,7 +8,7 @@ import pandas as pd
 import pytest
 
 import tuner.experiments.contest.run
-from objectives.problem import Fleet, Problem
+from objectives.problem import FlightBatch, Problem
 from objectives.risk import Risk
 from plant.airframes import load
 from plant.backends.lanes import LANES
@@ -72,15 +72,15 @@ def test_damage_in_the_run_of_a_contender_is_told_of_the_contest(small_contest, 
 
 
 def test_every_contender_scores_as_if_it_flew_alone(small_contest):
-    """Same bits as the contender's own problem on its own confirmation fleets: nobody's air depends on who else is there."""
+    """Same bits as the contender's own problem on its own confirmation batches: nobody's air depends on who else is there."""
     result, _ = small_contest
     contest = result.contest
     for k, entry in enumerate(result.entries):
         study = entry.contender.study
         objectives = tuple(quantity.objective for quantity in contest.quantities)
         problem = Problem(study.system, study.space, objectives, (), contest.seed, 1)
-        fleets = tuple(Fleet(scenario.spec, CONFIRMATION, scenario.held_out) for scenario in study.scenarios)
-        alone = problem.evaluate_gains(entry.row[None], fleets)
+        batches = tuple(FlightBatch(scenario.spec, CONFIRMATION, scenario.held_out) for scenario in study.scenarios)
+        alone = problem.evaluate_gains(entry.row[None], batches)
         assert np.array_equal(alone.scores[0], result.flown.scores[k])
         assert np.array_equal(alone.origin, result.flown.origin)
 
@@ -235,12 +235,12 @@ def test_a_tuned_contender_is_compared_at_a_point_of_its_front(small_contest):
 
 
 def test_a_front_is_flown_again_on_flights_that_picked_nothing(small_contest):
-    """Every point of the front by the contender's own problem on its own confirmation fleets, bit for bit."""
+    """Every point of the front by the contender's own problem on its own confirmation batches, bit for bit."""
     result, _ = small_contest
     study, front = result.entries[0].contender.study, result.fronts[0]
     problem = Problem(study.system, study.space, study.objectives, study.constraints, study.seed, 2)
-    fleets = tuple(Fleet(scenario.spec, CONFIRMATION, scenario.held_out) for scenario in study.scenarios)
-    alone = problem.evaluate_gains(front.gains, fleets)
+    batches = tuple(FlightBatch(scenario.spec, CONFIRMATION, scenario.held_out) for scenario in study.scenarios)
+    alone = problem.evaluate_gains(front.gains, batches)
     assert len(front.points) > 1
     assert np.array_equal(alone.values, front.values)
     assert np.all(alone.violations <= 0.0)

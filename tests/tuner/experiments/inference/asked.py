@@ -5,7 +5,7 @@ from pathlib import Path
 import numpy as np
 
 from objectives.metrics import parse
-from objectives.problem import Fleet, Objective, Problem
+from objectives.problem import FlightBatch, Objective, Problem
 from objectives.risk import Risk
 from tuner.study.build import study_from_table
 
@@ -123,7 +123,9 @@ def flown_plainly(study_table, stream, count):
     study = study_from_table(Path("plain.toml"), study_table)
     objectives = tuple(Objective(parse(metric), Risk("mean"), "level") for metric in METRICS)
     problem = Problem(study.system, study.space, objectives, (), study.seed, 1)
-    return problem.evaluate_gains(study.default_row[None], (Fleet(study.scenarios[0].spec, stream, count),)).scores[0]
+    return problem.evaluate_gains(
+        study.default_row[None], (FlightBatch(study.scenarios[0].spec, stream, count),)
+    ).scores[0]
 
 
 def plain_table(name, intensity, soft_k2):

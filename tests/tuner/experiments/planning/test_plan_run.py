@@ -8,7 +8,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from objectives.problem import Fleet
+from objectives.problem import FlightBatch
 from objectives.risk import bootstrap_interval
 from plant.scenarios import HELD_OUT
 from plant.seeds import generator
@@ -103,8 +103,8 @@ def test_the_pilot_starts_from_the_default_and_is_drawn_alike_for_any_thread_cou
 def test_widths_are_near_those_of_real_flights(study, pilot):
     document = plan_document(study, pilot, None, 0.05)
     problem = problem_of(study, 2, None)
-    fleet = Fleet(study.scenarios[0].spec, HELD_OUT, 512)
-    evaluation = problem.evaluate_gains(study.default_row[None], (fleet,))
+    batch = FlightBatch(study.scenarios[0].spec, HELD_OUT, 512)
+    evaluation = problem.evaluate_gains(study.default_row[None], (batch,))
     for i, row in enumerate(document["objectives"]):
         risk = study.objectives[i].risk
         samples, random = evaluation.samples(i, None)[0], generator(1, "test/width", i)

@@ -12,7 +12,7 @@ from tests.tuner.study.study_text import STUDY, changed, with_gains, write
 from tuner.analysis.sensitivity.document import sensitivity_document
 from tuner.analysis.sensitivity.scales import RANK, VALUE
 from tuner.experiments.sensitivity import budget, study_problem, study_sensitivity
-from tuner.experiments.tuning.conclusion import fleets
+from tuner.experiments.tuning.conclusion import batches
 from tuner.study import load_study
 
 # position.zeta has a range that changes nothing.
@@ -28,8 +28,12 @@ def path(tmp_path_factory):
 @pytest.fixture(scope="module")
 def analysed(path):
     study = load_study(path)
-    landed = []
-    return study, study_sensitivity(study_problem(study, 2), study, SAMPLES, landed.append), sum(landed)
+    on_flights_done = []
+    return (
+        study,
+        study_sensitivity(study_problem(study, 2), study, SAMPLES, on_flights_done.append),
+        sum(on_flights_done),
+    )
 
 
 def test_the_variable_without_effect_has_none_and_the_other_all(analysed):
@@ -42,12 +46,12 @@ def test_the_variable_without_effect_has_none_and_the_other_all(analysed):
 
 
 def test_all_samples_fly_the_search_scenarios(analysed):
-    study, analysis, landed = analysed
-    assert landed == 4 * SAMPLES * 4 == len(analysis.values) * 4
-    again = study_problem(study, 1).evaluate(analysis.design.points[[3, 60]], fleets(study, "search"), fly_all=True)
+    study, analysis, on_flights_done = analysed
+    assert on_flights_done == 4 * SAMPLES * 4 == len(analysis.values) * 4
+    again = study_problem(study, 1).evaluate(analysis.design.points[[3, 60]], batches(study, "search"), fly_all=True)
     assert np.array_equal(again.values, analysis.values[[3, 60]])
     expected = budget(study_problem(study, 2), study, SAMPLES)
-    assert (expected.candidates, expected.flights) == (4 * SAMPLES, landed) and expected.seconds > 0.0
+    assert (expected.candidates, expected.flights) == (4 * SAMPLES, on_flights_done) and expected.seconds > 0.0
 
 
 def test_gains_and_air_share_the_variance(analysed):

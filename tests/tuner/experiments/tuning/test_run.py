@@ -9,7 +9,7 @@ import pytest
 from plant.errors import StoreError
 from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
 from tests.tuner.conftest import QUICKSTART, run_small
-from tuner.experiments.tuning.conclusion import fleets
+from tuner.experiments.tuning.conclusion import batches
 from tuner.gains import read_gains
 from tuner.store.folder import Folder
 
@@ -81,24 +81,24 @@ def test_gains_file_holds_the_tuned_gains_to_the_last_bit(small_run):
 def test_flying_the_tuned_gains_again_gives_the_reported_values(small_run):
     outcome, folder = small_run
     gains = np.array(read_gains(folder / "gains.json").gains)
-    again = outcome.problem.evaluate_gains(gains[None], fleets(outcome.study, HELD_OUT))
+    again = outcome.problem.evaluate_gains(gains[None], batches(outcome.study, HELD_OUT))
     assert np.array_equal(again.values[0], outcome.finalists.evaluation.values[outcome.tuned])
 
 
 def test_the_table_rests_on_flights_that_had_no_part_in_the_choice(small_run):
     outcome, folder = small_run
     gains = np.stack([outcome.gains(0), np.array(read_gains(folder / "gains.json").gains)])
-    again = outcome.problem.evaluate_gains(gains, fleets(outcome.study, CONFIRMATION), fly_all=True)
+    again = outcome.problem.evaluate_gains(gains, batches(outcome.study, CONFIRMATION), fly_all=True)
     table = json.loads((folder / "summary.json").read_text())["table"]
     for i, row in enumerate(table[: len(outcome.study.objectives)]):
         assert [row["default"]["value"], row["tuned"]["value"]] == pytest.approx(again.values[:, i].tolist(), rel=1e-12)
-    assert [fleet.count for fleet in fleets(outcome.study, CONFIRMATION)] == [32]
+    assert [batch.count for batch in batches(outcome.study, CONFIRMATION)] == [32]
 
 
 def test_search_held_out_and_confirmation_scenarios_share_nothing(small_run):
     outcome, _ = small_run
     streams = [
-        outcome.problem.evaluate_gains(outcome.study.default_row[None], fleets(outcome.study, stream)).scores[0, 0]
+        outcome.problem.evaluate_gains(outcome.study.default_row[None], batches(outcome.study, stream)).scores[0, 0]
         for stream in (SEARCH, HELD_OUT, CONFIRMATION)
     ]
     assert len(np.unique(np.concatenate(streams))) == 4 + 32 + 32

@@ -38,7 +38,7 @@ class Listener(Watcher):
         self.expected.append(flights)
         self.ended.append(0)
 
-    def landed(self, flights):
+    def on_flights_done(self, flights):
         self.ended[-1] += flights
 
 

@@ -71,9 +71,13 @@ class Flyer:
         self.rows = rows.stop - rows.start
 
     def fly(
-        self, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, landed: Callable[[int], None] | None = None
+        self,
+        gains: np.ndarray,
+        nominal: Nominal,
+        inputs: FlightInputs,
+        on_flights_done: Callable[[int], None] | None = None,
     ) -> np.ndarray:
-        """Fly every candidate through every scenario; landed(n) is called as n more flights end."""
+        """Fly every candidate through every scenario; on_flights_done(n) is called as n more flights end."""
         blocks = len(inputs.dynamics)
         out = np.empty((len(gains), blocks, self.rows, LANES))
         empty = np.empty((1, 1, 1, 1, 1))
@@ -81,8 +85,8 @@ class Flyer:
         def task(candidate: int) -> None:
             one = slice(candidate, candidate + 1)
             self._run(gains[one], nominal, inputs, out[one], empty, 0)
-            if landed is not None:
-                landed(inputs.count)
+            if on_flights_done is not None:
+                on_flights_done(inputs.count)
 
         with ThreadPoolExecutor(self.threads) as pool:
             list(pool.map(task, range(len(gains))))
