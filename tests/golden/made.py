@@ -70,11 +70,11 @@ def documents(folder: Path, steps: Iterable[Step]) -> dict[str, Any]:
     made = {}
     with contextlib.chdir(folder), undrawn():
         for step in steps:
-            code, said = called(*step.arguments)
-            answer = {"command": " ".join(("tuner", *step.arguments)), "exit": code, "json": json.loads(said)}
-            made[f"json/{step.name}.json"] = answer
+            code, said, told = called(*step.arguments)
+            answer = {"command": " ".join(("tuner", *step.arguments)), "exit": code}
+            made[f"json/{step.name}.json"] = answer | ({"json": json.loads(said)} if said else {"error": told})
             made |= {} if step.folder is None else results(step.name, Path(step.folder))
-    return {name: comparable(document, name, folder) for name, document in made.items()}
+    return {portable(name, folder): comparable(document, name, folder) for name, document in made.items()}
 
 
 @contextlib.contextmanager
@@ -85,8 +85,8 @@ def undrawn() -> Iterator[None]:
         yield
 
 
-def called(*arguments: str) -> tuple[int, str]:
-    """Run a command as the console script does and return its exit code and standard output."""
+def called(*arguments: str) -> tuple[int, str, str]:
+    """Run a command as the console script does and return its exit code, standard output and standard error."""
     said, told, handler = io.StringIO(), io.StringIO(), signal.getsignal(signal.SIGINT)
     terminal = {"COLUMNS": str(WIDTH), "TERM": "dumb", "NO_COLOR": "1"}
     streams = contextlib.redirect_stdout(said), contextlib.redirect_stderr(told)
@@ -94,23 +94,18 @@ def called(*arguments: str) -> tuple[int, str]:
         with patch.object(sys, "argv", ["tuner", *arguments]), patch.dict(os.environ, terminal), streams[0], streams[1]:
             main()
     except SystemExit as ended:
-        if not said.getvalue():
-            raise RuntimeError(f"tuner {' '.join(arguments)}: {told.getvalue()}") from None
-        return int(ended.code or 0), said.getvalue()
+        return int(ended.code or 0), said.getvalue(), told.getvalue()
     finally:
         signal.signal(signal.SIGINT, handler)
     raise AssertionError("the console script ends by SystemExit")
 
 
-def results(name: str, folder: Path) -> dict[str, Any]:
-    """Return the documents and tables of a results folder by `results/NAME/FILE`; of copies in it, inputs/, the names alone."""
-    files = sorted(path for path in folder.rglob("*") if path.is_file())
-    names = [path.relative_to(folder).as_posix() for path in files]
-    found = {
-        f"results/{name}/{file}": read(path) for file, path in zip(names, files, strict=True) if path.suffix in READERS
-    }
-    kept = {f"{file}.json" if not file.endswith(".json") else file: made for file, made in found.items()}
-    return {**kept, f"results/{name}/names.json": names}
+def results(run: str, folder: Path) -> dict[str, Any]:
+    """Return the documents and tables of a results folder and the names of its files, as `results/RUN/FILE.json`."""
+    names = sorted(path.relative_to(folder).as_posix() for path in folder.rglob("*") if path.is_file())
+    found = {name: READERS[Path(name).suffix](folder / name) for name in names if Path(name).suffix in READERS}
+    documents = {f"results/{run}/{name.removesuffix('.json')}.json": document for name, document in found.items()}
+    return {**documents, f"results/{run}/names.json": dict.fromkeys(names, "file")}
 
 
 def table(path: Path) -> dict[str, Any]:
@@ -134,11 +129,6 @@ READERS = {
     ".parquet": table,
 }
 """Suffix -> how its files are read."""
-
-
-def read(path: Path) -> Any:
-    """Return the content of a document or a table as JSON values."""
-    return READERS[path.suffix](path)
 
 
 def comparable(value: Any, path: str, work: Path) -> Any:
