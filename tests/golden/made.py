@@ -33,7 +33,7 @@ MASKED = (
     # Times and speeds of this machine.
     "[a-z_]*seconds[a-z_]*", "[a-z_]*_per_s(econd)?", "memory_bytes", "bench.json",
     # The machine, the libraries and the code.
-    "environment.json", "run.json.machine", "run.json.model", "run.json.arithmetic", "threads", "commit", "generator.version",
+    "environment.json", "run.json.machine", "start.json.machine", "run.json.model", "run.json.arithmetic", "threads", "commit", "generator.version",
     # What follows from any of them, to the last bit.
     "sha256", "digest", "manifest.json.files", "export.json.files", "export-[a-z0-9]+.json.json.files",
 )  # fmt: skip
