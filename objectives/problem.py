@@ -193,7 +193,17 @@ class Problem:
         on_flights_done: Callable[[int], None] | None = None,
         fly_all: bool | np.ndarray = False,
     ) -> Evaluation:
-        """Evaluate points (n, d) of the unit cube."""
+        """Evaluate candidates that are points of the unit cube.
+
+        Args:
+            points: Coordinates (n, variables) in [0, 1].
+            batches: The flights that every candidate makes.
+            on_flights_done: Called with n as n more flights have ended or been spared.
+            fly_all: Fly what breaks a hard requirement too; a mask (n,) says so for single candidates.
+
+        Returns:
+            Scores, risks, violations and requirement values of the candidates.
+        """
         return self.evaluate_gains(self.space.gains(points), batches, on_flights_done, fly_all)
 
     def evaluate_gains(
@@ -203,7 +213,7 @@ class Problem:
         on_flights_done: Callable[[int], None] | None = None,
         fly_all: bool | np.ndarray = False,
     ) -> Evaluation:
-        """Evaluate gains rows (n, gains); scores are ordered by batch, then by scenario index."""
+        """Evaluate gains rows (n, gains), else as `evaluate`; scores are ordered by batch, then by scenario index."""
         begin = perf_counter()
         known = known_values(self.screens, gains)
         screened = perf_counter()

@@ -150,7 +150,19 @@ class ScenarioSpec:
 def sample_scenarios(
     spec: ScenarioSpec, vehicle: Vehicle, timing: Timing, root: int, stream: str, indices: Iterable[int]
 ) -> FlightInputs:
-    """Draw the scenarios with the given indices of a stream and lay them out in lanes."""
+    """Draw scenarios of a stream; scenario i is a pure function of root seed, stream, name of the spec and i.
+
+    Args:
+        spec: The scenario that is drawn from: reference, air, sensors, spread of the vehicle.
+        vehicle: The nominal vehicle, about which the spread is drawn.
+        timing: Control period and plant step [s].
+        root: Root seed.
+        stream: Name of the stream, such as `SEARCH`; streams share no scenario.
+        indices: Numbers of the scenarios in the stream.
+
+    Returns:
+        The scenarios in blocks of lanes, in the order of the indices.
+    """
     steps, h = spec.steps(timing), timing.control_period
     indices = list(indices)
     airs, noises = [], []

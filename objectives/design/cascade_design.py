@@ -91,6 +91,16 @@ def tilt_loop(attitude: AxisLoop, lag_aware: bool) -> TiltLoop | None:
 def design(
     cascade: Cascade, nominal: Nominal, timing: Timing, requirements: DesignRequirements | None = None
 ) -> np.ndarray:
-    """Return the gains row (gains,) of the designed cascade."""
+    """Return gains that requirements on the linear loops lead to, without any search.
+
+    Args:
+        cascade: The cascade with its two laws; axes of a law without a designer keep its defaults.
+        nominal: The controller's knowledge of the vehicle.
+        timing: Control period and plant step [s].
+        requirements: Limits that every loop keeps; the usual ones by default.
+
+    Returns:
+        The gains row (gains,), in the order of `plant.gains.gain_addresses`.
+    """
     designs = design_axes(cascade, nominal, timing, requirements)
     return np.array(flatten(cascade.Gains(**{axis: designs[axis].gains for axis in AXES})))

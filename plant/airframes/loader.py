@@ -39,11 +39,19 @@ def names() -> tuple[str, ...]:
 
 
 def load(name_or_path: str | Path, *, allow_unphysical: bool = False) -> Airframe:
-    """Return the airframe of a bundled name ("hummingbird") or of a TOML file (a Path, or a text with "/" or ".toml").
+    """Return a bundled airframe, or that of a TOML file.
 
-    allow_unphysical: accept numbers that break `plant.airframes.rules`; the file must say `allow_unphysical = true`
-    too. Raises UnknownNameError on a name that is not bundled, InputError naming file and key on anything wrong in the
-    file, and UnphysicalError listing every broken rule.
+    Args:
+        name_or_path: A bundled name ("hummingbird"), or a file: a Path, or a text with "/" or ".toml".
+        allow_unphysical: Accept numbers that break `plant.airframes.rules`; the file must say `allow_unphysical = true` too.
+
+    Returns:
+        The airframe, every number in SI units with its source.
+
+    Raises:
+        UnknownNameError: The name is not bundled.
+        InputError: Something is wrong in the file; the message names file and key.
+        UnphysicalError: Numbers break rules of physics; the message lists every broken rule.
     """
     path = _located(name_or_path)
     check_name(path.stem, file=path, key="file name")

@@ -77,7 +77,17 @@ class Flyer:
         inputs: FlightInputs,
         on_flights_done: Callable[[int], None] | None = None,
     ) -> np.ndarray:
-        """Fly every candidate through every scenario; on_flights_done(n) is called as n more flights end."""
+        """Fly every candidate through every scenario.
+
+        Args:
+            gains: One row for each candidate (candidates, gains), in the order of `plant.gains.gain_addresses`.
+            nominal: The controller's knowledge of the vehicle.
+            inputs: The scenarios, see `plant.scenarios.sample_scenarios`.
+            on_flights_done: Called with n as n more flights have ended, from the threads that fly.
+
+        Returns:
+            Results (candidates, scenarios, rows): meters in leaf order, status, end time [s]; see `result_parts`.
+        """
         blocks = len(inputs.dynamics)
         out = np.empty((len(gains), blocks, self.rows, LANES))
         empty = np.empty((1, 1, 1, 1, 1))

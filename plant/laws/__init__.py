@@ -38,7 +38,17 @@ LAWS: dict[str, Law] = {entry.name: entry for entry in ENTRIES}
 
 
 def law(name: str) -> Law:
-    """Return the law of that name; raises UnknownNameError."""
+    """Return a control law.
+
+    Args:
+        name: Its name in `LAWS`, as `tuner list laws` prints it.
+
+    Returns:
+        The law with its functions and the description of its gains.
+
+    Raises:
+        UnknownNameError: There is no such law; the message names the nearest.
+    """
     if name not in LAWS:
         raise UnknownNameError("law", name, LAWS)
     return LAWS[name]

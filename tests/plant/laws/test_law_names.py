@@ -1,0 +1,33 @@
+"""Laws tell of themselves: nothing outside plant/laws has to know one by its name, but exporters of what their target has."""
+
+import ast
+from pathlib import Path
+
+from plant.laws import LAWS
+
+ROOT = Path(__file__).parents[3]
+# A certificate of the super-twisting algorithm is called after it, as the law is.
+OWN_NAME = {"objectives/certificates/supertwisting.py"}
+
+
+def named_in(package: str) -> set[str]:
+    """Files of a package with the name of a law as a text of its own."""
+    files = sorted((ROOT / package).rglob("*.py"))
+    return {
+        file.relative_to(ROOT).as_posix()
+        for file in files
+        if any(isinstance(node, ast.Constant) and node.value in LAWS for node in ast.walk(ast.parse(file.read_text())))
+    }
+
+
+def test_proofs_and_designs_ask_laws_for_what_they_are() -> None:
+    assert named_in("objectives") == OWN_NAME
+
+
+def test_of_the_rooms_of_the_user_only_targets_defaults_and_the_yardstick_name_laws() -> None:
+    rooms = {tuple(name.split("/")[1:3]) for name in named_in("tuner")}
+    others = {room for room in rooms if room[0] != "exchange"}
+    # The law that a study has where it names none, and the pair that `tuner bench` flies.
+    assert {room[0] for room in others} <= {"study", "cli", "api", "engines"}
+    targets = {room[1] for room in rooms if room[0] == "exchange"}
+    assert targets <= {"ardupilot", "autopilot", "betaflight", "crazyflie", "px4", "ros2"}
