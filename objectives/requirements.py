@@ -7,9 +7,12 @@ flight; a soft one is flown and counts as a broken constraint. `Problem` asks be
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
+
+from objectives.scales import Scale, in_file, units_of
 
 Array = NDArray[np.float64]
 
@@ -21,9 +24,9 @@ LARGEST_VIOLATION = 1e6
 class Requirement:
     """One number for each candidate, with a limit.
 
-    label: short name, unique in a study. quantity: what the number is, one line for reports. unit: of value and limit,
-    SI. limit: finite. sense: "most", the value must not exceed the limit, or "least", not fall below it. hard: whether a
-    candidate that breaks it is left unflown.
+    label: short name, unique in a study. quantity: what the number is, one line for reports. unit: of value and limit, as a study
+    file gives it. limit: finite. sense: "most", the value must not exceed the limit, or "least", not fall below it. hard: whether
+    a candidate that breaks it is left unflown. scale: from the SI unit of files to `unit`, None where files hold `unit`.
     """
 
     label: str
@@ -32,9 +35,18 @@ class Requirement:
     limit: float
     sense: str
     hard: bool = True
+    scale: Scale | None = None
 
     def __post_init__(self) -> None:
         assert self.sense in ("most", "least") and isfinite(self.limit), "a requirement comes from a checked study"
+
+    def units(self) -> dict[str, str]:
+        """Return the unit of value and limit in files, and that in which they are shown where it is another."""
+        return units_of(self.unit, self.scale)
+
+    def in_file(self, value: Any) -> Any:
+        """Return a value in the unit of files."""
+        return in_file(value, self.scale)
 
     def violations(self, values: Array) -> Array:
         """Return by how much values (n,) break the limit, relative to |limit|, or to 1 where it is 0; 0 where kept."""

@@ -10,18 +10,18 @@ from objectives.margins.classical import At
 from objectives.margins.frequency import Modes, modes_of, without_idle
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.multiloop import multiloop_margin
-from objectives.margins.results import QUANTITIES
+from objectives.margins.quantities import LOOP_QUANTITIES
 
 Array = NDArray[np.float64]
-UNSTABLE = {entry.name: entry.unstable for entry in QUANTITIES}
+UNSTABLE = {entry.field: entry.unstable for entry in LOOP_QUANTITIES}
 
 
 @dataclass(frozen=True)
 class BlockReadings:
     """Margins of n loops of a block with k channels.
 
-    modes; quantities: by name, value and frequency (n, k); together: disk margin (n,) in all those of its channels at once that
-    are inputs of the plant.
+    modes; quantities: by field of `Margins`, value and frequency (n, k); together: disk margin (n,) in all those of its channels
+    at once that are inputs of the plant.
     """
 
     modes: Modes

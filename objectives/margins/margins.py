@@ -111,7 +111,14 @@ class MarginModel:
         return tuple(tuple(CHANNELS[i] for i in block.channels) for block in self._situations[0].blocks)
 
     def evaluate(self, gains: Array) -> Margins:
-        """Margins of gains rows (n, g)."""
+        """Return the margins of candidates, in the worst vehicle and case.
+
+        Args:
+            gains: One row for each candidate (n, gains).
+
+        Returns:
+            Margins (n, channels) in SI units: factors, rad, s; see `objectives.margins.quantities`.
+        """
         gains = np.asarray(gains, dtype=float)
         if not len(gains):
             return self._sheet(0).summed(self.skew)

@@ -15,37 +15,6 @@ Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
 
 
-@dataclass(frozen=True)
-class Quantity:
-    """A number of one loop: unit; better: whether "more" or "less" of it is; unstable: its value for a loop that is not stable;
-    open: its value for a channel without any loop.
-    """
-
-    name: str
-    unit: str
-    better: str
-    unstable: float
-    open: float
-    meaning: str
-
-
-QUANTITIES = tuple(
-    Quantity(*row)
-    for row in (
-        ("gain_up", "1", "more", 1.0, np.inf, "factor by which the loop gain may rise"),
-        ("gain_down", "1", "more", 1.0, np.inf, "factor by which the loop gain may fall"),
-        ("phase", "rad", "more", 0.0, np.inf, "phase margin, least of all crossings, lag or lead"),
-        ("delay", "s", "more", 0.0, np.inf, "delay margin"),
-        ("sensitivity", "1", "less", np.inf, 1.0, "peak of the sensitivity, Ms"),
-        ("complementary", "1", "less", np.inf, 0.0, "peak of the complementary sensitivity, Mt"),
-        ("disk", "1", "more", 0.0, np.inf, "disk margin alpha"),
-        ("crossover", "rad/s", "less", 0.0, 0.0, "highest gain crossover"),
-        ("bandwidth", "rad/s", "more", 0.0, 0.0, "frequency up to which the reference is followed to within -3 dB"),
-        ("load_index", "s^-3", "more", 0.0, 0.0, "load-disturbance index k_i, acceleration per integrated error"),
-    )
-)
-
-
 class Worst(NamedTuple):
     """A quantity in the worst of the conditions, each field (n, channels): value; frequency [rad/s] where it is met, 0 for none;
     case: index in `Margins.cases`, -1 for a loop without nonlinear terms; vehicle: index in the model's vehicles.
@@ -144,11 +113,6 @@ class Realisation:
         return LoopResponse(frequency, (self.c @ state)[:, 0].astype(complex))
 
 
-def decibel(factor: Array) -> Array:
-    """20 log10 of factors of 1 or more."""
-    return 20.0 * np.log10(factor)
-
-
 def joined(parts: Sequence[Margins]) -> Margins:
     """Margins of several batches as those of one."""
     if len(parts) == 1:
@@ -163,11 +127,11 @@ def joined(parts: Sequence[Margins]) -> Margins:
     return replace(parts[0], **together)
 
 
-def worst(values: Array, frequency: Array, better: str, case: Index) -> Worst:
+def worst(values: Array, frequency: Array, sense: str, case: Index) -> Worst:
     """Worst over vehicles and cases of values (n, vehicles, cases, channels); case (channels, cases): index to report."""
     n, vehicles, cases, channels = values.shape
     flat = np.moveaxis(values, -1, 1).reshape(n, channels, vehicles * cases)
-    at = np.argmin(flat, axis=-1) if better == "more" else np.argmax(flat, axis=-1)
+    at = np.argmin(flat, axis=-1) if sense == "least" else np.argmax(flat, axis=-1)
     vehicle, which = np.divmod(at, cases)
     n_index, channel = np.ogrid[:n, :channels]
     return Worst(

@@ -8,7 +8,8 @@ from numpy.typing import NDArray
 from objectives.margins.block import BlockReadings
 from objectives.margins.describing import Case
 from objectives.margins.period import N_CHANNELS
-from objectives.margins.results import QUANTITIES, Margins, Worst, worst
+from objectives.margins.quantities import LOOP_QUANTITIES
+from objectives.margins.results import Margins, Worst, worst
 from objectives.margins.structure import Block
 
 Mask = NDArray[np.bool_]
@@ -23,8 +24,8 @@ class Sheet:
     def __init__(self, n: int, vehicles: int, cases: tuple[Case, ...], h: float) -> None:
         shape = (n, vehicles, len(cases), N_CHANNELS)
         self._cases, self._h = cases, h
-        self._value = {entry.name: np.full(shape, entry.open) for entry in QUANTITIES}
-        self._frequency = {entry.name: np.zeros(shape) for entry in QUANTITIES}
+        self._value = {entry.field: np.full(shape, entry.open) for entry in LOOP_QUANTITIES}
+        self._frequency = {entry.field: np.zeros(shape) for entry in LOOP_QUANTITIES}
         self._growth, self._stable = np.full(shape, -np.inf), np.ones(shape, dtype=bool)
         self._together, self._together_at = np.full((*shape[:3], 1), np.inf), np.zeros((*shape[:3], 1))
         self._swept = np.zeros(N_CHANNELS, dtype=bool)
@@ -59,9 +60,9 @@ class Sheet:
 
     def discard(self, vehicle: int, rows: Mask) -> None:
         """Nothing is stable where no steady flight was found."""
-        for entry in QUANTITIES:
-            self._value[entry.name][rows, vehicle] = entry.unstable
-            self._frequency[entry.name][rows, vehicle] = 0.0
+        for entry in LOOP_QUANTITIES:
+            self._value[entry.field][rows, vehicle] = entry.unstable
+            self._frequency[entry.field][rows, vehicle] = 0.0
         self._stable[rows, vehicle] = False
         self._growth[rows, vehicle] = np.inf
         self._together[rows, vehicle] = 0.0
@@ -70,10 +71,10 @@ class Sheet:
         """The worst over vehicles and cases; a channel without nonlinear terms reports case -1."""
         case = np.where(self._swept[:, None], np.arange(len(self._cases)), -1)
         of_loops = {
-            entry.name: worst(self._value[entry.name], self._frequency[entry.name], entry.better, case)
-            for entry in QUANTITIES
+            entry.field: worst(self._value[entry.field], self._frequency[entry.field], entry.sense, case)
+            for entry in LOOP_QUANTITIES
         }
-        together = worst(self._together, self._together_at, "more", case.max(axis=0, keepdims=True))
+        together = worst(self._together, self._together_at, "least", case.max(axis=0, keepdims=True))
         return Margins(
             cases=self._cases,
             period=self._h,

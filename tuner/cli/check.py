@@ -17,6 +17,7 @@ from tuner.study.contest_reading import is_contest
 from tuner.study.inference_reading import is_inference
 from tuner.study.reading import parse_toml
 from tuner.text.errors import BROKEN
+from tuner.text.units import in_shown_units
 
 Row = dict[str, Any]
 SIGNS = {"most": "<=", "least": ">="}
@@ -167,7 +168,7 @@ def show(document: Row, console: Console) -> None:
     for name in ("limit", "value", "95 % interval", "unit", "verdict"):
         left = name in ("unit", "verdict")
         table.add_column(name, justify="left" if left else "right", no_wrap=True)
-    for row in document["rows"]:
+    for row in map(in_shown_units, document["rows"]):
         table.add_row(*cells(row), style=STYLES.get(row["verdict"]))
     console.print(table)
     console.print(said(document), highlight=False)

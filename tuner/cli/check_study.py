@@ -1,5 +1,6 @@
 """`tuner check` of a study: what it would fly, and what can be said of it before anything does."""
 
+from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -10,6 +11,7 @@ from tuner.experiments.tuning.diagnosis import Diagnosis, told_obstacles
 from tuner.experiments.tuning.guards import said_before
 from tuner.experiments.tuning.preview import NARROW, beyond_reach, default_rows, is_certain, trim_rows, vehicle_row
 from tuner.study import load_study
+from tuner.text.units import in_shown_units
 
 Row = dict[str, Any]
 SIGNS = {"most": "<=", "least": ">="}
@@ -44,13 +46,13 @@ def check_study(study: Path) -> Row:
 
 def trim_problems(trims: list[Row]) -> list[str]:
     """Return a sentence for each scenario in whose mean wind little or nothing is left of the tilt limit."""
-    return [_problem(row) for row in trims if not row["held"] or row["margin_deg"] < NARROW]
+    return [_problem(row) for row in trims if not row["held"] or row["margin"] < NARROW]
 
 
 def _problem(row: Row) -> str:
     wind = f'scenario "{row["scenario"]}": the mean wind of {row["wind"]:.3g} m/s'
     if row["held"]:
-        return f"{wind} leaves {row['margin_deg']:.1f} deg to the tilt limit, which gusts will take."
+        return f"{wind} leaves {degrees(row['margin']):.1f} deg to the tilt limit, which gusts will take."
     remedy = "choose a weaker intensity or mean_wind = false, or raise controller.tilt_limit_deg"
     return f"{wind} is more than the vehicle holds its place in; {remedy}."
 
@@ -100,9 +102,9 @@ def vehicle_text(row: Row) -> str:
 def trim_text(row: Row) -> str:
     """Return a trim in a line."""
     where = f"{row['scenario']}: mean wind {row['wind']:.3g} m/s"
-    if row["tilt_deg"] is None:
+    if row["tilt"] is None:
         return f"{where}, no balance"
-    tilt = f"tilt {row['tilt_deg']:.1f} deg, {row['margin_deg']:.1f} deg to the limit"
+    tilt = f"tilt {degrees(row['tilt']):.1f} deg, {degrees(row['margin']):.1f} deg to the limit"
     return f"{where}, {tilt}, thrust {row['thrust']:.2f} times the weight"
 
 
@@ -113,8 +115,9 @@ def default_table(rows: list[Row]) -> Table:
     table.add_column("", overflow="fold")
     for name in ("limit", *loops, *([] if all(row["loop"] for row in rows) else ["all"])):
         table.add_column(name, justify="right", no_wrap=True)
-    for label in dict.fromkeys(row["label"] for row in rows):
-        mine = {row["loop"]: row for row in rows if row["label"] == label}
+    shown = [in_shown_units(row) for row in rows]
+    for label in dict.fromkeys(row["label"] for row in shown):
+        mine = {row["loop"]: row for row in shown if row["label"] == label}
         first = next(iter(mine.values()))
         unit = "" if first["unit"] == "1" else f" {first['unit']}"
         cells = [_cell(mine.get(loop)) for loop in (*loops, *([None] if len(table.columns) > 2 + len(loops) else []))]

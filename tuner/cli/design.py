@@ -6,12 +6,13 @@ from typing import Any
 
 import numpy as np
 
+from objectives.margins.quantities import REPORTED
 from objectives.margins.trim import Trim
 from plant.errors import StoreError
 from plant.gains import gain_addresses
 from tuner.analysis.margins.document import default_requirements, margins_document
 from tuner.analysis.margins.readings import subject_of
-from tuner.cli.margins import LINES, announce_compilation, mark, marks_of, shown
+from tuner.cli.margins import announce_compilation, heading, mark, marks_of, reading
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
 from tuner.experiments.tuning.starts import design_row, study_designs, without_design
@@ -134,11 +135,11 @@ def margins_table(margins: dict[str, Row]) -> Table:
     for channel in default["channels"]:
         table.add_column(channel["channel"], justify="right", no_wrap=True)
     marks = {name: marks_of(document["requirements"]) for name, document in margins.items()}
-    for name, label, factor, digits in LINES:
+    for name in REPORTED:
         for who, document in (("default", default), ("design", design)):
             cells = [
-                mark(shown(c["quantities"][name], digits, factor), marks[who].get((c["channel"], name)))
+                mark(reading(c["quantities"][name], name), marks[who].get((c["channel"], name)))
                 for c in document["channels"]
             ]  # fmt: skip
-            table.add_row(label if who == "default" else "", who, *cells)
+            table.add_row(heading(name) if who == "default" else "", who, *cells)
     return table

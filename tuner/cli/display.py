@@ -13,6 +13,7 @@ from tuner.cli.terminal import Console
 from tuner.documents.ending import shown_as
 from tuner.search.loop import Generation
 from tuner.search.watcher import Watcher
+from tuner.text.units import in_shown_units
 
 
 class Pace:
@@ -200,7 +201,7 @@ def comparison_table(summary: dict[str, Any]) -> Table:
     table.add_column("")
     for name in ("default", shown, f"{shown} - default"):
         table.add_column(name, justify="right", no_wrap=True)
-    for row in summary["table"]:
+    for row in map(in_shown_units, summary["table"]):
         limit = "" if row["limit"] is None else f"at {row.get('sense', 'most')} {row['limit']:g} "
         limit = f"automatic, {limit}" if row.get("automatic") else limit
         unit = "" if row["unit"] == "1" else row["unit"]

@@ -1,6 +1,7 @@
 """`tuner export`: gains for a target, verified after rounding, with what to go back to."""
 
 import json
+from math import degrees
 from pathlib import Path
 from typing import Any
 
@@ -12,6 +13,7 @@ from tuner.cli.terminal import Console
 from tuner.exchange.registry import exporter as find_exporter
 from tuner.exchange.run import Export, export_gains
 from tuner.text.errors import BROKEN
+from tuner.text.units import in_shown_units
 
 # Options that an exporter has where a vehicle can be known.
 VEHICLE_OPTIONS = ("others",)
@@ -122,7 +124,7 @@ def changes_table(verification: Row) -> Table:
     table = Table(title, keys=1)
     for name in ("", "unit", "limit", "tuned", "held"):
         table.add_column(name, justify="left" if name in ("", "unit") else "right", no_wrap=True)
-    for row in changed_margins(verification):
+    for row in map(in_shown_units, changed_margins(verification)):
         sign = ">=" if row["sense"] == "least" else "<="
         table.add_row(row["label"], row["unit"], f"{sign} {row['limit']:g}", _shown(row["asked"]), _shown(row["held"]))
     for row in verification["metrics"]:
@@ -160,16 +162,16 @@ def said_of_filter(verification: Row) -> list[str]:
         return []
     source = "as the vehicle has it" if gyro["known"] else "the default"
     rows = sorted(gyro["rows"], key=lambda row: row["theirs"])
-    taken = ", ".join(f"{row['loop']} {row['taken']:.2g} of {row['spare']:.2g}" for row in rows)
+    taken = ", ".join(f"{row['loop']} {degrees(row['taken']):.2g} of {degrees(row['spare']):.2g}" for row in rows)
     sentences = [
         f"{gyro['name']} = {gyro['cutoff']:g} Hz ({source}) in place of our derivative filters takes these degrees of the phase "
         f"margin that is spare: {taken}."
     ]
     broken = [row for row in rows if row["breaks"]]
     if broken:
-        left = ", ".join(f"{row['loop']} {row['theirs']:.3g} deg" for row in broken)
+        left = ", ".join(f"{row['loop']} {degrees(row['theirs']):.3g} deg" for row in broken)
         sentences.append(
-            f"Warning: with that filter the phase margin falls below {broken[0]['limit']:g} deg: {left}; raise "
+            f"Warning: with that filter the phase margin falls below {degrees(broken[0]['limit']):g} deg: {left}; raise "
             f"{gyro['name']}, or tune with attitude.t_f near {SLOWNESS / gyro['cutoff']:.2g} s."
         )
     return sentences

@@ -11,6 +11,7 @@ from typing import Any
 import typer
 from rich.text import Text
 
+from objectives.margins.quantities import QUANTITIES, REPORTED
 from objectives.margins.trim import Trim
 from plant.errors import InputError
 from plant.vectors import Vec3
@@ -23,22 +24,10 @@ from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.store.folder import Folder
 from tuner.text.errors import BROKEN
+from tuner.text.units import in_shown_units
 
 Row = dict[str, Any]
 
-# What the table shows: quantity in the document, label with unit, factor to that unit, digits behind the point.
-LINES = (
-    ("gain_up", "gain up [dB]", 1.0, 1),
-    ("gain_down", "gain down [dB]", 1.0, 1),
-    ("phase_margin", "phase [deg]", 1.0, 1),
-    ("delay_margin", "delay [ms]", 1e3, 1),
-    ("delay_periods", "delay [periods]", 1.0, 1),
-    ("ms", "Ms, peak of S", 1.0, 2),
-    ("mt", "Mt, peak of T", 1.0, 2),
-    ("disk", "disk margin", 1.0, 2),
-    ("bandwidth", "bandwidth [rad/s]", 1.0, 2),
-    ("load_index", "load [1/s^3]", 1.0, 2),
-)
 SHORT_CASES = {"steepest slope": "steep", "small signals": "small"}
 
 
@@ -150,8 +139,8 @@ def add_rows(table: Table, channels: list[Row], marks: dict[tuple[str, str], str
         table.add_row(label, *marked, *([limits.get(name, "")] if limits else []))
 
     add("stable", "stable", ["yes" if c["stable"] else "NO" for c in channels])
-    for name, label, factor, digits in LINES:
-        add(label, name, [shown(c["quantities"][name], digits, factor) for c in channels])
+    for name in REPORTED:
+        add(heading(name), name, [reading(c["quantities"][name], name) for c in channels])
         if name == "disk":
             ranges = [c["disk_range"] for c in channels]
             add("  gain from", "", [shown(each["low"], 2) for each in ranges])
@@ -172,6 +161,19 @@ def marks_of(requirements: list[Row]) -> dict[tuple[str, str], str]:
     return marks
 
 
+def heading(name: str) -> str:
+    """Return the name of a line of the table: a margin quantity with the unit in which it is printed."""
+    quantity = QUANTITIES[name]
+    return quantity.short if quantity.shown_unit == "1" else f"{quantity.short} [{quantity.shown_unit}]"
+
+
+def reading(entry: Row, name: str) -> str:
+    """Return a reading of a margin quantity as text, in the unit in which it is printed."""
+    quantity = QUANTITIES[name]
+    value = entry["value"]
+    return shown({"value": None if value is None else quantity.shown(value)}, quantity.digits)
+
+
 def mark(text: str, sign: str | None) -> Text:
     """Return a cell with its mark, bold where a limit is broken."""
     if sign == "!":
@@ -179,11 +181,11 @@ def mark(text: str, sign: str | None) -> Text:
     return Text(f"{text}~", "yellow") if sign else Text(f"{text} ")
 
 
-def shown(reading: Row, digits: int, factor: float = 1.0) -> str:
-    """Return a reading as text; what has no end as "inf"."""
-    if reading["value"] is None:
+def shown(entry: Row, digits: int) -> str:
+    """Return a value as text; what has no end as "inf"."""
+    if entry["value"] is None:
         return "inf"
-    value = factor * reading["value"]
+    value = entry["value"]
     return f"{value:.{digits if abs(value) < 100.0 else 0}f}"
 
 
@@ -197,7 +199,7 @@ def requirements_table(rows: list[Row]) -> Table:
     table = Table("Required by the study", keys=1)
     for name in ("requirement", "value", "limit", "unit", ""):
         table.add_column(name, justify="right" if name in ("value", "limit") else "left", no_wrap=True)
-    for row in rows:
+    for row in map(in_shown_units, rows):
         verdict = "kept" if row["kept"] else "BROKEN" if row["hard"] else "missed"
         sign = ">=" if row["sense"] == "least" else "<="
         value = "inf" if row["value"] is None else f"{row['value']:.4g}"

@@ -15,6 +15,7 @@ from tuner.documents.files import Node
 from tuner.report.terminal.unfinished import unfinished_story
 from tuner.store.advice import RECORD
 from tuner.store.manifest import NONE_YET, read_manifest, refuse_damage, unfinished
+from tuner.text.units import in_shown_units
 
 if TYPE_CHECKING:
     from tuner.documents.results import Results
@@ -135,7 +136,7 @@ def tell_tuning(story: Row, results: "Results", console: Console) -> None:
     print_ending(story, console)
     say(console, asked_text(story["asked"]))
     section(console, *found_text(story))
-    for row in story["table"]:
+    for row in map(in_shown_units, story["table"]):
         console.print(f"\n{heading(row)}", style="bold", highlight=False)
         console.print(block_table(default_and_tuned(row, story["shown_as"]), console.width))
     section(console, f"Gains (D default, @ {story['shown_as']}, within the range searched)", [])

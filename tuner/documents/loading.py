@@ -1,11 +1,13 @@
 """From the files of a results folder to `Results`. Numbers are turned into shown units here and nowhere else."""
 
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
+from objectives.scales import DECIBEL
 from plant.errors import StoreError
 from tuner.documents.ending import gains_file
 from tuner.documents.files import Columns, Node, numbers, read_table, read_text, refuse
@@ -139,7 +141,7 @@ def _quantity(row: Node, constrained: bool) -> Quantity:
 
 def _required(row: Node) -> Required:
     unit, factor = in_degrees(row["unit"].text())
-    return Required(
+    stored = Required(
         label=row["label"].text(),
         quantity=row["quantity"].text(),
         unit=unit,
@@ -150,6 +152,20 @@ def _required(row: Node) -> Required:
         tuned=_estimate(row["tuned"], factor),
         difference=_estimate(row["difference"], factor),
         verdict=row["verdict"].text(),
+    )
+    return _in_decibel(stored) if row.get("shown_unit") == DECIBEL.unit else stored
+
+
+def _in_decibel(stored: Required) -> Required:
+    """Return a requirement on a factor as one on its level in dB; the difference is that of the levels."""
+    default, tuned = (
+        None if entry.value is None else float(DECIBEL.shown(entry.value)) for entry in (stored.default, stored.tuned)
+    )
+    apart = None if default is None or tuned is None else tuned - default
+    limit = float(DECIBEL.shown(stored.limit))
+    shown = [Estimate(value, None, None) for value in (default, tuned, apart)]
+    return replace(
+        stored, unit=DECIBEL.unit, limit=limit, default=shown[0], tuned=shown[1], difference=shown[2], decibel=True
     )
 
 

@@ -6,13 +6,15 @@ from typing import Any
 import numpy as np
 import pyarrow as pa
 
+from objectives.margins.quantities import RECORDED, REPORTED
 from plant.gains import GROUPS
 from tuner.documents.files import Columns, Node, read_table, read_text, refuse
-from tuner.documents.margin_quantities import QUANTITIES
 from tuner.documents.results import Loop
 
 LIMITED = ("value", "low", "high", "difference", "difference_low", "difference_high")
 LOOP_TEXTS, LOOP_LISTS = ["point", "channel", "case"], ["frequency", "real", "imag"]
+# Margin quantities of each loop that a reader of a report is shown.
+LOOP_MARGINS = [name for name in REPORTED if name in RECORDED]
 
 
 def addresses_of(resolved: dict[str, Any], variables: list[str], gains: dict[str, Any]) -> dict[str, list[str]]:
@@ -39,20 +41,19 @@ def read_loops(file: Path) -> list[Loop]:
     """Return margins and curves of every point and channel; none where there is no such file."""
     if not file.exists():
         return []
-    names = [name for name, *_ in QUANTITIES]
-    table = read_table(file, [*LOOP_TEXTS, "stable", *LOOP_LISTS, *names])
+    table = read_table(file, [*LOOP_TEXTS, "stable", *LOOP_LISTS, *LOOP_MARGINS])
     try:
         frequency, real, imag = (
             np.array(table.column(name).to_pylist(), dtype=float).reshape(table.num_rows, -1) for name in LOOP_LISTS
         )
         point, channel, case = (table.column(name).cast(pa.string()).to_pylist() for name in LOOP_TEXTS)
-        values = [table.column(name).cast(pa.float64()).to_pylist() for name in names]
+        values = [table.column(name).cast(pa.float64()).to_pylist() for name in LOOP_MARGINS]
     except (pa.ArrowException, ValueError, TypeError) as error:
         raise refuse(file, f"a column does not hold what it should ({error})") from None
     stable = table.column("stable").to_pylist()
     return [
         Loop(
-            point[k], channel[k], bool(stable[k]), {name: column[k] for name, column in zip(names, values, strict=True)},
+            point[k], channel[k], bool(stable[k]), {name: column[k] for name, column in zip(LOOP_MARGINS, values, strict=True)},
             case[k] or "", frequency[k], real[k] + 1j * imag[k],
         )
         for k in range(table.num_rows)

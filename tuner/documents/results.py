@@ -45,7 +45,10 @@ class Quantity:
 
 @dataclass(frozen=True)
 class Required:
-    """One requirement that is known without flying; sense: "most" or "least"; values without intervals, None: infinite."""
+    """One requirement that is known without flying; sense: "most" or "least"; values without intervals, None: infinite.
+
+    Numbers are in `unit`. Numbers of files become those by `factor`, or where `decibel` is set as 20 log10.
+    """
 
     label: str
     quantity: str
@@ -57,6 +60,7 @@ class Required:
     tuned: Estimate
     difference: Estimate
     verdict: str
+    decibel: bool = False
 
 
 @dataclass(frozen=True)

@@ -104,11 +104,15 @@ def margin_rows(asked: Controller, held: Controller) -> list[Row]:
     after = before if held is asked else _requirements(held)
     return [
         {
-            "label": one["label"], "unit": one["unit"], "limit": one["limit"], "sense": one["sense"],
+            "label": one["label"], "quantity": one["quantity"], **_units(one), "limit": one["limit"], "sense": one["sense"],
             "asked": one["value"], "held": other["value"], "kept_asked": one["kept"], "kept_held": other["kept"],
         }
         for one, other in zip(before, after, strict=True) if one["hard"]
     ]  # fmt: skip
+
+
+def _units(row: Row) -> Row:
+    return {key: row[key] for key in ("unit", "shown_unit") if key in row}
 
 
 def _requirements(controller: Controller) -> list[Row]:

@@ -9,11 +9,12 @@ cost        instructions of one step of the controller, and bytes of code, on a 
 exports     files that the gains were written to, and what the target adds or lacks (lossy)
 """
 
+from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.cascade import AXES
 from plant.nominal import LEAST_CUTOFF, MOST_CUTOFF, ControlOptions
 from tuner.gains.shapes import DIGEST, Row, closed, listed, measured, texts
 from tuner.gains.timing import LONGEST, SHORTEST
-from tuner.gains.ucum import UCUM
+from tuner.gains.ucum import UCUM, ucum
 
 FORMAT, VERSION = "holdfast-gains", "1.1"
 # 1.1 adds "vehicle".
@@ -37,11 +38,6 @@ RATES = ["measured", "observer"]
 KINDS = ["objective", "constraint", "requirement"]
 LINEARISED, DESCRIBING = "linearised", "describing function"
 PLANT_INPUT, DEMAND = "plant input", "demand of the position loop"
-# Of a margin row: its quantities and their units in UCUM.
-MARGIN_UNITS = {
-    "gain_up": "1", "gain_down": "1", "phase_margin": "rad", "delay_margin": "s", "ms": "1", "mt": "1", "disk": "1",
-    "crossover": "rad/s", "bandwidth": "rad/s",
-}  # fmt: skip
 # Whole numbers that every reader of JSON holds exactly; a larger seed is written as text.
 MOST_EXACT = 2**53 - 1
 
@@ -132,7 +128,7 @@ def design_schema() -> Row:
 
 def margins_schema() -> Row:
     """Return the schema of one row of "margins"."""
-    values = {name: measured(unit, minimum=0) for name, unit in MARGIN_UNITS.items()}
+    values = {name: measured(ucum(QUANTITIES[name].unit), minimum=0) for name in RECORDED}
     about = {
         "loop": {"enum": list(AXES)},
         "break_at": {"enum": [PLANT_INPUT, DEMAND]},

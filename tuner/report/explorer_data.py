@@ -17,6 +17,7 @@ from typing import Any
 
 import numpy as np
 
+from objectives.scales import DECIBEL
 from tuner.documents.results import Quantity, Required, Results, Variable
 from tuner.report.front_ranges import shown_range
 from tuner.report.outcome_table import risk_text
@@ -74,7 +75,8 @@ def _limited(entry: Quantity, limit: float | None) -> dict[str, Any]:
 def _required(entry: Required) -> dict[str, Any]:
     factor = entry.factor
     about = {"label": entry.label, "definition": entry.quantity, "unit": plain(entry.unit), "factor": factor}
-    return {**about, "limit": entry.limit / factor, "sense": entry.sense}
+    limit = DECIBEL.si(entry.limit) if entry.decibel else entry.limit / factor
+    return {**about, "decibel": entry.decibel, "limit": limit, "sense": entry.sense}
 
 
 def _variable(entry: Variable, addresses: list[str]) -> dict[str, Any]:

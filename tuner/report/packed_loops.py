@@ -11,7 +11,9 @@ from typing import Any
 
 import numpy as np
 
-from tuner.documents.margin_quantities import QUANTITIES
+from objectives.margins.quantities import QUANTITIES
+from objectives.scales import DECIBEL
+from tuner.documents.loading_finalists import LOOP_MARGINS
 from tuner.documents.results import Loop, Results
 from tuner.report.packing import singles
 
@@ -23,20 +25,29 @@ def packed_loops(results: Results) -> dict[str, Any] | None:
     by_point: dict[str, list[Loop]] = {}
     for loop in results.loops:
         by_point.setdefault(loop.point, []).append(loop)
-    keys = ("name", "label", "unit", "factor", "decibel", "meaning")
     return {
         "channels": list(dict.fromkeys(loop.channel for loop in results.loops)),
         "frequency": singles(results.loops[0].frequency),
-        "quantities": [dict(zip(keys, entry, strict=True)) for entry in QUANTITIES],
+        "quantities": [_quantity(name) for name in LOOP_MARGINS],
         "points": {point: _loops(entries) for point, entries in by_point.items()},
     }
+
+
+def _quantity(name: str) -> dict[str, Any]:
+    """Return how the page shows a margin quantity: in dB, or by a factor."""
+    entry = QUANTITIES[name]
+    decibel = entry.scale is DECIBEL
+    unit = {"1": "", "deg": "°"}.get(entry.shown_unit, entry.shown_unit)
+    factor = 1.0 if decibel else float(entry.shown(1.0))
+    about = {"unit": unit, "factor": factor, "decibel": decibel, "meaning": entry.meaning}
+    return {"name": name, "label": entry.label, **about}
 
 
 def _loops(entries: list[Loop]) -> list[dict[str, Any]]:
     rows, seen = [], []
     for loop in entries:
         row = {"channel": loop.channel, "stable": loop.stable, "case": loop.case}
-        row["values"] = {name: loop.values.get(name) for name, *_ in QUANTITIES}
+        row["values"] = {name: loop.values.get(name) for name in LOOP_MARGINS}
         same = next((other for other in seen if np.array_equal(other.response, loop.response)), None)
         if same is not None:
             row["as"] = same.channel

@@ -2,12 +2,13 @@
 
 from typing import Any
 
+from objectives.scales import DECIBEL
 from tuner.documents.results import Results
 from tuner.report.explorer_data import definition_text
 from tuner.report.figure_box import plot_box
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import count, estimate, per_cent, significant
-from tuner.text.units import in_degrees, marked_up
+from tuner.text.units import in_degrees, in_shown_units, marked_up
 
 GAP_AID = "On the dotted line both agree; above it the search was optimistic. Bars: 95 % intervals, held-out."
 VOLUME_AID = (
@@ -127,6 +128,7 @@ def _conflict(results: Results) -> Markup:
 
 
 def _relaxed(limit: dict[str, Any]) -> str:
+    limit = in_shown_units(limit) if limit.get("shown_unit") == DECIBEL.unit else limit
     unit, factor = in_degrees(limit["unit"])
     values = [significant(limit[key] * factor) for key in ("limit", "relaxed")]
     return f"{limit['label']} {values[0]} → {values[1]} {unit}".rstrip()

@@ -20,14 +20,17 @@ from tuner.store.folder import Folder
 from tuner.text.paths import with_paths
 from tuner.text.toml_text import toml_text
 
-FORMAT, VERSION = "holdfast-run", 1
+FORMAT, VERSION = "holdfast-run", 2
+# Version of folders whose limits known without flying stand in the units of the study, not in SI units.
+BEFORE_SI = 1
 
 
 @dataclass(frozen=True)
 class RunRecord:
     """kind: of study. study: its file in the folder. digest: of all that decides the result. generations: asked for; None
     where a study has no such number. model: `model_key` of the flights. arithmetic: of the engine that makes them. machine:
-    what its kernels were compiled for and its draws made with; None where an earlier version did not say.
+    what its kernels were compiled for and its draws made with; None where an earlier version did not say. si: whether limits
+    known without flying stand in its files in SI units; before, they stood there in the units of the study.
     """
 
     kind: str
@@ -37,6 +40,7 @@ class RunRecord:
     model: str
     arithmetic: str = LANES
     machine: Arithmetic | None = None
+    si: bool = True
 
 
 def freeze(
@@ -60,7 +64,7 @@ def write_record(folder: Folder, record: RunRecord) -> None:
         RECORD,
         {
             "format": FORMAT,
-            "version": VERSION,
+            "version": VERSION if record.si else BEFORE_SI,
             "kind": record.kind,
             "study": record.study.as_posix(),
             "digest": record.digest,
@@ -78,7 +82,7 @@ def read_record(path: Path) -> RunRecord:
         raise StoreError(f"{path}: there is no such results folder; give a folder that `tuner run` wrote")
     try:
         content = json.loads(read_input_text(path / RECORD))
-        if content["format"] != FORMAT or content["version"] != VERSION:
+        if content["format"] != FORMAT or content["version"] not in (VERSION, BEFORE_SI):
             raise ValueError
         generations = content["generations"]
         if not (generations is None or isinstance(generations, int)):
@@ -94,7 +98,7 @@ def read_record(path: Path) -> RunRecord:
     except (OSError, ValueError, KeyError, TypeError, AttributeError):
         raise StoreError(f"{path / RECORD} is damaged; {again(path)}") from None
     kind, study, digest, model, engine = texts
-    return RunRecord(kind, Path(study), digest, generations, model, engine, machine)
+    return RunRecord(kind, Path(study), digest, generations, model, engine, machine, content["version"] == VERSION)
 
 
 def _told(machine: Arithmetic) -> dict[str, str]:

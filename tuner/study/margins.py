@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from objectives.margins.requirement import MARGINS, MarginQuantity, MarginRequirement, requirement_label
+from objectives.margins.quantities import LIMITABLE, MarginQuantity
+from objectives.margins.requirement import MarginRequirement, requirement_label
 from objectives.problem import System
 from objectives.requirements import Array, Screen
 from plant.cascade import AXES
@@ -32,9 +33,9 @@ LARGEST_AMPLITUDE = 2.0
 
 def margin_requirement(table: MarginTable, timing: Timing, scenarios: tuple[ScenarioSpec, ...]) -> MarginRequirement:
     """Return the requirement of a [[margin]] table; raises InputError with the key inside the table."""
-    if table.quantity not in MARGINS:
-        raise UnknownNameError("margin", table.quantity, MARGINS, key="quantity")
-    quantity = MARGINS[table.quantity]
+    if table.quantity not in LIMITABLE:
+        raise UnknownNameError("margin", table.quantity, LIMITABLE, key="quantity")
+    quantity = LIMITABLE[table.quantity]
     axes, limit = _axes(table, quantity, holds_place(scenarios, timing)), _limit(table, quantity)
     if table.spread and not any(_spreads(spec) for spec in scenarios):
         raise InputError(
@@ -146,10 +147,11 @@ def _limit(table: MarginTable, quantity: MarginQuantity) -> float:
         raise InputError(f"of '{quantity.name}' {better} values are better; give {given} instead", key=other)
     limit = getattr(table, given)
     if limit is None:
-        unit = "" if quantity.unit == "1" else f" in {quantity.unit}"
+        unit = "" if quantity.limit_unit == "1" else f" in {quantity.limit_unit}"
         raise InputError(f"'{quantity.name}' needs a limit; write {given} = ...{unit}", key=given)
+    assert quantity.low is not None, "a limit can be put on it"
     if not quantity.low < limit < quantity.high:
-        unit = "" if quantity.unit == "1" else f" {quantity.unit}"
+        unit = "" if quantity.limit_unit == "1" else f" {quantity.limit_unit}"
         allowed = f"above {quantity.low:g}" + (f" and below {quantity.high:g}" if quantity.high < np.inf else "")
         raise InputError(f"given {limit:g}{unit}; allowed: {allowed}{unit}", key=given)
     return float(limit)

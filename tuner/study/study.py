@@ -2,7 +2,7 @@
 
 import hashlib
 import json
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -85,8 +85,22 @@ class Study:
 
     def resolved(self) -> dict[str, Any]:
         """Return every value of the study, defaults, airframe numbers and measured limits included, as JSON-able data."""
-        known = [asdict(requirement) for requirement in self.requirements]
+        known = [
+            {
+                "label": entry.label, "quantity": entry.quantity, **entry.units(), "limit": entry.in_file(entry.limit),
+                "sense": entry.sense, "hard": entry.hard,
+            }
+            for entry in self.requirements
+        ]  # fmt: skip
         return {**self._values(), "requirements": known, "digest": self.digest()}
+
+    def in_units_of_limits(self) -> "Study":
+        """Return the study with requirements whose numbers stand in files as in the study, as folders once held them."""
+        plain = tuple(
+            replace(screen, requirements=tuple(replace(entry, scale=None) for entry in screen.requirements))
+            for screen in self.screens
+        )
+        return replace(self, screens=plain)
 
     def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
         """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""

@@ -13,8 +13,10 @@ from objectives.margins.describing import DEFAULT_CASES, Case, term_gains
 from objectives.margins.frequency import frequency_grid, modes_of
 from objectives.margins.margins import MarginModel, spread_corners
 from objectives.margins.period import CHANNELS, terms_of
-from objectives.margins.results import QUANTITIES, Worst, decibel
+from objectives.margins.quantities import LOOP_QUANTITIES
+from objectives.margins.results import Worst
 from objectives.margins.trim import Trim
+from objectives.scales import decibel
 from plant.errors import InputError
 from plant.laws import LAWS
 from plant.nominal import ControlOptions, nominal, vary
@@ -32,7 +34,7 @@ from tests.objectives.margins.designs import (
     random_gains,
 )  # fmt: skip
 
-NAMES = [entry.name for entry in QUANTITIES]
+NAMES = [entry.field for entry in LOOP_QUANTITIES]
 WIND = Trim(yaw=0.4, wind=Vec3(3.0, 1.0, 0.0))
 
 
@@ -51,9 +53,9 @@ def test_no_candidate_gives_nan_and_an_unstable_one_no_margin(name):
     assert ((m.growth < 0.0) == m.stable).all()
     unstable = ~m.stable
     assert unstable.any() and (m.multiloop.value[unstable.any(axis=1)] == 0.0).all()
-    for entry in QUANTITIES:
-        if entry.name != "crossover":
-            assert (getattr(m, entry.name).value[unstable] == entry.unstable).all()
+    for entry in LOOP_QUANTITIES:
+        if entry.field != "crossover":
+            assert (getattr(m, entry.field).value[unstable] == entry.unstable).all()
     stable = m.stable
     assert (m.gain_up.value[stable] > 1.0).all() and (m.gain_down.value[stable] > 1.0).all()
     assert (m.phase.value[stable] > 0.0).all() and (m.delay.value[stable] > 0.0).all()
@@ -74,7 +76,7 @@ def arrays_of(margins):
 
 def assert_same_bits(margins, other, rows):
     wanted = arrays_of(other)
-    assert len(wanted) == 2 + 4 * (len(QUANTITIES) + 1)
+    assert len(wanted) == 2 + 4 * (len(LOOP_QUANTITIES) + 1)
     for name, found in arrays_of(margins).items():
         np.testing.assert_array_equal(found, wanted[name][rows], err_msg=name)
 
@@ -148,9 +150,9 @@ def test_the_worst_case_is_the_worst_of_its_cases_and_says_which():
     gains = random_gains("ladrc", "hybrid", 5, 3, 0.3)
     together = model_of("ladrc", "hybrid", cases=cases).evaluate(gains)
     apart = np.array([values(model_of("ladrc", "hybrid", cases=(case,)).evaluate(gains)) for case in cases])
-    for i, entry in enumerate(QUANTITIES):
-        found = getattr(together, entry.name)
-        worst = apart[:, i].min(axis=0) if entry.better == "more" else apart[:, i].max(axis=0)
+    for i, entry in enumerate(LOOP_QUANTITIES):
+        found = getattr(together, entry.field)
+        worst = apart[:, i].min(axis=0) if entry.sense == "least" else apart[:, i].max(axis=0)
         np.testing.assert_allclose(found.value, worst, rtol=1e-9)
         linear = [CHANNELS.index("z")]
         assert (found.case[:, linear] == -1).all()
@@ -182,8 +184,8 @@ def test_in_attitude_mode_x_and_y_have_no_loop():
     m = model.evaluate(default_gains("ladrc", "ladrc")[None])
     assert model.blocks == (("z",), ("roll",), ("pitch",), ("yaw",))
     assert m.stable.all()
-    for entry in QUANTITIES:
-        assert (getattr(m, entry.name).value[:, :2] == entry.open).all()
+    for entry in LOOP_QUANTITIES:
+        assert (getattr(m, entry.field).value[:, :2] == entry.open).all()
     assert (model.loop(default_gains("ladrc", "ladrc"), "x").t == 0.0).all()
     # Without the position loop around it, the roll loop has the same crossover and a little more phase.
     outer = model_of("ladrc", "ladrc").evaluate(default_gains("ladrc", "ladrc")[None])

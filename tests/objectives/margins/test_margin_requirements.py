@@ -3,7 +3,8 @@
 import numpy as np
 import pytest
 
-from objectives.margins.requirement import MARGINS, MarginRequirement, requirement_label
+from objectives.margins.quantities import LIMITABLE, LOOP_QUANTITIES, QUANTITIES, RECORDED, REPORTED
+from objectives.margins.requirement import MarginRequirement, requirement_label
 from objectives.requirements import LARGEST_VIOLATION
 from plant.cascade import ATTITUDE_AXES, AXES
 from plant.gains import GROUPS
@@ -21,52 +22,79 @@ def margins():
 
 
 def limited(name, limit, axes=AXES, **more):
-    return MarginRequirement(MARGINS[name], requirement_label(name), axes, limit, **more)
+    return MarginRequirement(LIMITABLE[name], requirement_label(name), axes, limit, **more)
 
 
-@pytest.mark.parametrize("name", [name for name, quantity in MARGINS.items() if not quantity.whole])
+def values(name, margins, axes):
+    """Numbers of a quantity in the worst of some axes, in the unit of limits."""
+    return limited(name, 1.0, axes).values(margins)
+
+
+@pytest.mark.parametrize("name", [name for name, quantity in LIMITABLE.items() if not quantity.whole])
 def test_the_worst_of_the_axes_counts(name, margins):
-    quantity = MARGINS[name]
-    single = np.stack([quantity.values(margins, (axis,)) for axis in AXES], axis=1)
+    quantity = LIMITABLE[name]
+    single = np.stack([values(name, margins, (axis,)) for axis in AXES], axis=1)
     for group, axes in GROUPS.items():
         chosen = [dict(zip(AXES, row, strict=True)) for row in single]
         pick = min if quantity.sense == "least" else max
         expected = [pick([value for name, value in row.items() if name in axes]) for row in chosen]
-        assert quantity.values(margins, axes).tolist() == expected, group
+        assert values(name, margins, axes).tolist() == expected, group
+
+
+def test_the_table_is_one():
+    assert all(name == entry.name and entry.label and entry.meaning for name, entry in QUANTITIES.items())
+    assert {*RECORDED, *REPORTED} <= set(QUANTITIES) and set(QUANTITIES) - set(LIMITABLE) == {"crossover"}
+    assert len({entry.field for entry in LOOP_QUANTITIES}) == len(LOOP_QUANTITIES)
+    for entry in QUANTITIES.values():
+        assert entry.unit in {"1", "rad", "s", "rad/s", "s^-3"} and entry.sense in {"least", "most"}
+        # A value of a file, as a limit and back; shown and limited in the same unit, but for delays, which are limited in s.
+        assert entry.from_limit(entry.to_limit(1.7)) == pytest.approx(1.7, rel=1e-12)
+        assert entry.shown_unit == entry.limit_unit or (entry.shown_unit, entry.limit_unit) == ("ms", "s")
+
+
+def test_files_hold_what_the_margins_are(margins):
+    """In SI units whatever a person is shown: factors, radians and seconds of the record itself."""
+    for entry in LOOP_QUANTITIES:
+        np.testing.assert_array_equal(entry.values(margins), getattr(margins, entry.field).value)
+    for name, unit, shown in (("phase_margin", "rad", "deg"), ("gain_up", "1", "dB"), ("ms", "1", None)):
+        asked = limited(name, 2.0, ("roll",)).requirement
+        assert asked.units() == ({"unit": unit} if shown is None else {"unit": unit, "shown_unit": shown})
+        stored = asked.in_file(values(name, margins, ("roll",)))
+        np.testing.assert_allclose(stored[:2], QUANTITIES[name].values(margins)[:2, AXES.index("roll")], rtol=1e-12)
 
 
 def test_units_are_those_of_a_person(margins):
     roll = AXES.index("roll")
     up, down = margins.gain_up.value[0, roll], margins.gain_down.value[0, roll]
-    both = MARGINS["gain_margin"].values(margins, ("roll",))[0]
+    both = values("gain_margin", margins, ("roll",))[0]
     # A factor is what 10 to a twentieth of its decibels gives back; the lesser of the two is on the way to none.
     assert 10.0 ** (both / 20.0) == pytest.approx(min(up, down), rel=1e-12)
-    assert 10.0 ** (MARGINS["gain_up"].values(margins, ("roll",))[0] / 20.0) == pytest.approx(up, rel=1e-12)
-    assert 10.0 ** (MARGINS["gain_down"].values(margins, ("roll",))[0] / 20.0) == pytest.approx(down, rel=1e-12)
-    phase = MARGINS["phase_margin"].values(margins, ("roll",))[0]
+    assert 10.0 ** (values("gain_up", margins, ("roll",))[0] / 20.0) == pytest.approx(up, rel=1e-12)
+    assert 10.0 ** (values("gain_down", margins, ("roll",))[0] / 20.0) == pytest.approx(down, rel=1e-12)
+    phase = values("phase_margin", margins, ("roll",))[0]
     assert np.exp(1j * np.pi * phase / 180.0) == pytest.approx(np.exp(1j * margins.phase.value[0, roll]), rel=1e-12)
-    delay = MARGINS["delay_margin"].values(margins, ("roll",))[0]
-    assert MARGINS["delay_periods"].values(margins, ("roll",))[0] * H == pytest.approx(delay, rel=1e-12)
+    delay = values("delay_margin", margins, ("roll",))[0]
+    assert values("delay_periods", margins, ("roll",))[0] * H == pytest.approx(delay, rel=1e-12)
     # Between the delay margin and the phase margin stands the crossover at which it is met.
     assert delay * margins.delay.frequency[0, roll] >= np.radians(phase) - 1e-9
 
 
 def test_inequalities_between_margins_hold(margins):
-    ms = MARGINS["ms"].values(margins, AXES)[:2]
-    phase, up = MARGINS["phase_margin"].values(margins, AXES)[:2], MARGINS["gain_up"].values(margins, AXES)[:2]
+    ms = values("ms", margins, AXES)[:2]
+    phase, up = values("phase_margin", margins, AXES)[:2], values("gain_up", margins, AXES)[:2]
     assert np.all(np.sin(np.radians(phase) / 2.0) >= 0.5 / ms - 1e-9)
     assert np.all(10.0 ** (up / 20.0) >= ms / (ms - 1.0) - 1e-9)
     disk, together = (
-        MARGINS["disk"].values(margins, ("z", *ATTITUDE_AXES)),
-        MARGINS["multiloop_disk"].values(margins, ()),
+        values("disk", margins, ("z", *ATTITUDE_AXES)),
+        values("multiloop_disk", margins, ()),
     )
     assert np.all(together <= disk + 1e-9)
     assert np.all(disk[:2] <= 2.0)
 
 
-@pytest.mark.parametrize("name", MARGINS)
+@pytest.mark.parametrize("name", LIMITABLE)
 def test_a_loop_that_is_not_stable_keeps_no_limit_and_violations_are_finite(name, margins):
-    quantity = MARGINS[name]
+    quantity = LIMITABLE[name]
     limit = 1.001 * quantity.low if quantity.low else 1e-3
     asked = limited(name, limit if quantity.sense == "least" else 1e6, () if quantity.whole else ("roll",))
     values = asked.values(margins)

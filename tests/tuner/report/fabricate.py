@@ -3,6 +3,7 @@
 import csv
 import json
 from dataclasses import dataclass
+from math import radians
 from pathlib import Path
 
 import numpy as np
@@ -151,7 +152,7 @@ def write_front(folder, made):
                 row |= judged("gap", value - float(search[k, i]), float(half[k, i]), label)
                 row |= judged("difference", value - float(held_out[0, i]), 0.4 * float(half[k, i]) * (k > 0), label)
         if not made.old:
-            row["requirement:phase_margin"] = 30.0 + k if k else float("inf")
+            row["requirement:phase_margin"] = radians(30.0 + k) if k else float("inf")
         rows.append(row)
     with open(folder / "front.csv", "w", newline="", encoding="utf-8") as file:
         writer = csv.DictWriter(file, rows[0], lineterminator="\n")
@@ -201,9 +202,9 @@ CONSTRAINTS = [
 
 
 REQUIREMENT = {
-    "label": "phase_margin", "quantity": "phase margin of every loop", "unit": "deg", "kind": "requirement", "limit": 35.0,
-    "sense": "least", "default": {"value": None, "low": None, "high": None},
-    "tuned": {"value": 31.0, "low": None, "high": None}, "difference": {"value": None, "low": None, "high": None},
+    "label": "phase_margin", "quantity": "phase margin of every loop", "unit": "rad", "shown_unit": "deg",
+    "kind": "requirement", "limit": radians(35.0), "sense": "least", "default": {"value": None, "low": None, "high": None},
+    "tuned": {"value": radians(31.0), "low": None, "high": None}, "difference": {"value": None, "low": None, "high": None},
     "verdict": "broken",
 }  # fmt: skip
 

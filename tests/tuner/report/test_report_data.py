@@ -15,6 +15,7 @@ from tests.tuner.report.fabricate import fabricate
 from tests.tuner.report.reading import read
 from tuner.documents.loading import load
 from tuner.report import write_report
+from tuner.report.explorer_data import explorer_data
 from tuner.report.packed_responses import LEAST, MOST, instants, kept_points
 from tuner.report.packing import finite, quantised
 
@@ -179,3 +180,18 @@ def test_many_fans_get_fewer_instants_and_at_last_fewer_points(tmp_path):
     crowded = replace(results, fans=results.fans * 60)
     kept = kept_points(crowded)
     assert {"default", "p0101"} <= kept and 2 < len(kept) < 41
+
+
+def test_a_gain_margin_is_a_factor_in_files_and_a_level_on_the_page(tmp_path):
+    folder = fabricate(tmp_path / "gains")
+    summary = json.loads((folder / "summary.json").read_text())
+    row = summary["table"][-1]
+    row |= {"unit": "1", "shown_unit": "dB", "limit": 2.0, "default": {**row["default"], "value": 1.5}}
+    row |= {"tuned": {**row["tuned"], "value": 4.0}, "difference": {**row["difference"], "value": 2.5}}
+    (folder / "summary.json").write_text(json.dumps(summary))
+    (shown,) = load(folder).requirements
+    assert (shown.unit, shown.decibel) == ("dB", True)
+    found = [shown.limit, shown.default.value, shown.tuned.value, shown.difference.value]
+    assert found == pytest.approx([6.0206, 3.52183, 12.0412, 8.51937], abs=1e-4)
+    (entry,) = explorer_data(load(folder))["requirements"]
+    assert (entry["unit"], entry["decibel"], entry["limit"]) == ("dB", True, pytest.approx(2.0))

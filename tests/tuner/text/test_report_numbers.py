@@ -5,7 +5,7 @@ from math import pi
 import pytest
 
 from tuner.text.numbers import compact, count, duration, estimate, per_cent, significant
-from tuner.text.units import bracketed, in_degrees, marked_up, plain
+from tuner.text.units import bracketed, in_degrees, in_shown_units, marked_up, plain
 
 THIN = "\u202f"
 
@@ -76,3 +76,23 @@ def test_exponents_are_raised():
     assert marked_up("rad^(1/2) s^(-3/2)") == "rad<sup>1/2</sup> s<sup>−3/2</sup>"
     assert marked_up("<b>^2") == "&lt;b&gt;<sup>2</sup>"
     assert (bracketed("x", "m^2"), bracketed("x", "")) == ("x [m²]", "x")
+
+
+def test_a_row_of_a_document_is_printed_in_its_shown_unit():
+    """Factors as dB, the difference as that of levels; what is infinite stays so, what has no other unit stays as it is."""
+    levels = {"default": {"value": 2.0, "low": None, "high": None}, "tuned": {"value": 4.0, "low": None, "high": None}}
+    row = {
+        "unit": "1",
+        "shown_unit": "dB",
+        "limit": 10.0,
+        **levels,
+        "difference": {"value": 2.0, "low": None, "high": None},
+    }
+    shown = in_shown_units(row)
+    assert (shown["unit"], shown["limit"]) == ("dB", pytest.approx(20.0))
+    assert shown["tuned"]["value"] == pytest.approx(12.0412, abs=1e-4) and shown["tuned"]["low"] is None
+    assert shown["difference"]["value"] == pytest.approx(6.0206, abs=1e-4)
+    angle = in_shown_units({"unit": "rad", "shown_unit": "deg", "limit": pi / 4.0, "value": None, "kept": True})
+    assert angle == {"unit": "deg", "shown_unit": "deg", "limit": pytest.approx(45.0), "value": None, "kept": True}
+    plain_row = {"unit": "s", "limit": 2.0}
+    assert in_shown_units(plain_row) is plain_row

@@ -1,8 +1,6 @@
 """Judge a gains file by the hard limits of a study, on scenarios of a sealed stream that no search and no tuning has seen."""
 
 from collections.abc import Callable
-from dataclasses import asdict
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -56,5 +54,5 @@ def judgement_document(gains: Path, study: Study, rows: list[Judged], batches: t
         "seed": study.seed,
         "stream": CHECK,
         "flights": sum(batch.count for batch in batches),
-        "rows": [asdict(row) | {"value": row.value if isfinite(row.value) else None} for row in rows],
+        "rows": [row.row() for row in rows],
     }

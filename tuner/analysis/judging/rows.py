@@ -6,13 +6,16 @@ completed loses one: C. J. Clopper, E. S. Pearson, Biometrika 26(4):404-413, 193
 Requirements that are known without flying are exact and have no interval.
 """
 
-from dataclasses import dataclass
+from dataclasses import asdict, dataclass
+from math import isfinite
+from typing import Any
 
 import numpy as np
 
 from objectives.problem import Evaluation, Objective, Problem
 from objectives.requirements import Requirement
 from objectives.risk import bootstrap_interval
+from objectives.scales import Scale, in_file, units_of
 from plant.seeds import generator
 from tuner.study.study import Study
 
@@ -29,7 +32,7 @@ class Judged:
     """One row: kind is "constraint", "requirement" or "objective"; sense "most" or "least"; limit None for an objective.
 
     value may be infinite; low, high: ends of the 95 % interval, None where there is none; flights: that it rests on, 0 for
-    what is known without flying.
+    what is known without flying. scale: from the unit of files to `unit`, see `Requirement`.
     """
 
     label: str
@@ -43,6 +46,13 @@ class Judged:
     high: float | None
     flights: int
     verdict: str
+    scale: Scale | None = None
+
+    def row(self) -> dict[str, Any]:
+        """Return it as JSON-able data in the units of files; an infinite value is null."""
+        told = {key: value for key, value in asdict(self).items() if key not in ("scale", "unit")}
+        value = in_file(self.value, self.scale) if isfinite(self.value) else None
+        return {**told, **units_of(self.unit, self.scale), "limit": in_file(self.limit, self.scale), "value": value}
 
 
 def judged_rows(study: Study, problem: Problem, evaluation: Evaluation) -> list[Judged]:
@@ -109,7 +119,7 @@ def known_row(requirement: Requirement, value: float) -> Judged:
     said = kept if requirement.kept(np.array([value]))[0] else broken
     return Judged(
         requirement.label, "requirement", requirement.quantity, requirement.unit, requirement.sense, requirement.limit,
-        value, None, None, 0, said,
+        value, None, None, 0, said, requirement.scale,
     )  # fmt: skip
 
 

@@ -1,17 +1,18 @@
 """Margins of one controller as JSON-able data, the schema of `tuner margins --json`.
 
-    format "holdfast-margins", version "0.1"; airframe; laws {position, attitude}; control_period {value, unit}
+    format "holdfast-margins", version "0.2"; airframe; laws {position, attitude}; control_period {value, unit}
     trim {yaw, velocity, wind: {value, unit}, position_held}      velocity and wind in world axes (east, north, up)
     channels [{channel, stable, growth, amplitude_dependent, quantities {NAME: reading}, disk_range {low, high, phase}}]
     multiloop {disk: reading, disk_range}                         all plant inputs (z, roll, pitch, yaw) at once
-    requirements [{label, channel, quantity, value, unit, limit, sense, hard, kept, note}]
+    requirements [{label, channel, quantity, value, unit, shown_unit, limit, sense, hard, kept, note}]
     passed                                                        whether every hard requirement is kept
     mismatch [{factor, criterion, low, high}]                     with --out only, see `mismatch`
     certificates [{axis, name, value, unit, verified, why, source}]   with --certificates only
 
-A reading is {value, unit, frequency, case, note}: frequency [rad/s] where it is met; case: amplitude at which it is worst, null
-for loops that depend on none. An infinite value is null, and `note` says what that means; note is null otherwise. A channel
-without a loop is not listed. Channels are x, y, z, roll, pitch, yaw.
+Values and limits are in SI units: rad, s, rad/s, gains as factors; shown_unit: in which a limit is written and printed, where it
+is another one. A reading is {value, unit, frequency, case, note}: frequency [rad/s] where it is met; case: amplitude at which it
+is worst, null for loops that depend on none. An infinite value is null, and `note` says what that means; note is null
+otherwise. A channel without a loop is not listed. Channels are x, y, z, roll, pitch, yaw.
 """
 
 from math import inf, isfinite
@@ -19,11 +20,13 @@ from typing import Any
 
 from objectives.margins.disk import disk_range
 from objectives.margins.period import CHANNELS
+from objectives.margins.quantities import QUANTITIES, REPORTED, MarginQuantity
 from objectives.margins.results import Worst
+from objectives.scales import units_of
 from tuner.analysis.margins.limits import LIMITS, Limit
-from tuner.analysis.margins.readings import SHOWN, Shown, Subject
+from tuner.analysis.margins.readings import Subject
 
-FORMAT, VERSION = "holdfast-margins", "0.1"
+FORMAT, VERSION = "holdfast-margins", "0.2"
 UNSTABLE, WITHOUT_END = "the loop is not stable", "no bound"
 
 Row = dict[str, Any]
@@ -53,36 +56,51 @@ def margins_document(subject: Subject, requirements: list[Row]) -> Row:
 
 def default_requirements(subject: Subject, limits: tuple[Limit, ...] = LIMITS) -> list[Row]:
     """Return how every loop stands to the limits: stable, each limit as a hard requirement, each target as a soft one."""
-    shown = {entry.name: entry for entry in SHOWN}
     rows = []
     for channel in subject.looped:
         stable = float(subject.margins.stable[0, CHANNELS.index(channel)])
-        rows.append(requirement(f"stable({channel})", stable, "1", 1.0, "least", True, channel, "stable"))
+        rows.append(
+            requirement_row(
+                f"stable({channel})", "stable", {"unit": "1"}, stable, 1.0, stable == 1.0, "least", channel=channel
+            )
+        )
         for limit in limits:
-            entry = shown[limit.quantity]
+            entry = QUANTITIES[limit.quantity]
             value, label = subject.value(entry, channel), f"{entry.name}({channel})"
-            about = (entry.unit, limit.limit, limit.sense, True, channel, entry.name)
-            rows.append(requirement(label, value, *about))
+            rows.append(limited_row(label, entry, value, limit, True, channel))
             if limit.target is not None:
-                about = (entry.unit, limit.target, limit.sense, False, channel, entry.name)
-                rows.append(requirement(f"{label} target", value, *about))
+                rows.append(
+                    limited_row(
+                        f"{label} target", entry, value, Limit(entry.name, limit.sense, limit.target), False, channel
+                    )
+                )
     return rows
 
 
-def requirement(
-    label: str, value: float, unit: str, limit: float, sense: str, hard: bool, channel: str | None, quantity: str | None
+def limited_row(
+    label: str, entry: MarginQuantity, value: float, limit: Limit, hard: bool, channel: str | None = None
 ) -> Row:  # fmt: skip
-    """Return one requirement and whether it is kept; channel and quantity: what of the table it is about, None for else."""
+    """Return how a value in SI units stands to a limit in the quantity's unit of limits."""
+    kept, least = limit.kept(float(entry.to_limit(value))), float(entry.from_limit(limit.limit))
+    units = units_of(entry.limit_unit, entry.limited)
+    return requirement_row(label, entry.name, units, value, least, kept, limit.sense, hard, channel)
+
+
+def requirement_row(
+    label: str, quantity: str, units: dict[str, str], value: float, limit: float, kept: bool, sense: str, hard: bool = True,
+    channel: str | None = None,
+) -> Row:  # fmt: skip
+    """Return one requirement in SI units; channel: the column of the table that it is about, None for several loops at once."""
     return {
         "label": label,
         "channel": channel,
         "quantity": quantity,
         "value": _finite(value),
-        "unit": unit,
+        **units,
         "limit": limit,
         "sense": sense,
         "hard": hard,
-        "kept": Limit(label, sense, limit).kept(value),
+        "kept": kept,
         "note": None if isfinite(value) else WITHOUT_END,
     }
 
@@ -97,18 +115,18 @@ def _channel(subject: Subject, channel: str) -> Row:
             "value": _finite(growth), "unit": "1/s", "note": None if isfinite(growth) else "no steady flight was found",
         },
         "amplitude_dependent": subject.swept(channel),
-        "quantities": {entry.name: _reading(subject, entry, channel) for entry in SHOWN},
+        "quantities": {name: _reading(subject, QUANTITIES[name], channel) for name in REPORTED},
         "disk_range": _range(float(margins.disk.value[0, i]), margins.skew),
     }  # fmt: skip
 
 
-def _reading(subject: Subject, shown: Shown, channel: str) -> Row:
+def _reading(subject: Subject, quantity: MarginQuantity, channel: str) -> Row:
     i, margins = CHANNELS.index(channel), subject.margins
-    worst: Worst = getattr(margins, shown.source)
-    value, case = subject.value(shown, channel), int(worst.case[0, i])
-    note = None if isfinite(value) else shown.unlimited if margins.stable[0, i] else UNSTABLE
+    worst: Worst = getattr(margins, quantity.field)
+    value, case = subject.value(quantity, channel), int(worst.case[0, i])
+    note = None if isfinite(value) else quantity.unlimited if margins.stable[0, i] else UNSTABLE
     label = margins.cases[case].label if case >= 0 else None
-    return _entry(value, shown.unit, float(worst.frequency[0, i]), label, note)
+    return _entry(value, quantity.unit, float(worst.frequency[0, i]), label, note)
 
 
 def _multiloop(subject: Subject) -> Row:

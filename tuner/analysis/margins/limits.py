@@ -1,4 +1,4 @@
-"""What is asked of every loop where no study says so, in the units that margins are shown in.
+"""Usual limits of every loop, where no study says otherwise, in the units of limits in study files.
 
 Source: gain margin 6 dB either way after MIL-F-9490D; K. J. Astrom, R. M. Murray, Feedback Systems, 2nd ed., Princeton 2021,
 section 10.3 (phase 30 to 60 deg) and section 12.2 (Ms 1.2 to 2). A critically damped PD law with linear extended state observer
@@ -13,7 +13,8 @@ from dataclasses import dataclass
 class Limit:
     """A limit of one quantity of every loop.
 
-    quantity: name in `readings.SHOWN`; sense: "least" or "most"; target: what should be kept besides, None for nothing more.
+    quantity: name in `objectives.margins.quantities`; sense: "least" or "most"; target: what
+    should be kept besides, None for nothing more.
     """
 
     quantity: str

@@ -15,7 +15,7 @@ from objectives.margins.describing import DEFAULT_CASES, Case, term_gains
 from objectives.margins.frequency import frequency_grid, modes_of, without_idle
 from objectives.margins.linearise import LinearLoops, close_terms
 from objectives.margins.period import CHANNELS, PeriodMap
-from objectives.margins.results import QUANTITIES
+from objectives.margins.quantities import LOOP_QUANTITIES
 from objectives.margins.structure import Block, blocks_of, coordinates
 from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, level_body, setting_of
 from plant.closed_loop import Timing
@@ -110,17 +110,17 @@ class _Worst:
 
     def __init__(self, n: int) -> None:
         self._stable, self._growth = np.ones((n, len(CHANNELS)), dtype=bool), np.full((n, len(CHANNELS)), -np.inf)
-        self._quantities = {entry.name: np.full((n, len(CHANNELS)), entry.open) for entry in QUANTITIES}
+        self._quantities = {entry.field: np.full((n, len(CHANNELS)), entry.open) for entry in LOOP_QUANTITIES}
 
     def enter(self, block: Block, read: BlockReadings, h: float) -> None:
         """Enter a block, whose rows are vehicles, then amplitudes."""
         n, channels = len(self._stable), list(block.channels)
         self._stable[:, channels] = np.all(read.modes.stable.reshape(n, -1), axis=1, keepdims=True)
         self._growth[:, channels] = read.modes.growth.reshape(n, -1).max(axis=1)[:, None] / h
-        for entry in QUANTITIES:
-            values = read.quantities[entry.name].value.reshape(n, -1, len(channels))
-            worst = values.min(axis=1) if entry.better == "more" else values.max(axis=1)
-            self._quantities[entry.name][:, channels] = worst
+        for entry in LOOP_QUANTITIES:
+            values = read.quantities[entry.field].value.reshape(n, -1, len(channels))
+            worst = values.min(axis=1) if entry.sense == "least" else values.max(axis=1)
+            self._quantities[entry.field][:, channels] = worst
 
     def of(self, i: int) -> Judged:
         """Return one vehicle."""

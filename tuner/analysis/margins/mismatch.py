@@ -9,11 +9,11 @@ from typing import Any
 
 import numpy as np
 
+from objectives.margins.quantities import QUANTITIES
 from plant.nominal import vary
 from plant.vehicle import Vehicle
 from tuner.analysis.margins.limits import LIMITS, Limit
 from tuner.analysis.margins.linear import Judged, Linear
-from tuner.analysis.margins.readings import SHOWN
 
 Array = np.ndarray
 
@@ -80,10 +80,11 @@ def slack(judged: Judged | None, criterion: str, h: float, limits: tuple[Limit, 
 
 
 def _slack_of(judged: Judged, limit: Limit, h: float) -> float:
-    shown = next(entry for entry in SHOWN if entry.name == limit.quantity)
-    values = judged.quantities[shown.source]
+    quantity = QUANTITIES[limit.quantity]
+    values = judged.quantities[quantity.field]
     worst = np.max(values, axis=0) if limit.sense == "most" else np.min(values, axis=0)
-    found = float(shown.shown(worst, h))
+    # Of the quantities that are limited here one alone counts in control periods.
+    found = float(worst / h if quantity.name == "delay_periods" else quantity.to_limit(worst))
     return limit.limit / found - 1.0 if limit.sense == "most" else min(found / limit.limit - 1.0, 1.0)
 
 

@@ -1,51 +1,19 @@
-"""The quantities of each loop as they are shown, under the names and in the units of [[margin]] tables."""
+"""Gains whose margins are judged, with the margin model of their airframe."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
 
 import numpy as np
 
 from objectives.margins.margins import MarginModel
 from objectives.margins.period import CHANNELS
-from objectives.margins.results import Margins, Worst, decibel
+from objectives.margins.quantities import MarginQuantity
+from objectives.margins.results import Margins
 from objectives.margins.trim import Trim
 from plant.closed_loop import Timing
 from plant.nominal import nominal
 from tuner.gains import Controller
 
 Array = np.ndarray
-
-
-@dataclass(frozen=True)
-class Shown:
-    """A quantity as it is shown: name and unit as in [[margin]] tables; label; source: field of `Margins`; shown: its value in
-    that unit, given the control period; unlimited: what an infinite value of a stable loop means.
-    """
-
-    name: str
-    label: str
-    unit: str
-    source: str
-    shown: Callable[[Array, float], Array]
-    unlimited: str = ""
-
-
-def _plain(value: Array, _: float) -> Array:
-    return value
-
-
-SHOWN = (
-    Shown("gain_up", "gain margin up", "dB", "gain_up", lambda v, _: decibel(v), "no rise of the gain makes it unstable"),
-    Shown("gain_down", "gain margin down", "dB", "gain_down", lambda v, _: decibel(v), "no fall of the gain makes it unstable"),
-    Shown("phase_margin", "phase margin", "deg", "phase", lambda v, _: np.degrees(v), "the loop gain crosses 1 nowhere"),
-    Shown("delay_margin", "delay margin", "s", "delay", _plain, "the loop gain crosses 1 nowhere"),
-    Shown("delay_periods", "delay margin", "1", "delay", lambda v, h: v / h, "the loop gain crosses 1 nowhere"),
-    Shown("ms", "peak of S, Ms", "1", "sensitivity", _plain),
-    Shown("mt", "peak of T, Mt", "1", "complementary", _plain),
-    Shown("disk", "disk margin", "1", "disk", _plain, "nothing limits it"),
-    Shown("bandwidth", "bandwidth", "rad/s", "bandwidth", _plain),
-    Shown("load_index", "load index", "s^-3", "load_index", _plain),
-)  # fmt: skip
 
 
 @dataclass(frozen=True)
@@ -72,10 +40,9 @@ class Subject:
         """Whether the loop of a channel depends on amplitude."""
         return bool(self.margins.sensitivity.case[0, CHANNELS.index(channel)] >= 0)
 
-    def value(self, shown: Shown, channel: str) -> float:
-        """Value of a quantity of a loop in the unit it is shown in."""
-        worst: Worst = getattr(self.margins, shown.source)
-        return float(shown.shown(worst.value[0, CHANNELS.index(channel)], self.margins.period))
+    def value(self, quantity: MarginQuantity, channel: str) -> float:
+        """Return a quantity of a loop in the unit of files."""
+        return float(quantity.values(self.margins)[0, CHANNELS.index(channel)])
 
 
 def subject_of(controller: Controller, trim: Trim) -> Subject:

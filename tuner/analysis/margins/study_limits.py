@@ -1,11 +1,12 @@
-"""What the [[margin]] tables of a study say of a controller."""
+"""A controller judged by the [[margin]] tables of a study."""
 
 from pathlib import Path
 
 import numpy as np
 
 from plant.errors import InputError
-from tuner.analysis.margins.document import Row, requirement
+from tuner.analysis.margins.document import Row, limited_row
+from tuner.analysis.margins.limits import Limit
 from tuner.gains import Controller
 from tuner.study import load_study
 from tuner.study.margins import MarginAnalysis, margin_requirement
@@ -29,8 +30,9 @@ def study_requirements(path: Path, controller: Controller) -> list[Row] | None:
     asked = tuple(margin_requirement(table, study.system.timing, specs) for table in study.table.margin)
     values = MarginAnalysis(asked, study.system, specs, path).values(np.array([controller.gains]))[0]
     return [
-        requirement(
-            entry.label, float(value), entry.quantity.unit, entry.limit, entry.quantity.sense, entry.hard, None, None
+        limited_row(
+            entry.label, entry.quantity, float(entry.quantity.from_limit(value)),
+            Limit(entry.quantity.name, entry.quantity.sense, entry.limit), entry.hard,
         )
         for entry, value in zip(asked, values, strict=True)
     ]  # fmt: skip

@@ -9,10 +9,8 @@ Its amplitude at the crossover is cos(phi), theirs is close to 1, so a little ga
 their margins hold the attitude loops.
 """
 
-from math import isfinite, pi, sqrt
+from math import isfinite, pi, radians, sqrt
 from typing import Any
-
-import numpy as np
 
 from objectives.margins.period import CHANNELS
 from objectives.margins.trim import Trim
@@ -26,13 +24,14 @@ from tuner.exchange.exporter import GyroFilter
 from tuner.gains import Controller
 
 Row = dict[str, Any]
-LIMIT = next(limit.limit for limit in LIMITS if limit.quantity == "phase_margin")
+# Usual limit of the phase margin [rad].
+LIMIT = radians(next(limit.limit for limit in LIMITS if limit.quantity == "phase_margin"))
 # Crossovers from this share of the cut-off on lag by more than the filter of first order can.
 MOST_SHARE = 0.9
 
 
 def filter_rows(controller: Controller, gyro: GyroFilter) -> list[Row]:
-    """Return phase margin [deg] of every loop with our derivative filter and with the target's, and what was spare; none where
+    """Return phase margin [rad] of every loop with our derivative filter and with the target's, and what was spare; none where
     the filter is off or nothing hovers.
     """
     if gyro.cutoff <= 0.0:
@@ -66,12 +65,12 @@ def equal_lag(crossover: float, cutoff: float) -> float:
 
 
 def _phase(subject: Subject, channel: str) -> float:
-    return float(np.degrees(subject.margins.phase.value[0, CHANNELS.index(channel)]))
+    return float(subject.margins.phase.value[0, CHANNELS.index(channel)])
 
 
 def _row(before: Subject, after: Subject, channel: str) -> Row:
     ours, theirs = _phase(before, channel), _phase(after, channel)
     return {
-        "loop": channel, "unit": "deg", "limit": LIMIT, "ours": ours, "theirs": theirs, "taken": ours - theirs,
+        "loop": channel, "unit": "rad", "limit": LIMIT, "ours": ours, "theirs": theirs, "taken": ours - theirs,
         "spare": ours - LIMIT, "breaks": ours >= LIMIT > theirs,
     }  # fmt: skip

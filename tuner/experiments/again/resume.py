@@ -31,6 +31,7 @@ def recorded_study(path: Path, here: bool = False) -> tuple[Study, RunRecord]:
     except InputError as error:
         raise StoreError(f"the inputs of this run are damaged: {error}") from None
     check_unchanged(path, record, study.digest())
+    study = study if record.si else study.in_units_of_limits()
     if not here:
         compute_as_recorded(path, record)
     return study, record
@@ -52,7 +53,7 @@ def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Study, F
         )
     longer = load_study(path / record.study, {"search.generations": budget})
     write_record(folder, replace(record, digest=longer.digest(), generations=budget))
-    return longer, folder
+    return longer if record.si else longer.in_units_of_limits(), folder
 
 
 def compute_as_reused(paths: Iterable[Path]) -> None:

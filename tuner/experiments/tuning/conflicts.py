@@ -14,6 +14,7 @@ import numpy as np
 
 from objectives.problem import Constraint
 from objectives.requirements import Requirement
+from objectives.scales import Scale
 from tuner.search.loop import Archive, point_name
 
 # Smallest conflicting sets told at most: with many, the limits are hopeless one and all.
@@ -23,7 +24,8 @@ MOST_SETS = 6
 class Limit(NamedTuple):
     """A constraint or requirement. sense: "most" or "least"; flown: whether a value is known of flown candidates only.
 
-    automatic: key of the study that moves a limit which it does not write, see `objectives.mission`; "" for its own.
+    automatic: key of the study that moves a limit which it does not write, see `objectives.mission`; "" for its own. scale: from
+    the unit of files, see `Requirement`.
     """
 
     label: str
@@ -32,6 +34,7 @@ class Limit(NamedTuple):
     limit: float
     flown: bool
     automatic: str = ""
+    scale: Scale | None = None
 
     def relaxed(self, share: float) -> float:
         """Return the limit, given way by a share of its size (of 1 where it is 0)."""
@@ -78,7 +81,7 @@ class Conflict:
 def limits_of(constraints: Sequence[Constraint], requirements: Sequence[Requirement]) -> list[Limit]:
     """Return all limits in the order of the columns of violations."""
     asked = [Limit(c.objective.label, c.objective.metric.unit, "most", c.most, True, c.floor) for c in constraints]
-    return asked + [Limit(r.label, r.unit, r.sense, r.limit, False) for r in requirements]
+    return asked + [Limit(r.label, r.unit, r.sense, r.limit, False, scale=r.scale) for r in requirements]
 
 
 def shares(found: Archive, limits: Sequence[Limit]) -> np.ndarray:

@@ -16,6 +16,7 @@ import numpy as np
 from objectives.margins.requirement import MarginRequirement
 from objectives.problem import Constraint
 from objectives.requirements import Requirement, Screen
+from objectives.scales import Scale, in_file, units_of
 from plant.gains import GainAddress, gain_addresses
 from tuner.experiments.tuning.starts import design_row, study_designs
 from tuner.study.margins import MarginAnalysis, margin_requirement
@@ -59,7 +60,7 @@ class Obstacle:
     label, unit, sense, limit: of the limit; loop: axis that breaks it, None where it is no margin of one loop. reached: best
     value (None: infinite), of point; tried: number of candidates looked at. moved_by: searched gains that move it; fixed: gains
     of the loop that move it and are not searched. design: None where nothing is designed. automatic: key that moves the limit,
-    "" where the study writes it.
+    "" where the study writes it. scale: from the unit of files to `unit`, see `Requirement`.
     """
 
     label: str
@@ -74,14 +75,23 @@ class Obstacle:
     fixed: tuple[Value, ...] = ()
     design: Design | None = None
     automatic: str = ""
+    scale: Scale | None = None
 
     def row(self) -> dict[str, Any]:
-        """Return it as JSON-able data."""
+        """Return it as JSON-able data in the units of files."""
+        told = {key: value for key, value in asdict(self).items() if key not in ("scale", "unit")}
         return {
-            **asdict(self),
+            **told,
+            **units_of(self.unit, self.scale),
+            "limit": in_file(self.limit, self.scale),
+            "reached": in_file(self.reached, self.scale),
             "fixed": [value._asdict() for value in self.fixed],
             "design": self.design
-            and {**asdict(self.design), "gains": [value._asdict() for value in self.design.gains]},
+            and {
+                **asdict(self.design),
+                "value": in_file(self.design.value, self.scale),
+                "gains": [value._asdict() for value in self.design.gains],
+            },
         }
 
 
@@ -164,7 +174,7 @@ class Diagnosis:
         asked, moved = self.probes[i].requirement, self._moved_by(i, point, value)
         return Obstacle(
             asked.label, self.probes[i].loop, asked.unit, asked.sense, asked.limit, _finite(value), name, tried, moved,
-            () if moved else self._fixed(i, point, value), self._design(i),
+            () if moved else self._fixed(i, point, value), self._design(i), scale=asked.scale,
         )  # fmt: skip
 
     def _moved_by(self, i: int, point: Array, value: float) -> tuple[str, ...]:

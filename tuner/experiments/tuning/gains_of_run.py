@@ -3,12 +3,13 @@
 from math import isfinite
 from typing import TYPE_CHECKING, Any
 
+from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.cascade import AXES
 from plant.errors import InputError
-from tuner.experiments.tuning.run_margins import QUANTITIES, margin_model
+from tuner.experiments.tuning.run_margins import margin_model
 from tuner.gains import Controller, to_document
 from tuner.gains.document import seed_entry
-from tuner.gains.sections import DEMAND, DESCRIBING, LINEARISED, MARGIN_UNITS, PLANT_INPUT
+from tuner.gains.sections import DEMAND, DESCRIBING, LINEARISED, PLANT_INPUT
 from tuner.gains.ucum import quantity, ucum
 from tuner.study.processor_cost.table import tabled
 from tuner.study.processor_cost.words import gains_rows
@@ -83,7 +84,7 @@ def margin_row(model: "MarginModel", margins: "Margins", channel: str) -> Row:
     """Return the margins of one loop; what no crossing limits is left out, and everything where the loop is not stable."""
     i = AXES.index(channel)
     stable, case = bool(margins.stable[0, i]), int(margins.sensitivity.case[0, i])
-    values = {name: float(getattr(margins, field).value[0, i]) for name, field in QUANTITIES.items()}
+    values = {name: float(QUANTITIES[name].values(margins)[0, i]) for name in RECORDED}
     swept: Row = {"amplitude": model.cases[case].label} if case >= 0 else {}
     return {
         "loop": channel,
@@ -92,7 +93,7 @@ def margin_row(model: "MarginModel", margins: "Margins", channel: str) -> Row:
         **swept,
         "stable": stable,
         **{
-            name: quantity(float(f"{value:.{DIGITS}g}"), MARGIN_UNITS[name])
+            name: quantity(float(f"{value:.{DIGITS}g}"), QUANTITIES[name].unit)
             for name, value in values.items()
             if stable and isfinite(value)
         },

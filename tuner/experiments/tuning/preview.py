@@ -1,6 +1,6 @@
 """A study before anything flies: its vehicle, its trim in the mean wind, the default's margins, limits out of reach."""
 
-from math import degrees, isfinite
+from math import isfinite, radians
 from typing import Any
 
 import numpy as np
@@ -17,8 +17,8 @@ Row = dict[str, Any]
 
 # Points of the ranges at which limits that are known without flying are asked.
 DRAWS = 128
-# Margin of a trim to the tilt limit [deg] below which gusts will take it.
-NARROW = 5.0
+# Margin of a trim to the tilt limit [rad] below which gusts will take it.
+NARROW = radians(5.0)
 
 
 def vehicle_row(vehicle: Vehicle) -> Row:
@@ -32,20 +32,20 @@ def vehicle_row(vehicle: Vehicle) -> Row:
 def trim_rows(study: Study) -> list[Row]:
     """Return the steady flight in the mean wind of each scenario that has one; angles and thrust null where nothing balances.
 
-    margin_deg: to the tilt limit; thrust: over the weight.
+    tilt, tilt_limit, margin: to the limit [rad]; thrust: over the weight.
     """
     found = [(entry.spec.name, mean_wind_trim(entry.spec, study.system)) for entry in study.scenarios]
     return [_trim_row(name, trim) for name, trim in found if trim is not None]
 
 
 def _trim_row(scenario: str, trim: MeanWindTrim) -> Row:
-    tilt, limit, balanced = degrees(trim.tilt), degrees(trim.tilt_limit), isfinite(trim.tilt)
+    tilt, limit, balanced = trim.tilt, trim.tilt_limit, isfinite(trim.tilt)
     return {
         "scenario": scenario,
         "wind": trim.wind,
-        "tilt_deg": tilt if balanced else None,
-        "tilt_limit_deg": limit,
-        "margin_deg": limit - tilt if balanced else None,
+        "tilt": tilt if balanced else None,
+        "tilt_limit": limit,
+        "margin": limit - tilt if balanced else None,
         "thrust": trim.thrust if balanced else None,
         "held": trim.held,
     }
@@ -59,8 +59,9 @@ def default_rows(study: Study, diagnosis: Diagnosis) -> list[Row]:
         asked = probe.requirement
         rows.append(
             {
-                "label": asked.label, "loop": probe.loop, "value": value if isfinite(value) else None, "unit": asked.unit,
-                "sense": asked.sense, "limit": asked.limit, "hard": asked.hard, "kept": bool(asked.kept(np.array([value]))[0]),
+                "label": asked.label, "loop": probe.loop, "value": asked.in_file(value) if isfinite(value) else None,
+                **asked.units(), "sense": asked.sense, "limit": asked.in_file(asked.limit), "hard": asked.hard,
+                "kept": bool(asked.kept(np.array([value]))[0]),
             }
         )  # fmt: skip
     return rows

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from objectives.margins.period import CHANNELS
+from objectives.margins.quantities import QUANTITIES, RECORDED
 from objectives.margins.results import Margins
 from plant.errors import InputError
 
@@ -18,19 +19,14 @@ if TYPE_CHECKING:
 
 # Frequencies of a curve, from so many rad/s up to Nyquist: 28 a decade, which a line through them does not show.
 POINTS, LOWEST = 120, 0.05
-# Columns with the values of quantities, field of `Margins` each; factors (not dB), rad, s, rad/s.
-QUANTITIES = {
-    "gain_up": "gain_up", "gain_down": "gain_down", "phase_margin": "phase", "delay_margin": "delay", "ms": "sensitivity",
-    "mt": "complementary", "disk": "disk", "crossover": "crossover", "bandwidth": "bandwidth",
-}  # fmt: skip
 
 
 def margin_table(outcome: "Outcome") -> Any:
     """Return a pandas table, a row for each finalist and channel with a loop; None where no steady flight is found.
 
-    Columns: point, channel, stable, the quantities of `QUANTITIES` (empty where no crossing limits a margin, or where the loop is
-    not stable), case (amplitude of the curve in words, empty for a linear loop), and the lists frequency [rad/s], real and imag
-    of the loop transfer function.
+    Columns: point, channel, stable, those of `RECORDED` in SI units (empty where no crossing limits a margin, or where the loop
+    is not stable), case (amplitude of the curve in words, empty for a linear loop), and the lists frequency [rad/s], real and
+    imag of the loop transfer function.
     """
     import pandas as pd
 
@@ -64,7 +60,7 @@ def loop_row(model: "MarginModel", margins: Margins, gains: np.ndarray, row: int
     """Return margins and curve of one loop of one finalist."""
     i = CHANNELS.index(channel)
     stable = bool(margins.stable[row, i])
-    values = {name: float(getattr(margins, field).value[row, i]) for name, field in QUANTITIES.items()}
+    values = {name: float(QUANTITIES[name].values(margins)[row, i]) for name in RECORDED}
     case = max(int(margins.sensitivity.case[row, i]), 0)
     frequency = np.geomspace(LOWEST, np.pi / model.period, POINTS)
     loop = model.loop(gains, channel, model.cases[case], frequency).loop

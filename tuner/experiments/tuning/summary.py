@@ -7,6 +7,7 @@ import numpy as np
 
 from objectives.problem import Objective
 from objectives.risk import RISKS
+from objectives.scales import in_file, units_of
 from plant.air.air import summary as air_summary
 from plant.gains import gain_addresses
 from tuner.analysis.held_out import Comparison, Estimate, KnownComparison
@@ -122,8 +123,8 @@ def relaxation_row(relaxation: Relaxation, limits: list[Limit], default: int | N
         "share": relaxation.share,
         "limits": [
             {
-                "label": limits[i].label, "unit": limits[i].unit, "sense": limits[i].sense, "limit": limits[i].limit,
-                "relaxed": value,
+                "label": limits[i].label, **units_of(limits[i].unit, limits[i].scale), "sense": limits[i].sense,
+                "limit": in_file(limits[i].limit, limits[i].scale), "relaxed": in_file(value, limits[i].scale),
             }
             for i, value in relaxation.changes
         ],
@@ -163,20 +164,21 @@ def comparison_row(row: Comparison) -> dict[str, Any]:
 
 
 def known_row(row: KnownComparison) -> dict[str, Any]:
-    """Return the line of a requirement: numbers without intervals, null where a value is infinite."""
+    """Return the line of a requirement in SI units: numbers without intervals, null where a value is infinite."""
     requirement = row.requirement
     finite = isfinite(row.default) and isfinite(row.tuned)
+    default, tuned = (float(requirement.in_file(value)) for value in (row.default, row.tuned))
     return {
         "label": requirement.label,
         "quantity": requirement.quantity,
-        "unit": requirement.unit,
+        **requirement.units(),
         "kind": "requirement",
-        "limit": requirement.limit,
+        "limit": float(requirement.in_file(requirement.limit)),
         "sense": requirement.sense,
         "hard": requirement.hard,
-        "default": known_value(row.default),
-        "tuned": known_value(row.tuned),
-        "difference": known_value(row.tuned - row.default if finite else None),
+        "default": known_value(default),
+        "tuned": known_value(tuned),
+        "difference": known_value(tuned - default if finite else None),
         "verdict": row.verdict,
     }
 

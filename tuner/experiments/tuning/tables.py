@@ -34,8 +34,11 @@ def generation_table(study: "Study", generations: list[Generation], record: Gene
 
 
 def requirement_columns(requirements: tuple[Requirement, ...], evaluation: Evaluation) -> dict[str, Any]:
-    """Return the values of the requirements as columns; an infinite value stands as inf."""
-    return {f"requirement:{entry.label}": evaluation.requirements[:, i] for i, entry in enumerate(requirements)}
+    """Return the values of the requirements as columns in SI units; an infinite value stands as inf."""
+    return {
+        f"requirement:{entry.label}": entry.in_file(evaluation.requirements[:, i])
+        for i, entry in enumerate(requirements)
+    }
 
 
 def history_table(generations: list[Generation]) -> Any:

@@ -34,10 +34,20 @@ function stateText({ layer, point }) {
 const SIGNS = { better: "✓", kept: "✓", worse: "✗", broken: "✗", "no clear difference": "≈" };
 const verdictMark = (word) => make("span", { class: `verdict ${word.replaceAll(" ", "-")}` }, `${SIGNS[word] ?? ""} ${word}`.trim());
 
-function numberCell({ value, low, high }, factor, signed = false) {
-  const parts = [value, low, high].map((part) => (isNumber(part) ? part * factor : null));
-  const [text, interval] = estimate(...parts, signed);
+function numberCell({ value, low, high }, signed = false) {
+  const [text, interval] = estimate(value, low, high, signed);
   return make("span", { class: "number" }, text, interval === MISSING ? null : make("small", { class: "interval" }, interval));
+}
+
+// Numbers of a requirement as shown: 20 log10 of factors where it is told in dB, else by its factor.
+const shownNumber = (entry, value) => (entry.decibel ? 20 * Math.log10(value) : value * entry.factor);
+
+// Default, point and difference of a quantity as shown; in dB the difference is that of the levels.
+function shownEstimates(entry, parts) {
+  if (!entry.decibel) return parts.map((part) => Object.fromEntries(Object.entries(part).map(([key, value]) => [key, isNumber(value) ? value * entry.factor : null])));
+  const [before, mine] = parts.map(({ value }) => (isNumber(value) ? shownNumber(entry, value) : null));
+  const apart = isNumber(before) && isNumber(mine) ? mine - before : null;
+  return [before, mine, apart].map((value) => ({ value, low: null, high: null }));
 }
 
 // Rows of every quantity: its limit, the default, this point, the difference and the verdict.
@@ -45,10 +55,10 @@ function metricsTable({ point }) {
   const kinds = [["objective", objectives], ["constraint", data.constraints], ["requirement", data.requirements]];
   const rows = kinds.flatMap(([kind, entries]) => entries.map((entry) => {
     const [plain, mine, apart] = judged({ kind, label: entry.label }, point);
-    const limit = entry.limit == null ? MISSING : `at ${entry.sense ?? "most"} ${significant(entry.limit * entry.factor)}`;
+    const limit = entry.limit == null ? MISSING : `at ${entry.sense ?? "most"} ${significant(shownNumber(entry, entry.limit))}`;
+    const cells = shownEstimates(entry, [plain, mine, apart]).map((part, i) => numberCell(part, i === 2));
     return [
-      term(entry.label, entry.definition), entry.unit || MISSING, limit, numberCell(plain, entry.factor),
-      numberCell(mine, entry.factor), numberCell(apart, entry.factor, true),
+      term(entry.label, entry.definition), entry.unit || MISSING, limit, ...cells,
       verdictMark(verdictOf({ kind, limit: entry.limit, sense: entry.sense }, mine.value, apart)),
     ];
   }));

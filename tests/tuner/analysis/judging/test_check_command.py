@@ -56,7 +56,7 @@ def test_all_kept_is_0_and_every_row_is_told(judged, gains):
     }  # fmt: skip
     failure, margin, itae, _ = document["rows"]
     assert (failure["limit"], failure["value"], failure["low"], failure["flights"]) == (0.5, 0.0, 0.0, 32)
-    assert (margin["sense"], margin["unit"], margin["low"], margin["flights"]) == ("least", "deg", None, 0)
+    assert (margin["sense"], margin["unit"], margin["low"], margin["flights"]) == ("least", "rad", None, 0)
     assert itae["low"] < itae["value"] < itae["high"] and itae["limit"] is None
     assert str(gains) == document["gains"]
 
@@ -93,7 +93,7 @@ def test_broken_by_margins_alone_is_1_and_it_is_flown_all_the_same(judged, tmp_p
     assert [label for label, said in verdicts(document).items() if said == "fail"] == ["phase_margin(roll)"]
     study = load_study(write(tmp_path, text))
     told = next(row["value"] for row in document["rows"] if row["label"] == "phase_margin(roll)")
-    assert told == known_values(study.screens, study.default_row[None])[0, 0]
+    assert told == np.radians(known_values(study.screens, study.default_row[None])[0, 0])
     assert next(row["value"] for row in document["rows"] if row["label"] == "mean(failure)") == 0.0
 
 

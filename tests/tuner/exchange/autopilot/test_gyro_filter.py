@@ -47,7 +47,7 @@ def test_the_phase_that_it_takes_is_that_of_the_law_with_the_filter_on_its_rate(
     s, theirs = 1j * w, butterworth(w, 60.0)
     ours = 1.0 / (1.0 + gains.t_f * s)
     phases = [np.angle(gains.kp + gains.ki / s + gains.kd * s * filtered, deg=True) for filtered in (ours, theirs)]
-    assert rows["roll"]["taken"] == pytest.approx(phases[0] - phases[1], abs=0.5)
+    assert rows["roll"]["taken"] == pytest.approx(np.radians(phases[0] - phases[1]), abs=np.radians(0.5))
     assert rows["z"]["taken"] == pytest.approx(0.0, abs=1e-9)
     assert all(row["taken"] == pytest.approx(row["ours"] - row["theirs"]) for row in rows.values())
     slower = with_filter(given, subject, 10.0)
@@ -59,7 +59,8 @@ def test_a_filter_that_is_off_takes_nothing():
 
 
 def test_what_it_breaks_is_said():
-    row = {"loop": "y", "unit": "deg", "limit": 35.0, "ours": 35.27, "theirs": 34.6, "taken": 0.67, "spare": 0.27}
+    shown = {"limit": 35.0, "ours": 35.27, "theirs": 34.6, "taken": 0.67, "spare": 0.27}
+    row = {"loop": "y", "unit": "rad", **{key: np.radians(value) for key, value in shown.items()}}
     gyro = {"name": "INS_GYRO_FILTER", "cutoff": 20.0, "known": False, "rows": [{**row, "breaks": True}]}
     told = said_of_filter({"gyro_filter": gyro})
     assert "INS_GYRO_FILTER = 20 Hz (the default)" in told[0] and "y 0.67 of 0.27" in told[0]

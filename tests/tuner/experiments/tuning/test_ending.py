@@ -91,20 +91,28 @@ def test_the_loop_is_named_with_what_it_reaches_and_what_design_reaches(ran):
     designed = design_row(asked, study_designs(asked))
 
     def yaw(row):
-        return float(np.degrees(model.evaluate(row[None]).phase.value[0, 5]))
+        return float(model.evaluate(row[None]).phase.value[0, 5])
 
     (found,) = summary_of(folder)["obstacles"]
-    assert (found["label"], found["loop"], found["unit"]) == ("phase_margin(attitude)", "yaw", "deg")
-    assert found["reached"] == pytest.approx(yaw(asked.default_row)) and found["reached"] < 30.0
+    assert (found["label"], found["loop"], found["unit"]) == ("phase_margin(attitude)", "yaw", "rad")
+    assert found["reached"] == pytest.approx(yaw(asked.default_row)) and found["reached"] < np.radians(30.0)
     assert found["moved_by"] == [] and found["tried"] == 16
     fixed = {entry["gain"]: entry["value"] for entry in found["fixed"]}
     assert fixed["yaw.lambda"] == 30.0 and fixed["yaw.k1"] == 30.0 and all(name.startswith("yaw.") for name in fixed)
-    assert found["design"]["kept"] and found["design"]["value"] == pytest.approx(yaw(designed)) and yaw(designed) > 30.0
+    assert (
+        found["design"]["kept"]
+        and found["design"]["value"] == pytest.approx(yaw(designed))
+        and yaw(designed) > np.radians(30.0)
+    )
     own = {gain.address: designed[gain.column] for gain in gain_addresses(asked.system.cascade) if gain.axis == "yaw"}
     assert {entry["gain"]: entry["value"] for entry in found["design"]["gains"]} == own
     told = next(line for line in out.splitlines() if "in the yaw loop" in line)
-    assert f"{found['reached']:.4g} deg" in told and "No searched gain moves it" in told and "yaw.k1 = 30" in told
-    assert f"`tuner design` reaches {found['design']['value']:.4g} deg" in told
+    assert (
+        f"{np.degrees(found['reached']):.4g} deg" in told
+        and "No searched gain moves it" in told
+        and "yaw.k1 = 30" in told
+    )
+    assert f"`tuner design` reaches {np.degrees(found['design']['value']):.4g} deg" in told
 
 
 def test_json_says_so_too_and_a_resume_ends_alike(ran, tmp_path, monkeypatch, capsys):

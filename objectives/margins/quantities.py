@@ -1,0 +1,163 @@
+"""The margin quantities: one table of names, units and meanings for requirements, files, tables and drawings.
+
+Files hold a quantity under its name in its SI `unit`: rad, s, rad/s, gains as factors. It is drawn and printed in `shown_unit`,
+and a study file limits it in `limit_unit`: dB for gains, deg for phases, else SI. A loop that is not stable has 1 as its gain
+margins, 0 of whatever else should be large and an infinite peak, so every allowed limit refuses it.
+"""
+
+from collections.abc import Callable, Iterable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.scales import DECIBEL, DEGREES, MILLISECONDS, Scale
+from plant.cascade import AXES
+
+Array = NDArray[np.float64]
+
+
+@dataclass(frozen=True)
+class MarginQuantity:
+    """One margin quantity of a loop.
+
+    name: in every file. label: in tables and drawings; short: in narrow tables. unit: of files, SI, "1" for factors and ratios.
+    sense: "least" where more is better, "most" where less is. field: of the record `Margins` that it is read from. meaning: one
+    line for reports.
+
+    scale, limited: where it is shown, or limited by a study file, in another unit than that of files. digits: behind the point
+    where it is printed. low, high: between which limits have a sense, neither included, in the unit of limits; low is None where
+    no limit can be put on it. unlimited: meaning of an infinite value of a stable loop. unstable: value of a loop that is not
+    stable; open: of a channel without any loop. read(margins) -> values, where they are worked out instead of read. whole: a
+    quantity of all loops at once, values (n,).
+    """
+
+    name: str
+    label: str
+    short: str
+    unit: str
+    sense: str
+    field: str
+    meaning: str
+    scale: Scale | None = None
+    limited: Scale | None = None
+    digits: int = 2
+    low: float | None = 0.0
+    high: float = np.inf
+    unlimited: str = ""
+    unstable: float = 0.0
+    open: float = np.inf
+    read: Callable[[Any], Array] | None = None
+    whole: bool = False
+
+    @property
+    def shown_unit(self) -> str:
+        """Unit in which it is drawn and printed."""
+        return self.unit if self.scale is None else self.scale.unit
+
+    @property
+    def limit_unit(self) -> str:
+        """Unit of its limits in study files."""
+        return self.unit if self.limited is None else self.limited.unit
+
+    def shown(self, value: Any) -> Any:
+        """Return a value of a file in the unit in which it is drawn and printed."""
+        return value if self.scale is None else self.scale.shown(value)
+
+    def to_limit(self, value: Any) -> Any:
+        """Return a value of a file in the unit of limits."""
+        return value if self.limited is None else self.limited.shown(value)
+
+    def from_limit(self, value: Any) -> Any:
+        """Return a value in the unit of limits as files hold it."""
+        return value if self.limited is None else self.limited.si(value)
+
+    def values(self, margins: Any) -> Array:
+        """Return the values of a record `Margins` (n, channels), or (n,) where `whole`, in the unit of files."""
+        return getattr(margins, self.field).value if self.read is None else self.read(margins)
+
+    def worst(self, values: Array, axes: Iterable[str]) -> Array:
+        """Return the number of each candidate (n,) in the worst of some axes, of values in any unit."""
+        if self.whole:
+            return values
+        chosen = values[:, [AXES.index(axis) for axis in axes]]
+        return np.min(chosen, axis=1) if self.sense == "least" else np.max(chosen, axis=1)
+
+
+CROSSES_NOWHERE = "the loop gain crosses 1 nowhere"
+
+QUANTITIES = {
+    entry.name: entry
+    for entry in (
+        MarginQuantity(
+            "gain_margin", "gain margin", "gain", "1", "least", "gain_up",
+            "how far the loop gain may change, the lesser of up and down", DECIBEL, DECIBEL, 1, high=80.0,
+            read=lambda margins: np.minimum(margins.gain_up.value, margins.gain_down.value),
+        ),
+        MarginQuantity(
+            "gain_up", "gain margin up", "gain up", "1", "least", "gain_up", "how far the loop gain may rise", DECIBEL, DECIBEL,
+            1, high=80.0, unlimited="no rise of the gain makes it unstable", unstable=1.0,
+        ),
+        MarginQuantity(
+            "gain_down", "gain margin down", "gain down", "1", "least", "gain_down", "how far the loop gain may fall", DECIBEL,
+            DECIBEL, 1, high=80.0, unlimited="no fall of the gain makes it unstable", unstable=1.0,
+        ),
+        MarginQuantity(
+            "phase_margin", "phase margin", "phase", "rad", "least", "phase",
+            "phase, lag or lead, that the loop bears at its gain crossovers", DEGREES, DEGREES, 1, high=180.0,
+            unlimited=CROSSES_NOWHERE,
+        ),
+        MarginQuantity(
+            "delay_margin", "delay margin", "delay", "s", "least", "delay", "delay that the loop bears besides its own",
+            MILLISECONDS, digits=1, unlimited=CROSSES_NOWHERE,
+        ),
+        MarginQuantity(
+            "delay_periods", "delay margin in periods", "delay in periods", "1", "least", "delay",
+            "delay margin in control periods", digits=1, unlimited=CROSSES_NOWHERE, read=lambda margins: margins.delay_periods,
+        ),
+        MarginQuantity(
+            "ms", "Ms, peak of S", "Ms, peak of S", "1", "most", "sensitivity",
+            "peak of the sensitivity, Ms; 1/Ms is the distance of the loop from -1", low=1.0, unstable=np.inf, open=1.0,
+        ),
+        MarginQuantity(
+            "mt", "Mt, peak of T", "Mt, peak of T", "1", "most", "complementary", "peak of the complementary sensitivity, Mt",
+            unstable=np.inf, open=0.0,
+        ),
+        MarginQuantity(
+            "disk", "disk margin", "disk margin", "1", "least", "disk",
+            "disk margin alpha: gain and phase at once, one loop at a time", high=2.0, unlimited="nothing limits it",
+        ),
+        MarginQuantity(
+            "multiloop_disk", "disk margin of all loops", "disk margin", "1", "least", "multiloop",
+            "disk margin alpha in z, roll, pitch and yaw at once", high=2.0, whole=True,
+        ),
+        MarginQuantity(
+            "crossover", "gain crossover", "crossover", "rad/s", "most", "crossover", "highest gain crossover", low=None,
+            open=0.0,
+        ),
+        MarginQuantity(
+            "bandwidth", "bandwidth", "bandwidth", "rad/s", "least", "bandwidth",
+            "frequency up to which the reference is followed to within -3 dB", open=0.0,
+        ),
+        MarginQuantity(
+            "load_index", "load index", "load", "s^-3", "least", "load_index",
+            "load-disturbance index k_i: acceleration per integrated error", open=0.0,
+        ),
+    )
+}  # fmt: skip
+"""Every quantity by name. Gain, phase and delay margins are infinite where no crossing limits them."""
+
+LOOP_QUANTITIES = tuple(entry for entry in QUANTITIES.values() if entry.read is None and not entry.whole)
+"""Quantities that are read from each loop's own curves: one field of `Margins` each."""
+
+LIMITABLE = {name: entry for name, entry in QUANTITIES.items() if entry.low is not None}
+"""Quantities that a `[[margin]]` table of a study may limit, by name."""
+
+RECORDED = ("gain_up", "gain_down", "phase_margin", "delay_margin", "ms", "mt", "disk", "crossover", "bandwidth")
+"""Names of the quantities of each loop in gains.json and margins.parquet."""
+
+REPORTED = (
+    "gain_up", "gain_down", "phase_margin", "delay_margin", "delay_periods", "ms", "mt", "disk", "bandwidth", "load_index",
+)  # fmt: skip
+"""Names of the quantities of each loop that `tuner margins` and `tuner design` report."""
