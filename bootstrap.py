@@ -2,6 +2,7 @@
 
     python3 bootstrap.py tuner run studies/quickstart.toml
     python3 bootstrap.py pytest
+    python3 bootstrap.py mkdocs build --strict
 
 The first call installs (a few minutes, mostly downloads); later calls start at once unless pyproject.toml changed.
 """
@@ -17,6 +18,9 @@ VENV = ROOT / ".venv"
 BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 STAMP = VENV / "installed"
+# What a command needs beside the project; every other command is one of its development.
+EXTRAS = {"tuner": "", "mkdocs": "docs"}
+MODULES = ("pytest", "ruff", "pyright", "mkdocs")
 
 
 def main() -> int:
@@ -28,8 +32,8 @@ def main() -> int:
         print(__doc__, file=sys.stderr)
         return 2
     command, arguments = sys.argv[1], sys.argv[2:]
-    install("test" if command != "tuner" else "")
-    if command in ("pytest", "ruff", "pyright"):
+    install(EXTRAS.get(command, "test"))
+    if command in MODULES:
         return subprocess.call([str(PYTHON), "-m", command, *arguments], cwd=ROOT)
     return subprocess.call([str(BIN / command), *arguments])
 
@@ -37,8 +41,10 @@ def main() -> int:
 def install(extra: str) -> None:
     """Make the environment and install the project with an extra, unless that was done for this pyproject.toml."""
     wanted = hashlib.sha256((ROOT / "pyproject.toml").read_bytes()).hexdigest()
-    done = STAMP.read_text().split() if STAMP.exists() else []
-    if done[:1] == [wanted] and (not extra or extra in done):
+    digest, *done = STAMP.read_text().split() if STAMP.exists() else [""]
+    if digest != wanted:
+        done = []
+    elif not extra or extra in done:
         return
     if not PYTHON.exists():
         print(f"Making {VENV.name}", flush=True)
@@ -46,7 +52,7 @@ def install(extra: str) -> None:
     print(f"Installing holdfast{f' with [{extra}]' if extra else ''} into {VENV.name}", flush=True)
     target = f"{ROOT}[{extra}]" if extra else str(ROOT)
     subprocess.check_call([str(PYTHON), "-m", "pip", "install", "--quiet", "--disable-pip-version-check", "-e", target])
-    STAMP.write_text(f"{wanted} {extra}\n")
+    STAMP.write_text(" ".join([wanted, *done, extra]) + "\n")
 
 
 if __name__ == "__main__":

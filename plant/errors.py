@@ -3,7 +3,8 @@
     ToolError                  anything this tool reports to its user; the command line catches this root and nothing else
     ├── InputError             something the user gave cannot be used: names file and key, what was given, what is allowed
     │   ├── UnknownNameError   a name that no schema or registry has, with the nearest valid ones
-    │   └── UnphysicalError    numbers that no real airframe can have
+    │   ├── UnphysicalError    numbers that no real airframe can have
+    │   └── MissingPackageError  an optional package that is not installed
     └── StoreError             a results folder that exists, is missing, or cannot be trusted
 
 A failed flight is not in this tree: it is a result with a status (`plant.closed_loop.Status`).
@@ -11,6 +12,7 @@ A failed flight is not in this tree: it is a result with a status (`plant.closed
 
 from collections.abc import Iterable
 from difflib import get_close_matches
+from importlib.util import find_spec
 from pathlib import Path
 
 # Characters of a name and of a dotted key of the user's that a message repeats.
@@ -73,6 +75,21 @@ class UnknownNameError(InputError):
 
 class UnphysicalError(InputError):
     """An airframe whose numbers contradict physics or break a sanity rule."""
+
+
+class MissingPackageError(InputError):
+    """An optional package that is not installed; the message ends with the command that installs it."""
+
+
+def how_to_install(extra: str) -> str:
+    """Return the command that installs an extra of this project."""
+    return f"pip install 'holdfast[{extra}]'"
+
+
+def require_package(package: str, extra: str, *, key: str | None = None) -> None:
+    """Raise MissingPackageError where a package of an extra cannot be imported; key: what of the user's asks for it."""
+    if find_spec(package) is None:
+        raise MissingPackageError(f"needs the package {package}; install it with: {how_to_install(extra)}", key=key)
 
 
 class StoreError(ToolError):

@@ -5,9 +5,10 @@ from importlib.util import find_spec
 from pathlib import Path
 
 from plant.backends.cuda import compiler, simulated
+from plant.errors import how_to_install
 
 NO_CARD = "no CUDA device was found"
-NO_COMPILER = "numba-cuda is not installed (pip install 'holdfast[cuda]')"
+NO_COMPILER = f"numba-cuda is not installed ({how_to_install('cuda')})"
 NO_TOOLKIT = "the compiler of the CUDA toolkit (NVVM) was not found"
 
 

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from objectives.engine import Engine
 from plant.backends.flyer import available_threads
 from plant.backends.processor import compiled_for
-from plant.errors import InputError
+from plant.errors import InputError, require_package
 
 if TYPE_CHECKING:
     from distributed import Client
@@ -32,8 +32,7 @@ def engine_at(where: str | None, study: "Study", threads: int | None, say: Say) 
         yield None
         return
     local = asked(where)
-    if find_spec("distributed") is None:
-        raise InputError("needs the package distributed; install it with: pip install 'holdfast[dask]'", key=KEY)
+    require_package("distributed", "dask", key=KEY)
     from tuner.engines.cluster.engine import DaskEngine
 
     with quiet(), local_client(local, threads) if local else remote_client(where) as client:

@@ -201,7 +201,7 @@ def test_a_scheduler_without_workers(tmp_path, monkeypatch):
 
 
 def test_without_the_package_one_line(monkeypatch, capsys, tmp_path):
-    monkeypatch.setattr("tuner.engines.cluster.connect.find_spec", lambda name: None)
+    monkeypatch.setattr("plant.errors.find_spec", lambda name: None)
     arguments = [*run_arguments(tmp_path / "r"), "--dask", "local:2"]
     code, _, said = tuner(monkeypatch, capsys, *arguments)
     assert (
