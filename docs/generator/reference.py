@@ -1,0 +1,223 @@
+"""Reference pages generated from the program: study file, gains.json, command line, and what there is to choose from."""
+
+import json
+from collections.abc import Iterable, Iterator, Sequence
+from typing import Any
+
+import typer
+from pydantic import BaseModel
+from schema_tables import Document, Row, Section, cell, meanings, written
+from typer.testing import CliRunner
+
+from tuner.cli.main import app
+from tuner.contest.schema import ContestTable
+from tuner.inference.schema import InferenceTable
+from tuner.study.schema import StudyTable
+
+KINDS: tuple[tuple[str, type[BaseModel]], ...] = (
+    ("Tuning", StudyTable),
+    ("Contest", ContestTable),
+    ("Inference", InferenceTable),
+)
+CHOICES = {
+    "laws": "Control laws", "airframes": "Airframes", "references": "References", "metrics": "Metrics", "risks": "Risk measures",
+    "margins": "Stability margins", "theorems": "Theorems", "searches": "Search algorithms", "targets": "Export targets",
+    "sources": "Import sources", "studies": "Shipped studies",
+}  # fmt: skip
+STUDY_HEAD = """# Study file
+
+Every table and key of a study file, generated from the schema that `tuner check` uses. A file is TOML; numbers are in SI units, and
+angles in radians, unless the key ends in `_deg` or the table says otherwise. An unknown key is an error. `[name]` is written once,
+`[[name]]` as often as needed. `tuner new NAME` writes a study with a comment on each line;
+[what there is to choose from](choices.md) lists the names that a key takes. How keys change between versions is told in
+[what may change](stability.md).
+"""
+GAINS_HEAD = """# Keys of gains.json
+
+Generated from the JSON Schema that `tuner schema gains` prints; [the page on the file](gains_file.md) says what the parts mean.
+Every quantity is an object with `value` and `unit` (UCUM).
+"""
+COMMANDS_HEAD = """# Command line
+
+Generated from `tuner --help` and the help of each command. Exit codes: [reading the report](reading_the_report.md#nothing-feasible).
+"""
+CHOICES_HEAD = """# What there is to choose from
+
+Names that a study file and the command line take, as `tuner list` prints them for this version.
+"""
+
+
+def pages() -> dict[str, str]:
+    """Return the generated pages, Markdown by name."""
+    return {
+        "study_file.md": study_page(),
+        "gains_keys.md": gains_page(),
+        "commands.md": commands_page(),
+        "choices.md": choices_page(),
+    }
+
+
+def study_page() -> str:
+    """Return the reference of the study file, a part for each kind of study."""
+    parts = [STUDY_HEAD]
+    for kind, model in KINDS:
+        document = Document(model.model_json_schema())
+        parts.append(f"## {kind}\n\n{cell(document.schema.get('description', ''))}\n")
+        for section in sections(document, document.schema, ""):
+            heading = f"### {section.path}\n\n" if section.path else ""
+            parts.append(f"{heading}{section.about}\n\n{table_of(document, section)}")
+    return "\n".join(parts)
+
+
+def sections(document: Document, schema: Row, path: str) -> Iterator[Section]:
+    """Yield the table at a path of a study and, depth first, the tables inside it."""
+    about, told = meanings(schema.get("description", ""), list(schema.get("properties", {})))
+    inner: list[tuple[Row, str]] = []
+    section = Section(path, schema, about if path else "")
+    for key, entry in schema.get("properties", {}).items():
+        held = document.followed(entry)
+        place = f"{path.strip('[]')}.{key}" if path else key
+        if held.get("type") == "array" and document.is_table(held.get("items", {})):
+            inner.append((document.followed(held["items"]), f"[[{place}]]"))
+        elif document.is_table(held):
+            inner.append((held, f"[{place}]"))
+        elif table := table_of_any_keys(document, held):
+            inner.append((table, f"[{place}]"))
+        else:
+            meaning = entry.get("description") or held.get("description") or told.get(key, "")
+            section.keys[key] = {**held, "meaning": meaning, "required": key in schema.get("required", ())}
+    if section.keys:
+        yield section
+    for table, place in inner:
+        yield from sections(document, table, place)
+
+
+def table_of_any_keys(document: Document, schema: Row) -> Row | None:
+    """Return the table that each key of a table of free keys holds, None where there is none."""
+    entry = schema.get("additionalProperties")
+    if not isinstance(entry, dict):
+        return None
+    tables = [document.followed(part) for part in entry.get("oneOf", [entry]) if document.is_table(part)]
+    return tables[0] if tables else None
+
+
+def table_of(document: Document, section: Section) -> str:
+    """Return the keys of a table as Markdown."""
+    rows = []
+    for key, entry in section.keys.items():
+        usual = "required" if entry["required"] else shown_default(entry)
+        rows.append((f"`{key}`", document.kind(entry), usual, entry["meaning"]))
+    return markdown_table(("key", "takes", "default", "meaning"), rows)
+
+
+def shown_default(entry: Row) -> str:
+    """Return the default of a key as a study would write it, empty where it is left out."""
+    default = entry.get("default")
+    return "" if default is None else f"`{written(default)}`"
+
+
+def gains_page() -> str:
+    """Return the reference of the keys of gains.json."""
+    document = Document(json.loads(output_of("schema", "gains")))
+    parts = [GAINS_HEAD]
+    for place, schema in objects(document, document.schema, ""):
+        required = schema.get("required", ())
+        rows = [
+            (f"`{key}`", gains_kind(document, entry), "" if key in required else "may be absent", entry.get("description", ""))
+            for key, entry in schema["properties"].items()
+        ]
+        heading = f"## {place}\n\n" if place else ""
+        parts.append(f"{heading}{markdown_table(('key', 'holds', '', 'meaning'), rows)}")
+    return "\n".join(parts)
+
+
+def objects(document: Document, schema: Row, path: str) -> Iterator[tuple[str, Row]]:
+    """Yield the objects of a document, each with its path, outermost first; quantities are no objects of their own."""
+    if not schema.get("properties") or is_quantity(schema):
+        return
+    yield path, schema
+    for key, entry in schema["properties"].items():
+        held = document.followed(entry)
+        listed = held.get("type") == "array"
+        inner = document.followed(held.get("items", {})) if listed else held
+        yield from objects(document, inner, f"{path}.{key}".lstrip(".") + ("[]" if listed else ""))
+
+
+def is_quantity(schema: Row) -> bool:
+    """Return whether an object is a value with its unit."""
+    return {"value", "unit"} <= set(schema.get("properties", ()))
+
+
+def gains_kind(document: Document, entry: Row) -> str:
+    """Return in words what a key of gains.json holds."""
+    held = document.followed(entry)
+    if is_quantity(held):
+        unit = held["properties"]["unit"]
+        return f"quantity in `{unit['const']}`" if "const" in unit else "quantity"
+    if held.get("type") == "array" and document.is_table(held.get("items", {})):
+        return "list of objects"
+    return document.kind(held).replace("table", "object")
+
+
+def commands_page() -> str:
+    """Return the reference of the command line."""
+    parts = [COMMANDS_HEAD]
+    group: Any = typer.main.get_command(app)
+    for name in sorted(group.commands):
+        command = group.commands[name]
+        if command.hidden:
+            continue
+        rows = [
+            (f"`{called(option)}`", cell(option.help or "") if hasattr(option, "help") else "")
+            for option in command.params
+            if not getattr(option, "hidden", False) and option.name != "help"
+        ]
+        table = f"\n\n{markdown_table(('argument or option', 'meaning'), rows)}" if rows else ""
+        parts.append(f"## tuner {name}\n\n{help_of(command.help or '')}{table}")
+    return "\n".join(parts)
+
+
+def help_of(text: str) -> str:
+    """Return the help of a command with its examples as code."""
+    lines = [line.strip() for line in text.replace("\f", "\n").splitlines()]
+    shown = [f"`{line.removeprefix('Example: ')}`" if line.startswith("Example: ") else line for line in lines]
+    return "\n".join(shown).strip() + "\n"
+
+
+def called(option: Any) -> str:
+    """Return how an argument or option is written."""
+    return ", ".join(option.opts) if option.param_type_name == "option" else option.name.upper()
+
+
+def choices_page() -> str:
+    """Return the registries as tables."""
+    parts = [CHOICES_HEAD]
+    for what, title in CHOICES.items():
+        rows = [row for row in json.loads(output_of("list", what, "--json")) if row]
+        # A path belongs to the machine that builds the page.
+        columns = [key for key in rows[0] if key != "file"]
+        parts.append(f"## {title}\n\n{markdown_table(columns, [[shown(row[key]) for key in columns] for row in rows])}")
+    return "\n".join(parts)
+
+
+def shown(value: Any) -> str:
+    """Return a figure of a list as text."""
+    if isinstance(value, bool):
+        return "yes" if value else "no"
+    if isinstance(value, list):
+        return ", ".join(map(shown, value))
+    return "" if value is None else f"{value:g}" if isinstance(value, float) else str(value)
+
+
+def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
+    """Return a Markdown table."""
+    lines = [head, ["---"] * len(head), *rows]
+    return "".join(f"| {' | '.join(cell(entry) for entry in line)} |\n" for line in lines)
+
+
+def output_of(*arguments: str) -> str:
+    """Return what a command prints."""
+    result = CliRunner().invoke(app, list(arguments))
+    if result.exit_code != 0:
+        raise RuntimeError(f"tuner {' '.join(arguments)}: {result.output}")
+    return result.output
