@@ -6,12 +6,12 @@ from typing import Any
 
 import typer
 from pydantic import BaseModel
-from schema_tables import Document, Row, Section, cell, meanings, written
+from schema_tables import Document, Row, Section, cell, written
 from typer.testing import CliRunner
 
 from tuner.cli.main import app
-from tuner.contest.schema import ContestTable
-from tuner.inference.schema import InferenceTable
+from tuner.study.contest_schema import ContestTable
+from tuner.study.inference_schema import InferenceTable
 from tuner.study.schema import StudyTable
 
 KINDS: tuple[tuple[str, type[BaseModel]], ...] = (
@@ -26,11 +26,11 @@ CHOICES = {
 }  # fmt: skip
 STUDY_HEAD = """# Study file
 
-Every table and key of a study file, generated from the schema that `tuner check` uses. A file is TOML; numbers are in SI units, and
-angles in radians, unless the key ends in `_deg` or the table says otherwise. An unknown key is an error. `[name]` is written once,
-`[[name]]` as often as needed. `tuner new NAME` writes a study with a comment on each line;
-[what there is to choose from](choices.md) lists the names that a key takes. How keys change between versions is told in
-[what may change](stability.md).
+Every table and key of a study file, generated from the schema that `tuner check` uses. A file is TOML. Numbers are
+in SI units and angles in radians, unless the key ends in `_deg` or the table says otherwise. An unknown key is an error.
+`[name]` is written once, `[[name]]` as often as needed. `tuner new NAME` writes a study with a comment on each line;
+[what there is to choose from](choices.md) lists the names that a key takes. [What may change](stability.md) tells how
+keys change between versions.
 """
 GAINS_HEAD = """# Keys of gains.json
 
@@ -39,7 +39,8 @@ Every quantity is an object with `value` and `unit` (UCUM).
 """
 COMMANDS_HEAD = """# Command line
 
-Generated from `tuner --help` and the help of each command. Exit codes: [reading the report](reading_the_report.md#nothing-feasible).
+Generated from `tuner --help` and the help of each command. Exit codes stand in [reading the
+report](reading_the_report.md#nothing-feasible).
 """
 CHOICES_HEAD = """# What there is to choose from
 
@@ -62,34 +63,38 @@ def study_page() -> str:
     parts = [STUDY_HEAD]
     for kind, model in KINDS:
         document = Document(model.model_json_schema())
-        parts.append(f"## {kind}\n\n{cell(document.schema.get('description', ''))}\n")
+        parts.append(f"## {kind}\n\n{meaning_of(document.schema)}\n")
         for section in sections(document, document.schema, ""):
-            heading = f"### {section.path}\n\n" if section.path else ""
-            parts.append(f"{heading}{section.about}\n\n{table_of(document, section)}")
+            heading = f"### {section.path}\n\n{section.about}\n\n" if section.path else ""
+            parts.append(heading + table_of(document, section))
     return "\n".join(parts)
 
 
-def sections(document: Document, schema: Row, path: str) -> Iterator[Section]:
+def sections(document: Document, schema: Row, path: str, about: str = "") -> Iterator[Section]:
     """Yield the table at a path of a study and, depth first, the tables inside it."""
-    about, told = meanings(schema.get("description", ""), list(schema.get("properties", {})))
-    inner: list[tuple[Row, str]] = []
-    section = Section(path, schema, about if path else "")
+    section, inner = Section(path, about), []
     for key, entry in schema.get("properties", {}).items():
         held = document.followed(entry)
         place = f"{path.strip('[]')}.{key}" if path else key
         if held.get("type") == "array" and document.is_table(held.get("items", {})):
-            inner.append((document.followed(held["items"]), f"[[{place}]]"))
+            inner.append((document.followed(held["items"]), f"[[{place}]]", ""))
         elif document.is_table(held):
-            inner.append((held, f"[{place}]"))
+            inner.append((held, f"[{place}]", ""))
         elif table := table_of_any_keys(document, held):
-            inner.append((table, f"[{place}]"))
+            inner.append((table, f"[{place}]", held["description"]))
         else:
-            meaning = entry.get("description") or held.get("description") or told.get(key, "")
-            section.keys[key] = {**held, "meaning": meaning, "required": key in schema.get("required", ())}
+            section.keys[key] = {**held, "required": key in schema.get("required", ())}
     if section.keys:
         yield section
-    for table, place in inner:
-        yield from sections(document, table, place)
+    for table, place, more in inner:
+        yield from sections(document, table, place, " ".join([more, meaning_of(table)]).strip())
+
+
+def meaning_of(table: Row) -> str:
+    """Return what the docstring of a table says behind the table's name."""
+    text = table.get("description", "")
+    meaning = cell(text.partition("]: ")[2] or text)
+    return meaning[:1].upper() + meaning[1:]
 
 
 def table_of_any_keys(document: Document, schema: Row) -> Row | None:
@@ -106,7 +111,7 @@ def table_of(document: Document, section: Section) -> str:
     rows = []
     for key, entry in section.keys.items():
         usual = "required" if entry["required"] else shown_default(entry)
-        rows.append((f"`{key}`", document.kind(entry), usual, entry["meaning"]))
+        rows.append((f"`{key}`", document.kind(entry), usual, entry.get("description", "")))
     return markdown_table(("key", "takes", "default", "meaning"), rows)
 
 
@@ -123,11 +128,16 @@ def gains_page() -> str:
     for place, schema in objects(document, document.schema, ""):
         required = schema.get("required", ())
         rows = [
-            (f"`{key}`", gains_kind(document, entry), "" if key in required else "may be absent", entry.get("description", ""))
+            (
+                f"`{key}`",
+                gains_kind(document, entry),
+                "" if key in required else "may be absent",
+                entry.get("description", ""),
+            )
             for key, entry in schema["properties"].items()
         ]
         heading = f"## {place}\n\n" if place else ""
-        parts.append(f"{heading}{markdown_table(('key', 'holds', '', 'meaning'), rows)}")
+        parts.append(f"{heading}{markdown_table(('key', 'holds', 'presence', 'meaning'), rows)}")
     return "\n".join(parts)
 
 
@@ -210,8 +220,10 @@ def shown(value: Any) -> str:
 
 
 def markdown_table(head: Sequence[str], rows: Iterable[Sequence[str]]) -> str:
-    """Return a Markdown table."""
-    lines = [head, ["---"] * len(head), *rows]
+    """Return a Markdown table without the columns that hold nothing."""
+    rows = list(rows)
+    held = [i for i in range(len(head)) if any(row[i] for row in rows)]
+    lines = [[line[i] for i in held] for line in (head, ["---"] * len(head), *rows)]
     return "".join(f"| {' | '.join(cell(entry) for entry in line)} |\n" for line in lines)
 
 

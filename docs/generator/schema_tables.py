@@ -1,23 +1,18 @@
 """Markdown tables from JSON Schemas: one section for each table of a document, one row for each key."""
 
-import re
-from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Any
 
 Row = dict[str, Any]
 BOUNDS = {"minimum": "from", "exclusiveMinimum": "above", "maximum": "up to", "exclusiveMaximum": "below"}
 PLAIN = {"number": "number", "integer": "whole number", "string": "text", "boolean": "true or false", "null": "null"}
-# Introduces keys in a docstring, "settling: ...", "mass, inertia: ..." or "position [m], attitude [rad]: ...".
-NAMED = r"(?:^|(?<=[.;)\]])\s+|\n\s*){keys}(?: \[[^\]]*\])?(?:, {keys}(?: \[[^\]]*\])?)*:\s"
 
 
 @dataclass
 class Section:
-    """One table of a document: its path, what it is, and its keys."""
+    """One table of a document: its path, its meaning, and its keys."""
 
     path: str
-    schema: Row
     about: str = ""
     keys: dict[str, Row] = field(default_factory=dict)
 
@@ -44,7 +39,9 @@ class Document:
         schema = self.followed(schema)
         for union in ("oneOf", "anyOf"):
             if union in schema:
-                return " or ".join(dict.fromkeys(self.kind(part) for part in schema[union] if part.get("type") != "null"))
+                return " or ".join(
+                    dict.fromkeys(self.kind(part) for part in schema[union] if part.get("type") != "null")
+                )
         if "const" in schema:
             return f"`{written(schema['const'])}`"
         if "enum" in schema:
@@ -54,7 +51,7 @@ class Document:
             return " or ".join(PLAIN.get(kind, "table") for kind in kinds)
         if kinds == "array":
             return f"list of {self.kind(schema['items'])}" if "items" in schema else "list"
-        bounds = "".join(f", {word} {schema[key]:g}" for key, word in BOUNDS.items() if key in schema)
+        bounds = "".join(f", {word} {written(schema[key])}" for key, word in BOUNDS.items() if key in schema)
         return PLAIN.get(kinds, "table") + bounds
 
     def is_table(self, schema: Row) -> bool:
@@ -72,24 +69,7 @@ def written(value: Any) -> str:
         return "{ " + ", ".join(f"{key} = {written(entry)}" for key, entry in value.items()) + " }"
     if isinstance(value, list):
         return "[" + ", ".join(map(written, value)) + "]"
-    return f"{value:g}" if isinstance(value, float) else str(value)
-
-
-def meanings(description: str, keys: list[str]) -> tuple[str, dict[str, str]]:
-    """Split the docstring of a table into what it says of the whole and what it says of each key."""
-    any_key = "(?:" + "|".join(map(re.escape, sorted(keys, key=len, reverse=True))) + ")"
-    starts = list(re.finditer(NAMED.format(keys=any_key), description)) if keys else []
-    ends = [found.start() for found in starts[1:]] + [len(description)]
-    told: dict[str, str] = {}
-    for found, end in zip(starts, ends, strict=True):
-        head, text = found.group(), " ".join(description[found.end() : end].split())
-        units = re.findall(r"\[[^\]]*\]", head)
-        for key in re.findall(rf"\b{any_key}\b", re.sub(r"\[[^\]]*\]", "", head)):
-            unit = re.search(rf"\b{re.escape(key)} (\[[^\]]*\])", head)
-            shown = unit.group(1) if unit else (units[0] if len(units) == 1 and head.rstrip(": \n").endswith("]") else "")
-            told[key] = f"{text.rstrip('.;')} {shown}".strip()
-    whole = description[: starts[0].start()] if starts else description
-    return " ".join(whole.split()), told
+    return f"{value:g}" if isinstance(value, float) else f"{value:,}" if isinstance(value, int) else str(value)
 
 
 def cell(text: str) -> str:

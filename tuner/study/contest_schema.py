@@ -22,11 +22,17 @@ class ContenderTable(Table):
     """[[contender]]: a name, and what lies over the tables of the base study."""
 
     name: str
+    """Name in tables and charts."""
     airframe: dict[str, Any] | None = None
+    """Its own [airframe]."""
     controller: dict[str, Any] | None = None
+    """Its own [controller]."""
     gains: dict[str, Any] | None = None
+    """Its own [gains]."""
     search: dict[str, Any] | None = None
+    """Its own [search]."""
     pick: dict[str, Any] | None = None
+    """Its own [pick]."""
 
     def tables(self) -> dict[str, Any]:
         """Return the contender's own tables."""
@@ -34,24 +40,35 @@ class ContenderTable(Table):
 
 
 class PublishedTable(Table):
-    """[[published]]: a printed number, SI units, of one contender or of several. fitted: the study was set to meet it."""
+    """[[published]]: a printed number, SI units, of one contender or of several."""
 
     contender: Names
+    """Contender, or list of contenders, that the number is printed for."""
     metric: str
+    """Metric that was printed."""
     scenario: str
+    """Scenario that it was printed for."""
     value: float
+    """Printed number, in SI units."""
     source: str = ""
+    """Where it is printed."""
     fitted: bool = False
+    """The study was set to meet it, so it proves nothing."""
 
 
 class ClaimTable(Table):
     """[[claim]]: `better` is lower than each of `than` in each metric of `in`."""
 
     better: str
+    """Contender that is said to be better."""
     than: Names
+    """Contenders that it is said to be better than."""
     metrics: Names = Field(alias="in")
+    """Metrics in which it is said to be better."""
     scenario: str | None = None
+    """Scenario that the claim is about; by default all."""
     text: str = ""
+    """The claim in its own words."""
 
 
 class ContestTable(Table):

@@ -10,26 +10,33 @@ from tuner.study.size import MOST_FLIGHTS
 
 
 class UnknownTable(Table):
-    """[[unknown]]: a value that a paper leaves open. set: the dotted paths that take it, see `tuner.study.unknown_paths`."""
+    """[[unknown]]: a value that a paper leaves open; `tuner.study.unknown_paths` tells what a path is."""
 
     name: str
+    """Name in tables and charts."""
     unit: str
+    """Unit of the value."""
     set: list[str]
+    """Dotted paths of the study that take the value."""
     low: float
+    """Lower end of the range."""
     high: float
+    """Upper end of the range."""
     scale: str = "linear"
+    """Scale of the range: "linear" or "log"."""
 
 
 class SettingsTable(Table):
-    """[inference]: contenders: those whose published cells count, by default all. flights, held_out: flights of every
-    contender under each setting of the search, and under those that are checked at the end. near: how much worse than
-    the inferred setting another may be, as a share of the misfit, and still count as near it.
-    """
+    """[inference]: how the unknowns are searched and judged."""
 
     contenders: Names | None = None
+    """Contenders whose published cells count; by default all."""
     flights: Annotated[int, Field(ge=8, le=MOST_FLIGHTS)] = 32
+    """Flights of every contender under each setting of the search."""
     held_out: Annotated[int, Field(ge=40, le=MOST_FLIGHTS)] = 256
+    """Flights of every contender under the settings that are checked at the end."""
     near: Annotated[float, Field(gt=0.0)] = 0.1
+    """How much worse than the inferred setting another may be, as a share of the misfit, and still count as near it."""
 
 
 class InferenceTable(Table):

@@ -17,53 +17,76 @@ from plant.air.injection import Injection
 from plant.air.spec import AirSpec
 from plant.scenarios import Bands, Spread
 from plant.sensors import SensorSpec
+from tuner.study import meanings
 from tuner.study.size import MOST_FLIGHTS
 
 
 class Table(BaseModel):
     """A table that knows all its keys and does not turn one type into another."""
 
-    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+    model_config = ConfigDict(
+        extra="forbid", strict=True, frozen=True, allow_inf_nan=False, use_attribute_docstrings=True
+    )
 
 
 class AirframeTable(Table):
     """[airframe]: a bundled name, or a file beside the study."""
 
     name: str | None = None
+    """A bundled airframe."""
     file: str | None = None
+    """A file of your own, beside the study, in place of a name."""
     allow_unphysical: bool = False
+    """Fly numbers that no real vehicle has; the airframe's file must say so too."""
 
 
 class ControllerTable(Table):
-    """[controller]: the law of each loop and what is no gain; default: a gains.json that stands in for the laws' defaults."""
+    """[controller]: the law of each loop, and its settings that are no gains."""
 
     attitude: str
+    """Law of roll, pitch and yaw."""
     position: str = "ladrc"
+    """Law of x, y and z."""
     control_period: float = 0.004
+    """Period of the controller [s], a multiple of plant_step."""
     plant_step: float = 0.001
+    """Runge-Kutta step of the plant [s]."""
     attitude_rate: str = "measured"
+    """Where the attitude law takes the rate from: "measured", or "observer" for its own observer."""
     position_rate: str = "measured"
+    """The same for the position law."""
     lag_aware: bool = True
+    """Observers are fed with the modelled output of the rotors instead of the command."""
     delay: bool = False
+    """A command acts one period after its measurement."""
     tilt_limit_deg: float = 30.0
+    """Largest tilt that the position loop asks for [deg]."""
     yaw_torque_cutoff: float = 0.0
+    """Cutoff of a low-pass on the yaw torque [Hz]; 0: none."""
     default: str | None = None
+    """A gains.json whose gains stand in for the laws' defaults."""
 
 
 class LimitsTable(Table):
     """[limits]: a flight that leaves these has failed."""
 
     position: float = 5.0
+    """Largest error of the position along an axis [m]."""
     tilt_deg: float = 80.0
+    """Largest tilt [deg]."""
 
 
 class GainTable(Table):
-    """A searched or tied gain: range and scale, by default the gain's own; or tie = another entry's key."""
+    """A searched or tied gain; {} searches its usual range."""
 
     low: float | None = None
+    """Lower end of the range, in the unit of the gain; by default the gain's own."""
     high: float | None = None
+    """Upper end of the range; by default the gain's own."""
     scale: str | None = None
+    """Scale of the range: "log" or "linear"; by default the gain's own."""
     tie: str | None = None
+    """Address of another searched gain, whose value this one takes."""
 
 
 def _branch(text: str, table: str, other: str) -> Discriminator:
@@ -90,7 +113,9 @@ ListOrText = Annotated[
 ]
 
 
-def mirror(kind: Any, doc: str, defaults: Mapping[str, Any] = MappingProxyType({}), **nested: Any) -> Any:
+def mirror(
+    kind: Any, doc: str, meanings: Mapping[str, str], defaults: Mapping[str, Any] = MappingProxyType({}), **nested: Any
+) -> Any:
     """Return the table of a domain dataclass: its fields, types and defaults, some of which a study has of its own; nested:
     tables of its own dataclasses.
     """
@@ -98,7 +123,8 @@ def mirror(kind: Any, doc: str, defaults: Mapping[str, Any] = MappingProxyType({
     for entry in fields(kind):
         default = defaults.get(entry.name, entry.default)
         shape = nested.get(entry.name) or _TYPES.get(str(entry.type), entry.type)
-        columns[entry.name] = (shape, ... if default is MISSING else _listed(default))
+        usual = ... if default is MISSING else _listed(default)
+        columns[entry.name] = (shape, Field(default=usual, description=meanings[entry.name]))
     return create_model(f"{kind.__name__}Table", __base__=Table, __doc__=doc, **columns)
 
 
@@ -117,27 +143,43 @@ def _listed(default: Any) -> Any:
     return list(default) if isinstance(default, tuple) else default
 
 
-SensorsTable = mirror(SensorSpec, "[scenario.sensors]")
+SensorsTable = mirror(
+    SensorSpec, "[scenario.sensors]: noise and biases of what the controller measures.", meanings.SENSORS
+)
 # An observer that is fed with the modelled rotors knows their lag; without a spread it would know the true one.
 USUAL_SPREAD = {"lag": 0.2}
-SpreadTable = mirror(Spread, "[scenario.spread]", USUAL_SPREAD)
-BandsTable = mirror(Bands, "[scenario.bands]")
-MissionTable = mirror(Mission, "[mission]: how much the automatic limits ask.")
-GustTable = mirror(Gust, "[scenario.air.gust]")
-InjectionTable = mirror(Injection, "[scenario.air.injection]")
-AirTable = mirror(AirSpec, "[scenario.air]", gust=GustTable | None, injection=InjectionTable | None)
+SpreadTable = mirror(
+    Spread, "[scenario.spread]: vehicles that fly, around the nominal one.", meanings.SPREAD, USUAL_SPREAD
+)
+BandsTable = mirror(Bands, "[scenario.bands]: bands that settling and recovery are judged by.", meanings.BANDS)
+MissionTable = mirror(Mission, "[mission]: how much the automatic limits ask.", meanings.MISSION)
+GustTable = mirror(Gust, "[scenario.air.gust]: one raised-cosine pulse of wind.", meanings.GUST)
+InjectionTable = mirror(
+    Injection, "[scenario.air.injection]: accelerations injected without air, three numbers each.", meanings.INJECTION
+)
+AirTable = mirror(
+    AirSpec, "[scenario.air]: wind and turbulence.", meanings.AIR,
+    gust=GustTable | None, injection=InjectionTable | None,
+)  # fmt: skip
 
 
 class ScenarioTable(Table):
     """[[scenario]]: one kind of flight, how long, and how many draws of it the search and the held-out check fly."""
 
     name: str
+    """Unique in the study; part of the random streams."""
     duration: float = 10.0
+    """Length of a flight [s]."""
     search: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] = 32
+    """Flights of each candidate in the search."""
     held_out: Annotated[int, Field(ge=2, le=MOST_FLIGHTS)] = 1024
+    """Flights of the held-out check, and as many for the confirmation."""
     steady_share: float = 0.2
+    """Share of the flight, at its end, over which the steady-state error is taken."""
     recovery_from: float | None = None
+    """Time from which recovery counts [s]; by default the end of the turbulence's window."""
     reference: dict[str, Any] = Field(default={"kind": "hover"})
+    """Path to be flown: `kind` and its parameters."""
     air: AirTable = Field(default=AirTable())  # pyright: ignore[reportInvalidTypeForm]
     sensors: SensorsTable = Field(default=SensorsTable())  # pyright: ignore[reportInvalidTypeForm]
     spread: SpreadTable = Field(default=SpreadTable())  # pyright: ignore[reportInvalidTypeForm]
@@ -148,80 +190,115 @@ class ObjectiveTable(Table):
     """[[objective]]: a metric's risk over scenarios, to be made small."""
 
     metric: str
+    """Metric, with the axis or group of axes where it has one."""
     risk: str = "mean"
+    """Risk measure over the scenarios."""
     level: float | None = None
+    """Level of the risk measure, above 0 and below 1, where it has one."""
     scenario: str | None = None
+    """Scenario that is judged; by default all of them."""
 
 
 class ConstraintTable(ObjectiveTable):
     """[[constraint]]: the same, not to exceed `most`."""
 
     most: float
+    """Largest value allowed, in the unit of the metric."""
 
 
 class GuaranteeTable(Table):
     """[[guarantee]]: a theorem that gains must satisfy before they are flown."""
 
     theorem: str
+    """Theorem to be asked."""
     axis: str
+    """Axis or group of axes."""
     most: float | None = None
+    """Largest value allowed, of a theorem that bounds from above."""
     least: float | None = None
+    """Smallest value allowed, of a theorem that bounds from below."""
     disturbance_rate: NumberOrText = "measured"
+    """Rate of the disturbance, in the unit of the channel over s^3; "measured": from the air of the scenarios."""
     level: float = 0.99
+    """Quantile of the measured rate over time and scenarios."""
     window: float | None = None
+    """Time over which a change is measured [s]; by default the control period."""
     scenario: str | None = None
+    """Scenario whose air is measured; by default the fastest of all."""
     hard: bool = True
+    """Do not fly candidates that break it; false: a constraint like any other."""
 
 
 class MarginTable(Table):
     """[[margin]]: a stability margin that gains must have before they are flown; least or most, as the quantity asks."""
 
     quantity: str
+    """Stability margin."""
     axis: str | None = None
+    """Axis or group of axes; by default the worst of all six counts."""
     least: float | None = None
+    """Smallest value allowed."""
     most: float | None = None
+    """Largest value allowed."""
     amplitude: float = 0.0
+    """Smallest amplitude of its nonlinear terms at which a loop is judged, each in its own unit; 0: small signals too."""
     spread: bool = False
+    """Judge the corners of the scenario's spread too."""
     hard: bool = True
+    """Do not fly candidates that break it; false: a constraint like any other."""
 
 
 class CostTable(Table):
     """[[cost]]: what a control step may take on a microcontroller; the same for all gains of one pair of laws."""
 
     quantity: str
+    """Quantity counted on the processor."""
     most: float
+    """Largest value allowed."""
     hard: bool = True
+    """Refuse a study that no gains can change; false: a constraint like any other."""
 
 
 class SearchTable(Table):
     """[search]: how the gains are looked for."""
 
     algorithm: str = "nsga2"
+    """Search algorithm."""
     population: int = 48
+    """Candidates of a generation."""
     generations: Annotated[int, Field(ge=1)] = 15
+    """Number of generations."""
     initial: list[str] = Field(default=["default"])
+    """Points that the search starts from: "default", "design"."""
     racing: bool = True
+    """Stop flying a candidate once a better one surely beats it."""
 
 
 class PickTable(Table):
-    """[pick]: which point of the front is recommended; weights: by objective, for rule = "weights"."""
+    """[pick]: rule that picks the recommended point of the front."""
 
     rule: str = "knee"
+    """Rule of choice: "knee", "closest", "min:METRIC" or "weights"."""
     weights: dict[str, Any] = Field(default={})
+    """Weight of each objective, where the rule is "weights"."""
 
 
 class StudyTable(Table):
     """A whole study file."""
 
     title: str
+    """One line that names the study."""
     seed: Annotated[int, Field(ge=0, lt=2**63)]
+    """Root of every random number."""
     airframe: AirframeTable
     controller: ControllerTable
     scenario: Annotated[list[ScenarioTable], Field(min_length=1)]
     objective: Annotated[list[ObjectiveTable], Field(min_length=1)]
     description: str = ""
+    """Text for the report."""
     limits: LimitsTable = LimitsTable()
     gains: dict[str, NumberOrTable] = Field(default={})
+    """Gains by address, AXIS.GAIN or GROUP.GAIN: a number fixes one, a table searches or ties it."""
     mission: MissionTable = Field(default=MissionTable())  # pyright: ignore[reportInvalidTypeForm]
     constraint: list[ConstraintTable] = Field(default=[])
     guarantee: list[GuaranteeTable] = Field(default=[])
