@@ -2,7 +2,7 @@
 
     python3 bootstrap.py tuner run studies/quickstart.toml
     python3 bootstrap.py pytest
-    python3 bootstrap.py mkdocs build --strict
+    python3 bootstrap.py docs
 
 The first call installs (a few minutes, mostly downloads); later calls start at once unless pyproject.toml changed.
 """
@@ -19,8 +19,8 @@ BIN = VENV / ("Scripts" if os.name == "nt" else "bin")
 PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 STAMP = VENV / "installed"
 # What a command needs beside the project; every other command is one of its development.
-EXTRAS = {"tuner": "", "mkdocs": "docs"}
-MODULES = ("pytest", "ruff", "pyright", "mkdocs")
+EXTRAS = {"tuner": "", "docs": "docs"}
+SCRIPTS = {"pytest": ["-m", "pytest"], "ruff": ["-m", "ruff"], "pyright": ["-m", "pyright"], "docs": ["docs/generator/build.py"]}
 
 
 def main() -> int:
@@ -33,8 +33,8 @@ def main() -> int:
         return 2
     command, arguments = sys.argv[1], sys.argv[2:]
     install(EXTRAS.get(command, "test"))
-    if command in MODULES:
-        return subprocess.call([str(PYTHON), "-m", command, *arguments], cwd=ROOT)
+    if command in SCRIPTS:
+        return subprocess.call([str(PYTHON), *SCRIPTS[command], *arguments], cwd=ROOT)
     return subprocess.call([str(BIN / command), *arguments])
 
 

@@ -48,14 +48,13 @@ Names that a study file and the command line take, as `tuner list` prints them f
 """
 
 
+NAMES = ("study_file.md", "gains_keys.md", "commands.md", "choices.md")
+"""Generated pages."""
+
+
 def pages() -> dict[str, str]:
     """Return the generated pages, Markdown by name."""
-    return {
-        "study_file.md": study_page(),
-        "gains_keys.md": gains_page(),
-        "commands.md": commands_page(),
-        "choices.md": choices_page(),
-    }
+    return dict(zip(NAMES, (study_page(), gains_page(), commands_page(), choices_page()), strict=True))
 
 
 def study_page() -> str:

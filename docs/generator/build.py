@@ -1,0 +1,35 @@
+"""Build the site into build/docs, with warnings as errors: python3 bootstrap.py docs."""
+
+import shutil
+import sys
+from pathlib import Path
+
+from pages import ROOT, pages, pictures
+from sphinx.cmd.build import build_main
+
+SOURCE, SITE = ROOT / "build" / "docs_source", ROOT / "build" / "docs"
+
+
+def main() -> int:
+    """Lay out the pages, then build them; return the exit status."""
+    for folder in (SOURCE, SITE):
+        shutil.rmtree(folder, ignore_errors=True)
+    for name, text in pages().items():
+        made(SOURCE / name).write_text(text, encoding="utf-8")
+    for name, picture in pictures().items():
+        shutil.copyfile(picture, made(SOURCE / name))
+    status = build_main(["-q", "-W", "--keep-going", "-c", str(Path(__file__).parent), str(SOURCE), str(SITE)])
+    if status == 0:
+        print(f"Documentation: {SITE / 'index.html'}")
+    return status
+
+
+def made(file: Path) -> Path:
+    """Return a file whose folder is there."""
+    file.parent.mkdir(parents=True, exist_ok=True)
+    return file
+
+
+if __name__ == "__main__":
+    sys.path.insert(0, str(ROOT))
+    sys.exit(main())

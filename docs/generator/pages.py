@@ -1,0 +1,120 @@
+"""The pages of the site as Markdown by name: files of the repository, with links as they are seen there, and generated pages."""
+
+import re
+import subprocess
+from pathlib import Path
+from posixpath import dirname, join, normpath, relpath
+
+import reference
+
+ROOT = Path(__file__).resolve().parents[2]
+OUTSIDE = {
+    "README.md": "index.md",
+    "ARCHITECTURE.md": "architecture.md",
+    "CHANGELOG.md": "changelog.md",
+    "CONTRIBUTING.md": "contributing.md",
+    "SECURITY.md": "security.md",
+    "results/README.md": "results.md",
+    "plant/airframes/README.md": "airframes.md",
+    "benchmarks/NOTES.md": "speed.md",
+}
+"""Pages of the site that lie outside docs/."""
+NAVIGATION = {
+    "": ("installation", "tutorial"),
+    "How to": (
+        "reading_the_report", "how_to/limits", "how_to/compare", "exports", "cluster", "how_to/add_a_law",
+        "how_to/add_a_metric", "how_to/add_an_export_target", "how_to/add_a_number",
+    ),
+    "Explanation": ("model", "statistics", "paper", "airframes", "speed", "architecture"),
+    "Reference": ("study_file", "choices", "commands", "api", "results", "gains_file", "gains_keys", "glossary"),
+    "Project": ("contributing", "stability", "changelog", "security"),
+}  # fmt: skip
+ANCHOR = re.compile(r'<a id="(\w+)"></a>')
+LINK = re.compile(r"(\]\()([^)\s]+)(\))")
+PICTURE = ".png"
+ELSEWHERE = ("#", "http://", "https://", "mailto:")
+LANGUAGES = {".py": "python", ".json": "json", ".c": "c", ".js": "javascript", ".sh": "sh", ".css": "css"}
+
+
+def pages() -> dict[str, str]:
+    """Return all pages, Markdown by their path in the site."""
+    written = own_pages()
+    found = {place_of(path): relinked(text, path) for path, text in written.items()}
+    sources = linked(written) - set(written)
+    found |= {place_of(path): source_page(path) for path in sources if place_of(path).startswith("source/")}
+    found |= reference.pages()
+    found["index.md"] += navigation()
+    return found
+
+
+def pictures() -> dict[str, Path]:
+    """Return the pictures that pages show, files by their path in the site."""
+    return {place_of(path): ROOT / path for path in linked(own_pages()) if path.endswith(PICTURE)}
+
+
+def own_pages() -> dict[str, str]:
+    """Return the pages that somebody wrote, Markdown by their path in the repository."""
+    files = [*(ROOT / "docs").rglob("*.md"), *(ROOT / path for path in OUTSIDE)]
+    return {file.relative_to(ROOT).as_posix(): file.read_text(encoding="utf-8") for file in files}
+
+
+def place_of(path: str) -> str:
+    """Return where the site shows a file of the repository."""
+    if path.startswith("docs/"):
+        return path.removeprefix("docs/")
+    if path.endswith(PICTURE):
+        return f"images/{path}"
+    return OUTSIDE.get(path) or f"source/{path}.md"
+
+
+def linked(written: dict[str, str]) -> set[str]:
+    """Return the files of the repository that pages link to."""
+    return {target for path, text in written.items() for target in targets(text, path)}
+
+
+def relinked(text: str, path: str) -> str:
+    """Return a page with its links as they are seen from its place in the site."""
+
+    def link(found: re.Match[str]) -> str:
+        before, target, after = found.groups()
+        if target.startswith(ELSEWHERE):
+            return found.group()
+        file, mark, anchor = target.partition("#")
+        seen = relpath(place_of(normpath(join(dirname(path), file))), dirname(place_of(path)) or ".")
+        return f"{before}{seen}{mark}{anchor}{after}"
+
+    return ANCHOR.sub(r"[]{#\1}", LINK.sub(link, text))
+
+
+def targets(text: str, path: str) -> set[str]:
+    """Return the files of the repository that a page links to; raises FileNotFoundError where one is missing."""
+    links = [target for _, target, _ in LINK.findall(text) if not target.startswith(ELSEWHERE)]
+    found = {normpath(join(dirname(path), target.partition("#")[0])) for target in links}
+    # Generated pages are linked to as if they lay in docs/.
+    missing = [target for target in found if not (ROOT / target).exists() and place_of(target) not in reference.NAMES]
+    if missing:
+        raise FileNotFoundError(f"{path} links to {', '.join(missing)}")
+    return found
+
+
+def source_page(path: str) -> str:
+    """Return the page of a source file, or of a folder the list of its files."""
+    file = ROOT / path
+    text = "\n".join(tracked(path)) if file.is_dir() else file.read_text(encoding="utf-8")
+    language = LANGUAGES.get(file.suffix, "text")
+    return f"---\norphan: true\nnosearch: true\n---\n\n# {path}\n\n~~~~~~{language}\n{text}\n~~~~~~\n"
+
+
+def tracked(folder: str) -> list[str]:
+    """Return the files of a folder that are part of the project."""
+    listed = subprocess.run(["git", "ls-files", folder], cwd=ROOT, capture_output=True, text=True, check=True)
+    return listed.stdout.splitlines()
+
+
+def navigation() -> str:
+    """Return the table of contents, in parts, for the end of the first page."""
+    parts = []
+    for title, names in NAVIGATION.items():
+        caption = f":caption: {title}\n" if title else ""
+        parts.append("```{toctree}\n:hidden:\n" + caption + "\n" + "\n".join(names) + "\n```\n")
+    return "\n" + "\n".join(parts)
