@@ -4,8 +4,13 @@ import shutil
 import sys
 from pathlib import Path
 
-from pages import ROOT, pages, pictures
 from sphinx.cmd.build import build_main
+
+ROOT = Path(__file__).resolve().parents[2]
+# The program of this checkout is described, whatever is installed.
+sys.path.insert(0, str(ROOT))
+
+from pages import pages, pictures  # noqa: E402
 
 SOURCE, SITE = ROOT / "build" / "docs_source", ROOT / "build" / "docs"
 
@@ -31,5 +36,4 @@ def made(file: Path) -> Path:
 
 
 if __name__ == "__main__":
-    sys.path.insert(0, str(ROOT))
     sys.exit(main())

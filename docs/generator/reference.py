@@ -80,7 +80,7 @@ def sections(document: Document, schema: Row, path: str, about: str = "") -> Ite
         elif document.is_table(held):
             inner.append((held, f"[{place}]", ""))
         elif table := table_of_any_keys(document, held):
-            inner.append((table, f"[{place}]", held["description"]))
+            inner.append((table, f"[{place}]", held.get("description", "")))
         else:
             section.keys[key] = {**held, "required": key in schema.get("required", ())}
     if section.keys:
