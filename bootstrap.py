@@ -20,7 +20,12 @@ PYTHON = BIN / ("python.exe" if os.name == "nt" else "python")
 STAMP = VENV / "installed"
 # What a command needs beside the project; every other command is one of its development.
 EXTRAS = {"tuner": "", "docs": "docs"}
-SCRIPTS = {"pytest": ["-m", "pytest"], "ruff": ["-m", "ruff"], "pyright": ["-m", "pyright"], "docs": ["docs/generator/build.py"]}
+SCRIPTS = {
+    "pytest": ["-m", "pytest"],
+    "ruff": ["-m", "ruff"],
+    "pyright": ["-m", "pyright"],
+    "docs": ["docs/generator/build.py"],
+}
 
 
 def main() -> int:

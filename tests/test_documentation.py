@@ -1,0 +1,105 @@
+"""The site of the documentation: its generated pages are complete, and every page has its place."""
+
+import re
+import sys
+from pathlib import Path
+
+import pytest
+
+from tuner.cli.main import app
+from tuner.study.schema import Table
+
+ROOT = Path(__file__).parents[1]
+
+
+@pytest.fixture(scope="module")
+def generator():
+    """The modules that make the pages."""
+    sys.path.insert(0, str(ROOT / "docs" / "generator"))
+    import pages
+    import reference
+
+    yield pages, reference
+    sys.path.remove(str(ROOT / "docs" / "generator"))
+
+
+@pytest.fixture(scope="module")
+def site(generator):
+    """All pages of the site, Markdown by path."""
+    return generator[0].pages()
+
+
+TABLES = re.compile(r"\w+Table\b")
+
+
+def tables(model):
+    """The tables of a study file below a model, that one first."""
+    yield model
+    inner = {name for entry in model.model_fields.values() for name in TABLES.findall(str(entry.annotation))}
+    for table in Table.__subclasses__():
+        if table.__name__ in inner:
+            yield from tables(table)
+
+
+def test_every_key_of_a_study_file_has_a_meaning_and_a_row(generator, site):
+    page = site["study_file.md"]
+    for _, model in generator[1].KINDS:
+        for table in tables(model):
+            for key, entry in table.model_fields.items():
+                name = entry.alias or key
+                nested = TABLES.search(str(entry.annotation))
+                assert nested or (entry.description and f"| `{name}` |" in page), f"{table.__name__}.{name}"
+    for head in (
+        "[airframe]",
+        "[gains]",
+        "[[scenario]]",
+        "[scenario.air.gust]",
+        "[[margin]]",
+        "[[contender]]",
+        "[[unknown]]",
+    ):
+        assert f"### {head}\n" in page
+
+
+def test_every_key_of_gains_json_has_a_row(site):
+    page = site["gains_keys.md"]
+    rows = set(re.findall(r"^\| `(\w+)` \|", page, re.MULTILINE))
+    assert {
+        "format",
+        "airframe",
+        "controller",
+        "gains",
+        "margins",
+        "objectives",
+        "exports",
+        "sha256",
+        "phase_margin",
+    } <= rows
+    assert "quantity in `kg`" in page
+
+
+def test_every_command_and_registry_is_told(site):
+    told = re.findall(r"^## tuner (\w+)$", site["commands.md"], re.MULTILINE)
+    assert len(told) == len(app.registered_commands)
+    assert {"hybrid", "itae", "phase_margin", "nsga2", "px4", "quickstart"} <= set(
+        re.findall(r"^\| ([\w-]+) \|", site["choices.md"], re.MULTILINE)
+    )
+    assert "/" + "work" not in site["choices.md"] and str(ROOT) not in "".join(site.values())
+
+
+def test_every_page_has_its_place_in_the_navigation(generator, site):
+    placed = [name for names in generator[0].NAVIGATION.values() for name in names]
+    assert len(placed) == len(set(placed))
+    assert {f"{name}.md" for name in placed} == {name for name in site if not name.startswith("source/")} - {"index.md"}
+
+
+def test_links_of_pages_outside_the_folder_are_turned(site):
+    assert "](tutorial.md)" in site["index.md"] and "](docs/" not in site["index.md"]
+    assert "](source/plant/vectors.py.md)" in site["paper.md"]
+    assert "class Rotors" in site["source/plant/vectors.py.md"]
+
+
+def test_the_glossary_is_in_order():
+    words = re.findall(r"^\*\*([^*]+)\*\*: ", (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8"), re.MULTILINE)
+    assert len(words) >= 50
+    assert words == sorted(words, key=str.lower)
