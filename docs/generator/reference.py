@@ -6,19 +6,21 @@ from typing import Any
 
 import typer
 from pydantic import BaseModel
-from schema_tables import Document, Row, Section, cell, written
+from schema_tables import Document, Row, Section, attribute_docstrings, cell, written
 from typer.testing import CliRunner
 
 from tuner.cli.main import app
 from tuner.study.contest_schema import ContestTable
 from tuner.study.inference_schema import InferenceTable
-from tuner.study.schema import StudyTable
+from tuner.study.schema import StudyTable, Table
 
 KINDS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("Tuning", StudyTable),
     ("Contest", ContestTable),
     ("Inference", InferenceTable),
 )
+MEANINGS = {table.__name__: attribute_docstrings(table) for table in Table.__subclasses__()}
+"""Meanings of the keys of each table, by the name of its class."""
 CHOICES = {
     "laws": "Control laws", "airframes": "Airframes", "references": "References", "metrics": "Metrics", "risks": "Risk measures",
     "margins": "Stability margins", "theorems": "Theorems", "searches": "Search algorithms", "targets": "Export targets",
@@ -72,15 +74,16 @@ def study_page() -> str:
 def sections(document: Document, schema: Row, path: str, about: str = "") -> Iterator[Section]:
     """Yield the table at a path of a study and, depth first, the tables inside it."""
     section, inner = Section(path, about), []
+    told = MEANINGS.get(schema.get("title", ""), {})
     for key, entry in schema.get("properties", {}).items():
-        held = document.followed(entry)
+        held = {"description": told.get(key, ""), **document.followed(entry)}
         place = f"{path.strip('[]')}.{key}" if path else key
         if held.get("type") == "array" and document.is_table(held.get("items", {})):
             inner.append((document.followed(held["items"]), f"[[{place}]]", ""))
         elif document.is_table(held):
             inner.append((held, f"[{place}]", ""))
         elif table := table_of_any_keys(document, held):
-            inner.append((table, f"[{place}]", held.get("description", "")))
+            inner.append((table, f"[{place}]", held["description"]))
         else:
             section.keys[key] = {**held, "required": key in schema.get("required", ())}
     if section.keys:

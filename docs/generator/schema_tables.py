@@ -1,6 +1,10 @@
 """Markdown tables from JSON Schemas: one section for each table of a document, one row for each key."""
 
+import ast
 from dataclasses import dataclass, field
+from inspect import cleandoc, getsource
+from itertools import pairwise
+from textwrap import dedent
 from typing import Any
 
 Row = dict[str, Any]
@@ -70,6 +74,32 @@ def written(value: Any) -> str:
     if isinstance(value, list):
         return "[" + ", ".join(map(written, value)) + "]"
     return f"{value:g}" if isinstance(value, float) else f"{value:,}" if isinstance(value, int) else str(value)
+
+
+def attribute_docstrings(kind: type) -> dict[str, str]:
+    """Return the texts that stand below the attributes of a class and of those that it is made from.
+
+    Pydantic could put them into the schema by itself, at half a second whenever the program starts.
+    """
+    if kind.__module__.startswith("pydantic"):
+        return {}
+    inherited = {
+        name: text for base in kind.__bases__ if base is not object for name, text in attribute_docstrings(base).items()
+    }
+    try:
+        body = ast.parse(dedent(getsource(kind))).body[0]
+    except (OSError, TypeError):
+        return inherited
+    assert isinstance(body, ast.ClassDef)
+    return inherited | {
+        entry.target.id: cleandoc(text.value.value)
+        for entry, text in pairwise(body.body)
+        if isinstance(entry, ast.AnnAssign)
+        and isinstance(entry.target, ast.Name)
+        and isinstance(text, ast.Expr)
+        and isinstance(text.value, ast.Constant)
+        and isinstance(text.value.value, str)
+    }
 
 
 def cell(text: str) -> str:
