@@ -292,15 +292,15 @@ def _check_motion(spec: ScenarioSpec, limits: Limits, timing: Timing) -> None:
 
 
 def _constraint(table: ConstraintTable, scenarios: tuple[StudyScenario, ...], timing: Timing) -> Constraint:
-    objective, most = _objective(table, scenarios, timing), _finite(table.most, "most")
+    objective, limit = _objective(table, scenarios, timing), _finite(table.max, "max")
     metric = objective.metric.metric
-    if most > metric.highest or most < 0.0 or (most == 0.0 and not metric.reaches_zero):
+    if limit > metric.highest or limit < 0.0 or (limit == 0.0 and not metric.reaches_zero):
         low = "0" if metric.reaches_zero else "above 0"
         high = "" if metric.highest == inf else f" to {metric.highest:g}"
         unit = "" if objective.metric.unit == "1" else f" {objective.metric.unit}"
-        message = f"given {most:g}; '{objective.metric}' is {metric.definition}: allowed: {low}{high}{unit}"
-        raise InputError(message, key="most")
-    return Constraint(objective, most)
+        message = f"given {limit:g}; '{objective.metric}' is {metric.definition}: allowed: {low}{high}{unit}"
+        raise InputError(message, key="max")
+    return Constraint(objective, limit)
 
 
 def _objective(table: ObjectiveTable, scenarios: tuple[StudyScenario, ...], timing: Timing) -> Objective:

@@ -1,7 +1,7 @@
 """The [[guarantee]] tables: theorems that gains must satisfy before they are worth a flight.
 
-A bound on an error ("most") is worked out for the disturbance rate of each axis, and the worst axis must keep the limit. A
-disturbance rate that is borne ("least") must reach a given number on the worst axis, or else, on every axis, the
+A bound on an error (`max`) is worked out for the disturbance rate of each axis, and the worst axis must keep the limit. A
+disturbance rate that is borne (`min`) must reach a given number on the worst axis, or else, on every axis, the
 disturbance rate of that axis: a requirement for each.
 """
 
@@ -77,16 +77,16 @@ def _check_law(theorem: Theorem, axis: str, system: System) -> None:
 
 def _limit(table: GuaranteeTable, theorem: Theorem) -> float | None:
     """Return the limit given, or None where the disturbance rate of each axis is the limit."""
-    given, other = ("most", "least") if theorem.sense == "most" else ("least", "most")
+    given, other = ("max", "min") if theorem.sense == "most" else ("min", "max")
     if getattr(table, other) is not None:
-        better = "smaller" if given == "most" else "larger"
+        better = "smaller" if given == "max" else "larger"
         raise InputError(
             f"of '{theorem.name}' ({theorem.quantity}) {better} values are better; give {given} instead", key=other
         )
     limit = getattr(table, given)
-    if limit is None and given == "most":
+    if limit is None and given == "max":
         unit = theorem.unit.replace("{y}", "rad or m")
-        raise InputError(f"'{theorem.name}' needs a limit; write most = ... in {unit}", key="most")
+        raise InputError(f"'{theorem.name}' needs a limit; write max = ... in {unit}", key="max")
     return limit
 
 

@@ -10,6 +10,7 @@ from typing import Any
 from plant.errors import InputError
 from tuner.study.files import base_file
 from tuner.study.reading import key_parts, parse_toml
+from tuner.study.renamed import with_new_names
 from tuner.text.paths import with_paths
 
 Table = dict[str, Any]
@@ -31,7 +32,7 @@ def read_layers(path: Path) -> tuple[Layer, ...]:
     layers: list[Layer] = []
     here = path
     while True:
-        table = parse_toml(here)
+        table = with_new_names(parse_toml(here), here)
         layers.append(Layer(here, _anchored(table, here.parent, path.parent)))
         name = table.get("base")
         if name is None:

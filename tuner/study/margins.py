@@ -141,7 +141,7 @@ def _axes(table: MarginTable, quantity: MarginQuantity, held: bool) -> tuple[str
 
 
 def _limit(table: MarginTable, quantity: MarginQuantity) -> float:
-    given, other = (quantity.sense, "most" if quantity.sense == "least" else "least")
+    given, other = ("min", "max") if quantity.sense == "least" else ("max", "min")
     if getattr(table, other) is not None:
         better = "larger" if quantity.sense == "least" else "smaller"
         raise InputError(f"of '{quantity.name}' {better} values are better; give {given} instead", key=other)

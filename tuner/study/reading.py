@@ -12,12 +12,13 @@ from plant.errors import InputError
 from plant.input_files import read_input_text
 from plant.texts import LONGEST_TITLE, check_text, check_texts, check_title, toml_table
 from tuner.study.messages import translated
+from tuner.study.renamed import with_new_name, with_new_names
 from tuner.study.schema import StudyTable
 
 
 def read_study_table(path: Path, overrides: Mapping[str, Any]) -> StudyTable:
     """Return the tables of a study file, with dotted overrides ("search.generations", "scenario.0.search") put in."""
-    table = parse_toml(path)
+    table = with_new_names(parse_toml(path), path)
     for key, value in overrides.items():
         put(table, key, value, path)
     return checked_table(path, table)
@@ -25,6 +26,8 @@ def read_study_table(path: Path, overrides: Mapping[str, Any]) -> StudyTable:
 
 def checked_table(path: Path, table: Mapping[str, Any]) -> StudyTable:
     """Return the content of a study in its checked shape; path: the file that errors name."""
+    # Whole tables may come from a command line or from another file.
+    table = with_new_names(table, path)
     try:
         checked = StudyTable.model_validate(table)
     except ValidationError as error:
@@ -57,7 +60,7 @@ def parse_toml(path: Path) -> dict[str, Any]:
 
 def put(table: Any, key: str, value: Any, path: Path) -> None:
     """Set a dotted key in nested tables and lists; scenario.0.search and scenario[0].search are the same."""
-    *parents, last = key_parts(key)
+    *parents, last = key_parts(with_new_name(key))
     here = table
     for part in parents:
         here = _child(here, part, key, path)

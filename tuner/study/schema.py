@@ -186,6 +186,10 @@ class ScenarioTable(Table):
     bands: BandsTable = Field(default=BandsTable())  # pyright: ignore[reportInvalidTypeForm]
 
 
+# resolved.json and the digest of a study keep the first names of these keys, or no recorded run would be the same study.
+RECORDED_MAX, RECORDED_MIN = Field(serialization_alias="most"), Field(serialization_alias="least")
+
+
 class ObjectiveTable(Table):
     """[[objective]]: a metric's risk over scenarios, to be made small."""
 
@@ -200,9 +204,9 @@ class ObjectiveTable(Table):
 
 
 class ConstraintTable(ObjectiveTable):
-    """[[constraint]]: the same, not to exceed `most`."""
+    """[[constraint]]: the same, not to exceed `max`."""
 
-    most: float
+    max: Annotated[float, RECORDED_MAX]
     """Largest value allowed, in the unit of the metric."""
 
 
@@ -213,9 +217,9 @@ class GuaranteeTable(Table):
     """Theorem to be asked."""
     axis: str
     """Axis or group of axes."""
-    most: float | None = None
+    max: Annotated[float | None, RECORDED_MAX] = None
     """Largest value allowed, of a theorem that bounds from above."""
-    least: float | None = None
+    min: Annotated[float | None, RECORDED_MIN] = None
     """Smallest value allowed, of a theorem that bounds from below."""
     disturbance_rate: NumberOrText = "measured"
     """Rate of the disturbance, in the unit of the channel over s^3; "measured": from the air of the scenarios."""
@@ -230,15 +234,15 @@ class GuaranteeTable(Table):
 
 
 class MarginTable(Table):
-    """[[margin]]: a stability margin that gains must have before they are flown; least or most, as the quantity asks."""
+    """[[margin]]: a stability margin that gains must have before they are flown; min or max, as the quantity asks."""
 
     quantity: str
     """Stability margin."""
     axis: str | None = None
     """Axis or group of axes; by default the worst of all six counts."""
-    least: float | None = None
+    min: Annotated[float | None, RECORDED_MIN] = None
     """Smallest value allowed."""
-    most: float | None = None
+    max: Annotated[float | None, RECORDED_MAX] = None
     """Largest value allowed."""
     amplitude: float = 0.0
     """Smallest amplitude of its nonlinear terms at which a loop is judged, each in its own unit; 0: small signals too."""
@@ -253,7 +257,7 @@ class CostTable(Table):
 
     quantity: str
     """Quantity counted on the processor."""
-    most: float
+    max: Annotated[float, RECORDED_MAX]
     """Largest value allowed."""
     hard: bool = True
     """Refuse a study that no gains can change; false: a constraint like any other."""

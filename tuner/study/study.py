@@ -124,7 +124,7 @@ class Study:
         return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
 
     def _values(self) -> dict[str, Any]:
-        given = self.table.model_dump(mode="json")
+        given = self.table.model_dump(mode="json", by_alias=True)
         for scenario, entry in zip(given["scenario"], self.scenarios, strict=True):
             scenario["reference"] = _reference_values(entry.spec.reference, scenario["reference"])
         variables = [asdict(variable) for variable in self.space.variables]

@@ -76,7 +76,7 @@ metric = "travel"               # how much the rotor commands move
 
 [[constraint]]
 metric = "failure"
-most = 0.0
+max = 0.0
 
 # [mission]                     # automatic limits: what the median flight of every scenario must do; `tuner check` shows them
 # followed = 0.7                # where the reference moves: RMS error at most this share of a flight that never leaves its start
@@ -85,19 +85,19 @@ most = 0.0
 
 [[margin]]                      # known without flying: what breaks it is not flown; `tuner list margins`
 quantity = "phase_margin"       # of every loop as it is flown, lag and sampling included
-least = 35                      # deg
+min = 35                        # deg
 # axis = "attitude"             # an axis or group; without it the worst of all six counts
 # spread = true                 # in the worst corner of [scenario.spread] too
 # hard = false                  # fly it all the same and count it as a broken constraint
 
 [[margin]]
 quantity = "ms"                 # peak of the sensitivity
-most = 2
+max = 2
 
 # [[guarantee]]                 # known without flying: what breaks it is not flown; `tuner list theorems`
 # theorem = "ultimate_error"
 # axis = "tilt"
-# most = 0.2                    # rad
+# max = 0.2                     # rad
 
 [search]
 population = 32

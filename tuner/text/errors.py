@@ -4,8 +4,9 @@ import os
 import signal
 import sys
 import threading
-from collections.abc import Callable
-from contextlib import suppress
+import warnings
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager, suppress
 from types import FrameType
 from typing import Any
 
@@ -24,6 +25,10 @@ INTERRUPTED = SIGNALLED + signal.SIGINT
 TERMINATED = SIGNALLED + signal.SIGTERM
 CLOSED_PIPE = 1
 """Exit code where whoever read the output has gone."""
+
+
+class RenamedKeyWarning(FutureWarning):
+    """A key of a file under a name that the next release does not read."""
 
 
 class Interrupted(BaseException):
@@ -78,7 +83,7 @@ def guarded(run: Callable[[], Any]) -> int:
     debug = "--debug" in sys.argv
     if debug:
         sys.argv.remove("--debug")
-    with inert_streams():
+    with inert_streams(), warnings_in_lines():
         return _guarded(run, debug)
 
 
@@ -100,6 +105,25 @@ def _guarded(run: Callable[[], Any], debug: bool) -> int:
         with suppress(OSError):
             print(one_line(told), file=sys.stderr)
         return USER_ERROR if number is None else SIGNALLED + number
+
+
+@contextmanager
+def warnings_in_lines() -> Iterator[None]:
+    """Print each `RenamedKeyWarning` once, as a line of its own on standard error; a command reads a file several times."""
+    usual, shown = warnings.showwarning, set[str]()
+
+    def show(message: Any, category: type[Warning], *rest: Any, **named: Any) -> None:
+        if not issubclass(category, RenamedKeyWarning):
+            usual(message, category, *rest, **named)
+        elif str(message) not in shown:
+            shown.add(str(message))
+            print(one_line(f"Warning: {message}"), file=sys.stderr)
+
+    warnings.showwarning = show
+    try:
+        yield
+    finally:
+        warnings.showwarning = usual
 
 
 def finished(run: Callable[[], Any]) -> int:

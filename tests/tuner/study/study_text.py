@@ -43,7 +43,7 @@ metric = "travel"
 
 [[constraint]]
 metric = "failure"
-most = 0.0
+max = 0.0
 
 [search]
 population = 8

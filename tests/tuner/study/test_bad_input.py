@@ -67,7 +67,7 @@ CASES = {
     "pick of no objective": ('rule = "knee"', 'rule = "min:effort"', "pick.rule", "min:travel"),
     "unknown algorithm": ('algorithm = "nsga2"', 'algorithm = "nsga-2"', "search.algorithm", "did you mean 'nsga2'"),
     "objective twice": ("", "", "objective[1]", "twice"),
-    "infinite constraint": ("most = 0.02", "most = inf", "constraint[1].most", "finite"),
+    "infinite constraint": ("max = 0.02", "max = inf", "constraint[1].max", "finite"),
     "key of another table": ("seed = 2025", 'seed = 2025\npopulation = 8', "population", "a key of [search]"),
     "control characters": ("seed = 2025", 'seed = 2025\n"a\\nb\\u001b[31m" = 1', "a\nb\x1b[31m", "unknown key 'a\\nb\\x1b[31m'"),
     "empty key": ("seed = 2025", 'seed = 2025\n"" = 1', '""', "unknown key ''"),

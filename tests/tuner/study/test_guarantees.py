@@ -13,7 +13,7 @@ from plant.errors import InputError, UnknownNameError
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.study import load_study
 
-HYBRID = '[[guarantee]]\ntheorem = "ultimate_error"\naxis = "tilt"\nmost = 0.1\n'
+HYBRID = '[[guarantee]]\ntheorem = "ultimate_error"\naxis = "tilt"\nmax = 0.1\n'
 TWISTING = changed('attitude = "hybrid"', 'attitude = "supertwisting"').replace(
     '"roll.k1" = 20.0', '"attitude.k1" = 10.0\n"attitude.k2" = 40.0'
 )
@@ -63,7 +63,7 @@ def test_a_rate_that_is_borne_is_held_against_that_of_each_axis(tmp_path):
 
 
 def test_numbers_may_be_given_instead(tmp_path):
-    (own,) = study(tmp_path, BORNE + "least = 12.5\n", TWISTING).requirements
+    (own,) = study(tmp_path, BORNE + "min = 12.5\n", TWISTING).requirements
     assert (own.label, own.limit) == ("sta_seeber_horn(attitude)", 12.5)
     given = study(tmp_path, HYBRID + "disturbance_rate = 8\n")
     gains = channel_gains(given.system.cascade, "roll", given.default_row[None])
@@ -95,10 +95,10 @@ def test_resolved_and_digest_know_them(tmp_path):
 BAD = [
     (HYBRID.replace("ultimate_error", "ultimate_eror"), "guarantee[0].theorem", "did you mean 'ultimate_error'?"),
     (HYBRID.replace("tilt", "tild"), "guarantee[0].axis", "did you mean 'tilt'?"),
-    (HYBRID.replace("most", "mots"), "guarantee[0].mots", "did you mean 'most'?"),
-    (HYBRID.replace("most = 0.1", ""), "guarantee[0].most", "write most = ... in rad or m"),
-    (HYBRID.replace("most = 0.1", "least = 0.1"), "guarantee[0].least", "smaller values are better; give most instead"),
-    (HYBRID.replace("most = 0.1", "most = inf"), "guarantee[0].most", "a finite number"),
+    (HYBRID.replace("max =", "maxx ="), "guarantee[0].maxx", "did you mean 'max'?"),
+    (HYBRID.replace("max = 0.1", ""), "guarantee[0].max", "write max = ... in rad or m"),
+    (HYBRID.replace("max = 0.1", "min = 0.1"), "guarantee[0].min", "smaller values are better; give max instead"),
+    (HYBRID.replace("max = 0.1", "max = inf"), "guarantee[0].max", "a finite number"),
     (HYBRID + HYBRID, "guarantee[1]", "'ultimate_error(tilt)' is required by guarantee[0] too"),
     (HYBRID + 'scenario = "gust"\n', "guarantee[0].scenario", "did you mean 'gusts'?"),
     (HYBRID + "level = 1.0\n", "guarantee[0].level", "between 0 and 1"),
@@ -128,8 +128,8 @@ def test_a_bad_guarantee_is_refused(lines, key, says, tmp_path):
 
 
 def test_a_rate_that_is_borne_has_no_upper_limit_and_doubles_are_found_axis_by_axis(tmp_path):
-    with pytest.raises(InputError, match="larger values are better; give least instead"):
-        study(tmp_path, BORNE + "most = 3.0\n", TWISTING)
+    with pytest.raises(InputError, match="larger values are better; give min instead"):
+        study(tmp_path, BORNE + "max = 3.0\n", TWISTING)
     with pytest.raises(InputError, match=r"guarantee\[1\]: 'sta_seeber_horn\(yaw\)' is required by guarantee\[0\]"):
         study(tmp_path, BORNE + BORNE.replace("attitude", "yaw"), TWISTING)
 

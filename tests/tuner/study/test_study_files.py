@@ -180,7 +180,7 @@ rule = "min:rms.z"
         ("scenario[0].search", 9, lambda study: study.scenarios[0].search),
         ("scenario.0.air.altitude", 20.0, lambda study: study.scenarios[0].spec.air.altitude),
         ("scenario.0.sensors.rate", 0.5, lambda study: study.scenarios[0].spec.sensors.rate),
-        ("constraint.0.most", 0.25, lambda study: study.constraints[0].most),
+        ("constraint.0.max", 0.25, lambda study: study.constraints[0].most),
         ("seed", 99, lambda study: study.seed),
         ("limits.position", 2.5, lambda study: study.system.limits.position),
         ("gains.tilt.lambda.low", 2.0, lambda study: study.space.variables[0].low),

@@ -45,19 +45,19 @@ def cost_screen(table: "CostTable", system: System) -> Screen:
     """Return the requirement of a [[cost]] table; raises InputError with the key inside the table."""
     if table.quantity not in QUANTITIES:
         raise UnknownNameError("cost", table.quantity, QUANTITIES, key="quantity")
-    if not (isfinite(table.most) and table.most > 0.0):
-        raise InputError(f"given {table.most:g}; a limit must be finite and above 0", key="most")
+    if not (isfinite(table.max) and table.max > 0.0):
+        raise InputError(f"given {table.max:g}; a limit must be finite and above 0", key="max")
     quantity = QUANTITIES[table.quantity]
     value = quantity.value(_known(system), system.timing.control_period)
-    if table.hard and value > table.most:
+    if table.hard and value > table.max:
         laws = f"{system.cascade.attitude.name} with {system.cascade.position.name}"
         message = (
-            f"given {table.most:g} {quantity.unit}; {laws} takes {value:g} {quantity.unit} whatever its gains are, so no "
+            f"given {table.max:g} {quantity.unit}; {laws} takes {value:g} {quantity.unit} whatever its gains are, so no "
             "candidate can keep this: raise it, take laws that take less, or set hard = false"
         )
-        raise InputError(message, key="most")
+        raise InputError(message, key="max")
     requirement = Requirement(
-        f"cost({table.quantity})", f"{quantity.about} on a {TARGET}", quantity.unit, table.most, "most", table.hard
+        f"cost({table.quantity})", f"{quantity.about} on a {TARGET}", quantity.unit, table.max, "most", table.hard
     )
 
     def analyse(gains: Array) -> Array:

@@ -18,8 +18,8 @@ from tuner.gains import to_document
 from tuner.study import load_study
 
 ROOT = Path(__file__).parents[4]
-FAILURE = changed("most = 0.0", "most = 0.5")
-MARGIN = '\n[[margin]]\nquantity = "phase_margin"\naxis = "roll"\nleast = {}\n'
+FAILURE = changed("max = 0.0", "max = 0.5")
+MARGIN = '\n[[margin]]\nquantity = "phase_margin"\naxis = "roll"\nmin = {}\n'
 
 
 @pytest.fixture(scope="module")
@@ -78,7 +78,7 @@ def test_values_are_those_of_flights_on_a_stream_of_their_own(judged, gains, tmp
 
 
 def test_broken_by_flights_alone_is_1(judged):
-    limit = '\n[[constraint]]\nmetric = "travel"\nmost = 1.0\n'
+    limit = '\n[[constraint]]\nmetric = "travel"\nmax = 1.0\n'
     code, document, _ = judged(FAILURE + limit + MARGIN.format(1.0))
     assert code == 1 and document["verdict"] == "fail"
     assert verdicts(document)["phase_margin(roll)"] == "pass"
@@ -118,7 +118,7 @@ def test_a_limit_inside_the_interval_is_not_certain_and_0(judged):
         (changed('attitude = "hybrid"', 'attitude = "ladrc"').replace('"roll.k1" = 20.0\n', "").replace(
             '"tilt.lambda" = { low = 1, high = 16 }', ""), "attitude law 'hybrid' instead of 'ladrc'"),
         (changed("hummingbird", "iris"), "airframe 'hummingbird' instead of 'iris'"),
-        (STUDY.replace('[[constraint]]\nmetric = "failure"\nmost = 0.0\n', ""), "nothing here limits anything"),
+        (STUDY.replace('[[constraint]]\nmetric = "failure"\nmax = 0.0\n', ""), "nothing here limits anything"),
         (changed("[search]", "[contender.one]\n\n[search]"), "this is a contest"),
         (changed("seed = 1", "sed = 1"), "did you mean 'seed'"),
     ],
@@ -148,7 +148,7 @@ def test_without_requirements_a_study_is_read_and_gains_are_validated(gains, tmp
 
 
 def test_the_console_script_ends_with_the_same_code(gains, tmp_path):
-    broken = write(tmp_path, FAILURE + '\n[[constraint]]\nmetric = "travel"\nmost = 1.0\n')
+    broken = write(tmp_path, FAILURE + '\n[[constraint]]\nmetric = "travel"\nmax = 1.0\n')
     words = ["check", str(gains), "--requirements", str(broken), "--json"]
     command = [sys.executable, "-c", "from tuner.cli.main import main; main()", *words]
     done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)

@@ -19,7 +19,7 @@ from tuner.cli.design import controller_for
 from tuner.gains import to_document
 from tuner.study import load_study
 
-MARGINS = '\n[[margin]]\nquantity = "phase_margin"\naxis = "attitude"\nleast = {}\n\n[[margin]]\nquantity = "gain_margin"\nleast = 1\n'
+MARGINS = '\n[[margin]]\nquantity = "phase_margin"\naxis = "attitude"\nmin = {}\n\n[[margin]]\nquantity = "gain_margin"\nmin = 1\n'
 HUMMINGBIRD = load("hummingbird")
 
 

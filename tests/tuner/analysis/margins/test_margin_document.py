@@ -174,7 +174,7 @@ def test_the_margin_tables_of_a_study_take_the_place_of_the_limits(tmp_path):
     text = QUICKSTART.read_text()
     cut = text.index("[[margin]]") if "[[margin]]" in text else len(text)
     rest = text[text.index("[search]") :] if "[[margin]]" in text else ""
-    tables = '\n[[margin]]\nquantity = "ms"\naxis = "attitude"\nmost = 2.2\n\n[[margin]]\nquantity = "gain_up"\nleast = 3.0\n'
+    tables = '\n[[margin]]\nquantity = "ms"\naxis = "attitude"\nmax = 2.2\n\n[[margin]]\nquantity = "gain_up"\nmin = 3.0\n'
     study.write_text(text[:cut] + tables + rest)
     controller = controller_of(None, "hybrid", "ladrc", None)
     rows = study_requirements(study, controller)

@@ -48,7 +48,7 @@ metric = "travel"
 
 [[constraint]]
 metric = "failure"
-most = 0.0
+max = 0.0
 
 # A second is too short to fly a metre: the mission is set aside.
 [[constraint]]
@@ -56,7 +56,7 @@ metric = "rms.position"
 risk = "quantile"
 level = 0.5
 scenario = "gusts"
-most = 100.0
+max = 100.0
 
 [search]
 population = 8

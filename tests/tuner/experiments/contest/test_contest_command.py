@@ -64,7 +64,7 @@ def test_bad_input_is_one_line_on_stderr(tmp_path):
 
 def test_a_contender_without_a_feasible_candidate_is_told_first_and_ends_with_its_code(tmp_path, monkeypatch, capsys):
     """No gain gives the tilt loops of this vehicle, through rotors of 20 ms, a phase margin of 89 deg."""
-    margin = '\n[[margin]]\nquantity = "phase_margin"\naxis = "tilt"\nleast = 89\n'
+    margin = '\n[[margin]]\nquantity = "phase_margin"\naxis = "tilt"\nmin = 89\n'
     text = changed("[search]", f"{margin}\n[search]")
     monkeypatch.setenv("COLUMNS", "300")
     out = tmp_path / "out"

@@ -64,7 +64,7 @@ def test_quantities_are_those_of_the_study_then_of_cells_and_claims_each_once(tm
 
 
 def test_an_objective_that_is_limited_too_stands_once_with_its_limit(tmp_path):
-    text = changed('metric = "failure"\nmost = 0.0', 'metric = "travel"\nmost = 9.0')
+    text = changed('metric = "failure"\nmax = 0.0', 'metric = "travel"\nmax = 9.0')
     quantities = load_contest(write(tmp_path, text)).quantities
     assert [(q.kind, q.limit) for q in quantities if q.label == "mean(travel)"] == [("objective", 9.0)]
 

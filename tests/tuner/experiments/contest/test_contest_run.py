@@ -358,7 +358,7 @@ def test_gains_at_the_ends_of_their_ranges_are_found(tmp_path):
 
 
 def test_a_front_that_keeps_no_constraint_is_empty(tmp_path, without_report):
-    text = changed('metric = "failure"\nmost = 0.0', 'metric = "itae.position"\nmost = 1e-9')
+    text = changed('metric = "failure"\nmax = 0.0', 'metric = "itae.position"\nmax = 1e-9')
     run_small(write(tmp_path, text), tmp_path / "none")
     found = document(tmp_path / "none")
     assert found["fronts"] is None

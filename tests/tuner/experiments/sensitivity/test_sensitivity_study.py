@@ -69,7 +69,7 @@ def test_gains_and_air_share_the_variance(analysed):
 
 def test_what_a_search_would_not_fly_is_flown_and_told(tmp_path, analysed):
     _, analysis, _ = analysed
-    margin = '\n[[margin]]\nquantity = "phase_margin"\naxis = "roll"\nleast = 120.0\n'
+    margin = '\n[[margin]]\nquantity = "phase_margin"\naxis = "roll"\nmin = 120.0\n'
     study = load_study(write(tmp_path, with_gains(GAINS) + margin))
     found = study_sensitivity(study_problem(study, 2), study, SAMPLES)
     assert found.screened_share == 1.0 and not found.kept.any()

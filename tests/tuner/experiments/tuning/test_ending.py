@@ -32,10 +32,10 @@ FIXED = '"tilt.lambda" = { low = 1, high = 16 }\n"yaw.lambda" = 30.0\n"yaw.omega
 YAW = STUDY.replace("generations = 2", "generations = 2\nracing = false").replace(
     '"tilt.lambda" = { low = 1, high = 16 }', FIXED
 ).replace('"roll.k1" = 20.0\n', "") + (
-    '\n[[margin]]\nquantity = "phase_margin"\naxis = "attitude"\nleast = 30\nhard = true\n'
+    '\n[[margin]]\nquantity = "phase_margin"\naxis = "attitude"\nmin = 30\nhard = true\n'
 )
 # More than any gains of this vehicle reach within two seconds of a step of 1 m.
-SOON = '\n[[constraint]]\nmetric = "rms.position"\nmost = 0.01\n'
+SOON = '\n[[constraint]]\nmetric = "rms.position"\nmax = 0.01\n'
 
 
 @pytest.fixture(scope="module")
@@ -178,7 +178,7 @@ def test_rejudging_by_a_limit_that_nothing_keeps_ends_alike(ran, tmp_path, monke
     _, _, _, _, folder = ran
     monkeypatch.setattr(report, "start_figures", lambda _: NoDrawing())
     monkeypatch.setenv("COLUMNS", "400")
-    study = write(tmp_path, YAW.replace('"attitude"\nleast = 30', '"tilt"\nleast = 1') + SOON)
+    study = write(tmp_path, YAW.replace('"attitude"\nmin = 30', '"tilt"\nmin = 1') + SOON)
     code, out, _ = tuner(monkeypatch, capsys, "rejudge", folder, "--out", tmp_path / "judged", "--study", study)
     assert code == NOTHING_FEASIBLE and out.count(NOTHING) == 1
     told = {entry["label"]: entry for entry in summary_of(tmp_path / "judged")["obstacles"]}
@@ -213,10 +213,10 @@ def test_a_run_that_recommends_says_nothing_of_it(small_run):
 def test_finalists_that_break_a_limit_when_held_out_are_not_recommended(tmp_path, monkeypatch):
     """Four flights are milder than 32: the best worst case of the first generation is a limit that no front keeps for long."""
     monkeypatch.setattr(report, "start_figures", lambda _: NoDrawing())
-    limit = {"metric": "rms.position", "risk": "worst", "most": 1.0}
+    limit = {"metric": "rms.position", "risk": "worst", "max": 1.0}
     first = run_small(tmp_path / "free", constraint=[limit], search__generations=1)
     best = float(first.generations[0].evaluation.scores[:, 2].max(axis=1).min())
-    outcome = run_small(tmp_path / "tight", constraint=[{**limit, "most": best}], search__generations=1)
+    outcome = run_small(tmp_path / "tight", constraint=[{**limit, "max": best}], search__generations=1)
     assert len(outcome.archive.front()) > 0 and not outcome.feasible and outcome.conflict is None
     summary = summary_of(tmp_path / "tight")
     assert summary["ending"][0].startswith(f"{NOTHING} on held-out scenarios")

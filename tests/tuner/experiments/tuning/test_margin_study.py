@@ -39,12 +39,13 @@ from tuner.study import load_study
 REQUIRED = {key: value for key, value in SMALL.items() if key != "margin"} | {
     "search.population": 20, "search.generations": 5, "scenario.0.duration": 4.0, "scenario.0.reference.time": 0.1,
 }  # fmt: skip
-PHASE = '[[margin]]\nquantity = "phase_margin"\naxis = "tilt"\nleast = 35\n'
-PEAK = '[[margin]]\nquantity = "ms"\nmost = 2\n'
-CORNERS = '[[margin]]\nquantity = "phase_margin"\naxis = "tilt"\nleast = 35\nspread = true\n'
+PHASE = '[[margin]]\nquantity = "phase_margin"\naxis = "tilt"\nmin = 35\n'
+PEAK = '[[margin]]\nquantity = "ms"\nmax = 2\n'
+CORNERS = '[[margin]]\nquantity = "phase_margin"\naxis = "tilt"\nmin = 35\nspread = true\n'
 IRIS = changed('"hummingbird"', '"iris"')
 TWISTING_GAINS = '"x.omega_c" = {}\n"attitude.lambda" = 6.0\n"attitude.k1" = 6.0\n"attitude.k2" = 1.0'
-TOGETHER = '[[margin]]\nquantity = "multiloop_disk"\nleast = 0.4\n'
+KEYS = {"most": "max", "least": "min"}
+TOGETHER = '[[margin]]\nquantity = "multiloop_disk"\nmin = 0.4\n'
 
 
 def study(folder, lines, text=STUDY):
@@ -110,7 +111,7 @@ def test_all_tables_share_one_evaluation_for_each_choice_of_vehicles(tmp_path, m
 
 def test_every_quantity_can_be_asked_for_and_is_listed(tmp_path):
     lines = [
-        f'[[margin]]\nquantity = "{name}"\n{quantity.sense} = {1.5 if quantity.sense == "most" else 0.01}\n'
+        f'[[margin]]\nquantity = "{name}"\n{KEYS[quantity.sense]} = {1.5 if quantity.sense == "most" else 0.01}\n'
         for name, quantity in LIMITABLE.items()
     ]
     asked = study(tmp_path, "".join(lines))
@@ -157,22 +158,22 @@ def test_attitude_mode_has_no_loops_of_x_and_y(tmp_path):
 BAD = [
     (PHASE.replace("phase_margin", "phase_margn"), "margin[0].quantity", "did you mean 'phase_margin'?"),
     (PHASE.replace("tilt", "tild"), "margin[0].axis", "did you mean 'tilt'?"),
-    (PHASE.replace("least", "leats"), "margin[0].leats", "did you mean 'least'?"),
-    (PHASE.replace("least", "most"), "margin[0].most", "larger values are better; give least instead"),
-    (PHASE + "most = 60\n", "margin[0].most", "larger values are better; give least instead"),
-    (PEAK.replace("most", "least"), "margin[0].least", "smaller values are better; give most instead"),
-    (PHASE.replace("least = 35", ""), "margin[0].least", "write least = ... in deg"),
-    (PEAK.replace("most = 2", ""), "margin[0].most", "'ms' needs a limit; write most = ..."),
-    (PHASE.replace("35", "0"), "margin[0].least", "allowed: above 0 and below 180 deg"),
-    (PHASE.replace("35", "nan"), "margin[0].least", "a finite number"),
-    (PEAK.replace("2", "1"), "margin[0].most", "given 1; allowed: above 1"),
-    (TOGETHER.replace("0.4", "2"), "margin[0].least", "allowed: above 0 and below 2"),
+    (PHASE.replace("min =", "minn ="), "margin[0].minn", "did you mean 'min'?"),
+    (PHASE.replace("min =", "max ="), "margin[0].max", "larger values are better; give min instead"),
+    (PHASE + "max = 60\n", "margin[0].max", "larger values are better; give min instead"),
+    (PEAK.replace("max =", "min ="), "margin[0].min", "smaller values are better; give max instead"),
+    (PHASE.replace("min = 35", ""), "margin[0].min", "write min = ... in deg"),
+    (PEAK.replace("max = 2", ""), "margin[0].max", "'ms' needs a limit; write max = ..."),
+    (PHASE.replace("35", "0"), "margin[0].min", "allowed: above 0 and below 180 deg"),
+    (PHASE.replace("35", "nan"), "margin[0].min", "a finite number"),
+    (PEAK.replace("2", "1"), "margin[0].max", "given 1; allowed: above 1"),
+    (TOGETHER.replace("0.4", "2"), "margin[0].min", "allowed: above 0 and below 2"),
     (TOGETHER + 'axis = "tilt"\n', "margin[0].axis", "takes all loops at once; leave axis out"),
     (PEAK + PHASE + PHASE, "margin[2]", "'phase_margin(tilt)' stands here twice, first as margin[1]"),
     (PHASE + "amplitude = -1\n", "margin[0].amplitude", "given -1; allowed: 0 to 2"),
     (PHASE + "hard = 1\n", "margin[0].hard", "true or false"),
     (PHASE + 'spread = "yes"\n', "margin[0].spread", "true or false"),
-    ("[[margin]]\nleast = 35\n", "margin[0].quantity", 'write quantity = "phase_margin"'),
+    ("[[margin]]\nmin = 35\n", "margin[0].quantity", 'write quantity = "phase_margin"'),
     (PHASE.replace("[[margin]]", "[margin]"), "margin", "double brackets: [[margin]]"),
 ]  # fmt: skip
 
@@ -367,7 +368,7 @@ def test_same_bits_for_another_thread_count(ran, tmp_path):
 
 
 def test_a_margin_that_nobody_can_have_screens_all_but_the_default(tmp_path):
-    asked = load_study(QUICKSTART, REQUIRED | {"margin": [{"quantity": "phase_margin", "least": 170.0}]})
+    asked = load_study(QUICKSTART, REQUIRED | {"margin": [{"quantity": "phase_margin", "min": 170.0}]})
     found, warnings = searched(tmp_path / "none", asked)
     assert found.flown.tolist() == [True] + [False] * (len(found.flown) - 1)
     assert any("phase_margin at least 170 deg was kept by 0 of 100 candidates" in text for text in warnings)
@@ -375,7 +376,7 @@ def test_a_margin_that_nobody_can_have_screens_all_but_the_default(tmp_path):
 
 
 def test_a_target_that_is_missed_is_flown_and_counts(tmp_path):
-    target = {"quantity": "phase_margin", "least": 170.0, "hard": False}
+    target = {"quantity": "phase_margin", "min": 170.0, "hard": False}
     found, _ = searched(tmp_path / "soft", load_study(QUICKSTART, REQUIRED | {"margin": [target]}))
     assert found.flown.all()
     broken = found.violations[:, -1]

@@ -123,7 +123,7 @@ def test_same_bits_for_another_thread_count_and_others_for_another_seed(small_ru
 
 
 def test_nothing_feasible_is_said_and_the_least_broken_point_shown(tmp_path):
-    outcome = run_small(tmp_path / "none", constraint=[{"metric": "itae.position", "most": 1e-9}])
+    outcome = run_small(tmp_path / "none", constraint=[{"metric": "itae.position", "max": 1e-9}])
     assert outcome.tuned == 1
     assert any("No candidate kept every constraint" in text for text in outcome.warnings)
     broken = [row for row in outcome.table if row.limit == 1e-9]

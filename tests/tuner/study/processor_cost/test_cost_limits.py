@@ -28,7 +28,7 @@ def study(tmp_path, text):
 
 
 def limit(quantity, most, hard=True):
-    return f'\n[[cost]]\nquantity = "{quantity}"\nmost = {most}\nhard = {str(hard).lower()}\n'
+    return f'\n[[cost]]\nquantity = "{quantity}"\nmax = {most}\nhard = {str(hard).lower()}\n'
 
 
 @pytest.mark.parametrize(
@@ -54,7 +54,7 @@ def test_a_limit_is_a_requirement_that_all_gains_keep_or_break_alike(quantity, v
     below = 0.99 * known
     with pytest.raises(InputError, match="no candidate can keep this: raise it") as caught:
         study(tmp_path, limit(quantity, below))
-    assert caught.value.key == "cost[0].most"
+    assert caught.value.key == "cost[0].max"
     (soft,) = study(tmp_path, limit(quantity, below, hard=False)).requirements
     assert not soft.kept(np.array([known]))[0]
 
@@ -81,7 +81,7 @@ def test_a_study_without_a_limit_on_cost_keeps_its_digest(tmp_path):
     ("text", "message", "key"),
     [
         (limit("instruction", 1.0), "did you mean 'instructions'", "cost[0].quantity"),
-        (limit("text", 0.0), "given 0; a limit must be finite and above 0", "cost[0].most"),
+        (limit("text", 0.0), "given 0; a limit must be finite and above 0", "cost[0].max"),
         (limit("text", 9e3) + limit("text", 8e3), r"'cost\(text\)' stands here twice", "cost[1]"),
     ],
 )

@@ -1,0 +1,59 @@
+"""Keys of study files that have new names; the old ones are read for one release more, with a warning."""
+
+import warnings
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+from plant.errors import InputError
+from tuner.text.errors import RenamedKeyWarning
+
+RENAMED = {"most": "max", "least": "min"}
+TABLES = ("constraint", "margin", "guarantee", "cost")
+# Where a run keeps its study, which nobody is to edit.
+RECORD = "run.json"
+
+
+def with_new_names(table: Mapping[str, Any], path: Path) -> dict[str, Any]:
+    """Return the content of a study with every key under its present name; path: the file that errors and warnings name.
+
+    Raises InputError where a table has a key under both names.
+    """
+    renamed, result = [], dict(table)
+    for name in TABLES:
+        entries = table.get(name)
+        if isinstance(entries, list):
+            result[name] = [
+                _renamed(entry, f"{name}[{i}]", path, renamed) if isinstance(entry, Mapping) else entry
+                for i, entry in enumerate(entries)
+            ]
+    if renamed and not (path.parent.parent / RECORD).is_file():
+        _warn(f"{path}: {', '.join(renamed)}: write {_news(renamed)}; the next release does not read the old name")
+    return result
+
+
+def with_new_name(key: str) -> str:
+    """Return a dotted key of a study, as a command line gives it, under its present name."""
+    head, _, leaf = key.rpartition(".")
+    if leaf not in RENAMED or not head.startswith(TABLES):
+        return key
+    _warn(f"{key}: write {RENAMED[leaf]}; the next release does not read the old name")
+    return f"{head}.{RENAMED[leaf]}"
+
+
+def _renamed(entry: Mapping[str, Any], place: str, path: Path, renamed: list[str]) -> dict[str, Any]:
+    for old, new in RENAMED.items():
+        if old in entry and new in entry:
+            raise InputError(
+                f"this is the old name of {new}, which is given too; leave one out", file=path, key=f"{place}.{old}"
+            )
+    renamed += [f"{place}.{old}" for old in RENAMED if old in entry]
+    return {RENAMED.get(key, key): value for key, value in entry.items()}
+
+
+def _news(renamed: list[str]) -> str:
+    return " and ".join(new for old, new in RENAMED.items() if any(key.endswith(f".{old}") for key in renamed))
+
+
+def _warn(message: str) -> None:
+    warnings.warn(message, RenamedKeyWarning, stacklevel=2)
