@@ -6,8 +6,8 @@ import pytest
 
 from plant.errors import InputError
 from tests.tuner.experiments.contest.contest_text import CONTEST
-from tests.tuner.in_process import tuner
 from tests.tuner.experiments.contest.contest_text import write as write_named
+from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.study import load_study
 from tuner.study.contest_reading import load_contest
