@@ -15,7 +15,7 @@ from tests.tuner.in_process import tuner
 from tuner.documents.files import Columns, Node, read_table, read_text
 from tuner.exchange.ardupilot.text import read_param
 from tuner.exchange.betaflight.text import read_cli
-from tuner.exchange.crazyflie import param_file
+from tuner.exchange.crazyflie import text as param_file
 from tuner.exchange.px4.text import read_params
 from tuner.gains import read_gains
 from tuner.report.terminal.unfinished import last_generation
@@ -119,7 +119,7 @@ def test_a_folder_is_told_as_one(tmp_path):
 # Modules that read what is no user's file: sources and data of the package, what they wrote themselves, the system's.
 OWN = {
     "plant/input_files.py", "plant/backends/cache.py", "plant/backends/cuda_card.py", "objectives/memory.py",
-    "tuner/exchange/rotorpy/exporter.py", "tuner/exchange/fmi/exporter.py", "tuner/exchange/fmi/binary.py", "tuner/report/page.py",
+    "tuner/exchange/rotorpy/export.py", "tuner/exchange/fmi/export.py", "tuner/exchange/fmi/code.py", "tuner/report/page.py",
     "tuner/exchange/processor_cost/qemu.py", "tuner/study/processor_cost/table.py", "tuner/exchange/processor_cost/measure.py", "tuner/store/environment.py",
     "tuner/store/manifest.py", "plant/backends/processor.py", "plant/backends/sealed.py",
 }  # fmt: skip

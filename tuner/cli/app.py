@@ -101,7 +101,7 @@ def targets() -> Iterable[str]:
 
 def sources() -> Iterable[str]:
     """Return the names of the sources of `tuner import`."""
-    from tuner.exchange.importers import IMPORTERS
+    from tuner.exchange.registry import IMPORTERS
 
     return IMPORTERS
 

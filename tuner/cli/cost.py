@@ -9,7 +9,7 @@ from plant.laws import LAWS
 from tuner.cli.fly import controller_of
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.exchange.processor_cost.making import default_controller
+from tuner.exchange.processor_cost.measure import default_controller
 from tuner.gains import Controller
 from tuner.study.processor_cost.cost import MEANING
 from tuner.study.processor_cost.table import CONTROL_PERIOD, tabled

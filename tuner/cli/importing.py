@@ -9,8 +9,8 @@ from plant.errors import StoreError
 from plant.gains import gain_addresses
 from tuner.cli.tables import say_files
 from tuner.cli.terminal import Console
-from tuner.exchange.importers import importer as find_importer
-from tuner.exchange.settings import settings_of
+from tuner.exchange.registry import importer as find_importer
+from tuner.exchange.target import settings_of
 from tuner.gains import to_document
 
 

@@ -162,7 +162,7 @@ def _options(options: Iterable[Any]) -> str:
 
 def sources() -> Rows:
     """Parameter files that `tuner import` reads."""
-    from tuner.exchange.importers import IMPORTERS
+    from tuner.exchange.registry import IMPORTERS
 
     return [
         {"source": entry.name, "title": entry.title, "options": _options(entry.options)} for entry in IMPORTERS.values()

@@ -6,11 +6,12 @@ writes what our loops carry, leaves everything else as the vehicle has it, and c
 
 import re
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from pathlib import Path
 
-from tuner.exchange.exporter import Exporter, Option, Request
-from tuner.gains import Controller
+from plant.gains import default_row
+from tuner.exchange.target import Option, Request, Target
+from tuner.gains import Controller, content_hash, content_sha256, read_gains, to_document
 
 KEEP = "keep"
 MOST_NAME = 128
@@ -62,13 +63,13 @@ def plain_name(file: Path) -> str:
     return re.sub(r"[^A-Za-z0-9 ._-]", "_", file.name)[-MOST_NAME:]
 
 
-def remembered(controller: Controller, exporter: Exporter, given: list[str]) -> list[str]:
+def remembered(controller: Controller, target: Target, given: list[str]) -> list[str]:
     """Return the options with those of the import that the person did not give anew."""
     record = controller.vehicle
-    if record is None or record.target != exporter.name:
+    if record is None or record.target != target.name:
         return given
     named = {entry.partition("=")[0] for entry in given}
-    known = {option.name for option in exporter.options} - named
+    known = {option.name for option in target.options} - named
     return [*given, *(f"{name}={value}" for name, value in record.settings.items() if name in known)]
 
 
@@ -86,3 +87,22 @@ def said_of_others(own: Aboard | None, kept: Mapping[str, float], assumed: Mappi
         taken = ", ".join(f"{name} = {value:g}" for name, value in assumed.items())
         sentences.append(f"Not in {own.origin}, so not written and taken as: {taken}.")
     return tuple(sentences)
+
+
+def previous_controller(request: Request) -> tuple[Controller, str, str]:
+    """Return the controller to go back to, the digest that its file names, and one sentence that says what it is.
+
+    Raises InputError where the previous file is no gains.json.
+    """
+    controller = request.controller
+    if request.previous is not None:
+        return read_gains(request.previous), content_sha256(request.previous), "The gains flown before this export."
+    defaults = replace(controller, gains=tuple(default_row(controller.cascade)))
+    sentence = "The default gains of these laws: no gains.json with the previous ones was given."
+    return defaults, content_hash(to_document(defaults, {})), sentence
+
+
+def rollback_request(request: Request) -> tuple[Request, str]:
+    """Return the request that would have exported the controller to go back to, and the sentence that says what it is."""
+    controller, digest, sentence = previous_controller(request)
+    return replace(request, controller=controller, digest=digest, previous=None), sentence

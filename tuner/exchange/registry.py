@@ -1,25 +1,35 @@
-"""Targets by name; a new exporter is one module with an `EXPORTER` and one line here."""
+"""Targets by name; a new one is a folder with a `TARGET` in its `export.py` and one line here."""
 
 from plant.errors import UnknownNameError
-from tuner.exchange.ardupilot import exporter as ardupilot
+from tuner.exchange.ardupilot import export as ardupilot
 from tuner.exchange.betaflight import adrc as betaflight_adrc
-from tuner.exchange.betaflight import exporter as betaflight
-from tuner.exchange.c99 import exporter as c99
-from tuner.exchange.crazyflie import exporter as crazyflie
-from tuner.exchange.exporter import Exporter
-from tuner.exchange.fmi import exporter as fmi
-from tuner.exchange.matlab import exporter as matlab
-from tuner.exchange.px4 import exporter as px4
-from tuner.exchange.ros2 import exporter as ros2
-from tuner.exchange.rotorpy import exporter as rotorpy
+from tuner.exchange.betaflight import export as betaflight
+from tuner.exchange.c99 import export as c99
+from tuner.exchange.crazyflie import export as crazyflie
+from tuner.exchange.fmi import export as fmi
+from tuner.exchange.matlab import export as matlab
+from tuner.exchange.px4 import export as px4
+from tuner.exchange.ros2 import export as ros2
+from tuner.exchange.rotorpy import export as rotorpy
+from tuner.exchange.target import Importer, Target
 
 MODULES = (c99, px4, ardupilot, crazyflie, betaflight, betaflight_adrc, ros2, fmi, matlab, rotorpy)
-EXPORTERS: dict[str, Exporter] = {module.EXPORTER.name: module.EXPORTER for module in MODULES}
+EXPORTERS: dict[str, Target] = {module.TARGET.name: module.TARGET for module in MODULES}
+"""Every target, in the order of listings."""
+IMPORTERS: dict[str, Importer] = {name: target.importer for name, target in EXPORTERS.items() if target.importer}
+"""The way back, of the targets that have one."""
 
 
-def exporter(name: str) -> Exporter:
-    """Return the exporter of a target; raises UnknownNameError."""
+def exporter(name: str) -> Target:
+    """Return the target of a name; raises UnknownNameError."""
     name = name.lower()
     if name not in EXPORTERS:
         raise UnknownNameError("target", name, EXPORTERS, key="--to")
     return EXPORTERS[name]
+
+
+def importer(name: str) -> Importer:
+    """Return the importer of a target; raises UnknownNameError."""
+    if name not in IMPORTERS:
+        raise UnknownNameError("source", name, IMPORTERS, key="--from")
+    return IMPORTERS[name]

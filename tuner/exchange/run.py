@@ -11,9 +11,8 @@ from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.input_files import read_input_text
 from tuner.exchange.aboard import remembered
-from tuner.exchange.autopilot.parameter_table import fits
-from tuner.exchange.exporter import Bundle, Exporter, Request
-from tuner.exchange.settings import settings_of
+from tuner.exchange.autopilot.parameters import fits
+from tuner.exchange.target import Bundle, Request, Target, settings_of
 from tuner.exchange.verification import FLIGHTS, Verification, verify_export
 from tuner.exchange.writing import check_free, export_document, export_records, write_export
 from tuner.gains import content_sha256, read_gains
@@ -33,7 +32,7 @@ class Export:
 
 
 def export_gains(
-    gains: Path, exporter: Exporter, given: Sequence[str], previous: Path | None, out: Path, flights: int = FLIGHTS,
+    gains: Path, target: Target, given: Sequence[str], previous: Path | None, out: Path, flights: int = FLIGHTS,
     watcher: Watcher = QUIET, force: bool = False,
 ) -> Export:  # fmt: skip
     """Export a gains.json; given: NAME=VALUE options; previous: see `Request`; watcher hears of compilation and flights; force:
@@ -45,12 +44,12 @@ def export_gains(
     controller = read_gains(gains)
     content = json.loads(read_input_text(gains))
     check_feasible(content, force)
-    settings = settings_of(exporter, remembered(controller, exporter, list(given)))
+    settings = settings_of(target, remembered(controller, target, list(given)))
     request = Request(controller, content_sha256(gains), settings, previous)
-    check_laws(exporter, request)
-    bundle = carry(exporter, request)
+    check_laws(target, request)
+    bundle = bundle_of(target, request)
     verification = verify_export(request, bundle, flights, watcher)
-    document = export_document(exporter, request, bundle, verification)
+    document = export_document(target, request, bundle, verification)
     content["exports"] = [*content.get("exports", []), *export_records(document)]
     write_export(out, bundle, document, content)
     return Export(document, verification, out, request.controller.airframe.title)
@@ -68,33 +67,33 @@ def check_feasible(content: dict[str, Any], force: bool) -> None:
     )
 
 
-def check_laws(exporter: Exporter, request: Request) -> None:
+def check_laws(target: Target, request: Request) -> None:
     """Refuse laws that a target does not have: what it would fly is then another controller."""
     cascade = request.controller.cascade
     for loop, law, carried in (
-        ("attitude", cascade.attitude.name, exporter.attitude_laws),
-        ("position", cascade.position.name, exporter.position_laws),
+        ("attitude", cascade.attitude.name, target.attitude_laws),
+        ("position", cascade.position.name, target.position_laws),
     ):
         if carried and law not in carried:
             raise InputError(
-                f"the {loop} law is {law}, and '{exporter.name}' carries {', '.join(carried)} only; export it as code instead "
+                f"the {loop} law is {law}, and '{target.name}' carries {', '.join(carried)} only; export it as code instead "
                 "(--to c99, crazyflie or fmi), or tune a controller that the target has",
                 key=f"controller.{loop}",
             )
 
 
-def carry(exporter: Exporter, request: Request) -> Bundle:
-    """Return what the exporter gives back; every gain is finite before, and every number in the target's range after it."""
+def bundle_of(target: Target, request: Request) -> Bundle:
+    """Return what a target makes of a controller; gains are finite before, numbers in the target's ranges after it."""
     controller = request.controller
     for gain in gain_addresses(controller.cascade):
         value = controller.gains[gain.column]
         if not isfinite(value):
             raise InputError(f"given {value}; a gain must be a finite number in {gain.unit}", key=gain.address)
-    bundle = exporter.carry(request)
+    bundle = target.export(request)
     for parameter in bundle.parameters:
         if not fits(parameter):
             raise InputError(
-                f"{parameter.name} would be {parameter.held:g} {parameter.unit}; '{exporter.name}' allows {parameter.low:g} to "
+                f"{parameter.name} would be {parameter.held:g} {parameter.unit}; '{target.name}' allows {parameter.low:g} to "
                 f"{parameter.high:g} {parameter.unit}",
                 key=parameter.name,
             )

@@ -5,9 +5,12 @@ same: whatever it is, it stays a comment or a string and is never code. Characte
 """
 
 import re
+from collections.abc import Callable
 from html import escape
 
+import tuner
 from plant.errors import one_line, shortened
+from tuner.exchange.target import Request
 
 # Characters of a C string that mean themselves; a question mark may begin a trigraph.
 _PLAIN_IN_C = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789 !#$%&'()*+,-./:;<=>@[]^_`{|}~")
@@ -65,3 +68,24 @@ def xml_text(text: str) -> str:
 def markdown(text: str) -> str:
     """Return a text for a paragraph or a table cell of Markdown, without links, HTML or emphasis."""
     return re.sub(r"[\\`*_{}\[\]<>|&~$!#]", r"\\\g<0>", one_line(text))
+
+
+def tool() -> str:
+    """Return the name and version of the tool that writes an export."""
+    return f"holdfast {tuner.__version__}"
+
+
+def heading(request: Request, write: Callable[[str], str]) -> tuple[str, str, str]:
+    """Return three lines: tool and digest of the gains, airframe, laws with their control period.
+
+    write: the function of `tuner.exchange.texts` for the place where the lines are to stand.
+    """
+    controller = request.controller
+    return (
+        write(f"Written by {tool()} from the gains {request.digest}"),
+        write(f"Airframe: {controller.airframe.name} ({controller.airframe.title})"),
+        write(
+            f"Laws: position {controller.cascade.position.name}, attitude {controller.cascade.attitude.name}; "
+            f"control period {controller.control_period:.10g} s"
+        ),
+    )

@@ -22,7 +22,7 @@ from tuner.analysis.default_scenario import SCENARIO, system_of
 from tuner.analysis.margins.document import default_requirements
 from tuner.analysis.margins.readings import subject_of
 from tuner.exchange.autopilot.gyro_filter import filter_rows
-from tuner.exchange.exporter import Bundle, GyroFilter, Request
+from tuner.exchange.target import Bundle, GyroFilter, Request
 from tuner.gains import Controller
 from tuner.search.watcher import Watcher, told_of_compiling
 

@@ -20,8 +20,8 @@ from typing import Any
 
 from plant.errors import StoreError
 from tuner.exchange.aboard import origin
-from tuner.exchange.exporter import Bundle, Exporter, Parameter, Request
-from tuner.exchange.heading import tool
+from tuner.exchange.target import Bundle, Parameter, Request, Target
+from tuner.exchange.texts import tool
 from tuner.exchange.verification import Verification
 
 FORMAT, VERSION = "holdfast-export", "1.0"
@@ -31,25 +31,25 @@ LARGEST = 1e30
 Row = dict[str, Any]
 
 
-def export_document(exporter: Exporter, request: Request, bundle: Bundle, verification: Verification) -> Row:
+def export_document(target: Target, request: Request, bundle: Bundle, verification: Verification) -> Row:
     """Return the content of export.json."""
     controller = request.controller
     return {
         "format": FORMAT,
         "version": VERSION,
         "generator": tool(),
-        "target": exporter.name,
+        "target": target.name,
         "target_version": bundle.target_version,
-        "title": exporter.title,
-        "experimental": exporter.experimental or None,
+        "title": target.title,
+        "experimental": target.experimental or None,
         "airframe": controller.airframe.name,
         "laws": {"position": controller.cascade.position.name, "attitude": controller.cascade.attitude.name},
         "gains_sha256": request.digest,
         "files": {name: sha256(content) for name, content in bundle.files.items()},
         "rollback": sorted(bundle.rollback),
         "settings": dict(request.settings),
-        "before": origin(request, exporter.name),
-        "lossy": list(bundle.lossy),
+        "before": origin(request, target.name),
+        "lossy": list(bundle.differences),
         "parameters": [
             {key: _finite(value) for key, value in {**asdict(parameter), "change": _change(parameter)}.items()}
             for parameter in bundle.parameters

@@ -13,10 +13,9 @@ from plant.errors import InputError
 from plant.gains import gain_addresses
 from tests.tuner.exchange.controllers import controller, pid
 from tuner.cli.listing import targets
-from tuner.exchange.exporter import Request
 from tuner.exchange.registry import EXPORTERS, exporter
-from tuner.exchange.run import carry, check_laws
-from tuner.exchange.settings import settings_of
+from tuner.exchange.run import bundle_of, check_laws
+from tuner.exchange.target import Request, settings_of
 
 VERSION = version("holdfast")
 DIGEST = "0123456789abcdef" * 4
@@ -62,15 +61,15 @@ def test_registry_names_and_listing():
 
 @pytest.mark.parametrize(("entry", "given"), PAIRS)
 def test_same_gains_same_bytes_other_gains_other_bytes(entry, given):
-    first, again = (entry.carry(request_of(entry, given)) for _ in range(2))
+    first, again = (entry.export(request_of(entry, given)) for _ in range(2))
     assert dict(first.files) == dict(again.files) and dict(first.rollback) == dict(again.rollback)
     more = replace(given, gains=tuple(1.3 * gain if abs(gain) != 1.0 else gain for gain in given.gains))
-    assert dict(entry.carry(request_of(entry, more)).files) != dict(first.files)
+    assert dict(entry.export(request_of(entry, more)).files) != dict(first.files)
 
 
 @pytest.mark.parametrize(("entry", "given"), PAIRS)
 def test_files_and_rollback_are_there_and_safely_named(entry, given):
-    bundle = entry.carry(request_of(entry, given))
+    bundle = entry.export(request_of(entry, given))
     assert bundle.files and bundle.rollback
     for name, content in (*bundle.files.items(), *bundle.rollback.items()):
         path = PurePosixPath(name)
@@ -80,7 +79,7 @@ def test_files_and_rollback_are_there_and_safely_named(entry, given):
 
 @pytest.mark.parametrize(("entry", "given"), PAIRS)
 def test_some_text_names_the_gains_the_airframe_and_the_tool(entry, given):
-    bundle = entry.carry(request_of(entry, given))
+    bundle = entry.export(request_of(entry, given))
     texts = [content.decode(errors="replace") for content in bundle.files.values()]
     for word in (DIGEST[:12], given.airframe.name, "holdfast"):
         assert any(word in text for text in texts), word
@@ -88,14 +87,14 @@ def test_some_text_names_the_gains_the_airframe_and_the_tool(entry, given):
 
 @pytest.mark.parametrize(("entry", "given"), PAIRS)
 def test_bundle_and_rollback_name_the_version_of_the_tool(entry, given):
-    bundle = entry.carry(request_of(entry, given))
+    bundle = entry.export(request_of(entry, given))
     for files in (bundle.files, bundle.rollback):
         assert any(f"holdfast {VERSION}" in content.decode(errors="replace") for content in files.values())
 
 
 @pytest.mark.parametrize(("entry", "given"), PAIRS)
 def test_nothing_tells_of_the_machine_or_the_hour(entry, given):
-    bundle = entry.carry(request_of(entry, given))
+    bundle = entry.export(request_of(entry, given))
     for name, content in bundle.files.items():
         text = content.decode(errors="replace")
         assert not re.search(r"\b20\d\d-\d\d-\d\d\b|/(?:home|tmp|root)/", text), name
@@ -104,7 +103,7 @@ def test_nothing_tells_of_the_machine_or_the_hour(entry, given):
 @pytest.mark.parametrize(("entry", "given"), PAIRS)
 def test_what_is_held_is_what_was_asked_to_the_targets_resolution(entry, given):
     """A target without a place for our derivative filter holds none, or its own, and says so."""
-    bundle = entry.carry(request_of(entry, given))
+    bundle = entry.export(request_of(entry, given))
     held = bundle.held
     assert held.cascade.position.name == given.cascade.position.name
     assert held.cascade.attitude.name == given.cascade.attitude.name
@@ -112,21 +111,21 @@ def test_what_is_held_is_what_was_asked_to_the_targets_resolution(entry, given):
     filters = [gain.column for gain in gain_addresses(given.cascade) if gain.info.name == "t_f"]
     mine, its = np.array(given.gains), np.array(held.gains)
     if not np.allclose(its[filters], mine[filters], rtol=3e-7, atol=0.0):
-        assert any("filter" in sentence for sentence in bundle.lossy)
+        assert any("filter" in sentence for sentence in bundle.differences)
         its[filters] = mine[filters]
     np.testing.assert_allclose(its, mine, rtol=RESOLUTION.get(entry.name, 3e-7), atol=1e-12)
 
 
 @pytest.mark.parametrize(("entry", "given"), PAIRS)
 def test_losses_are_sentences(entry, given):
-    for sentence in entry.carry(request_of(entry, given)).lossy:
+    for sentence in entry.export(request_of(entry, given)).differences:
         assert re.fullmatch(r"\S.{20,}[.)]", sentence, re.DOTALL) and "\n" not in sentence, sentence
 
 
 @pytest.mark.parametrize(("entry", "given"), PAIRS)
 def test_parameters_lie_in_their_ranges_and_have_units(entry, given):
     names = set()
-    for parameter in entry.carry(request_of(entry, given)).parameters:
+    for parameter in entry.export(request_of(entry, given)).parameters:
         assert parameter.low <= parameter.held <= parameter.high, parameter
         assert parameter.unit and parameter.name not in names
         names.add(parameter.name)
@@ -139,7 +138,7 @@ def test_a_gain_that_is_no_number_is_refused(entry, given, value):
         gains = list(given.gains)
         gains[gain.column] = value
         with pytest.raises(InputError) as caught:
-            carry(entry, request_of(entry, replace(given, gains=tuple(gains))))
+            bundle_of(entry, request_of(entry, replace(given, gains=tuple(gains))))
         assert caught.value.key == gain.address
 
 

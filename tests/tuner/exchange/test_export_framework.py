@@ -10,9 +10,8 @@ import pytest
 from plant.errors import InputError, StoreError
 from plant.gains import gain_addresses
 from tests.tuner.exchange.controllers import controller, pid
-from tuner.exchange.exporter import Bundle, Exporter, Option, Parameter, Request
-from tuner.exchange.run import carry, check_laws, export_gains
-from tuner.exchange.settings import number, settings_of
+from tuner.exchange.run import bundle_of, check_laws, export_gains
+from tuner.exchange.target import Bundle, Option, Parameter, Request, Target, number, settings_of
 from tuner.exchange.verification import verify_export
 from tuner.exchange.writing import sha256
 from tuner.gains import to_document
@@ -30,7 +29,7 @@ def exporter(held=lambda c: c, parameters=(), options=(), laws=()):
             parameters,
         )
 
-    return Exporter("paper", "A target made of paper", bring, laws, laws, options)
+    return Target("paper", "A target made of paper", bring, laws, laws, options)
 
 
 def request(given):
@@ -86,12 +85,12 @@ def test_a_parameter_out_of_range_is_refused_by_name():
     parameter = Parameter("MC_P", "1", 0.7, 0.7, 0.0, 0.5)
     for held in (0.7, float("nan"), float("inf")):
         with pytest.raises(InputError, match="MC_P"):
-            carry(exporter(parameters=(replace(parameter, held=held),)), request(pid()))
-    carry(exporter(parameters=(replace(parameter, held=0.5),)), request(pid()))
+            bundle_of(exporter(parameters=(replace(parameter, held=held),)), request(pid()))
+    bundle_of(exporter(parameters=(replace(parameter, held=0.5),)), request(pid()))
 
 
 def test_what_is_carried_exactly_changes_nothing():
-    found = verify_export(request(pid()), exporter().carry(request(pid())), 8, Watcher())
+    found = verify_export(request(pid()), exporter().export(request(pid())), 8, Watcher())
     assert found.passed
     assert all(row["relative"] == 0.0 for row in found.gains)
     assert all(row["asked"] == row["held"] for row in (*found.margins, *found.metrics))
@@ -100,7 +99,7 @@ def test_what_is_carried_exactly_changes_nothing():
 
 def test_rounding_shows_in_gains_margins_and_flights():
     asked = pid()
-    found = verify_export(request(asked), exporter(rounded(4.0)).carry(request(asked)), 8, Watcher())
+    found = verify_export(request(asked), exporter(rounded(4.0)).export(request(asked)), 8, Watcher())
     by_gain = {row["gain"]: row for row in found.gains}
     assert by_gain["roll.kp"]["held"] == 88.0 and by_gain["roll.kp"]["relative"] == pytest.approx(-2 / 90)
     assert any(row["asked"] != row["held"] for row in found.margins)
@@ -116,7 +115,7 @@ def test_rounding_that_breaks_a_limit_is_said():
         gains[columns["roll.kd"]] *= 0.02
         return replace(given, gains=tuple(gains.tolist()))
 
-    found = verify_export(request(pid()), exporter(without_damping).carry(request(pid())), 4, Watcher())
+    found = verify_export(request(pid()), exporter(without_damping).export(request(pid())), 4, Watcher())
     assert not found.passed
     assert "stable(roll)" in found.broken and "stable(pitch)" not in found.broken
 

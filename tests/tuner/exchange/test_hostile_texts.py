@@ -16,7 +16,7 @@ from tests.tuner.exchange.hostile_texts import CANARY, HOSTILE
 from tests.tuner.exchange.skeleton import skeleton
 from tests.tuner.exchange.test_export_contract import CARRIED, CONTROLLERS, request_of
 from tests.tuner.in_process import tuner
-from tuner.exchange.betaflight.ranges import SWITCHES
+from tuner.exchange.betaflight.map import SWITCHES
 from tuner.exchange.registry import EXPORTERS
 from tuner.exchange.texts import c_comment, c_string, matlab_string, python_docstring
 from tuner.exchange.writing import as_json
@@ -36,7 +36,7 @@ def named(given, name, title):
 
 
 def contents(entry, given):
-    bundle = entry.carry(request_of(entry, given))
+    bundle = entry.export(request_of(entry, given))
     return {**bundle.files, **{f"rollback/{name}": content for name, content in bundle.rollback.items()}}
 
 
@@ -162,7 +162,7 @@ def test_a_setting_of_a_previous_file_leaves_no_control_character_in_the_rollbac
     entry, (switch, *_) = EXPORTERS["betaflight"], SWITCHES
     (previous := tmp_path / "diff.txt").write_text(f"set {switch} = A\x04\x1b[2JB\n")
     request = replace(request_of(entry, CONTROLLERS["pid"]), previous=previous)
-    text = dict(entry.carry(request).rollback)["holdfast.betaflight.txt"].decode()
+    text = dict(entry.export(request).rollback)["holdfast.betaflight.txt"].decode()
     assert f"set {switch} = A\\x04" in text and all(line.isprintable() for line in text.splitlines())
 
 
@@ -187,7 +187,7 @@ def test_exported_c_compiles_without_a_warning_and_runs_nothing_of_a_text(tmp_pa
     gcc = program("gcc")
     entry = EXPORTERS["c99"]
     for k, text in enumerate(BATCHES[:2]):
-        put(folder := tmp_path / f"c{k}", entry.carry(request_of(entry, named(CONTROLLERS["pid"], text, text))).files)
+        put(folder := tmp_path / f"c{k}", entry.export(request_of(entry, named(CONTROLLERS["pid"], text, text))).files)
         ask = '#include <stdio.h>\n#include "holdfast_controller.h"\nint main(void) { return fputs(HOLDFAST_AIRFRAME, stdout) < 0; }'
         (folder / "ask.c").write_text(ask)
         units = ["ask.c", "holdfast_controller.c"]
@@ -199,7 +199,7 @@ def test_exported_c_compiles_without_a_warning_and_runs_nothing_of_a_text(tmp_pa
 def test_an_fmu_loads_and_runs_nothing_of_a_text(tmp_path):
     program("gcc")
     entry, text = EXPORTERS["fmi"], " ".join(WRITTEN)
-    put(tmp_path, entry.carry(request_of(entry, named(CONTROLLERS["pid"], text, text))).files)
+    put(tmp_path, entry.export(request_of(entry, named(CONTROLLERS["pid"], text, text))).files)
     with zipfile.ZipFile(tmp_path / "holdfast.fmu") as archive:
         archive.extractall(tmp_path)
     load_it = "import ctypes, sys; ctypes.CDLL(sys.argv[1]).fmi2GetVersion"
@@ -208,7 +208,7 @@ def test_an_fmu_loads_and_runs_nothing_of_a_text(tmp_path):
 
 def test_an_exported_python_package_runs_nothing_of_a_text(tmp_path):
     entry, text = EXPORTERS["rotorpy"], " ".join(WRITTEN)
-    put(tmp_path, entry.carry(request_of(entry, named(CONTROLLERS["pid"], text, text))).files)
+    put(tmp_path, entry.export(request_of(entry, named(CONTROLLERS["pid"], text, text))).files)
     run(tmp_path, sys.executable, "-c", "from holdfast_rotorpy import controller; controller()")
 
 

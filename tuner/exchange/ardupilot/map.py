@@ -23,14 +23,23 @@ from plant.errors import InputError
 from plant.laws.pid import Gains
 from plant.vehicle import Vehicle
 from tuner.exchange.ardupilot.ranges import Dialect
-from tuner.exchange.autopilot.parameter_table import defaults, misfit
-from tuner.exchange.autopilot.pid import axis_gains, held_tilt, weighted, written_cutoff
-from tuner.exchange.autopilot.pid_cascade import SAME, RateLoop, parallel, rate_loop, same_feedback
+from tuner.exchange.autopilot.parameters import defaults, misfit
+from tuner.exchange.autopilot.pid import (
+    SAME,
+    RateLoop,
+    axis_gains,
+    held_tilt,
+    parallel,
+    rate_loop,
+    same_feedback,
+    weighted,
+    written_cutoff,
+)
 from tuner.exchange.autopilot.scales import TorqueScale, ardupilot_factors, command_slope, hover_share, torque_scale
 from tuner.gains import Controller
 
 GRAVITY = 9.80665
-TARGET = "ArduPilot"
+NAME = "ArduPilot"
 EXPO, TILT = "MOT_THST_EXPO", "PSC_ANGLE_MAX"
 # Low-pass of the rate error of yaw: with neither D nor FF the same as one on the torque.
 YAW_FILTER = "ATC_RAT_YAW_FLTE"
@@ -70,7 +79,7 @@ class ArdupilotScales:
 def ardupilot_scales(vehicle: Vehicle, actuation: Actuation, model: float) -> ArdupilotScales:
     """Work out the scales; model: MOT_THST_EXPO."""
     slope = command_slope(actuation, model)
-    torque = torque_scale(actuation, ardupilot_factors(actuation), slope, TARGET)
+    torque = torque_scale(actuation, ardupilot_factors(actuation), slope, NAME)
     return ArdupilotScales(torque, vehicle.gravity / GRAVITY, 4.0 * slope / vehicle.mass, hover_share(actuation, model))
 
 

@@ -3,14 +3,21 @@ QGroundControl are read as well.
 
 Names are at most 16 of A-Z, 0-9 and _. They changed between Copter 4.6 and 4.7, and a vehicle ignores in silence what it does not
 know, so a file belongs to a version.
+
+Names and units of Copter before 4.0 are read as the firmware itself turns them into those of 4.0 to 4.6 when it is updated.
+
+Copter::convert_pid_parameters of ArduCopter/Parameters.cpp: rate gains became shares of the whole torque in 3.4 (times 0.9 on
+frames X, V and H, 1.27 on others), their limits and the throttle shares of 1, position gains got other names in 3.6, one filter
+of a rate loop became two in 4.0.
 """
 
 import re
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from pathlib import Path
 
 from plant.errors import InputError
-from tuner.exchange.autopilot.parameter_text import (
+from tuner.exchange.autopilot.parameters import (
     as_bytes,
     check_stack,
     enter,
@@ -52,3 +59,78 @@ def read_param(file: Path) -> dict[str, float]:
     if not values:
         raise InputError(f"holds no parameter; give {WHAT}", file=file)
     return values
+
+
+# In the version that a record names: the file was of an older one.
+OLDER = "older than 4.0"
+SHORTS = ("RLL", "PIT", "YAW")
+# Frames whose gains fell: X, V and H of FRAME, which was X by default.
+CROSSED, USUAL_FRAME = (1.0, 2.0, 3.0), 1.0
+CROSSED_SCALE, OTHER_SCALE = 0.9, 1.27
+IMAX_SCALE, THROTTLE_SCALE = 1.0 / 4500.0, 0.001
+
+
+def _renamed() -> dict[str, tuple[str, ...]]:
+    """Return old name -> names since 4.0."""
+    found: dict[str, tuple[str, ...]] = {"THR_MID": ("MOT_THST_HOVER",)}
+    for short in SHORTS:
+        rate = f"ATC_RAT_{short}"
+        filters = (f"{rate}_FLTE",) if short == "YAW" else (f"{rate}_FLTD", f"{rate}_FLTT")
+        found |= {f"RATE_{short}_{term}": (f"{rate}_{term}",) for term in ("P", "I", "D", "IMAX")}
+        found |= {f"STB_{short}_P": (f"ATC_ANG_{short}_P",), f"RATE_{short}_FILT_HZ": filters, f"{rate}_FILT": filters}
+    for old, new, terms in (
+        ("POS_XY", "PSC_POSXY", ("P",)),
+        ("POS_Z", "PSC_POSZ", ("P",)),
+        ("VEL_XY", "PSC_VELXY", ("P", "I", "IMAX")),
+        ("VEL_Z", "PSC_VELZ", ("P",)),
+        ("ACCEL_Z", "PSC_ACCZ", ("P", "I", "D", "IMAX")),
+    ):
+        found |= {f"{old}_{term}": (f"{new}_{term}",) for term in terms}
+    for old, new in (("VEL_XY", "PSC_VELXY"), ("ACCEL_Z", "PSC_ACCZ")):
+        found |= {f"{old}_FILT_HZ": (f"{new}_FLTE",), f"{new}_FILT": (f"{new}_FLTE",)}
+    return found
+
+
+RENAMED = _renamed()
+# Of the same loops in versions whose meaning is not known here.
+FOREIGN = re.compile(
+    r"(RATE|STB|STAB|HLD_LAT|HLD_LON|LOITER_LAT|LOITER_LON|NAV_LAT|NAV_LON|THR_ALT|THR_RATE|THR_ACCEL|POS|VEL|ACCEL)"
+    r"_(.+_)?(P|I|D|IMAX|FILT_HZ)"
+)
+
+
+@dataclass(frozen=True)
+class Modern:
+    """values: under the names of 4.6; renamed: old name -> (value, new names); unknown: old names that nobody knows."""
+
+    values: dict[str, float]
+    renamed: dict[str, tuple[float, tuple[str, ...]]]
+    unknown: tuple[str, ...]
+
+
+def modernised(values: Mapping[str, float], file: Path) -> Modern:
+    """Return parameters of any version before 4.7 under the names and in the units of 4.6.
+
+    Raises InputError where a parameter stands there under its old and its new name with different values.
+    """
+    gain = CROSSED_SCALE if values.get("FRAME", USUAL_FRAME) in CROSSED else OTHER_SCALE
+    found = {name: value for name, value in values.items() if name not in RENAMED}
+    renamed = {}
+    for name in values:
+        for new in RENAMED.get(name, ()):
+            value = _scale(name, gain) * values[name]
+            if found.setdefault(new, value) != value:
+                message = f"stands there as {name} too, which is {value:.9g} in its unit; leave one of the two out"
+                raise InputError(message, file=file, key=new)
+            renamed[name] = (value, RENAMED[name])
+    unknown = tuple(name for name in found if FOREIGN.fullmatch(name))
+    return Modern({name: value for name, value in found.items() if name not in unknown}, renamed, unknown)
+
+
+def _scale(name: str, gain: float) -> float:
+    """Return what one unit of an old parameter is in the new; gain: of the rate gains."""
+    if name.startswith("RATE_") and name.endswith(("_P", "_I", "_D")):
+        return gain
+    if name.startswith("RATE_") and name.endswith("_IMAX"):
+        return IMAX_SCALE
+    return THROTTLE_SCALE if name == "THR_MID" else 1.0

@@ -16,8 +16,7 @@ from plant.nominal import ControlOptions
 from tuner.exchange.aboard import DERIVATIVE as DERIVATIVE
 from tuner.exchange.aboard import plain_name
 from tuner.exchange.autopilot.pid import held_tilt, weighted, with_gains
-from tuner.exchange.exporter import Option
-from tuner.exchange.settings import number
+from tuner.exchange.target import Option, number
 from tuner.gains import Controller, VehicleRecord
 from tuner.gains.ranges import check_value
 from tuner.gains.timing import LONGEST, SHORTEST, check_plant_step, timing_of

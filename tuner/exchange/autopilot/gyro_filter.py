@@ -20,7 +20,7 @@ from plant.vectors import Vec3
 from tuner.analysis.margins.limits import LIMITS
 from tuner.analysis.margins.readings import Subject, subject_of
 from tuner.exchange.autopilot.pid import axis_gains, with_gains
-from tuner.exchange.exporter import GyroFilter
+from tuner.exchange.target import GyroFilter
 from tuner.gains import Controller
 
 Row = dict[str, Any]

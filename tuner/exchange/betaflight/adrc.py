@@ -15,25 +15,20 @@ from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
 from plant.gains import gain_addresses
-from tuner.exchange.autopilot.parameter_table import parameters
+from tuner.exchange.autopilot.parameters import parameters
 from tuner.exchange.autopilot.scales import motors_text
-from tuner.exchange.betaflight.exporter import (
+from tuner.exchange.betaflight.export import (
     LOADING,
     MOTORS,
     OPTIONS,
     nearest,
-    profile,
-    reversed_yaw,
     rollback,
     settings,
 )
-from tuner.exchange.betaflight.map import betaflight_torque
-from tuner.exchange.betaflight.ranges import ADRC_SWITCHES, ADRC_TABLE
-from tuner.exchange.betaflight.text import write_cli
-from tuner.exchange.exporter import Bundle, Exporter, Request
-from tuner.exchange.heading import heading
-from tuner.exchange.settings import number
-from tuner.exchange.texts import parameter_comment
+from tuner.exchange.betaflight.map import ADRC_SWITCHES, ADRC_TABLE, betaflight_torque, reversed_yaw
+from tuner.exchange.betaflight.text import profile, write_cli
+from tuner.exchange.target import Bundle, Request, Target, number
+from tuner.exchange.texts import heading, parameter_comment
 from tuner.gains import Controller
 
 FILE = "holdfast.betaflight.txt"
@@ -45,7 +40,7 @@ EXPERIMENTAL = (
 ZETA, SAME = 1.0, 1e-9
 
 
-def carry(request: Request) -> Bundle:
+def export(request: Request) -> Bundle:
     """Return the file; raises InputError where the gains have no counterpart or leave the ranges."""
     asked = request.controller
     check_damping(asked)
@@ -61,7 +56,7 @@ def carry(request: Request) -> Bundle:
         files={FILE: write_cli(settings(values, ADRC_SWITCHES), profile(request.settings), about)},
         rollback={FILE: rollback(request, ADRC_TABLE, ADRC_SWITCHES, values)},
         held=held_controller(asked, values),
-        lossy=_lossy(asked, values, rotors),
+        differences=_differences(asked, values, rotors),
         target_version=NAME,
         parameters=written,
     )
@@ -102,7 +97,7 @@ def held_controller(asked: Controller, values: dict[str, float]) -> Controller:
     return replace(asked, gains=tuple(row))
 
 
-def _lossy(controller: Controller, values: dict[str, float], rotors: Actuation) -> tuple[str, ...]:
+def _differences(controller: Controller, values: dict[str, float], rotors: Actuation) -> tuple[str, ...]:
     measured = controller.options.attitude_rate == "measured"
     source = "angle and rate as measured" if measured else "z1 and z2 of the observer"
     return (
@@ -125,10 +120,10 @@ def _lossy(controller: Controller, values: dict[str, float], rotors: Actuation) 
     )  # fmt: skip
 
 
-EXPORTER = Exporter(
+TARGET = Target(
     name="betaflight-adrc",
     title="Betaflight with ADRC (pull request 15400), settings for the command line",
-    carry=carry,
+    export=export,
     attitude_laws=("ladrc",),
     options=OPTIONS,
     experimental=EXPERIMENTAL,

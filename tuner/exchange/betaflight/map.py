@@ -3,21 +3,143 @@
 Rates are in deg/s and outputs in thousandths of the motor range: P and I of the settings are multiplied by 0.032029 and 0.244381,
 the latter by 2.5 more for yaw (src/main/flight/pid.h, pid_init.c). Thrust does not follow the command, so a unit of output is
 worth the slope of the thrust curve at hover. The firmware counts pitch nose down and yaw clockwise; diagonal gains do not notice.
+
+Settings of Betaflight 2025.12 that an export writes: units, ranges, defaults; and those of pull request 15400.
+
+betaflight/betaflight, release 2025.12: src/main/cli/settings.c, src/main/flight/pid.h and pid.c (pgResetFn_pidProfiles); for ADRC
+the head 6317fe2 of pull request 15400. The firmware enforces these ranges; a test asks it for each of them.
 """
 
 from collections.abc import Mapping
+from dataclasses import dataclass, field
 from math import degrees, pi, radians
 
 from plant.airframes.actuation import Actuation
 from plant.cascade import ATTITUDE_AXES
 from plant.laws.pid import Gains
 from plant.vehicle import Vehicle
-from tuner.exchange.autopilot.pid import axis_gains
-from tuner.exchange.autopilot.pid_cascade import RateLoop, parallel, rate_loop
+from tuner.exchange.autopilot.parameters import Entry
+from tuner.exchange.autopilot.pid import RateLoop, axis_gains, parallel, rate_loop
 from tuner.exchange.autopilot.scales import TorqueScale, betaflight_factors, command_slope, torque_scale
 from tuner.gains import Controller
 
-TARGET = "Betaflight"
+OFF = "nothing: it is switched off"
+
+
+def _axis(axis: str, p: float, i: float, d: float, d_max: float, f: float) -> list[Entry]:
+    """Return one rate loop with its defaults."""
+    return [
+        Entry(f"p_{axis}", "1", 0.0, 250.0, p, f"{axis}.kd"),
+        Entry(f"i_{axis}", "1", 0.0, 250.0, i, f"{axis}.ki"),
+        Entry(f"d_{axis}", "1", 0.0, 250.0, d, OFF),
+        Entry(f"d_max_{axis}", "1", 0.0, 250.0, d_max, OFF),
+        Entry(f"f_{axis}", "1", 0.0, 1000.0, f, OFF),
+    ]
+
+
+TABLE = {
+    entry.name: entry
+    for entry in (
+        *_axis("roll", 45.0, 80.0, 30.0, 40.0, 120.0),
+        *_axis("pitch", 47.0, 84.0, 34.0, 46.0, 125.0),
+        *_axis("yaw", 45.0, 80.0, 0.0, 0.0, 120.0),
+        Entry("angle_p_gain", "0.1/s", 0.0, 200.0, 50.0, "roll.kp, roll.ki or roll.kd"),
+        Entry("angle_feedforward", "1", 0.0, 200.0, 50.0, OFF),
+        Entry("angle_limit", "deg", 10.0, 80.0, 60.0, "controller.tilt_limit"),
+        Entry("anti_gravity_gain", "1", 0.0, 250.0, 80.0, OFF),
+        Entry("tpa_rate", "%", 0.0, 100.0, 65.0, OFF),
+        Entry("yaw_lowpass_hz", "Hz", 0.0, 500.0, 100.0, OFF),
+        Entry("thrust_linear", "%", 0.0, 150.0, 0.0, OFF),
+    )
+}
+# Switches: setting -> what the export sets, the default.
+SWITCHES = {
+    "simplified_pids_mode": ("OFF", "RPY"),
+    "iterm_relax": ("OFF", "RP"),
+}
+# Terms that our law has not: an export to a known vehicle leaves them as they are there.
+EXTRA = (*(entry.name for entry in TABLE.values() if entry.source == OFF), "iterm_relax")
+# What else acts in the loops, with its default in 2025.12; an import names what stands otherwise, an export leaves it alone.
+OTHERS = {
+    "yaw_motors_reversed": "OFF",
+    "iterm_windup": "80",
+    "pidsum_limit": "500",
+    "pidsum_limit_yaw": "400",
+    "iterm_rotation": "OFF",
+    "abs_control_gain": "0",
+    "motor_output_limit": "100",
+    "throttle_boost": "5",
+    "vbat_sag_compensation": "0",
+    "dyn_idle_min_rpm": "0",
+    "level_race_mode": "OFF",
+    "crash_recovery": "OFF",
+}
+# The gyro's and the D terms' filters, and the rate of the loops.
+FILTERS = (
+    r"(gyro|dterm)_(lpf|notch)\w*|dyn_notch_\w+|rpm_filter_\w+|simplified_(gyro|dterm)_filter\w*|pid_process_denom"
+)
+
+
+@dataclass(frozen=True)
+class Release:
+    """A series of releases. renamed: name of a setting there -> name in 2025.12; usual: defaults there that are others, by the
+    names of 2025.12. Their gains have one scale.
+    """
+
+    name: str
+    renamed: Mapping[str, str] = field(default_factory=dict)
+    usual: Mapping[str, str] = field(default_factory=dict)
+
+    @property
+    def current(self) -> bool:
+        """Whether an export for 2025.12 has its names."""
+        return not self.renamed
+
+
+# Before 2025.12 d was the upper and d_min the lower D gain; then d_max is the upper and d the lower one.
+_D = {f"d_min_{axis}": f"d_{axis}" for axis in ("roll", "pitch", "yaw")} | {
+    f"d_{axis}": f"d_max_{axis}" for axis in ("roll", "pitch", "yaw")
+}
+_LEVEL = {"angle_level_strength": "angle_p_gain", "level_limit": "angle_limit"}
+_OLD = {"iterm_windup": "85", "iterm_limit": "400"}
+_FEWER = {"angle_limit": "55", "angle_feedforward": "0"}
+# Tags 4.3.1, 4.4.3, 4.5.5, 2025.12.5, 2026.6.1 of the firmware; 4.6 was the name of 2025.12 while it was made.
+RELEASES = {
+    release.name: release
+    for release in (
+        Release("4.3", _D | _LEVEL, _OLD | _FEWER | {"anti_gravity_gain": "3500"}),
+        Release("4.4", _D | _LEVEL, _OLD | _FEWER),
+        Release("4.5", _D, _OLD),
+        Release("4.6"),
+        Release("2025.12"),
+        Release("2026.6"),
+        Release("2026.12"),
+    )
+}
+
+
+def _adrc(axis: str, wo: float) -> list[Entry]:
+    return [
+        Entry(f"adrc_wc_{axis}", "rad/s", 5.0, 300.0, 60.0, f"{axis}.omega_c"),
+        Entry(f"adrc_wo_{axis}", "rad/s", 10.0, 600.0, wo, f"{axis}.omega_o"),
+        Entry(f"adrc_b0_{axis}", "deg/s3", 100.0, 65535.0, 2000.0, "the airframe or --set thrust_curve"),
+    ]
+
+
+ADRC_TABLE = {
+    entry.name: entry
+    for entry in (
+        *_adrc("roll", 100.0),
+        *_adrc("pitch", 100.0),
+        *_adrc("yaw", 80.0),
+        Entry("adrc_hover_throttle", "%", 5.0, 100.0, 35.0, "the airframe or --set thrust_curve"),
+        Entry("adrc_sigma_decay", "0.1/s", 0.0, 100.0, 3.0, OFF),
+    )
+}
+ADRC_SWITCHES = {"pid_type": ("ADRC", "CLASSIC")}
+
+
+NAME = "Betaflight"
 # Torque output per setting and deg/s (P), per setting and deg (I); I of yaw counts more.
 P_SCALE, I_SCALE, YAW_I = 0.032029, 0.244381, 2.5
 # Outputs of the loops for the whole motor range, and level strength of 1/s.
@@ -28,7 +150,7 @@ DEGREE = pi / 180.0
 def betaflight_torque(actuation: Actuation) -> TorqueScale:
     """Return the torque for one unit of the loops' outputs [N m], at hover."""
     slope = command_slope(actuation, 0.0) / MIXER
-    return torque_scale(actuation, betaflight_factors(actuation), slope, TARGET)
+    return torque_scale(actuation, betaflight_factors(actuation), slope, NAME)
 
 
 def _scales(axis: str, inertia: float, torque: float) -> tuple[float, float]:
@@ -99,3 +221,8 @@ def from_betaflight(
 def tilt_limit(values: Mapping[str, float]) -> float:
     """Return the largest tilt [rad]."""
     return radians(values["angle_limit"])
+
+
+def reversed_yaw(rotors: Actuation) -> str:
+    """Return the setting yaw_motors_reversed for the sense of the rotors: OFF where the front left one turns clockwise."""
+    return "OFF" if rotors.rotors[0].spin > 0.0 else "ON"

@@ -2,8 +2,7 @@
 
 from plant.backends.c_code import REALS, literal
 from plant.backends.c_records import CRecords
-from tuner.exchange.heading import tool
-from tuner.exchange.texts import c_comment, c_string
+from tuner.exchange.texts import c_comment, c_string, tool
 from tuner.gains import Controller
 
 HEADER = """\

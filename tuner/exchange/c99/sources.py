@@ -15,8 +15,7 @@ from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, Att
 from tuner.exchange.c99.header import header_text
 from tuner.exchange.c99.routines import Call, Style, function_of, function_text, loops
 from tuner.exchange.c99.tracing import UNIT_WITHIN, Entry, Traces, trace
-from tuner.exchange.heading import tool
-from tuner.exchange.texts import c_comment
+from tuner.exchange.texts import c_comment, tool
 from tuner.gains import Controller
 
 GUARDS = """\

@@ -9,10 +9,9 @@ propellers are: at 0.0397 m instead of the firmware's 0.046 m, torques as they a
 
 from plant.airframes.actuation import actuation
 from tuner.exchange.autopilot.scales import motors_text
-from tuner.exchange.crazyflie.scales import MOTORS
-from tuner.exchange.exporter import Request
-from tuner.exchange.heading import heading
-from tuner.exchange.texts import c_comment, markdown
+from tuner.exchange.crazyflie.map import MOTORS
+from tuner.exchange.target import Request
+from tuner.exchange.texts import c_comment, heading, markdown
 
 NAME = "controller_holdfast"
 TICK = 0.001

@@ -5,7 +5,7 @@ import sys
 from pathlib import Path
 
 from plant.errors import InputError
-from tuner.exchange.processor_cost.making import write_table
+from tuner.exchange.processor_cost.measure import write_table
 
 
 def main() -> int:

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from plant.errors import InputError
-from tuner.exchange.autopilot.parameter_text import (
+from tuner.exchange.autopilot.parameters import (
     as_bytes,
     check_stack,
     enter,

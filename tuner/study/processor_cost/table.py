@@ -1,7 +1,7 @@
 """The packaged table of costs: the default gains of every pair of laws on the Hummingbird, counted once and for all machines.
 
 Counts hang on the laws, hardly on the gains, so the table stands in where no compiler for a Cortex-M4F is installed, and studies
-use nothing else: what they find must not depend on what is installed. `tuner.exchange.processor_cost.making` makes it.
+use nothing else: what they find must not depend on what is installed. `tuner.exchange.processor_cost.measure` makes it.
 """
 
 import json

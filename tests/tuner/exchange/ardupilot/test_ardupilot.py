@@ -23,21 +23,19 @@ from tests.tuner.exchange.flying_autopilots import (
     motor_command,
     thrust_of,
 )
-from tuner.exchange.ardupilot.arming import positive_names
-from tuner.exchange.ardupilot.exporter import EXPORTER, FILE
+from tuner.exchange.ardupilot.export import FILE, TARGET
 from tuner.exchange.ardupilot.map import vertical_gains, vertical_loops
-from tuner.exchange.ardupilot.ranges import DIALECTS, check_names
-from tuner.exchange.autopilot.parameter_text import MOST, single
-from tuner.exchange.exporter import Request
-from tuner.exchange.settings import settings_of
+from tuner.exchange.ardupilot.ranges import DIALECTS, check_names, positive_names
+from tuner.exchange.autopilot.parameters import MOST, single
+from tuner.exchange.target import Request, settings_of
 
 DIGEST = "cd" * 32
 FIRMWARES = ("4.6", "4.7")
 
 
 def bundle(given, firmware, *settings, previous=None):
-    chosen = settings_of(EXPORTER, (f"firmware={firmware}", *settings))
-    return EXPORTER.carry(Request(given, DIGEST, chosen, previous))
+    chosen = settings_of(TARGET, (f"firmware={firmware}", *settings))
+    return TARGET.export(Request(given, DIGEST, chosen, previous))
 
 
 def fitting(airframe="iris", **gains):
@@ -156,7 +154,7 @@ def test_the_dialects_differ_as_documented():
 
 def test_the_firmware_must_be_said():
     with pytest.raises(InputError, match="--firmware 4.6 or 4.7"):
-        settings_of(EXPORTER, ())
+        settings_of(TARGET, ())
 
 
 REFUSED = [
@@ -202,7 +200,7 @@ def test_held_and_rollback(firmware, tmp_path):
 
 
 def test_what_differs_is_said_with_numbers():
-    text = "\n".join(bundle(fitting(), "4.6").lossy)
+    text = "\n".join(bundle(fitting(), "4.6").differences)
     for word in (
         "PSC_ACCZ_FLTE",
         "K = 0.981",

@@ -8,9 +8,8 @@ from tests.clients import CLIENTS, client
 from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.flying_autopilots import ardupilot_torque, attitude_feedback, attitude_gains, by_address
 from tests.tuner.exchange.importing.reading import exported, read, same_flight, write
-from tuner.exchange.ardupilot.exporter import EXPORTER, FILE
-from tuner.exchange.exporter import Request
-from tuner.exchange.settings import settings_of
+from tuner.exchange.ardupilot.export import FILE, TARGET
+from tuner.exchange.target import Request, settings_of
 
 FITTING = {
     "yaw__kp": 26.0, "yaw__ki": 10.0, "yaw__kd": 6.5, "z__kp": 7.4, "z__ki": 4.9, "z__kd": 3.4, "pitch__kp": 80.0,
@@ -21,7 +20,7 @@ FITTING = {
 @pytest.mark.parametrize(("airframe", "curve"), [("iris", "1"), ("f450", "0.4"), ("hummingbird-rotors", "1")])
 def test_an_export_comes_back_as_what_it_holds(airframe, curve, firmware, tmp_path):
     made = exported(
-        EXPORTER, pid(airframe, **FITTING), f"firmware={firmware}", f"thrust_curve={curve}", "separator=blank"
+        TARGET, pid(airframe, **FITTING), f"firmware={firmware}", f"thrust_curve={curve}", "separator=blank"
     )
     back = read(
         "ardupilot",
@@ -153,8 +152,8 @@ def test_a_file_of_another_version_is_refused(content, firmware, words, tmp_path
 def test_a_vehicle_with_an_older_firmware_gets_no_file(tmp_path):
     """As --previous it tells that the vehicle would ignore what is written; an import of it is said to be older."""
     with pytest.raises(InputError, match="RATE_RLL_P: is a name from before Copter 4.0, which ignores those of 4.6"):
-        EXPORTER.carry(
-            Request(pid("iris", **FITTING), "0" * 64, settings_of(EXPORTER, ("firmware=4.6",)), write(tmp_path, OLD))
+        TARGET.export(
+            Request(pid("iris", **FITTING), "0" * 64, settings_of(TARGET, ("firmware=4.6",)), write(tmp_path, OLD))
         )
 
 

@@ -30,9 +30,8 @@ from tuner.exchange.autopilot.scales import (
     px4_factors,
     torque_scale,
 )
-from tuner.exchange.exporter import Request
 from tuner.exchange.registry import exporter
-from tuner.exchange.settings import settings_of
+from tuner.exchange.target import Request, settings_of
 
 FACTORS = {"px4": px4_factors, "ardupilot": ardupilot_factors, "betaflight": betaflight_factors}
 
@@ -169,7 +168,7 @@ def exported_text(target, airframe: Any = "iris"):
     else:
         given = pid(airframe, **FITTING[target])
     settings = settings_of(entry, ("firmware=4.7",) if target == "ardupilot" else ())
-    return entry.carry(Request(given, "ab" * 32, settings)).files[PUBLISHED[target][0]].decode()
+    return entry.export(Request(given, "ab" * 32, settings)).files[PUBLISHED[target][0]].decode()
 
 
 @pytest.mark.parametrize("target", PUBLISHED)

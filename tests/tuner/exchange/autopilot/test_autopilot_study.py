@@ -6,9 +6,8 @@ import numpy as np
 import pytest
 
 from tests.tuner.conftest import QUICKSTART
-from tuner.exchange.exporter import Request
 from tuner.exchange.registry import EXPORTERS
-from tuner.exchange.settings import settings_of
+from tuner.exchange.target import Request, settings_of
 from tuner.gains import Controller
 from tuner.study import load_study
 
@@ -23,4 +22,4 @@ def test_every_corner_of_the_ranges_can_be_exported(target, options):
     corners = np.array(list(product((0.0, 1.0), repeat=len(study.space.variables))))
     for row in study.space.gains(corners):
         given = Controller(study.airframe, study.system.cascade, study.options, *timing, tuple(row.tolist()))
-        assert exporter.carry(Request(given, "0" * 64, settings_of(exporter, options))).parameters or target == "ros2"
+        assert exporter.export(Request(given, "0" * 64, settings_of(exporter, options))).parameters or target == "ros2"

@@ -15,7 +15,7 @@ from tuner.analysis.margins.readings import subject_of
 from tuner.cli.export import said_of_filter
 from tuner.exchange.autopilot.gyro_filter import equal_lag, filter_rows, with_filter
 from tuner.exchange.autopilot.pid import axis_gains
-from tuner.exchange.exporter import GyroFilter
+from tuner.exchange.target import GyroFilter
 from tuner.gains import to_document
 
 

@@ -9,8 +9,17 @@ import pytest
 
 from plant.errors import InputError
 from plant.seeds import generator
-from tuner.exchange.autopilot.parameter_table import Entry, misfit, parameters
-from tuner.exchange.autopilot.parameter_text import MOST, enter, positional, read_lines, read_number, single
+from tuner.exchange.autopilot.parameters import (
+    MOST,
+    Entry,
+    enter,
+    misfit,
+    parameters,
+    positional,
+    read_lines,
+    read_number,
+    single,
+)
 
 FILE = Path("vehicle.params")
 # mavros reads float(x) if "." in x else int(x): anything else breaks it.

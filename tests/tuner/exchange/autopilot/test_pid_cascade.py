@@ -5,7 +5,7 @@ import pytest
 
 from plant.errors import InputError
 from plant.laws.pid import Gains
-from tuner.exchange.autopilot.pid_cascade import RateLoop, parallel, rate_loop
+from tuner.exchange.autopilot.pid import RateLoop, parallel, rate_loop
 
 
 @pytest.mark.parametrize(

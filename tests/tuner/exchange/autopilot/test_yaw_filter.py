@@ -6,17 +6,16 @@ import pytest
 
 from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.importing.reading import read, write
-from tuner.exchange.exporter import Request
 from tuner.exchange.registry import exporter
-from tuner.exchange.run import carry
-from tuner.exchange.settings import settings_of
+from tuner.exchange.run import bundle_of
+from tuner.exchange.target import Request, settings_of
 
 
 def bundle(target, cutoff, *given):
     own = pid("iris", z__kp=5.2, z__ki=0.4, z__kd=4.0)
     own = replace(own, options=replace(own.options, yaw_torque_cutoff=cutoff))
     entry = exporter(target)
-    return carry(entry, Request(own, "d" * 64, settings_of(entry, list(given)), None))
+    return bundle_of(entry, Request(own, "d" * 64, settings_of(entry, list(given)), None))
 
 
 @pytest.mark.parametrize(("target", "name"), [("px4", "MC_YAW_TQ_CUTOFF"), ("ardupilot", "ATC_RAT_YAW_FLTE")])
@@ -27,7 +26,7 @@ def test_autopilots_with_a_low_pass_carry_ours_and_bring_it_back(target, name, c
     (parameter,) = [entry for entry in made.parameters if entry.name == name]
     assert parameter.held == pytest.approx(cutoff, rel=1e-7)
     assert made.held.options.yaw_torque_cutoff == pytest.approx(cutoff, rel=1e-7)
-    assert not any("low-pass on yaw torque" in text for text in made.lossy)
+    assert not any("low-pass on yaw torque" in text for text in made.differences)
     (content,) = made.files.values()
     found = read(target, write(tmp_path, content.decode(), "vehicle.params"), *version, airframe="iris")
     assert found.controller.options.yaw_torque_cutoff == pytest.approx(cutoff, rel=1e-6)
@@ -36,6 +35,6 @@ def test_autopilots_with_a_low_pass_carry_ours_and_bring_it_back(target, name, c
 @pytest.mark.parametrize("target", ["betaflight", "ros2"])
 def test_others_say_that_they_lack_it_and_are_verified_without(target):
     made = bundle(target, 0.25)
-    assert any("low-pass on yaw torque at 0.25 Hz has no counterpart" in text for text in made.lossy)
+    assert any("low-pass on yaw torque at 0.25 Hz has no counterpart" in text for text in made.differences)
     assert made.held.options.yaw_torque_cutoff == 0.0
-    assert not any("low-pass on yaw torque" in text for text in bundle(target, 0.0).lossy)
+    assert not any("low-pass on yaw torque" in text for text in bundle(target, 0.0).differences)

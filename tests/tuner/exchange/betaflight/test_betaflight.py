@@ -14,11 +14,10 @@ from tests.tuner.exchange.controllers import controller, pid
 from tests.tuner.exchange.flying_autopilots import attitude_feedback, attitude_gains, betaflight_torque, by_address
 from tests.tuner.exchange.importing.reading import read
 from tuner.exchange.betaflight import adrc as betaflight_adrc
-from tuner.exchange.betaflight import exporter as betaflight
-from tuner.exchange.betaflight.exporter import EXPORTER, FILE
+from tuner.exchange.betaflight import export as betaflight
+from tuner.exchange.betaflight.export import FILE, TARGET
 from tuner.exchange.betaflight.map import to_betaflight
-from tuner.exchange.exporter import Request
-from tuner.exchange.settings import settings_of
+from tuner.exchange.target import Request, settings_of
 
 DIGEST = "ef" * 32
 
@@ -26,12 +25,12 @@ DIGEST = "ef" * 32
 YAW = {"yaw__kp": 20.0, "yaw__ki": 12.0, "yaw__kd": 6.0}
 
 
-def bundle(given, *settings, previous=None, exporter=EXPORTER):
-    return exporter.carry(Request(given, DIGEST, settings_of(exporter, settings), previous))
+def bundle(given, *settings, previous=None, exporter=TARGET):
+    return exporter.export(Request(given, DIGEST, settings_of(exporter, settings), previous))
 
 
 def adrc(given, *settings, previous=None):
-    return bundle(given, *settings, previous=previous, exporter=betaflight_adrc.EXPORTER)
+    return bundle(given, *settings, previous=previous, exporter=betaflight_adrc.TARGET)
 
 
 def lines(content):
@@ -106,7 +105,7 @@ def test_the_file_is_what_the_command_line_takes():
 
 def test_integers_are_said():
     made = bundle(pid("iris"))
-    text = "\n".join(made.lossy)
+    text = "\n".join(made.differences)
     for parameter in made.parameters:
         assert parameter.held == round(parameter.asked)
     assert "p_roll 26.14 -> 26 (-0.5 %)" in text and "angle_p_gain 52.36 -> 52" in text
@@ -195,7 +194,7 @@ def test_imported_and_exported_untouched_is_what_the_vehicle_flies(airframe, tmp
     }
     # Beyond our largest tilt the vehicle's own limit stays. The sliders would overwrite the gains from a ground station.
     assert written == {**flown, "simplified_pids_mode": "OFF"}
-    text = "\n".join(made.lossy)
+    text = "\n".join(made.differences)
     for word in ("d_roll = 33", "f_pitch = 90", "tpa_rate = 50", "d_pitch = 34", "iterm_relax = RP"):
         assert word in text, word
     assert "d_yaw" not in text
@@ -229,7 +228,7 @@ def test_motors_are_named_by_betaflights_numbers():
 
 
 def test_an_integral_limit_is_said_as_the_firmware_has_it():
-    (sentence,) = [text for text in bundle(pid("iris")).lossy if "Anti-windup" in text]
+    (sentence,) = [text for text in bundle(pid("iris")).differences if "Anti-windup" in text]
     for word in ("80 %", "400", "yaw 320", "pidsum_limit"):
         assert word in sentence
 
@@ -258,8 +257,8 @@ def test_adrc_carries_bandwidths_and_b0():
 
 def test_adrc_says_that_it_is_experimental_and_what_differs():
     made = adrc(ladrc())
-    assert "15400" in betaflight_adrc.EXPORTER.experimental and "EXPERIMENTAL" in made.files[FILE].decode()
-    text = "\n".join(made.lossy)
+    assert "15400" in betaflight_adrc.TARGET.experimental and "EXPERIMENTAL" in made.files[FILE].decode()
+    text = "\n".join(made.differences)
     for word in ("The loops differ", "z1 and z2", "b0", "level loop", "does not leak", "wo dt = 0.5", "18.8 ms"):
         assert word in text
 
@@ -280,6 +279,6 @@ def test_adrc_refuses_what_has_no_counterpart(gains, words):
 def test_adrc_rollback_and_laws():
     usual = settings_in(adrc(ladrc()).rollback[FILE])
     assert (usual["pid_type"], usual["adrc_wc_roll"], usual["adrc_wo_yaw"]) == ("CLASSIC", "60", "80")
-    assert betaflight_adrc.EXPORTER.attitude_laws == ("ladrc",) and betaflight.EXPORTER.attitude_laws == ("pid",)
-    assert betaflight.EXPORTER.position_laws == betaflight_adrc.EXPORTER.position_laws == ()
+    assert betaflight_adrc.TARGET.attitude_laws == ("ladrc",) and betaflight.TARGET.attitude_laws == ("pid",)
+    assert betaflight.TARGET.position_laws == betaflight_adrc.TARGET.position_laws == ()
     assert bundle(controller("ladrc", "pid", "iris")).held.cascade.position.name == "ladrc"

@@ -9,7 +9,7 @@ from plant.errors import InputError
 from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.flying_autopilots import attitude_feedback, attitude_gains, betaflight_torque, by_address
 from tests.tuner.exchange.importing.reading import exported, read, same_flight, write
-from tuner.exchange.betaflight.exporter import EXPORTER, FILE
+from tuner.exchange.betaflight.export import FILE, TARGET
 
 DIFF = """
 # version
@@ -51,7 +51,7 @@ def test_an_export_comes_back_as_what_it_holds(airframe, profile, tmp_path):
         **{"yaw__kp": 20.0, "yaw__ki": 12.0, "yaw__kd": 6.0},
     )
     # The position loops stand at our defaults on the way back, and the heading loop is an option.
-    made = exported(EXPORTER, given, f"profile={profile}")
+    made = exported(TARGET, given, f"profile={profile}")
     heading = float(max(np.roots([6.0, -20.0, 12.0]).real))
     back = read(
         "betaflight",

@@ -4,10 +4,10 @@ import pytest
 
 from plant.laws import LAWS
 from tests.tuner.exchange.c99.compiled import uneven
-from tuner.exchange.c99.exporter import EXPORTER
-from tuner.exchange.exporter import Request
+from tuner.exchange.c99.export import TARGET
 from tuner.exchange.processor_cost import qemu
 from tuner.exchange.processor_cost.measure import measure_cost
+from tuner.exchange.target import Request
 
 pytestmark = pytest.mark.skipif(bool(qemu.missing()), reason=f"{qemu.missing()} not installed; {qemu.REMEDY}")
 # Instructions of the three attitude loops, call included: what hand-written code of these laws takes, and the refusal of NaN.
@@ -16,7 +16,7 @@ BUDGETS = {"pid": 200, "ladrc": 230, "hybrid": 320}
 
 def same_bits(law, folder):
     controller = uneven(law, law)
-    bundle = EXPORTER.carry(Request(controller, "c" * 64, {"real": "float"}))
+    bundle = TARGET.export(Request(controller, "c" * 64, {"real": "float"}))
     sources = {name: text.decode() for name, text in bundle.files.items() if name.endswith((".c", ".h"))}
     return qemu.run_elf(qemu.build(sources, folder))
 

@@ -18,8 +18,8 @@ from plant.nominal import ControlOptions
 from tests.clients import program
 from tests.tuner.exchange.c99.compiled import FLAGS, uneven
 from tuner.exchange.c99 import c_sources
-from tuner.exchange.c99.exporter import EXPORTER, held
-from tuner.exchange.exporter import Request
+from tuner.exchange.c99.export import TARGET, held
+from tuner.exchange.target import Request
 from tuner.gains import read_gains, to_document
 
 FILES = {"holdfast_controller.h", "holdfast_controller.c", "golden.h", "test_golden.c", "Makefile", "README.md"}
@@ -27,7 +27,7 @@ DIGEST = "5" * 64
 
 
 def bundle(controller, real="float", previous=None):
-    return EXPORTER.carry(Request(controller, DIGEST, {"real": real}, previous))
+    return TARGET.export(Request(controller, DIGEST, {"real": real}, previous))
 
 
 @cache
@@ -159,7 +159,7 @@ def test_held_gains_are_floats():
     for asked, kept in zip(controller.gains, found.held.gains, strict=True):
         assert kept == float(np.float32(asked))
     assert held(controller, REALS["double"]).gains == controller.gains
-    assert found.lossy
+    assert found.differences
 
 
 def test_rollback_without_previous_gains_is_the_defaults():

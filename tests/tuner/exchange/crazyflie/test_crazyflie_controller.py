@@ -17,8 +17,8 @@ from plant.laws import LAWS
 from plant.nominal import ControlOptions
 from tests.clients import program
 from tests.tuner.exchange.controllers import controller
-from tuner.exchange.crazyflie.exporter import EXPORTER
-from tuner.exchange.exporter import Request
+from tuner.exchange.crazyflie.export import TARGET
+from tuner.exchange.target import Request
 from tuner.gains import to_document
 
 STRICT = ("-std=c11", "-O2", "-ffp-contract=off", "-Wall", "-Wextra", "-Wconversion", "-Wdouble-promotion", "-Werror")
@@ -125,7 +125,7 @@ def request(given, **settings):
 
 def folder(tmp_path, given, **settings):
     """Write an export with the firmware's headers beside it, and return the folder of its sources."""
-    for name, content in EXPORTER.carry(request(given, **settings)).files.items():
+    for name, content in TARGET.export(request(given, **settings)).files.items():
         (tmp_path / name).parent.mkdir(exist_ok=True)
         (tmp_path / name).write_bytes(content)
     for name, text in STUBS.items():
@@ -468,7 +468,7 @@ def test_it_builds_for_the_rotors_that_the_gains_are_for_alone(tmp_path, airfram
 def test_motors_are_named_by_the_firmwares_numbers():
     """Motor 1 front right counter-clockwise, then clockwise round the vehicle: 2 rear right, 3 rear left, 4 front left."""
     text = (
-        EXPORTER.carry(request(controller("ladrc", "hybrid", "crazyflie-pybullet", 0.002))).files["README.md"].decode()
+        TARGET.export(request(controller("ladrc", "hybrid", "crazyflie-pybullet", 0.002))).files["README.md"].decode()
     )
     assert (
         "motor 1 front right counter-clockwise, motor 2 rear right clockwise, motor 3 rear left counter-clockwise, "
@@ -489,7 +489,7 @@ def test_a_torque_turns_the_vehicle_as_the_firmware_means_it(firmware):
 
 @pytest.mark.parametrize("law", list(LAWS))
 def test_every_law_can_be_carried(law):
-    bundle = EXPORTER.carry(request(controller(law, law, "crazyflie-pybullet", 0.002), form="controller"))
+    bundle = TARGET.export(request(controller(law, law, "crazyflie-pybullet", 0.002), form="controller"))
     assert set(bundle.files) == set(bundle.rollback)
     text = bundle.files["src/controller_holdfast.c"].decode()
     for word in ("5" * 64, "crazyflie-pybullet", f"position {law}", "holdfast", "PERIOD_TICKS 2U"):
@@ -502,8 +502,8 @@ def test_the_rollback_is_what_was_flown_before(tmp_path):
     previous = tmp_path / "gains.json"
     previous.write_text(json.dumps(to_document(flown, {})))
     given = controller("pid", "hybrid", "crazyflie-pybullet", 0.002)
-    back = EXPORTER.carry(Request(given, "5" * 64, SETTINGS, previous)).rollback
-    assert back["src/holdfast_controller.c"] == EXPORTER.carry(
+    back = TARGET.export(Request(given, "5" * 64, SETTINGS, previous)).rollback
+    assert back["src/holdfast_controller.c"] == TARGET.export(
         Request(flown, back["src/holdfast_controller.h"].decode().split("gains ")[1].split()[0], SETTINGS)
     ).files["src/holdfast_controller.c"]  # fmt: skip
     assert b"7.5" in back["src/holdfast_controller.c"]
@@ -520,7 +520,7 @@ def test_the_rollback_is_what_was_flown_before(tmp_path):
 def test_what_the_firmware_cannot_do_is_refused_by_name(change, key):
     given = controller("ladrc", "hybrid", **({"airframe": "crazyflie-pybullet"} | change))
     with pytest.raises(InputError, match=key):
-        EXPORTER.carry(request(given))
+        TARGET.export(request(given))
 
 
 def test_delay_is_flown(tmp_path):

@@ -16,13 +16,11 @@ from plant.rigid_body import rotor_torque
 from plant.vectors import Rotors
 from tests.clients import ask
 from tests.tuner.exchange.controllers import controller, pid
-from tuner.exchange.crazyflie import param_file
-from tuner.exchange.crazyflie.exporter import EXPORTER, FILE
-from tuner.exchange.crazyflie.parameters import GYRO_FILTER
-from tuner.exchange.crazyflie.scales import torque_per_count
-from tuner.exchange.crazyflie.table import ENTRIES, INTEGERS
-from tuner.exchange.exporter import Request
+from tuner.exchange.crazyflie import text as param_file
+from tuner.exchange.crazyflie.export import FILE, TARGET
+from tuner.exchange.crazyflie.map import ENTRIES, GYRO_FILTER, INTEGERS, torque_per_count
 from tuner.exchange.run import check_laws
+from tuner.exchange.target import Request
 
 READ = """
 import json, sys
@@ -50,11 +48,11 @@ def request(given=None, previous=None, **settings):
 
 
 def values(given=None, **settings):
-    return {parameter.name: parameter.held for parameter in EXPORTER.carry(request(given, **settings)).parameters}
+    return {parameter.name: parameter.held for parameter in TARGET.export(request(given, **settings)).parameters}
 
 
 def test_cflib_reads_what_the_vehicle_is_to_hold(tmp_path):
-    bundle = EXPORTER.carry(request())
+    bundle = TARGET.export(request())
     file = tmp_path / FILE
     file.write_bytes(bundle.files[FILE])
     found = ask("crazyflie", READ, str(file))
@@ -71,7 +69,7 @@ def test_cflib_reads_what_the_vehicle_is_to_hold(tmp_path):
 
 def test_cflib_refuses_an_unquoted_version(tmp_path):
     file = tmp_path / FILE
-    file.write_bytes(EXPORTER.carry(request()).files[FILE].replace(b"version: '1'", b"version: 1"))
+    file.write_bytes(TARGET.export(request()).files[FILE].replace(b"version: '1'", b"version: 1"))
     assert "version" in ask("crazyflie", READ, str(file))["error"]
 
 
@@ -195,7 +193,7 @@ def test_limits_and_hover():
 
 def test_held_is_ours_to_float32_with_the_firmwares_filter():
     given = pid("crazyflie-pybullet")
-    bundle = EXPORTER.carry(request(given))
+    bundle = TARGET.export(request(given))
     for axis in ("x", "y", "z", "roll", "pitch", "yaw"):
         mine, its = (getattr(pack(given.cascade.Gains, c.gains), axis) for c in (given, bundle.held))
         assert its[:3] == pytest.approx(mine[:3], rel=3e-7)
@@ -208,11 +206,11 @@ def test_held_is_ours_to_float32_with_the_firmwares_filter():
 
 
 def test_the_rollback_restores_defaults_or_what_was_stored(tmp_path):
-    known = param_file.read(written_to(tmp_path / "default.yaml", EXPORTER.carry(request()).rollback[FILE]))
+    known = param_file.read(written_to(tmp_path / "default.yaml", TARGET.export(request()).rollback[FILE]))
     assert known == {name: pytest.approx(entry.usual, rel=1e-7) for name, entry in ENTRIES.items()}
     before = tmp_path / "before.yaml"
     ask("crazyflie", WRITE, str(before))
-    back = EXPORTER.carry(request(previous=before)).rollback[FILE]
+    back = TARGET.export(request(previous=before)).rollback[FILE]
     stored = param_file.read(written_to(tmp_path / "back.yaml", back))
     assert stored["pid_rate.roll_kp"] == 312.5 and stored["posCtlPid.thrustBase"] == 37000
     assert stored["pid_rate.roll_ki"] == 500.0 and stored["velCtlPid.vxKi"] == 1e-5
@@ -240,39 +238,39 @@ HEAD = "type: persistent_param_state\nversion: '1'\nparams:\n"
 )
 def test_a_previous_file_that_is_wrong_is_named(tmp_path, text, words):
     with pytest.raises(InputError, match=words):
-        EXPORTER.carry(request(previous=written_to(tmp_path / "p.yaml", text.encode())))
+        TARGET.export(request(previous=written_to(tmp_path / "p.yaml", text.encode())))
 
 
 def test_what_cannot_be_carried_is_refused_by_name():
     with pytest.raises(InputError, match="--set form: given 'parameters', but the laws are hybrid"):
-        EXPORTER.carry(request(controller("pid", "hybrid", "crazyflie-pybullet"), form="parameters"))
+        TARGET.export(request(controller("pid", "hybrid", "crazyflie-pybullet"), form="parameters"))
     with pytest.raises(InputError, match="--set full_thrust"):
-        EXPORTER.carry(request(full_thrust="0"))
+        TARGET.export(request(full_thrust="0"))
     with pytest.raises(InputError, match="roll.ki: given 9999 s"):
-        EXPORTER.carry(request(pid("crazyflie-pybullet", roll__ki=9999.0)))
+        TARGET.export(request(pid("crazyflie-pybullet", roll__ki=9999.0)))
     with pytest.raises(InputError, match="pid_rate.roll_kp: .*change roll.kd"):
-        EXPORTER.carry(request(full_thrust="0.01", given=pid("hummingbird", roll__kd=1e4, roll__kp=1e6)))
+        TARGET.export(request(full_thrust="0.01", given=pid("hummingbird", roll__kd=1e4, roll__kp=1e6)))
     with pytest.raises(InputError, match="airframe"):
-        EXPORTER.carry(request(pid("hummingbird-rotors")))
+        TARGET.export(request(pid("hummingbird-rotors")))
     frame = load("crazyflie-pybullet")
     turned = replace(frame, vehicle=frame.vehicle._replace(spin=Rotors(-1.0, 1.0, 1.0, -1.0)))
     with pytest.raises(InputError, match=r"airframe\.spin"):
-        EXPORTER.carry(request(replace(pid("crazyflie-pybullet"), airframe=turned)))
-    check_laws(EXPORTER, request())
+        TARGET.export(request(replace(pid("crazyflie-pybullet"), airframe=turned)))
+    check_laws(TARGET, request())
 
 
 def test_by_law_pid_gives_parameters_and_others_a_controller():
-    assert set(EXPORTER.carry(request()).files) == {FILE}
+    assert set(TARGET.export(request()).files) == {FILE}
     period = replace(pid("crazyflie-pybullet"), control_period=0.002, plant_step=0.001)
-    assert "src/Kbuild" in EXPORTER.carry(request(period, form="controller")).files
-    assert "src/Kbuild" in EXPORTER.carry(request(controller("ladrc", "pid", "crazyflie-pybullet", 0.002))).files
+    assert "src/Kbuild" in TARGET.export(request(period, form="controller")).files
+    assert "src/Kbuild" in TARGET.export(request(controller("ladrc", "pid", "crazyflie-pybullet", 0.002))).files
 
 
 def test_what_the_file_says_and_how_numbers_are_written():
-    text = EXPORTER.carry(request()).files[FILE].decode()
+    text = TARGET.export(request()).files[FILE].decode()
     for word in ("f" * 64, "crazyflie-pybullet", "position pid, attitude pid", "holdfast", "version: '1'"):
         assert word in text
     assert param_file.number("velCtlPid.vxKi", 8e-5) == "0.00008"
     assert param_file.number("pid_rate.roll_kp", 250.0) == "250.0"
     assert param_file.number("posCtlPid.thrustBase", 36000.0) == "36000"
-    assert json.dumps(EXPORTER.carry(request()).lossy).count("500 Hz") == 1
+    assert json.dumps(TARGET.export(request()).differences).count("500 Hz") == 1

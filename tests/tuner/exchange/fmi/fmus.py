@@ -12,8 +12,8 @@ from plant.laws import law
 from plant.nominal import ControlOptions
 from tests.clients import program
 from tuner.exchange.c99.sources import c_sources
-from tuner.exchange.exporter import Request
 from tuner.exchange.processor_cost.inputs import step_row, typical_inputs
+from tuner.exchange.target import Request
 from tuner.gains import Controller
 
 PERIOD = 0.002

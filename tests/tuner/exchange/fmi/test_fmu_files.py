@@ -9,14 +9,14 @@ from fractions import Fraction
 
 import pytest
 
-import tuner.exchange.fmi.exporter as exporter
+import tuner.exchange.fmi.export as exporter
 from plant.gains import gain_addresses
 from plant.laws import LAWS
 from tests.clients import ask, program
 from tests.tuner.exchange.fmi.fmus import STEP_INPUTS, STEP_OUTPUTS, request
-from tuner.exchange.fmi.exporter import EXPORTER, fmu
-from tuner.exchange.fmi.units import base_unit, exponents
-from tuner.exchange.settings import settings_of
+from tuner.exchange.fmi.export import TARGET, fmu
+from tuner.exchange.fmi.variables import base_unit, exponents
+from tuner.exchange.target import settings_of
 from tuner.gains import content_hash, to_document
 
 SOURCES = ["binding.h", "fmi2_cosimulation.c", "fmi2_interface.h", "holdfast_controller.c", "holdfast_controller.h"]
@@ -130,9 +130,9 @@ print(json.dumps([[one.name, float(one.value), one.unit] for one in found]))
 
 def test_without_gcc_the_fmu_is_still_valid_and_says_that_it_has_to_be_built(monkeypatch, tmp_path):
     monkeypatch.setattr(exporter, "compiler", lambda: None)
-    bundle = EXPORTER.carry(request())
+    bundle = TARGET.export(request())
     assert not any(name.startswith("binaries/") for name in content(bundle.files["holdfast.fmu"]))
-    assert any("sources only" in sentence for sentence in bundle.lossy)
+    assert any("sources only" in sentence for sentence in bundle.differences)
     path = tmp_path / "a.fmu"
     path.write_bytes(bundle.files["holdfast.fmu"])
     script = "import json, sys; from fmpy.validation import validate_fmu; print(json.dumps(validate_fmu(sys.argv[1])))"
@@ -141,18 +141,18 @@ def test_without_gcc_the_fmu_is_still_valid_and_says_that_it_has_to_be_built(mon
 
 def test_the_bundle_holds_what_was_asked_and_goes_back_to_the_defaults(monkeypatch):
     monkeypatch.setattr(exporter, "compiler", lambda: None)
-    assert settings_of(EXPORTER, []) == {"real": "float"}
+    assert settings_of(TARGET, []) == {"real": "float"}
     asked = request(factor=1.1)
-    single, double = EXPORTER.carry(asked), EXPORTER.carry(request("double", factor=1.1))
+    single, double = TARGET.export(asked), TARGET.export(request("double", factor=1.1))
     assert double.held.gains == asked.controller.gains
     assert single.held.gains == pytest.approx(asked.controller.gains, rel=2.0**-24)
     assert single.held.gains != asked.controller.gains
     assert sorted(single.rollback) == ["README.txt", "holdfast.fmu", "holdfast.ssv"]
     back = request(digest=content_hash(to_document(request().controller, {})))
     assert single.rollback["holdfast.fmu"] == fmu(back)[0] != single.files["holdfast.fmu"]
-    delayed = EXPORTER.carry(request(delay=True))
-    assert any("one control period" in said for said in single.lossy)
-    assert not any("one control period" in said for said in delayed.lossy)
+    delayed = TARGET.export(request(delay=True))
+    assert any("one control period" in said for said in single.differences)
+    assert not any("one control period" in said for said in delayed.differences)
     for name in (
         "modelDescription.xml",
         "documentation/index.html",

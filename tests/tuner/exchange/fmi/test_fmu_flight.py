@@ -4,7 +4,7 @@ import pytest
 
 from tests.clients import ask, program
 from tests.tuner.exchange.fmi.fmus import HEAD, c_outputs, flight, request, write_inputs
-from tuner.exchange.fmi.exporter import fmu
+from tuner.exchange.fmi.export import fmu
 
 
 @pytest.fixture(scope="module")

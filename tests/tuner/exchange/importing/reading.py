@@ -1,9 +1,8 @@
 """Parameter files read back, for the tests of importers."""
 
 from plant.airframes import load
-from tuner.exchange.exporter import Request
-from tuner.exchange.importers import importer
-from tuner.exchange.settings import settings_of
+from tuner.exchange.registry import importer
+from tuner.exchange.target import Request, settings_of
 
 DIGEST = "12" * 32
 
@@ -22,7 +21,7 @@ def read(source, file, *settings, airframe="hummingbird"):
 
 
 def exported(exporter, given, *settings):
-    return exporter.carry(Request(given, DIGEST, settings_of(exporter, settings)))
+    return exporter.export(Request(given, DIGEST, settings_of(exporter, settings)))
 
 
 def same_flight(one, other):

@@ -13,12 +13,11 @@ from tests.tuner.exchange.ardupilot.test_ardupilot import values_of as ardupilot
 from tests.tuner.exchange.importing.reading import DIGEST, read, write
 from tests.tuner.exchange.importing.vehicle_files import ardupilot_files, px4_files
 from tests.tuner.exchange.px4.test_px4 import values_of
-from tuner.exchange.ardupilot import exporter as ardupilot
-from tuner.exchange.exporter import Request
-from tuner.exchange.px4 import exporter as px4
+from tuner.exchange.ardupilot import export as ardupilot
+from tuner.exchange.px4 import export as px4
 from tuner.exchange.registry import exporter
-from tuner.exchange.run import carry
-from tuner.exchange.settings import settings_of
+from tuner.exchange.run import bundle_of
+from tuner.exchange.target import Request, settings_of
 from tuner.gains import read_gains, to_document
 
 # What our PID carries, typed from the form that docs/exports.md gives: outer P, inner P and I of every loop, and the tilt.
@@ -63,7 +62,7 @@ def exported(target, controller, *given, previous=None):
 
     entry = exporter(target)
     settings = settings_of(entry, remembered(controller, entry, list(given)))
-    return carry(entry, Request(controller, DIGEST, settings, previous))
+    return bundle_of(entry, Request(controller, DIGEST, settings, previous))
 
 
 def check_untouched(case, found, made, written, carried):
@@ -75,7 +74,7 @@ def check_untouched(case, found, made, written, carried):
             assert abs(value - own) <= slack, (name, own, value)
         else:
             assert name in carried, name
-    notes, losses = "\n".join(found.notes), "\n".join(made.lossy)
+    notes, losses = "\n".join(found.notes), "\n".join(made.differences)
     record = found.controller.vehicle
     for name in case.values:
         if name in carried:
@@ -160,7 +159,7 @@ def test_the_previous_file_counts_more_than_the_import(tmp_path):
     made = exported("px4", controller, previous=now)
     values = px4_values(made.files[px4.FILE])
     assert values["THR_MDL_FAC"] == float(np.float32(0.2)) and values["MC_ROLLRATE_P"] != 0.15
-    assert any("now.params" in sentence for sentence in made.lossy)
+    assert any("now.params" in sentence for sentence in made.differences)
 
 
 def test_others_can_be_switched_off(tmp_path):

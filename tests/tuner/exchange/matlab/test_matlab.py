@@ -13,8 +13,8 @@ from plant.laws import LAWS
 from plant.nominal import ControlOptions
 from tests.clients import program
 from tests.tuner.exchange.controllers import controller
-from tuner.exchange.exporter import Request
-from tuner.exchange.matlab.exporter import EXPORTER, FILE, path
+from tuner.exchange.matlab.export import FILE, TARGET, path
+from tuner.exchange.target import Request
 from tuner.gains import to_document
 
 # Numbers that decimal fractions do not hold, and sizes from nano to giga.
@@ -63,7 +63,7 @@ def read(tmp_path_factory):
     folder = tmp_path_factory.mktemp("matlab")
     given = controller("adrc", "hybrid", period=0.0035, options=ControlOptions(delay=True, tilt_limit=0.4))
     given = replace(given, gains=(*AWKWARD, *given.gains[len(AWKWARD) :]))
-    (folder / FILE).write_bytes(EXPORTER.carry(request(given)).files[FILE])
+    (folder / FILE).write_bytes(TARGET.export(request(given)).files[FILE])
     (folder / "gains.json").write_text(json.dumps(to_document(given, {})))
     rows = [line.split("|") for line in octave(folder, DUMP)]
     return given, {row[0]: row[1:] for row in rows}
@@ -109,7 +109,7 @@ def test_sample_time_limits_and_texts_are_read(read):
 
 def test_every_unit_stands_in_the_comment_too(read):
     given, _ = read
-    text = EXPORTER.carry(request(given)).files[FILE].decode()
+    text = TARGET.export(request(given)).files[FILE].decode()
     for gain in gain_addresses(given.cascade):
         line = next(line for line in text.splitlines() if line.startswith(f"c.gains.{gain.address} = "))
         assert line.endswith(f"% {gain.unit}")
@@ -118,7 +118,7 @@ def test_every_unit_stands_in_the_comment_too(read):
 @pytest.mark.parametrize("law", list(LAWS))
 def test_every_law_can_be_carried(law):
     given = controller(law, law)
-    bundle = EXPORTER.carry(request(given))
+    bundle = TARGET.export(request(given))
     text = bundle.files[FILE].decode()
     names = re.findall(r"^(c[\w.]*) =", text, re.MULTILINE)
     assert len(names) == len(set(names))
@@ -132,7 +132,7 @@ def test_every_law_can_be_carried(law):
 def test_a_quote_in_a_text_stays_a_text(tmp_path):
     given = controller()
     named = replace(given, airframe=replace(given.airframe, name="o'hare"))
-    (tmp_path / FILE).write_bytes(EXPORTER.carry(request(named)).files[FILE])
+    (tmp_path / FILE).write_bytes(TARGET.export(request(named)).files[FILE])
     assert octave(tmp_path, "c = holdfast_gains(); disp(c.airframe.name)") == ["o'hare"]
 
 
@@ -146,5 +146,5 @@ def test_the_rollback_is_the_previous_gains_json(tmp_path):
     flown = controller("pid", "pid", roll__kp=71.5)
     previous = tmp_path / "gains.json"
     previous.write_text(json.dumps(to_document(flown, {})))
-    back = EXPORTER.carry(replace(request(controller()), previous=previous)).rollback[FILE].decode()
+    back = TARGET.export(replace(request(controller()), previous=previous)).rollback[FILE].decode()
     assert "c.gains.roll.kp = 71.5;" in back and "flown before" in back

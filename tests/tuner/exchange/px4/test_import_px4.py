@@ -11,8 +11,8 @@ from plant.nominal import ControlOptions
 from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.flying_autopilots import attitude_feedback, attitude_gains, by_address, px4_torque
 from tests.tuner.exchange.importing.reading import exported, read, same_flight, write
-from tuner.exchange.importers import IMPORTERS, importer
-from tuner.exchange.px4.exporter import EXPORTER, FILE
+from tuner.exchange.px4.export import FILE, TARGET
+from tuner.exchange.registry import IMPORTERS, importer
 
 STIFF: dict[str, Any] = {"z__kp": 7.0, "z__ki": 1.5, "z__kd": 6.0}
 
@@ -25,7 +25,7 @@ def line(name, value, kind=9, vehicle=1):
 @pytest.mark.parametrize("settings", [(), ("thrust_model=local",), ("thrust_curve=0.4",)])
 def test_an_export_comes_back_as_what_it_holds(airframe, settings, tmp_path):
     given = replace(pid(airframe, **STIFF), options=ControlOptions(tilt_limit=0.7))
-    made = exported(EXPORTER, given, *settings)
+    made = exported(TARGET, given, *settings)
     curve = [setting for setting in settings if setting.startswith("thrust_curve")]
     back = read("px4", write(tmp_path, made.files[FILE]), *curve, airframe=airframe)
     assert same_flight(back.controller, made.held)
@@ -35,7 +35,7 @@ def test_an_export_comes_back_as_what_it_holds(airframe, settings, tmp_path):
 
 def test_k_scales_p_and_i(tmp_path):
     """K = 2 with half of P, I is the same loop; K = 2 with P, I as they were is another."""
-    made = exported(EXPORTER, pid(**STIFF))
+    made = exported(TARGET, pid(**STIFF))
     text = made.files[FILE].decode()
     values = {row.split("\t")[2]: float(row.split("\t")[3]) for row in text.splitlines() if not row.startswith("#")}
     halved = {

@@ -19,15 +19,14 @@ from tests.tuner.exchange.flying_autopilots import (
     px4_acceleration_slopes,
     px4_torque,
 )
-from tuner.exchange.exporter import Request
-from tuner.exchange.px4.exporter import EXPORTER, FILE
-from tuner.exchange.settings import settings_of
+from tuner.exchange.px4.export import FILE, TARGET
+from tuner.exchange.target import Request, settings_of
 
 DIGEST = "ab" * 32
 
 
 def bundle(given, *settings, previous=None):
-    return EXPORTER.carry(Request(given, DIGEST, settings_of(EXPORTER, settings), previous))
+    return TARGET.export(Request(given, DIGEST, settings_of(TARGET, settings), previous))
 
 
 def firm(airframe="hummingbird", **gains):
@@ -152,7 +151,7 @@ def test_a_tilt_limit_below_px4s_range():
 
 def test_what_differs_is_said_with_numbers():
     made = bundle(pid(options=ControlOptions(attitude_rate="observer")))
-    text = "\n".join(made.lossy)
+    text = "\n".join(made.differences)
     for word in (
         "observer",
         "setpoint",
@@ -166,7 +165,7 @@ def test_what_differs_is_said_with_numbers():
     ):
         assert word in text.replace("share of the reference", "setpoint"), word
     assert made.held.options.attitude_rate == "measured"
-    assert all(sentence.endswith(".") and "\n" not in sentence for sentence in made.lossy)
+    assert all(sentence.endswith(".") and "\n" not in sentence for sentence in made.differences)
     # Reference through P a instead of kp: 15 * 5.236 of 90.
     assert "roll 87 %" in text
 
@@ -234,6 +233,6 @@ def test_px4s_own_tool_writes_the_same_file(tmp_path):
 
 
 def test_another_law_is_no_pid():
-    assert EXPORTER.position_laws == EXPORTER.attitude_laws == ("pid",)
+    assert TARGET.position_laws == TARGET.attitude_laws == ("pid",)
     given = controller("pid", "pid")
     assert bundle(replace(given, airframe=load("iris"))).held.airframe.name == "iris"

@@ -18,8 +18,8 @@ from plant.nominal import ControlOptions
 from plant.records import pack
 from tests.clients import ask
 from tests.tuner.exchange.controllers import controller, pid
-from tuner.exchange.exporter import Request
-from tuner.exchange.ros2.exporter import EXPORTER, FILE, SCHEMA, double
+from tuner.exchange.ros2.export import FILE, SCHEMA, TARGET, double
+from tuner.exchange.target import Request
 from tuner.gains import to_document
 
 READ = "import json, sys, yaml; print(json.dumps(yaml.safe_load(open(sys.argv[1]))))"
@@ -34,7 +34,7 @@ def request(given, previous=None):
 
 def parsed(tmp_path, given):
     file = tmp_path / FILE
-    file.write_bytes(EXPORTER.carry(request(given)).files[FILE])
+    file.write_bytes(TARGET.export(request(given)).files[FILE])
     return ask(GROUP, READ, str(file))
 
 
@@ -76,7 +76,7 @@ def flown_by_the_target(fields, h, errors, rates):
 def test_the_targets_law_is_ours_without_the_filter(tmp_path, axis):
     """Into saturation and out of it again: the same commands to rounding, so p, i, d, order of the integral and windup are ours."""
     given = pid()
-    held = pack(given.cascade.Gains, EXPORTER.carry(request(given)).held.gains)
+    held = pack(given.cascade.Gains, TARGET.export(request(given)).held.gains)
     fields = axis_of(parsed(tmp_path, given), axis)
     vehicle = given.airframe.vehicle
     inertia = (
@@ -138,7 +138,7 @@ def test_no_exponent_and_always_a_dot():
     """PyYAML takes 8e-5 for a text and ROS takes 1 for an integer."""
     assert [double(value) for value in (8e-5, 1.0, -3e20, 0.1)] == ["0.00008", "1.0", "-300000000000000000000.0", "0.1"]
     given = pid("crazyflie-pybullet", roll__ki=0.01)
-    text = EXPORTER.carry(request(given)).files[FILE].decode()
+    text = TARGET.export(request(given)).files[FILE].decode()
     numbers = re.findall(r"^ {8}\w+: (-?[\d.eE+-]+)$", text, re.MULTILINE)
     assert len(numbers) > 40
     assert all(re.fullmatch(r"-?\d+\.\d+", number) for number in numbers)
@@ -161,7 +161,7 @@ def test_limits_are_those_of_the_airframe_at_hover(tmp_path):
 
 def test_held_is_ours_without_filters():
     given = pid()
-    held = EXPORTER.carry(request(given)).held
+    held = TARGET.export(request(given)).held
     for mine, its in zip(pack(given.cascade.Gains, given.gains), pack(given.cascade.Gains, held.gains), strict=True):
         assert its[:3] == pytest.approx(mine[:3], rel=1e-15)
         assert its.t_f == 0.0
@@ -169,24 +169,24 @@ def test_held_is_ours_without_filters():
 
 def test_observed_rates_become_measured_and_it_is_said():
     given = replace(pid(), options=ControlOptions(attitude_rate="observer"))
-    bundle = EXPORTER.carry(request(given))
+    bundle = TARGET.export(request(given))
     assert bundle.held.options.attitude_rate == "measured"
-    assert any("observer" in sentence for sentence in bundle.lossy)
+    assert any("observer" in sentence for sentence in bundle.differences)
 
 
 @pytest.mark.parametrize("period", [0.003, 1.7, 0.0007])
 def test_a_period_of_no_whole_rate_is_refused(period):
     with pytest.raises(InputError, match=r"controller\.control_period: given .* Hz"):
-        EXPORTER.carry(request(replace(pid(), control_period=period)))
+        TARGET.export(request(replace(pid(), control_period=period)))
 
 
 def test_what_the_file_says():
-    bundle = EXPORTER.carry(request(pid()))
+    bundle = TARGET.export(request(pid()))
     for word in ("c" * 64, "hummingbird", "position pid, attitude pid", "holdfast"):
         assert word in bundle.files[FILE].decode()
     for word in ("not filtered", "error of the rate", "u_clamp", "fed forward"):
-        assert any(word in sentence for sentence in bundle.lossy), word
-    assert EXPORTER.position_laws == EXPORTER.attitude_laws == ("pid",)
+        assert any(word in sentence for sentence in bundle.differences), word
+    assert TARGET.position_laws == TARGET.attitude_laws == ("pid",)
     by_name = {parameter.name: parameter for parameter in bundle.parameters}
     assert (
         by_name["attitude_pid.gains.roll.p"].unit == "N.m/rad" and by_name["position_pid.gains.x.i"].unit == "N/(m.s)"
@@ -196,13 +196,13 @@ def test_what_the_file_says():
 
 def test_the_rollback_is_the_previous_file_or_gains_or_the_defaults(tmp_path):
     given = pid()
-    assert b"default gains" in EXPORTER.carry(request(given)).rollback[FILE]
+    assert b"default gains" in TARGET.export(request(given)).rollback[FILE]
     flown = tmp_path / "flown.yaml"
     flown.write_text("attitude_pid:\n  ros__parameters:\n    command_interface: effort\n")
-    assert EXPORTER.carry(request(given, flown)).rollback[FILE] == flown.read_bytes()
+    assert TARGET.export(request(given, flown)).rollback[FILE] == flown.read_bytes()
     gains = tmp_path / "gains.json"
     gains.write_text(json.dumps(to_document(pid(roll__kp=99.0), {})))
-    back = EXPORTER.carry(request(given, gains)).rollback[FILE].decode()
+    back = TARGET.export(request(given, gains)).rollback[FILE].decode()
     assert f"p: {0.0034 * 99.0!r}\n" in back
 
 
@@ -210,13 +210,13 @@ def test_a_previous_file_that_cannot_be_flown_is_refused(tmp_path):
     flown = tmp_path / "flown.yaml"
     flown.write_text("attitude_pid:\n  gains: {}\n")
     with pytest.raises(InputError, match="ros__parameters"):
-        EXPORTER.carry(request(pid(), flown))
+        TARGET.export(request(pid(), flown))
     with pytest.raises(InputError, match="cannot be read"):
-        EXPORTER.carry(request(pid(), tmp_path / "none.yaml"))
+        TARGET.export(request(pid(), tmp_path / "none.yaml"))
     flown.write_bytes(b"\xff\xfe")
     with pytest.raises(InputError, match="UTF-8"):
-        EXPORTER.carry(request(pid(), flown))
+        TARGET.export(request(pid(), flown))
     gains = tmp_path / "gains.json"
     gains.write_text(json.dumps(to_document(controller("ladrc", "hybrid"), {})))
     with pytest.raises(InputError, match="hybrid.*pid only"):
-        EXPORTER.carry(request(pid(), gains))
+        TARGET.export(request(pid(), gains))

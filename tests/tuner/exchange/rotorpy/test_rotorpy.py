@@ -27,9 +27,9 @@ from plant.vectors import Rotors, Vec3
 from tests.clients import ask
 from tests.plant.harness import TARGETS, loop_of, random_quaternion, references
 from tests.tuner.exchange.controllers import controller
-from tuner.exchange.exporter import Request
-from tuner.exchange.rotorpy.exporter import EXPORTER, PACKAGE
+from tuner.exchange.rotorpy.export import PACKAGE, TARGET as ROTORPY
 from tuner.exchange.rotorpy.vehicle import hub_damping, parameters
+from tuner.exchange.target import Request
 from tuner.gains import to_document
 
 STEPS, H = 800, 0.004
@@ -64,7 +64,7 @@ def request(given):
 
 def write(folder, given, name):
     """Write an export with its package under another name, and return that folder."""
-    for file, content in EXPORTER.carry(request(given)).files.items():
+    for file, content in ROTORPY.export(request(given)).files.items():
         target = folder / file.replace(PACKAGE, name)
         target.parent.mkdir(parents=True, exist_ok=True)
         target.write_bytes(content)
@@ -293,18 +293,18 @@ def test_the_parameters_are_rotorpys_own():
 
 
 def test_gyroscopic_and_other_differences_are_said():
-    said = " ".join(EXPORTER.carry(request(TUNED["pid"])).lossy)
+    said = " ".join(ROTORPY.export(request(TUNED["pid"])).differences)
     for word in ("250 Hz", "damps the rates by", "gyroscopic", "0.05 m above"):
         assert word in said
     moon = TUNED["pid"].airframe.vehicle._replace(gravity=1.62, lag_down=0.03)
     said = " ".join(
-        EXPORTER.carry(request(replace(TUNED["pid"], airframe=replace(TUNED["pid"].airframe, vehicle=moon)))).lossy
+        ROTORPY.export(request(replace(TUNED["pid"], airframe=replace(TUNED["pid"].airframe, vehicle=moon)))).differences
     )
     assert "1.62 m/s2" in said and "0.03 s down" in said
 
 
 def test_what_the_files_say_and_the_rollback(tmp_path):
-    bundle = EXPORTER.carry(request(TUNED["hybrid"]))
+    bundle = ROTORPY.export(request(TUNED["hybrid"]))
     for name in ("README.md", f"{PACKAGE}/gains.py", f"{PACKAGE}/vehicle_params.py"):
         for word in ("d" * 64, "hummingbird", "hybrid", "holdfast"):
             assert word in bundle.files[name].decode()
@@ -314,7 +314,7 @@ def test_what_the_files_say_and_the_rollback(tmp_path):
     assert b"default gains" in bundle.rollback[f"{PACKAGE}/gains.py"]
     previous = tmp_path / "gains.json"
     previous.write_text(json.dumps(to_document(TUNED["pid"], {})))
-    back = EXPORTER.carry(replace(request(TUNED["hybrid"]), previous=previous)).rollback
+    back = ROTORPY.export(replace(request(TUNED["hybrid"]), previous=previous)).rollback
     assert b'"x.kp": 5.0,  # s^-2' in back[f"{PACKAGE}/gains.py"] and f"{PACKAGE}/plant/laws/pid.py" in back
 
 

@@ -6,21 +6,16 @@ from math import degrees, radians
 
 from plant.airframes.actuation import actuation
 from plant.errors import InputError
-from tuner.exchange.autopilot.parameter_table import defaults
-from tuner.exchange.autopilot.parameter_text import single
-from tuner.exchange.autopilot.pid import axis_gains, rate_filters, rate_sources, setpoint_weights
-from tuner.exchange.autopilot.pid_cascade import rate_loop
+from tuner.exchange.aboard import rollback_request
+from tuner.exchange.autopilot.parameters import defaults, single
+from tuner.exchange.autopilot.pid import axis_gains, rate_filters, rate_loop, rate_sources, setpoint_weights
 from tuner.exchange.autopilot.scales import motors_text
 from tuner.exchange.c99.sources import c_sources
-from tuner.exchange.crazyflie import param_file, wrapper
-from tuner.exchange.crazyflie.parameters import ATTITUDE, HORIZONTAL, held, parameters
-from tuner.exchange.crazyflie.scales import MOTORS, check_mixing
-from tuner.exchange.crazyflie.table import ENTRIES
-from tuner.exchange.exporter import Bundle, Exporter, Option, Request
-from tuner.exchange.heading import heading
-from tuner.exchange.previous import rollback_request
-from tuner.exchange.settings import number
-from tuner.exchange.texts import parameter_comment
+from tuner.exchange.crazyflie import text as param_file
+from tuner.exchange.crazyflie import wrapper
+from tuner.exchange.crazyflie.map import ATTITUDE, ENTRIES, HORIZONTAL, MOTORS, check_mixing, held, parameters
+from tuner.exchange.target import Bundle, Option, Request, Target, number
+from tuner.exchange.texts import heading, parameter_comment
 from tuner.gains import Controller
 
 FIRMWARE = "crazyflie-firmware 2025 and later, platform cf2"
@@ -31,8 +26,8 @@ AIRFRAME = "airframe"
 INTEGRAL = {"roll": 33.3, "pitch": 33.3, "yaw": 166.7}
 
 
-def carry(request: Request) -> Bundle:
-    """Write parameters or a controller, as the option `form` says; see `Exporter.carry`."""
+def export(request: Request) -> Bundle:
+    """Write parameters or a controller, as the option `form` says; see `Target.export`."""
     controller = request.controller
     laws = {controller.cascade.position.name, controller.cascade.attitude.name}
     form = request.settings["form"]
@@ -61,7 +56,7 @@ def as_parameters(request: Request) -> Bundle:
         files={FILE: param_file.text(comments, values)},
         rollback={FILE: rollback(request)},
         held=keeps,
-        lossy=lossy_parameters(controller, keeps, full),
+        differences=parameter_differences(controller, keeps, full),
         target_version=FIRMWARE,
         parameters=written,
     )
@@ -87,7 +82,7 @@ def rollback(request: Request) -> bytes:
     return param_file.text(comments, {name: before.get(name, usual) for name, usual in known.items()})
 
 
-def lossy_parameters(controller: Controller, keeps: Controller, full: float) -> tuple[str, ...]:
+def parameter_differences(controller: Controller, keeps: Controller, full: float) -> tuple[str, ...]:
     """Return what the firmware's cascade adds or lacks beside the gains."""
     axes = (*HORIZONTAL, "z", *ATTITUDE)
     loops = {axis: rate_loop(axis_gains(controller, axis), axis) for axis in axes}
@@ -122,7 +117,7 @@ def as_controller(request: Request) -> Bundle:
         files=with_code(request),
         rollback=with_code(earlier, sentence),
         held=replace(controller, gains=tuple(map(single, controller.gains))),
-        lossy=(
+        differences=(
             "All numbers are float32.",
             "A measurement that is not finite holds the last command for 50 ms; then the firmware's own PID keeps the vehicle "
             "level and sinking, or the motors stop where gyro or attitude is not finite, until mode z is disabled.",
@@ -151,10 +146,10 @@ def refuse_period(controller: Controller) -> None:
         raise InputError(message, key="controller.control_period")
 
 
-EXPORTER = Exporter(
+TARGET = Target(
     name="crazyflie",
     title="Crazyflie, parameters for cflib (PID) or an out-of-tree controller (any law)",
-    carry=carry,
+    export=export,
     options=(
         Option(
             "form", "parameters of the firmware's PID, or a controller to build in; by-law: parameters where both laws are pid",

@@ -20,11 +20,10 @@ from plant.errors import InputError
 from plant.input_files import read_input
 from plant.laws.pid import Gains
 from plant.records import flatten, pack
+from tuner.exchange.aboard import rollback_request
 from tuner.exchange.autopilot.pid import rate_sources, with_measured_rates
-from tuner.exchange.exporter import Bundle, Exporter, Parameter, Request
-from tuner.exchange.heading import heading
-from tuner.exchange.previous import rollback_request
-from tuner.exchange.texts import yaml_comment
+from tuner.exchange.target import Bundle, Parameter, Request, Target
+from tuner.exchange.texts import heading, yaml_comment
 from tuner.gains import Controller
 
 ATTITUDE, POSITION = "attitude_pid", "position_pid"
@@ -82,8 +81,8 @@ def axes_of(controller: Controller) -> dict[str, Axis]:
     }
 
 
-def carry(request: Request) -> Bundle:
-    """Write the parameters; see `Exporter.carry`. Raises InputError for a period of no whole number of Hz."""
+def export(request: Request) -> Bundle:
+    """Write the parameters; see `Target.export`. Raises InputError for a period of no whole number of Hz."""
     controller = request.controller
     refuse(controller)
     back, sentence = rollback(request)
@@ -91,7 +90,7 @@ def carry(request: Request) -> Bundle:
         files={FILE: yaml(request)},
         rollback={FILE: back},
         held=held(controller),
-        lossy=(*lossy(controller), sentence),
+        differences=(*differences(controller), sentence),
         target_version="ros2_controllers pid_controller and control_toolbox of 2025 (antiwindup_strategy, u_clamp)",
         parameters=tuple(parameters(controller)),
     )
@@ -183,7 +182,7 @@ def held(controller: Controller) -> Controller:
     return with_measured_rates(replace(controller, gains=tuple(flatten(tuple(rows)))))
 
 
-def lossy(controller: Controller) -> tuple[str, ...]:
+def differences(controller: Controller) -> tuple[str, ...]:
     """Return what the target adds or lacks beside the gains."""
     gains = pack(controller.cascade.Gains, controller.gains)
     longest = max(own.t_f for own in gains)
@@ -249,10 +248,10 @@ def node_lines(node: str, values: Mapping[str, Mapping[str, float]]) -> list[str
     return lines
 
 
-EXPORTER = Exporter(
+TARGET = Target(
     name="ros2",
     title="ROS 2, parameters of ros2_control's pid_controller (YAML)",
-    carry=carry,
+    export=export,
     position_laws=("pid",),
     attitude_laws=("pid",),
 )

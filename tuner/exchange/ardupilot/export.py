@@ -15,7 +15,7 @@ from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import ATTITUDE_AXES, AXES
 from plant.errors import InputError
 from tuner.exchange.aboard import DERIVATIVE, KEEP, OTHERS, Aboard, aboard, said_of_others
-from tuner.exchange.ardupilot.arming import check_arming
+from tuner.exchange.ardupilot.import_ import IMPORTER
 from tuner.exchange.ardupilot.map import (
     EXPO,
     YAW_FILTER,
@@ -30,11 +30,9 @@ from tuner.exchange.ardupilot.map import (
     tilt_limit,
     to_ardupilot,
 )
-from tuner.exchange.ardupilot.old import OLDER, modernised
-from tuner.exchange.ardupilot.ranges import DIALECTS, FIRMWARES, Dialect, check_names, translated
-from tuner.exchange.ardupilot.text import SEPARATORS, read_param, write_param
-from tuner.exchange.autopilot.parameter_table import defaults, parameters
-from tuner.exchange.autopilot.parameter_text import single
+from tuner.exchange.ardupilot.ranges import DIALECTS, FIRMWARES, Dialect, check_arming, check_names, translated
+from tuner.exchange.ardupilot.text import OLDER, SEPARATORS, modernised, read_param, write_param
+from tuner.exchange.autopilot.parameters import defaults, parameters, single
 from tuner.exchange.autopilot.pid import (
     axis_gains,
     check_horizontal,
@@ -47,10 +45,8 @@ from tuner.exchange.autopilot.pid import (
     with_measured_rates,
 )
 from tuner.exchange.autopilot.scales import Motors, is_plus, motors_text
-from tuner.exchange.exporter import Bundle, Exporter, GyroFilter, Option, Request
-from tuner.exchange.heading import heading
-from tuner.exchange.settings import number
-from tuner.exchange.texts import parameter_comment
+from tuner.exchange.target import Bundle, GyroFilter, Option, Request, Target, number
+from tuner.exchange.texts import heading, parameter_comment
 from tuner.gains import Controller
 
 FILE = "holdfast.param"
@@ -87,7 +83,7 @@ OPTIONS = (
 )
 
 
-def carry(request: Request) -> Bundle:
+def export(request: Request) -> Bundle:
     """Return the parameter file; raises InputError where the gains have no form in ArduPilot, leave its documented ranges, or
     would keep the vehicle from arming.
     """
@@ -117,9 +113,9 @@ def carry(request: Request) -> Bundle:
         files={FILE: write_param(values, request.settings["separator"], about)},
         rollback={FILE: _rollback(request, values, dialect, target, own)},
         held=held_controller(asked, {**before, **complete, **values}, rotors, dialect, counted),
-        lossy=(
+        differences=(
             *said_of_others(own, {name: beside[name] for name in kept}, assumed),
-            *_lossy(request.controller, {**complete, **values}, rotors, dialect, own),
+            *_differences(request.controller, {**complete, **values}, rotors, dialect, own),
         ),
         target_version=target,
         parameters=written,
@@ -194,7 +190,7 @@ def _frame(rotors: Actuation) -> str:
     return f"The vehicle must be a quad (FRAME_CLASS 1) of {kind}: {motors_text(rotors, MOTORS)}."
 
 
-def _lossy(
+def _differences(
     controller: Controller, values: Mapping[str, float], rotors: Actuation, dialect: Dialect, own: Aboard | None
 ) -> tuple[str, ...]:
     vehicle = controller.airframe.vehicle
@@ -254,11 +250,12 @@ def _older(controller: Controller, own: Aboard | None) -> tuple[str, ...]:
     )
 
 
-EXPORTER = Exporter(
+TARGET = Target(
     name="ardupilot",
     title="ArduPilot Copter 4.6 or 4.7, parameter file",
-    carry=carry,
+    export=export,
     position_laws=("pid",),
     attitude_laws=("pid",),
     options=OPTIONS,
+    importer=IMPORTER,
 )

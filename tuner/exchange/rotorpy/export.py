@@ -16,12 +16,11 @@ from plant import laws
 from plant.gains import gain_addresses
 from plant.nominal import ControlOptions
 from plant.vehicle import Vehicle
-from tuner.exchange.exporter import Bundle, Exporter, Request
-from tuner.exchange.heading import heading, tool
-from tuner.exchange.previous import rollback_request
+from tuner.exchange.aboard import rollback_request
 from tuner.exchange.rotorpy import controller as rotorpy_controller
 from tuner.exchange.rotorpy.vehicle import differences, parameter_text
-from tuner.exchange.texts import markdown, python_docstring
+from tuner.exchange.target import Bundle, Request, Target
+from tuner.exchange.texts import heading, markdown, python_docstring, tool
 
 PACKAGE = "holdfast_rotorpy"
 VERSION = "RotorPy 3.0"
@@ -31,14 +30,14 @@ CONTROLLER = Path(rotorpy_controller.__file__)
 _OF_PLANT = re.compile(r"^from plant(\.[\w.]+)? import", re.MULTILINE)
 
 
-def carry(request: Request) -> Bundle:
-    """Write the package; every law can be carried, see `Exporter.carry`."""
+def export(request: Request) -> Bundle:
+    """Write the package; every law can be carried, see `Target.export`."""
     earlier, sentence = rollback_request(request)
     return Bundle(
         files=package(request),
         rollback=package(earlier, sentence),
         held=request.controller,
-        lossy=(
+        differences=(
             "The command is held over each control period: sim_rate must be a whole multiple of "
             f"{1.0 / request.controller.control_period:g} Hz.",
             "cmd_ctbm is turned into rotor thrusts by RotorPy's vehicle; ours are found again where its rotors are those of "
@@ -235,4 +234,4 @@ def readme(request: Request, sentence: str) -> str:
     )
 
 
-EXPORTER = Exporter(name="rotorpy", title="RotorPy, a controller object with its vehicle (Python)", carry=carry)
+TARGET = Target(name="rotorpy", title="RotorPy, a controller object with its vehicle (Python)", export=export)

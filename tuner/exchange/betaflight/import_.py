@@ -28,14 +28,22 @@ from tuner.exchange.autopilot.assembly import (
     tilt_note,
     unused_note,
 )
-from tuner.exchange.autopilot.parameter_table import defaults
-from tuner.exchange.betaflight.exporter import profile, reversed_yaw
-from tuner.exchange.betaflight.map import betaflight_torque, from_betaflight, tilt_limit
-from tuner.exchange.betaflight.ranges import EXTRA, FILTERS, OTHERS, RELEASES, SWITCHES, TABLE, Release
-from tuner.exchange.betaflight.text import read_cli, read_mixer, read_release, whole
-from tuner.exchange.exporter import Option
-from tuner.exchange.importer import Imported, Importer
-from tuner.exchange.settings import number
+from tuner.exchange.autopilot.parameters import defaults
+from tuner.exchange.betaflight.map import (
+    EXTRA,
+    FILTERS,
+    OTHERS,
+    RELEASES,
+    SWITCHES,
+    TABLE,
+    Release,
+    betaflight_torque,
+    from_betaflight,
+    reversed_yaw,
+    tilt_limit,
+)
+from tuner.exchange.betaflight.text import profile, read_cli, read_mixer, read_release, whole
+from tuner.exchange.target import Imported, Importer, Option, number
 
 # Output per setting D and deg/s2, src/main/flight/pid.h.
 D_SCALE = 0.000529

@@ -11,7 +11,7 @@ from math import degrees
 from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError, shortened
-from tuner.exchange.autopilot.parameter_table import Entry, defaults, parameters
+from tuner.exchange.autopilot.parameters import Entry, defaults, parameters
 from tuner.exchange.autopilot.pid import (
     axis_gains,
     rate_filters,
@@ -21,13 +21,21 @@ from tuner.exchange.autopilot.pid import (
     with_measured_rates,
 )
 from tuner.exchange.autopilot.scales import Motors, command_slope, motors_text
-from tuner.exchange.betaflight.map import LEVEL, from_betaflight, loops, tilt_limit, to_betaflight
-from tuner.exchange.betaflight.ranges import EXTRA, SWITCHES, TABLE
-from tuner.exchange.betaflight.text import PROFILES, read_cli, read_release, read_selected, whole, write_cli
-from tuner.exchange.exporter import Bundle, Exporter, Option, Parameter, Request
-from tuner.exchange.heading import heading
-from tuner.exchange.settings import number
-from tuner.exchange.texts import parameter_comment
+from tuner.exchange.betaflight.import_ import IMPORTER
+from tuner.exchange.betaflight.map import (
+    EXTRA,
+    LEVEL,
+    SWITCHES,
+    TABLE,
+    from_betaflight,
+    loops,
+    reversed_yaw,
+    tilt_limit,
+    to_betaflight,
+)
+from tuner.exchange.betaflight.text import profile, read_cli, read_release, read_selected, whole, write_cli
+from tuner.exchange.target import Bundle, Option, Parameter, Request, Target, number
+from tuner.exchange.texts import heading, parameter_comment
 from tuner.gains import Controller
 
 FILE = "holdfast.betaflight.txt"
@@ -51,7 +59,7 @@ OPTIONS = (
 )
 
 
-def carry(request: Request) -> Bundle:
+def export(request: Request) -> Bundle:
     """Return the file; raises InputError where the gains have no form in Betaflight or leave its ranges."""
     asked = with_measured_rates(request.controller)
     rotors = actuation(asked.airframe.vehicle, number(request.settings, "thrust_curve", 0.0, 1.0, "1"))
@@ -72,7 +80,7 @@ def carry(request: Request) -> Bundle:
         files={FILE: write_cli(settings(values, switches), profile(request.settings), about)},
         rollback={FILE: rollback(request, TABLE, switches, values)},
         held=held_controller(asked, values, rotors, before),
-        lossy=_lossy(asked, written, rotors, before, kept, request),
+        differences=_differences(asked, written, rotors, before, kept, request),
         target_version=NAME,
         parameters=written,
     )
@@ -110,22 +118,9 @@ def stays(wanted: Mapping[str, float], before: Mapping[str, float]) -> tuple[str
     return (*EXTRA, "angle_limit") if beyond else EXTRA
 
 
-def reversed_yaw(rotors: Actuation) -> str:
-    """Return the setting yaw_motors_reversed for the sense of the rotors: OFF where the front left one turns clockwise."""
-    return "OFF" if rotors.rotors[0].spin > 0.0 else "ON"
-
-
 def nearest(value: float) -> float:
     """Round to a whole number."""
     return float(round(value))
-
-
-def profile(options: Mapping[str, str]) -> int:
-    """Return the PID profile of the options."""
-    value = number(options, "profile", 0.0, PROFILES - 1.0, "1")
-    if value != int(value):
-        raise InputError(f"given {value:g}; this must be a whole number from 0 to {PROFILES - 1}", key="--set profile")
-    return int(value)
 
 
 def settings(values: Mapping[str, float], switches: Mapping[str, tuple[str, str]]) -> dict[str, str]:
@@ -192,7 +187,7 @@ def held_controller(
     return replace(with_gains(asked, gains), options=replace(asked.options, tilt_limit=tilt))
 
 
-def _lossy(
+def _differences(
     controller: Controller, written: tuple[Parameter, ...], rotors: Actuation, before: Mapping[str, float],
     kept: tuple[str, ...], request: Request,
 ) -> tuple[str, ...]:  # fmt: skip
@@ -245,10 +240,11 @@ def _extra(before: Mapping[str, float], kept: tuple[str, ...], request: Request)
     )
 
 
-EXPORTER = Exporter(
+TARGET = Target(
     name="betaflight",
     title=f"{NAME}, settings for the command line",
-    carry=carry,
+    export=export,
     attitude_laws=("pid",),
     options=OPTIONS,
+    importer=IMPORTER,
 )

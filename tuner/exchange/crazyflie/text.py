@@ -10,8 +10,8 @@ from collections.abc import Iterable, Mapping
 from pathlib import Path
 
 from plant.errors import InputError
-from tuner.exchange.autopilot.parameter_text import as_bytes, enter, positional, read_lines, read_number
-from tuner.exchange.crazyflie.table import ENTRIES, INTEGERS
+from tuner.exchange.autopilot.parameters import as_bytes, enter, positional, read_lines, read_number
+from tuner.exchange.crazyflie.map import ENTRIES, INTEGERS
 
 TYPE, VERSION = "persistent_param_state", "1"
 _NAME = r"(?P<name>\w+\.\w+):"

@@ -23,9 +23,8 @@ from tuner.exchange.ardupilot.map import (
     names,
     tilt_limit,
 )
-from tuner.exchange.ardupilot.old import OLDER, Modern, modernised
 from tuner.exchange.ardupilot.ranges import AROUND, DIALECTS, FIRMWARES, Dialect, check_names
-from tuner.exchange.ardupilot.text import WHAT, read_param
+from tuner.exchange.ardupilot.text import OLDER, WHAT, Modern, modernised, read_param
 from tuner.exchange.autopilot.assembly import (
     ATTITUDE_FILTER,
     CURVE,
@@ -44,10 +43,9 @@ from tuner.exchange.autopilot.assembly import (
     unused_note,
     version_note,
 )
-from tuner.exchange.autopilot.parameter_text import stated
+from tuner.exchange.autopilot.parameters import stated
 from tuner.exchange.autopilot.pid import held_cutoff
-from tuner.exchange.exporter import Option
-from tuner.exchange.importer import Imported, Importer
+from tuner.exchange.target import Imported, Importer, Option
 
 FIRMWARE = Option("firmware", "version of ArduPilot Copter that the file is of: names and units differ", FIRMWARES)
 # Versions that a firmware's names and units hold for.

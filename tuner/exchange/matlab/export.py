@@ -11,10 +11,9 @@ from typing import Any
 from plant.cascade import LEAST_COSINE, LEAST_LIFT
 from plant.gains import gain_addresses
 from plant.nominal import nominal
-from tuner.exchange.exporter import Bundle, Exporter, Request
-from tuner.exchange.heading import heading
-from tuner.exchange.previous import rollback_request
-from tuner.exchange.texts import matlab_comment, matlab_string
+from tuner.exchange.aboard import rollback_request
+from tuner.exchange.target import Bundle, Request, Target
+from tuner.exchange.texts import heading, matlab_comment, matlab_string
 
 FUNCTION = "holdfast_gains"
 FILE = f"{FUNCTION}.m"
@@ -30,14 +29,14 @@ KEYWORDS = frozenset(
 Entry = tuple[Any, str]
 
 
-def carry(request: Request) -> Bundle:
-    """Write the function; every law can be carried, see `Exporter.carry`."""
+def export(request: Request) -> Bundle:
+    """Write the function; every law can be carried, see `Target.export`."""
     earlier, sentence = rollback_request(request)
     return Bundle(
         files={FILE: function(request)},
         rollback={FILE: function(earlier, sentence)},
         held=request.controller,
-        lossy=(
+        differences=(
             "The file carries numbers only; the law that uses them is to be written or generated in MATLAB (the export 'fmi' "
             "carries it to Simulink).",
             "MATLAB's pid object takes kp, ki, kd, Tf of this pid as they are, but differentiates the error; ours differentiates "
@@ -128,4 +127,4 @@ def comment(unit: str) -> str:
     return f"  % {unit}" if unit else ""
 
 
-EXPORTER = Exporter(name="matlab", title="MATLAB and Octave, a struct of gains with units", carry=carry)
+TARGET = Target(name="matlab", title="MATLAB and Octave, a struct of gains with units", export=export)

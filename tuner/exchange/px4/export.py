@@ -14,8 +14,7 @@ from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import ATTITUDE_AXES, AXES
 from plant.errors import InputError
 from tuner.exchange.aboard import DERIVATIVE, KEEP, OTHERS, Aboard, aboard, said_of_others
-from tuner.exchange.autopilot.parameter_table import defaults, parameters
-from tuner.exchange.autopilot.parameter_text import single
+from tuner.exchange.autopilot.parameters import defaults, parameters, single
 from tuner.exchange.autopilot.pid import (
     axis_gains,
     check_horizontal,
@@ -28,13 +27,13 @@ from tuner.exchange.autopilot.pid import (
     with_measured_rates,
 )
 from tuner.exchange.autopilot.scales import Motors, command_slope, motors, motors_text
-from tuner.exchange.exporter import Bundle, Exporter, GyroFilter, Option, Request
-from tuner.exchange.heading import heading
+from tuner.exchange.px4.import_ import IMPORTER
 from tuner.exchange.px4.map import (
     CARRIED,
     HOVER,
     LIMITS,
     MODEL,
+    TABLE,
     YAW_FILTER,
     completed,
     from_px4,
@@ -43,10 +42,9 @@ from tuner.exchange.px4.map import (
     tilt_limit,
     to_px4,
 )
-from tuner.exchange.px4.ranges import TABLE
 from tuner.exchange.px4.text import VERSION, read_params, write_params
-from tuner.exchange.settings import number
-from tuner.exchange.texts import parameter_comment
+from tuner.exchange.target import Bundle, GyroFilter, Option, Request, Target, number
+from tuner.exchange.texts import heading, parameter_comment
 from tuner.gains import Controller
 
 FILE = "holdfast.params"
@@ -73,7 +71,7 @@ OPTIONS = (
 )  # fmt: skip
 
 
-def carry(request: Request) -> Bundle:
+def export(request: Request) -> Bundle:
     """Return the parameter file; raises InputError where the gains have no form in PX4 or leave its documented ranges."""
     asked = with_measured_rates(request.controller, yaw_filter=True)
     check_horizontal(asked, NAME)
@@ -100,9 +98,9 @@ def carry(request: Request) -> Bundle:
         files={FILE: write_params(values, vehicle, about)},
         rollback={FILE: _rollback(request, values, vehicle, own)},
         held=held_controller(asked, {**complete, **values}, rotors, counted),
-        lossy=(
+        differences=(
             *said_of_others(own, {name: beside[name] for name in kept}, assumed),
-            *_lossy(request.controller, rotors, curve, complete, wanted),
+            *_differences(request.controller, rotors, curve, complete, wanted),
         ),
         target_version=NAME,
         parameters=written,
@@ -163,7 +161,7 @@ def _geometry(rotors: Actuation) -> str:
     )
 
 
-def _lossy(
+def _differences(
     controller: Controller, rotors: Actuation, curve: float, complete: Mapping[str, float], values: Mapping[str, float]
 ) -> tuple[str, ...]:
     cascade = px4_loops({**complete, **values}, controller.airframe.vehicle, rotors)
@@ -215,11 +213,12 @@ def _switched_off(values: Mapping[str, float]) -> tuple[str, ...]:
     return tuple(sentences)
 
 
-EXPORTER = Exporter(
+TARGET = Target(
     name="px4",
     title=f"{NAME}, parameter file of QGroundControl",
-    carry=carry,
+    export=export,
     position_laws=("pid",),
     attitude_laws=("pid",),
     options=OPTIONS,
+    importer=IMPORTER,
 )

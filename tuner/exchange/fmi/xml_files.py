@@ -2,15 +2,43 @@
 
 Signals change at control instants only (variability discrete). Gains are constants: their step-independent parts are worked out
 at export and built into the code, so that what runs is bit for bit the C code.
+
+Beside it the gains as an SSV file (System Structure and Parameterization 1.0, Modelica Association, 2019).
+
+SSP defines a unit by whole exponents of SI base units; the one of a super-twisting gain has fractions, so that gain stands
+without a unit and its description names it.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
-from tuner.exchange.exporter import Request
-from tuner.exchange.fmi.units import base_unit
-from tuner.exchange.fmi.variables import Variable
-from tuner.exchange.fmi.xml import document, element
-from tuner.exchange.heading import heading
+from tuner.exchange.fmi.variables import Variable, base_unit, gain_variables
+from tuner.exchange.target import Request
+from tuner.exchange.texts import heading, xml_text
+
+HEAD = '<?xml version="1.0" encoding="UTF-8"?>\n'
+
+
+def element(name: str, attributes: Mapping[str, object] = {}, children: Iterable[str] = ()) -> str:  # noqa: B006
+    """Return an element; children: elements as text, one after the other."""
+    given = "".join(f' {key}="{xml_text(_text(value))}"' for key, value in attributes.items())
+    inner = "\n".join(children)
+    if not inner:
+        return f"<{name}{given}/>"
+    indented = "\n".join(f"  {line}" for line in inner.split("\n"))
+    return f"<{name}{given}>\n{indented}\n</{name}>"
+
+
+def document(root: str) -> bytes:
+    """Return a whole file."""
+    return (HEAD + root + "\n").encode()
+
+
+def _text(value: object) -> str:
+    """Return a number so that it reads back to the same bits, a truth value as XML has it."""
+    if isinstance(value, bool):
+        return "true" if value else "false"
+    return repr(float(value)) if isinstance(value, float) else str(value)
+
 
 IDENTIFIER = "holdfast_controller"
 
@@ -92,3 +120,29 @@ def _structure(found: Sequence[Variable]) -> str:
             element("InitialUnknowns", {}, [element("Unknown", {"index": i, "dependencies": ""}) for i in outputs]),
         ],
     )
+
+
+SPACES = {
+    "xmlns:ssv": "http://ssp-standard.org/SSP1/SystemStructureParameterValues",
+    "xmlns:ssc": "http://ssp-standard.org/SSP1/SystemStructureCommon",
+}
+
+
+def parameter_values(request: Request) -> bytes:
+    """Return the SSV file of the gains; names are those of the FMU's constants."""
+    gains = gain_variables(request.controller)
+    parameters = []
+    for gain in gains:
+        unit = {} if base_unit(gain.unit) is None else {"unit": gain.unit}
+        about = {"name": gain.name, "description": f"{gain.about} [{gain.unit}]"}
+        parameters.append(element("ssv:Parameter", about, [element("ssv:Real", {"value": gain.start} | unit)]))
+    known = [(unit, base) for unit in units_of(gains) if (base := base_unit(unit)) is not None]
+    units = [element("ssc:Unit", {"name": unit}, [element("ssc:BaseUnit", base)]) for unit, base in known]
+    return document(
+        element(
+            "ssv:ParameterSet",
+            SPACES | {"version": "1.0", "name": "gains", "description": " ".join(f"{line}." for line in heading(request, str)),
+                      "generationTool": "holdfast"},
+            [element("ssv:Parameters", {}, parameters), element("ssv:Units", {}, units)],
+        )
+    )  # fmt: skip

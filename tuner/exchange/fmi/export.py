@@ -5,23 +5,40 @@ platforms; where gcc for x86-64 Linux is there, the binary is inside.
 """
 
 import hashlib
+import io
+import zipfile
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from importlib.resources import files
 
 import numpy as np
 
+from tuner.exchange.aboard import rollback_request
 from tuner.exchange.c99.sources import c_sources
-from tuner.exchange.exporter import Bundle, Exporter, Option, Request
-from tuner.exchange.fmi.archive import archive
-from tuner.exchange.fmi.binary import PLATFORM, compiler, shared_library
-from tuner.exchange.fmi.binding import binding
-from tuner.exchange.fmi.description import IDENTIFIER, model_description
-from tuner.exchange.fmi.ssv import parameter_values
+from tuner.exchange.fmi.code import PLATFORM, binding, compiler, shared_library
 from tuner.exchange.fmi.variables import variables
-from tuner.exchange.heading import heading
-from tuner.exchange.previous import rollback_request
-from tuner.exchange.texts import c_comment, xml_text
+from tuner.exchange.fmi.xml_files import IDENTIFIER, model_description, parameter_values
+from tuner.exchange.target import Bundle, Option, Request, Target
+from tuner.exchange.texts import c_comment, heading, xml_text
 from tuner.gains import Controller
+
+# The earliest date that a zip archive can hold.
+DATE = (1980, 1, 1, 0, 0, 0)
+REGULAR_FILE = 0o100644
+
+
+def archive(files: Mapping[str, bytes]) -> bytes:
+    """Return the archive of files: name -> content."""
+    held = io.BytesIO()
+    with zipfile.ZipFile(held, "w") as target:
+        for name in sorted(files):
+            entry = zipfile.ZipInfo(name, DATE)
+            entry.compress_type = zipfile.ZIP_DEFLATED
+            entry.create_system = 3
+            entry.external_attr = REGULAR_FILE << 16
+            target.writestr(entry, files[name])
+    return held.getvalue()
+
 
 PREFIX = "holdfast"
 OWN = ("fmi2_interface.h", "fmi2_cosimulation.c")
@@ -94,7 +111,7 @@ def documentation(request: Request, code: Code) -> str:
     )
 
 
-def carry(request: Request) -> Bundle:
+def export(request: Request) -> Bundle:
     """Return the FMU and the SSV file, and the FMU of the controller to go back to."""
     mock_up, code = fmu(request)
     back, sentence = rollback_request(request)
@@ -103,7 +120,7 @@ def carry(request: Request) -> Bundle:
         files={MOCK_UP: mock_up, VALUES: parameter_values(request)},
         rollback={MOCK_UP: former, VALUES: parameter_values(back), "README.txt": f"{sentence}\n".encode()},
         held=held(request.controller, request.settings["real"]),
-        lossy=lossy(request, code),
+        differences=differences(request, code),
         target_version="FMI 2.0 co-simulation, SSP 1.0",
     )
 
@@ -115,7 +132,7 @@ def held(controller: Controller, real: str) -> Controller:
     return replace(controller, gains=tuple(float(np.float32(gain)) for gain in controller.gains))
 
 
-def lossy(request: Request, code: Code) -> tuple[str, ...]:
+def differences(request: Request, code: Code) -> tuple[str, ...]:
     """Return what the target adds or lacks."""
     controller, real = request.controller, request.settings["real"]
     said = [
@@ -139,9 +156,9 @@ def lossy(request: Request, code: Code) -> tuple[str, ...]:
     return tuple(said)
 
 
-EXPORTER = Exporter(
+TARGET = Target(
     name="fmi",
     title="FMI 2.0 co-simulation FMU and SSV, for Simulink, Dymola, OpenModelica and other simulators",
-    carry=carry,
+    export=export,
     options=(Option("real", "floating-point type of the code", ("float", "double"), "float"),),
 )

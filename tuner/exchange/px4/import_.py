@@ -25,12 +25,22 @@ from tuner.exchange.autopilot.assembly import (
     unused_note,
     version_note,
 )
-from tuner.exchange.autopilot.parameter_text import stated
+from tuner.exchange.autopilot.parameters import stated
 from tuner.exchange.autopilot.pid import held_cutoff
-from tuner.exchange.importer import Imported, Importer
-from tuner.exchange.px4.map import CARRIED, HOVER, NAMES, YAW_FILTER, added_inertia, completed, from_px4, tilt_limit
-from tuner.exchange.px4.ranges import AROUND, TABLE
+from tuner.exchange.px4.map import (
+    AROUND,
+    CARRIED,
+    HOVER,
+    NAMES,
+    TABLE,
+    YAW_FILTER,
+    added_inertia,
+    completed,
+    from_px4,
+    tilt_limit,
+)
 from tuner.exchange.px4.text import VERSION, WHAT, read_params
+from tuner.exchange.target import Imported, Importer
 
 NAME = f"PX4 {VERSION}"
 # Weights of yaw up to this are none, AttitudeControl.cpp.

@@ -1,0 +1,206 @@
+"""Our PID as the parameters of the firmware's cascade: position, velocity, attitude, rate; and back.
+
+The attitude's PID is an attitude loop (P) around a rate loop (PI), see `tuner.exchange.autopilot.pid`; the position's
+a position loop (P) around a velocity loop (PI) whose output is an angle, a/g in degrees, or counts of thrust. Every other
+gain of the firmware's loops is written as 0, for its defaults are not 0. Pitch is positive nose up in the firmware, and yaw's
+output is negated: angle, rate and torque change their signs together, so no gain does.
+
+The firmware's PID parameters: names, units, defaults of platform cf2, and where they come from.
+
+bitcraze/crazyflie-firmware, src/modules/src/controller/attitude_pid_controller.c, position_controller_pid.c and
+src/platform/interface/platform_defaults_cf2.h, as of 2025 and 2026. Angles and rates are in degrees. The firmware documents no
+ranges; the upper ends here are where arithmetic ends: a rate loop whose output, an int16, is full at 1 deg/s, and an outer loop
+that steps over its target within one period (500 Hz for attitude, 100 Hz for position).
+
+Scales are the torque for one count of its rate loops and the force for one count of thrust.
+
+In legacy mode the motors get thrust -+ roll/2 +- pitch/2 +- yaw, in counts of which 65535 are the full thrust of a motor
+(power_distribution_quadrotor.c); battery compensation makes thrust proportional to counts. For a square X this is
+4 l/2 T/65535 N m for a count of roll, 4 k_m T/65535 for a count of yaw. Signs are those of body FRD.
+"""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import degrees, pi, radians, sqrt
+
+import numpy as np
+
+from plant.airframes.actuation import Actuation, actuation
+from plant.cascade import LEAST_LIFT
+from plant.errors import InputError
+from tuner.exchange.autopilot.parameters import MOST, Entry, single
+from tuner.exchange.autopilot.parameters import parameters as held_against_table
+from tuner.exchange.autopilot.pid import RateLoop, axis_gains, parallel, rate_loop, with_gains, with_measured_rates
+from tuner.exchange.autopilot.scales import Motors, TorqueScale, torque_scale
+from tuner.exchange.target import Parameter
+from tuner.gains import Controller
+
+INT16, UINT16 = 32767.0, 65535.0
+ATTITUDE_RATE, POSITION_RATE = 500.0, 100.0
+ATTITUDE, HORIZONTAL = ("roll", "pitch", "yaw"), ("x", "y")
+
+
+def _rate(axis: str, kp: float, ki: float, kd: float) -> list[Entry]:
+    group = f"pid_rate.{axis}_"
+    return [
+        Entry(f"{group}kp", "counts/(deg/s)", 0.0, INT16, kp, f"{axis}.kd"),
+        Entry(f"{group}ki", "counts/deg", 0.0, INT16 * ATTITUDE_RATE, ki, f"{axis}.ki"),
+        Entry(f"{group}kd", "counts/(deg/s2)", 0.0, INT16, kd, f"{axis}.kd"),
+        Entry(f"{group}kff", "counts/(deg/s)", 0.0, INT16, 0.0, f"{axis}.kp"),
+    ]
+
+
+def _outer(
+    group: str, names: tuple[str, str, str, str], usual: tuple[float, float, float], rate: float, axis: str
+) -> list[Entry]:
+    units = ("1/s", "1/s2", "1", "1/s")
+    return [
+        Entry(f"{group}{name}", unit, 0.0, rate, value, f"{axis}.kp")
+        for name, unit, value in zip(names, units, (*usual, 0.0), strict=True)
+    ]
+
+
+def _velocity(axis: str, unit: str, kp: float, ki: float) -> list[Entry]:
+    group = f"velCtlPid.v{axis}"
+    return [
+        Entry(f"{group}Kp", f"{unit}/(m/s)", 0.0, MOST, kp, f"{axis}.kd"),
+        Entry(f"{group}Ki", f"{unit}/m", 0.0, MOST, ki, f"{axis}.ki"),
+        Entry(f"{group}Kd", f"{unit}/(m/s2)", 0.0, MOST, 0.0, f"{axis}.kd"),
+        Entry(f"{group}KFF", f"{unit}/(m/s)", 0.0, MOST, 0.0, f"{axis}.kd"),
+    ]
+
+
+def _entries() -> list[Entry]:
+    angle, place = ("kp", "ki", "kd", "kff"), ("Kp", "Ki", "Kd", "Kff")
+    return [
+        *_rate("roll", 250.0, 500.0, 2.5),
+        *_rate("pitch", 250.0, 500.0, 2.5),
+        *_rate("yaw", 120.0, 16.7, 0.0),
+        *_outer("pid_attitude.roll_", angle, (6.0, 3.0, 0.0), ATTITUDE_RATE, "roll"),
+        *_outer("pid_attitude.pitch_", angle, (6.0, 3.0, 0.0), ATTITUDE_RATE, "pitch"),
+        *_outer("pid_attitude.yaw_", angle, (6.0, 1.0, 0.35), ATTITUDE_RATE, "yaw"),
+        *_velocity("x", "deg", 25.0, 1.0),
+        *_velocity("y", "deg", 25.0, 1.0),
+        *_velocity("z", "kilocounts", 25.0, 15.0),
+        *_outer("posCtlPid.x", place, (2.0, 0.0, 0.0), POSITION_RATE, "x"),
+        *_outer("posCtlPid.y", place, (2.0, 0.0, 0.0), POSITION_RATE, "y"),
+        *_outer("posCtlPid.z", place, (2.0, 0.5, 0.0), POSITION_RATE, "z"),
+        Entry("posCtlPid.rLimit", "deg", 0.0, 90.0, 20.0, "the tilt limit"),
+        Entry("posCtlPid.pLimit", "deg", 0.0, 90.0, 20.0, "the tilt limit"),
+        Entry("posCtlPid.thrustBase", "counts", 0.0, UINT16, 36000.0, "the airframe's mass"),
+        Entry("posCtlPid.thrustMin", "counts", 0.0, UINT16, 20000.0, "the airframe's mass"),
+    ]
+
+
+ENTRIES = {entry.name: entry for entry in _entries()}
+# Held as uint16; all others are float32.
+INTEGERS = frozenset({"posCtlPid.thrustBase", "posCtlPid.thrustMin"})
+
+
+# The firmware's numbers of our rotors 1 to 4.
+MOTORS: Motors = (4, 1, 3, 2)
+# Motors in our order (front left, front right, rear left, rear right) by roll, pitch, yaw.
+FACTORS = np.array([[0.5, 0.5, -1.0], [-0.5, 0.5, 1.0], [0.5, -0.5, 1.0], [-0.5, -0.5, -1.0]])
+SPIN = (1.0, -1.0, -1.0, 1.0)
+
+
+def check_mixing(actuation: Actuation) -> None:
+    """Refuse an airframe that the firmware's fixed X mixing does not fit; raises InputError naming what of it."""
+    if tuple(rotor.spin for rotor in actuation.rotors) != SPIN:
+        message = (
+            "given '-++-'; the Crazyflie's firmware mixes for '+--+' (the front left propeller, motor 4, turns clockwise seen "
+            "from above): with the other sense its yaw loop would be unstable"
+        )
+        raise InputError(message, key="airframe.spin")
+    torque_per_count(actuation, actuation.thrust_max)
+
+
+def torque_per_count(actuation: Actuation, full: float) -> TorqueScale:
+    """Return the torque for one count of roll, pitch and yaw [N m]; full: thrust of one motor at 65535 counts [N].
+
+    Raises InputError where the mixing couples axes on this airframe.
+    """
+    return torque_scale(actuation, FACTORS, full / UINT16, "the Crazyflie's X mixing")
+
+
+def force_per_count(full: float) -> float:
+    """Return the force of all motors for one count of thrust [N]."""
+    return 4.0 * full / UINT16
+
+
+NAME = "the Crazyflie's firmware"
+# The gyro passes a second-order Butterworth filter of 80 Hz; at low frequencies it delays as a first-order one of this time [s].
+GYRO_FILTER = sqrt(2.0) / (2.0 * pi * 80.0)
+
+
+@dataclass(frozen=True)
+class Units:
+    """What one unit of each loop's output does: angular acceleration for a count [rad/s2] by axis; acceleration for a degree of
+    tilt [m/s2]; vertical acceleration for 1000 counts [m/s2]; counts at hover.
+    """
+
+    turning: Mapping[str, float]
+    leaning: float
+    lifting: float
+    hover: float
+
+
+def units(controller: Controller, full: float) -> Units:
+    """Work out the units for an airframe; full: thrust of one motor at 65535 counts [N]."""
+    vehicle = controller.airframe.vehicle
+    rotors: Actuation = actuation(vehicle)
+    check_mixing(rotors)
+    torque = torque_per_count(rotors, full)
+    return Units(
+        {axis: getattr(torque, axis) / inertia for axis, inertia in zip(ATTITUDE, vehicle.inertia, strict=True)},
+        radians(1.0) * vehicle.gravity,
+        1000.0 * force_per_count(full) / vehicle.mass,
+        vehicle.mass * vehicle.gravity / force_per_count(full),
+    )
+
+
+def values(controller: Controller, full: float) -> dict[str, float]:
+    """Return name -> value, unrounded; raises InputError naming gain or airframe where the firmware has no such loop."""
+    one = units(controller, full)
+    found = dict.fromkeys(ENTRIES, 0.0)
+    for axis in ATTITUDE:
+        loop = rate_loop(axis_gains(controller, axis), axis)
+        per_degree = radians(1.0) / one.turning[axis]
+        found[f"pid_attitude.{axis}_kp"] = loop.outer
+        found |= {f"pid_rate.{axis}_kp": loop.p * per_degree, f"pid_rate.{axis}_ki": loop.i * per_degree}
+    for axis in (*HORIZONTAL, "z"):
+        loop = rate_loop(axis_gains(controller, axis), axis)
+        unit = one.lifting if axis == "z" else one.leaning
+        found[f"posCtlPid.{axis}Kp"] = loop.outer
+        found |= {f"velCtlPid.v{axis}Kp": loop.p / unit, f"velCtlPid.v{axis}Ki": loop.i / unit}
+    tilt = degrees(controller.options.tilt_limit)
+    found |= {"posCtlPid.rLimit": tilt, "posCtlPid.pLimit": tilt}
+    return found | {"posCtlPid.thrustBase": one.hover, "posCtlPid.thrustMin": LEAST_LIFT * one.hover}
+
+
+def parameters(controller: Controller, full: float) -> tuple[Parameter, ...]:
+    """Return every parameter as the vehicle holds it: uint16 or float32; raises InputError naming one that is out of range."""
+    asked = values(controller, full)
+    whole = {name: value for name, value in asked.items() if name in INTEGERS}
+    real = {name: value for name, value in asked.items() if name not in INTEGERS}
+    return (
+        *held_against_table(ENTRIES, real, single, NAME),
+        *held_against_table(ENTRIES, whole, lambda value: float(round(value)), NAME),
+    )
+
+
+def held(controller: Controller, full: float, written: Mapping[str, float]) -> Controller:
+    """Return the controller that the firmware flies with these parameters; rates come from its gyro and its estimator."""
+    one = units(controller, full)
+    gains = {}
+    for axis in ATTITUDE:
+        per_degree = one.turning[axis] / radians(1.0)
+        p, i = (written[f"pid_rate.{axis}_{part}"] * per_degree for part in ("kp", "ki"))
+        gains[axis] = parallel(RateLoop(written[f"pid_attitude.{axis}_kp"], p, i), GYRO_FILTER)
+    for axis in (*HORIZONTAL, "z"):
+        unit = one.lifting if axis == "z" else one.leaning
+        p, i = (written[f"velCtlPid.v{axis}{part}"] * unit for part in ("Kp", "Ki"))
+        gains[axis] = parallel(RateLoop(written[f"posCtlPid.{axis}Kp"], p, i), 0.0)
+    tilt = radians(written["posCtlPid.rLimit"])
+    limited = replace(controller, options=replace(controller.options, tilt_limit=tilt))
+    return with_measured_rates(with_gains(limited, gains))

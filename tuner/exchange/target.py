@@ -1,0 +1,210 @@
+"""Targets of an export: what a target is asked for, what it gives back, and the options that both directions take.
+
+A target either takes a controller as it is, to its own resolution, or refuses with an `InputError` that names what it cannot
+hold. What it adds or lacks beside the gains stands in `Bundle.differences`.
+"""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Protocol
+
+from plant.airframes import Airframe
+from plant.errors import InputError, UnknownNameError
+from tuner.gains import Controller
+
+# The option that has a flag of its own.
+FIRMWARE = "firmware"
+
+
+@dataclass(frozen=True)
+class Option:
+    """A choice that an export takes as `--set NAME=VALUE` (or, for "firmware", as --firmware).
+
+    about: meaning and unit, one line. choices: what is allowed, empty where a number is. default: taken where nothing is
+    given; None makes the option required.
+    """
+
+    name: str
+    about: str
+    choices: tuple[str, ...] = ()
+    default: str | None = None
+
+
+@dataclass(frozen=True)
+class Request:
+    """A controller to be exported.
+
+    controller: the gains with their airframe and structure. digest: content hash of the gains.json they come from (64 hex
+    digits). settings: a value for each option of the exporter, checked. previous: file in the target's own format, or
+    gains.json for targets that hold a whole controller, with what the vehicle flies at present; None if unknown.
+    """
+
+    controller: Controller
+    digest: str
+    settings: Mapping[str, str]
+    previous: Path | None = None
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """One number as the target holds it.
+
+    name, unit: the target's. asked: before rounding; held: after rounding to the target's resolution. low, high: the range
+    that the target's documentation allows. usual: the target's default. before: what is on the vehicle, None if nobody said.
+    All in the target's unit. kept: our loops have no such thing, so the vehicle's own value stays.
+    """
+
+    name: str
+    unit: str
+    asked: float
+    held: float
+    low: float
+    high: float
+    usual: float | None = None
+    before: float | None = None
+    kept: bool = False
+
+
+@dataclass(frozen=True)
+class GyroFilter:
+    """Low-pass of a target between the gyro and its loops.
+
+    name: parameter of the target; cutoff [Hz], 0 for none; known: whether the vehicle's file told it, else the default.
+    """
+
+    name: str
+    cutoff: float
+    known: bool
+
+
+@dataclass(frozen=True)
+class Bundle:
+    """The result of an export.
+
+    files, rollback: relative name -> content, to be written into the export's folder; the rollback restores the previous
+    gains, or the target's defaults. held: the controller that the target holds after rounding, as one of ours, with which
+    margins and metrics are worked out again. differences: one sentence for each thing that the target adds or lacks.
+    parameters: every number written, for targets that take parameters. target_version: e.g. "PX4 1.16". gyro: low-pass of the
+    target between the gyro and these loops, where it has one.
+    """
+
+    files: Mapping[str, bytes]
+    rollback: Mapping[str, bytes]
+    held: Controller
+    differences: tuple[str, ...]
+    target_version: str
+    parameters: tuple[Parameter, ...] = ()
+    gyro: GyroFilter | None = None
+
+
+@dataclass(frozen=True)
+class Imported:
+    """controller: what the file's gains are on the airframe; notes: one sentence for each thing taken as default or left out;
+    untouched: names in the file of what does not act in these loops.
+    """
+
+    controller: Controller
+    notes: tuple[str, ...]
+    untouched: tuple[str, ...] = ()
+
+
+@dataclass(frozen=True)
+class Importer:
+    """One target. read(file, airframe, settings) -> Imported raises InputError naming file and parameter; options are checked
+    before it is called.
+    """
+
+    name: str
+    title: str
+    options: tuple[Option, ...]
+    read: Callable[[Path, Airframe, Mapping[str, str]], Imported]
+
+
+@dataclass(frozen=True)
+class Target:
+    """A target of exports, and where its files can be read, a source of imports.
+
+    export(request) -> Bundle raises InputError where the target cannot hold something; laws and options are checked before it
+    is called. position_laws, attitude_laws: names of the laws it takes; empty for every law. experimental: what makes it so,
+    one sentence, or "". importer: the way back, None where there is none.
+    """
+
+    name: str
+    title: str
+    export: Callable[[Request], Bundle]
+    position_laws: tuple[str, ...] = ()
+    attitude_laws: tuple[str, ...] = ()
+    options: tuple[Option, ...] = ()
+    experimental: str = ""
+    importer: Importer | None = None
+
+
+class Optioned(Protocol):
+    """A target or an importer, whose options are checked alike."""
+
+    @property
+    def name(self) -> str:
+        """Name in its registry."""
+        ...
+
+    @property
+    def options(self) -> tuple[Option, ...]:
+        """What may be given."""
+        ...
+
+
+def settings_of(optioned: Optioned, given: Sequence[str]) -> dict[str, str]:
+    """Return a value for every option from "NAME=VALUE" texts and defaults; raises InputError naming the option."""
+    options = {option.name: option for option in optioned.options}
+    values: dict[str, str] = {}
+    for entry in given:
+        name, sign, value = entry.partition("=")
+        if not sign:
+            raise InputError(f"given '{entry}'; write NAME=VALUE, for instance {_example(optioned)}", key="--set")
+        if name not in options:
+            if name == FIRMWARE:
+                raise InputError(
+                    f"given '{value}'; '{optioned.name}' does not ask for it, leave it out", key=_flag(name)
+                )
+            if not options:
+                raise InputError(f"given '{entry}'; '{optioned.name}' has no options", key="--set")
+            raise UnknownNameError(f"option of '{optioned.name}'", name, options, key="--set")
+        if name in values:
+            raise InputError(f"'{name}' is given twice; leave one out", key="--set")
+        values[name] = value
+    for option in optioned.options:
+        if option.name not in values:
+            if option.default is None:
+                raise InputError(
+                    f"'{optioned.name}' needs {option.name} ({option.about}): {_flag(option.name)}"
+                    f"{' ' if option.name == FIRMWARE else '='}{' or '.join(option.choices) or 'NUMBER'}",
+                    key=_flag(option.name),
+                )
+            values[option.name] = option.default
+        elif option.choices and values[option.name] not in option.choices:
+            allowed = ", ".join(option.choices)
+            raise InputError(f"given '{values[option.name]}'; allowed: {allowed}", key=_flag(option.name))
+    return values
+
+
+def number(settings: Mapping[str, str], name: str, low: float, high: float, unit: str) -> float:
+    """Return an option as a number of that unit; raises InputError where it is none, or outside [low, high]."""
+    text, with_unit = settings[name], "" if unit == "1" else f" {unit}"
+    try:
+        value = float(text)
+    except ValueError:
+        asked = f"a number{'' if unit == '1' else f' in {unit}'}"
+        raise InputError(f"given '{text}'; this must be {asked}", key=_flag(name)) from None
+    if not low <= value <= high:
+        raise InputError(f"given {text}{with_unit}; allowed: {low:g} to {high:g}{with_unit}", key=_flag(name))
+    return value
+
+
+def _flag(name: str) -> str:
+    return f"--{name}" if name == FIRMWARE else f"--set {name}"
+
+
+def _example(optioned: Optioned) -> str:
+    known = optioned.options[0] if optioned.options else None
+    return "NAME=VALUE" if known is None else f"{known.name}={known.default or (known.choices or ('1',))[0]}"
