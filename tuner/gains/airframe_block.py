@@ -25,7 +25,7 @@ from plant.texts import LONGEST_TITLE, NAME
 from plant.vectors import Rotors, Vec3
 from plant.vehicle import Vehicle
 from tuner.gains.hashing import canonical_hash
-from tuner.gains.shapes import DIGEST, Row, closed, measured
+from tuner.gains.sections import DIGEST, Row, closed, measured
 from tuner.gains.ucum import quantity, ucum
 
 # A reaction torque about +z, up, is that of a propeller that turns clockwise seen from above.

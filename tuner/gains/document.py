@@ -9,8 +9,7 @@ from plant.gains import gain_addresses
 from tuner.gains.airframe_block import airframe_block
 from tuner.gains.controller import Controller, VehicleRecord
 from tuner.gains.hashing import content_hash
-from tuner.gains.sections import CONVENTIONS, FORMAT, MOST_EXACT, STRUCTURE, VERSION
-from tuner.gains.shapes import Row
+from tuner.gains.sections import CONVENTIONS, FORMAT, MOST_EXACT, STRUCTURE, VERSION, Row
 from tuner.gains.ucum import quantity
 
 Ranges = Mapping[str, tuple[float, float]]

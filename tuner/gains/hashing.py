@@ -1,4 +1,4 @@
-"""The content hash of gains.json: SHA-256 over its canonical form.
+"""The content hash of gains.json, SHA-256 over its canonical form, and the comparison of two documents.
 
 RFC 8785, "JSON Canonicalization Scheme": keys sorted by UTF-16 code units, numbers as ECMAScript writes doubles, UTF-8, no
 blanks. So the hash does not depend on the order of keys, on indentation, or on who writes 0.10 for 0.1.
@@ -8,6 +8,7 @@ import hashlib
 from typing import Any
 
 from plant.errors import InputError
+from tuner.gains.sections import VERSION, Row
 
 # What may be added later without another controller coming of it.
 OUTSIDE = ("sha256", "exports", "cost")
@@ -44,3 +45,27 @@ def _doubles(value: Any) -> Any:
     if isinstance(value, int) and not isinstance(value, bool) and abs(value) > MOST_EXACT:
         return float(value)
     return value
+
+
+# Margins come from linear algebra whose last bits differ from machine to machine.
+ASIDE = (*OUTSIDE, "generator", "margins")
+
+
+def same_result(recorded: Row, made: Row) -> bool:
+    """Return whether a recorded document, which may be of an older version or damaged, tells what `made` tells."""
+    try:
+        if recorded["version"] != VERSION:
+            return _values(recorded) == _values(made)
+        if recorded.get("sha256", made["sha256"]) not in (content_hash(recorded), made["sha256"]):
+            return False
+        return _told(recorded) == _told(made)
+    except (KeyError, TypeError, AttributeError, ValueError):
+        return False
+
+
+def _told(document: Row) -> Row:
+    return {key: value for key, value in document.items() if key not in ASIDE}
+
+
+def _values(document: Row) -> Row:
+    return {address: gain["value"] for address, gain in document["gains"].items()}

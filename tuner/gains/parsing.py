@@ -8,8 +8,7 @@ from typing import Any
 from plant.errors import InputError
 from plant.input_files import read_input_text
 from plant.texts import json_table
-from tuner.gains.sections import FORMAT, VERSION, VERSIONS
-from tuner.gains.shapes import Row
+from tuner.gains.sections import FORMAT, VERSION, VERSIONS, Row
 from tuner.text.toml_text import shown
 
 FIRST_VERSION = "0.1"

@@ -8,7 +8,7 @@ from plant.gains import gain_addresses
 from tuner.gains.airframe_block import airframe_of, numbers_block
 from tuner.gains.controller import Controller, VehicleRecord
 from tuner.gains.examining import Examined, cascade_of, examine, options_of
-from tuner.gains.shapes import Row
+from tuner.gains.sections import Row
 from tuner.text.locating import located
 
 # Notes that were given already: a command may read a file twice.

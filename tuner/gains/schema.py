@@ -14,18 +14,22 @@ from plant.laws.law import GainInfo, Law
 from tuner.gains.airframe_block import airframe_schema
 from tuner.gains.sections import (
     CONVENTIONS,
+    DIGEST,
     FORMAT,
     VERSIONS,
+    Row,
+    closed,
     controller_schema,
     cost_schema,
     design_schema,
     exports_schema,
+    listed,
     margins_schema,
     objectives_schema,
     study_schema,
+    texts,
     vehicle_schema,
 )
-from tuner.gains.shapes import DIGEST, Row, closed, listed, texts
 from tuner.gains.ucum import ucum
 
 ID = "urn:holdfast:gains:1.1"

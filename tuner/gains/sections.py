@@ -9,12 +9,46 @@ cost        instructions of one step of the controller, and bytes of code, on a 
 exports     files that the gains were written to, and what the target adds or lacks (lossy)
 """
 
+from collections.abc import Iterable
+from typing import Any
+
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.cascade import AXES
 from plant.nominal import LEAST_CUTOFF, MOST_CUTOFF, ControlOptions
-from tuner.gains.shapes import DIGEST, Row, closed, listed, measured, texts
-from tuner.gains.timing import LONGEST, SHORTEST
+from tuner.gains.ranges import LONGEST, SHORTEST
 from tuner.gains.ucum import UCUM, ucum
+
+Row = dict[str, Any]
+
+# maxLength, because $ of some regular expressions lets a line break through.
+DIGEST: Row = {"type": "string", "pattern": "^[0-9a-f]{64}$", "maxLength": 64}
+
+
+def closed(properties: Row, optional: Iterable[str] = ()) -> Row:
+    """Return the schema of an object with these keys and no others."""
+    left_out = set(optional)
+    return {
+        "type": "object",
+        "properties": properties,
+        "required": [key for key in properties if key not in left_out],
+        "additionalProperties": False,
+    }
+
+
+def measured(unit: str, **bounds: float) -> Row:
+    """Return the schema of {value, unit} in one unit (UCUM)."""
+    return closed({"value": {"type": "number", **bounds}, "unit": {"const": unit}})
+
+
+def listed(items: Row) -> Row:
+    """Return the schema of a list."""
+    return {"type": "array", "items": items}
+
+
+def texts(*names: str) -> Row:
+    """Return the schemas of keys that hold any text."""
+    return {name: {"type": "string"} for name in names}
+
 
 FORMAT, VERSION = "holdfast-gains", "1.1"
 # 1.1 adds "vehicle".

@@ -13,8 +13,7 @@ from plant.errors import InputError, UnknownNameError
 from plant.input_files import read_input_text
 from plant.laws import LAWS
 from tuner.gains.airframe_block import airframe_block
-from tuner.gains.sections import CONVENTIONS, STRUCTURE, VERSION
-from tuner.gains.shapes import Row
+from tuner.gains.sections import CONVENTIONS, STRUCTURE, VERSION, Row
 from tuner.gains.ucum import UCUM
 
 PERIODS = ("control_period", "plant_step", "tilt_limit")

@@ -25,7 +25,7 @@ from plant.references import ReferenceSpec, from_mapping
 from plant.references.spec import HOLD, POSITION, VELOCITY
 from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
-from tuner.gains.timing import check_multiple, check_plant_step, timing_of
+from tuner.gains.ranges import check_multiple, check_plant_step, timing_of
 from tuner.search.front import resolved_rule
 from tuner.search.names import STARTS, check_algorithm
 from tuner.study.gains import decision_space

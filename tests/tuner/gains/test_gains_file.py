@@ -8,8 +8,8 @@ from plant.errors import InputError
 from tests.tuner.gains.making import whole_document
 from tuner.experiments.tuning.gains_of_run import margin_rows
 from tuner.gains import read_gains, to_document
-from tuner.gains.agreement import same_result
 from tuner.gains.examining import examine
+from tuner.gains.hashing import same_result
 
 
 @pytest.fixture

@@ -18,8 +18,7 @@ from tuner.exchange.aboard import plain_name
 from tuner.exchange.autopilot.pid import held_tilt, weighted, with_gains
 from tuner.exchange.target import Option, number
 from tuner.gains import Controller, VehicleRecord
-from tuner.gains.ranges import check_value
-from tuner.gains.timing import LONGEST, SHORTEST, check_plant_step, timing_of
+from tuner.gains.ranges import LONGEST, SHORTEST, check_plant_step, check_value, timing_of
 
 # Longest plant step [s], and its largest share of the rotors' lag.
 STEP, SHARE = 0.001, 0.5

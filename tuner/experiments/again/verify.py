@@ -29,7 +29,7 @@ from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.run import flight_store, problem_of, warm_up
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import front_table, generation_table
-from tuner.gains.agreement import same_result
+from tuner.gains.hashing import same_result
 from tuner.search.loop import Generation, archive, point_name
 from tuner.search.watcher import Watcher
 from tuner.store.advice import CONTEST, TUNING, kind_of
