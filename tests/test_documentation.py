@@ -2,6 +2,7 @@
 
 import re
 import sys
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -16,10 +17,7 @@ ROOT = Path(__file__).parents[1]
 def generator():
     """The modules that make the pages."""
     sys.path.insert(0, str(ROOT / "docs" / "generator"))
-    import pages
-    import reference
-
-    yield pages, reference
+    yield import_module("pages"), import_module("reference")
     sys.path.remove(str(ROOT / "docs" / "generator"))
 
 
