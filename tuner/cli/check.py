@@ -137,8 +137,8 @@ def shown(value: Any) -> str:
 
 def judge_command(gains: Path, requirements: Path, seeds: int | None, threads: int | None, as_json: bool) -> None:
     """Fly and judge gains; exit code 1 where a limit is broken."""
-    from tuner.analysis.judging.judge import check_batches, controller_to_judge, judge_gains, judgement_document
-    from tuner.cli.flights_bar import FlightsBar
+    from tuner.analysis.judging.judge import check_fleets, controller_to_judge, judge_gains, judgement_document
+    from tuner.cli.display import TerminalWatcher
     from tuner.cli.tuning_study import tuning_study
     from tuner.experiments.tuning.run import problem_of, warm_up
 
@@ -148,11 +148,11 @@ def judge_command(gains: Path, requirements: Path, seeds: int | None, threads: i
     if as_json:
         rows = judge_gains(controller, study, problem, batches)
     else:
-        with FlightsBar(Console()) as bar:
+        with TerminalWatcher(Console()) as bar:
             warm_up(problem, study, bar)
-            bar.flying("Judging", sum(batch.count for batch in batches))
-            rows = judge_gains(controller, study, problem, batches, bar.on_flights_done)
-    document = judgement_document(gains, study, rows, batches)
+            bar.on_stage("Judging", sum(fleet.count for fleet in fleets))
+            rows = judge_gains(controller, study, problem, fleets, bar.on_flights_done)
+    document = judgement_document(gains, study, rows, fleets)
     if as_json:
         print(json.dumps(document, indent=2, allow_nan=False))
     else:

@@ -7,8 +7,7 @@ from typing import Any
 
 from rich.text import Text
 
-from tuner.cli.display import digits, estimate, print_ending
-from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.display import TerminalWatcher, digits, estimate, print_ending
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
 from tuner.cli.tuning_study import tuning_study
@@ -32,10 +31,10 @@ def compare_command(
     if out is not None:
         check_free(out)
     console = Console(stderr=as_json)
-    with FlightsBar(console) as bar:
+    with TerminalWatcher(console) as bar:
         for entry in asked.entries:
             warm_up(entry.problem, entry.contender.study, bar)
-        bar.flying("Comparing", asked.flights)
+        bar.on_stage("Comparing", asked.flights)
         result = fly_comparison(asked, threads, bar.on_flights_done)
         document = comparison_document(asked, result)
         if out is not None:

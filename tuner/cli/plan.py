@@ -6,8 +6,7 @@ from time import perf_counter
 from typing import Any
 
 from objectives.problem import Problem
-from tuner.cli.display import digits
-from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.display import TerminalWatcher, digits
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.cli.tuning_study import tuning_study
@@ -87,9 +86,9 @@ def show_contest(document: Row, console: Console) -> None:
 
 def watched(problem: Problem, study: Study, what: str = "Pilot") -> tuple[float | None, Pilot]:
     """Compile and fly with a progress display."""
-    with FlightsBar(Console()) as bar:
+    with TerminalWatcher(Console()) as bar:
         compilation = compiled(problem, study, bar)
-        bar.flying(what, pilot_size(problem.flyer.threads) * FLIGHTS * len(study.scenarios))
+        bar.on_stage(what, pilot_size(problem.flyer.threads) * FLIGHTS * len(study.scenarios))
         return compilation, fly_pilot(problem, study, bar.on_flights_done)
 
 

@@ -11,7 +11,7 @@ from tuner.analysis.sensitivity.analysis import Analysis
 from tuner.analysis.sensitivity.design import checked_base
 from tuner.analysis.sensitivity.document import FAILURE, outputs, sensitivity_document
 from tuner.analysis.sensitivity.scales import RANK
-from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.display import TerminalWatcher
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.cli.tuning_study import tuning_study
@@ -49,11 +49,11 @@ def sensitivity_command(path: Path, samples: int, out: Path | None, threads: int
 def watched(problem: Problem, study: Study, base: int) -> Analysis:
     """Analyse with a progress display; what it will take is said first."""
     console = Console()
-    with FlightsBar(console) as bar:
+    with TerminalWatcher(console) as bar:
         warm_up(problem, study, bar)
         expected = budget(problem, study, base)
         console.print(announced(study, expected, base, problem.flyer.threads), highlight=False)
-        bar.flying("Sampling", expected.flights)
+        bar.on_stage("Sampling", expected.flights)
         return study_sensitivity(problem, study, base, bar.on_flights_done)
 
 

@@ -31,7 +31,7 @@ from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import front_table, generation_table
 from tuner.gains.agreement import same_result
 from tuner.search.loop import Generation, archive, point_name
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import CHECKING, Watcher
 from tuner.store.advice import CONTEST, TUNING, kind_of
 from tuner.store.environment import environment
 from tuner.store.flights import RESULTS, FlightStore
@@ -196,15 +196,15 @@ def refly(
     """Fly candidates again on the search's scenarios and raise the first meter that differs from its record."""
     points = archive(generations).points if generations else np.zeros((0, len(study.space.variables)))
     made = np.concatenate([entry.evaluation.flights_each for entry in generations]) if generations else np.zeros(0)
-    flights = batches(study, SEARCH)
-    watcher.verifying(len(flown) * sum(batch.count for batch in flights))
+    flights = fleets(study, SEARCH)
+    watcher.on_stage(CHECKING, len(flown) * sum(fleet.count for fleet in flights))
     for start in range(0, len(flown), BATCH):
         part = flown[start : start + BATCH]
         rows = study.space.gains(points[part])
         missing = made[part].astype(int)
-        for batch in flights:
-            for first, last in again.chunks(batch):
-                here = again.results(rows, batch, first, last, watcher.on_flights_done)
+        for fleet in flights:
+            for first, last in again.chunks(fleet):
+                here = again.results(rows, fleet, first, last, watcher.on_flights_done)
                 for k, candidate in enumerate(part):
                     # A race may have ended before all flights of a candidate were made.
                     there = store.known(again.key(batch), rows[k], first, last)

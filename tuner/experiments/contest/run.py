@@ -14,7 +14,7 @@ from tuner.experiments.contest.tables import fronts_table, listed_table, scores_
 from tuner.experiments.contest.tuning import Prepared, prepare
 from tuner.experiments.tuning.guards.before import few_scenarios
 from tuner.experiments.tuning.run import warm_up
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import COMPARING, Watcher
 from tuner.store.advice import CONTEST
 from tuner.store.environment import environment, with_session
 from tuner.store.folder import Folder
@@ -30,7 +30,7 @@ def run_contest(contest: Contest, folder: Folder, watcher: Watcher, threads: int
     for own in prepared:
         warm_up(own.entry.problem, own.contender.study, watcher)
     groups = groups_of(prepared)
-    watcher.comparing(contest.flights_each * sum(map(len, groups)))
+    watcher.on_stage(COMPARING, contest.flights_each * sum(map(len, groups)))
     flown = fly_groups(contest, groups, threads, watcher.on_flights_done)
     result = judge_contest(contest, prepared, flown, perf_counter() - begin)
     write_result(result, folder, watcher)
@@ -52,7 +52,7 @@ def prepare_all(contest: Contest, folder: Folder, watcher: Watcher, threads: int
     prepared = []
     for number, contender in enumerate(contest.contenders):
         if contender.tuned:
-            watcher.contender(contender.name, number + 1, len(contest.contenders))
+            watcher.on_contender(contender.name, number + 1, len(contest.contenders))
         prepared.append(prepare(contest, contender, folder, watcher, threads))
     return prepared
 
@@ -91,7 +91,7 @@ def write_result(result: Result, folder: Folder, watcher: Watcher) -> None:
         folder.write_table("published.csv", listed_table(document["published"]))
     if result.fronts:
         folder.write_table("fronts.csv", fronts_table(result))
-    watcher.writing("responses")
+    watcher.on_writing("responses")
     fans, traces = response_tables(result)
     folder.write_table("responses.parquet", fans)
     folder.write_table("traces.parquet", traces)
@@ -105,9 +105,9 @@ def write_report(folder: Path, watcher: Watcher) -> None:
     """Write figures and report of a contest's folder."""
     from tuner.report.contest import write_contest_figures, write_contest_report
 
-    watcher.writing("figures")
+    watcher.on_writing("figures")
     write_contest_figures(folder)
-    watcher.writing("report")
+    watcher.on_writing("report")
     write_contest_report(folder)
 
 

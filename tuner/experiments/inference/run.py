@@ -18,7 +18,7 @@ from tuner.experiments.inference.tried import AROUND, Tried, front, inferred, jo
 from tuner.search.first_generation import first_generation
 from tuner.search.loop import Generation, search_generations
 from tuner.search.registry import SEARCHES
-from tuner.search.watcher import Watcher, told_of_compiling
+from tuner.search.watcher import CHECKING, REFINING, SEARCHING, Watcher, compilation
 from tuner.store.folder import Folder
 from tuner.study.inference import Inference
 
@@ -40,15 +40,15 @@ def run_inference(inference: Inference, folder: Folder, watcher: Watcher, thread
     names = tuple(unknown.variable.name for unknown in inference.unknowns)
     settings = Settings(folder, names, len(inference.cells))
     for name in settings.damaged:
-        watcher.noticed(f"{name} is damaged; it is not used, and what it held is flown again.")
+        watcher.on_warning(f"{name} is damaged; it is not used, and what it held is flown again.")
     experiment = Experiment(inference, threads, settings)
     write_inputs(inference, folder, experiment.threads)
     warm_up(experiment, inference, watcher)
     spec = inference.contest.base.search
     each = experiment.flights_of(inference.flights)
-    watcher.searching(spec.generations, spec.generations * spec.population * each)
+    watcher.on_stage(SEARCHING, spec.generations * spec.population * each)
     generations, parts = search(experiment, inference, folder, watcher)
-    watcher.refining(most_around(len(inference.unknowns)) * each)
+    watcher.on_stage(REFINING, most_around(len(inference.unknowns)) * each)
     found, slope = around_best(experiment, inference, joined(parts), watcher)
     findings = check(experiment, inference, generations, found, slope, watcher, begin)
     write_findings(findings, folder, watcher)
@@ -60,7 +60,7 @@ def warm_up(experiment: Experiment, inference: Inference, watcher: Watcher) -> N
     """Have the kernels compiled (once for each pair of laws) before anything is timed."""
     if experiment.cached:
         return
-    with told_of_compiling(watcher):
+    with compilation(watcher):
         experiment.fly(np.array(inference.space.base)[None], SEARCH, 1)
 
 
@@ -76,7 +76,7 @@ def search(
     draw = int(generator(seed, "inference/algorithm", 0).integers(2**31))
     algorithm = SEARCHES[spec.algorithm](first, len(inference.kinds), 0, draw)
     parts: list[Tried] = []
-    experiment.spared = watcher.spared
+    experiment.spared = watcher.on_flights_skipped
 
     def evaluate(points: np.ndarray) -> Evaluation:
         values = space.values(points)
@@ -91,7 +91,7 @@ def search(
         generations.append(record)
         name = f"generations/{record.number:04d}.parquet"
         folder.write_table(name, settings_table(inference, parts[-1], spec.population * record.number))
-        watcher.generation(record)
+        watcher.on_generation(record, spec.generations)
     return generations, parts
 
 
@@ -145,7 +145,7 @@ def check(
     values = found.misfits(inference)
     chosen, most, shown = inferred(values), most_inside(inference, found), thinned(values, front(values))
     rows = np.array([0, chosen, most, *shown])
-    watcher.verifying(len(rows) * experiment.flights_of(inference.held_out))
+    watcher.on_stage(CHECKING, len(rows) * experiment.flights_of(inference.held_out))
     scores, failed = experiment.fly(found.values[rows], HELD_OUT, inference.held_out, watcher.on_flights_done)
     checked = tried(inference, found.values[rows], AROUND, scores, failed)
     told = ranges(inference, found, chosen, slope, scores[1])

@@ -45,12 +45,12 @@ def write_findings(findings: "Findings", folder: Folder, watcher: Watcher) -> No
     inferred = findings.found.values[findings.chosen]
     folder.write_text("inferred.toml", toml_text(with_values(inference, inferred, folder)))
     folder.write_json("inference.json", inference_document(findings))
-    watcher.writing("figures")
+    watcher.on_writing("figures")
     from tuner.report.contest import write_inference_report
     from tuner.report.inference_figure import write_inference_figures
 
     write_inference_figures(folder.path)
-    watcher.writing("report")
+    watcher.on_writing("report")
     write_inference_report(folder.path)
     folder.written("report.html", "figures/*")
 

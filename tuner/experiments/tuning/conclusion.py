@@ -21,7 +21,7 @@ from tuner.experiments.tuning.outcome import Outcome, finalist_gains
 from tuner.search.front import pick
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import CHECKING, Watcher
 from tuner.study.study import Study
 
 # Finalists re-flown at most; a longer front is thinned evenly along its first objective.
@@ -44,7 +44,7 @@ def conclude(
     candidates, warnings = finalists_of(found, study)
     flown, again = batches(study, HELD_OUT), batches(study, CONFIRMATION)
     gains = finalist_gains(problem, study, found, candidates)
-    watcher.verifying((len(gains) + 2) * sum(batch.count for batch in flown))
+    watcher.on_stage(CHECKING, (len(gains) + 2) * sum(fleet.count for fleet in flown))
     evaluation = problem.evaluate_gains(gains, flown, watcher.on_flights_done, fly_all=True)
     finalists = judge(problem, evaluation, searched(generations, [0, *candidates.tolist()]), study.seed)
     tuned, why = recommend(study, finalists)

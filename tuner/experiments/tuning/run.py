@@ -25,7 +25,7 @@ from tuner.experiments.tuning.tables import front_table, generation_table, histo
 from tuner.search.first_generation import first_generation
 from tuner.search.loop import Generation, Search, archive, search_generations
 from tuner.search.registry import SEARCHES
-from tuner.search.watcher import Watcher, told_of_compiling
+from tuner.search.watcher import SEARCHING, Watcher, compilation
 from tuner.store.advice import TUNING
 from tuner.store.clock import Clock, Spent, recorded
 from tuner.store.environment import environment, with_session
@@ -55,7 +55,7 @@ def run_study(
     problem = problem_of(study, threads, store, engine)
     write_inputs(study, folder, problem)
     for name in store.damaged:
-        watcher.noticed(f"{name} is damaged; it is not used, and what it held is flown again.")
+        watcher.on_warning(f"{name} is damaged; it is not used, and what it held is flown again.")
     if store.generations < study.search.generations:
         warm_up(problem, study, watcher)
     first, said = first_points(problem, study, folder)
@@ -87,7 +87,7 @@ def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
     ready = problem.flyer.cached and problem.engine.ready(batches(study, SEARCH)[0])
     if ready and not (study.table.margin and _margins_are_cold()):
         return
-    with told_of_compiling(watcher):
+    with compilation(watcher):
         problem.warm_up(study.default_row, study.scenarios[0].spec)
 
 
@@ -122,9 +122,9 @@ def search(
     """Run a search, whose very first candidate is the default, and record each generation."""
     clock = clock or Clock()
     spec, past = study.search, recorded(folder.path / "history.csv")
-    each = sum(batch.count for batch in batches(study, SEARCH))
-    watcher.searching(spec.generations, spec.generations * spec.population * each)
-    problem.spared = watcher.spared
+    each = sum(fleet.count for fleet in fleets(study, SEARCH))
+    watcher.on_stage(SEARCHING, spec.generations * spec.population * each)
+    problem.spared = watcher.on_flights_skipped
     generations: list[Generation] = []
 
     def evaluate(points: np.ndarray) -> Evaluation:
@@ -143,7 +143,7 @@ def search(
         generations.append(record)
         folder.write_table(f"generations/{record.number:04d}.parquet", generation_table(study, generations, record))
         folder.write_table("history.csv", history_table(generations))
-        watcher.generation(record)
+        watcher.on_generation(record, spec.generations)
     return generations
 
 
@@ -205,13 +205,13 @@ def write_outcome(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:
     try:
         write_contents(outcome, folder, watcher)
         drawing.begin()
-        watcher.writing("margins")
+        watcher.on_writing("margins")
         margins = margin_table(outcome)
         if margins is not None:
             folder.write_table("margins.parquet", margins)
-        watcher.writing("report")
+        watcher.on_writing("report")
         write_report(folder.path)
-        watcher.writing("figures")
+        watcher.on_writing("figures")
         drawing.wait()
     except BaseException:
         drawing.stop()
@@ -229,7 +229,7 @@ def write_contents(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:
     folder.remove(gains_name(not outcome.feasible))
     folder.write_json(gains_name(outcome.feasible), document.pop("gains_document"))
     folder.write_json("summary.json", document)
-    watcher.writing("responses")
+    watcher.on_writing("responses")
     folder.write_table("responses.parquet", response_table(outcome))
     if outcome.study.constraints:
         folder.write_table("constraints.csv", constraint_table(outcome))

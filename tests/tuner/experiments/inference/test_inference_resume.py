@@ -20,7 +20,7 @@ class Listener(Watcher):
     def __init__(self):
         self.told = []
 
-    def noticed(self, text):
+    def on_warning(self, text):
         self.told.append(text)
 
 
