@@ -13,8 +13,7 @@ from tuner.cli.display import digits
 from tuner.cli.tables import Table, wide_console
 from tuner.cli.terminal import Console
 from tuner.study import load_study
-from tuner.study.contest_reading import is_contest
-from tuner.study.inference_reading import is_inference
+from tuner.study.kinds import study_kind
 from tuner.study.reading import parse_toml
 from tuner.text.errors import BROKEN
 from tuner.text.units import in_shown_units
@@ -42,12 +41,10 @@ def kind_of(file: Path) -> str:
         )
     if file.suffix == ".json":
         return "gains"
-    if is_inference(file):
-        return "inference"
-    if is_contest(file):
-        return "contest"
     table = parse_toml(file)
-    return "airframe" if AIRFRAME_KEYS & set(table) and not {"scenario", "objective"} & set(table) else "study"
+    if AIRFRAME_KEYS & set(table) and not {"scenario", "objective"} & set(table):
+        return "airframe"
+    return study_kind(file).name
 
 
 def describe_study(file: Path, as_json: bool) -> None:
@@ -103,7 +100,7 @@ def describe_gains(file: Path, as_json: bool) -> None:
 
 
 KINDS: dict[str, Callable[[Path, bool], None]] = {
-    "study": describe_study,
+    "tuning": describe_study,
     "airframe": describe_airframe,
     "gains": describe_gains,
     "contest": describe_contest,
@@ -139,10 +136,10 @@ def judge_command(gains: Path, requirements: Path, seeds: int | None, threads: i
     """Fly and judge gains; exit code 1 where a limit is broken."""
     from tuner.analysis.judging.judge import check_fleets, controller_to_judge, judge_gains, judgement_document
     from tuner.cli.display import TerminalWatcher
-    from tuner.cli.tuning_study import tuning_study
     from tuner.experiments.tuning.run import problem_of, warm_up
+    from tuner.study.kinds import load_tuning
 
-    study = tuning_study(requirements, "tuner check --requirements")
+    study = load_tuning(requirements, "tuner check --requirements")
     controller = controller_to_judge(gains, study)
     problem, batches = problem_of(study, threads, None), check_batches(study, seeds)
     if as_json:

@@ -51,23 +51,24 @@ def run_command(
     backend: str = "lanes",
 ) -> None:
     """Run a study and print the Default / Tuned table; a file with contenders is a contest, one with unknowns an inference."""
-    from tuner.study.contest_reading import is_contest
-    from tuner.study.inference_reading import is_inference
+    from tuner.study.kinds import study_kind
 
+    kind = study_kind(study).name
+    several = kind != "tuning"
     for results in reuse:
         if not results.is_dir():
             raise InputError(f"there is no results folder {results}", key="--reuse")
-    if reuse and (is_inference(study) or is_contest(study)):
+    if reuse and several:
         raise InputError("only a tuning study takes flights over", key="--reuse")
-    if dask is not None and (is_inference(study) or is_contest(study)):
+    if dask is not None and several:
         raise InputError("only a tuning study flies on a cluster", key="--dask")
-    check_backend(backend, is_inference(study) or is_contest(study), dask)
-    if is_inference(study):
+    check_backend(backend, several, dask)
+    if kind == "inference":
         from tuner.cli.inference import run_inference_command
 
         run_inference_command(study, out, threads, overrides(changes), as_json)
         return
-    if is_contest(study):
+    if kind == "contest":
         from tuner.cli.contest import run_contest_command
 
         run_contest_command(study, out, threads, overrides(changes), as_json)

@@ -10,7 +10,7 @@ from rich.text import Text
 from tuner.cli.display import TerminalWatcher, digits, estimate, print_ending
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
-from tuner.cli.tuning_study import tuning_study
+from tuner.study.kinds import load_tuning
 
 Row = dict[str, Any]
 
@@ -25,7 +25,7 @@ def compare_command(
     from tuner.experiments.compare.writing import check_free, write_comparison
     from tuner.experiments.tuning.run import warm_up
 
-    given = None if study is None else tuning_study(study, "tuner compare --study")
+    given = None if study is None else load_tuning(study, "tuner compare --study")
     entrants = read_entrants(paths)
     asked = prospect(entrants, base_study(entrants, given, seeds))
     if out is not None:

@@ -9,15 +9,14 @@ from objectives.problem import Problem
 from tuner.cli.display import TerminalWatcher, digits
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.cli.tuning_study import tuning_study
 from tuner.experiments.planning.contest import contest_plan
 from tuner.experiments.planning.document import plan_document
 from tuner.experiments.planning.pilot import FLIGHTS, Pilot, fly_pilot, pilot_size
 from tuner.experiments.tuning.conflicts import told_automatic
 from tuner.experiments.tuning.run import problem_of, warm_up
 from tuner.search.watcher import Watcher
-from tuner.study.contest_reading import is_contest, load_contest
-from tuner.study.inference_reading import is_inference
+from tuner.study.contest_reading import load_contest
+from tuner.study.kinds import load_tuning, study_kind
 from tuner.study.study import Study
 
 Row = dict[str, Any]
@@ -25,10 +24,10 @@ Row = dict[str, Any]
 
 def plan_command(path: Path, difference: float, threads: int | None, as_json: bool) -> None:
     """Fly the pilot and print the plan; difference [%]: from the default, to be told."""
-    if not is_inference(path) and is_contest(path):
+    if study_kind(path).name == "contest":
         plan_contest(path, difference, threads, as_json)
         return
-    study = tuning_study(path, "tuner plan")
+    study = load_tuning(path, "tuner plan")
     problem = problem_of(study, threads, None)
     if as_json:
         compilation = compiled(problem, study, Watcher())

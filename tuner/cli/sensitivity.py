@@ -14,18 +14,18 @@ from tuner.analysis.sensitivity.scales import RANK
 from tuner.cli.display import TerminalWatcher
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.cli.tuning_study import tuning_study
 from tuner.experiments.sensitivity import Budget, budget, study_problem, study_sensitivity
 from tuner.experiments.tuning.run import warm_up
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
+from tuner.study.kinds import load_tuning
 from tuner.study.study import Study
 
 
 def sensitivity_command(path: Path, samples: int, out: Path | None, threads: int | None, as_json: bool) -> None:
     """Sample, fly, print, and write tables and chart if a folder is given."""
     base = checked_base(samples)
-    study = tuning_study(path, "tuner sensitivity")
+    study = load_tuning(path, "tuner sensitivity")
     problem = study_problem(study, threads)
     folder = None if out is None else Folder.create(out, inside="figures")
     with folder or nullcontext():

@@ -4,7 +4,7 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -50,6 +50,7 @@ class Study:
     vehicle: record of the vehicle that the default gains were imported from.
     """
 
+    kind: ClassVar[str] = "tuning"
     path: Path
     title: str
     description: str
@@ -72,6 +73,16 @@ class Study:
     def automatic_limits(self) -> tuple[Constraint, ...]:
         """Limits that the study does not write, see `objectives.mission`."""
         return tuple(entry for entry in self.constraints if entry.floor)
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """What the file holds, overrides included, paths relative to its folder."""
+        return self.table.model_dump(mode="json", exclude_unset=True)
+
+    @property
+    def generations(self) -> int:
+        """Generations of the search, the number that a run can be extended in."""
+        return self.search.generations
 
     @property
     def default_row(self) -> np.ndarray:

@@ -27,8 +27,9 @@ from tuner.experiments.inference.experiment import CHUNK, Experiment
 from tuner.experiments.inference.misfit import log_ratio
 from tuner.experiments.inference.run import SWEEP, thinned
 from tuner.experiments.inference.tried import ratio_scores
-from tuner.study.contest_reading import is_contest, load_contest
-from tuner.study.inference_reading import is_inference, load_inference
+from tuner.study.contest_reading import load_contest
+from tuner.study.inference_reading import load_inference
+from tuner.study.kinds import study_kind
 
 VALUES = np.array(list(TRUTH.values()))
 FILES = (
@@ -208,8 +209,7 @@ def test_a_long_front_is_thinned_from_end_to_end():
 def test_the_inferred_study_is_a_contest_that_flies_the_inferred_values(answered):
     findings, folder, _ = answered
     path = folder / "inferred.toml"
-    assert is_contest(path)
-    assert not is_inference(path)
+    assert study_kind(path).name == "contest"
     table = tomllib.loads(path.read_text())
     assert not {"unknown", "inference", "base"} & set(table)
     expected = findings.inference.studies(findings.found.values[findings.chosen])
