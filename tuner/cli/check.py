@@ -49,12 +49,14 @@ def kind_of(file: Path) -> str:
 
 def describe_study(file: Path, as_json: bool) -> None:
     """Say what a study would fly and what is known of it without flying."""
-    from tuner.cli.check_study import check_study, is_hopeless, show_study
+    from tuner.cli.check_study import show_study
     from tuner.cli.margins import announce_compilation
+    from tuner.experiments.tuning.preview import is_hopeless, study_preview
 
-    if load_study(file).table.margin:
+    study = load_study(file)
+    if study.table.margin:
         announce_compilation()
-    figures = check_study(file)
+    figures = study_preview(study)
     if as_json:
         print(json.dumps(figures, indent=2, allow_nan=False))
     else:
@@ -63,18 +65,12 @@ def describe_study(file: Path, as_json: bool) -> None:
         raise typer.Exit(BROKEN)
 
 
-def describe_contest(file: Path, as_json: bool) -> None:
-    """Say what a contest would fly."""
-    from tuner.cli.contest import check_contest
+def describe_several(file: Path, as_json: bool) -> None:
+    """Say what a contest or an inference would fly."""
+    from tuner.experiments.planning.preview import preview
+    from tuner.study.kinds import load_any
 
-    print_figures({"kind": "contest", **check_contest(file)}, as_json)
-
-
-def describe_inference(file: Path, as_json: bool) -> None:
-    """Say what an inference would fly."""
-    from tuner.cli.inference import check_inference
-
-    print_figures({"kind": "inference", **check_inference(file)}, as_json)
+    print_figures(preview(load_any(file)), as_json)
 
 
 def describe_airframe(file: Path, as_json: bool) -> None:
@@ -103,8 +99,8 @@ KINDS: dict[str, Callable[[Path, bool], None]] = {
     "tuning": describe_study,
     "airframe": describe_airframe,
     "gains": describe_gains,
-    "contest": describe_contest,
-    "inference": describe_inference,
+    "contest": describe_several,
+    "inference": describe_several,
 }
 """How each kind of file is checked."""
 # Keys that every airframe has at its top and no study.
@@ -136,7 +132,7 @@ def judge_command(gains: Path, requirements: Path, seeds: int | None, threads: i
     """Fly and judge gains; exit code 1 where a limit is broken."""
     from tuner.analysis.judging.judge import check_fleets, controller_to_judge, judge_gains, judgement_document
     from tuner.cli.display import TerminalWatcher
-    from tuner.experiments.tuning.run import problem_of, warm_up
+    from tuner.experiments.tuning.problem import problem_of, warm_up
     from tuner.study.kinds import load_tuning
 
     study = load_tuning(requirements, "tuner check --requirements")

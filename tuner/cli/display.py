@@ -1,6 +1,8 @@
 """The terminal side of a long run: progress while it runs, tables when it is done."""
 
+from collections.abc import Sequence
 from datetime import timedelta
+from pathlib import Path
 from threading import Lock
 from time import perf_counter
 from typing import Any
@@ -66,11 +68,22 @@ class PaceColumn(ProgressColumn):
         return Text(f"{rate:,.0f} flights/s  {left} left")
 
 
-class TerminalWatcher(Watcher):
-    """Shows a run: a live display on a terminal, one line for each event elsewhere. Use as a context manager."""
+class MessageWatcher(Watcher):
+    """Prints messages, for runs whose standard output is read by a program."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
+
+    def on_message(self, text: str) -> None:
+        """Print it."""
+        self._console.print(text, highlight=False, soft_wrap=True)
+
+
+class TerminalWatcher(MessageWatcher):
+    """Shows a run: a live display on a terminal, one line for each event elsewhere. Use as a context manager."""
+
+    def __init__(self, console: Console) -> None:
+        super().__init__(console)
         self._live = console.is_terminal
         self._progress = Progress(
             SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), PaceColumn(),
@@ -92,6 +105,12 @@ class TerminalWatcher(Watcher):
             self._progress.remove_task(self._task)
         self._pace = Pace()
         self._task = self._progress.add_task(what, total=total, note="", pace=self._pace)
+
+    def on_start(self, study: Any, folder: Path, notes: Sequence[str]) -> None:
+        """Print the title and what there is to say before."""
+        self._console.print(f"{study.title}  (seed {study.seed})", style="bold", highlight=False)
+        for text in notes:
+            self._console.print(text, highlight=False)
 
     def on_compile_start(self) -> None:
         """Announce the one-time compilation."""
@@ -144,10 +163,6 @@ class TerminalWatcher(Watcher):
         self._new, self._before = self._new + 1, flown
         left = self._pace.seconds / self._new * (total - record.number - 1)
         self._console.print(f"{note}  {rate:,.0f} flights/s  {left:.0f} s left")
-
-    def on_message(self, text: str) -> None:
-        """Print it."""
-        self._console.print(text, highlight=False, soft_wrap=True)
 
     def on_warning(self, text: str) -> None:
         """Print it."""

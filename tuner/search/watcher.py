@@ -1,9 +1,9 @@
 """Callbacks of a long run: the terminal display is one watcher, silence another."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from time import perf_counter
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from tuner.search.loop import Generation
 
@@ -21,8 +21,8 @@ class Watcher:
     threads call.
     """
 
-    def on_start(self, study: object, folder: "Path") -> None:
-        """Called once, before anything else, with the study and the results folder."""
+    def on_start(self, study: Any, folder: "Path", notes: Sequence[str]) -> None:
+        """Called once, before anything else, with the study, the results folder and sentences about the study."""
 
     def on_message(self, text: str) -> None:
         """Called with news that needs no action, such as the size of a cluster."""

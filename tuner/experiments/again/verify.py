@@ -22,11 +22,11 @@ from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.documents.ending import gains_name
 from tuner.engines.cuda import engine_again
-from tuner.experiments.again.replay import replayed
 from tuner.experiments.again.resume import recorded_study
-from tuner.experiments.tuning.conclusion import batches, conclude
+from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.experiments.tuning.run import flight_store, problem_of, warm_up
+from tuner.experiments.tuning.problem import fleets, flight_store, problem_of, warm_up
+from tuner.experiments.tuning.search import replayed
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import front_table, generation_table
 from tuner.gains.agreement import same_result

@@ -36,6 +36,13 @@ class Entrant:
     picked: np.ndarray
     feasible: bool = True
 
+    @property
+    def why(self) -> str:
+        """Why it is compared at its point, as the end of a sentence."""
+        if self.study is None:
+            return "its gains are given"
+        return "recommended by its run" if self.feasible else "nearest to feasible in its run"
+
 
 def read_entrants(paths: list[Path]) -> list[Entrant]:
     """Read what is to be compared; InputError or StoreError names the argument that cannot be."""

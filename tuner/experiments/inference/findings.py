@@ -4,8 +4,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tuner.experiments.inference.evaluated import EvaluatedSettings
 from tuner.experiments.inference.ranges import Range
-from tuner.experiments.inference.tried import Tried
 from tuner.search.loop import Generation
 from tuner.study.inference import Inference
 
@@ -22,11 +22,11 @@ class Findings:
 
     inference: Inference
     generations: list[Generation]
-    found: Tried
+    found: EvaluatedSettings
     chosen: int
     most: int
     shown: np.ndarray
-    checked: Tried
+    checked: EvaluatedSettings
     default_scores: np.ndarray
     scores: np.ndarray
     ranges: list[Range]

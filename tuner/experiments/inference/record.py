@@ -16,7 +16,7 @@ from tuner.store.folder import Folder
 Array = np.ndarray
 
 
-class Settings:
+class SettingStore:
     """Recalls scores and failures of settings, and writes those it is given. names: of the unknowns; cells: how many.
 
     damaged: names of files that were set aside.

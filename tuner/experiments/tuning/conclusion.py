@@ -5,8 +5,8 @@ from time import perf_counter
 
 import numpy as np
 
-from objectives.problem import FlightBatch, Problem
-from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
+from objectives.problem import Problem
+from plant.scenarios import CONFIRMATION, HELD_OUT
 from tuner.analysis.held_out import Finalists, Searched, compare, compare_known, judge
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
@@ -18,6 +18,7 @@ from tuner.experiments.tuning.conflicts import (
 from tuner.experiments.tuning.ending import obstacles_of
 from tuner.experiments.tuning.guards import said_after, said_before
 from tuner.experiments.tuning.outcome import Outcome, finalist_gains
+from tuner.experiments.tuning.problem import fleets
 from tuner.search.front import pick
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive
@@ -26,14 +27,6 @@ from tuner.study.study import Study
 
 # Finalists re-flown at most; a longer front is thinned evenly along its first objective.
 MOST_FINALISTS = 48
-
-
-def batches(study: Study, stream: str) -> tuple[FlightBatch, ...]:
-    """Return the flights of a study in a stream; held-out check and confirmation take equally many."""
-    return tuple(
-        FlightBatch(entry.spec, stream, entry.search if stream == SEARCH else entry.held_out)
-        for entry in study.scenarios
-    )
 
 
 def conclude(

@@ -23,10 +23,10 @@ from tests.tuner.experiments.inference.asked import (
     write,
 )
 from tests.tuner.experiments.inference.conftest import run
-from tuner.experiments.inference.experiment import CHUNK, Experiment
+from tuner.experiments.inference.evaluated import ratio_scores
+from tuner.experiments.inference.flying import CHUNK, SettingFlyer
 from tuner.experiments.inference.misfit import log_ratio
 from tuner.experiments.inference.run import SWEEP, thinned
-from tuner.experiments.inference.tried import ratio_scores
 from tuner.study.contest_reading import load_contest
 from tuner.study.inference_reading import load_inference
 from tuner.study.kinds import study_kind
@@ -46,7 +46,7 @@ def answered(tmp_path_factory, paper):
 
 def test_an_experiment_is_flown_as_studies_are(tmp_path):
     """Across chunks, for both streams, at a setting that is not the default: the bits of a plain study with the values in it."""
-    experiment = Experiment(load_inference(write(tmp_path)), 2)
+    experiment = SettingFlyer(load_inference(write(tmp_path)), 2)
     other = np.array([0.4, 12.0])
     for stream, count in ((SEARCH, 20), (HELD_OUT, CHUNK + 8)):
         scores, failed = experiment.fly(np.stack([VALUES, other]), stream, count)
@@ -73,7 +73,7 @@ def seed_noise(answered, paper):
     inference = answered[0].inference
     step = 0.05
     rows = VALUES * np.exp(step * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]]))
-    scores, _ = Experiment(inference, 2).fly(rows, HELD_OUT, PUBLISHED_FLIGHTS)
+    scores, _ = SettingFlyer(inference, 2).fly(rows, HELD_OUT, PUBLISHED_FLIGHTS)
     logs = np.log(np.median(scores, axis=-1))
     slope = np.stack([logs[0] - logs[1], logs[2] - logs[3]], axis=1) / (2.0 * step)
     flown = np.stack(list(paper.values()))
@@ -118,7 +118,7 @@ def test_cells_are_told_from_the_held_out_flights(answered):
     rows = np.stack(
         [[row["inferred"] for row in document["unknowns"]], [row["default"] for row in document["unknowns"]]]
     )
-    scores, _ = Experiment(inference, 1).fly(rows, HELD_OUT, inference.held_out)
+    scores, _ = SettingFlyer(inference, 1).fly(rows, HELD_OUT, inference.held_out)
     for i, row in enumerate(document["cells"]):
         for key, flown in (("ours", scores[0, i]), ("default", scores[1, i])):
             ours = row[key]
@@ -144,7 +144,7 @@ def test_settings_are_told_from_the_flights_of_the_search(answered):
     findings, _, _ = answered
     inference, found = findings.inference, findings.found
     rows = [0, 5, findings.chosen]
-    scores, _ = Experiment(inference, 1).fly(found.values[rows], SEARCH, inference.flights)
+    scores, _ = SettingFlyer(inference, 1).fly(found.values[rows], SEARCH, inference.flights)
     assert np.array_equal(found.median[rows], np.median(scores, axis=-1))
     assert np.array_equal(found.percentile[rows], 100.0 * np.mean(scores < inference.published[:, None], axis=-1))
 

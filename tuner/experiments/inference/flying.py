@@ -15,7 +15,7 @@ from objectives.problem import System
 from plant.backends.flyer import FlightInputs, Flyer, available_threads, result_parts
 from plant.scenarios import ScenarioSpec
 from tuner.experiments.inference.draws import Draws, Flights
-from tuner.experiments.inference.record import Settings
+from tuner.experiments.inference.record import SettingStore
 from tuner.study.inference import Inference
 from tuner.study.study import Study
 
@@ -32,14 +32,14 @@ class Task:
     cells: tuple[int, ...]
 
 
-class Experiment:
+class SettingFlyer:
     """Flies settings. threads: by default one for each core. settings: what was flown before; flights_made counts the rest;
     spared(n) is called for the others, if set.
 
     flights_of(count): flights of one setting with so many flights of each contender and scenario.
     """
 
-    def __init__(self, inference: Inference, threads: int | None = None, settings: Settings | None = None) -> None:
+    def __init__(self, inference: Inference, threads: int | None = None, settings: SettingStore | None = None) -> None:
         self._inference = inference
         self._settings = settings
         self.flights_made = 0
