@@ -7,7 +7,7 @@ from typing import Any
 from tuner.cli.display import TerminalWatcher, digits
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.experiments.tuning.conflicts import told_automatic
+from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.search.watcher import Watcher
 from tuner.study.kinds import load_any
 from tuner.study.study import Study
@@ -27,7 +27,7 @@ def plan_command(path: Path, difference: float, threads: int | None, as_json: bo
         document = plan(study, 0.01 * difference, watcher, threads)
     if isinstance(study, Study):
         show(document, Console())
-        for text in told_automatic(study.constraints):
+        for text in automatic_limit_texts(study.constraints):
             print(text)
     else:
         show_contest(document, Console())

@@ -40,7 +40,7 @@ class Experiment(ABC, Generic[Asked, Found]):
     resumable: ClassVar[bool] = True
     """Whether run.json and inputs/ are written, from which an interrupted run goes on."""
     options: ClassVar[frozenset[str]] = frozenset()
-    """What a run of this kind can be given besides threads: "reuse", "dask", "backend", "budget", "here"."""
+    """Options that a run of this kind takes besides threads: "reuse", "dask", "backend", "budget", "here"."""
 
     def __init__(
         self,

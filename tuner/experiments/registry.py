@@ -70,7 +70,7 @@ OPTIONS = {
     "here": ("--here", "only a tuning study is computed anew; run this one again"),
     "budget": ("--budget", "only a tuning study can be searched further; run this one with another search.generations"),
 }
-"""What a run can be given that not every kind takes: its key on the command line, and why another kind refuses it."""
+"""Options that not every kind takes: the key on the command line, and why another kind refuses it."""
 
 
 def refuse_options(kind: ExperimentKind, **given: object) -> None:

@@ -23,7 +23,7 @@ from tuner.study.study import Study
 
 @dataclass(frozen=True)
 class Budget:
-    """What an analysis takes: candidates, flights and seconds, the last extrapolated from the flights of a few candidates."""
+    """The cost of an analysis: candidates, flights and seconds, the last extrapolated from the flights of a few candidates."""
 
     candidates: int
     flights: int

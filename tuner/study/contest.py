@@ -61,7 +61,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Quantity:
-    """What all contenders are compared in. limit: what it must not exceed, or None. kind: "objective", "constraint",
+    """A quantity that all contenders are compared in. limit: what it must not exceed, or None. kind: "objective", "constraint",
     "published" or "claimed", the first of these that asks for it.
     """
 
@@ -110,7 +110,7 @@ class Contest:
 
     @property
     def content(self) -> dict[str, Any]:
-        """What the file holds, see `table`."""
+        """The content of the file, see `table`."""
         return self.table
 
     def resolved(self) -> dict[str, Any]:

@@ -98,7 +98,7 @@ class Inference:
 
     @property
     def content(self) -> dict[str, Any]:
-        """What the file holds, see `table`."""
+        """The content of the file, see `table`."""
         return self.table
 
     @cached_property

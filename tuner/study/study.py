@@ -34,7 +34,7 @@ class StudyScenario:
 
 @dataclass(frozen=True)
 class SearchSpec:
-    """How the gains are looked for."""
+    """Settings of the search."""
 
     algorithm: str
     population: int
@@ -45,7 +45,7 @@ class SearchSpec:
 
 @dataclass(frozen=True)
 class Study:
-    """What is asked: vehicle and controller, what may change, what is flown and wanted, how to look and to pick.
+    """A study: vehicle and controller, searched gains, scenarios, objectives and limits, search and pick rule.
 
     vehicle: record of the vehicle that the default gains were imported from.
     """
@@ -76,7 +76,7 @@ class Study:
 
     @property
     def content(self) -> dict[str, Any]:
-        """What the file holds, overrides included, paths relative to its folder."""
+        """The content of the file, overrides included, paths relative to its folder."""
         return self.table.model_dump(mode="json", exclude_unset=True)
 
     @property
@@ -91,7 +91,7 @@ class Study:
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """What is required of the gains and known without flying."""
+        """Requirements on the gains that are known without flying."""
         return requirements_of(self.screens)
 
     def resolved(self) -> dict[str, Any]:

@@ -1,4 +1,4 @@
-"""Is a recorded run what this machine computes from the same study? Replay the search, fly its candidates again, compare bits.
+"""Check that a recorded run is what this machine computes from the same study: replay, fly again, compare bits.
 
 Replayed from the recorded flights, the search must ask for the recorded candidates and value them alike; flown again, the
 candidates must give the recorded meters; judged again, the finalists must give the recorded front, gains and summary. All other

@@ -1,4 +1,4 @@
-"""What is to be compared: a results folder brings its recommended point and its front, a gains file its one controller."""
+"""Entrants of a comparison: a results folder brings its recommended point and its front, a gains file its one controller."""
 
 from dataclasses import dataclass
 from pathlib import Path

@@ -12,7 +12,7 @@ from tuner.experiments.contest.result import Result, groups_of, judge_contest
 from tuner.experiments.contest.tables import fronts_table, listed_table, scores_table
 from tuner.experiments.contest.tuning import Prepared, prepare
 from tuner.experiments.experiment import Experiment
-from tuner.experiments.tuning.conflicts import told_automatic
+from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.guards.before import few_scenarios
 from tuner.experiments.tuning.problem import warm_up
 from tuner.search.watcher import COMPARING, Watcher
@@ -32,7 +32,7 @@ class ContestRun(Experiment[Contest, Result]):
     @classmethod
     def notes(cls, study: Contest) -> list[str]:
         """Say which limits the study does not write."""
-        return told_automatic(study.base.constraints)
+        return automatic_limit_texts(study.base.constraints)
 
     def contenders(self) -> Sequence[Prepared]:
         """Tune every contender that has something to tune, one after the other."""

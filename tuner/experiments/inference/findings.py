@@ -12,7 +12,7 @@ from tuner.study.inference import Inference
 
 @dataclass(frozen=True)
 class Findings:
-    """What an inference found.
+    """The findings of an inference.
 
     found: all settings flown; row 0 is the default. chosen: row of the inferred one; most: of the one with the most cells
     inside; shown: rows of the front that were checked. checked: the held-out flights of the default, of the chosen, of the

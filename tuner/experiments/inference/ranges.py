@@ -1,4 +1,4 @@
-"""How well the published cells tell the unknowns: two ranges for each, and what they allow to say.
+"""Certainty of the inferred unknowns: two ranges for each, and the verdict that they allow.
 
 near: the settings whose misfit over all kinds is larger than the least by no more than a stated share. It says what the
 fit tolerates, bends included, but is no finer than the settings lie.

@@ -1,4 +1,4 @@
-"""What a search found, held against flights that it never saw: finalists, the recommended point, warnings."""
+"""Conclusion of a search on flights that it never saw: finalists, the recommended point, warnings."""
 
 from dataclasses import replace
 from time import perf_counter
@@ -10,13 +10,13 @@ from plant.scenarios import CONFIRMATION, HELD_OUT
 from tuner.analysis.held_out import Finalists, Searched, compare, compare_known, judge
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
+    conflict_texts,
+    cost_texts,
     costs_of,
     limits_of,
-    told_conflict,
-    told_costs,
 )
 from tuner.experiments.tuning.ending import obstacles_of
-from tuner.experiments.tuning.guards import said_after, said_before
+from tuner.experiments.tuning.guards import warnings_after_run, warnings_before_run
 from tuner.experiments.tuning.outcome import Outcome, finalist_gains
 from tuner.experiments.tuning.problem import fleets
 from tuner.search.front import pick
@@ -47,14 +47,14 @@ def conclude(
     limits, known = limits_of(study.constraints, study.requirements), completely_known(found, generations)
     conflict = conflict_of(known, limits)
     default = default_candidate(found, study)
-    warnings += told_conflict(conflict, limits, default) if conflict is not None else []
+    warnings += conflict_texts(conflict, limits, default) if conflict is not None else []
     outcome = Outcome(
         study, problem, generations, candidates, finalists, confirmation, tuned, why,
         compare(problem, confirmation, study.seed), compare_known(problem, confirmation),
         conflict, obstacles_of(problem, study, generations, found, conflict, limits), costs_of(known, limits),
         [*said, *warnings], 0.0,
     )  # fmt: skip
-    warnings = [*outcome.warnings, *said_after(outcome)]
+    warnings = [*outcome.warnings, *warnings_after_run(outcome)]
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
 
 
@@ -80,7 +80,7 @@ def remarks(outcome: Outcome) -> list[str]:
     """Return what each limit cost along the front, in sentences."""
     study = outcome.study
     labels, units = zip(*[(entry.label, entry.metric.unit) for entry in study.objectives], strict=True)
-    return told_costs(outcome.costs, limits_of(study.constraints, study.requirements), labels, units)
+    return cost_texts(outcome.costs, limits_of(study.constraints, study.requirements), labels, units)
 
 
 def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: Study) -> str:
@@ -96,7 +96,7 @@ def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: Study) -> str:
 
 def finalists_of(found: Archive, study: Study) -> tuple[np.ndarray, list[str]]:
     """Return the archive indices to re-fly and what to warn of."""
-    warnings = said_before(study)
+    warnings = warnings_before_run(study)
     front = found.front()
     if len(front) == 0:
         least, why = nothing_feasible(found, study.requirements)

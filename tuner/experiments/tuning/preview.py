@@ -8,9 +8,9 @@ import numpy as np
 from plant.airframes.derived import quantities
 from plant.seeds import generator
 from plant.vehicle import Vehicle
-from tuner.experiments.tuning.conflicts import automatic_rows, told_automatic
-from tuner.experiments.tuning.diagnosis import Diagnosis, Obstacle, told_obstacles
-from tuner.experiments.tuning.guards import said_before
+from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows
+from tuner.experiments.tuning.diagnosis import Diagnosis, Obstacle, obstacle_texts
+from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.search.first_generation import latin_hypercube
 from tuner.study.study import Study
 from tuner.study.trim import MeanWindTrim, mean_wind_trim
@@ -116,9 +116,9 @@ def study_preview(asked: Study) -> Row:
         "trim": trims,
         "default": default_rows(asked, diagnosis),
         "out_of_reach": [{**entry.row(), "certain": is_certain(entry)} for entry in beyond],
-        "problems": [*trim_problems(trims), *told_obstacles(beyond)],
-        "warnings": said_before(asked),
-        "told": told_automatic(asked.constraints),
+        "problems": [*trim_problems(trims), *obstacle_texts(beyond)],
+        "warnings": warnings_before_run(asked),
+        "told": automatic_limit_texts(asked.constraints),
     }  # fmt: skip
 
 

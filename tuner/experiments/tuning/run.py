@@ -9,7 +9,7 @@ from plant.scenarios import HELD_OUT
 from tuner.documents.ending import gains_name
 from tuner.experiments.experiment import DRAWN, Experiment
 from tuner.experiments.tuning.conclusion import conclude
-from tuner.experiments.tuning.conflicts import told_automatic
+from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.problem import check_searched, flight_store, problem_of, warm_up
 from tuner.experiments.tuning.search import algorithm_of, first_points, search
@@ -21,7 +21,7 @@ from tuner.store.advice import TUNING
 from tuner.store.clock import Clock
 from tuner.store.folder import Folder
 from tuner.study.study import Study
-from tuner.study.trim import told_trim
+from tuner.study.trim import trim_texts
 
 
 class TuningRun(Experiment[Study, Outcome]):
@@ -43,7 +43,7 @@ class TuningRun(Experiment[Study, Outcome]):
     def notes(cls, study: Study) -> list[str]:
         """Say what a steady wind takes and which limits the study does not write."""
         specs = [entry.spec for entry in study.scenarios]
-        return [*told_trim(specs, study.system), *told_automatic(study.constraints)]
+        return [*trim_texts(specs, study.system), *automatic_limit_texts(study.constraints)]
 
     @classmethod
     @contextmanager
