@@ -130,7 +130,7 @@ def shown(value: Any) -> str:
 
 def judge_command(gains: Path, requirements: Path, seeds: int | None, threads: int | None, as_json: bool) -> None:
     """Fly and judge gains; exit code 1 where a limit is broken."""
-    from tuner.analysis.judging.judge import check_fleets, controller_to_judge, judge_gains, judgement_document
+    from tuner.analysis.judging.judge import check_batches, controller_to_judge, judge_gains, judgement_document
     from tuner.cli.display import TerminalWatcher
     from tuner.experiments.tuning.problem import problem_of, warm_up
     from tuner.study.kinds import load_tuning
@@ -143,9 +143,9 @@ def judge_command(gains: Path, requirements: Path, seeds: int | None, threads: i
     else:
         with TerminalWatcher(Console()) as bar:
             warm_up(problem, study, bar)
-            bar.on_stage("Judging", sum(fleet.count for fleet in fleets))
-            rows = judge_gains(controller, study, problem, fleets, bar.on_flights_done)
-    document = judgement_document(gains, study, rows, fleets)
+            bar.on_stage("Judging", sum(batch.count for batch in batches))
+            rows = judge_gains(controller, study, problem, batches, bar.on_flights_done)
+    document = judgement_document(gains, study, rows, batches)
     if as_json:
         print(json.dumps(document, indent=2, allow_nan=False))
     else:

@@ -1,9 +1,11 @@
 """`tuner check` of a study: what it would fly, and what can be said of it before anything does."""
 
+from math import degrees
 from typing import Any
 
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
+from tuner.text.units import in_shown_units
 
 Row = dict[str, Any]
 SIGNS = {"most": "<=", "least": ">="}

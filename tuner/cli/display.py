@@ -15,6 +15,7 @@ from tuner.cli.terminal import Console
 from tuner.documents.ending import shown_as
 from tuner.search.loop import Generation
 from tuner.search.watcher import CHECKING, COMPARING, REFINING, Watcher
+from tuner.text.units import in_shown_units
 
 # Lines for the stages of a run where no live display names them.
 ANNOUNCED = {

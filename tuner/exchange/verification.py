@@ -163,5 +163,5 @@ def _problem(controller: Controller) -> Problem:
 
 def _fly(problem: Problem, controller: Controller, flights: int, watcher: Watcher) -> np.ndarray:
     """Return the metrics (metrics, flights) of a controller on the export's flights."""
-    fleets = (Fleet(SCENARIO, STREAM, flights),)
-    return problem.evaluate_gains(np.array([controller.gains]), fleets, watcher.on_flights_done).scores[0]
+    batches = (FlightBatch(SCENARIO, STREAM, flights),)
+    return problem.evaluate_gains(np.array([controller.gains]), batches, watcher.on_flights_done).scores[0]

@@ -13,7 +13,7 @@ from time import perf_counter
 from typing import Any, ClassVar, Generic, TypeVar
 
 from objectives.engine import LANES, Engine
-from plant.flights import available_threads
+from plant.backends.flyer import available_threads
 from plant.input_files import read_input_text
 from tuner.search.watcher import Watcher
 from tuner.store.environment import environment, with_session
@@ -162,7 +162,10 @@ class Experiment(ABC, Generic[Asked, Found]):
         folder.write_json("environment.json", with_session(folder.path / "environment.json", now))
         if self.resumable:
             study = self.study
-            freeze(folder, self.kind, study.path, study.content, study.digest(), study.generations, self.arithmetic)
+            freeze(
+                folder, self.kind, study.path, study.content, study.digest(), study.generations, self.arithmetic,
+                getattr(study, "si", True),
+            )  # fmt: skip
 
 
 def default_folder(study: Any) -> Path:

@@ -15,7 +15,7 @@ from tuner.analysis.sensitivity.analysis import Analysis, Sampled, analyse
 from tuner.analysis.sensitivity.design import checked_base
 from tuner.analysis.sensitivity.document import index_table, sample_table, sensitivity_document, variance_table
 from tuner.experiments.experiment import Experiment
-from tuner.experiments.tuning.problem import check_searched, fleets, problem_of, warm_up
+from tuner.experiments.tuning.problem import batches, check_searched, problem_of, warm_up
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.study.study import Study

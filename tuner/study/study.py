@@ -47,7 +47,8 @@ class SearchSpec:
 class Study:
     """A study: vehicle and controller, searched gains, scenarios, objectives and limits, search and pick rule.
 
-    vehicle: record of the vehicle that the default gains were imported from.
+    vehicle: record of the vehicle that the default gains were imported from. si: whether limits known without flying stand in
+    files in SI units, see `in_units_of_limits`.
     """
 
     kind: ClassVar[str] = "tuning"
@@ -68,6 +69,7 @@ class Study:
     table: StudyTable
     vehicle: "VehicleRecord | None" = None
     mission: Mission = USUAL
+    si: bool = True
 
     @property
     def automatic_limits(self) -> tuple[Constraint, ...]:
@@ -111,7 +113,7 @@ class Study:
             replace(screen, requirements=tuple(replace(entry, scale=None) for entry in screen.requirements))
             for screen in self.screens
         )
-        return replace(self, screens=plain)
+        return replace(self, screens=plain, si=False)
 
     def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
         """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""

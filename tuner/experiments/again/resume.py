@@ -75,7 +75,7 @@ def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Any, Fol
         )
     longer = load_any(path / record.study, {"search.generations": budget})
     write_record(folder, replace(record, digest=longer.digest(), generations=budget))
-    return longer if record.si else longer.in_units_of_limits(), folder
+    return _in_units_of(record, longer), folder
 
 
 def _refuse_others(path: Path, record: RunRecord, kinds: tuple[str, ...]) -> None:
@@ -93,4 +93,9 @@ def _study_again(path: Path, record: RunRecord) -> AnyStudy:
     except InputError as error:
         raise StoreError(f"the inputs of this run are damaged: {error}") from None
     check_unchanged(path, record, study.digest())
-    return study
+    return _in_units_of(record, study)
+
+
+def _in_units_of(record: RunRecord, study: AnyStudy) -> AnyStudy:
+    """Return a study with its limits in the units in which the folder of a run holds them."""
+    return study.in_units_of_limits() if isinstance(study, Study) and not record.si else study

@@ -25,7 +25,7 @@ from tuner.engines.cuda import engine_again
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.experiments.tuning.problem import fleets, flight_store, problem_of, warm_up
+from tuner.experiments.tuning.problem import batches, flight_store, problem_of, warm_up
 from tuner.experiments.tuning.search import replayed
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import front_table, generation_table
@@ -196,15 +196,15 @@ def refly(
     """Fly candidates again on the search's scenarios and raise the first meter that differs from its record."""
     points = archive(generations).points if generations else np.zeros((0, len(study.space.variables)))
     made = np.concatenate([entry.evaluation.flights_each for entry in generations]) if generations else np.zeros(0)
-    flights = fleets(study, SEARCH)
-    watcher.on_stage(CHECKING, len(flown) * sum(fleet.count for fleet in flights))
+    flights = batches(study, SEARCH)
+    watcher.on_stage(CHECKING, len(flown) * sum(batch.count for batch in flights))
     for start in range(0, len(flown), BATCH):
         part = flown[start : start + BATCH]
         rows = study.space.gains(points[part])
         missing = made[part].astype(int)
-        for fleet in flights:
-            for first, last in again.chunks(fleet):
-                here = again.results(rows, fleet, first, last, watcher.on_flights_done)
+        for batch in flights:
+            for first, last in again.chunks(batch):
+                here = again.results(rows, batch, first, last, watcher.on_flights_done)
                 for k, candidate in enumerate(part):
                     # A race may have ended before all flights of a candidate were made.
                     there = store.known(again.key(batch), rows[k], first, last)

@@ -11,7 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from objectives.problem import System, score_flights
-from plant.flights import FlightInputs, Flyer, available_threads
+from plant.backends.flyer import FlightInputs, Flyer, available_threads
 from tuner.experiments.inference.draws import Draws, Flights
 from tuner.experiments.inference.record import SettingStore
 from tuner.study.inference import Inference

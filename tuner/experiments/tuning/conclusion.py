@@ -18,7 +18,7 @@ from tuner.experiments.tuning.conflicts import (
 from tuner.experiments.tuning.ending import obstacles_of
 from tuner.experiments.tuning.guards import warnings_after_run, warnings_before_run
 from tuner.experiments.tuning.outcome import Outcome, finalist_gains
-from tuner.experiments.tuning.problem import fleets
+from tuner.experiments.tuning.problem import batches
 from tuner.search.front import pick
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive
@@ -37,7 +37,7 @@ def conclude(
     candidates, warnings = finalists_of(found, study)
     flown, again = batches(study, HELD_OUT), batches(study, CONFIRMATION)
     gains = finalist_gains(problem, study, found, candidates)
-    watcher.on_stage(CHECKING, (len(gains) + 2) * sum(fleet.count for fleet in flown))
+    watcher.on_stage(CHECKING, (len(gains) + 2) * sum(batch.count for batch in flown))
     evaluation = problem.evaluate_gains(gains, flown, watcher.on_flights_done, fly_all=True)
     finalists = judge(problem, evaluation, searched(generations, [0, *candidates.tolist()]), study.seed)
     tuned, why = recommend(study, finalists)

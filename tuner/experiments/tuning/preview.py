@@ -1,6 +1,6 @@
 """A study before anything flies: its vehicle, its trim in the mean wind, the default's margins, limits out of reach."""
 
-from math import isfinite, radians
+from math import degrees, isfinite, radians
 from typing import Any
 
 import numpy as np
@@ -124,13 +124,13 @@ def study_preview(asked: Study) -> Row:
 
 def trim_problems(trims: list[Row]) -> list[str]:
     """Return a sentence for each scenario in whose mean wind little or nothing is left of the tilt limit."""
-    return [_problem(row) for row in trims if not row["held"] or row["margin_deg"] < NARROW]
+    return [_problem(row) for row in trims if not row["held"] or row["margin"] < NARROW]
 
 
 def _problem(row: Row) -> str:
     wind = f'scenario "{row["scenario"]}": the mean wind of {row["wind"]:.3g} m/s'
     if row["held"]:
-        return f"{wind} leaves {row['margin_deg']:.1f} deg to the tilt limit, which gusts will take."
+        return f"{wind} leaves {degrees(row['margin']):.1f} deg to the tilt limit, which gusts will take."
     remedy = "choose a weaker intensity or mean_wind = false, or raise controller.tilt_limit_deg"
     return f"{wind} is more than the vehicle holds its place in; {remedy}."
 

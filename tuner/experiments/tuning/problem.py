@@ -4,7 +4,7 @@ from pathlib import Path
 
 from objectives.engine import Engine
 from objectives.memory import FlightMemory
-from objectives.problem import Fleet, Problem
+from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.scenarios import SEARCH
@@ -14,10 +14,11 @@ from tuner.store.folder import Folder
 from tuner.study.study import Study
 
 
-def fleets(study: Study, stream: str) -> tuple[Fleet, ...]:
+def batches(study: Study, stream: str) -> tuple[FlightBatch, ...]:
     """Return the flights of a study in a stream; held-out check and confirmation take equally many."""
     return tuple(
-        Fleet(entry.spec, stream, entry.search if stream == SEARCH else entry.held_out) for entry in study.scenarios
+        FlightBatch(entry.spec, stream, entry.search if stream == SEARCH else entry.held_out)
+        for entry in study.scenarios
     )
 
 
@@ -46,7 +47,7 @@ def check_searched(study: Study) -> None:
 
 def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
     """Have the kernel compiled (once for a combination of laws) before anything is timed."""
-    ready = problem.flyer.cached and problem.engine.ready(fleets(study, SEARCH)[0])
+    ready = problem.flyer.cached and problem.engine.ready(batches(study, SEARCH)[0])
     if ready and not (study.table.margin and _margins_are_cold()):
         return
     with compilation(watcher):

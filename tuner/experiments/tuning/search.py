@@ -11,7 +11,7 @@ from objectives.racing import Champions, race
 from plant.errors import StoreError
 from plant.scenarios import SEARCH
 from plant.seeds import generator
-from tuner.experiments.tuning.problem import fleets
+from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.starts import starting_points
 from tuner.experiments.tuning.tables import generation_table, history_table
 from tuner.search.first_generation import first_generation
@@ -50,7 +50,7 @@ def search(
     """Run a search, whose very first candidate is the default, and record each generation."""
     clock = clock or Clock()
     spec, past = study.search, recorded(folder.path / "history.csv")
-    each = sum(fleet.count for fleet in fleets(study, SEARCH))
+    each = sum(batch.count for batch in batches(study, SEARCH))
     watcher.on_stage(SEARCHING, spec.generations * spec.population * each)
     problem.spared = watcher.on_flights_skipped
     generations: list[Generation] = []
@@ -80,14 +80,14 @@ def evaluated(
     study: Study,
     points: np.ndarray,
     before: list[Generation],
-    landed: Callable[[int], None] | None = None,
+    on_flights_done: Callable[[int], None] | None = None,
     fly_all: bool | np.ndarray = False,
 ) -> Evaluation:
     """Evaluate a generation (n, d) on the search's scenarios, in a race against the best `before` it if the study asks so."""
-    flown = fleets(study, SEARCH)
+    flown = batches(study, SEARCH)
     if not study.search.racing:
-        return problem.evaluate(points, flown, landed, fly_all)
-    return race(problem, points, flown, champions(before, len(study.objectives)), study.seed, landed, fly_all)
+        return problem.evaluate(points, flown, on_flights_done, fly_all)
+    return race(problem, points, flown, champions(before, len(study.objectives)), study.seed, on_flights_done, fly_all)
 
 
 def champions(generations: list[Generation], objectives: int) -> Champions:

@@ -16,7 +16,7 @@ from tests.tuner.experiments.again.killing import compare, result_of, unsealed
 from tuner.experiments.again.rejudge import judgement, judging_study
 from tuner.experiments.again.resume import reopen
 from tuner.experiments.again.verify import verify
-from tuner.experiments.tuning.problem import fleets, problem_of
+from tuner.experiments.tuning.problem import batches, problem_of
 from tuner.experiments.tuning.run import run_study
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder

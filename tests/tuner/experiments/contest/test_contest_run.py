@@ -7,7 +7,7 @@ import numpy as np
 import pandas as pd
 import pytest
 
-from objectives.problem import Fleet, Problem
+from objectives.problem import FlightBatch, Problem
 from objectives.risk import Risk
 from plant.airframes import load
 from plant.backends.lanes import LANES
