@@ -35,8 +35,7 @@ def run() -> dict[str, Any]:
     """Measure both figures."""
     from plant.scenarios import SEARCH
     from plant.seeds import generator
-    from tuner.experiments.tuning.conclusion import batches
-    from tuner.experiments.tuning.run import problem_of
+    from tuner.experiments.tuning.problem import batches, problem_of
     from tuner.study.contest_reading import load_contest
 
     contest = load_contest(STUDY)

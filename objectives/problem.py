@@ -1,7 +1,7 @@
 """The problem a search solves: points of the unit cube in, risks of metrics over scenarios out."""
 
 from collections import deque
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from time import perf_counter
 
@@ -121,6 +121,16 @@ class Evaluation:
     def samples(self, index: int, scenario: str | None) -> np.ndarray:
         """Return one quantity of the flights that count for it (n, flights); scenario: a name, or None for all."""
         return seen_scores(self.scores, index, self.origin, scenario)
+
+
+def score_flights(
+    system: System, metrics: Sequence[MetricAddress], results: np.ndarray, spec: ScenarioSpec, targets: Targets
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return scores (metrics, ...) and failures (...) of result rows (..., rows) of flights through a scenario."""
+    values, status, end_time = result_parts(results)
+    h = system.timing.control_period
+    context = FlightContext(spec.steps(system.timing) * h, h, targets, status, end_time, system.metric_limits())
+    return evaluate(metrics, values, context).values, status != 0
 
 
 def seen_scores(scores: np.ndarray, index: int, origin: np.ndarray, scenario: str | None) -> np.ndarray:
@@ -368,14 +378,9 @@ class Problem:
 
     def score(self, results: np.ndarray, spec: ScenarioSpec) -> tuple[np.ndarray, np.ndarray]:
         """Turn result rows (n, flights, rows) into scores (n, quantities, flights) and failures (n, flights)."""
-        values, status, end_time = result_parts(results)
-        timing = self.system.timing
-        h = timing.control_period
-        context = FlightContext(
-            spec.steps(timing) * h, h, self._targets(spec), status, end_time, self.system.metric_limits()
-        )
-        scores = evaluate([quantity.metric for quantity in self.quantities], values, context).values
-        return np.moveaxis(scores, 0, 1), status != 0
+        metrics = [quantity.metric for quantity in self.quantities]
+        scores, failed = score_flights(self.system, metrics, results, spec, self._targets(spec))
+        return np.moveaxis(scores, 0, 1), failed
 
     def _targets(self, spec: ScenarioSpec) -> Targets:
         if spec not in self._known_targets:

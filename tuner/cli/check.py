@@ -13,8 +13,7 @@ from tuner.cli.display import digits
 from tuner.cli.tables import Table, wide_console
 from tuner.cli.terminal import Console
 from tuner.study import load_study
-from tuner.study.contest_reading import is_contest
-from tuner.study.inference_reading import is_inference
+from tuner.study.kinds import study_kind
 from tuner.study.reading import parse_toml
 from tuner.text.errors import BROKEN
 from tuner.text.units import in_shown_units
@@ -42,22 +41,22 @@ def kind_of(file: Path) -> str:
         )
     if file.suffix == ".json":
         return "gains"
-    if is_inference(file):
-        return "inference"
-    if is_contest(file):
-        return "contest"
     table = parse_toml(file)
-    return "airframe" if AIRFRAME_KEYS & set(table) and not {"scenario", "objective"} & set(table) else "study"
+    if AIRFRAME_KEYS & set(table) and not {"scenario", "objective"} & set(table):
+        return "airframe"
+    return study_kind(file).name
 
 
 def describe_study(file: Path, as_json: bool) -> None:
     """Say what a study would fly and what is known of it without flying."""
-    from tuner.cli.check_study import check_study, is_hopeless, show_study
+    from tuner.cli.check_study import show_study
     from tuner.cli.margins import announce_compilation
+    from tuner.experiments.tuning.preview import is_hopeless, study_preview
 
-    if load_study(file).table.margin:
+    study = load_study(file)
+    if study.table.margin:
         announce_compilation()
-    figures = check_study(file)
+    figures = study_preview(study)
     if as_json:
         print(json.dumps(figures, indent=2, allow_nan=False))
     else:
@@ -66,18 +65,12 @@ def describe_study(file: Path, as_json: bool) -> None:
         raise typer.Exit(BROKEN)
 
 
-def describe_contest(file: Path, as_json: bool) -> None:
-    """Say what a contest would fly."""
-    from tuner.cli.contest import check_contest
+def describe_several(file: Path, as_json: bool) -> None:
+    """Say what a contest or an inference would fly."""
+    from tuner.experiments.planning.preview import preview
+    from tuner.study.kinds import load_any
 
-    print_figures({"kind": "contest", **check_contest(file)}, as_json)
-
-
-def describe_inference(file: Path, as_json: bool) -> None:
-    """Say what an inference would fly."""
-    from tuner.cli.inference import check_inference
-
-    print_figures({"kind": "inference", **check_inference(file)}, as_json)
+    print_figures(preview(load_any(file)), as_json)
 
 
 def describe_airframe(file: Path, as_json: bool) -> None:
@@ -103,11 +96,11 @@ def describe_gains(file: Path, as_json: bool) -> None:
 
 
 KINDS: dict[str, Callable[[Path, bool], None]] = {
-    "study": describe_study,
+    "tuning": describe_study,
     "airframe": describe_airframe,
     "gains": describe_gains,
-    "contest": describe_contest,
-    "inference": describe_inference,
+    "contest": describe_several,
+    "inference": describe_several,
 }
 """How each kind of file is checked."""
 # Keys that every airframe has at its top and no study.
@@ -138,19 +131,19 @@ def shown(value: Any) -> str:
 def judge_command(gains: Path, requirements: Path, seeds: int | None, threads: int | None, as_json: bool) -> None:
     """Fly and judge gains; exit code 1 where a limit is broken."""
     from tuner.analysis.judging.judge import check_batches, controller_to_judge, judge_gains, judgement_document
-    from tuner.cli.flights_bar import FlightsBar
-    from tuner.cli.tuning_study import tuning_study
-    from tuner.experiments.tuning.run import problem_of, warm_up
+    from tuner.cli.display import TerminalWatcher
+    from tuner.experiments.tuning.problem import problem_of, warm_up
+    from tuner.study.kinds import load_tuning
 
-    study = tuning_study(requirements, "tuner check --requirements")
+    study = load_tuning(requirements, "tuner check --requirements")
     controller = controller_to_judge(gains, study)
     problem, batches = problem_of(study, threads, None), check_batches(study, seeds)
     if as_json:
         rows = judge_gains(controller, study, problem, batches)
     else:
-        with FlightsBar(Console()) as bar:
+        with TerminalWatcher(Console()) as bar:
             warm_up(problem, study, bar)
-            bar.flying("Judging", sum(batch.count for batch in batches))
+            bar.on_stage("Judging", sum(batch.count for batch in batches))
             rows = judge_gains(controller, study, problem, batches, bar.on_flights_done)
     document = judgement_document(gains, study, rows, batches)
     if as_json:

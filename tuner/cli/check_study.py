@@ -1,68 +1,14 @@
 """`tuner check` of a study: what it would fly, and what can be said of it before anything does."""
 
 from math import degrees
-from pathlib import Path
 from typing import Any
 
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.experiments.tuning.conflicts import automatic_rows, told_automatic
-from tuner.experiments.tuning.diagnosis import Diagnosis, told_obstacles
-from tuner.experiments.tuning.guards import said_before
-from tuner.experiments.tuning.preview import NARROW, beyond_reach, default_rows, is_certain, trim_rows, vehicle_row
-from tuner.study import load_study
 from tuner.text.units import in_shown_units
 
 Row = dict[str, Any]
 SIGNS = {"most": "<=", "least": ">="}
-
-
-def check_study(study: Path) -> Row:
-    """Return what a study would fly and what is known of it without flying; InputError where it is wrong."""
-    asked = load_study(study)
-    flights = asked.search.generations * asked.search.population * sum(entry.search for entry in asked.scenarios)
-    diagnosis = Diagnosis(asked)
-    beyond = beyond_reach(asked, diagnosis)
-    trims = trim_rows(asked)
-    return {
-        "kind": "study",
-        "title": asked.title,
-        "variables": len(asked.space.variables),
-        "objectives": [objective.label for objective in asked.objectives],
-        "constraints": [entry.objective.label for entry in asked.constraints],
-        "automatic_limits": automatic_rows(asked.constraints),
-        "requirements": [requirement.label for requirement in asked.requirements],
-        "search_flights": flights,
-        "digest": asked.digest(),
-        "vehicle": {"name": asked.airframe.name, **vehicle_row(asked.system.vehicle)},
-        "trim": trims,
-        "default": default_rows(asked, diagnosis),
-        "out_of_reach": [{**entry.row(), "certain": is_certain(entry)} for entry in beyond],
-        "problems": [*trim_problems(trims), *told_obstacles(beyond)],
-        "warnings": said_before(asked),
-        "told": told_automatic(asked.constraints),
-    }  # fmt: skip
-
-
-def trim_problems(trims: list[Row]) -> list[str]:
-    """Return a sentence for each scenario in whose mean wind little or nothing is left of the tilt limit."""
-    return [_problem(row) for row in trims if not row["held"] or row["margin"] < NARROW]
-
-
-def _problem(row: Row) -> str:
-    wind = f'scenario "{row["scenario"]}": the mean wind of {row["wind"]:.3g} m/s'
-    if row["held"]:
-        return f"{wind} leaves {degrees(row['margin']):.1f} deg to the tilt limit, which gusts will take."
-    remedy = "choose a weaker intensity or mean_wind = false, or raise controller.tilt_limit_deg"
-    return f"{wind} is more than the vehicle holds its place in; {remedy}."
-
-
-def is_hopeless(figures: Row) -> bool:
-    """Return whether a hard limit is out of reach for certain, or a mean wind is more than the vehicle can hold."""
-    soft = {row["label"] for row in figures["default"] if not row["hard"]}
-    return any(not row["held"] for row in figures["trim"]) or any(
-        row["certain"] and row["label"] not in soft for row in figures["out_of_reach"]
-    )
 
 
 def show_study(figures: Row, console: Console) -> None:

@@ -10,20 +10,16 @@ import typer
 from plant.errors import InputError, StoreError
 from plant.input_files import read_input_text
 from plant.texts import toml_table
-from tuner.cli.display import TerminalWatcher, comparison_table, gains_table, print_ending
+from tuner.cli.display import MessageWatcher, TerminalWatcher, comparison_table, gains_table, print_ending
 from tuner.cli.tables import say_files
 from tuner.cli.terminal import Console
 from tuner.documents.ending import gains_name
-from tuner.experiments.tuning.conflicts import told_automatic
 from tuner.search.watcher import Watcher
-from tuner.study import load_study
-from tuner.study.trim import told_trim
 from tuner.text.errors import NOTHING_FEASIBLE
 
 if TYPE_CHECKING:
+    from tuner.experiments.registry import CompletedRun
     from tuner.experiments.tuning.outcome import Outcome
-    from tuner.store.folder import Folder
-    from tuner.study.study import Study
 
 
 def overrides(changes: list[str]) -> dict[str, Any]:
@@ -50,97 +46,46 @@ def run_command(
     dask: str | None = None,
     backend: str = "lanes",
 ) -> None:
-    """Run a study and print the Default / Tuned table; a file with contenders is a contest, one with unknowns an inference."""
-    from tuner.study.contest_reading import is_contest
-    from tuner.study.inference_reading import is_inference
+    """Run a study of any kind and print what it found."""
+    from tuner.experiments.registry import run
+    from tuner.study.kinds import load_any
 
-    for results in reuse:
-        if not results.is_dir():
-            raise InputError(f"there is no results folder {results}", key="--reuse")
-    if reuse and (is_inference(study) or is_contest(study)):
-        raise InputError("only a tuning study takes flights over", key="--reuse")
-    if dask is not None and (is_inference(study) or is_contest(study)):
-        raise InputError("only a tuning study flies on a cluster", key="--dask")
-    check_backend(backend, is_inference(study) or is_contest(study), dask)
-    if is_inference(study):
-        from tuner.cli.inference import run_inference_command
-
-        run_inference_command(study, out, threads, overrides(changes), as_json)
-        return
-    if is_contest(study):
-        from tuner.cli.contest import run_contest_command
-
-        run_contest_command(study, out, threads, overrides(changes), as_json)
-        return
-    asked = load_study(study, overrides(changes))
-    if not asked.space.variables:
-        raise InputError(
-            'no gain is searched; give at least one a range, for instance "attitude.lambda" = {}',
-            file=study,
-            key="gains",
-        )
-    from tuner.engines.cluster.connect import engine_at
-    from tuner.engines.cuda import engine_named
-    from tuner.experiments.again.resume import compute_as_reused
-    from tuner.experiments.tuning.run import default_folder, run_study
-    from tuner.store.folder import Folder
-
-    console = Console(stderr=as_json)
-
-    def say(text: str) -> None:
-        console.print(text, highlight=False, soft_wrap=True)
-
-    compute_as_reused(reuse)
-    # Before the folder is made: where there is no cluster, nothing is left behind.
-    with engine_at(dask, asked, threads, say) as cluster:
-        engine = cluster or engine_named(backend, asked.system, asked.seed, say)
-        folder = Folder.create(out or default_folder(asked))
-        taken = tuple(reuse)
-        print_run(asked, folder, as_json, lambda watcher: run_study(asked, folder, watcher, threads, taken, engine))
+    asked = load_any(study, overrides(changes))
+    print_run(
+        lambda watcher: run(asked, out, watcher, threads=threads, reuse=tuple(reuse), dask=dask, backend=backend),
+        as_json,
+    )
 
 
-def check_backend(backend: str, several: bool, dask: str | None) -> None:
-    """Refuse a backend that there is not, or not for this kind of study; several: it is a contest or an inference."""
-    from tuner.engines.cuda import KEY, LANES, check
-
-    check(backend)
-    if backend != LANES and several:
-        raise InputError("only a tuning study flies on a graphics card", key=KEY)
-    if backend != LANES and dask is not None:
-        raise InputError(f"given {backend}; the workers of a cluster fly lanes, so give --dask or --backend", key=KEY)
-
-
-def print_run(asked: "Study", folder: "Folder", as_json: bool, run: "Callable[[Watcher], Outcome]") -> None:
-    """Run a study with progress on the terminal and print what it found, or its summary as JSON and nothing else.
+def print_run(start: "Callable[[Watcher], CompletedRun]", as_json: bool) -> None:
+    """Carry out a run with progress on the terminal and print what it found, or its document as JSON and nothing else.
 
     Ends with `NOTHING_FEASIBLE` where no candidate keeps every limit.
     """
+    from tuner.cli.contest import print_contest
+    from tuner.cli.inference import print_inference
+
     if as_json:
-        with folder:
-            outcome = run(Watcher())
-        print(read_input_text(folder.path / "summary.json"))
+        done = start(MessageWatcher(Console(stderr=True)))
+        print(read_input_text(done.document))
     else:
-        outcome = watched_run(asked, folder, run)
-    if not outcome.feasible:
+        console = Console()
+        with TerminalWatcher(console) as watcher:
+            done = start(watcher)
+        told = {"contest": print_contest, "inference": print_inference}.get(done.kind.name, print_tuning)
+        told(done, console)
+    if not done.feasible:
         raise typer.Exit(NOTHING_FEASIBLE)
 
 
-def watched_run(asked: "Study", folder: "Folder", run: "Callable[[Watcher], Outcome]") -> "Outcome":
-    """Run a study with progress on the terminal and print what it found."""
-    console = Console()
-    console.print(f"{asked.title}  (seed {asked.seed})", style="bold", highlight=False)
-    for text in (
-        *told_trim([entry.spec for entry in asked.scenarios], asked.system),
-        *told_automatic(asked.constraints),
-    ):
-        console.print(text, highlight=False)
-    with folder, TerminalWatcher(console) as watcher:
-        outcome = run(watcher)
-    summary = json.loads(read_input_text(folder.path / "summary.json"))
+def print_tuning(done: "CompletedRun", console: Console) -> None:
+    """Print what a tuning run or a second judgement found."""
+    outcome: Outcome = done.found
+    summary = json.loads(read_input_text(done.document))
     print_ending(summary, console)
     console.print(gains_table(summary))
     console.print(comparison_table(summary))
-    if outcome.feasible:
+    if done.feasible:
         console.print(f"Recommended: {summary['tuned']}: {summary['pick']['why']}.", highlight=False)
     for warning in summary["warnings"]:
         console.print(f"Warning: {warning}", style="yellow", highlight=False)
@@ -162,9 +107,8 @@ def watched_run(asked: "Study", folder: "Folder", run: "Callable[[Watcher], Outc
     made = outcome.problem.flights_made
     now = "" if made == outcome.flights else f" ({made:,} flights flown now, the others were there)"
     console.print(f"{outcome.flights:,} flights{now} in {outcome.seconds:.1f} s.", highlight=False)
-    files = {"Gains" if outcome.feasible else "Gains (infeasible)": folder.path / gains_name(outcome.feasible)}
-    say_files(console, Report=folder.path / "report.html", **files)
-    return outcome
+    files = {"Gains" if done.feasible else "Gains (infeasible)": done.path / gains_name(done.feasible)}
+    say_files(console, Report=done.path / "report.html", **files)
 
 
 def bench_command(flights: int, threads: int | None, as_json: bool) -> None:
@@ -202,41 +146,7 @@ def new_command(name: str, source: Path | None) -> None:
 
 
 def report_command(results: Path) -> None:
-    """Write report and figures of a results folder again, be it of a study, a contest or an inference."""
-    from tuner.documents.files import Node
-    from tuner.store.folder import Folder
+    """Write report and figures of a results folder again, of whatever kind it is."""
+    from tuner.experiments.registry import draw
 
-    known = ("summary.json", "contest.json", "comparison.json", "inference.json")
-    found = [results / name for name in known if (results / name).exists()]
-    if not found:
-        raise StoreError(f"{results} is no finished results folder: it holds no summary.json")
-    # What cannot be read is told before the folder is touched: a lock would stay behind.
-    for file in found:
-        Node.read(file)
-    with Folder.open(results) as folder:
-        page = draw_again(results)
-        folder.amend("report.html", "figures/*")
-    print(page)
-
-
-def draw_again(results: Path) -> Path:
-    """Write report and figures of a results folder from what is in it, and return the page."""
-    if (results / "comparison.json").exists():
-        from tuner.report.values_figure import write_values_figure
-
-        write_values_figure(results)
-    if (results / "contest.json").exists() or (results / "comparison.json").exists():
-        from tuner.report.contest import write_contest_figures, write_contest_report
-
-        write_contest_figures(results)
-        return write_contest_report(results)
-    if (results / "inference.json").exists():
-        from tuner.report.contest import write_inference_report
-        from tuner.report.inference_figure import write_inference_figures
-
-        write_inference_figures(results)
-        return write_inference_report(results)
-    from tuner.report import write_figures, write_report
-
-    write_figures(results)
-    return write_report(results)
+    print(draw(results))

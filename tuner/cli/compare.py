@@ -7,11 +7,10 @@ from typing import Any
 
 from rich.text import Text
 
-from tuner.cli.display import digits, estimate, print_ending
-from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.display import TerminalWatcher, digits, estimate, print_ending
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
-from tuner.cli.tuning_study import tuning_study
+from tuner.study.kinds import load_tuning
 
 Row = dict[str, Any]
 
@@ -20,26 +19,12 @@ def compare_command(
     paths: list[Path], study: Path | None, seeds: int | None, out: Path | None, threads: int | None, as_json: bool
 ) -> None:
     """Compare, print, and write a folder if asked to."""
-    from tuner.experiments.compare.compare import comparison_document, fly_comparison, prospect
-    from tuner.experiments.compare.entrants import read_entrants
-    from tuner.experiments.compare.shared import base_study
-    from tuner.experiments.compare.writing import check_free, write_comparison
-    from tuner.experiments.tuning.run import warm_up
+    from tuner.experiments.compare.run import compare
 
-    given = None if study is None else tuning_study(study, "tuner compare --study")
-    entrants = read_entrants(paths)
-    asked = prospect(entrants, base_study(entrants, given, seeds))
-    if out is not None:
-        check_free(out)
+    given = None if study is None else load_tuning(study, "tuner compare --study")
     console = Console(stderr=as_json)
-    with FlightsBar(console) as bar:
-        for entry in asked.entries:
-            warm_up(entry.problem, entry.contender.study, bar)
-        bar.flying("Comparing", asked.flights)
-        result = fly_comparison(asked, threads, bar.on_flights_done)
-        document = comparison_document(asked, result)
-        if out is not None:
-            write_comparison(out, result, document, threads, bar)
+    with TerminalWatcher(console) as watcher:
+        document = compare(paths, given, seeds, out, watcher, threads)
     if as_json:
         print(json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False))
         return

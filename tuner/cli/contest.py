@@ -1,63 +1,22 @@
-"""`tuner run` and `tuner check` on a contest: handlers and what they print."""
+"""What `tuner run` prints of a contest."""
 
 import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-import typer
-
 from plant.input_files import read_input_text
-from tuner.cli.display import TerminalWatcher, digits, estimate, print_ending
+from tuner.cli.display import digits, estimate, print_ending
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
 from tuner.experiments.contest.words import flights_of
-from tuner.experiments.tuning.conflicts import told_automatic
-from tuner.search.watcher import Watcher
-from tuner.study.contest import Contest
-from tuner.study.contest_reading import load_contest
-from tuner.text.errors import NOTHING_FEASIBLE
 
 if TYPE_CHECKING:
-    from tuner.store.folder import Folder
+    from tuner.experiments.registry import CompletedRun
 
 
-def run_contest_command(
-    path: Path, out: Path | None, threads: int | None, overrides: dict[str, Any], as_json: bool
-) -> None:
-    """Run a contest and print what it found."""
-    contest = load_contest(path, overrides)
-    from tuner.experiments.contest.run import default_folder
-    from tuner.store.folder import Folder
-
-    folder = Folder.create(out or default_folder(contest), inside="contenders")
-    print_contest(contest, folder, threads, as_json)
-
-
-def print_contest(contest: Contest, folder: "Folder", threads: int | None, as_json: bool) -> None:
-    """Run a contest in a folder with progress on the terminal and print what it found, or its document as JSON.
-
-    Ends with `NOTHING_FEASIBLE` where the run of a contender finds no candidate that keeps every limit.
-    """
-    from tuner.experiments.contest.run import run_contest
-
-    console = Console()
-    if as_json:
-        with folder:
-            run_contest(contest, folder, Watcher(), threads)
-    else:
-        console.print(f"{contest.title}  (seed {contest.seed})", style="bold", highlight=False)
-        for text in told_automatic(contest.base.constraints):
-            console.print(text, highlight=False)
-        with folder, TerminalWatcher(console) as watcher:
-            run_contest(contest, folder, watcher, threads)
-    text = read_input_text(folder.path / "contest.json")
-    found = json.loads(text)
-    if as_json:
-        print(text)
-    else:
-        print_found(found, folder.path, console)
-    if not found["feasible"]:
-        raise typer.Exit(NOTHING_FEASIBLE)
+def print_contest(done: "CompletedRun", console: Console) -> None:
+    """Print what a contest found."""
+    print_found(json.loads(read_input_text(done.document)), done.path, console)
 
 
 def print_found(found: dict[str, Any], folder: Path, console: Console) -> None:
@@ -115,32 +74,3 @@ def published_table(found: dict[str, Any]) -> Table:
                 f"{cell['percentile']:.1f}{mark}",
             )  # fmt: skip
     return table
-
-
-def check_contest(path: Path) -> dict[str, Any]:
-    """Return what a contest would fly; InputError where it is wrong."""
-    from tuner.experiments.planning.contest import comparison_flights
-
-    contest = load_contest(path)
-    return {
-        "title": contest.title,
-        "contenders": [_described(contest, i) for i in range(len(contest.contenders))],
-        "quantities": [quantity.label for quantity in contest.quantities],
-        "published": len(contest.published),
-        "claims": len(contest.claims),
-        "search_flights": sum(_search_flights(contest, i) for i in range(len(contest.contenders))),
-        "comparison_flights_at_most": comparison_flights(contest),
-    }
-
-
-def _described(contest: Contest, i: int) -> str:
-    contender = contest.contenders[i]
-    searched = len(contender.study.space.variables)
-    return f"{contender.name} ({f'{searched} searched' if searched else 'as given'})"
-
-
-def _search_flights(contest: Contest, i: int) -> int:
-    study = contest.contenders[i].study
-    if not contest.contenders[i].tuned:
-        return 0
-    return study.search.generations * study.search.population * sum(entry.search for entry in study.scenarios)

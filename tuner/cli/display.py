@@ -1,6 +1,8 @@
 """The terminal side of a long run: progress while it runs, tables when it is done."""
 
+from collections.abc import Sequence
 from datetime import timedelta
+from pathlib import Path
 from threading import Lock
 from time import perf_counter
 from typing import Any
@@ -12,8 +14,15 @@ from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.documents.ending import shown_as
 from tuner.search.loop import Generation
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import CHECKING, COMPARING, REFINING, Watcher
 from tuner.text.units import in_shown_units
+
+# Lines for the stages of a run where no live display names them.
+ANNOUNCED = {
+    REFINING: "Refining the best setting: up to {:,} flights",
+    CHECKING: "Re-flying the finalists on held-out scenarios: {:,} flights",
+    COMPARING: "Flying all contenders through the same air: {:,} flights",
+}
 
 
 class Pace:
@@ -23,12 +32,12 @@ class Pace:
         self._guard = Lock()
         self.flown, self._since = 0, perf_counter()
 
-    def on_flights_done(self, flights: int) -> None:
+    def add(self, flights: int) -> None:
         """Count flights that were made."""
         with self._guard:
             self.flown += flights
 
-    def spared(self) -> None:
+    def skip(self) -> None:
         """Begin to count the time after what was on record."""
         with self._guard:
             if not self.flown:
@@ -60,18 +69,29 @@ class PaceColumn(ProgressColumn):
         return Text(f"{rate:,.0f} flights/s  {left} left")
 
 
-class TerminalWatcher(Watcher):
-    """Shows a run: a live display on a terminal, one line for each event elsewhere. Use as a context manager."""
+class MessageWatcher(Watcher):
+    """Prints messages, for runs whose standard output is read by a program."""
 
     def __init__(self, console: Console) -> None:
         self._console = console
+
+    def on_message(self, text: str) -> None:
+        """Print it."""
+        self._console.print(text, highlight=False, soft_wrap=True)
+
+
+class TerminalWatcher(MessageWatcher):
+    """Shows a run: a live display on a terminal, one line for each event elsewhere. Use as a context manager."""
+
+    def __init__(self, console: Console) -> None:
+        super().__init__(console)
         self._live = console.is_terminal
         self._progress = Progress(
             SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), PaceColumn(),
             TextColumn("{task.fields[note]}"), console=console, transient=True, disable=not self._live,
         )  # fmt: skip
         self._task: Any = None
-        self._generations = self._new = self._before = 0
+        self._new = self._before = 0
         self._pace = Pace()
 
     def __enter__(self) -> "TerminalWatcher":
@@ -87,43 +107,51 @@ class TerminalWatcher(Watcher):
         self._pace = Pace()
         self._task = self._progress.add_task(what, total=total, note="", pace=self._pace)
 
-    def compiling(self) -> None:
+    def on_start(self, study: Any, folder: Path, notes: Sequence[str]) -> None:
+        """Print the title and what there is to say before."""
+        self._console.print(f"{study.title}  (seed {study.seed})", style="bold", highlight=False)
+        for text in notes:
+            self._console.print(text, highlight=False)
+
+    def on_compile_start(self) -> None:
         """Announce the one-time compilation."""
         self._console.print("Compiling the closed loop for this machine; once for these laws, 15 to 40 s.")
         self._begin_task("Compiling", None)
 
-    def compiled(self, seconds: float) -> None:
+    def on_compile_end(self, seconds: float) -> None:
         """Say how long it took, to somebody who waited."""
         if self._live:
             self._console.print(f"Compiled in {seconds:.1f} s; the next run starts at once.", highlight=False)
 
-    def contender(self, name: str, number: int, total: int) -> None:
+    def on_contender(self, name: str, number: int, total: int) -> None:
         """Say whose turn it is."""
         self._console.print(f"Contender {number}/{total}: {name}", highlight=False)
 
-    def searching(self, generations: int, flights: int) -> None:
-        """Start the bar of the search."""
-        self._generations, self._new, self._before = generations, 0, 0
-        self._begin_task("Searching", flights)
+    def on_stage(self, stage: str, flights: int) -> None:
+        """Start the bar of a stage."""
+        if not self._live and stage in ANNOUNCED:
+            self._console.print(ANNOUNCED[stage].format(flights))
+        self._new = self._before = 0
+        self._begin_task(stage, flights)
 
     def on_flights_done(self, flights: int) -> None:
         """Advance the bar."""
-        self._pace.on_flights_done(flights)
+        self._pace.add(flights)
         self._advance(flights)
 
-    def spared(self, flights: int) -> None:
+    def on_flights_skipped(self, flights: int) -> None:
         """Advance the bar by flights that need not be made."""
-        self._pace.spared()
+        self._pace.skip()
         self._advance(flights)
 
     def _advance(self, flights: int) -> None:
         if self._live and self._task is not None:
             self._progress.advance(self._task, flights)
 
-    def generation(self, record: Generation) -> None:
+    def on_generation(self, record: Generation, total: int) -> None:
         """Show generation, hypervolume and feasible share."""
         note = (
-            f"generation {record.number + 1}/{self._generations}  hypervolume {record.hypervolume:.4f}  "
+            f"generation {record.number + 1}/{total}  hypervolume {record.hypervolume:.4f}  "
             f"feasible {100 * record.feasible_share:.0f} %"
         )
         if self._live:
@@ -134,35 +162,17 @@ class TerminalWatcher(Watcher):
             self._console.print(f"{note}  on record")
             return
         self._new, self._before = self._new + 1, flown
-        left = self._pace.seconds / self._new * (self._generations - record.number - 1)
+        left = self._pace.seconds / self._new * (total - record.number - 1)
         self._console.print(f"{note}  {rate:,.0f} flights/s  {left:.0f} s left")
 
-    def refining(self, flights: int) -> None:
-        """Start the bar of the refinement."""
-        if not self._live:
-            self._console.print(f"Refining the best setting: up to {flights:,} flights")
-        self._begin_task("Refining", flights)
-
-    def verifying(self, flights: int) -> None:
-        """Start the bar of the held-out check."""
-        if not self._live:
-            self._console.print(f"Re-flying the finalists on held-out scenarios: {flights:,} flights")
-        self._begin_task("Held-out check", flights)
-
-    def comparing(self, flights: int) -> None:
-        """Start the bar of the comparison."""
-        if not self._live:
-            self._console.print(f"Flying all contenders through the same air: {flights:,} flights")
-        self._begin_task("Comparison", flights)
-
-    def noticed(self, text: str) -> None:
+    def on_warning(self, text: str) -> None:
         """Print it."""
         self._console.print(text, style="yellow", highlight=False)
 
-    def writing(self, what: str) -> None:
+    def on_writing(self, part: str) -> None:
         """Say what is being written."""
         if self._live:
-            self._begin_task(f"Writing {what}", None)
+            self._begin_task(f"Writing {part}", None)
 
 
 def digits(value: float, other: float) -> str:

@@ -7,7 +7,7 @@ from typing import Any
 
 import typer
 
-from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.display import TerminalWatcher
 from tuner.cli.tables import Table, wide_console
 from tuner.cli.terminal import Console
 from tuner.exchange.registry import exporter as find_exporter
@@ -31,7 +31,7 @@ def export_command(
     exporter = find_exporter(to)
     given = [*options, *([f"firmware={firmware}"] if firmware is not None else [])]
     folder = out or gains.resolve().parent / "export" / exporter.name
-    with FlightsBar(Console(stderr=as_json)) as bar:
+    with TerminalWatcher(Console(stderr=as_json)) as bar:
         made = export_gains(gains, exporter, given, previous, folder, flights, bar, force)
     if as_json:
         print(json.dumps({**made.document, "folder": str(made.folder)}, indent=2, allow_nan=False))

@@ -25,7 +25,7 @@ from tuner.cli.display import TerminalWatcher, digits
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
 from tuner.gains import Controller, read_gains
-from tuner.search.watcher import told_of_compiling
+from tuner.search.watcher import compilation
 from tuner.study import load_study
 
 SHOWN_GROUPS = ("position", "attitude")
@@ -59,7 +59,7 @@ def fly_command(
         tuple(Objective(parse(address), Risk("mean")) for address in addresses), (), sortie.root, threads,
     )  # fmt: skip
     if not problem.flyer.cached and not as_json:
-        with TerminalWatcher(Console()) as watcher, told_of_compiling(watcher):
+        with TerminalWatcher(Console()) as watcher, compilation(watcher):
             problem.warm_up(sortie.gains, sortie.spec)
     evaluation = problem.evaluate_gains(sortie.gains[None], (FlightBatch(sortie.spec, HELD_OUT, seeds),))
     figures = statistics(problem.objectives, evaluation.scores[0])

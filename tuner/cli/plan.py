@@ -2,23 +2,14 @@
 
 import json
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
-from objectives.problem import Problem
-from tuner.cli.display import digits
-from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.display import TerminalWatcher, digits
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.cli.tuning_study import tuning_study
-from tuner.experiments.planning.contest import contest_plan
-from tuner.experiments.planning.document import plan_document
-from tuner.experiments.planning.pilot import FLIGHTS, Pilot, fly_pilot, pilot_size
-from tuner.experiments.tuning.conflicts import told_automatic
-from tuner.experiments.tuning.run import problem_of, warm_up
+from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.search.watcher import Watcher
-from tuner.study.contest_reading import is_contest, load_contest
-from tuner.study.inference_reading import is_inference
+from tuner.study.kinds import load_any
 from tuner.study.study import Study
 
 Row = dict[str, Any]
@@ -26,41 +17,18 @@ Row = dict[str, Any]
 
 def plan_command(path: Path, difference: float, threads: int | None, as_json: bool) -> None:
     """Fly the pilot and print the plan; difference [%]: from the default, to be told."""
-    if not is_inference(path) and is_contest(path):
-        plan_contest(path, difference, threads, as_json)
+    from tuner.experiments.planning.plan import plan
+
+    study = load_any(path)
+    if as_json:
+        print(json.dumps(plan(study, 0.01 * difference, Watcher(), threads), indent=2, allow_nan=False))
         return
-    study = tuning_study(path, "tuner plan")
-    problem = problem_of(study, threads, None)
-    if as_json:
-        compilation = compiled(problem, study, Watcher())
-        pilot = fly_pilot(problem, study)
-    else:
-        compilation, pilot = watched(problem, study)
-    document = plan_document(study, pilot, compilation, 0.01 * difference)
-    if as_json:
-        print(json.dumps(document, indent=2, allow_nan=False))
-    else:
+    with TerminalWatcher(Console()) as watcher:
+        document = plan(study, 0.01 * difference, watcher, threads)
+    if isinstance(study, Study):
         show(document, Console())
-        for text in told_automatic(study.constraints):
+        for text in automatic_limit_texts(study.constraints):
             print(text)
-
-
-def plan_contest(path: Path, difference: float, threads: int | None, as_json: bool) -> None:
-    """Fly a pilot of every contender of a contest and print the plan of the whole."""
-    contest = load_contest(path)
-    pilots, compilation = [], []
-    for contender in contest.contenders:
-        problem = problem_of(contender.study, threads, None)
-        if as_json:
-            compilation.append(compiled(problem, contender.study, Watcher()))
-            pilots.append(fly_pilot(problem, contender.study))
-        else:
-            seconds, pilot = watched(problem, contender.study, f"Pilot of {contender.name}")
-            compilation.append(seconds)
-            pilots.append(pilot)
-    document = contest_plan(contest, pilots, compilation, 0.01 * difference)
-    if as_json:
-        print(json.dumps(document, indent=2, allow_nan=False))
     else:
         show_contest(document, Console())
 
@@ -83,23 +51,6 @@ def show_contest(document: Row, console: Console) -> None:
     table.add_row("compilation, once", "", done_or(total["compilation_seconds"]))
     table.add_row("results folder", f"{1e-6 * total['disk_bytes_at_most']:,.0f} MB", "")
     console.print(table)
-
-
-def watched(problem: Problem, study: Study, what: str = "Pilot") -> tuple[float | None, Pilot]:
-    """Compile and fly with a progress display."""
-    with FlightsBar(Console()) as bar:
-        compilation = compiled(problem, study, bar)
-        bar.flying(what, pilot_size(problem.flyer.threads) * FLIGHTS * len(study.scenarios))
-        return compilation, fly_pilot(problem, study, bar.on_flights_done)
-
-
-def compiled(problem: Problem, study: Study, watcher: Watcher) -> float | None:
-    """Have the kernel compiled and return how long it took [s]; None where it was there."""
-    cached, begin = problem.flyer.cached, perf_counter()
-    warm_up(problem, study, watcher)
-    # A cached kernel is loaded by its first flight, which takes a second that is not to be timed as flying.
-    problem.warm_up(study.default_row, study.scenarios[0].spec)
-    return None if cached else perf_counter() - begin
 
 
 def show(document: Row, console: Console) -> None:

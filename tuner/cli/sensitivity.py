@@ -1,84 +1,34 @@
 """`tuner sensitivity`: which gains decide an objective, and how much of it is turbulence."""
 
 import json
-from contextlib import nullcontext
 from pathlib import Path
-from time import perf_counter
 from typing import Any
 
-from objectives.problem import Problem
 from tuner.analysis.sensitivity.analysis import Analysis
-from tuner.analysis.sensitivity.design import checked_base
-from tuner.analysis.sensitivity.document import FAILURE, outputs, sensitivity_document
+from tuner.analysis.sensitivity.document import FAILURE, outputs
 from tuner.analysis.sensitivity.scales import RANK
-from tuner.cli.flights_bar import FlightsBar
+from tuner.cli.display import TerminalWatcher
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.cli.tuning_study import tuning_study
-from tuner.experiments.sensitivity import Budget, budget, study_problem, study_sensitivity
-from tuner.experiments.tuning.run import warm_up
+from tuner.experiments.sensitivity import analyse_sensitivity
 from tuner.search.watcher import Watcher
-from tuner.store.folder import Folder
+from tuner.study.kinds import load_tuning
 from tuner.study.study import Study
 
 
 def sensitivity_command(path: Path, samples: int, out: Path | None, threads: int | None, as_json: bool) -> None:
     """Sample, fly, print, and write tables and chart if a folder is given."""
-    base = checked_base(samples)
-    study = tuning_study(path, "tuner sensitivity")
-    problem = study_problem(study, threads)
-    folder = None if out is None else Folder.create(out, inside="figures")
-    with folder or nullcontext():
-        begin = perf_counter()
-        if as_json:
-            warm_up(problem, study, Watcher())
-            analysis = study_sensitivity(problem, study, base)
-        else:
-            analysis = watched(problem, study, base)
-        document = sensitivity_document(study, analysis, perf_counter() - begin)
-        if folder is not None:
-            write(study, analysis, document, folder)
+    study = load_tuning(path, "tuner sensitivity")
     if as_json:
-        print(json.dumps(document, indent=2, allow_nan=False))
+        found = analyse_sensitivity(study, samples, out, Watcher(), threads)
+        print(json.dumps(found.document, indent=2, allow_nan=False))
         return
-    show(study, analysis, document, Console())
-    if folder is not None:
-        print(f"Tables and chart: {folder.path}")
-
-
-def watched(problem: Problem, study: Study, base: int) -> Analysis:
-    """Analyse with a progress display; what it will take is said first."""
     console = Console()
-    with FlightsBar(console) as bar:
-        warm_up(problem, study, bar)
-        expected = budget(problem, study, base)
-        console.print(announced(study, expected, base, problem.flyer.threads), highlight=False)
-        bar.flying("Sampling", expected.flights)
-        return study_sensitivity(problem, study, base, bar.on_flights_done)
-
-
-def announced(study: Study, expected: Budget, base: int, threads: int) -> str:
-    """Return the sentence on what is about to be flown."""
-    flights = sum(entry.search for entry in study.scenarios)
-    return (
-        f"{base} base samples of {len(study.space.variables)} variables: {expected.candidates:,} candidates, "
-        f"{flights} search scenarios each, {expected.flights:,} flights, about {expected.seconds:.0f} s on {threads} threads "
-        f"(seed {study.seed})."
-    )
-
-
-def write(study: Study, analysis: Analysis, document: dict[str, Any], folder: Folder) -> None:
-    """Write sensitivity.json, indices.csv, variance.csv, samples.csv and figures/sensitivity.png and .pdf."""
-    from tuner.analysis.sensitivity.document import index_table, sample_table, variance_table
-    from tuner.report.sensitivity_figure import write_figure
-
-    folder.write_json("sensitivity.json", document)
-    folder.write_table("indices.csv", index_table(study, analysis))
-    folder.write_table("variance.csv", variance_table(study, analysis))
-    folder.write_table("samples.csv", sample_table(study, analysis))
-    write_figure(study, analysis, folder.path)
-    folder.written("figures/*")
-    folder.seal()
+    with TerminalWatcher(console) as watcher:
+        found = analyse_sensitivity(study, samples, out, watcher, threads)
+    show(study, found.analysis, found.document, console)
+    if out is not None:
+        print(f"Tables and chart: {out}")
 
 
 def show(study: Study, analysis: Analysis, document: dict[str, Any], console: Console) -> None:

@@ -1,4 +1,4 @@
-"""Which engine `--backend` names; where there is no graphics card, the processor flies and says so."""
+"""Engines by the names of `--backend`; where there is no graphics card, the processor flies and says so."""
 
 from collections.abc import Callable
 from pathlib import Path

@@ -24,7 +24,7 @@ from tuner.analysis.margins.readings import subject_of
 from tuner.exchange.autopilot.gyro_filter import filter_rows
 from tuner.exchange.target import Bundle, GyroFilter, Request
 from tuner.gains import Controller
-from tuner.search.watcher import Watcher, told_of_compiling
+from tuner.search.watcher import Watcher, compilation
 
 STREAM, SEED = "export", 1
 FLIGHTS = 64
@@ -129,9 +129,9 @@ def metric_rows(asked: Controller, held: Controller, flights: int, watcher: Watc
     """
     first, second = _problem(asked), _problem(held)
     if not first.flyer.cached:
-        with told_of_compiling(watcher):
+        with compilation(watcher):
             first.warm_up(np.array(asked.gains), SCENARIO)
-    watcher.flying("Flying before and after rounding", flights * (1 if held is asked else 2))
+    watcher.on_stage("Flying before and after rounding", flights * (1 if held is asked else 2))
     before = _fly(first, asked, flights, watcher)
     after = before if held is asked else _fly(second, held, flights, watcher)
     rows = []

@@ -2,36 +2,116 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from pathlib import Path
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
 from objectives.problem import Problem
 from objectives.requirements import worth_flying
-from plant.errors import InputError
 from plant.scenarios import SEARCH
 from tuner.analysis.sensitivity.analysis import Analysis, Sampled, analyse
-from tuner.experiments.tuning.conclusion import batches
-from tuner.experiments.tuning.run import problem_of
+from tuner.analysis.sensitivity.design import checked_base
+from tuner.analysis.sensitivity.document import index_table, sample_table, sensitivity_document, variance_table
+from tuner.experiments.experiment import Experiment
+from tuner.experiments.tuning.problem import batches, check_searched, problem_of, warm_up
+from tuner.search.watcher import Watcher
+from tuner.store.folder import Folder
 from tuner.study.study import Study
 
 
 @dataclass(frozen=True)
 class Budget:
-    """What an analysis takes: candidates, flights and seconds, the last extrapolated from the flights of a few candidates."""
+    """The cost of an analysis: candidates, flights and seconds, the last extrapolated from the flights of a few candidates."""
 
     candidates: int
     flights: int
     seconds: float
 
 
+@dataclass(frozen=True)
+class Sensitivity:
+    """An analysis and its document, the content of sensitivity.json."""
+
+    analysis: Analysis
+    document: dict[str, Any]
+
+
+class SensitivityRun(Experiment[Study, Sensitivity]):
+    """A sensitivity analysis with `base` samples, in a results folder or in none."""
+
+    kind = "sensitivity"
+    inside = "figures"
+    resumable = False
+
+    def __init__(
+        self,
+        study: Study,
+        base: int,
+        folder: Folder | None = None,
+        watcher: Watcher | None = None,
+        threads: int | None = None,
+    ) -> None:
+        super().__init__(study, folder, watcher, threads)
+        self.base = base
+        self.problem = study_problem(study, threads)
+
+    def warm_up(self) -> None:
+        """Have the kernel compiled."""
+        warm_up(self.problem, self.study, self.watcher)
+
+    def fly(self) -> Sensitivity:
+        """Fly all samples and analyse what they give."""
+        study, begin = self.study, perf_counter()
+        expected = budget(self.problem, study, self.base)
+        self.watcher.on_message(announcement(study, expected, self.base, self.problem.flyer.threads))
+        self.watcher.on_stage("Sampling", expected.flights)
+        analysis = study_sensitivity(self.problem, study, self.base, self.watcher.on_flights_done)
+        return Sensitivity(analysis, sensitivity_document(study, analysis, perf_counter() - begin))
+
+    def write_documents(self, found: Sensitivity) -> None:
+        """Write sensitivity.json and the tables of indices, variances and samples."""
+        self.folder.write_json("sensitivity.json", found.document)
+        self.folder.write_table("indices.csv", index_table(self.study, found.analysis))
+        self.folder.write_table("variance.csv", variance_table(self.study, found.analysis))
+        self.folder.write_table("samples.csv", sample_table(self.study, found.analysis))
+
+    def write(self, found: Sensitivity) -> None:
+        """Write documents, tables and the figure."""
+        from tuner.report.sensitivity_figure import write_figure
+
+        self.write_documents(found)
+        write_figure(self.study, found.analysis, self.folder.path)
+        self.folder.written("figures/*")
+
+
+def analyse_sensitivity(
+    study: Study, samples: int, out: Path | None = None, watcher: Watcher | None = None, threads: int | None = None
+) -> Sensitivity:
+    """Analyse a study, base number of samples a power of two; out: a new folder to write tables and figure to, or None.
+
+    Raises InputError where the study searches nothing or the number is none.
+    """
+    base = checked_base(samples)
+    check_searched(study)
+    folder = None if out is None else Folder.create(out, inside=SensitivityRun.inside)
+    return SensitivityRun(study, base, folder, watcher, threads).carry_out()
+
+
+def announcement(study: Study, expected: Budget, base: int, threads: int) -> str:
+    """Return the sentence on what is about to be flown."""
+    flights = sum(entry.search for entry in study.scenarios)
+    return (
+        f"{base} base samples of {len(study.space.variables)} variables: {expected.candidates:,} candidates, "
+        f"{flights} search scenarios each, {expected.flights:,} flights, about {expected.seconds:.0f} s on {threads} threads "
+        f"(seed {study.seed})."
+    )
+
+
 def study_problem(study: Study, threads: int | None) -> Problem:
     """Return the problem of a study; InputError where it searches nothing."""
-    if not study.space.variables:
-        raise InputError(
-            'no gain is searched; give at least one a range, for instance "attitude.lambda" = {}',
-            file=study.path, key="gains",
-        )  # fmt: skip
+    check_searched(study)
     return problem_of(study, threads, None)
 
 

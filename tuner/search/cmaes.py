@@ -8,7 +8,7 @@ import numpy as np
 from cmaes import CMA
 
 from plant.seeds import generator
-from tuner.search.standing import TotalViolation, best_first
+from tuner.search.constraint_ranking import TotalViolation, best_first
 
 # Standard deviation of a uniform variable on [0, 1]. The first generation, spread over the cube, is a sample of about the
 # distribution that the strategy starts from, and is told to it as any other.

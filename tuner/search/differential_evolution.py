@@ -2,13 +2,13 @@
 
 R. Storn, K. Price, "Differential evolution: a simple and efficient heuristic for global optimization over continuous spaces",
 J. Global Optimization 11:341-359, 1997; points beyond a bound bounce back as in K. Price, R. Storn, J. Lampinen,
-"Differential Evolution", Springer 2005, section 4.3.1. It compares candidates only: feasible first, see `standing`.
+"Differential Evolution", Springer 2005, section 4.3.1. It compares candidates only: feasible first, see `constraint_ranking`.
 """
 
 import numpy as np
 
 from plant.seeds import generator
-from tuner.search.standing import TotalViolation
+from tuner.search.constraint_ranking import TotalViolation
 
 # Weight of the difference of two points and share of variables that a trial takes from the mutant: Storn and Price 1997
 # recommend 0.5, and 0.9 for variables that interact.

@@ -1,4 +1,4 @@
-"""Which candidates are non-dominated, how much a front is worth, and which point to pick from it."""
+"""Non-dominated candidates, the hypervolume of a front, and the rules that pick a point from it."""
 
 from collections.abc import Mapping
 from math import isfinite

@@ -1,4 +1,4 @@
-"""What to show and to say where no candidate of a search kept everything that was asked of it."""
+"""The nearest candidate of a search in which none kept every limit, and the sentence about it."""
 
 import numpy as np
 

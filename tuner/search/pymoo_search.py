@@ -14,7 +14,7 @@ from pymoo.core.problem import Problem
 from pymoo.core.termination import NoTermination
 from pymoo.problems.static import StaticProblem
 
-from tuner.search.standing import TotalViolation
+from tuner.search.constraint_ranking import TotalViolation
 
 
 class PymooSearch:

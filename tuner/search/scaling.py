@@ -6,7 +6,7 @@ distance of AGE-MOEA's is taken from the origin. Shifted and scaled first, they 
 
 import numpy as np
 
-from tuner.search.standing import power_of_two
+from tuner.search.constraint_ranking import power_of_two
 
 
 class Scaling:

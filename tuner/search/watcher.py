@@ -1,60 +1,65 @@
-"""What a long run tells whoever watches it; the terminal display is one watcher, silence another."""
+"""Callbacks of a long run: the terminal display is one watcher, silence another."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from time import perf_counter
+from typing import TYPE_CHECKING, Any
 
 from tuner.search.loop import Generation
 
+if TYPE_CHECKING:
+    from pathlib import Path
+
+SEARCHING, REFINING, CHECKING, COMPARING = "Searching", "Refining", "Held-out check", "Comparison"
+"""Stages of a run, for `Watcher.on_stage`; analyses that fly once give a participle of their own, such as "Sampling"."""
+
 
 class Watcher:
-    """Hears of the progress of a run, and by default says nothing."""
+    """Callbacks of a run, all of which do nothing until a subclass overrides them.
 
-    def compiling(self) -> None:
-        """Hear that the closed loop is being compiled, once for this combination of laws."""
+    They are called from the thread that runs the experiment, but for `on_flights_done` and `on_flights_skipped`, which worker
+    threads call.
+    """
 
-    def compiled(self, seconds: float) -> None:
-        """Hear how long it took."""
+    def on_start(self, study: Any, folder: "Path", notes: Sequence[str]) -> None:
+        """Called once, before anything else, with the study, the results folder and sentences about the study."""
 
-    def contender(self, name: str, number: int, total: int) -> None:
-        """Hear that a contender of a contest is tuned next, number 1 to total."""
+    def on_message(self, text: str) -> None:
+        """Called with news that needs no action, such as the size of a cluster."""
 
-    def searching(self, generations: int, flights: int) -> None:
-        """Hear how many generations and flights are to come."""
+    def on_warning(self, text: str) -> None:
+        """Called with something that a person should know, such as a damaged file."""
+
+    def on_compile_start(self) -> None:
+        """Called when the closed loop is about to be compiled, once for a combination of laws."""
+
+    def on_compile_end(self, seconds: float) -> None:
+        """Called when it is compiled, with the time it took [s]."""
+
+    def on_contender(self, name: str, number: int, total: int) -> None:
+        """Called when the contender of a contest with this number, of 1 to total, is about to be tuned."""
+
+    def on_stage(self, stage: str, flights: int) -> None:
+        """Called when a stage begins that takes so many flights at most."""
 
     def on_flights_done(self, flights: int) -> None:
-        """Called when so many more flights have ended, from worker threads."""
+        """Called when so many more flights have finished."""
 
-    def spared(self, flights: int) -> None:
-        """Hear that so many more flights need not be made: they are on record, or not worth it."""
+    def on_flights_skipped(self, flights: int) -> None:
+        """Called when so many more flights need not be made: they are on record, or not worth it."""
         self.on_flights_done(flights)
 
-    def generation(self, record: Generation) -> None:
-        """Hear of a finished generation."""
+    def on_generation(self, record: Generation, total: int) -> None:
+        """Called when a generation of the search is finished, of so many in all."""
 
-    def flying(self, what: str, flights: int) -> None:
-        """Hear that so many flights begin; what: a participle, for instance "Sampling"."""
-
-    def refining(self, flights: int) -> None:
-        """Hear that the best of an inference is refined, with so many flights at most."""
-
-    def verifying(self, flights: int) -> None:
-        """Hear that the finalists are re-flown on held-out scenarios."""
-
-    def comparing(self, flights: int) -> None:
-        """Hear that all contenders of a contest are flown through the same scenarios of the comparison."""
-
-    def noticed(self, text: str) -> None:
-        """Hear of something that a person should know."""
-
-    def writing(self, what: str) -> None:
-        """Hear what is being written."""
+    def on_writing(self, part: str) -> None:
+        """Called when a part of the results, such as "figures", is about to be written."""
 
 
 @contextmanager
-def told_of_compiling(watcher: Watcher) -> Iterator[None]:
+def compilation(watcher: Watcher) -> Iterator[None]:
     """Tell a watcher that what runs in this context compiles, and how long it took."""
-    watcher.compiling()
+    watcher.on_compile_start()
     begin = perf_counter()
     yield
-    watcher.compiled(perf_counter() - begin)
+    watcher.on_compile_end(perf_counter() - begin)

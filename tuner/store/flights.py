@@ -9,6 +9,7 @@ import hashlib
 import io
 import json
 from collections import OrderedDict
+from collections.abc import Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -67,8 +68,8 @@ class FlightStore:
         self.damaged: list[str] = []
         own = [] if folder is None else [folder.path]
         for place in [*own, *others]:
-            for file in sorted((place / FOLDER).glob("*.parquet")):
-                self._index(file, place in own)
+            for file, content in intact_files(place, folder if place in own else None, self.damaged):
+                self._index(file, content, place in own)
 
     @property
     def generations(self) -> int:
@@ -107,19 +108,7 @@ class FlightStore:
         self._folder.write_bytes(f"{FOLDER}/{name}-{digest_of(content)}.parquet", content)
         self._waiting = []
 
-    def _index(self, file: Path, own: bool) -> None:
-        try:
-            content = read_input(file, MOST_TABLE)
-        except OSError as error:
-            raise StoreError(
-                f"{file} cannot be read ({error.strerror}); give the folder's files back to you"
-            ) from error
-        kept = self._folder is None or not own or self._folder.keep(f"{FOLDER}/{file.name}")
-        if not kept or not file.stem.endswith(digest_of(content)):
-            self.damaged.append(str(file))
-            if own:
-                file.replace(file.with_suffix(".damaged"))
-            return
+    def _index(self, file: Path, content: bytes, own: bool) -> None:
         self._generations += own and file.name.startswith(f"{SEARCH}-")
         for key, gains, block in blocks_of(file, content, self._columns):
             self._blocks.setdefault((key, gains), []).append(block)
@@ -131,6 +120,28 @@ class FlightStore:
             if len(self._held) > HELD:
                 self._held.popitem(last=False)
         return self._held[file]
+
+
+def intact_files(place: Path, folder: Folder | None, damaged: list[str]) -> Iterator[tuple[Path, bytes]]:
+    """Yield the files of flights in a results folder with their bytes, and add the names of damaged ones to a list.
+
+    folder: the same folder where this process writes it: intact files are taken over there, damaged ones set aside. Raises
+    StoreError where a file cannot be read.
+    """
+    for file in sorted((place / FOLDER).glob("*.parquet")):
+        try:
+            content = read_input(file, MOST_TABLE)
+        except OSError as error:
+            raise StoreError(
+                f"{file} cannot be read ({error.strerror}); give the folder's files back to you"
+            ) from error
+        intact = file.stem.endswith(digest_of(content))
+        if intact and (folder is None or folder.keep(f"{FOLDER}/{file.name}")):
+            yield file, content
+            continue
+        damaged.append(str(file))
+        if folder is not None:
+            file.replace(file.with_suffix(".damaged"))
 
 
 def digest_of(content: bytes) -> str:

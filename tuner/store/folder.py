@@ -42,7 +42,10 @@ class Folder:
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
         if error is not None and not isinstance(error, StoreError):
-            error.add_note(go_on(self.path, self._made))
+            note = go_on(self.path, self._made)
+            # The run of a contender lies in the folder of its contest: both say the same.
+            if note not in getattr(error, "__notes__", ()):
+                error.add_note(note)
         self.close()
 
     @classmethod

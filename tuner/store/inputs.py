@@ -45,7 +45,7 @@ class RunRecord:
 
 def freeze(
     folder: Folder, kind: str, source: Path, table: dict[str, Any], digest: str, generations: int | None,
-    engine: str = LANES,
+    engine: str = LANES, si: bool = True,
 ) -> None:  # fmt: skip
     """Write the inputs of a run, table: content of the study with paths from the folder of `source`; run.json comes last."""
     name = f"inputs/{source.stem}.toml"
@@ -55,7 +55,7 @@ def freeze(
     else:
         taken = {f"{source.stem}.toml": source}
         folder.write_text(name, toml_text(with_paths(table, lambda path: _copied(folder, source.parent / path, taken))))
-    write_record(folder, RunRecord(kind, Path(name), digest, generations, model_key(), engine, arithmetic()))
+    write_record(folder, RunRecord(kind, Path(name), digest, generations, model_key(), engine, arithmetic(), si))
 
 
 def write_record(folder: Folder, record: RunRecord) -> None:

@@ -5,7 +5,7 @@ import json
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 from objectives.metrics import MetricAddress
 from objectives.problem import Objective
@@ -61,7 +61,7 @@ class Claim:
 
 @dataclass(frozen=True)
 class Quantity:
-    """What all contenders are compared in. limit: what it must not exceed, or None. kind: "objective", "constraint",
+    """A quantity that all contenders are compared in. limit: what it must not exceed, or None. kind: "objective", "constraint",
     "published" or "claimed", the first of these that asks for it.
     """
 
@@ -81,6 +81,8 @@ class Contest:
     scenarios on which they are compared; each contender's point is picked on held-out scenarios, which are others.
     """
 
+    kind: ClassVar[str] = "contest"
+    generations: ClassVar[None] = None
     path: Path
     title: str
     description: str
@@ -105,6 +107,15 @@ class Contest:
     def flights_each(self) -> int:
         """Number of flights of the comparison that one controller makes."""
         return sum(entry.held_out for entry in self.scenarios)
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The content of the file, see `table`."""
+        return self.table
+
+    def resolved(self) -> dict[str, Any]:
+        """Return every value of every contender's study, as JSON-able data by the contender's name."""
+        return {entry.name: entry.study.resolved() for entry in self.contenders}
 
     def digest(self) -> str:
         """Return a hash of everything that decides the result."""

@@ -30,19 +30,18 @@ from tuner.text.locating import located
 from tuner.text.magnitude import check_magnitudes
 
 
-def is_contest(path: Path) -> bool:
-    """Return whether a study file, or a file that it is based on, has contenders; InputError where it cannot be read."""
-    return any("contender" in layer.table for layer in read_layers(path))
-
-
 def load_contest(path: Path, overrides: Mapping[str, Any] | None = None) -> Contest:
     """Read and check a contest file; overrides: dotted keys, contender.NAME.KEY among them, that replace values.
 
     Raises InputError naming file and key.
     """
-    layers = read_layers(path)
+    return contest_from_layers(path, read_layers(path), overrides or {})
+
+
+def contest_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping[str, Any]) -> Contest:
+    """Check a contest whose files have been read."""
     table = merged_layers(layers)
-    for key, value in (overrides or {}).items():
+    for key, value in overrides.items():
         put(table, key, value, path)
     return contest_from_table(path, table, layers)
 

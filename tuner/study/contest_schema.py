@@ -72,7 +72,7 @@ class ClaimTable(Table):
 
 
 class ContestTable(Table):
-    """What a contest adds to a study."""
+    """The tables that a contest adds to a study."""
 
     contender: Annotated[list[ContenderTable], Field(min_length=1)]
     published: list[PublishedTable] = Field(default=[])

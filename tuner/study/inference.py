@@ -6,7 +6,7 @@ from copy import deepcopy
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -65,6 +65,8 @@ class Inference:
     held_out, near: see `tuner.study.inference_schema.SettingsTable`.
     """
 
+    kind: ClassVar[str] = "inference"
+    generations: ClassVar[None] = None
     contest: Contest
     unknowns: tuple[Unknown, ...]
     cells: tuple[Cell, ...]
@@ -83,6 +85,21 @@ class Inference:
     def path(self) -> Path:
         """The file it was read from."""
         return self.contest.path
+
+    @property
+    def title(self) -> str:
+        """Title of the contest."""
+        return self.contest.title
+
+    @property
+    def seed(self) -> int:
+        """Root of all draws."""
+        return self.contest.seed
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The content of the file, see `table`."""
+        return self.table
 
     @cached_property
     def space(self) -> DecisionSpace:

@@ -10,10 +10,10 @@ from pydantic import ValidationError
 from plant.errors import InputError, UnknownNameError
 from tuner.search.names import check_algorithm
 from tuner.study.contest import Contest
-from tuner.study.contest_reading import contest_from_table, load_contest
+from tuner.study.contest_reading import contest_from_layers, contest_from_table
 from tuner.study.inference import Cell, Inference
 from tuner.study.inference_schema import ADDED, InferenceTable, SettingsTable
-from tuner.study.layers import read_layers
+from tuner.study.layers import Layer, read_layers
 from tuner.study.messages import translated
 from tuner.study.size import Flown, check_size, flight_steps
 from tuner.study.unknowns import check_range, unknowns_of
@@ -21,17 +21,17 @@ from tuner.text.locating import located
 from tuner.text.magnitude import check_magnitudes
 
 
-def is_inference(path: Path) -> bool:
-    """Return whether a contest file, or a file that it is based on, has unknowns; InputError where it cannot be read."""
-    return any("unknown" in layer.table for layer in read_layers(path))
-
-
 def load_inference(path: Path, overrides: Mapping[str, Any] | None = None) -> Inference:
     """Read and check an inference file; overrides: dotted keys, as for a contest.
 
     Every unknown is tried at its default and at both ends of its range. Raises InputError naming file and key.
     """
-    whole = load_contest(path, overrides)
+    return inference_from_layers(path, read_layers(path), overrides or {})
+
+
+def inference_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping[str, Any]) -> Inference:
+    """Check an inference whose files have been read."""
+    whole = contest_from_layers(path, layers, overrides)
     tables = _tables(path, whole.table)
     with located(path, ""):
         contest = _chosen(whole, tables.inference)

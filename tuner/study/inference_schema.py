@@ -40,7 +40,7 @@ class SettingsTable(Table):
 
 
 class InferenceTable(Table):
-    """What an inference adds to a contest."""
+    """The tables that an inference adds to a contest."""
 
     unknown: Annotated[list[UnknownTable], Field(min_length=1)]
     inference: SettingsTable = SettingsTable()

@@ -1,4 +1,4 @@
-"""What pydantic finds wrong with a study file, in the words of a person who writes one."""
+"""Errors that pydantic finds in a study file, in the words of a person who writes one."""
 
 import re
 from pathlib import Path

@@ -1,4 +1,4 @@
-"""How large a run may be at most: beyond it a digit slipped, and the run would fill the memory or not end."""
+"""Largest size of a run: beyond it a digit slipped, and the run would fill the memory or not end."""
 
 from collections.abc import Iterable
 from typing import NamedTuple

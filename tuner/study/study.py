@@ -4,7 +4,7 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, ClassVar
 
 import numpy as np
 
@@ -34,7 +34,7 @@ class StudyScenario:
 
 @dataclass(frozen=True)
 class SearchSpec:
-    """How the gains are looked for."""
+    """Settings of the search."""
 
     algorithm: str
     population: int
@@ -45,11 +45,13 @@ class SearchSpec:
 
 @dataclass(frozen=True)
 class Study:
-    """What is asked: vehicle and controller, what may change, what is flown and wanted, how to look and to pick.
+    """A study: vehicle and controller, searched gains, scenarios, objectives and limits, search and pick rule.
 
-    vehicle: record of the vehicle that the default gains were imported from.
+    vehicle: record of the vehicle that the default gains were imported from. si: whether limits known without flying stand in
+    files in SI units, see `in_units_of_limits`.
     """
 
+    kind: ClassVar[str] = "tuning"
     path: Path
     title: str
     description: str
@@ -67,11 +69,22 @@ class Study:
     table: StudyTable
     vehicle: "VehicleRecord | None" = None
     mission: Mission = USUAL
+    si: bool = True
 
     @property
     def automatic_limits(self) -> tuple[Constraint, ...]:
         """Limits that the study does not write, see `objectives.mission`."""
         return tuple(entry for entry in self.constraints if entry.floor)
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The content of the file, overrides included, paths relative to its folder."""
+        return self.table.model_dump(mode="json", exclude_unset=True)
+
+    @property
+    def generations(self) -> int:
+        """Generations of the search, the number that a run can be extended in."""
+        return self.search.generations
 
     @property
     def default_row(self) -> np.ndarray:
@@ -80,7 +93,7 @@ class Study:
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:
-        """What is required of the gains and known without flying."""
+        """Requirements on the gains that are known without flying."""
         return requirements_of(self.screens)
 
     def resolved(self) -> dict[str, Any]:
@@ -100,7 +113,7 @@ class Study:
             replace(screen, requirements=tuple(replace(entry, scale=None) for entry in screen.requirements))
             for screen in self.screens
         )
-        return replace(self, screens=plain)
+        return replace(self, screens=plain, si=False)
 
     def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
         """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""

@@ -66,7 +66,7 @@ def check_trim(spec: ScenarioSpec, system: System) -> None:
     )
 
 
-def told_trim(specs: Sequence[ScenarioSpec], system: System) -> list[str]:
+def trim_texts(specs: Sequence[ScenarioSpec], system: System) -> list[str]:
     """Return a sentence for each scenario whose flights start trimmed against a mean wind."""
     found = [(spec.name, mean_wind_trim(spec, system)) for spec in specs]
     return [

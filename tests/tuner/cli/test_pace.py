@@ -13,7 +13,7 @@ from tuner.cli.display import Pace, TerminalWatcher
 from tuner.cli.terminal import Console
 from tuner.experiments.again.resume import reopen
 from tuner.experiments.tuning.run import run_study
-from tuner.search.watcher import told_of_compiling
+from tuner.search.watcher import compilation
 
 
 class Clock:
@@ -33,11 +33,11 @@ def clock(monkeypatch):
 def test_the_rate_is_of_flights_made_over_the_time_after_the_record(clock):
     pace = Pace()
     clock.now += 60.0
-    pace.spared()
+    pace.skip()
     assert pace.rate is None
     clock.now += 2.0
-    pace.on_flights_done(30)
-    pace.spared()
+    pace.add(30)
+    pace.skip()
     assert pace.rate == pytest.approx(15.0)
     assert pace.seconds == pytest.approx(2.0)
 
@@ -45,9 +45,9 @@ def test_the_rate_is_of_flights_made_over_the_time_after_the_record(clock):
 def test_time_left_is_that_of_what_is_still_to_be_flown(clock):
     console = Console(file=io.StringIO(), force_terminal=True, width=120)
     watcher = TerminalWatcher(console)
-    watcher.searching(3, 1000)
+    watcher.on_stage("Searching", 1000)
     clock.now += 50.0
-    watcher.spared(600)
+    watcher.on_flights_skipped(600)
     clock.now += 1.0
     watcher.on_flights_done(100)
     column = next(part for part in watcher._progress.columns if isinstance(part, display.PaceColumn))
@@ -76,9 +76,9 @@ def test_a_replay_says_on_record_instead_of_a_speed(small_run, tmp_path, monkeyp
 
 def test_compiling_shows_the_time_on_a_terminal_and_is_one_line_in_a_pipe():
     shown, piped = io.StringIO(), io.StringIO()
-    with TerminalWatcher(Console(file=shown, force_terminal=True, width=120)) as watcher, told_of_compiling(watcher):
+    with TerminalWatcher(Console(file=shown, force_terminal=True, width=120)) as watcher, compilation(watcher):
         time.sleep(1.2)
     assert "0:00:01" in shown.getvalue() and "Compiled in 1." in shown.getvalue()
-    with TerminalWatcher(Console(file=piped, width=120)) as watcher, told_of_compiling(watcher):
+    with TerminalWatcher(Console(file=piped, width=120)) as watcher, compilation(watcher):
         pass
     assert len(piped.getvalue().splitlines()) == 1

@@ -7,9 +7,6 @@ from hypothesis import HealthCheck, configuration, settings
 
 from plant.errors import InputError, ToolError, UnphysicalError
 from tests.tuner.conftest import QUICKSTART
-from tuner.study import load_study
-from tuner.study.contest_reading import is_contest, load_contest
-from tuner.study.inference_reading import is_inference, load_inference
 
 STUDIES = QUICKSTART.parent
 # Seconds that reading a file may take; the slowest good one takes 0.4 s, most 0.01 s.
@@ -42,13 +39,6 @@ def patience(seconds=PATIENCE):
     finally:
         signal.alarm(0)
         signal.signal(signal.SIGALRM, before)
-
-
-def load_any(path):
-    """Read a file as `tuner check` does."""
-    if is_inference(path):
-        return load_inference(path)
-    return load_contest(path) if is_contest(path) else load_study(path)
 
 
 def outcome(load, path):

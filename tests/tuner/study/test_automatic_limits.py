@@ -10,8 +10,8 @@ from plant.errors import InputError, UnknownNameError
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.cli.commands import overrides
-from tuner.experiments.tuning.conflicts import conflict_of, limits_of, told_automatic, told_conflict
-from tuner.experiments.tuning.diagnosis import flown_obstacle, told_obstacles
+from tuner.experiments.tuning.conflicts import automatic_limit_texts, conflict_of, conflict_texts, limits_of
+from tuner.experiments.tuning.diagnosis import flown_obstacle, obstacle_texts
 from tuner.search.loop import Archive
 from tuner.study import load_study
 from tuner.study.template import TEMPLATE
@@ -108,10 +108,10 @@ def test_a_conflict_with_one_says_so_and_names_the_key(tmp_path):
     )
     conflict = conflict_of(found, limits)
     assert conflict is not None
-    (sentence, *_) = told_conflict(conflict, limits)
+    (sentence, *_) = conflict_texts(conflict, limits)
     assert f"{LABEL} at most 0.6062 m (automatic: mission.followed)" in sentence
     assert "mean(failure) at most 0 " in sentence and sentence.count("automatic") == 1
-    assert told_automatic(study.constraints) == [
+    assert automatic_limit_texts(study.constraints) == [
         f"Automatic limit: {LABEL} at most 0.6062 m (automatic: mission.followed)."
     ]
 
@@ -122,7 +122,7 @@ def test_an_obstacle_that_is_one_names_the_key_and_what_moves_it(tmp_path):
     points = np.linspace(0.0, 1.0, 40)[:, None]
     found = flown_obstacle(study, limit, points, 2.0 - points[:, 0], [f"p{i:04d}" for i in range(40)])
     assert (found.reached, found.point, found.moved_by) == (1.0, "p0039", ("tilt.lambda",))
-    (sentence,) = told_obstacles([found])
+    (sentence,) = obstacle_texts([found])
     assert 'mission.followed moves it, mission.off = ["rms.position"] takes it away' in sentence
     assert "Searched gains that move it: tilt.lambda" in sentence
     # Values that have nothing to do with the gain.

@@ -11,7 +11,7 @@ from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.nominal import ControlOptions
 from tests.tuner.exchange.controllers import controller
-from tuner.experiments.tuning.guards import said_before
+from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.gains import to_document
 from tuner.study import load_study
 
@@ -58,9 +58,9 @@ def test_the_place_of_the_file_does_not_count(tmp_path):
 
 def test_gains_of_another_vehicle_are_told(tmp_path):
     flown = {"period": 0.004, "options": ControlOptions(delay=True, tilt_limit=radians(30.0))}
-    assert said_before(load_study(study(tmp_path, controller(**flown)))) == []
+    assert warnings_before_run(load_study(study(tmp_path, controller(**flown)))) == []
     other = load_study(study(tmp_path, controller(airframe="iris", period=0.002, options=ControlOptions(delay=False))))
-    (said,) = said_before(other)
+    (said,) = warnings_before_run(other)
     for words in (
         "airframe 'iris' instead of 'hummingbird'",
         "control_period [s] 0.002 instead of 0.004",
@@ -72,5 +72,5 @@ def test_gains_of_another_vehicle_are_told(tmp_path):
 
 def test_one_value_for_several_is_told(tmp_path):
     given = controller(options=ControlOptions(delay=True, tilt_limit=radians(30.0)), yaw__k2=2.0)
-    (said,) = said_before(load_study(study(tmp_path, given)))
+    (said,) = warnings_before_run(load_study(study(tmp_path, given)))
     assert "attitude.k2 (5, 5, 2)" in said and '"yaw.kp" = {}' in said

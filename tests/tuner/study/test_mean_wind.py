@@ -10,7 +10,7 @@ from plant.errors import InputError
 from plant.scenarios import CONFIRMATION, Spread
 from tests.plant.test_trim import independent
 from tests.tuner.conftest import QUICKSTART
-from tuner.experiments.tuning.guards import said_before
+from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.study import load_study
 from tuner.study.trim import mean_wind_trim
 
@@ -76,12 +76,12 @@ def test_rotor_lag_is_spread_unless_a_study_says_otherwise():
 
 
 def test_gust_rates_on_a_vehicle_that_they_do_not_touch_are_told():
-    (said,) = said_before(load_study(QUICKSTART, {"margin": [], "scenario.0.air.angular_rates": True}))
+    (said,) = warnings_before_run(load_study(QUICKSTART, {"margin": [], "scenario.0.air.angular_rates": True}))
     assert "angular_rates = true in steps in gusts changes no number" in said and "rate_damping" in said
 
 
 def test_a_yaw_loop_that_leads_is_told_with_the_cutoff_that_helps():
     f450 = STUDIES / "f450.toml"
-    (said,) = said_before(load_study(f450, {"margin": [], "controller.yaw_torque_cutoff": 0.0}))
+    (said,) = warnings_before_run(load_study(f450, {"margin": [], "controller.yaw_torque_cutoff": 0.0}))
     assert "Yaw of f450 leads from 1.54 rad/s on" in said and "yaw_torque_cutoff = 0.25 (Hz)" in said
-    assert said_before(load_study(f450, {"margin": []})) == []
+    assert warnings_before_run(load_study(f450, {"margin": []})) == []

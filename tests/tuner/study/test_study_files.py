@@ -23,8 +23,9 @@ from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.study import load_study
-from tuner.study.contest_reading import is_contest, load_contest
-from tuner.study.inference_reading import is_inference, load_inference
+from tuner.study.contest import Contest
+from tuner.study.inference import Inference
+from tuner.study.kinds import load_any
 from tuner.study.study import SearchSpec
 from tuner.study.template import TEMPLATE
 
@@ -233,12 +234,12 @@ def test_a_byte_order_mark_is_no_error(tmp_path: Path):
 
 @pytest.mark.parametrize("path", STUDIES, ids=lambda path: path.stem)
 def test_every_study_of_the_project_loads(path: Path):
-    if is_inference(path):
-        assert load_inference(path).unknowns
-    elif is_contest(path):
-        assert len(load_contest(path).contenders) > 1
+    study = load_any(path)
+    if isinstance(study, Inference):
+        assert study.unknowns
+    elif isinstance(study, Contest):
+        assert len(study.contenders) > 1
     else:
-        study = load_study(path)
         assert study.space.variables
         assert {objective.metric.text for objective in study.objectives}
 

@@ -1,4 +1,4 @@
-"""What of a machine decides the bits of a flight: versions, sources, and the instructions that its compilers use."""
+"""Properties of a machine that decide the bits of a flight: versions, sources, and the instructions that its compilers use."""
 
 import platform
 from collections.abc import Mapping

@@ -1,4 +1,4 @@
-"""Is there still a cluster? What is asked while results are waited for, and what a person is told where there is none."""
+"""Checks that the cluster is still there while results are waited for, and the errors where it is not."""
 
 import time
 from concurrent.futures import CancelledError

@@ -1,4 +1,4 @@
-"""What runs on a worker: it keeps the briefs it was given, builds each system once, draws scenarios once, and flies blocks.
+"""The side of a worker: it keeps the briefs it was given, builds each system once, draws scenarios once, and flies blocks.
 
 One process keeps one of each, whatever number of threads fly in it.
 """

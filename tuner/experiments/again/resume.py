@@ -1,48 +1,70 @@
-"""Go on with a run where it stopped, by replay: the search is asked again and the flights that are there are told to it.
+"""Go on with a run of any kind where it stopped, by replay: the search is asked again and told the flights that are on record.
 
 The result is that of a run that was never interrupted, to the bit: nothing of the search's inner state is stored that could be
 stale, and a file that was damaged is flown again. For runs that were stopped, killed, ran out of disk, or shall search longer.
 """
 
-from collections.abc import Iterable
 from dataclasses import replace
 from pathlib import Path
+from typing import Any
 
 from plant.errors import InputError, StoreError
-from tuner.store.advice import TUNING
+from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed, refuse_options
+from tuner.search.watcher import Watcher
+from tuner.store.advice import RESUMED, TUNING
 from tuner.store.folder import Folder
 from tuner.store.inputs import RunRecord, check_unchanged, compute_as_recorded, read_record, write_record
-from tuner.study import load_study
+from tuner.study.kinds import AnyStudy, load_any
 from tuner.study.study import Study
 
 
-def recorded_study(path: Path, here: bool = False) -> tuple[Study, RunRecord]:
-    """Return the study of a tuning run's folder as it was run, and go over to the run's arithmetic, unless `here`.
+def resume(
+    path: Path,
+    watcher: Watcher | None = None,
+    *,
+    threads: int | None = None,
+    budget: int | None = None,
+    dask: str | None = None,
+    here: bool = False,
+) -> CompletedRun:
+    """Go on with the run in a results folder to its end.
 
-    Raises StoreError where either cannot be had again.
+    budget: generations in all, more than were asked for. dask: as of `run`. here: compute with this machine's arithmetic what
+    another one recorded, which computes all of it anew. Raises StoreError where the run cannot be continued.
+    """
+    watcher, record = watcher or Watcher(), read_record(path)
+    _refuse_others(path, record, RESUMED)
+    kind = EXPERIMENTS[record.kind]
+    refuse_options(kind, dask=dask, here=here, budget=budget)
+    study, folder = reopen(path, budget, here)
+    with kind.run.engine_for(study, threads, dask, None, watcher, path) as engine:
+        watcher.on_start(study, path, kind.run.notes(study))
+        return completed(kind.run(study, folder, watcher, threads, (), engine), kind)
+
+
+def recorded_study(path: Path) -> tuple[Study, RunRecord]:
+    """Return the study of a tuning run's folder as it was run, and go over to the run's arithmetic.
+
+    Raises StoreError where either cannot be had again, or where the folder is that of another kind.
     """
     record = read_record(path)
-    if record.kind != TUNING:
-        raise StoreError(
-            f"{path} is the folder of a {record.kind}; give that of a tuning run, such as one in its contenders/"
-        )
-    try:
-        study = load_study(path / record.study, {"search.generations": record.generations})
-    except InputError as error:
-        raise StoreError(f"the inputs of this run are damaged: {error}") from None
-    check_unchanged(path, record, study.digest())
-    study = study if record.si else study.in_units_of_limits()
-    if not here:
-        compute_as_recorded(path, record)
+    _refuse_others(path, record, (TUNING,))
+    study = _study_again(path, record)
+    assert isinstance(study, Study), "its digest is that of a tuning study"
+    compute_as_recorded(path, record)
     return study, record
 
 
-def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Study, Folder]:
+def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Any, Folder]:
     """Return the study of a results folder, with another number of generations if asked for, and the folder for writing.
 
     here: compute with this machine's arithmetic; what another recorded has other keys, so all of it is computed anew.
     """
-    study, record = recorded_study(path, here)
+    record = read_record(path)
+    _refuse_others(path, record, RESUMED)
+    study = _study_again(path, record)
+    if not here:
+        compute_as_recorded(path, record, None if record.kind == TUNING else "run it anew")
     folder = Folder.open(path)
     if budget is None or budget == record.generations:
         return study, folder
@@ -51,17 +73,29 @@ def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Study, F
             f"given {budget} generations; the run was asked for {record.generations}, and a search is only ever extended",
             key="--budget",
         )
-    longer = load_study(path / record.study, {"search.generations": budget})
+    longer = load_any(path / record.study, {"search.generations": budget})
     write_record(folder, replace(record, digest=longer.digest(), generations=budget))
-    return longer if record.si else longer.in_units_of_limits(), folder
+    return _in_units_of(record, longer), folder
 
 
-def compute_as_reused(paths: Iterable[Path]) -> None:
-    """Go over to the arithmetic of the runs whose flights are to be taken over; StoreError where it is not to be had."""
-    for path in paths:
-        try:
-            record = read_record(path)
-        except StoreError:
-            # What is left of it is taken over all the same, where its keys are those of this run.
-            continue
-        compute_as_recorded(path, record, "leave --reuse out")
+def _refuse_others(path: Path, record: RunRecord, kinds: tuple[str, ...]) -> None:
+    if record.kind not in kinds:
+        raise StoreError(
+            f"{path} is the folder of a {record.kind}; give that of a tuning run, such as one in its contenders/"
+        )
+
+
+def _study_again(path: Path, record: RunRecord) -> AnyStudy:
+    """Return the study that a run began with; StoreError where it is no longer what it was."""
+    changes = {} if record.generations is None else {"search.generations": record.generations}
+    try:
+        study = load_any(path / record.study, changes)
+    except InputError as error:
+        raise StoreError(f"the inputs of this run are damaged: {error}") from None
+    check_unchanged(path, record, study.digest())
+    return _in_units_of(record, study)
+
+
+def _in_units_of(record: RunRecord, study: AnyStudy) -> AnyStudy:
+    """Return a study with its limits in the units in which the folder of a run holds them."""
+    return study.in_units_of_limits() if isinstance(study, Study) and not record.si else study

@@ -1,4 +1,4 @@
-"""Is a recorded run what this machine computes from the same study? Replay the search, fly its candidates again, compare bits.
+"""Check that a recorded run is what this machine computes from the same study: replay, fly again, compare bits.
 
 Replayed from the recorded flights, the search must ask for the recorded candidates and value them alike; flown again, the
 candidates must give the recorded meters; judged again, the finalists must give the recorded front, gains and summary. All other
@@ -22,16 +22,16 @@ from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.documents.ending import gains_name
 from tuner.engines.cuda import engine_again
-from tuner.experiments.again.replay import replayed
 from tuner.experiments.again.resume import recorded_study
-from tuner.experiments.tuning.conclusion import batches, conclude
+from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.experiments.tuning.run import flight_store, problem_of, warm_up
+from tuner.experiments.tuning.problem import batches, flight_store, problem_of, warm_up
+from tuner.experiments.tuning.search import replayed
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import front_table, generation_table
 from tuner.gains.hashing import same_result
 from tuner.search.loop import Generation, archive, point_name
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import CHECKING, Watcher
 from tuner.store.advice import CONTEST, TUNING, kind_of
 from tuner.store.environment import environment
 from tuner.store.flights import RESULTS, FlightStore
@@ -197,7 +197,7 @@ def refly(
     points = archive(generations).points if generations else np.zeros((0, len(study.space.variables)))
     made = np.concatenate([entry.evaluation.flights_each for entry in generations]) if generations else np.zeros(0)
     flights = batches(study, SEARCH)
-    watcher.verifying(len(flown) * sum(batch.count for batch in flights))
+    watcher.on_stage(CHECKING, len(flown) * sum(batch.count for batch in flights))
     for start in range(0, len(flown), BATCH):
         part = flown[start : start + BATCH]
         rows = study.space.gains(points[part])

@@ -1,4 +1,4 @@
-"""What is to be compared: a results folder brings its recommended point and its front, a gains file its one controller."""
+"""Entrants of a comparison: a results folder brings its recommended point and its front, a gains file its one controller."""
 
 from dataclasses import dataclass
 from pathlib import Path
@@ -35,6 +35,13 @@ class Entrant:
     rows: np.ndarray
     picked: np.ndarray
     feasible: bool = True
+
+    @property
+    def why(self) -> str:
+        """Why it is compared at its point, as the end of a sentence."""
+        if self.study is None:
+            return "its gains are given"
+        return "recommended by its run" if self.feasible else "nearest to feasible in its run"
 
 
 def read_entrants(paths: list[Path]) -> list[Entrant]:

@@ -1,4 +1,4 @@
-"""What the flights of a comparison say: every contender's risks, and the difference of every pair on the same flights."""
+"""Statistics of a comparison: every contender's risks, and the difference of every pair on the same flights."""
 
 from dataclasses import dataclass
 from itertools import combinations

@@ -1,4 +1,4 @@
-"""What a control step costs, counted and not timed: operations of the laws, and instructions of the whole step on a processor.
+"""Cost of a control step, counted and not timed: operations of the laws, and instructions of the whole step on a processor.
 
 Operations are those of the laws' step functions as CasADi expressions: deterministic, the same on every machine, without the
 cascade between the laws, which all contenders share. Instructions, memory and what a compiler makes of it come from the packaged

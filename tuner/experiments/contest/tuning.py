@@ -1,4 +1,4 @@
-"""What a contender brings into the comparison: the gains it is flown at and the front behind them, both picked before it."""
+"""A contender ready for the comparison: the gains it is flown at and the front behind them, both picked before it."""
 
 from dataclasses import dataclass, replace
 from typing import TYPE_CHECKING

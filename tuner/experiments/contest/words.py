@@ -50,7 +50,7 @@ def _ranking(result: "Result", i: int, quantity: Quantity) -> str:
     if beaten:
         text += "; the paired interval puts it below " + listed(f"{result.names[k]}{share}" for k, share in beaten)
     if level:
-        text += "; it is not told apart from " + listed(result.names[k] for k, _ in level)
+        text += f"; the difference to {listed(result.names[k] for k, _ in level)} is not significant"
     return f"{text}."
 
 
@@ -67,7 +67,7 @@ def front_words(result: "Result") -> Iterable[str]:
     level = [(a, b) for a, b, apart in volumes.differences if apart.low <= 0.0 <= apart.high]
     if level:
         pairs = listed(f"{result.names[a]} and {result.names[b]}" for a, b in level)
-        yield f"The sizes of these fronts are not told apart: {pairs}."
+        yield f"The differences in size between these fronts are not significant: {pairs}."
 
 
 def limit_words(result: "Result") -> Iterable[str]:

@@ -4,9 +4,9 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from tuner.experiments.inference.evaluated import EvaluatedSettings, published_ratios, ratio_scores
 from tuner.experiments.inference.misfit import CENTRAL_68, CENTRAL_95, is_inside, log_ratio, percentile, tolerance
 from tuner.experiments.inference.ranges import Range, near_rows
-from tuner.experiments.inference.tried import Tried, published_ratios, ratio_scores
 from tuner.experiments.inference.words import sentences
 from tuner.search.loop import point_name
 from tuner.study.inference import Unknown
@@ -137,7 +137,7 @@ def misfit_row(findings: "Findings", row: int, checked: int) -> Document:
     }
 
 
-def misfit_of(findings: "Findings", settings: Tried, row: int) -> dict[str, float]:
+def misfit_of(findings: "Findings", settings: EvaluatedSettings, row: int) -> dict[str, float]:
     """Return the misfit of each kind and over all cells of one setting."""
     inference = findings.inference
     values = settings.misfits(inference)[row]

@@ -32,7 +32,7 @@ KEPT = 8
 
 @dataclass(frozen=True)
 class Flights:
-    """Which flights of which scenario: the first to before the last of a stream, under one root seed."""
+    """Flights of a scenario: the first to before the last of a stream, under one root seed."""
 
     spec: ScenarioSpec
     vehicle: Vehicle

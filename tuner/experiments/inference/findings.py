@@ -4,15 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tuner.experiments.inference.evaluated import EvaluatedSettings
 from tuner.experiments.inference.ranges import Range
-from tuner.experiments.inference.tried import Tried
 from tuner.search.loop import Generation
 from tuner.study.inference import Inference
 
 
 @dataclass(frozen=True)
 class Findings:
-    """What an inference found.
+    """The findings of an inference.
 
     found: all settings flown; row 0 is the default. chosen: row of the inferred one; most: of the one with the most cells
     inside; shown: rows of the front that were checked. checked: the held-out flights of the default, of the chosen, of the
@@ -22,11 +22,11 @@ class Findings:
 
     inference: Inference
     generations: list[Generation]
-    found: Tried
+    found: EvaluatedSettings
     chosen: int
     most: int
     shown: np.ndarray
-    checked: Tried
+    checked: EvaluatedSettings
     default_scores: np.ndarray
     scores: np.ndarray
     ranges: list[Range]

@@ -1,4 +1,4 @@
-"""How far a setting is from the published cells: one number for each kind of cell, 0 where all are met.
+"""Misfit of a setting to the published cells: one number for each kind of cell, 0 where all are met.
 
     r = ln(ours / published),    misfit of a kind = sqrt(mean over its cells of r^2),    kinds: "peak", "settling", ...
 

@@ -1,4 +1,4 @@
-"""How well the published cells tell the unknowns: two ranges for each, and what they allow to say.
+"""Certainty of the inferred unknowns: two ranges for each, and the verdict that they allow.
 
 near: the settings whose misfit over all kinds is larger than the least by no more than a stated share. It says what the
 fit tolerates, bends included, but is no finer than the settings lie.
@@ -18,9 +18,9 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tuner.experiments.inference.evaluated import EvaluatedSettings
 from tuner.experiments.inference.misfit import log_ratio
 from tuner.experiments.inference.refine import Slope
-from tuner.experiments.inference.tried import Tried
 from tuner.study.inference import Inference, Unknown
 
 # Shares of the searched range (on its scale) up to which a value counts as told, or as told loosely.
@@ -48,7 +48,9 @@ class Range:
         return "told" if self.share <= TOLD else "loosely" if self.share <= LOOSELY else "not"
 
 
-def ranges(inference: Inference, found: Tried, chosen: int, slope: Slope, scores: np.ndarray) -> list[Range]:
+def ranges(
+    inference: Inference, found: EvaluatedSettings, chosen: int, slope: Slope, scores: np.ndarray
+) -> list[Range]:
     """Return the ranges of all unknowns; scores (cells, flights): held-out, at the chosen setting."""
     near = near_rows(inference, found)
     deviation = np.sqrt(np.diag(covariance(slope.matrix, scatter(inference, scores))))
@@ -58,7 +60,7 @@ def ranges(inference: Inference, found: Tried, chosen: int, slope: Slope, scores
     ]
 
 
-def near_rows(inference: Inference, found: Tried) -> np.ndarray:
+def near_rows(inference: Inference, found: EvaluatedSettings) -> np.ndarray:
     """Return which settings are near the least misfit (n,)."""
     misfit = found.overall(inference)
     return misfit <= (1.0 + inference.near) * misfit.min(axis=0)

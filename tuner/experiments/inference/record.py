@@ -9,14 +9,13 @@ from typing import Any
 
 import numpy as np
 
-from plant.input_files import MOST_TABLE, read_input
-from tuner.store.flights import FOLDER, digest_of
+from tuner.store.flights import FOLDER, digest_of, intact_files
 from tuner.store.folder import Folder
 
 Array = np.ndarray
 
 
-class Settings:
+class SettingStore:
     """Recalls scores and failures of settings, and writes those it is given. names: of the unknowns; cells: how many.
 
     damaged: names of files that were set aside.
@@ -27,13 +26,8 @@ class Settings:
         self._known: dict[tuple[str, int, bytes], tuple[Array, Array]] = {}
         self._written = 0
         self.damaged: list[str] = []
-        for file in sorted((folder.path / FOLDER).glob("*.parquet")):
-            content = read_input(file, MOST_TABLE)
-            if file.stem.endswith(digest_of(content)) and folder.keep(f"{FOLDER}/{file.name}"):
-                self._read(file.stem.rsplit("-", 2)[0], content)
-            else:
-                self.damaged.append(str(file))
-                file.replace(file.with_suffix(".damaged"))
+        for file, content in intact_files(folder.path, folder, self.damaged):
+            self._read(file.stem.rsplit("-", 2)[0], content)
 
     def recall(self, stream: str, count: int, values: Array) -> tuple[Array, Array] | None:
         """Return scores and failed (cells, count) of a setting's values (unknowns,), or None where they are not known."""

@@ -14,8 +14,8 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from tuner.experiments.inference.evaluated import EvaluatedSettings, best_row, concatenate
 from tuner.experiments.inference.misfit import log_ratio, overall, weights
-from tuner.experiments.inference.tried import Tried, inferred, joined
 from tuner.study.inference import Inference
 
 # Distance of the neighbours, in shares of the range of an unknown: at first, and the least that is tried.
@@ -24,7 +24,7 @@ FAR, CLOSE = 0.04, 0.01
 DAMPINGS = (0.001, 0.01, 0.1, 1.0, 10.0)
 ROUNDS = 8
 
-Fly = Callable[[np.ndarray], Tried]
+Fly = Callable[[np.ndarray], EvaluatedSettings]
 """Flies points (n, unknowns) of the unit cube."""
 
 
@@ -39,7 +39,9 @@ class Slope:
     matrix: np.ndarray
 
 
-def refined(inference: Inference, start: np.ndarray, before: Tried, fly: Fly) -> tuple[Tried, Slope]:
+def refined(
+    inference: Inference, start: np.ndarray, before: EvaluatedSettings, fly: Fly
+) -> tuple[EvaluatedSettings, Slope]:
     """Return all settings flown, `before` included, and the slope at the last best one but for the final step.
 
     start (unknowns,): point of the unit cube of the best setting of `before`.
@@ -51,10 +53,10 @@ def refined(inference: Inference, start: np.ndarray, before: Tried, fly: Fly) ->
         around = neighbours(point, reach)
         flown = fly(around)
         slope = slope_of(inference, point, around, flown)
-        here = log_ratio(found.median[inferred(found.misfits(inference))], inference.published)
+        here = log_ratio(found.median[best_row(found.misfits(inference))], inference.published)
         trials = steps(inference, slope, here)
-        parts, points = joined([flown, fly(trials)]), np.concatenate([around, trials], axis=0)
-        found = joined([found, parts])
+        parts, points = concatenate([flown, fly(trials)]), np.concatenate([around, trials], axis=0)
+        found = concatenate([found, parts])
         misfit = overall(parts.misfits(inference))
         if misfit.min(axis=0) < least:
             point = points[np.argmin(misfit)]
@@ -71,7 +73,7 @@ def neighbours(point: np.ndarray, reach: float) -> np.ndarray:
     return np.clip(np.concatenate([point - moves, point + moves], axis=0), 0.0, 1.0)
 
 
-def slope_of(inference: Inference, point: np.ndarray, around: np.ndarray, flown: Tried) -> Slope:
+def slope_of(inference: Inference, point: np.ndarray, around: np.ndarray, flown: EvaluatedSettings) -> Slope:
     """Return the derivatives between the lower and the upper neighbours of a point."""
     ratios = log_ratio(flown.median, inference.published)
     count = len(point)

@@ -1,1 +1,1 @@
-"""What a run will take and how sure its figures will be, from a few candidates that are flown first."""
+"""The cost of a run and the certainty of its figures, estimated from a few candidates that are flown first."""

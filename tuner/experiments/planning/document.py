@@ -1,4 +1,4 @@
-"""What a plan says, as data for JSON and for the terminal."""
+"""The plan of a run as data, for JSON and for the terminal."""
 
 from typing import Any
 
@@ -6,7 +6,7 @@ from tuner.experiments.planning.cost import disk_of, flights_of, memory_of, seco
 from tuner.experiments.planning.pilot import FLIGHTS, Pilot
 from tuner.experiments.planning.precision import HELD_OUT, STREAMS, Precision, precision_of
 from tuner.experiments.tuning.conflicts import automatic_rows
-from tuner.experiments.tuning.guards import said_before
+from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.study.study import Study
 
 Row = dict[str, Any]
@@ -63,7 +63,7 @@ def percent_of(width: float | None, value: float) -> float | None:
 
 def warnings(study: Study, pilot: Pilot, precisions: list[Precision], share: float) -> list[str]:
     """Return what should be changed, or known, before the run."""
-    said = said_before(study)
+    said = warnings_before_run(study)
     lost = sum(int(entry.failed[0].sum(axis=0)) for entry in pilot.scenarios)
     if lost:
         said.append(

@@ -1,4 +1,4 @@
-"""How wide the 95 % intervals of a run will be, and how many scenarios tell a difference, from the flights of the pilot.
+"""Widths of the 95 % intervals of a run, and scenarios that a difference takes, estimated from the flights of a pilot.
 
 The pilot's flights stand for all that could be drawn. A few sets of as many flights as the run has are drawn from them, each
 scenario in the share that it has in the run, and each gets the interval that the run would report of it: the median of their

@@ -1,39 +1,32 @@
-"""What a search found, held against flights that it never saw: finalists, the recommended point, warnings."""
+"""Conclusion of a search on flights that it never saw: finalists, the recommended point, warnings."""
 
 from dataclasses import replace
 from time import perf_counter
 
 import numpy as np
 
-from objectives.problem import FlightBatch, Problem
-from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
+from objectives.problem import Problem
+from plant.scenarios import CONFIRMATION, HELD_OUT
 from tuner.analysis.held_out import Finalists, Searched, compare, compare_known, judge
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
+    conflict_texts,
+    cost_texts,
     costs_of,
     limits_of,
-    told_conflict,
-    told_costs,
 )
 from tuner.experiments.tuning.ending import obstacles_of
-from tuner.experiments.tuning.guards import said_after, said_before
+from tuner.experiments.tuning.guards import warnings_after_run, warnings_before_run
 from tuner.experiments.tuning.outcome import Outcome, finalist_gains
+from tuner.experiments.tuning.problem import batches
 from tuner.search.front import pick
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive
-from tuner.search.watcher import Watcher
+from tuner.search.watcher import CHECKING, Watcher
 from tuner.study.study import Study
 
 # Finalists re-flown at most; a longer front is thinned evenly along its first objective.
 MOST_FINALISTS = 48
-
-
-def batches(study: Study, stream: str) -> tuple[FlightBatch, ...]:
-    """Return the flights of a study in a stream; held-out check and confirmation take equally many."""
-    return tuple(
-        FlightBatch(entry.spec, stream, entry.search if stream == SEARCH else entry.held_out)
-        for entry in study.scenarios
-    )
 
 
 def conclude(
@@ -44,7 +37,7 @@ def conclude(
     candidates, warnings = finalists_of(found, study)
     flown, again = batches(study, HELD_OUT), batches(study, CONFIRMATION)
     gains = finalist_gains(problem, study, found, candidates)
-    watcher.verifying((len(gains) + 2) * sum(batch.count for batch in flown))
+    watcher.on_stage(CHECKING, (len(gains) + 2) * sum(batch.count for batch in flown))
     evaluation = problem.evaluate_gains(gains, flown, watcher.on_flights_done, fly_all=True)
     finalists = judge(problem, evaluation, searched(generations, [0, *candidates.tolist()]), study.seed)
     tuned, why = recommend(study, finalists)
@@ -54,14 +47,14 @@ def conclude(
     limits, known = limits_of(study.constraints, study.requirements), completely_known(found, generations)
     conflict = conflict_of(known, limits)
     default = default_candidate(found, study)
-    warnings += told_conflict(conflict, limits, default) if conflict is not None else []
+    warnings += conflict_texts(conflict, limits, default) if conflict is not None else []
     outcome = Outcome(
         study, problem, generations, candidates, finalists, confirmation, tuned, why,
         compare(problem, confirmation, study.seed), compare_known(problem, confirmation),
         conflict, obstacles_of(problem, study, generations, found, conflict, limits), costs_of(known, limits),
         [*said, *warnings], 0.0,
     )  # fmt: skip
-    warnings = [*outcome.warnings, *said_after(outcome)]
+    warnings = [*outcome.warnings, *warnings_after_run(outcome)]
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
 
 
@@ -87,7 +80,7 @@ def remarks(outcome: Outcome) -> list[str]:
     """Return what each limit cost along the front, in sentences."""
     study = outcome.study
     labels, units = zip(*[(entry.label, entry.metric.unit) for entry in study.objectives], strict=True)
-    return told_costs(outcome.costs, limits_of(study.constraints, study.requirements), labels, units)
+    return cost_texts(outcome.costs, limits_of(study.constraints, study.requirements), labels, units)
 
 
 def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: Study) -> str:
@@ -103,7 +96,7 @@ def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: Study) -> str:
 
 def finalists_of(found: Archive, study: Study) -> tuple[np.ndarray, list[str]]:
     """Return the archive indices to re-fly and what to warn of."""
-    warnings = said_before(study)
+    warnings = warnings_before_run(study)
     front = found.front()
     if len(front) == 0:
         least, why = nothing_feasible(found, study.requirements)

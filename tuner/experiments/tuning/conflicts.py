@@ -1,4 +1,4 @@
-"""What stands against what: limits that no candidate kept together, how far they would have to give way, what each costs.
+"""Conflicts of limits: which no candidate kept together, how far they would have to be relaxed, and what each costs.
 
 All of it is said of the candidates that a search tried. Of a candidate that was not flown through every scenario the requirements
 are known and the constraints are not: it counts as one that does not keep them, and no relaxation is drawn from it.
@@ -41,7 +41,8 @@ class Limit(NamedTuple):
         step = share * (abs(self.limit) or 1.0)
         return self.limit + step if self.sense == "most" else self.limit - step
 
-    def said(self) -> str:
+    @property
+    def text(self) -> str:
         """Return "mean(saturation) at most 0.02", of an automatic limit with its key."""
         asked = f"{self.label} at {self.sense} {_number(self.limit, self.unit)}"
         return f"{asked} (automatic: {self.automatic})" if self.automatic else asked
@@ -160,14 +161,14 @@ def automatic_rows(constraints: Sequence[Constraint]) -> list[dict[str, Any]]:
     return [{"label": each.label, "unit": each.unit, "limit": each.limit, "key": each.automatic} for each in limits]
 
 
-def told_automatic(constraints: Sequence[Constraint]) -> list[str]:
+def automatic_limit_texts(constraints: Sequence[Constraint]) -> list[str]:
     """Return a sentence for each limit that the study does not write."""
-    return [f"Automatic limit: {limit.said()}." for limit in limits_of(constraints, ()) if limit.automatic]
+    return [f"Automatic limit: {limit.text}." for limit in limits_of(constraints, ()) if limit.automatic]
 
 
-def told_conflict(conflict: Conflict, limits: Sequence[Limit], default: int | None = None) -> list[str]:
+def conflict_texts(conflict: Conflict, limits: Sequence[Limit], default: int | None = None) -> list[str]:
     """Return a conflict in sentences; default: the candidate that is the default, None where it was not searched."""
-    told = [_told_sets(conflict, limits)]
+    told = [_sets_text(conflict, limits)]
     if conflict.common is None:
         return [*told, "No flown candidate is within a finite step of the limits; widen the ranges of the gains."]
     for relaxation in sorted(conflict.single, key=lambda entry: entry.share):
@@ -186,8 +187,8 @@ def _named(relaxation: Relaxation, default: int | None) -> str:
     return f"{point}, the default itself, and nothing that was searched," if relaxation.candidate == default else point
 
 
-def _told_sets(conflict: Conflict, limits: Sequence[Limit]) -> str:
-    sets = [" and ".join(limits[i].said() for i in some) for some in conflict.sets]
+def _sets_text(conflict: Conflict, limits: Sequence[Limit]) -> str:
+    sets = [" and ".join(limits[i].text for i in some) for some in conflict.sets]
     if len(conflict.sets[0]) == 1:
         return f"Kept by none of them: {'; '.join(sets)}."
     return f"Kept together by none of them: {'; or '.join(sets)}."
@@ -210,7 +211,7 @@ def _towards(value: float, limit: Limit) -> str:
     return _number(rounded, limit.unit)
 
 
-def told_costs(
+def cost_texts(
     costs: Sequence[Cost], limits: Sequence[Limit], labels: Sequence[str], units: Sequence[str]
 ) -> list[str]:
     """Return what each limit costs in sentences; labels, units: of the objectives."""
@@ -222,7 +223,7 @@ def told_costs(
             for cost in costs
             if cost.limit == i
         ]
-        told.append(f"Without {limits[i].said()} the front of the search reaches {' and '.join(parts)}.")
+        told.append(f"Without {limits[i].text} the front of the search reaches {' and '.join(parts)}.")
     return told
 
 

@@ -1,4 +1,4 @@
-"""What stands behind a limit that no candidate keeps: the loop, the value reached, the gains that move it, what a design reaches.
+"""Diagnosis of a limit that no candidate keeps: the loop, the value reached, the gains that move it, what a design reaches.
 
 A margin is asked of several loops at once; here each loop answers for itself. Nothing is flown: what is known without flying is
 asked again of the best candidates and of points about them; of flights, only those of the search are used.
@@ -283,7 +283,7 @@ def _correlated(study: Study, points: Array, values: Array) -> tuple[str, ...]:
     return tuple(variables[i].name for i in order if strength[i] > least)
 
 
-def told_obstacles(obstacles: Sequence[Obstacle]) -> list[str]:
+def obstacle_texts(obstacles: Sequence[Obstacle]) -> list[str]:
     """Return obstacles in sentences."""
     return [_told(entry) for entry in obstacles]
 

@@ -1,4 +1,4 @@
-"""How a run ended: with gains to recommend, or with nothing that keeps every limit; every other part of the tool asks here."""
+"""The end of a run: gains to recommend, or nothing that keeps every limit; every other part of the tool asks here."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
@@ -8,7 +8,7 @@ import numpy as np
 from objectives.problem import Problem
 from tuner.documents.ending import INFEASIBLE, NOTHING
 from tuner.experiments.tuning.conflicts import Conflict, Limit
-from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, Diagnosis, Obstacle, flown_obstacle, told_obstacles
+from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, Diagnosis, Obstacle, flown_obstacle, obstacle_texts
 from tuner.search.loop import Archive, Generation, point_name
 from tuner.study.study import Study
 
@@ -22,7 +22,7 @@ def contender_ending(name: str, point: str, obstacles: Sequence[Obstacle] = ()) 
         f"{NOTHING} for {name}: nothing that its run tried keeps every limit. It stands here at {point}, which comes nearest, "
         "and no line below recommends it."
     )
-    return [head, *[f"{name}: {text}" for text in told_obstacles(obstacles)]]
+    return [head, *[f"{name}: {text}" for text in obstacle_texts(obstacles)]]
 
 
 def obstacles_of(
@@ -67,7 +67,7 @@ def ending_of(outcome: "Outcome") -> list[str]:
     about = f"so no gains are recommended. {nearest}"
     if len(outcome.archive.front()) == 0:
         head = f"{NOTHING}: none of {len(outcome.archive.points):,} candidates keeps every limit, {about}"
-        return [head, *told_obstacles(outcome.obstacles)]
+        return [head, *obstacle_texts(outcome.obstacles)]
     tried = len(outcome.candidates)
     who = "the one finalist does not keep" if tried == 1 else f"none of the {tried} finalists keeps"
     head = f"{NOTHING} on held-out scenarios: {who} every limit there, {about}"
@@ -85,7 +85,7 @@ def _broken(outcome: "Outcome") -> list[str]:
         limits[i].limit + evaluation.violations[row, i] if i < split else evaluation.requirements[row, i - split]
         for i in broken
     ]
-    return [f"{limits[i].said()} with {value:.4g}" for i, value in zip(broken, values, strict=True)]
+    return [f"{limits[i].text} with {value:.4g}" for i, value in zip(broken, values, strict=True)]
 
 
 def _default(outcome: "Outcome") -> list[str]:

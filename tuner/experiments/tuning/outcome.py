@@ -15,7 +15,7 @@ from tuner.study.study import Study
 
 @dataclass(frozen=True)
 class Outcome:
-    """What a run found. candidates: archive indices of the finalists behind the default; tuned: row in the finalists, of the
+    """The findings of a run. candidates: archive indices of the finalists behind the default; tuned: row in the finalists, of the
     recommended point or, where nothing is feasible, of the one that breaks least.
 
     confirmation: the default and the recommended point on scenarios that decided nothing; table and known rest on them.

@@ -1,6 +1,6 @@
 """A study before anything flies: its vehicle, its trim in the mean wind, the default's margins, limits out of reach."""
 
-from math import isfinite, radians
+from math import degrees, isfinite, radians
 from typing import Any
 
 import numpy as np
@@ -8,7 +8,9 @@ import numpy as np
 from plant.airframes.derived import quantities
 from plant.seeds import generator
 from plant.vehicle import Vehicle
-from tuner.experiments.tuning.diagnosis import Diagnosis, Obstacle
+from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows
+from tuner.experiments.tuning.diagnosis import Diagnosis, Obstacle, obstacle_texts
+from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.search.first_generation import latin_hypercube
 from tuner.study.study import Study
 from tuner.study.trim import MeanWindTrim, mean_wind_trim
@@ -88,3 +90,54 @@ def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[Obstacle]:
 def is_certain(found: Obstacle) -> bool:
     """Return whether no search can help: nothing that is searched moves it."""
     return not found.moved_by
+
+
+def search_flights(study: Study) -> int:
+    """Return how many flights the search takes at most."""
+    return study.search.generations * study.search.population * sum(entry.search for entry in study.scenarios)
+
+
+def study_preview(asked: Study) -> Row:
+    """Return what a study would fly and what is known of it without flying."""
+    diagnosis = Diagnosis(asked)
+    beyond = beyond_reach(asked, diagnosis)
+    trims = trim_rows(asked)
+    return {
+        "kind": "study",
+        "title": asked.title,
+        "variables": len(asked.space.variables),
+        "objectives": [objective.label for objective in asked.objectives],
+        "constraints": [entry.objective.label for entry in asked.constraints],
+        "automatic_limits": automatic_rows(asked.constraints),
+        "requirements": [requirement.label for requirement in asked.requirements],
+        "search_flights": search_flights(asked),
+        "digest": asked.digest(),
+        "vehicle": {"name": asked.airframe.name, **vehicle_row(asked.system.vehicle)},
+        "trim": trims,
+        "default": default_rows(asked, diagnosis),
+        "out_of_reach": [{**entry.row(), "certain": is_certain(entry)} for entry in beyond],
+        "problems": [*trim_problems(trims), *obstacle_texts(beyond)],
+        "warnings": warnings_before_run(asked),
+        "told": automatic_limit_texts(asked.constraints),
+    }  # fmt: skip
+
+
+def trim_problems(trims: list[Row]) -> list[str]:
+    """Return a sentence for each scenario in whose mean wind little or nothing is left of the tilt limit."""
+    return [_problem(row) for row in trims if not row["held"] or row["margin"] < NARROW]
+
+
+def _problem(row: Row) -> str:
+    wind = f'scenario "{row["scenario"]}": the mean wind of {row["wind"]:.3g} m/s'
+    if row["held"]:
+        return f"{wind} leaves {degrees(row['margin']):.1f} deg to the tilt limit, which gusts will take."
+    remedy = "choose a weaker intensity or mean_wind = false, or raise controller.tilt_limit_deg"
+    return f"{wind} is more than the vehicle holds its place in; {remedy}."
+
+
+def is_hopeless(figures: Row) -> bool:
+    """Return whether a hard limit is out of reach for certain, or a mean wind is more than the vehicle can hold."""
+    soft = {row["label"] for row in figures["default"] if not row["hard"]}
+    return any(not row["held"] for row in figures["trim"]) or any(
+        row["certain"] and row["label"] not in soft for row in figures["out_of_reach"]
+    )

@@ -1,240 +1,169 @@
-"""A study from beginning to end: search, re-fly the finalists on held-out scenarios, pick, write everything down."""
+"""A tuning run: search, re-fly the finalists on held-out scenarios, pick, write everything down."""
 
-from collections.abc import Callable
-from dataclasses import replace
+from collections.abc import Iterator
+from contextlib import contextmanager
 from pathlib import Path
-from time import perf_counter
-from typing import Any
-
-import numpy as np
 
 from objectives.engine import Engine
-from objectives.memory import FlightMemory
-from objectives.problem import Evaluation, Problem
-from objectives.racing import Champions, race
-from plant.gains import gain_addresses
-from plant.input_files import read_input_text
-from plant.scenarios import HELD_OUT, SEARCH
-from plant.seeds import generator
+from plant.scenarios import HELD_OUT
 from tuner.documents.ending import gains_name
-from tuner.experiments.tuning.conclusion import batches, conclude
+from tuner.experiments.experiment import DRAWN, Experiment
+from tuner.experiments.tuning.conclusion import conclude
+from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.experiments.tuning.starts import starting_points
+from tuner.experiments.tuning.problem import check_searched, flight_store, problem_of, warm_up
+from tuner.experiments.tuning.search import algorithm_of, first_points, search
 from tuner.experiments.tuning.summary import summary_document
-from tuner.experiments.tuning.tables import front_table, generation_table, history_table
-from tuner.search.first_generation import first_generation
-from tuner.search.loop import Generation, Search, archive, search_generations
-from tuner.search.registry import SEARCHES
-from tuner.search.watcher import Watcher, told_of_compiling
+from tuner.experiments.tuning.tables import front_table
+from tuner.search.loop import Search
+from tuner.search.watcher import Watcher
 from tuner.store.advice import TUNING
-from tuner.store.clock import Clock, Spent, recorded
-from tuner.store.environment import environment, with_session
-from tuner.store.flights import FlightStore
+from tuner.store.clock import Clock
 from tuner.store.folder import Folder
-from tuner.store.inputs import freeze
-from tuner.store.start import FILE as START
-from tuner.store.start import read_start, write_start
 from tuner.study.study import Study
+from tuner.study.trim import trim_texts
+
+
+class TuningRun(Experiment[Study, Outcome]):
+    """A study run in a results folder; every generation is on disk before the next one flies.
+
+    Flights that are in the folder already, or in the results folders `reuse`, are not flown again: a run that was stopped goes
+    on where it was, and ends with the bits that it would have ended with.
+    """
+
+    kind = TUNING
+    options = frozenset({"reuse", "dask", "backend", "budget", "here"})
+
+    @classmethod
+    def check(cls, study: Study) -> None:
+        """Refuse a study that searches no gain."""
+        check_searched(study)
+
+    @classmethod
+    def notes(cls, study: Study) -> list[str]:
+        """Say what a steady wind takes and which limits the study does not write."""
+        specs = [entry.spec for entry in study.scenarios]
+        return [*trim_texts(specs, study.system), *automatic_limit_texts(study.constraints)]
+
+    @classmethod
+    @contextmanager
+    def engine_for(
+        cls,
+        study: Study,
+        threads: int | None,
+        dask: str | None,
+        backend: str | None,
+        watcher: Watcher,
+        recorded: Path | None,
+    ) -> Iterator[Engine | None]:
+        """Yield a cluster, a graphics card, or None for this machine's cores; recorded: the folder to go on with."""
+        from tuner.engines.cluster.connect import engine_at
+        from tuner.engines.cuda import LANES, engine_again, engine_named
+
+        with engine_at(dask, study, threads, watcher.on_message) as cluster:
+            if recorded is not None:
+                yield engine_again(recorded, study.system, study.seed, cluster)
+            else:
+                yield cluster or engine_named(backend or LANES, study.system, study.seed, watcher.on_message)
+
+    def prepare(self) -> None:
+        """Index the flights on record and pose the problem."""
+        self.clock = Clock()
+        self.store = flight_store(self.study, self.folder, self.reuse)
+        self.problem = problem_of(self.study, self.threads, self.store, self.engine)
+
+    @property
+    def damaged(self) -> list[str]:
+        """Names of damaged files of flights."""
+        return self.store.damaged
+
+    @property
+    def arithmetic(self) -> str:
+        """Arithmetic of the engine that flies."""
+        return self.problem.engine.arithmetic
+
+    def warm_up(self) -> None:
+        """Have the kernel compiled where anything is left to search."""
+        if self.store.generations < self.study.search.generations:
+            warm_up(self.problem, self.study, self.watcher)
+
+    def algorithm(self) -> tuple[Search, list[str]]:
+        """Return the search, at its beginning, and warnings about its starting points."""
+        first, warnings = first_points(self.problem, self.study, self.folder)
+        return algorithm_of(self.study, first), warnings
+
+    def fly(self) -> Outcome:
+        """Search, re-fly the finalists and pick."""
+        algorithm, warnings = self.algorithm()
+        generations = search(self.problem, self.study, self.folder, self.watcher, algorithm, self.clock)
+        # What earlier sessions took counts.
+        self.begin -= max(generations[-1].seconds - self.seconds, 0.0)
+        outcome = conclude(self.problem, self.study, generations, self.watcher, self.begin, warnings)
+        self.store.commit(HELD_OUT)
+        return outcome
+
+    @staticmethod
+    def is_feasible(found: Outcome) -> bool:
+        """Whether the run recommends gains."""
+        return found.feasible
+
+    def write(self, found: Outcome) -> None:
+        """Write documents and tables while the process that draws the figures starts, then the report."""
+        from tuner.experiments.tuning.run_margins import margin_table
+        from tuner.report import start_figures, write_report
+
+        folder, watcher = self.folder, self.watcher
+        drawing = start_figures(folder.path)
+        try:
+            self.write_documents(found)
+            drawing.begin()
+            watcher.on_writing("margins")
+            margins = margin_table(found)
+            if margins is not None:
+                folder.write_table("margins.parquet", margins)
+            watcher.on_writing("report")
+            write_report(folder.path)
+            watcher.on_writing("figures")
+            drawing.wait()
+        except BaseException:
+            drawing.stop()
+            raise
+        folder.written(*DRAWN)
+
+    def write_documents(self, found: Outcome) -> None:
+        """Write what the figures show: front, summary, responses; and gains."""
+        from tuner.experiments.tuning.run_constraints import constraint_table
+        from tuner.experiments.tuning.run_responses import response_table
+
+        folder = self.folder
+        document = summary_document(found)
+        folder.write_table("front.csv", front_table(found))
+        folder.remove(gains_name(not found.feasible))
+        folder.write_json(gains_name(found.feasible), document.pop("gains_document"))
+        folder.write_json("summary.json", document)
+        self.watcher.on_writing("responses")
+        folder.write_table("responses.parquet", response_table(found))
+        if found.study.constraints:
+            folder.write_table("constraints.csv", constraint_table(found))
+
+    @staticmethod
+    def draw(path: Path, watcher: Watcher) -> None:
+        """Draw figures and report again."""
+        from tuner.report import write_figures, write_report
+
+        watcher.on_writing("figures")
+        write_figures(path)
+        watcher.on_writing("report")
+        write_report(path)
 
 
 def run_study(
     study: Study,
     folder: Folder,
-    watcher: Watcher,
+    watcher: Watcher | None = None,
     threads: int | None = None,
     reuse: tuple[Path, ...] = (),
     engine: Engine | None = None,
 ) -> Outcome:
-    """Run a study in a results folder; every generation is on disk before the next one flies.
-
-    Flights that are in the folder already, or in the results folders `reuse`, are not flown again: a run that was stopped goes
-    on where it was, and ends with the bits that it would have ended with. engine: who flies, this machine unless given.
-    """
-    begin, clock = perf_counter(), Clock()
-    store = flight_store(study, folder, reuse)
-    problem = problem_of(study, threads, store, engine)
-    write_inputs(study, folder, problem)
-    for name in store.damaged:
-        watcher.noticed(f"{name} is damaged; it is not used, and what it held is flown again.")
-    if store.generations < study.search.generations:
-        warm_up(problem, study, watcher)
-    first, said = first_points(problem, study, folder)
-    generations = search(problem, study, folder, watcher, algorithm_of(study, first), clock)
-    begin -= max(generations[-1].seconds - (perf_counter() - begin), 0.0)
-    outcome = conclude(problem, study, generations, watcher, begin, said)
-    store.commit(HELD_OUT)
-    write_outcome(outcome, folder, watcher)
-    folder.seal()
-    return outcome
-
-
-def problem_of(study: Study, threads: int | None, memory: FlightMemory | None, engine: Engine | None = None) -> Problem:
-    """Return the problem that a study poses."""
-    return Problem(
-        study.system, study.space, study.objectives, study.constraints, study.seed, threads, study.screens, memory,
-        engine,
-    )  # fmt: skip
-
-
-def flight_store(study: Study, folder: Folder | None, others: tuple[Path, ...] = ()) -> FlightStore:
-    """Return the flights of a study in its results folder and in others."""
-    columns = tuple(gain.address for gain in gain_addresses(study.system.cascade))
-    return FlightStore(folder, columns, others)
-
-
-def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
-    """Have the kernel compiled (once for a combination of laws) before anything is timed."""
-    ready = problem.flyer.cached and problem.engine.ready(batches(study, SEARCH)[0])
-    if ready and not (study.table.margin and _margins_are_cold()):
-        return
-    with told_of_compiling(watcher):
-        problem.warm_up(study.default_row, study.scenarios[0].spec)
-
-
-def _margins_are_cold() -> bool:
-    from objectives.margins.curve import is_compiled
-
-    return not is_compiled()
-
-
-def first_points(problem: Problem, study: Study, folder: Folder) -> tuple[np.ndarray, list[str]]:
-    """Return the first generation (n, d), as recorded or else made and recorded, and warnings about it."""
-    known = read_start(folder.path, len(study.space.variables))
-    if known is not None and folder.keep(START):
-        return known
-    starts, said = starting_points(study)
-    worthy = problem.worth_flying if study.requirements else None
-    first = first_generation(starts, study.search.population, generator(study.seed, "search/initial", 0), worthy)
-    write_start(folder, first, said)
-    return first, said
-
-
-def algorithm_of(study: Study, first: np.ndarray) -> Search:
-    """Return the search that a study asks for, seeded, at the beginning."""
-    seed = int(generator(study.seed, "search/algorithm", 0).integers(2**31))
-    limits = len(study.constraints) + len(study.requirements)
-    return SEARCHES[study.search.algorithm](first, len(study.objectives), limits, seed)
-
-
-def search(
-    problem: Problem, study: Study, folder: Folder, watcher: Watcher, algorithm: Search, clock: Clock | None = None
-) -> list[Generation]:
-    """Run a search, whose very first candidate is the default, and record each generation."""
-    clock = clock or Clock()
-    spec, past = study.search, recorded(folder.path / "history.csv")
-    each = sum(batch.count for batch in batches(study, SEARCH))
-    watcher.searching(spec.generations, spec.generations * spec.population * each)
-    problem.spared = watcher.spared
-    generations: list[Generation] = []
-
-    def evaluate(points: np.ndarray) -> Evaluation:
-        # The very first candidate is the default: all others are measured by it, so it flies whatever it breaks.
-        default, number = np.arange(len(points)) == 0 if not generations else False, len(generations)
-        before = problem.flights_made
-        evaluation = evaluated(problem, study, points, generations, watcher.on_flights_done, default)
-        if number < len(past) and problem.flights_made == before:
-            evaluation = as_recorded(evaluation, past, number)
-            clock.at_least(past[number].seconds)
-        if problem.memory:
-            problem.memory.commit(f"{SEARCH}-{number:04d}")
-        return evaluation
-
-    for record in search_generations(algorithm, evaluate, spec.generations, clock.now):
-        generations.append(record)
-        folder.write_table(f"generations/{record.number:04d}.parquet", generation_table(study, generations, record))
-        folder.write_table("history.csv", history_table(generations))
-        watcher.generation(record)
-    return generations
-
-
-def evaluated(
-    problem: Problem,
-    study: Study,
-    points: np.ndarray,
-    before: list[Generation],
-    on_flights_done: Callable[[int], None] | None = None,
-    fly_all: bool | np.ndarray = False,
-) -> Evaluation:
-    """Evaluate a generation (n, d) on the search's scenarios, in a race against the best `before` it if the study asks so."""
-    flown = batches(study, SEARCH)
-    if not study.search.racing:
-        return problem.evaluate(points, flown, on_flights_done, fly_all)
-    return race(problem, points, flown, champions(before, len(study.objectives)), study.seed, on_flights_done, fly_all)
-
-
-def champions(generations: list[Generation], objectives: int) -> Champions:
-    """Return the front of the candidates so far that flew everything."""
-    if not generations:
-        return Champions(np.zeros((0, objectives)), np.zeros((0, objectives, 0)))
-    found = archive(generations)
-    front = found.front()
-    scores = np.concatenate([entry.evaluation.scores for entry in generations], axis=0)
-    front = front[np.concatenate([entry.evaluation.complete for entry in generations])[front]]
-    return Champions(found.values[front], scores[front, :objectives])
-
-
-def as_recorded(evaluation: Evaluation, past: list[Spent], number: int) -> Evaluation:
-    """Return a replayed evaluation with the times that it took when it was flown."""
-    before = past[number - 1] if number else Spent(0.0, 0.0, 0.0)
-    here = past[number]
-    return replace(
-        evaluation,
-        screening_seconds=here.screening - before.screening,
-        flight_seconds=here.flights - before.flights,
-    )
-
-
-def write_inputs(study: Study, folder: Folder, problem: Problem, kind: str = TUNING) -> None:
-    """Write what the run starts from; a resumed run adds its session to what is there."""
-    if not folder.keep("study.toml"):
-        folder.write_text("study.toml", read_input_text(study.path))
-    folder.write_json("resolved.json", study.resolved())
-    folder.write_json(
-        "environment.json", with_session(folder.path / "environment.json", environment(problem.flyer.threads))
-    )
-    table = study.table.model_dump(mode="json", exclude_unset=True)
-    freeze(folder, kind, study.path, table, study.digest(), study.search.generations, problem.engine.arithmetic)
-
-
-def write_outcome(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:
-    """Write front, summary, gains, responses, margins, figures and report."""
-    from tuner.experiments.tuning.run_margins import margin_table
-    from tuner.report import start_figures, write_report
-
-    drawing = start_figures(folder.path)
-    try:
-        write_contents(outcome, folder, watcher)
-        drawing.begin()
-        watcher.writing("margins")
-        margins = margin_table(outcome)
-        if margins is not None:
-            folder.write_table("margins.parquet", margins)
-        watcher.writing("report")
-        write_report(folder.path)
-        watcher.writing("figures")
-        drawing.wait()
-    except BaseException:
-        drawing.stop()
-        raise
-    folder.written("report.html", "figures/*")
-
-
-def write_contents(outcome: Outcome, folder: Folder, watcher: Watcher) -> None:
-    """Write what the figures show: front, summary, responses; and gains."""
-    from tuner.experiments.tuning.run_constraints import constraint_table
-    from tuner.experiments.tuning.run_responses import response_table
-
-    document: dict[str, Any] = summary_document(outcome)
-    folder.write_table("front.csv", front_table(outcome))
-    folder.remove(gains_name(not outcome.feasible))
-    folder.write_json(gains_name(outcome.feasible), document.pop("gains_document"))
-    folder.write_json("summary.json", document)
-    watcher.writing("responses")
-    folder.write_table("responses.parquet", response_table(outcome))
-    if outcome.study.constraints:
-        folder.write_table("constraints.csv", constraint_table(outcome))
-
-
-def default_folder(study: Study) -> Path:
-    """Return the folder a study's results go to unless another is given: results/NAME."""
-    return Path("results") / study.path.stem
+    """Carry out a tuning run in a results folder, see `TuningRun`."""
+    return TuningRun(study, folder, watcher, threads, reuse, engine).carry_out()

@@ -1,4 +1,4 @@
-"""Where a search starts: the default, which everything is measured by, and points that are known to be good before flying."""
+"""Starting points of a search: the default, by which everything is measured, and points known to be good before flying."""
 
 from collections.abc import Callable
 from dataclasses import fields

@@ -1,4 +1,4 @@
-"""What a controller costs on one processor."""
+"""Cost of a controller on one processor."""
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass

@@ -25,7 +25,7 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True)
 class Quantity:
-    """What can be limited. value(cost, control period [s]) -> number in that unit."""
+    """A cost that can be limited. value(cost, control period [s]) -> number in that unit."""
 
     unit: str
     about: str

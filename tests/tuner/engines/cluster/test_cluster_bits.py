@@ -81,10 +81,7 @@ class Counter(Watcher):
         self.flights = 0
         self.asked = 0
 
-    def searching(self, generations, flights):
-        self.asked += flights
-
-    def verifying(self, flights):
+    def on_stage(self, stage, flights):
         self.asked += flights
 
     def on_flights_done(self, flights):

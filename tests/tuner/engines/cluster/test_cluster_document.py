@@ -74,7 +74,7 @@ import sys
 import numpy as np
 from objectives.engine import Engine
 from tests.tuner.engines.cluster.clusters import problem_with, small_study
-from tuner.experiments.tuning.conclusion import batches
+from tuner.experiments.tuning.problem import batches
 
 class Painted(Engine):
     arithmetic = "painted"

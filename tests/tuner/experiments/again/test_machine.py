@@ -15,8 +15,9 @@ from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_
 from plant.errors import StoreError
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.experiments.again.killing import compare, finish, result_of
-from tuner.experiments.again.resume import compute_as_reused, recorded_study, reopen
+from tuner.experiments.again.resume import recorded_study, reopen
 from tuner.experiments.again.verify import verify
+from tuner.experiments.registry import compute_as_reused
 from tuner.search.watcher import Watcher
 from tuner.store.inputs import read_record
 from tuner.study import load_study
@@ -72,7 +73,7 @@ def test_what_this_processor_cannot_run_is_refused_with_reason_and_flag(copy):
         ):
             go_on()
     with pytest.raises(StoreError, match=r"lacks teleport; .* leave --reuse out"):
-        compute_as_reused([copy])
+        compute_as_reused((copy,))
     assert "--here" in finish("resume", copy, code=2).stderr
 
 

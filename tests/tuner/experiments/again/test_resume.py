@@ -13,11 +13,11 @@ from plant.errors import InputError, StoreError
 from plant.scenarios import SEARCH
 from tests.tuner.conftest import NoDrawing, run_small
 from tests.tuner.experiments.again.killing import compare, result_of, unsealed
-from tuner.experiments.again.rejudge import judging_study, rejudge
+from tuner.experiments.again.rejudge import judgement, judging_study
 from tuner.experiments.again.resume import reopen
 from tuner.experiments.again.verify import verify
-from tuner.experiments.tuning.conclusion import batches
-from tuner.experiments.tuning.run import problem_of, run_study
+from tuner.experiments.tuning.problem import batches, problem_of
+from tuner.experiments.tuning.run import run_study
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.store.inputs import read_record
@@ -28,7 +28,7 @@ class Listener(Watcher):
     def __init__(self):
         self.told = []
 
-    def noticed(self, text):
+    def on_warning(self, text):
         self.told.append(text)
 
 
@@ -294,7 +294,7 @@ def test_verification_writes_nothing(copy):
 def judged(path, out, **changes):
     first, asked = judging_study(path, None, {key.replace("__", "."): value for key, value in changes.items()})
     folder = Folder.create(out)
-    return rejudge(path, first, asked, folder, Watcher(), 2)
+    return judgement(path, first, asked, folder, Watcher(), 2).carry_out()
 
 
 def test_the_same_judgement_gives_the_same_result_without_a_flight(small_run, tmp_path):

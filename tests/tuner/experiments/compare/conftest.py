@@ -5,13 +5,13 @@ import json
 import pytest
 
 from plant.airframes import load
-from tuner.experiments.compare.compare import comparison_document, fly_comparison, prospect
 from tuner.experiments.compare.entrants import read_entrants
-from tuner.experiments.compare.shared import base_study
-from tuner.experiments.compare.writing import write_comparison
+from tuner.experiments.compare.plan import base_study, plan_comparison
+from tuner.experiments.compare.run import ComparisonRun, comparison_document
 from tuner.gains import content_hash
 from tuner.gains.airframe_block import airframe_block
 from tuner.search.watcher import Watcher
+from tuner.store.folder import Folder
 
 SEEDS = 16
 
@@ -29,13 +29,22 @@ def changed_gains(source, target, factor=1.0, airframe=None, **controller):
     return target
 
 
-def compared(paths, seeds=SEEDS, threads=2):
+class Counter(Watcher):
+    def __init__(self):
+        self.flights = 0
+
+    def on_flights_done(self, flights):
+        self.flights += flights
+
+
+def compared(paths, seeds=SEEDS, threads=2, out=None):
     entrants = read_entrants(paths)
-    asked = prospect(entrants, base_study(entrants, None, seeds))
-    on_flights_done = []
-    result = fly_comparison(asked, threads, on_flights_done.append)
-    assert sum(on_flights_done) == asked.flights == result.flights
-    return asked, result, comparison_document(asked, result)
+    plan = plan_comparison(entrants, base_study(entrants, None, seeds))
+    watcher = Counter()
+    folder = None if out is None else Folder.create(out, inside="figures")
+    result = ComparisonRun(plan, folder, watcher, threads).carry_out()
+    assert watcher.flights == plan.flights == result.flights
+    return plan, result, comparison_document(plan, result)
 
 
 @pytest.fixture(scope="session")
@@ -52,13 +61,17 @@ def paths(small_run, tmp_path_factory):
 
 
 @pytest.fixture(scope="session")
-def comparison(paths):
-    return compared(paths)
+def compared_into(paths, tmp_path_factory):
+    """A folder, and what was found there."""
+    out = tmp_path_factory.mktemp("compared") / "out"
+    return out, compared(paths, out=out)
 
 
 @pytest.fixture(scope="session")
-def written(comparison, tmp_path_factory):
-    _, result, document = comparison
-    out = tmp_path_factory.mktemp("compared") / "out"
-    write_comparison(out, result, document, 2, Watcher())
-    return out
+def written(compared_into):
+    return compared_into[0]
+
+
+@pytest.fixture(scope="session")
+def comparison(compared_into):
+    return compared_into[1]

@@ -16,8 +16,7 @@ from tests.tuner.experiments.compare.conftest import SEEDS, compared
 from tests.tuner.in_process import tuner
 from tuner.documents.contest_loading import load_contest
 from tuner.experiments.compare.entrants import Entrant
-from tuner.experiments.compare.fronts import MOST_POINTS, thinned
-from tuner.experiments.compare.shared import COMPARE
+from tuner.experiments.compare.plan import COMPARE, MOST_POINTS, thinned
 from tuner.experiments.contest.flying import comparison_problem, fly_all
 from tuner.experiments.contest.fronts import front_of
 
@@ -125,7 +124,7 @@ def test_what_breaks_a_limit_is_not_on_a_front(comparison):
     ]
     tight = replace(asked.contest, contenders=tuple(contenders))
     problem = comparison_problem(tight, contenders[0])
-    entries = [replace(entry, problem=problem) for entry in asked.fronts[0] if entry.point in whole.points]
+    entries = [replace(entry, problem=problem) for entry in asked.contenders[0].offered if entry.point in whole.points]
     flown = fly_all(tight, entries, 2, lambda flights: None)
     front = front_of(tight, entries, flown)
     assert set(front.points) == {p for p, row in zip(whole.points, whole.values, strict=True) if row[0] <= most}
@@ -137,7 +136,7 @@ def test_what_is_dominated_on_these_flights_is_not_on_a_front(comparison):
     asked = comparison[0]
     weaker = [
         replace(entry, point=f"{entry.point}/{n}", row=entry.row * 0.8**n)
-        for entry in asked.fronts[0]
+        for entry in asked.contenders[0].offered
         for n in (0, 1, 2, 4)
     ]
     flown = fly_all(asked.contest, weaker, 2, lambda flights: None)
@@ -173,7 +172,7 @@ def test_a_point_under_a_limit_is_picked_by_the_held_out_values_of_its_run(small
         row = outcome.names.index(point)
         np.testing.assert_allclose(picked, outcome.finalists.evaluation.values[row], rtol=1e-15)
     assert result.best_under
-    entries = [replace(entry, picked=None) for entry in asked.fronts[0]]
+    entries = [replace(entry, picked=None) for entry in asked.contenders[0].offered]
     assert len(entries) > 1
     flown = fly_all(asked.contest, entries, 2, lambda flights: None)
     assert front_of(asked.contest, entries, flown).picked is None

@@ -10,7 +10,8 @@ from plant.airframes import load
 from plant.errors import InputError
 from tests.tuner.experiments.contest.contest_text import CONTEST, NAMES, changed, write
 from tuner.study.build import study_from_table
-from tuner.study.contest_reading import is_contest, load_contest, slug_of
+from tuner.study.contest_reading import load_contest, slug_of
+from tuner.study.kinds import study_kind
 from tuner.study.layers import merged
 from tuner.text.toml_text import toml_text
 
@@ -87,7 +88,7 @@ def test_base_is_merged_deep_lists_are_replaced_and_contenders_may_come_from_it(
     assert [objective.label for objective in study.objectives] == ["mean(rms.position)"]
     assert gains_of(contest, 0)["yaw.lambda"] == 7.0
     deeper = write(tmp_path, 'base = "contest.toml"\nseed = 9\n', "deeper.toml")
-    assert is_contest(deeper)
+    assert study_kind(deeper).name == "contest"
     assert [entry.name for entry in load_contest(deeper).contenders] == ["A"]
     assert load_contest(deeper).seed == 9
 
@@ -103,8 +104,8 @@ def test_an_airframe_replaces_the_one_below(tmp_path):
 
 
 def test_a_study_is_no_contest(tmp_path):
-    assert not is_contest(write(tmp_path, SHARED, "study.toml"))
-    assert is_contest(write(tmp_path))
+    assert study_kind(write(tmp_path, SHARED, "study.toml")).name == "tuning"
+    assert study_kind(write(tmp_path)).name == "contest"
 
 
 def test_paths_of_a_base_are_relative_to_the_base(tmp_path):

@@ -7,7 +7,6 @@ import numpy as np
 import pandas as pd
 import pytest
 
-import tuner.experiments.contest.run
 from objectives.problem import FlightBatch, Problem
 from objectives.risk import Risk
 from plant.airframes import load
@@ -20,9 +19,9 @@ from tests.tuner.experiments.contest.conftest import run_small
 from tests.tuner.experiments.contest.contest_text import CONTEST, NAMES, changed, write
 from tests.tuner.in_process import tuner as command
 from tuner.analysis.responses import fly_responses
+from tuner.experiments.again.resume import reopen
 from tuner.experiments.contest.fronts import volume
-from tuner.experiments.contest.resume import reopen_contest
-from tuner.experiments.contest.run import run_contest
+from tuner.experiments.contest.run import ContestRun, run_contest
 from tuner.search.watcher import Watcher
 from tuner.study import load_study
 from tuner.study.bounds import on_bounds
@@ -48,7 +47,7 @@ def timeless(folder):
 
 @pytest.fixture
 def without_report(monkeypatch):
-    monkeypatch.setattr(tuner.experiments.contest.run, "write_report", lambda folder, watcher: None)
+    monkeypatch.setattr(ContestRun, "draw", staticmethod(lambda path, watcher: None))
 
 
 def test_every_file_is_there_and_no_half_file(small_contest):
@@ -201,9 +200,9 @@ def test_words_call_only_that_lower_which_the_intervals_call_so(small_contest):
         beaten = {row["first"] if row["second"] == best else row["second"] for row in rows if row["lower"] == best}
         assert f"{best} has the lowest value" in sentence
         _, _, rest = sentence.partition("puts it below")
-        below = rest.partition("; it is not told apart")[0]
+        below = rest.partition("; the difference to")[0]
         assert {name for name in NAMES if name in below} == beaten
-        assert ("not told apart" in sentence) == (len(beaten) < len(NAMES) - 1)
+        assert ("is not significant" in sentence) == (len(beaten) < len(NAMES) - 1)
     assert any("1 of 1" in text or "0 of 1" in text for text in found["words"] if "set to meet" in text)
 
 
@@ -311,7 +310,7 @@ def test_a_resumed_contest_ends_in_the_same_bits(small_contest, tmp_path, withou
     tables = ("fronts.csv", "differences.csv", "contenders/pid/front.csv", "contenders/pid/summary.json")
     for name in ("contest.json", "scores.parquet", *tables):
         (copy / name).unlink()
-    run_contest(*reopen_contest(copy, None), Watcher(), 1)
+    run_contest(*reopen(copy, None), Watcher(), 1)
     assert timeless(copy) == timeless(folder)
     for name in tables[:3]:
         assert (copy / name).read_bytes() == (folder / name).read_bytes()

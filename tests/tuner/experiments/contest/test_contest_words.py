@@ -44,8 +44,8 @@ def test_the_lowest_is_put_below_only_those_whose_interval_says_so():
     ]
     (text,) = objective_words(result(comparison=Comparison(estimates, differences)))
     assert text == (
-        "mean(travel): B has the lowest value, 1.0 1/s [0.5, 1.5]; the paired interval puts it below C (75 % less); it is "
-        "not told apart from A."
+        "mean(travel): B has the lowest value, 1.0 1/s [0.5, 1.5]; the paired interval puts it below C (75 % less); the "
+        "difference to A is not significant."
     )
 
 

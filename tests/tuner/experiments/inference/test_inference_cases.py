@@ -13,7 +13,7 @@ import plant.airframes
 from plant.scenarios import SEARCH
 from tests.tuner.experiments.inference.asked import CELLS, STUDY, cell, published_medians, write
 from tests.tuner.experiments.inference.conftest import SMALL, run
-from tuner.experiments.inference.experiment import Experiment
+from tuner.experiments.inference.flying import SettingFlyer
 from tuner.experiments.inference.words import unknown_words
 from tuner.experiments.inference.writing import with_values
 from tuner.store.folder import Folder
@@ -26,7 +26,7 @@ ROOT = Path(__file__).parents[4]
 
 def test_failed_flights_are_counted(tmp_path):
     asked = load_inference(write(tmp_path), {"limits.tilt_deg": 10.0, "unknown.0.high": 500.0})
-    _, failed = Experiment(asked, 1).fly(np.array([[0.2, 1.5], [500.0, 1.5]]), SEARCH, 16)
+    _, failed = SettingFlyer(asked, 1).fly(np.array([[0.2, 1.5], [500.0, 1.5]]), SEARCH, 16)
     assert failed.mean(axis=(1, 2)).tolist() == [0.0, 1.0]
 
 

@@ -8,8 +8,8 @@ import pytest
 from plant.errors import InputError
 from tests.tuner.experiments.inference.asked import CELLS, STUDY, TRUTH, cell, changed, plain_table, write
 from tuner.study.build import study_from_table
-from tuner.study.contest_reading import is_contest
-from tuner.study.inference_reading import is_inference, load_inference
+from tuner.study.inference_reading import load_inference
+from tuner.study.kinds import study_kind
 
 STUDIES = Path(__file__).parents[4] / "studies"
 K2 = 'set = ["contender.soft.gains.attitude.k2"]'
@@ -22,8 +22,7 @@ def load(tmp_path, text=STUDY + CELLS, **overrides):
 
 def test_what_a_file_becomes(tmp_path):
     asked = load(tmp_path)
-    assert is_inference(asked.path)
-    assert is_contest(asked.path)
+    assert study_kind(asked.path).name == "inference"
     assert [(u.variable.name, u.unit, u.default) for u in asked.unknowns] == [
         ("intensity", "rad/s2", 1.0), ("k2 of soft", "1/s", 1.5),
     ]  # fmt: skip
@@ -80,7 +79,7 @@ def test_the_file_may_lie_over_another(tmp_path):
 
 
 def test_every_inference_among_the_studies_loads():
-    found = [path for path in sorted(STUDIES.glob("*.toml")) if is_inference(path)]
+    found = [path for path in sorted(STUDIES.glob("*.toml")) if study_kind(path).name == "inference"]
     assert [path.name for path in found] == ["paper_inference.toml"]
     asked = load_inference(found[0])
     assert len(asked.cells) == 18
@@ -188,7 +187,7 @@ def test_every_mistake_names_file_and_key(tmp_path, what):
 def test_a_contest_without_unknowns_is_no_inference(tmp_path):
     text = STUDY.split("[[unknown]]")[0] + CELLS
     path = write(tmp_path, text)
-    assert not is_inference(path)
+    assert study_kind(path).name == "contest"
     with pytest.raises(InputError, match=r"unknown: nothing is unknown here; give at least one \[\[unknown\]\]"):
         load_inference(path)
 

@@ -7,10 +7,10 @@ import numpy as np
 import pytest
 
 from tests.tuner.experiments.inference.asked import write
+from tuner.experiments.inference.evaluated import EvaluatedSettings, best_row, concatenate, evaluate_settings
 from tuner.experiments.inference.misfit import overall
 from tuner.experiments.inference.ranges import LOOSELY, PRIOR, TOLD, Range, covariance, ranges, scatter
 from tuner.experiments.inference.refine import CLOSE, FAR, Slope, neighbours, refined
-from tuner.experiments.inference.tried import Tried, inferred, joined, tried
 from tuner.study.inference_reading import load_inference
 
 
@@ -32,7 +32,9 @@ class LogLinear:
         self.flown += len(points)
         ours = self.asked.published * np.exp((points - self.answer) @ self.matrix.T)
         scores = np.repeat(ours[:, :, None], 3, axis=-1)
-        return tried(self.asked, self.asked.space.values(points), -1, scores, np.zeros(scores.shape, dtype=bool))
+        return evaluate_settings(
+            self.asked, self.asked.space.values(points), -1, scores, np.zeros(scores.shape, dtype=bool)
+        )
 
 
 MATRIX = np.array([[4.0, 1.0], [3.0, -2.0], [0.5, 1.5], [-1.0, 2.0]])
@@ -44,14 +46,14 @@ def test_a_log_linear_problem_is_solved_in_a_round(asked):
     found, slope = refined(asked, start, model.fly(start[None]), model.fly)
     assert overall(found.misfits(asked)).min() < 1e-2
     assert slope.matrix == pytest.approx(MATRIX)
-    assert asked.space.point(found.values[inferred(found.misfits(asked))]) == pytest.approx(model.answer, abs=2e-3)
+    assert asked.space.point(found.values[best_row(found.misfits(asked))]) == pytest.approx(model.answer, abs=2e-3)
 
 
 def test_an_answer_outside_is_met_at_the_end_of_the_range(asked):
     model = LogLinear(asked, np.array([[4.0, 0.0], [3.0, 0.0], [0.0, 2.0], [0.0, 1.0]]), np.array([1.4, 0.5]))
     start = np.array([0.5, 0.1])
     found, _ = refined(asked, start, model.fly(start[None]), model.fly)
-    assert asked.space.point(found.values[inferred(found.misfits(asked))]) == pytest.approx([1.0, 0.5], abs=2e-3)
+    assert asked.space.point(found.values[best_row(found.misfits(asked))]) == pytest.approx([1.0, 0.5], abs=2e-3)
 
 
 def test_an_unknown_that_moves_nothing_stays_where_it_is_and_has_no_slope(asked):
@@ -148,7 +150,7 @@ def test_verdicts(share, verdict):
 def test_joined_settings_stand_one_behind_the_other(asked):
     model = LogLinear(asked, MATRIX, np.array([0.5, 0.5]))
     one, other = model.fly(np.array([[0.1, 0.2]])), model.fly(np.array([[0.3, 0.4], [0.5, 0.6]]))
-    both = joined([one, other])
-    assert isinstance(both, Tried)
+    both = concatenate([one, other])
+    assert isinstance(both, EvaluatedSettings)
     assert np.array_equal(both.median, np.concatenate([one.median, other.median]))
     assert both.values.shape == (3, 2)

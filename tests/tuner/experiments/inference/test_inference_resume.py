@@ -7,7 +7,7 @@ import pytest
 import tuner.report.inference_figure
 from tests.tuner.experiments.inference.asked import STUDY, published_medians, write
 from tests.tuner.experiments.inference.conftest import SMALL
-from tuner.experiments.inference.resume import reopen_inference
+from tuner.experiments.again.resume import reopen
 from tuner.experiments.inference.run import run_inference
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
@@ -20,7 +20,7 @@ class Listener(Watcher):
     def __init__(self):
         self.told = []
 
-    def noticed(self, text):
+    def on_warning(self, text):
         self.told.append(text)
 
 
@@ -51,13 +51,13 @@ def test_a_damaged_generation_is_flown_again_and_nothing_else(paper, tmp_path, w
     content[100] ^= 1
     flights[1].write_bytes(content)
     made = []
-    from tuner.experiments.inference.experiment import Experiment
+    from tuner.experiments.inference.flying import SettingFlyer
 
-    original = Experiment._flown
+    original = SettingFlyer._flown
     monkeypatch.setattr(
-        Experiment, "_flown", lambda self, values, *rest: made.append(len(values)) or original(self, values, *rest)
+        SettingFlyer, "_flown", lambda self, values, *rest: made.append(len(values)) or original(self, values, *rest)
     )
-    inference, folder = reopen_inference(tmp_path / "out", None)
+    inference, folder = reopen(tmp_path / "out", None)
     listener = Listener()
     run_inference(inference, folder, listener, 1)
     assert sum(made) == 8 and len(listener.told) == 1 and flights[1].name in listener.told[0]

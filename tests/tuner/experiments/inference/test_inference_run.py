@@ -23,12 +23,13 @@ from tests.tuner.experiments.inference.asked import (
     write,
 )
 from tests.tuner.experiments.inference.conftest import run
-from tuner.experiments.inference.experiment import CHUNK, Experiment
+from tuner.experiments.inference.evaluated import ratio_scores
+from tuner.experiments.inference.flying import CHUNK, SettingFlyer
 from tuner.experiments.inference.misfit import log_ratio
 from tuner.experiments.inference.run import SWEEP, thinned
-from tuner.experiments.inference.tried import ratio_scores
-from tuner.study.contest_reading import is_contest, load_contest
-from tuner.study.inference_reading import is_inference, load_inference
+from tuner.study.contest_reading import load_contest
+from tuner.study.inference_reading import load_inference
+from tuner.study.kinds import study_kind
 
 VALUES = np.array(list(TRUTH.values()))
 FILES = (
@@ -45,7 +46,7 @@ def answered(tmp_path_factory, paper):
 
 def test_an_experiment_is_flown_as_studies_are(tmp_path):
     """Across chunks, for both streams, at a setting that is not the default: the bits of a plain study with the values in it."""
-    experiment = Experiment(load_inference(write(tmp_path)), 2)
+    experiment = SettingFlyer(load_inference(write(tmp_path)), 2)
     other = np.array([0.4, 12.0])
     for stream, count in ((SEARCH, 20), (HELD_OUT, CHUNK + 8)):
         scores, failed = experiment.fly(np.stack([VALUES, other]), stream, count)
@@ -72,7 +73,7 @@ def seed_noise(answered, paper):
     inference = answered[0].inference
     step = 0.05
     rows = VALUES * np.exp(step * np.array([[1, 0], [-1, 0], [0, 1], [0, -1]]))
-    scores, _ = Experiment(inference, 2).fly(rows, HELD_OUT, PUBLISHED_FLIGHTS)
+    scores, _ = SettingFlyer(inference, 2).fly(rows, HELD_OUT, PUBLISHED_FLIGHTS)
     logs = np.log(np.median(scores, axis=-1))
     slope = np.stack([logs[0] - logs[1], logs[2] - logs[3]], axis=1) / (2.0 * step)
     flown = np.stack(list(paper.values()))
@@ -117,7 +118,7 @@ def test_cells_are_told_from_the_held_out_flights(answered):
     rows = np.stack(
         [[row["inferred"] for row in document["unknowns"]], [row["default"] for row in document["unknowns"]]]
     )
-    scores, _ = Experiment(inference, 1).fly(rows, HELD_OUT, inference.held_out)
+    scores, _ = SettingFlyer(inference, 1).fly(rows, HELD_OUT, inference.held_out)
     for i, row in enumerate(document["cells"]):
         for key, flown in (("ours", scores[0, i]), ("default", scores[1, i])):
             ours = row[key]
@@ -143,7 +144,7 @@ def test_settings_are_told_from_the_flights_of_the_search(answered):
     findings, _, _ = answered
     inference, found = findings.inference, findings.found
     rows = [0, 5, findings.chosen]
-    scores, _ = Experiment(inference, 1).fly(found.values[rows], SEARCH, inference.flights)
+    scores, _ = SettingFlyer(inference, 1).fly(found.values[rows], SEARCH, inference.flights)
     assert np.array_equal(found.median[rows], np.median(scores, axis=-1))
     assert np.array_equal(found.percentile[rows], 100.0 * np.mean(scores < inference.published[:, None], axis=-1))
 
@@ -208,8 +209,7 @@ def test_a_long_front_is_thinned_from_end_to_end():
 def test_the_inferred_study_is_a_contest_that_flies_the_inferred_values(answered):
     findings, folder, _ = answered
     path = folder / "inferred.toml"
-    assert is_contest(path)
-    assert not is_inference(path)
+    assert study_kind(path).name == "contest"
     table = tomllib.loads(path.read_text())
     assert not {"unknown", "inference", "base"} & set(table)
     expected = findings.inference.studies(findings.found.values[findings.chosen])

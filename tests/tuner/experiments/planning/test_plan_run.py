@@ -17,7 +17,7 @@ from tests.tuner.in_process import tuner
 from tuner.experiments.planning.cost import disk_of, flights_of, memory_of, seconds_of
 from tuner.experiments.planning.document import plan_document
 from tuner.experiments.planning.pilot import FLIGHTS, fly_pilot
-from tuner.experiments.tuning.run import problem_of
+from tuner.experiments.tuning.problem import problem_of
 from tuner.study import load_study
 
 # A race stops candidates early, so that fewer are flown than is said: here none, to count them.

@@ -12,12 +12,12 @@ from objectives.risk import Risk
 from tuner.experiments.tuning.conflicts import (
     MOST_SETS,
     conflict_of,
+    conflict_texts,
     conflicting_sets,
+    cost_texts,
     costs_of,
     limits_of,
     shares,
-    told_conflict,
-    told_costs,
 )
 from tuner.search.loop import Archive
 
@@ -95,7 +95,7 @@ def test_conflict_and_both_relaxations_by_hand():
     assert conflict.common is not None and conflict.common.candidate == 3
     assert conflict.common.share == pytest.approx(0.05)
     assert dict(conflict.common.changes) == pytest.approx({0: 0.021, 2: 33.6})
-    told = told_conflict(conflict, LIMITS)
+    told = conflict_texts(conflict, LIMITS)
     assert told[0] == (
         "Kept together by none of them: mean(saturation) at most 0.02 and phase_margin at least 35 deg and ms at most 2."
     )
@@ -108,7 +108,7 @@ def test_conflict_and_both_relaxations_by_hand():
 
 def test_a_relaxed_limit_as_written_lets_the_candidate_in():
     found = archive([[0.010, 0.0, 31.23456, 1.9], [0.0212345, 0.0, 40.0, 1.9]])
-    told = " ".join(told_conflict(conflicting(found, LIMITS), LIMITS))
+    told = " ".join(conflict_texts(conflicting(found, LIMITS), LIMITS))
     assert "35 deg -> 31.23 deg" in told and "0.02 -> 0.02124" in told
 
 
@@ -117,17 +117,17 @@ def test_a_limit_of_zero_gives_way_in_its_own_unit():
     assert conflict.sets == ((1,),)
     common = conflict.common
     assert common is not None and common.changes == ((1, 0.125),) and common.candidate == 1
-    assert told_conflict(conflict, LIMITS)[0] == "Kept by none of them: mean(failure) at most 0."
+    assert conflict_texts(conflict, LIMITS)[0] == "Kept by none of them: mean(failure) at most 0."
 
 
 def test_the_default_is_no_find_of_the_search_and_steps_beyond_a_limit_are_told_as_multiples():
     """The default breaks saturation 3.5 times over and one other limit by 10 %; everything searched lost flights."""
     found = archive([(0.09, 0.0, 31.5, 1.0), (0.0, 1.0, 3.0, 9.0)])
     conflict = conflicting(found, LIMITS)
-    told = told_conflict(conflict, LIMITS, default=0)[-1]
+    told = conflict_texts(conflict, LIMITS, default=0)[-1]
     assert "by at most 3.5 times its size" in told and "350 %" not in told
     assert told.endswith("would let p0000, the default itself, and nothing that was searched, in.")
-    assert told_conflict(conflict, LIMITS, default=1)[-1].endswith("would let p0000 in.")
+    assert conflict_texts(conflict, LIMITS, default=1)[-1].endswith("would let p0000 in.")
 
 
 def test_of_candidates_that_did_not_fly_only_requirements_are_known():
@@ -141,7 +141,7 @@ def test_of_candidates_that_did_not_fly_only_requirements_are_known():
 def test_no_finite_step_is_said():
     conflict = conflicting(archive([[0.01, 0.0, 40.0, np.inf]]), LIMITS)
     assert conflict.common is None and conflict.single == ()
-    assert "widen the ranges" in told_conflict(conflict, LIMITS)[-1]
+    assert "widen the ranges" in conflict_texts(conflict, LIMITS)[-1]
 
 
 def test_what_a_limit_costs_by_hand():
@@ -157,7 +157,7 @@ def test_what_a_limit_costs_by_hand():
     found = archive(rows, values, [True] * 5 + [False])
     costs = costs_of(found, LIMITS)
     assert [tuple(cost) for cost in costs] == [(0, 0, 0.31, 0.28), (2, 1, 3.0, 2.0)]
-    told = told_costs(costs, LIMITS, ["cvar80(itae.position)", "mean(travel)"], ["m", "1/s"])
+    told = cost_texts(costs, LIMITS, ["cvar80(itae.position)", "mean(travel)"], ["m", "1/s"])
     assert told[0] == (
         "Without mean(saturation) at most 0.02 the front of the search reaches 0.28 m instead of 0.31 m in "
         "cvar80(itae.position)."

@@ -29,7 +29,8 @@ from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.cli.listing import LISTINGS
 from tuner.experiments.tuning.conclusion import finalists_of
-from tuner.experiments.tuning.run import algorithm_of, first_points, run_study, search
+from tuner.experiments.tuning.run import run_study
+from tuner.experiments.tuning.search import algorithm_of, first_points, search
 from tuner.search.first_generation import first_generation
 from tuner.search.loop import archive
 from tuner.search.watcher import Watcher

@@ -9,7 +9,7 @@ import pytest
 from plant.errors import StoreError
 from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
 from tests.tuner.conftest import QUICKSTART, run_small
-from tuner.experiments.tuning.conclusion import batches
+from tuner.experiments.tuning.problem import batches
 from tuner.gains import read_gains
 from tuner.store.folder import Folder
 

@@ -29,12 +29,9 @@ class Listener(Watcher):
     """Adds up what a progress bar would show."""
 
     def __init__(self):
-        self.expected, self.ended = [], [0]
+        self.expected, self.ended = [], []
 
-    def searching(self, generations, flights):
-        self.expected.append(flights)
-
-    def verifying(self, flights):
+    def on_stage(self, stage, flights):
         self.expected.append(flights)
         self.ended.append(0)
 

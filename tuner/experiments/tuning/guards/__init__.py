@@ -19,7 +19,7 @@ from tuner.study.study import Study
 if TYPE_CHECKING:
     from tuner.experiments.tuning.outcome import Outcome
 
-__all__ = ["GUARDS", "Guard", "said_after", "said_before", "times_of_never"]
+__all__ = ["GUARDS", "Guard", "warnings_after_run", "warnings_before_run", "times_of_never"]
 
 BEFORE, AFTER = "before", "after"
 
@@ -112,11 +112,11 @@ GUARDS = {
 }  # fmt: skip
 
 
-def said_before(study: Study) -> list[str]:
+def warnings_before_run(study: Study) -> list[str]:
     """Return what the guards say of a study before it runs."""
     return [text for guard in GUARDS.values() if guard.when == BEFORE for text in guard.message(study)]
 
 
-def said_after(outcome: "Outcome") -> list[str]:
+def warnings_after_run(outcome: "Outcome") -> list[str]:
     """Return what the guards say of an outcome."""
     return [text for guard in GUARDS.values() if guard.when == AFTER for text in guard.message(outcome)]

@@ -1,4 +1,4 @@
-"""What only the results of a run show. Each function takes plain numbers and returns sentences, none where all is well."""
+"""Warnings that need the results of a run. Each function takes plain numbers and returns sentences, none where all is well."""
 
 from collections.abc import Sequence
 from itertools import combinations

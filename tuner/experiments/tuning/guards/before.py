@@ -1,4 +1,4 @@
-"""What a study alone lets one foresee."""
+"""Warnings that can be given before a run."""
 
 from objectives.problem import Objective
 from objectives.risk import minimum_samples

@@ -7,7 +7,7 @@ import pytest
 
 from objectives.metrics import METRICS
 from tests.tuner.conftest import QUICKSTART
-from tuner.experiments.tuning.guards import AFTER, BEFORE, GUARDS, said_before, times_of_never
+from tuner.experiments.tuning.guards import AFTER, BEFORE, GUARDS, times_of_never, warnings_before_run
 from tuner.experiments.tuning.guards.after import (
     constant_objectives,
     correlated_objectives,
@@ -134,6 +134,6 @@ def test_the_registry_knows_when_each_speaks():
 def test_too_few_scenarios_for_the_level_are_foreseen_from_the_study_alone():
     # CVaR 0.8 asks for five in a tail of a fifth: 25.
     few = load_study(QUICKSTART, {"margin": [], "scenario.0.search": 24, "scenario.0.held_out": 25})
-    (said,) = said_before(few)
+    (said,) = warnings_before_run(few)
     assert "rests on 24 search scenarios; 25 would put five into its tail" in said
-    assert said_before(load_study(QUICKSTART, {"margin": [], "scenario.0.search": 25})) == []
+    assert warnings_before_run(load_study(QUICKSTART, {"margin": [], "scenario.0.search": 25})) == []

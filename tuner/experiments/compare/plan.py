@@ -5,8 +5,9 @@ check and no confirmation has seen.
 """
 
 from collections import Counter
-from dataclasses import replace
-from pathlib import Path
+from dataclasses import dataclass, replace
+
+import numpy as np
 
 from objectives.decisions import DecisionSpace
 from objectives.problem import System
@@ -15,14 +16,62 @@ from plant.closed_loop import Timing
 from plant.errors import InputError
 from plant.nominal import nominal
 from tuner.experiments.compare.entrants import Entrant
+from tuner.experiments.contest.flying import Entry, comparison_problem
+from tuner.experiments.contest.tuning import Prepared
+from tuner.experiments.tuning.ending import contender_ending
 from tuner.study.contest import Contender, Contest
 from tuner.study.contest_reading import slug_of
 from tuner.study.study import Study
 
 COMPARE = "compare"
 """Name of the stream of scenarios."""
+MOST_POINTS = 40
+"""Points of a front that are flown at most; more do not show."""
 # Two control periods are the same within rounding.
 SAME = 1e-9
+
+
+@dataclass(frozen=True)
+class ComparisonPlan:
+    """A comparison that can be flown. contenders: of the contest, in the order of the entrants, with the fronts behind them."""
+
+    contest: Contest
+    entrants: list[Entrant]
+    contenders: list[Prepared]
+    warnings: list[str]
+
+    @property
+    def entries(self) -> list[Entry]:
+        """The points compared."""
+        return [own.entry for own in self.contenders]
+
+    @property
+    def flights(self) -> int:
+        """Number of flights."""
+        return self.contest.flights_each * sum(1 + len(own.offered or ()) for own in self.contenders)
+
+
+def plan_comparison(entrants: list[Entrant], base: Study) -> ComparisonPlan:
+    """Check entrants against the scenarios of a study; InputError names one that cannot fly them."""
+    contest = contest_of(entrants, base)
+    warnings = differences(entrants, base)
+    contenders = []
+    for entrant, contender in zip(entrants, contest.contenders, strict=True):
+        shown = thinned(entrant, np.arange(len(entrant.points))) if same_objectives(entrant, base) else None
+        if shown is not None and len(shown.points) < len(entrant.points):
+            warnings.append(f"Of the {len(entrant.points)} points of {entrant.name} {len(shown.points)} were flown.")
+        contenders.append(_prepared(entrant, shown, contender, contest, base))
+    return ComparisonPlan(contest, entrants, contenders, warnings)
+
+
+def _prepared(entrant: Entrant, shown: Entrant | None, contender: Contender, contest: Contest, base: Study) -> Prepared:
+    """Return an entrant at its gains; shown: with the points of its front that are flown, None where it has none here."""
+    row = np.array(entrant.controller.gains)
+    entry = Entry(contender, entrant.point, row, comparison_problem(contest, contender))
+    # Who has no front of its own in these objectives is one point among the fronts of the others.
+    front = [] if shown is None else entries_of(shown, entry, same_flights(entrant, base))
+    ending = () if entrant.feasible else tuple(contender_ending(entrant.name, entrant.point))
+    return Prepared(entry, entrant.why, front or None, None, 0, [], ending)
 
 
 def base_study(entrants: list[Entrant], given: Study | None, seeds: int | None) -> Study:
@@ -77,6 +126,34 @@ def entrant_study(entrant: Entrant, base: Study) -> Study:
     )
 
 
+def thinned(entrant: Entrant, objective: np.ndarray) -> Entrant:
+    """Return an entrant with at most `MOST_POINTS` points of its front, evenly along the values (n,) of an objective.
+
+    The point it recommends stays, wherever it lies.
+    """
+    count = len(entrant.points)
+    if count <= MOST_POINTS:
+        return entrant
+    order = np.argsort(objective, kind="stable")
+    kept = set(order[np.linspace(0, count - 1, MOST_POINTS).round().astype(int)].tolist())
+    kept |= {i for i, point in enumerate(entrant.points) if point == entrant.point}
+    rows = sorted(kept)
+    return replace(
+        entrant, points=tuple(entrant.points[i] for i in rows), rows=entrant.rows[rows], picked=entrant.picked[rows]
+    )
+
+
+def entries_of(entrant: Entrant, at: Entry, same_flights: bool) -> list[Entry]:
+    """Return an entry for each point of a front; at: the entry of the same controller at its recommended point.
+
+    same_flights: whether its run flew what is flown here, so that its held-out values are values of the same thing.
+    """
+    return [
+        replace(at, point=point, row=row, picked=values if same_flights else None)
+        for point, row, values in zip(entrant.points, entrant.rows, entrant.picked, strict=True)
+    ]
+
+
 def same_objectives(entrant: Entrant, base: Study) -> bool:
     """Return whether an entrant has a front in the objectives of a study."""
     if entrant.study is None or not entrant.points:
@@ -84,18 +161,20 @@ def same_objectives(entrant: Entrant, base: Study) -> bool:
     return [entry.label for entry in entrant.study.objectives] == [entry.label for entry in base.objectives]
 
 
-def what_differs(entrants: list[Entrant], base: Study) -> list[str]:
+def differences(entrants: list[Entrant], base: Study) -> list[str]:
     """Return what a reader must know of entrants that were not made for these flights, and of too few flights."""
-    said = []
+    warnings = []
     for entrant in entrants:
         if entrant.study is not None and not same_flights(entrant, base):
-            said.append(f"{entrant.name} was tuned on other scenarios than those flown here.")
+            warnings.append(f"{entrant.name} was tuned on other scenarios than those flown here.")
         if entrant.study is not None and entrant.points and not same_objectives(entrant, base):
-            said.append(f"{entrant.name} was tuned for other objectives, so its front is not laid over the others.")
+            warnings.append(f"{entrant.name} was tuned for other objectives, so its front is not laid over the others.")
     frames = Counter(entrant.controller.airframe.name for entrant in entrants)
     if len(frames) > 1:
-        said.append(f"The airframes differ ({', '.join(frames)}): what differs is not due to the controllers alone.")
-    return [*said, *_few_flights(base)]
+        warnings.append(
+            f"The airframes differ ({', '.join(frames)}): what differs is not due to the controllers alone."
+        )
+    return [*warnings, *_few_flights(base)]
 
 
 def same_flights(entrant: Entrant, base: Study) -> bool:
@@ -109,15 +188,12 @@ def _flown(study: Study) -> list[dict[str, object]]:
 
 
 def _few_flights(base: Study) -> list[str]:
-    said = []
+    warnings = []
     for objective in base.objectives:
         have = sum(entry.held_out for entry in base.scenarios if objective.scenario in (None, entry.spec.name))
         need = minimum_samples(objective.risk)
         if have < need:
-            said.append(f"{objective.label} rests on {have} flights; {need} would put five into its tail (--seeds).")
-    return said
-
-
-def sources(entrants: list[Entrant]) -> list[tuple[Path, str]]:
-    """Return where each entrant came from and of which kind that is: "results" or "gains"."""
-    return [(entrant.source, "gains" if entrant.study is None else "results") for entrant in entrants]
+            warnings.append(
+                f"{objective.label} rests on {have} flights; {need} would put five into its tail (--seeds)."
+            )
+    return warnings

@@ -8,18 +8,18 @@ from tuner.experiments.inference.misfit import is_inside, misfits, overall, perc
 from tuner.search.front import feasible_front
 from tuner.study.inference import Inference
 
-AROUND = -1
+LOCAL_REFINEMENT = -1
 # Share of a published value that stands for 0 in a ratio.
-NEXT_TO_NOTHING = 1e-6
+RATIO_FLOOR = 1e-6
 
 
 @dataclass(frozen=True)
-class Tried:
+class EvaluatedSettings:
     """Settings in the order they were flown.
 
-    values (n, unknowns). origin (n,): number of the generation, AROUND for those flown around the best. median, percentile
-    (n, cells): of the flights, and where in them the published value stands. ratio, ratio_percentile (n, ratios): the same
-    of the ratios between contenders, flight by flight. failures (n, cells): share of flights that failed.
+    values (n, unknowns). origin (n,): number of the generation, LOCAL_REFINEMENT for those flown around the best. median,
+    percentile (n, cells): of the flights, and where in them the published value stands. ratio, ratio_percentile (n, ratios): the
+    same of the ratios between contenders, flight by flight. failures (n, cells): share of flights that failed.
     """
 
     values: np.ndarray
@@ -49,19 +49,21 @@ class Tried:
         return is_inside(self.ratio_percentile)
 
 
-def tried(inference: Inference, values: np.ndarray, origin: int, scores: np.ndarray, failed: np.ndarray) -> Tried:
+def evaluate_settings(
+    inference: Inference, values: np.ndarray, origin: int, scores: np.ndarray, failed: np.ndarray
+) -> EvaluatedSettings:
     """Return what is kept of the scores and failed (n, cells, flights) of settings (n, unknowns)."""
     ratios = ratio_scores(inference, scores)
-    return Tried(
+    return EvaluatedSettings(
         values, np.full(len(values), origin), np.median(scores, axis=-1), percentile(scores, inference.published),
         np.median(ratios, axis=-1), percentile(ratios, published_ratios(inference)), failed.mean(axis=-1),
     )  # fmt: skip
 
 
-def joined(parts: list[Tried]) -> Tried:
+def concatenate(parts: list[EvaluatedSettings]) -> EvaluatedSettings:
     """Return several as one, in their order."""
-    fields = Tried.__dataclass_fields__
-    return Tried(*[np.concatenate([getattr(part, name) for part in parts], axis=0) for name in fields])
+    fields = EvaluatedSettings.__dataclass_fields__
+    return EvaluatedSettings(*[np.concatenate([getattr(part, name) for part in parts], axis=0) for name in fields])
 
 
 def published_ratios(inference: Inference) -> np.ndarray:
@@ -75,7 +77,7 @@ def ratio_scores(inference: Inference, scores: np.ndarray) -> np.ndarray:
     Where one of two times is 0, their ratio is next to 0 or very large; where both are, it is 1.
     """
     first, second = ([getattr(ratio, name) for ratio in inference.ratios] for name in ("first", "second"))
-    least = NEXT_TO_NOTHING * inference.published[first][:, None]
+    least = RATIO_FLOOR * inference.published[first][:, None]
     return np.maximum(scores[:, second], least) / np.maximum(scores[:, first], least)
 
 
@@ -84,7 +86,7 @@ def front(misfits: np.ndarray) -> np.ndarray:
     return feasible_front(misfits, np.zeros((len(misfits), 0)))
 
 
-def inferred(misfits: np.ndarray) -> int:
+def best_row(misfits: np.ndarray) -> int:
     """Return the row of misfits (n, kinds) that stands for the paper: the least over all kinds.
 
     It is the point of the front that is closest to zero. The knee of `tuner.search.front` scales each objective by how far

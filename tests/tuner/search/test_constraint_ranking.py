@@ -5,10 +5,10 @@ from math import comb
 import numpy as np
 import pytest
 
+from tuner.search.constraint_ranking import TotalViolation, best_first, power_of_two
 from tuner.search.differential_evolution import three_others
 from tuner.search.nsga3 import less_violating, reference_directions
 from tuner.search.scaling import Scaling
-from tuner.search.standing import TotalViolation, best_first, power_of_two
 
 
 @pytest.mark.parametrize("value", [1e-300, 0.25, 0.3, 1.0, 7.9, 1e300])

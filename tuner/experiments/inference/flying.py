@@ -10,14 +10,11 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from objectives.metrics import FlightContext, evaluate
-from objectives.problem import System
-from plant.backends.flyer import FlightInputs, Flyer, available_threads, result_parts
-from plant.scenarios import ScenarioSpec
+from objectives.problem import System, score_flights
+from plant.backends.flyer import FlightInputs, Flyer, available_threads
 from tuner.experiments.inference.draws import Draws, Flights
-from tuner.experiments.inference.record import Settings
+from tuner.experiments.inference.record import SettingStore
 from tuner.study.inference import Inference
-from tuner.study.study import Study
 
 # Flights drawn at once: those of a whole setting in a search, and a part of those at the end that the memory can hold.
 CHUNK = 64
@@ -25,21 +22,21 @@ CHUNK = 64
 
 @dataclass(frozen=True)
 class Task:
-    """What one contender flies: the scenario's number, and the numbers of the cells that it is flown for."""
+    """The flights of one contender: the scenario's number, and the numbers of the cells that it is flown for."""
 
     contender: str
     scenario: int
     cells: tuple[int, ...]
 
 
-class Experiment:
+class SettingFlyer:
     """Flies settings. threads: by default one for each core. settings: what was flown before; flights_made counts the rest;
     spared(n) is called for the others, if set.
 
     flights_of(count): flights of one setting with so many flights of each contender and scenario.
     """
 
-    def __init__(self, inference: Inference, threads: int | None = None, settings: Settings | None = None) -> None:
+    def __init__(self, inference: Inference, threads: int | None = None, settings: SettingStore | None = None) -> None:
         self._inference = inference
         self._settings = settings
         self.flights_made = 0
@@ -112,17 +109,8 @@ class Experiment:
             if asked not in drawn:
                 drawn[asked] = self._draws.inputs(asked)
             results = self._flyer(system).fly(study.default_row[None], system.nominal, drawn[asked])
-            rows = list(task.cells)
-            scores[rows], failed[rows] = self._score(task, study, spec, drawn[asked], results[0])
-
-    def _score(
-        self, task: Task, study: Study, spec: ScenarioSpec, inputs: FlightInputs, results: np.ndarray
-    ) -> tuple[np.ndarray, np.ndarray]:
-        values, status, end_time = result_parts(results)
-        h = study.system.timing.control_period
-        context = FlightContext(spec.duration, h, inputs.targets, status, end_time, study.system.metric_limits())
-        addresses = [self._inference.cells[i].metric for i in task.cells]
-        return evaluate(addresses, values, context).values, status != 0
+            rows, metrics = list(task.cells), [self._inference.cells[i].metric for i in task.cells]
+            scores[rows], failed[rows] = score_flights(system, metrics, results[0], spec, drawn[asked].targets)
 
     def _flyer(self, system: System) -> Flyer:
         """Return the flyer of a system; those of one pair of laws, with the same limits and timing, share it."""

@@ -1,4 +1,4 @@
-"""How candidates stand where constraints are broken: feasible ones first, then the smaller total violation.
+"""Rank of candidates where constraints are broken: feasible ones first, then the smaller total violation.
 
 K. Deb, "An efficient constraint handling method for genetic algorithms", Computer Methods in Applied Mechanics and
 Engineering 186(2-4):311-338, 2000, section 3.

@@ -1,0 +1,47 @@
+"""Study files of every kind come through one door, each read once."""
+
+import pytest
+
+from plant.errors import InputError
+from tests.tuner.experiments.contest import contest_text
+from tests.tuner.study.study_text import STUDY, write
+from tuner.study import layers
+from tuner.study.contest import Contest
+from tuner.study.files import shipped_studies
+from tuner.study.inference import Inference
+from tuner.study.kinds import STUDY_KINDS, load_any, load_tuning, study_kind
+from tuner.study.study import Study
+
+TYPES = {"tuning": Study, "contest": Contest, "inference": Inference}
+
+
+def test_every_kind_has_a_name_of_its_own_and_the_last_takes_all_files():
+    assert [kind.name for kind in STUDY_KINDS] == ["inference", "contest", "tuning"]
+    assert [kind.table for kind in STUDY_KINDS] == ["unknown", "contender", None]
+
+
+@pytest.mark.parametrize("name", ["quickstart", "contest", "paper_table3", "paper_inference"])
+def test_a_shipped_study_becomes_what_its_tables_say_and_is_parsed_once(name, monkeypatch):
+    path, parsed = shipped_studies()[name], []
+    parse = layers.parse_toml
+    monkeypatch.setattr(layers, "parse_toml", lambda file: parsed.append(file) or parse(file))
+    study = load_any(path)
+    assert len(parsed) == len(set(parsed)) >= 1
+    assert type(study) is TYPES[study_kind(path).name] and study.kind == study_kind(path).name
+    assert study.path == path and study.title and isinstance(study.seed, int) and study.content
+
+
+def test_overrides_reach_every_kind(tmp_path):
+    tuning = load_any(write(tmp_path, STUDY), {"search.generations": 7})
+    assert isinstance(tuning, Study) and tuning.generations == 7
+    name = "LADRC"
+    contest = load_any(contest_text.write(tmp_path), {"title": "Other", f"contender.{name}.pick.rule": "closest"})
+    assert isinstance(contest, Contest) and contest.title == "Other" and contest.generations is None
+    assert next(entry for entry in contest.contenders if entry.name == name).study.pick == "closest"
+
+
+def test_a_command_for_one_controller_names_itself_and_the_table_that_it_cannot_take(tmp_path):
+    with pytest.raises(InputError, match="this is a contest; `tuner plan` takes a study of one controller") as caught:
+        load_tuning(contest_text.write(tmp_path), "tuner plan")
+    assert caught.value.key == "contender"
+    assert load_tuning(write(tmp_path, STUDY), "tuner plan").kind == "tuning"

@@ -1,0 +1,87 @@
+"""A comparison: a contest of given gains, of results folders and gains files."""
+
+from pathlib import Path
+from typing import Any
+
+from tuner.experiments.compare.entrants import read_entrants
+from tuner.experiments.compare.plan import MOST_POINTS, ComparisonPlan, base_study, plan_comparison
+from tuner.experiments.contest.document import contest_document
+from tuner.experiments.contest.result import Result
+from tuner.experiments.contest.run import ContestRun
+from tuner.experiments.contest.tuning import Prepared
+from tuner.search.watcher import Watcher
+from tuner.store.folder import Folder
+from tuner.study.study import Study
+
+
+class ComparisonRun(ContestRun):
+    """A comparison, in a results folder or in none; the form of the folder is that of a contest's."""
+
+    kind = "comparison"
+    inside = "figures"
+    document_name = "comparison.json"
+    stage = "Comparing"
+    resumable = False
+
+    def __init__(
+        self,
+        plan: ComparisonPlan,
+        folder: Folder | None = None,
+        watcher: Watcher | None = None,
+        threads: int | None = None,
+    ) -> None:
+        super().__init__(plan.contest, folder, watcher, threads)
+        self.plan = plan
+
+    def contenders(self) -> list[Prepared]:
+        """Return the entrants at their gains."""
+        return self.plan.contenders
+
+    def resolved(self) -> None:
+        """Return nothing: study.toml holds what is flown, and the document every gain."""
+
+    def document(self, result: Result) -> dict[str, Any]:
+        """Return the content of comparison.json."""
+        return comparison_document(self.plan, result)
+
+    @staticmethod
+    def draw(path: Path, watcher: Watcher) -> None:
+        """Draw figures and report, the figure of the values among them."""
+        from tuner.report.values_figure import write_values_figure
+
+        write_values_figure(path)
+        ContestRun.draw(path, watcher)
+
+
+def compare(
+    paths: list[Path],
+    study: Study | None = None,
+    seeds: int | None = None,
+    out: Path | None = None,
+    watcher: Watcher | None = None,
+    threads: int | None = None,
+) -> dict[str, Any]:
+    """Fly results folders and gains files through the same scenarios and return the content of comparison.json.
+
+    study: whose scenarios are flown, by default that of the first results folder; seeds: flights of each scenario, by default the
+    study's held_out. out: a new folder to write the comparison to, or None. Raises InputError where they cannot be compared.
+    """
+    entrants = read_entrants(paths)
+    plan = plan_comparison(entrants, base_study(entrants, study, seeds))
+    folder = None if out is None else Folder.create(out, inside=ComparisonRun.inside)
+    return comparison_document(plan, ComparisonRun(plan, folder, watcher, threads).carry_out())
+
+
+def comparison_document(plan: ComparisonPlan, result: Result) -> dict[str, Any]:
+    """Return the content of comparison.json: that of a contest.json, and where every contender came from."""
+    document = contest_document(result, plan.warnings)
+    for row, entrant in zip(document["contenders"], plan.entrants, strict=True):
+        row |= {"source": str(entrant.source), "kind": "gains" if entrant.study is None else "results", "budget": None}
+    return {
+        **{key: document.pop(key) for key in ("feasible", "ending")},
+        "kind": "comparison",
+        "first": result.names[0],
+        "study_file": str(plan.contest.path),
+        "front_points_at_most": MOST_POINTS,
+        **document,
+    }

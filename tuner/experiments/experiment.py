@@ -1,0 +1,173 @@
+"""The life of an experiment, the same for every kind.
+
+Inputs are frozen and the environment noted, kernels compiled, the stages of the kind carried out, documents and tables written,
+figures and report drawn, and the manifest sealed. A run that is interrupted leaves a folder that can be resumed, and its error
+carries a note on how.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Iterator, Sequence
+from contextlib import contextmanager, nullcontext
+from pathlib import Path
+from time import perf_counter
+from typing import Any, ClassVar, Generic, TypeVar
+
+from objectives.engine import LANES, Engine
+from plant.backends.flyer import available_threads
+from plant.input_files import read_input_text
+from tuner.search.watcher import Watcher
+from tuner.store.environment import environment, with_session
+from tuner.store.folder import Folder
+from tuner.store.inputs import freeze
+
+Asked = TypeVar("Asked")
+Found = TypeVar("Found")
+DRAWN = ("report.html", "figures/*")
+"""Files of a results folder that are drawn from its documents."""
+
+
+class Experiment(ABC, Generic[Asked, Found]):
+    """An experiment on a study, in a results folder or, for kinds that allow it, in none.
+
+    A subclass gives the stages of its kind. threads: by default one for each core. reuse: results folders whose flights are taken
+    over; engine: what flies instead of this machine's cores; both only where the kind takes them.
+    """
+
+    kind: ClassVar[str]
+    """Name of the kind, as in run.json."""
+    inside: ClassVar[str] = "generations"
+    """Folder that is made in a new results folder."""
+    resumable: ClassVar[bool] = True
+    """Whether run.json and inputs/ are written, from which an interrupted run goes on."""
+    options: ClassVar[frozenset[str]] = frozenset()
+    """Options that a run of this kind takes besides threads: "reuse", "dask", "backend", "budget", "here"."""
+
+    def __init__(
+        self,
+        study: Asked,
+        folder: Folder | None,
+        watcher: Watcher | None = None,
+        threads: int | None = None,
+        reuse: tuple[Path, ...] = (),
+        engine: Engine | None = None,
+    ) -> None:
+        self.begin = perf_counter()
+        self.study: Any = study
+        self.watcher = watcher or Watcher()
+        self.threads = threads
+        self.reuse = reuse
+        self.engine = engine
+        self._folder = folder
+
+    @property
+    def folder(self) -> Folder:
+        """The results folder; an error of ours where there is none."""
+        assert self._folder is not None, "asked for only where results are written"
+        return self._folder
+
+    @property
+    def seconds(self) -> float:
+        """Seconds since the experiment began."""
+        return perf_counter() - self.begin
+
+    def carry_out(self) -> Found:
+        """Carry out the experiment from its inputs to the sealed folder and return what was found."""
+        with self._folder or nullcontext():
+            self.prepare()
+            if self._folder is not None:
+                self._write_inputs(self._folder)
+            for name in self.damaged:
+                self.watcher.on_warning(f"{name} is damaged; it is not used, and what it held is flown again.")
+            self.warm_up()
+            found = self.fly()
+            if self._folder is not None:
+                self.write(found)
+                self._folder.seal()
+        return found
+
+    @classmethod
+    def check(cls, study: Asked) -> None:
+        """Refuse a study that cannot be carried out, before a folder is made; InputError names the key."""
+
+    @classmethod
+    def notes(cls, study: Asked) -> list[str]:
+        """Return sentences that a person reads before the run."""
+        return []
+
+    @classmethod
+    @contextmanager
+    def engine_for(
+        cls,
+        study: Asked,
+        threads: int | None,
+        dask: str | None,
+        backend: str | None,
+        watcher: Watcher,
+        recorded: Path | None,
+    ) -> Iterator[Engine | None]:
+        """Yield what flies instead of this machine's cores; recorded: the results folder to go on with, if any."""
+        yield None
+
+    def prepare(self) -> None:
+        """Read what is on record and build what flies, before anything is written."""
+
+    @property
+    def damaged(self) -> Sequence[str]:
+        """Names of damaged files whose flights are made again."""
+        return ()
+
+    @property
+    def arithmetic(self) -> str:
+        """Arithmetic of the engine that flies, see `objectives.engine`."""
+        return LANES
+
+    def warm_up(self) -> None:
+        """Have kernels compiled before anything is timed."""
+
+    @abstractmethod
+    def fly(self) -> Found:
+        """Carry out the stages of the kind: all that takes flights."""
+
+    @abstractmethod
+    def write_documents(self, found: Found) -> None:
+        """Write documents and tables."""
+
+    @staticmethod
+    def draw(path: Path, watcher: Watcher) -> None:
+        """Draw figures and report of a results folder from its documents; nothing for a kind that has none."""
+
+    def write(self, found: Found) -> None:
+        """Write documents and tables, then figures and report."""
+        self.write_documents(found)
+        self.draw(self.folder.path, self.watcher)
+        self.folder.written(*DRAWN)
+
+    @staticmethod
+    def is_feasible(found: Found) -> bool:
+        """Whether what was found may be recommended."""
+        return True
+
+    def resolved(self) -> Any:
+        """Return every value of the study for resolved.json; None where the kind writes no such file."""
+        return self.study.resolved()
+
+    def _write_inputs(self, folder: Folder) -> None:
+        """Write what the run starts from; a resumed run adds its session to what is there."""
+        if not folder.keep("study.toml"):
+            folder.write_text("study.toml", read_input_text(self.study.path))
+        resolved = self.resolved()
+        if resolved is not None:
+            folder.write_json("resolved.json", resolved)
+        now = environment(self.threads or available_threads())
+        folder.write_json("environment.json", with_session(folder.path / "environment.json", now))
+        if self.resumable:
+            study = self.study
+            freeze(
+                folder, self.kind, study.path, study.content, study.digest(), study.generations, self.arithmetic,
+                getattr(study, "si", True),
+            )  # fmt: skip
+
+
+def default_folder(study: Any) -> Path:
+    """Return the folder that results go to unless another is given: results/NAME."""
+    return Path("results") / study.path.stem

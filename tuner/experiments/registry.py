@@ -1,0 +1,160 @@
+"""The kinds of experiments by name, and the two doors to all of them: `run` a study, `draw` a results folder again."""
+
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from plant.errors import InputError, StoreError
+from tuner.engines.cuda import LANES, check
+from tuner.experiments.compare.run import ComparisonRun
+from tuner.experiments.contest.run import ContestRun
+from tuner.experiments.experiment import DRAWN, Experiment, default_folder
+from tuner.experiments.inference.run import InferenceRun
+from tuner.experiments.tuning.judgement import JudgementRun
+from tuner.experiments.tuning.run import TuningRun
+from tuner.search.watcher import Watcher
+from tuner.store.advice import kind_of
+from tuner.store.folder import Folder
+from tuner.store.inputs import compute_as_recorded, read_record
+from tuner.study.kinds import AnyStudy
+
+
+@dataclass(frozen=True)
+class ExperimentKind:
+    """A kind of experiment. run: its life; document: the file of its folder that holds what was found; noun: with its article."""
+
+    run: type[Experiment[Any, Any]]
+    document: str
+    noun: str
+
+    @property
+    def name(self) -> str:
+        """Name, as in run.json."""
+        return self.run.kind
+
+
+EXPERIMENTS = {
+    kind.name: kind
+    for kind in (
+        ExperimentKind(TuningRun, "summary.json", "a tuning run"),
+        ExperimentKind(JudgementRun, "summary.json", "a judgement"),
+        ExperimentKind(ContestRun, "contest.json", "a contest"),
+        ExperimentKind(InferenceRun, "inference.json", "an inference"),
+        ExperimentKind(ComparisonRun, "comparison.json", "a comparison"),
+    )
+}
+"""Kinds of experiments whose folders are drawn and told, by name."""
+
+
+@dataclass(frozen=True)
+class CompletedRun:
+    """A run that came to its end. path: its folder. found: what it found, of a type that its kind has. feasible: whether that may
+    be recommended.
+    """
+
+    path: Path
+    kind: ExperimentKind
+    found: Any
+    feasible: bool
+
+    @property
+    def document(self) -> Path:
+        """The JSON file that holds what was found."""
+        return self.path / self.kind.document
+
+
+OPTIONS = {
+    "reuse": ("--reuse", "only a tuning study takes flights over"),
+    "dask": ("--dask", "only a tuning study flies on a cluster"),
+    "backend": ("--backend", "only a tuning study flies on a graphics card"),
+    "here": ("--here", "only a tuning study is computed anew; run this one again"),
+    "budget": ("--budget", "only a tuning study can be searched further; run this one with another search.generations"),
+}
+"""Options that not every kind takes: the key on the command line, and why another kind refuses it."""
+
+
+def refuse_options(kind: ExperimentKind, **given: object) -> None:
+    """Refuse options that a kind does not take; InputError names the key."""
+    for name, value in given.items():
+        if value and name not in kind.run.options:
+            key, why = OPTIONS[name]
+            raise InputError(why, key=key)
+
+
+def run(
+    study: AnyStudy,
+    out: Path | None = None,
+    watcher: Watcher | None = None,
+    *,
+    threads: int | None = None,
+    reuse: tuple[Path, ...] = (),
+    dask: str | None = None,
+    backend: str = LANES,
+) -> CompletedRun:
+    """Run a study of any kind into a new results folder, by default results/NAME.
+
+    threads: by default one for each core. reuse: results folders whose flights are taken over. dask: "local:N" or the address
+    of a scheduler. backend: "lanes", "cuda" or "cuda-float32". Raises InputError, and StoreError where the folder cannot be
+    written.
+    """
+    watcher, kind = watcher or Watcher(), EXPERIMENTS[study.kind]
+    for results in reuse:
+        if not results.is_dir():
+            raise InputError(f"there is no results folder {results}", key="--reuse")
+    check_backend(backend, dask)
+    refuse_options(kind, reuse=reuse, dask=dask, backend=backend != LANES)
+    kind.run.check(study)
+    compute_as_reused(reuse)
+    # Before the folder is made: where there is no cluster, nothing is left behind.
+    with kind.run.engine_for(study, threads, dask, backend, watcher, None) as engine:
+        folder = Folder.create(out or default_folder(study), inside=kind.run.inside)
+        watcher.on_start(study, folder.path, kind.run.notes(study))
+        experiment = kind.run(study, folder, watcher, threads, tuple(reuse), engine)
+        return completed(experiment, kind)
+
+
+def completed(experiment: Experiment[Any, Any], kind: ExperimentKind) -> CompletedRun:
+    """Carry out an experiment and return it with its folder."""
+    found = experiment.carry_out()
+    return CompletedRun(experiment.folder.path, kind, found, experiment.is_feasible(found))
+
+
+def check_backend(backend: str, dask: str | None) -> None:
+    """Refuse a backend that there is not, or beside a cluster."""
+    check(backend)
+    if backend != LANES and dask is not None:
+        raise InputError(
+            f"given {backend}; the workers of a cluster fly lanes, so give --dask or --backend", key="--backend"
+        )
+
+
+def compute_as_reused(paths: tuple[Path, ...]) -> None:
+    """Go over to the arithmetic of the runs whose flights are to be taken over; StoreError where it is not to be had."""
+    for path in paths:
+        try:
+            record = read_record(path)
+        except StoreError:
+            # What is left of it is taken over all the same, where its keys are those of this run.
+            continue
+        compute_as_recorded(path, record, "leave --reuse out")
+
+
+def folder_kind(path: Path) -> ExperimentKind | None:
+    """Return the kind of experiment that a folder is of, by its run.json or else by its document; None where nothing tells."""
+    recorded = EXPERIMENTS.get(kind_of(path) or "")
+    return recorded or next((kind for kind in EXPERIMENTS.values() if (path / kind.document).exists()), None)
+
+
+def draw(path: Path, watcher: Watcher | None = None) -> Path:
+    """Draw figures and report of a finished results folder again and return the page; StoreError where it is none."""
+    from tuner.documents.files import Node
+
+    kind = folder_kind(path)
+    if kind is None or not (path / kind.document).exists():
+        raise StoreError(f"{path} is no finished results folder: it holds no summary.json")
+    # What cannot be read is told before the folder is touched: a lock would stay behind.
+    Node.read(path / kind.document)
+    with Folder.open(path) as folder:
+        kind.run.draw(path, watcher or Watcher())
+        folder.amend(*DRAWN)
+    return path / "report.html"

@@ -1,0 +1,131 @@
+"""The search of a study, generation by generation, each recorded before the next one flies."""
+
+from collections.abc import Callable, Iterator
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from objectives.problem import Evaluation, Problem
+from objectives.racing import Champions, race
+from plant.errors import StoreError
+from plant.scenarios import SEARCH
+from plant.seeds import generator
+from tuner.experiments.tuning.problem import batches
+from tuner.experiments.tuning.starts import starting_points
+from tuner.experiments.tuning.tables import generation_table, history_table
+from tuner.search.first_generation import first_generation
+from tuner.search.loop import Generation, Search, archive, search_generations
+from tuner.search.registry import SEARCHES
+from tuner.search.watcher import SEARCHING, Watcher
+from tuner.store.clock import Clock, Spent, recorded
+from tuner.store.folder import Folder
+from tuner.store.start import FILE as START
+from tuner.store.start import read_start, write_start
+from tuner.study.study import Study
+
+
+def first_points(problem: Problem, study: Study, folder: Folder) -> tuple[np.ndarray, list[str]]:
+    """Return the first generation (n, d), as recorded or else made and recorded, and warnings about it."""
+    known = read_start(folder.path, len(study.space.variables))
+    if known is not None and folder.keep(START):
+        return known
+    starts, said = starting_points(study)
+    worthy = problem.worth_flying if study.requirements else None
+    first = first_generation(starts, study.search.population, generator(study.seed, "search/initial", 0), worthy)
+    write_start(folder, first, said)
+    return first, said
+
+
+def algorithm_of(study: Study, first: np.ndarray) -> Search:
+    """Return the search that a study asks for, seeded, at the beginning."""
+    seed = int(generator(study.seed, "search/algorithm", 0).integers(2**31))
+    limits = len(study.constraints) + len(study.requirements)
+    return SEARCHES[study.search.algorithm](first, len(study.objectives), limits, seed)
+
+
+def search(
+    problem: Problem, study: Study, folder: Folder, watcher: Watcher, algorithm: Search, clock: Clock | None = None
+) -> list[Generation]:
+    """Run a search, whose very first candidate is the default, and record each generation."""
+    clock = clock or Clock()
+    spec, past = study.search, recorded(folder.path / "history.csv")
+    each = sum(batch.count for batch in batches(study, SEARCH))
+    watcher.on_stage(SEARCHING, spec.generations * spec.population * each)
+    problem.spared = watcher.on_flights_skipped
+    generations: list[Generation] = []
+
+    def evaluate(points: np.ndarray) -> Evaluation:
+        # The very first candidate is the default: all others are measured by it, so it flies whatever it breaks.
+        default, number = np.arange(len(points)) == 0 if not generations else False, len(generations)
+        before = problem.flights_made
+        evaluation = evaluated(problem, study, points, generations, watcher.on_flights_done, default)
+        if number < len(past) and problem.flights_made == before:
+            evaluation = as_recorded(evaluation, past, number)
+            clock.at_least(past[number].seconds)
+        if problem.memory:
+            problem.memory.commit(f"{SEARCH}-{number:04d}")
+        return evaluation
+
+    for record in search_generations(algorithm, evaluate, spec.generations, clock.now):
+        generations.append(record)
+        folder.write_table(f"generations/{record.number:04d}.parquet", generation_table(study, generations, record))
+        folder.write_table("history.csv", history_table(generations))
+        watcher.on_generation(record, spec.generations)
+    return generations
+
+
+def evaluated(
+    problem: Problem,
+    study: Study,
+    points: np.ndarray,
+    before: list[Generation],
+    on_flights_done: Callable[[int], None] | None = None,
+    fly_all: bool | np.ndarray = False,
+) -> Evaluation:
+    """Evaluate a generation (n, d) on the search's scenarios, in a race against the best `before` it if the study asks so."""
+    flown = batches(study, SEARCH)
+    if not study.search.racing:
+        return problem.evaluate(points, flown, on_flights_done, fly_all)
+    return race(problem, points, flown, champions(before, len(study.objectives)), study.seed, on_flights_done, fly_all)
+
+
+def champions(generations: list[Generation], objectives: int) -> Champions:
+    """Return the front of the candidates so far that flew everything."""
+    if not generations:
+        return Champions(np.zeros((0, objectives)), np.zeros((0, objectives, 0)))
+    found = archive(generations)
+    front = found.front()
+    scores = np.concatenate([entry.evaluation.scores for entry in generations], axis=0)
+    front = front[np.concatenate([entry.evaluation.complete for entry in generations])[front]]
+    return Champions(found.values[front], scores[front, :objectives])
+
+
+def as_recorded(evaluation: Evaluation, past: list[Spent], number: int) -> Evaluation:
+    """Return a replayed evaluation with the times that it took when it was flown."""
+    before = past[number - 1] if number else Spent(0.0, 0.0, 0.0)
+    here = past[number]
+    return replace(
+        evaluation,
+        screening_seconds=here.screening - before.screening,
+        flight_seconds=here.flights - before.flights,
+    )
+
+
+def replayed(path: Path, study: Study, problem: Problem, count: int) -> Iterator[Generation]:
+    """Ask a search again, told what is recorded: yield the first `count` generations of a results folder.
+
+    Flights that the problem's memory does not hold are flown.
+    """
+    known = read_start(path, len(study.space.variables))
+    if known is None:
+        raise StoreError(f"{path / START} is missing or damaged; `tuner resume {path}` writes it again")
+    done: list[Generation] = []
+
+    def evaluate(points: np.ndarray) -> Evaluation:
+        default = np.arange(len(points)) == 0 if not done else False
+        return evaluated(problem, study, points, done, fly_all=default)
+
+    for record in search_generations(algorithm_of(study, known[0]), evaluate, count):
+        done.append(record)
+        yield record

@@ -1,0 +1,79 @@
+"""Kinds of study files, told apart by their tables: tuning, contest, inference."""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from plant.errors import InputError
+from tuner.study.build import study_from_table
+from tuner.study.contest import Contest
+from tuner.study.contest_reading import contest_from_layers
+from tuner.study.inference import Inference
+from tuner.study.inference_reading import inference_from_layers
+from tuner.study.layers import Layer, read_layers
+from tuner.study.reading import put
+from tuner.study.study import Study
+
+AnyStudy = Study | Contest | Inference
+Overrides = Mapping[str, Any]
+
+
+@dataclass(frozen=True)
+class StudyKind:
+    """One kind of study file.
+
+    name: as in `run.json`. noun: with its article. table: the table that tells it, None for a kind that every other file is.
+    build: from path, layers and overrides to the checked study.
+    """
+
+    name: str
+    noun: str
+    table: str | None
+    build: Callable[[Path, tuple[Layer, ...], Overrides], AnyStudy]
+
+
+def _tuning_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Overrides) -> Study:
+    # A tuning study has no base: the key `base` is refused with all others that it does not know.
+    table = layers[0].table
+    for key, value in overrides.items():
+        put(table, key, value, path)
+    return study_from_table(path, table)
+
+
+STUDY_KINDS = (
+    StudyKind(Inference.kind, "an inference", "unknown", inference_from_layers),
+    StudyKind(Contest.kind, "a contest", "contender", contest_from_layers),
+    StudyKind(Study.kind, "a study", None, _tuning_from_layers),
+)
+"""From the most special to the most general: the first whose table a file holds is its kind."""
+
+
+def kind_of_layers(layers: tuple[Layer, ...]) -> StudyKind:
+    """Return the kind of a study of these layers."""
+    tables = {key for layer in layers for key in layer.table}
+    return next(kind for kind in STUDY_KINDS if kind.table is None or kind.table in tables)
+
+
+def study_kind(path: Path) -> StudyKind:
+    """Return the kind of a study file, a file that it is based on counted; InputError where one cannot be read."""
+    return kind_of_layers(read_layers(path))
+
+
+def load_any(path: Path, overrides: Overrides | None = None) -> AnyStudy:
+    """Read and check a study file of any kind, parsed once.
+
+    overrides: dotted keys that replace values of the file, for a contest contender.NAME.KEY among them. Raises InputError naming
+    file and key.
+    """
+    layers = read_layers(path)
+    return kind_of_layers(layers).build(path, layers, overrides or {})
+
+
+def load_tuning(path: Path, command: str, overrides: Overrides | None = None) -> Study:
+    """Read and check a study that tunes one controller; InputError, naming the command, where the file is of another kind."""
+    layers = read_layers(path)
+    kind = kind_of_layers(layers)
+    if kind.table is not None:
+        raise InputError(f"this is {kind.noun}; `{command}` takes a study of one controller", file=path, key=kind.table)
+    return _tuning_from_layers(path, layers, overrides or {})
