@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 
-import tuner
 from tuner.exchange.exporter import Request
+from tuner.text.version import version
 
 
 def tool() -> str:
     """Return the name and version of the tool that writes an export."""
-    return f"holdfast {tuner.__version__}"
+    return f"holdfast {version()}"
 
 
 def heading(request: Request, write: Callable[[str], str]) -> tuple[str, str, str]:

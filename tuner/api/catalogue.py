@@ -1,0 +1,204 @@
+"""Every registry as a table: laws, metrics, airframes and what else a study or an export may name."""
+
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from plant.errors import InputError, UnknownNameError
+from plant.input_files import read_input_text
+from plant.texts import toml_table
+from tuner.api.frames import frame
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Rows = list[dict[str, Any]]
+
+
+def laws() -> Rows:
+    """Control laws and their gains."""
+    from plant.laws import LAWS
+
+    return [
+        {
+            "law": law.name, "title": law.title, "gain": gain.name.rstrip("_"), "symbol": gain.symbol, "loop": loop,
+            "unit": gain.unit_in(loop), "default": gain.span(loop).default, "low": gain.span(loop).low,
+            "high": gain.span(loop).high, "scale": gain.scale, "meaning": gain.meaning, "source": gain.source,
+        }
+        for law in LAWS.values() for loop in ("attitude", "position") for gain in law.gains
+    ]  # fmt: skip
+
+
+def airframes() -> Rows:
+    """Bundled airframes and what follows from their numbers."""
+    from plant.airframes import load, names
+    from plant.airframes.derived import quantities
+
+    rows = []
+    for name in names():
+        airframe = load(name, allow_unphysical=True)
+        derived = quantities(airframe.vehicle)
+        rows.append(
+            {
+                "airframe": name, "title": airframe.title, "frame": airframe.frame, "mass [kg]": airframe.vehicle.mass,
+                "hover [rad/s]": derived["hover_speed"].value, "thrust:weight": derived["thrust_to_weight"].value,
+                "lag [s]": airframe.vehicle.lag_up,
+            }
+        )  # fmt: skip
+    return rows
+
+
+def metrics() -> Rows:
+    """Metrics; those with axes are addressed as NAME.AXIS or NAME.GROUP."""
+    from objectives.metrics import AXES, METRICS
+
+    return [
+        {
+            "metric": metric.name, "unit": metric.unit.format("m|rad"), "definition": metric.definition,
+            "address": f"{metric.name}.AXIS, AXIS: {', '.join(AXES)}" if metric.scope == "axis" else metric.name,
+        }
+        for metric in METRICS.values()
+    ]  # fmt: skip
+
+
+def risks() -> Rows:
+    """Risk measures over scenarios."""
+    from objectives.risk import RISKS
+
+    return [{"risk": name, "definition": risk.definition, "level": risk.has_level} for name, risk in RISKS.items()]
+
+
+def references() -> Rows:
+    """References and their parameters."""
+    from plant.references import REFERENCES, parameters
+
+    return [
+        {
+            "reference": name, "about": (kind.__doc__ or "").strip().splitlines()[0],
+            "parameters": ", ".join(f"{p.name} [{p.unit}]" for p in parameters(kind)) or "none",
+        }
+        for name, kind in REFERENCES.items()
+    ]  # fmt: skip
+
+
+def theorems() -> Rows:
+    """Results of theory that a [[guarantee]] may ask for."""
+    from objectives.theory import THEOREMS
+
+    return [
+        {
+            "theorem": name, "title": theorem.title, "unit": theorem.unit.format(y="rad|m"),
+            "limit": theorem.sense, "quantity": theorem.quantity, "laws": ", ".join(theorem.laws),
+            "rates": "measured" if theorem.measured_rate else "any", "assumes": theorem.assumes, "source": theorem.source,
+        }
+        for name, theorem in THEOREMS.items()
+    ]  # fmt: skip
+
+
+def margins() -> Rows:
+    """Stability margins that a [[margin]] may ask for."""
+    from objectives.margins.requirement import MARGINS
+
+    return [
+        {
+            "quantity": name, "unit": entry.unit, "limit": entry.sense,
+            "axis": "none" if entry.whole else "axis or group", "meaning": entry.meaning,
+        }
+        for name, entry in MARGINS.items()
+    ]  # fmt: skip
+
+
+def searches() -> Rows:
+    """Searches that [search] algorithm may ask for."""
+    from tuner.search.names import ALGORITHMS
+
+    return [
+        {"search": name, "objectives": entry.objectives, "about": entry.about} for name, entry in ALGORITHMS.items()
+    ]
+
+
+def studies() -> Rows:
+    """The shipped studies by name, and by path those in this folder and in ./studies."""
+    from tuner.study.files import shipped_studies
+
+    shipped = shipped_studies()
+    own = [path for path in sorted([*Path("studies").glob("*.toml"), *Path().glob("*.toml")]) if path.is_file()]
+    files = {**shipped, **{str(path): path for path in own if path.resolve() not in shipped.values()}}
+    rows = []
+    for name, path in files.items():
+        try:
+            table = toml_table(read_input_text(path, "utf-8-sig"), path)
+        except (InputError, OSError, UnicodeDecodeError):
+            # What lies in a folder need not be a study, nor TOML.
+            continue
+        if {"scenario", "objective"} <= set(table) or "base" in table:
+            row = {"study": name, "title": table.get("title", ""), "seed": table.get("seed"), "file": str(path)}
+            rows.append({**row, "shipped": name in shipped})
+    return rows
+
+
+def targets() -> Rows:
+    """Targets of `tuner export`."""
+    from tuner.exchange.registry import EXPORTERS
+
+    return [
+        {
+            "target": entry.name, "title": entry.title,
+            "attitude": ", ".join(entry.attitude_laws) or "every law", "position": ", ".join(entry.position_laws) or "every law",
+            "options": _options(entry.options), "experimental": entry.experimental or "",
+        }
+        for entry in EXPORTERS.values()
+    ]  # fmt: skip
+
+
+def _options(options: Iterable[Any]) -> str:
+    """Return options as text: name, what it is, default or that it is required."""
+    return "; ".join(
+        f"{o.name}{'' if not o.choices else f' ({chr(124).join(o.choices)})'}: {o.about}, "
+        f"{'required' if o.default is None else f'default {o.default}'}"
+        for o in options
+    )
+
+
+def sources() -> Rows:
+    """Parameter files that `tuner import` reads."""
+    from tuner.exchange.importers import IMPORTERS
+
+    return [
+        {"source": entry.name, "title": entry.title, "options": _options(entry.options)} for entry in IMPORTERS.values()
+    ]
+
+
+LISTINGS: dict[str, Callable[[], Rows]] = {
+    "airframes": airframes, "laws": laws, "margins": margins, "metrics": metrics, "references": references, "risks": risks,
+    "searches": searches, "sources": sources, "studies": studies, "targets": targets, "theorems": theorems,
+}  # fmt: skip
+
+
+def catalogue(kind: str) -> "pd.DataFrame":
+    """Return what the tool knows of a kind.
+
+    Args:
+        kind: "airframes", "laws", "margins", "metrics", "references", "risks", "searches", "sources", "studies", "targets" or
+            "theorems".
+
+    Returns:
+        A row for each.
+
+    Raises:
+        UnknownNameError: There is no such kind.
+
+    Examples:
+        >>> tuner.catalogue("laws").query("gain == 'lambda'")["unit"].tolist()[0]
+        's^-1'
+
+    """
+    return frame(rows(kind))
+
+
+def rows(kind: str, containing: str = "") -> Rows:
+    """Return what the tool knows of a kind, as far as it holds a text, in any case."""
+    if kind not in LISTINGS:
+        raise UnknownNameError("listing", kind, LISTINGS)
+    wanted = containing.casefold()
+    return [row for row in LISTINGS[kind]() if any(wanted in str(cell).casefold() for cell in row.values())]
