@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 if TYPE_CHECKING:
     from plant.errors import InputError, StoreError, ToolError, UnknownNameError
     from tuner.api.catalogue import catalogue
-    from tuner.api.checking import check, judge
+    from tuner.api.checking import check, judge, validate
     from tuner.api.comparing import compare
     from tuner.api.designing import design
     from tuner.api.exporting import export, import_gains
@@ -43,13 +43,13 @@ __all__ = [
     "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "Results", "StoreError", "Study",
     "ToolError", "TuningResults", "UnknownNameError", "Watcher", "catalogue", "check", "compare", "cost", "default_gains",
     "design", "export", "fly", "import_gains", "judge", "load_study", "make_study", "margins", "open_results", "plan",
-    "read_gains", "rejudge", "resume", "run", "sensitivity", "theory", "verify",
+    "read_gains", "rejudge", "resume", "run", "sensitivity", "theory", "validate", "verify",
 ]  # fmt: skip
 
 _HOMES = {
     "plant.errors": ("InputError", "StoreError", "ToolError", "UnknownNameError"),
     "tuner.api.catalogue": ("catalogue",),
-    "tuner.api.checking": ("check", "judge"),
+    "tuner.api.checking": ("check", "judge", "validate"),
     "tuner.api.comparing": ("compare",),
     "tuner.api.designing": ("design",),
     "tuner.api.exporting": ("export", "import_gains"),

@@ -97,14 +97,14 @@ def theorems() -> Rows:
 
 def margins() -> Rows:
     """Stability margins that a [[margin]] may ask for."""
-    from objectives.margins.requirement import MARGINS
+    from objectives.margins.quantities import LIMITABLE
 
     return [
         {
-            "quantity": name, "unit": entry.unit, "limit": entry.sense,
+            "quantity": name, "unit": entry.limit_unit, "limit": entry.sense,
             "axis": "none" if entry.whole else "axis or group", "meaning": entry.meaning,
         }
-        for name, entry in MARGINS.items()
+        for name, entry in LIMITABLE.items()
     ]  # fmt: skip
 
 
@@ -193,10 +193,10 @@ def catalogue(kind: str) -> "pd.DataFrame":
         's^-1'
 
     """
-    return frame(rows(kind))
+    return frame(rows_of(kind))
 
 
-def rows(kind: str, containing: str = "") -> Rows:
+def rows_of(kind: str, containing: str = "") -> Rows:
     """Return what the tool knows of a kind, as far as it holds a text, in any case."""
     if kind not in LISTINGS:
         raise UnknownNameError("listing", kind, LISTINGS)

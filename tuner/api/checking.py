@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 from plant.airframes import load as load_airframe
 from plant.airframes.derived import quantities
 from plant.errors import InputError
-from tuner.analysis.judging.judge import check_fleets, controller_to_judge, judge_gains, judgement_document
-from tuner.api.frames import frame, shown
+from tuner.analysis.judging.judge import check_batches, controller_to_judge, judge_gains, judgement_document
+from tuner.api.frames import Documented, frame, shown
 from tuner.api.gains import Gains
 from tuner.api.margins import announce_compilation
 from tuner.api.studies import StudyLike, tuning_study
@@ -34,7 +34,7 @@ AIRFRAME_KEYS = {"frame", "spin", "mass", "inertia"}
 
 
 @dataclass(frozen=True)
-class Checked:
+class Checked(Documented):
     """Everything known of a file without flying.
 
     Attributes:
@@ -47,6 +47,11 @@ class Checked:
     document: Row
     hopeless: bool = False
     examined: Examined | None = None
+
+    @property
+    def problems(self) -> list[InputError]:
+        """Everything that is wrong with a gains file."""
+        return [] if self.examined is None else self.examined.problems
 
     @property
     def kind(self) -> str:
@@ -82,7 +87,7 @@ def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
             "this is a folder; `tuner show` tells a results folder, `tuner verify` flies it again", file=path
         )
     if path.suffix == ".json":
-        return checked_gains(examine(path))
+        return validate(path)
     layers = read_layers(path)
     keys = set(layers[0].table)
     if kind_of_layers(layers).table is None and AIRFRAME_KEYS & keys and not {"scenario", "objective"} & keys:
@@ -94,8 +99,23 @@ def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
     return Checked(figures, isinstance(asked, Study) and is_hopeless(figures))
 
 
-def checked_gains(examined: Examined) -> Checked:
-    """Return the verdict on a gains file."""
+def validate(file: str | Path) -> Checked:
+    """Check schema, units, ranges and hash of a gains.json.
+
+    Args:
+        file: The file.
+
+    Returns:
+        The verdict; `hopeless` where it is not valid, with everything wrong in `problems`.
+
+    Raises:
+        InputError: The file is no gains.json at all.
+
+    Examples:
+        >>> tuner.validate("mine.json").document["hash"]
+        'ok'
+    """
+    examined = examine(Path(file))
     state = "missing" if "sha256" not in examined.given else "ok"
     if any(problem.key == "sha256" for problem in examined.problems):
         state = "wrong" if state == "ok" else state
@@ -121,7 +141,7 @@ def airframe_figures(file: Path) -> Row:
 
 
 @dataclass(frozen=True)
-class Judgement:
+class Judgement(Documented):
     """Gains against the limits of a study; document: as `tuner check --requirements --json` prints it."""
 
     document: Row
@@ -172,8 +192,8 @@ def judge(
     asked = tuning_study(study, "tuner check --requirements")
     with gains.file() if isinstance(gains, Gains) else nullcontext(Path(gains)) as file:
         controller = controller_to_judge(file, asked)
-    problem, fleets = problem_of(asked, threads, None), check_fleets(asked, flights)
+    problem, batches = problem_of(asked, threads, None), check_batches(asked, flights)
     warm_up(problem, asked, watcher)
-    watcher.on_stage("Judging", sum(fleet.count for fleet in fleets))
-    rows = judge_gains(controller, asked, problem, fleets, watcher.on_flights_done)
-    return Judgement(judgement_document(file, asked, rows, fleets))
+    watcher.on_stage("Judging", sum(batch.count for batch in batches))
+    rows = judge_gains(controller, asked, problem, batches, watcher.on_flights_done)
+    return Judgement(judgement_document(file, asked, rows, batches))

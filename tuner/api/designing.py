@@ -1,7 +1,8 @@
 """Design gains from requirements on the loops, before any search."""
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -10,8 +11,8 @@ from objectives.margins.trim import Trim
 from plant.gains import gain_addresses
 from tuner.analysis.margins.document import default_requirements, margins_document
 from tuner.analysis.margins.readings import subject_of
-from tuner.api.frames import frame, shown
-from tuner.api.gains import Gains, gains_of
+from tuner.api.frames import Documented, frame, shown
+from tuner.api.gains import Gains, gains_of, taken
 from tuner.api.margins import announce_compilation
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.experiments.tuning.starts import design_row, study_designs, without_design
@@ -29,7 +30,7 @@ Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Design:
+class Design(Documented):
     """Designed gains beside the default.
 
     Attributes:
@@ -68,11 +69,12 @@ class Design:
         return shown("Designed gains", self.warnings, self.table)
 
 
-def design(study: StudyLike, *, watcher: Watcher | None = None) -> Design:
+def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher | None = None) -> Design:
     """Design gains for a study's laws, and compare their margins with the default's.
 
     Args:
         study: A tuning study, a file, or the name of a shipped study.
+        out: A gains.json to write; it must not exist.
         watcher: Callbacks that hear of compilation.
 
     Returns:
@@ -80,6 +82,7 @@ def design(study: StudyLike, *, watcher: Watcher | None = None) -> Design:
 
     Raises:
         InputError: The study is wrong, or of another kind.
+        StoreError: The file exists already, or cannot be written.
 
     Examples:
         >>> designed = tuner.design(study)
@@ -87,6 +90,8 @@ def design(study: StudyLike, *, watcher: Watcher | None = None) -> Design:
         's^-1'
 
     """
+    if out is not None and Path(out).exists():
+        raise taken(Path(out))
     asked = tuning_study(study, "tuner design")
     designs = study_designs(asked)
     row = design_row(asked, designs)
@@ -99,13 +104,12 @@ def design(study: StudyLike, *, watcher: Watcher | None = None) -> Design:
     ]  # fmt: skip
     announce_compilation(watcher or Watcher())
     controllers = {"default": controller_for(asked, asked.default_row), "design": controller_for(asked, row)}
-    return Design(
-        gains_of(controllers["design"], provenance_of(asked, axes)),
-        gains_of(controllers["default"], {}),
-        axes,
-        {name: margins_in(asked, controller) for name, controller in controllers.items()},
-        [*without_design(designs), *differing(asked, row)],
-    )
+    margins = {name: margins_in(asked, controller) for name, controller in controllers.items()}
+    gains = gains_of(controllers["design"], provenance_of(asked, axes))
+    if out is not None:
+        gains = replace(gains, path=gains.write(out))
+    default, warnings = gains_of(controllers["default"], {}), [*without_design(designs), *differing(asked, row)]
+    return Design(gains, default, axes, margins, warnings)
 
 
 def provenance_of(study: Study, axes: list[Row]) -> Row:

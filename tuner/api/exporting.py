@@ -2,15 +2,15 @@
 
 from collections.abc import Mapping, Sequence
 from contextlib import nullcontext
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING, Any, TypeAlias
 
 from plant.airframes import load
-from tuner.api.frames import frame, shown
-from tuner.api.gains import Gains, GainsLike, gains_of
+from tuner.api.frames import Documented, frame, json_text, shown
+from tuner.api.gains import Gains, GainsLike, gains_of, taken
 from tuner.exchange.importers import importer as find_importer
 from tuner.exchange.registry import exporter as find_exporter
 from tuner.exchange.run import Export, export_gains
@@ -26,7 +26,7 @@ Options: TypeAlias = Mapping[str, object] | Sequence[str]
 
 
 @dataclass(frozen=True)
-class Exported:
+class Exported(Documented):
     """Files and findings of an export; made: the export with its document, export.json."""
 
     made: Export
@@ -40,6 +40,11 @@ class Exported:
     def document(self) -> dict[str, Any]:
         """Content of export.json."""
         return self.made.document
+
+    @property
+    def json(self) -> str:
+        """The document as JSON, with the folder."""
+        return json_text({**self.document, "folder": str(self.folder)})
 
     @property
     def passed(self) -> bool:
@@ -101,7 +106,7 @@ def export(
 
 
 @dataclass(frozen=True)
-class Imported:
+class Imported(Documented):
     """Gains that a vehicle flies.
 
     Attributes:
@@ -114,13 +119,28 @@ class Imported:
     gains: Gains
     notes: tuple[str, ...]
     untouched: tuple[str, ...]
+    source: str
+    parameters: Path
+
+    @property
+    def document(self) -> dict[str, Any]:
+        """Everything as data, as `tuner import --json` prints it."""
+        content = self.gains.document
+        known = {key: content[key] for key in ("gains", "vehicle") if key in content}
+        rest = {"untouched": list(self.untouched), "notes": list(self.notes), "file": str(self.gains.path)}
+        return {**known, **rest}
 
     def _repr_html_(self) -> str:
         return shown("Imported gains", self.notes, self.gains.table)
 
 
 def import_gains(
-    parameters: str | Path, source: str, airframe: str, *, options: Options = MappingProxyType({})
+    parameters: str | Path,
+    source: str,
+    airframe: str,
+    out: str | Path | None = None,
+    *,
+    options: Options = MappingProxyType({}),
 ) -> Imported:
     """Read the gains that a vehicle flies already from its parameter file.
 
@@ -128,6 +148,7 @@ def import_gains(
         parameters: The file.
         source: Name of a source; see `catalogue("sources")`.
         airframe: Bundled name or TOML file of the vehicle's airframe.
+        out: A gains.json to write; it must not exist.
         options: Options of the source, such as `{"firmware": "1.15"}`.
 
     Returns:
@@ -135,6 +156,7 @@ def import_gains(
 
     Raises:
         InputError: The file is wrong; the message names the parameter.
+        StoreError: The gains.json exists already, or cannot be written.
 
     Examples:
         >>> imported = tuner.import_gains("quad.params", "px4", "iris")
@@ -142,9 +164,14 @@ def import_gains(
         {'position': 'pid', 'attitude': 'pid'}
 
     """
+    if out is not None and Path(out).exists():
+        raise taken(Path(out))
     importer = find_importer(source)
     found = importer.read(Path(parameters), load(airframe), settings_of(importer, texts(options)))
-    return Imported(gains_of(found.controller, {}), found.notes, found.untouched)
+    gains = gains_of(found.controller, {})
+    if out is not None:
+        gains = replace(gains, path=gains.write(out))
+    return Imported(gains, found.notes, found.untouched, source, Path(parameters))
 
 
 def texts(options: Options) -> list[str]:

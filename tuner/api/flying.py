@@ -2,19 +2,20 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from objectives.decisions import DecisionSpace
 from objectives.metrics import METRICS, parse
-from objectives.problem import Fleet, Objective, Problem, System
+from objectives.problem import FlightBatch, Objective, Problem, System
 from objectives.risk import Risk
 from plant.errors import InputError
 from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
 from tuner.analysis.default_scenario import LIMITS, SCENARIO, system_of
 from tuner.analysis.responses import Responses, fan_table, fly_responses
-from tuner.api.frames import frame, shown
+from tuner.api.frames import Documented, frame, shown
 from tuner.api.gains import GainsLike, as_gains
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.gains import Controller
@@ -39,7 +40,7 @@ class Sortie:
 
 
 @dataclass(frozen=True)
-class Flights:
+class Flights(Documented):
     """Flights of one controller.
 
     Attributes:
@@ -92,6 +93,25 @@ class Flights:
         with style():
             return flown_figure(self.recorded, self.scenario)
 
+    def write_figure(self, path: str | Path) -> None:
+        """Draw the responses into a file.
+
+        Args:
+            path: The file; its ending, .png, .pdf or .svg, says the format.
+
+        Returns:
+            Nothing.
+
+        Raises:
+            InputError: The ending is none of these, or the file cannot be written.
+
+        Examples:
+            >>> tuner.fly(gains, flights=4).write_figure("responses.pdf")
+        """
+        from tuner.report.responses_figure import write_responses
+
+        write_responses(self.recorded, self.scenario, Path(path))
+
     def _repr_html_(self) -> str:
         return shown(f"{self.count} flights: {self.scenario}", (), self.table)
 
@@ -134,7 +154,7 @@ def fly(
     if not problem.flyer.cached:
         with compilation(watcher or Watcher()):
             problem.warm_up(sortie.gains, sortie.spec)
-    evaluation = problem.evaluate_gains(sortie.gains[None], (Fleet(sortie.spec, HELD_OUT, flights),))
+    evaluation = problem.evaluate_gains(sortie.gains[None], (FlightBatch(sortie.spec, HELD_OUT, flights),))
     figures = statistics(problem.objectives, evaluation.scores[0])
     return Flights(sortie.spec.name, flights, figures, sortie, problem)
 

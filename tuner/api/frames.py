@@ -1,5 +1,6 @@
 """Tables of the public interface: pandas frames that carry the units of their columns, and how objects show themselves."""
 
+import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -11,6 +12,22 @@ if TYPE_CHECKING:
 
 MOST_ROWS = 20
 """Rows of a table that an object shows of itself."""
+
+
+class Documented:
+    """An object behind a JSON document, which the command line prints."""
+
+    document: Any
+
+    @property
+    def json(self) -> str:
+        """The document as JSON."""
+        return json_text(self.document)
+
+
+def json_text(document: Any, ascii_only: bool = True) -> str:
+    """Return a document as JSON text; numbers that are not finite are our own mistake."""
+    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=ascii_only)
 
 
 def frame(

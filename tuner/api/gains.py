@@ -16,6 +16,7 @@ from plant.gains import default_row, gain_addresses
 from plant.input_files import read_input_text
 from plant.laws import law as find_law
 from plant.nominal import ControlOptions
+from tuner.api import AIRFRAME, POSITION_LAW
 from tuner.api.frames import frame, shown
 from tuner.gains import Controller, to_document
 from tuner.gains import read_gains as read_controller
@@ -25,8 +26,6 @@ if TYPE_CHECKING:
 
 Document = dict[str, Any]
 
-AIRFRAME, POSITION = "hummingbird", "ladrc"
-"""Airframe and position law of default gains where nobody names others."""
 CONTROL_PERIOD, PLANT_STEP = 0.004, 0.001
 
 
@@ -134,7 +133,7 @@ def read_gains(path: str | Path, airframe: str | None = None) -> Gains:
     return Gains(controller, json.loads(read_input_text(path)), path)
 
 
-def default_gains(attitude: str, position: str = POSITION, airframe: str = AIRFRAME) -> Gains:
+def default_gains(attitude: str, position: str = POSITION_LAW, airframe: str = AIRFRAME) -> Gains:
     """Return the default gains of two laws.
 
     Args:

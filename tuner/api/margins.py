@@ -23,9 +23,10 @@ from plant.vectors import Vec3
 from tuner.analysis.margins.document import default_requirements, margins_document
 from tuner.analysis.margins.readings import Subject, subject_of
 from tuner.analysis.margins.study_limits import study_requirements
+from tuner.api import POSITION_LAW
 from tuner.api.flying import prepare
-from tuner.api.frames import frame, shown
-from tuner.api.gains import POSITION, GainsLike, as_gains, default_gains
+from tuner.api.frames import Documented, frame, shown
+from tuner.api.gains import GainsLike, as_gains, default_gains
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.exchange.processor_cost.measure import measure_cost
 from tuner.gains import Controller
@@ -47,7 +48,7 @@ FIGURES = ("bode", "nyquist", "nichols")
 
 
 @dataclass(frozen=True)
-class Margins:
+class Margins(Documented):
     """Stability margins of one controller.
 
     Attributes:
@@ -60,6 +61,7 @@ class Margins:
     document: Row
     subject: Subject
     from_study: bool
+    folder: Path | None = None
 
     @property
     def passed(self) -> bool:
@@ -113,7 +115,7 @@ class Margins:
 def margins(
     gains: GainsLike,
     *,
-    study: str | Path | None = None,
+    study: StudyLike | None = None,
     yaw: float = 0.0,
     speed: float = 0.0,
     wind: float = 0.0,
@@ -154,9 +156,7 @@ def margins(
     with folder or nullcontext():
         announce_compilation(watcher or Watcher())
         subject = subject_of(controller, trim)
-        asked = (
-            None if study is None else study_requirements(tuning_study(study, "tuner margins --study").path, controller)
-        )
+        asked = None if study is None else study_requirements(tuning_study(study, "tuner margins --study"), controller)
         document = margins_document(subject, default_requirements(subject) if asked is None else asked)
         if certificates:
             # What proves them takes a second to import.
@@ -165,7 +165,7 @@ def margins(
             document["certificates"] = certificate_rows(controller)
         if folder is not None:
             write(document, subject, folder)
-    return Margins(document, subject, asked is not None)
+    return Margins(document, subject, asked is not None, None if folder is None else folder.path)
 
 
 def announce_compilation(watcher: Watcher) -> None:
@@ -187,10 +187,11 @@ def write(document: Row, subject: Subject, folder: Folder) -> None:
 
 
 @dataclass(frozen=True)
-class Theory:
-    """Guarantees of theory for one controller; document: as `tuner theory --json` prints it."""
+class Theory(Documented):
+    """Guarantees of theory for one controller; document: as `tuner theory --json` prints it; control_period [s]."""
 
     document: Row
+    control_period: float
 
     @cached_property
     def table(self) -> "pd.DataFrame":
@@ -231,7 +232,8 @@ def theory(gains: GainsLike, *, study: StudyLike | None = None, level: float = 0
     rates = worst_rates(specs, controller.airframe.vehicle, timing, seed, level)
     names = [spec.name for spec in specs]
     rows = theory_rows(controller, rates)
-    return Theory({"scenarios": names, "level": level, "axes": AXES, "rates": rates, "theorems": rows})
+    document = {"scenarios": names, "level": level, "axes": AXES, "rates": rates, "theorems": rows}
+    return Theory(document, timing.control_period)
 
 
 def theory_rows(controller: Controller, rates: Mapping[str, float]) -> list[Row]:
@@ -267,7 +269,7 @@ def theory_row(theorem: Theorem, controller: Controller, axis: str, rate: float)
 
 
 @dataclass(frozen=True)
-class Cost:
+class Cost(Documented):
     """Cost of control steps on a Cortex-M4F; document: as `tuner cost --json` prints it."""
 
     document: Row
@@ -281,7 +283,7 @@ class Cost:
         return shown("Cost of a control step", [f"Counted: {MEANING}."], self.table.reset_index())
 
 
-def cost(gains: GainsLike | None = None, *, position: str = POSITION, measure: bool = False) -> Cost:
+def cost(gains: GainsLike | None = None, *, position: str = POSITION_LAW, measure: bool = False) -> Cost:
     """Tell what a control step costs on a Cortex-M4F.
 
     Args:

@@ -7,10 +7,11 @@ from typing import TYPE_CHECKING, Any
 
 from tuner.analysis.sensitivity.analysis import Analysis
 from tuner.analysis.sensitivity.document import index_table, variance_table
-from tuner.api.frames import frame, shown
+from tuner.api.frames import Documented, frame, shown
 from tuner.api.studies import AnyStudy, StudyLike, loaded, tuning_study
 from tuner.experiments.planning import plan as planning
 from tuner.experiments.sensitivity import analyse_sensitivity
+from tuner.experiments.tuning.conflicts import told_automatic
 from tuner.search.watcher import Watcher
 from tuner.study.study import Study
 
@@ -22,11 +23,16 @@ Row = dict[str, Any]
 
 
 @dataclass(frozen=True)
-class Plan:
+class Plan(Documented):
     """Forecast of a run; document: as `tuner plan --json` prints it, study: what was planned."""
 
     document: Row
     study: AnyStudy
+
+    @property
+    def notes(self) -> list[str]:
+        """Sentences on limits that a study does not write."""
+        return told_automatic(self.study.constraints) if isinstance(self.study, Study) else []
 
     @cached_property
     def table(self) -> "pd.DataFrame":
@@ -74,7 +80,7 @@ def plan(
 
 
 @dataclass(frozen=True)
-class Sensitivity:
+class Sensitivity(Documented):
     """Shares of gains and turbulence in each objective.
 
     Attributes:

@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from plant.errors import InputError, StoreError, UnknownNameError
-from tuner.api.frames import estimates, frame, shown
+from tuner.api.frames import estimates, frame, json_text, shown
 from tuner.api.gains import Gains, gains_of, read_gains
 from tuner.documents.ending import GAINS, gains_file, is_feasible
 from tuner.documents.files import Node, read_text
@@ -67,9 +67,9 @@ class Results:
         return list(self.document.get("warnings", []))
 
     @property
-    def text(self) -> str:
-        """The main document as it stands in the folder."""
-        return read_text(self.home / self.main)
+    def json(self) -> str:
+        """The main document as it stands in the folder, or as it would."""
+        return json_text(self.document, ascii_only=False) if self.folder is None else read_text(self.folder / self.main)
 
     @property
     def home(self) -> Path:
