@@ -87,11 +87,9 @@ class Flights(Documented):
             >>> tuner.fly(gains, flights=4).figure().savefig("responses.png")
 
         """
-        from tuner.report.figure_style import style
-        from tuner.report.responses_figure import flown_figure
+        from tuner.api.figures import draw, of_flights
 
-        with style():
-            return flown_figure(self.recorded, self.scenario)
+        return draw(of_flights(self.recorded, self.scenario), "responses")
 
     def write_figure(self, path: str | Path) -> None:
         """Draw the responses into a file.

@@ -16,7 +16,6 @@ from objectives.theory.disturbance_rate import worst_rates
 from objectives.theory.guarantee import Guarantee, law_of, loop_of
 from plant.cascade import AXES
 from plant.closed_loop import Timing
-from plant.errors import UnknownNameError
 from plant.laws import LAWS
 from plant.nominal import nominal
 from plant.vectors import Vec3
@@ -44,7 +43,6 @@ Row = dict[str, Any]
 
 SEED = 1
 """Root seed of the air where no study gives one, as in `fly`."""
-FIGURES = ("bode", "nyquist", "nichols")
 
 
 @dataclass(frozen=True)
@@ -97,15 +95,9 @@ class Margins(Documented):
             >>> tuner.margins(gains).figure("nyquist").savefig("nyquist.png")
 
         """
-        from tuner.analysis.margins.curves import curves_of, groups
-        from tuner.report.figure_style import style
-        from tuner.report.margins import loop_figures
+        from tuner.api.figures import draw, of_margins
 
-        if name not in FIGURES:
-            raise UnknownNameError("figure", name, FIGURES)
-        panels = {group: curves_of(self.subject, group[0]) for group in groups(self.subject)}
-        with style():
-            return getattr(loop_figures, f"{name}_figure")(self.subject, panels)
+        return draw(of_margins(self.subject), name)
 
     def _repr_html_(self) -> str:
         kept = "All limits are kept." if self.passed else "A limit is broken."

@@ -11,7 +11,7 @@ from tuner.api.frames import Documented, frame, shown
 from tuner.api.studies import AnyStudy, StudyLike, loaded, tuning_study
 from tuner.experiments.planning import plan as planning
 from tuner.experiments.sensitivity import analyse_sensitivity
-from tuner.experiments.tuning.conflicts import told_automatic
+from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.search.watcher import Watcher
 from tuner.study.study import Study
 
@@ -32,7 +32,7 @@ class Plan(Documented):
     @property
     def notes(self) -> list[str]:
         """Sentences on limits that a study does not write."""
-        return told_automatic(self.study.constraints) if isinstance(self.study, Study) else []
+        return automatic_limit_texts(self.study.constraints) if isinstance(self.study, Study) else []
 
     @cached_property
     def table(self) -> "pd.DataFrame":
@@ -116,11 +116,9 @@ class Sensitivity(Documented):
             >>> tuner.sensitivity(study, samples=8).figure().savefig("sensitivity.png")
 
         """
-        from tuner.report.figure_style import style
-        from tuner.report.sensitivity_figure import sensitivity_figure
+        from tuner.api.figures import draw, of_sensitivity
 
-        with style():
-            return sensitivity_figure(self.study, self.analysis)
+        return draw(of_sensitivity(self.study, self.analysis), "sensitivity")
 
     def _repr_html_(self) -> str:
         return shown(f"Sensitivity: {self.study.title}", self.document["notes"], self.table)

@@ -1,17 +1,17 @@
 """Results of runs as objects: tables with units, figures, gains."""
 
-from collections.abc import Callable
 from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.errors import InputError, StoreError, UnknownNameError
 from tuner.api.frames import estimates, frame, json_text, shown
 from tuner.api.gains import Gains, gains_of, read_gains
 from tuner.documents.ending import GAINS, gains_file, is_feasible
 from tuner.documents.files import Node, read_text
+from tuner.experiments import registry
 from tuner.experiments.compare.entrants import rows_of, study_of
-from tuner.experiments.registry import draw
 from tuner.gains import Controller
 from tuner.gains.document import seed_entry
 
@@ -19,18 +19,14 @@ if TYPE_CHECKING:
     import pandas as pd
     from matplotlib.figure import Figure
 
+    from tuner.api.figures import Figures
     from tuner.documents.contest import Contest
     from tuner.documents.results import Results as TuningDocuments
 
 Document = dict[str, Any]
-Draw = Callable[[], "Figure | None"]
-
 CURVES = ["frequency", "real", "imag"]
 """Columns of margins.parquet that hold a curve each."""
-MARGIN_UNITS = {
-    "gain_up": "1", "gain_down": "1", "phase_margin": "rad", "delay_margin": "s", "ms": "1", "mt": "1", "disk": "1",
-    "crossover": "rad/s", "bandwidth": "rad/s",
-}  # fmt: skip
+MARGIN_UNITS = {name: QUANTITIES[name].unit for name in RECORDED}
 
 
 class Results:
@@ -107,19 +103,9 @@ class Results:
             >>> results.figure("progress").savefig("progress.png")
 
         """
-        from matplotlib import rc_context
+        from tuner.api.figures import draw
 
-        from tuner.report.figure_style import style
-
-        known = self._figures()
-        if name not in known:
-            raise UnknownNameError("figure", name, known)
-        # Names are text, even those with dollar signs.
-        with style(), rc_context({"text.parse_math": False}):
-            drawn = known[name]()
-        if drawn is None:
-            raise InputError(f"these results hold nothing for the figure '{name}'")
-        return drawn
+        return draw(self._figures(), name)
 
     def report(self) -> Path:
         """Write report.html and the figures of the folder again.
@@ -135,9 +121,9 @@ class Results:
             'report.html'
 
         """
-        return draw(self.home)
+        return registry.draw(self.home)
 
-    def _figures(self) -> dict[str, Draw]:
+    def _figures(self) -> "Figures":
         raise NotImplementedError
 
     def __repr__(self) -> str:
@@ -302,18 +288,10 @@ class TuningResults(Results):
     def _unit(self, label: str) -> str:
         return next(row["unit"] for row in self.document["table"] if row["label"] == label)
 
-    def _figures(self) -> dict[str, Draw]:
-        from tuner.report.figures import response_names
-        from tuner.report.front_figure import front_figure
-        from tuner.report.progress_figure import progress_figure
-        from tuner.report.responses_figure import response_figure
+    def _figures(self) -> "Figures":
+        from tuner.api.figures import of_tuning
 
-        results = self.documents
-        responses = {
-            name: lambda scenario=scenario: response_figure(results, scenario)
-            for name, scenario in zip(response_names(results.scenarios), results.scenarios, strict=True)
-        }
-        return {"front": lambda: front_figure(results), "progress": lambda: progress_figure(results), **responses}
+        return of_tuning(self.documents)
 
     def _repr_html_(self) -> str:
         ending = self.document.get("ending", [])
@@ -355,10 +333,10 @@ class ContestResults(Results):
         """Sentences that the numbers allow."""
         return list(self.document["words"])
 
-    def _figures(self) -> dict[str, Draw]:
-        from tuner.report.contest.figures import FIGURES
+    def _figures(self) -> "Figures":
+        from tuner.api.figures import of_contest
 
-        return {name: lambda draw=draw: draw(self.documents) for name, draw in FIGURES.items()}
+        return of_contest(self.documents)
 
 
 class ComparisonResults(ContestResults):
@@ -367,10 +345,10 @@ class ComparisonResults(ContestResults):
     kind = "comparison"
     main = "comparison.json"
 
-    def _figures(self) -> dict[str, Draw]:
-        from tuner.report.values_figure import values_figure
+    def _figures(self) -> "Figures":
+        from tuner.api.figures import of_comparison
 
-        return {**super()._figures(), "values": lambda: values_figure(self.documents)}
+        return of_comparison(self.documents)
 
 
 class InferenceResults(Results):
@@ -410,10 +388,10 @@ class InferenceResults(Results):
         """Draw a figure; see `Results.figure`."""
         return super().figure(name)
 
-    def _figures(self) -> dict[str, Draw]:
-        from tuner.report.inference_figure import inference_figure
+    def _figures(self) -> "Figures":
+        from tuner.api.figures import of_inference
 
-        return {"inference": lambda: inference_figure(self.document)}
+        return of_inference(self.document)
 
 
 KINDS: tuple[type[Results], ...] = (ContestResults, InferenceResults, ComparisonResults, TuningResults)

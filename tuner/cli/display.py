@@ -13,7 +13,6 @@ from rich.text import Text
 from tuner.cli.terminal import Console
 from tuner.search.loop import Generation
 from tuner.search.watcher import CHECKING, COMPARING, REFINING, Watcher
-from tuner.text.units import in_shown_units
 
 # Lines for the stages of a run where no live display names them.
 ANNOUNCED = {
