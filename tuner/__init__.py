@@ -1,7 +1,70 @@
-"""The person's side: command line, study files, search, results folders, report."""
+"""Tune quadrotor controllers so that their gains hold in turbulence.
 
+    >>> import tuner
+    >>> study = tuner.load_study("quickstart", {"search.generations": 20})
+    >>> results = tuner.run(study, "results/first")  # doctest: +SKIP
+    >>> results.front, results.recommended  # doctest: +SKIP
+
+The names below are the public interface; everything else in this package may change without notice. A name is imported when
+it is first asked for, because compilers and plotting libraries take seconds to load.
+"""
+
+from importlib import import_module
 from importlib.util import find_spec
 from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+if TYPE_CHECKING:
+    from plant.errors import InputError, StoreError, ToolError, UnknownNameError
+    from tuner.api.catalogue import catalogue
+    from tuner.api.checking import check, judge, validate
+    from tuner.api.comparing import compare
+    from tuner.api.designing import design
+    from tuner.api.exporting import export, import_gains
+    from tuner.api.flying import fly
+    from tuner.api.gains import Gains, default_gains, read_gains
+    from tuner.api.margins import cost, margins, theory
+    from tuner.api.planning import plan, sensitivity
+    from tuner.api.results import (
+        ComparisonResults,
+        ContestResults,
+        InferenceResults,
+        Results,
+        TuningResults,
+        open_results,
+    )
+    from tuner.api.runs import rejudge, resume, run, verify
+    from tuner.api.studies import Study, load_study, make_study
+    from tuner.search.watcher import Watcher
+
+    __version__: str
+
+__all__ = [
+    "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "Results", "StoreError", "Study",
+    "ToolError", "TuningResults", "UnknownNameError", "Watcher", "catalogue", "check", "compare", "cost", "default_gains",
+    "design", "export", "fly", "import_gains", "judge", "load_study", "make_study", "margins", "open_results", "plan",
+    "read_gains", "rejudge", "resume", "run", "sensitivity", "theory", "validate", "verify",
+]  # fmt: skip
+
+_HOMES = {
+    "plant.errors": ("InputError", "StoreError", "ToolError", "UnknownNameError"),
+    "tuner.api.catalogue": ("catalogue",),
+    "tuner.api.checking": ("check", "judge", "validate"),
+    "tuner.api.comparing": ("compare",),
+    "tuner.api.designing": ("design",),
+    "tuner.api.exporting": ("export", "import_gains"),
+    "tuner.api.flying": ("fly",),
+    "tuner.api.gains": ("Gains", "default_gains", "read_gains"),
+    "tuner.api.margins": ("cost", "margins", "theory"),
+    "tuner.api.planning": ("plan", "sensitivity"),
+    "tuner.api.results": (
+        "ComparisonResults", "ContestResults", "InferenceResults", "Results", "TuningResults", "open_results",
+    ),
+    "tuner.api.runs": ("rejudge", "resume", "run", "verify"),
+    "tuner.api.studies": ("Study", "load_study", "make_study"),
+    "tuner.search.watcher": ("Watcher",),
+}  # fmt: skip
+"""Module -> its public names."""
 
 
 def _check_neighbours() -> None:
@@ -23,13 +86,19 @@ def _check_neighbours() -> None:
 _check_neighbours()
 
 
-def __getattr__(name: str) -> str:
-    """Return __version__ of the installed package, read when it is first asked for: the metadata take 20 ms to import."""
-    if name != "__version__":
-        raise AttributeError(f"module 'tuner' has no attribute '{name}'")
-    from importlib.metadata import PackageNotFoundError, version
+def __getattr__(name: str) -> Any:
+    """Import a public name when it is first asked for, or return __version__."""
+    if name == "__version__":
+        from tuner.text.version import version
 
-    try:
-        return version("holdfast")
-    except PackageNotFoundError:
-        return "not installed"
+        return version()
+    for home, names in _HOMES.items():
+        if name in names:
+            value = getattr(import_module(home), name)
+            globals()[name] = value
+            return value
+    raise AttributeError(f"module 'tuner' has no attribute '{name}'")
+
+
+def __dir__() -> list[str]:
+    return sorted([*__all__, "__version__"])

@@ -108,7 +108,7 @@ def sources() -> Iterable[str]:
 
 def listings() -> Iterable[str]:
     """Return what `tuner list` lists."""
-    from tuner.cli.listing import LISTINGS
+    from tuner.api.catalogue import LISTINGS
 
     return LISTINGS
 
@@ -132,3 +132,31 @@ def study_option(about: str, *names: str) -> Any:
 def law_option(about: str) -> Any:
     """Return an option that takes the name of a law."""
     return typer.Option(help=about, autocompletion=LAW)
+
+
+# Arguments and options that several commands share.
+StudyFile = Annotated[
+    Path,
+    typer.Argument(
+        help="Study: a file (TOML), or a name that `tuner list studies` shows.",
+        show_default=False,
+        callback=found_study,
+        autocompletion=STUDY,
+    ),
+]
+Folder = Annotated[Path, typer.Argument(help="A results folder.", show_default=False)]
+GainsFile = Annotated[Path, typer.Argument(help="A gains.json.", show_default=False)]
+Threads = Annotated[int | None, typer.Option(help="Threads; by default one for each core.", min=1)]
+AsJson = Annotated[bool, typer.Option("--json", help="Print figures as JSON and nothing else.")]
+PositionLaw = Annotated[str, law_option("Position law, with --law.")]
+Airframe = Annotated[str | None, typer.Option(help="Airframe: a bundled name or a TOML file.", autocompletion=AIRFRAME)]
+Seeds = Annotated[int | None, typer.Option(help="Flights of each scenario; by default the study's held_out.", min=2)]
+Dask = Annotated[
+    str | None,
+    typer.Option(help="Fly on a Dask cluster: local:N processes, or a scheduler such as tcp://host:8786."),
+]
+
+
+def set_option(about: str) -> Any:
+    """Return an option --set that may be repeated."""
+    return typer.Option("--set", help=about)

@@ -10,12 +10,9 @@ from typing import Any
 from rich.progress import BarColumn, Progress, ProgressColumn, SpinnerColumn, Task, TextColumn
 from rich.text import Text
 
-from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.documents.ending import shown_as
 from tuner.search.loop import Generation
 from tuner.search.watcher import CHECKING, COMPARING, REFINING, Watcher
-from tuner.text.units import in_shown_units
 
 # Lines for the stages of a run where no live display names them.
 ANNOUNCED = {
@@ -173,63 +170,3 @@ class TerminalWatcher(MessageWatcher):
         """Say what is being written."""
         if self._live:
             self._begin_task(f"Writing {part}", None)
-
-
-def digits(value: float, other: float) -> str:
-    """Return a number with as many digits as the scale of its neighbour (an interval's width, a companion) gives sense to."""
-    scale = max(abs(other), 1e-3 * abs(value))
-    if scale == 0.0:
-        return "0"
-    places = 0
-    while places < 8 and scale * 10**places < 3.0:
-        places += 1
-    return f"{value:,.{places}f}"
-
-
-def estimate(entry: dict[str, float | None]) -> str:
-    """Return the value over its interval, or alone where it has none."""
-    if entry["value"] is None:
-        return "unbounded"
-    if entry["low"] is None or entry["high"] is None:
-        return f"{entry['value']:.4g}"
-    width = entry["high"] - entry["low"] or entry["value"]
-    return f"{digits(entry['value'], width)}\n[{digits(entry['low'], width)}, {digits(entry['high'], width)}]"
-
-
-def print_ending(found: dict[str, Any], console: Console) -> None:
-    """Print what a run or contest that found nothing feasible has to say before all else; nothing for any other."""
-    for i, text in enumerate(found.get("ending", [])):
-        console.print(text, style="bold red" if i == 0 else "red", highlight=False)
-
-
-def comparison_table(summary: dict[str, Any]) -> Table:
-    """Return the Default / Tuned table of a summary."""
-    shown = shown_as(summary)
-    table = Table(
-        f"Default / {shown.capitalize()} on {summary['held_out']} confirmation scenarios, 95 % intervals",
-    )
-    table.add_column("")
-    for name in ("default", shown, f"{shown} - default"):
-        table.add_column(name, justify="right", no_wrap=True)
-    for row in map(in_shown_units, summary["table"]):
-        limit = "" if row["limit"] is None else f"at {row.get('sense', 'most')} {row['limit']:g} "
-        limit = f"automatic, {limit}" if row.get("automatic") else limit
-        unit = "" if row["unit"] == "1" else row["unit"]
-        parts = [estimate(row[key]) for key in ("default", "tuned", "difference")]
-        parts[2] = f"{row['verdict']}: {parts[2]}"
-        label = row["label"].replace("@", "\n@")
-        table.add_row(f"{label}\n{limit}{unit}".rstrip(), *parts)
-    return table
-
-
-def gains_table(summary: dict[str, Any]) -> Table:
-    """Return the searched gains, default and tuned."""
-    table = Table("Gains")
-    for name in ("gain", "unit", "default", shown_as(summary), "range"):
-        table.add_column(name, justify="left" if name in ("gain", "unit") else "right", no_wrap=name != "unit")
-    for entry in summary["variables"]:
-        table.add_row(
-            entry["name"], entry["unit"], f"{entry['default']:.4g}", f"{entry['tuned']:.4g}",
-            f"{entry['low']:g} to {entry['high']:g}",
-        )  # fmt: skip
-    return table

@@ -8,9 +8,9 @@ import re
 from collections.abc import Callable
 from html import escape
 
-import tuner
 from plant.errors import one_line, shortened
 from tuner.exchange.target import Request
+from tuner.text.version import version
 
 # Characters of a C string that mean themselves; a question mark may begin a trigraph.
 _PLAIN_IN_C = frozenset("ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789 !#$%&'()*+,-./:;<=>@[]^_`{|}~")
@@ -72,7 +72,7 @@ def markdown(text: str) -> str:
 
 def tool() -> str:
     """Return the name and version of the tool that writes an export."""
-    return f"holdfast {tuner.__version__}"
+    return f"holdfast {version()}"
 
 
 def heading(request: Request, write: Callable[[str], str]) -> tuple[str, str, str]:

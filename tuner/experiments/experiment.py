@@ -14,7 +14,6 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 from objectives.engine import LANES, Engine
 from plant.backends.flyer import available_threads
-from plant.input_files import read_input_text
 from tuner.search.watcher import Watcher
 from tuner.store.environment import environment, with_session
 from tuner.store.folder import Folder
@@ -154,7 +153,7 @@ class Experiment(ABC, Generic[Asked, Found]):
     def _write_inputs(self, folder: Folder) -> None:
         """Write what the run starts from; a resumed run adds its session to what is there."""
         if not folder.keep("study.toml"):
-            folder.write_text("study.toml", read_input_text(self.study.path))
+            folder.write_text("study.toml", self.study.text)
         resolved = self.resolved()
         if resolved is not None:
             folder.write_json("resolved.json", resolved)

@@ -4,13 +4,13 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from math import nan
 
-import tuner
 from plant.gains import gain_addresses
 from tuner.gains.airframe_block import airframe_block
 from tuner.gains.controller import Controller, VehicleRecord
 from tuner.gains.hashing import content_hash
 from tuner.gains.sections import CONVENTIONS, FORMAT, MOST_EXACT, STRUCTURE, VERSION, Row
 from tuner.gains.ucum import quantity
+from tuner.text.version import version
 
 Ranges = Mapping[str, tuple[float, float]]
 
@@ -28,7 +28,7 @@ def to_document(controller: Controller, provenance: Row, ranges: Ranges = NO_RAN
     document: Row = {
         "format": FORMAT,
         "version": VERSION,
-        "generator": {"name": "holdfast", "version": tuner.__version__},
+        "generator": {"name": "holdfast", "version": version()},
         "conventions": CONVENTIONS,
         "airframe": airframe_block(controller.airframe),
         "controller": controller_block(controller),

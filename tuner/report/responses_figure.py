@@ -41,21 +41,27 @@ def write_responses(responses: "Responses", scenario: str, file: Path) -> None:
     """Write the fans of one controller; the ending of the file says the format. InputError where it cannot be."""
     if file.suffix.lower() not in ENDINGS:
         raise InputError(f"given '{file}'; allowed endings: {', '.join(ENDINGS)}", key="--plot")
-    fans = fans_of(responses, scenario)
-    by_signal = {fan.signal: fan for fan in fans}
-    shown = shown_signals(fans)
     with style():
-        figure, axes = grid(len(shown), COLUMNS, ROW)
-        for ax, fan in zip(axes, [by_signal[signal] for signal in shown], strict=True):
-            draw_fan(ax, fan, TUNED, f"median and 5–95 % of {len(responses.actual)} flights")
-            draw_references(ax, [fan])
-            _label(ax, fan)
-        legend_above(figure, axes[0])
-        figure.suptitle(scenario)
+        figure = flown_figure(responses, scenario)
         try:
             figure.savefig(file, dpi=DPI)
         except OSError as error:
             raise InputError(f"{file} cannot be written ({error.strerror})", key="--plot") from error
+
+
+def flown_figure(responses: "Responses", scenario: str) -> Figure:
+    """Return the fans of one controller, a panel for each axis and one for rotor 1."""
+    fans = fans_of(responses, scenario)
+    by_signal = {fan.signal: fan for fan in fans}
+    shown = shown_signals(fans)
+    figure, axes = grid(len(shown), COLUMNS, ROW)
+    for ax, fan in zip(axes, [by_signal[signal] for signal in shown], strict=True):
+        draw_fan(ax, fan, TUNED, f"median and 5–95 % of {len(responses.actual)} flights")
+        draw_references(ax, [fan])
+        _label(ax, fan)
+    legend_above(figure, axes[0])
+    figure.suptitle(scenario)
+    return figure
 
 
 def fans_of(responses: "Responses", scenario: str) -> list[Fan]:

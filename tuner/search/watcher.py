@@ -5,10 +5,10 @@ from contextlib import contextmanager
 from time import perf_counter
 from typing import TYPE_CHECKING, Any
 
-from tuner.search.loop import Generation
-
 if TYPE_CHECKING:
     from pathlib import Path
+
+    from tuner.search.loop import Generation
 
 SEARCHING, REFINING, CHECKING, COMPARING = "Searching", "Refining", "Held-out check", "Comparison"
 """Stages of a run, for `Watcher.on_stage`; analyses that fly once give a participle of their own, such as "Sampling"."""
@@ -49,7 +49,7 @@ class Watcher:
         """Called when so many more flights need not be made: they are on record, or not worth it."""
         self.on_flights_done(flights)
 
-    def on_generation(self, record: Generation, total: int) -> None:
+    def on_generation(self, record: "Generation", total: int) -> None:
         """Called when a generation of the search is finished, of so many in all."""
 
     def on_writing(self, part: str) -> None:

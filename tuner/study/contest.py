@@ -10,6 +10,7 @@ from typing import Any, ClassVar
 from objectives.metrics import MetricAddress
 from objectives.problem import Objective
 from objectives.risk import Risk
+from plant.input_files import read_input_text
 from plant.scenarios import CONFIRMATION
 from tuner.study.study import Study, StudyScenario
 
@@ -107,6 +108,11 @@ class Contest:
     def flights_each(self) -> int:
         """Number of flights of the comparison that one controller makes."""
         return sum(entry.held_out for entry in self.scenarios)
+
+    @property
+    def text(self) -> str:
+        """The study as it was given."""
+        return read_input_text(self.path)
 
     @property
     def content(self) -> dict[str, Any]:

@@ -87,6 +87,11 @@ class Inference:
         return self.contest.path
 
     @property
+    def text(self) -> str:
+        """The study as it was given."""
+        return self.contest.text
+
+    @property
     def title(self) -> str:
         """Title of the contest."""
         return self.contest.title

@@ -14,6 +14,7 @@ from objectives.problem import Constraint, Objective, System
 from objectives.requirements import Requirement, Screen, requirements_of
 from plant.airframes import Airframe
 from plant.gains import gain_addresses
+from plant.input_files import read_input_text
 from plant.nominal import ControlOptions
 from plant.references import ReferenceSpec
 from plant.scenarios import ScenarioSpec
@@ -48,7 +49,7 @@ class Study:
     """A study: vehicle and controller, searched gains, scenarios, objectives and limits, search and pick rule.
 
     vehicle: record of the vehicle that the default gains were imported from. si: whether limits known without flying stand in
-    files in SI units, see `in_units_of_limits`.
+    files in SI units, see `in_units_of_limits`. given: the study as TOML, where it comes from no file.
     """
 
     kind: ClassVar[str] = "tuning"
@@ -70,6 +71,12 @@ class Study:
     vehicle: "VehicleRecord | None" = None
     mission: Mission = USUAL
     si: bool = True
+    given: str | None = None
+
+    @property
+    def text(self) -> str:
+        """The study as it was given."""
+        return read_input_text(self.path) if self.given is None else self.given
 
     @property
     def automatic_limits(self) -> tuple[Constraint, ...]:

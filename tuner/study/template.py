@@ -1,5 +1,10 @@
 """The study file that `tuner new NAME` writes: every table, the usual values, a comment on each line."""
 
+from pathlib import Path
+
+from plant.errors import StoreError
+from tuner.study.files import copied_study
+
 TEMPLATE = """# A tuning study. Check it with `tuner check FILE`, run it with `tuner run FILE`.
 # Everything that is commented out stands at its default; remove the # to change it.
 title = "@TITLE@"
@@ -106,3 +111,21 @@ generations = 15
 [pick]
 rule = "knee"                   # knee, closest, min:METRIC, or weights with weights = { "itae.position" = 2, travel = 1 }
 """
+
+
+def write_study(name: str, source: Path | None = None) -> Path:
+    """Write the commented template, or a copy of the study `source`, and return its path: NAME.toml in this folder.
+
+    Raises StoreError where a file of that name is there already.
+    """
+    path = Path(name if name.endswith(".toml") else f"{name}.toml")
+    title = "".join(letter for letter in path.stem.replace("_", " ") if letter not in '"\\')
+    text = TEMPLATE.replace("@TITLE@", title) if source is None else copied_study(source, path)
+    try:
+        with path.open("x", encoding="utf-8") as file:
+            file.write(text)
+    except FileExistsError:
+        raise StoreError(f"{path} exists already and was not touched; choose another name") from None
+    except OSError as error:
+        raise StoreError(f"{path} cannot be written ({error.strerror})") from None
+    return path

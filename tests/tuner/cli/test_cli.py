@@ -10,8 +10,8 @@ from typer.main import get_group
 from typer.testing import CliRunner
 
 from tests.tuner.conftest import QUICKSTART
+from tuner.api.catalogue import LISTINGS
 from tuner.cli.app import GROUPS
-from tuner.cli.listing import LISTINGS
 from tuner.cli.main import app
 
 ROOT = Path(__file__).parents[3]

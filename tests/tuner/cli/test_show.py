@@ -14,7 +14,7 @@ from tests.tuner.in_process import tuner
 from tests.tuner.report.contest.fabricate_contest import Made
 from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import OBJECTIVES, fabricate
-from tuner.cli import show
+from tuner.cli.printers import story as show
 from tuner.cli.terminal import Console
 from tuner.report.terminal.scatter import Layer, legend, place_bar, scatter
 from tuner.report.terminal.tuning import tuning_story
@@ -31,7 +31,7 @@ def made_up(request, tmp_path_factory):
 
 def shown(folder, width, monkeypatch, capsys):
     monkeypatch.setattr(show, "Console", lambda: Console(width=width))
-    show.show_command(folder, as_json=False)
+    show.tell_folder(folder, as_json=False)
     return capsys.readouterr().out
 
 
@@ -150,7 +150,7 @@ def test_an_inference_shows_its_sentences(tmp_path, monkeypatch, capsys):
 def test_what_is_no_results_folder_is_refused(make, tmp_path):
     make(tmp_path / "nothing")
     with pytest.raises(StoreError, match="nothing"):
-        show.show_command(tmp_path / "nothing", as_json=False)
+        show.tell_folder(tmp_path / "nothing", as_json=False)
 
 
 def plot(*layers, width=42, height=11):

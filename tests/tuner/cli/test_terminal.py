@@ -14,9 +14,9 @@ from tests.tuner.in_process import tuner
 from tests.tuner.report.contest.fabricate_contest import Made
 from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import fabricate
+from tuner.api.catalogue import LISTINGS
 from tuner.cli.app import GROUPS
-from tuner.cli.display import comparison_table, gains_table
-from tuner.cli.listing import LISTINGS
+from tuner.cli.printers.tuning import comparison_table, gains_table
 from tuner.cli.tables import PIPE_WIDTH, Table
 
 ROOT = Path(__file__).parents[3]
@@ -125,20 +125,22 @@ def test_check(small_run, monkeypatch, capsys):
 
 
 def test_design(tmp_path, monkeypatch, capsys):
-    from tuner.cli.design import controller_for, judged, margins_table
-    from tuner.cli.design import gains_table as designed_gains
+    from tuner.api.designing import Design, controller_for, margins_in
+    from tuner.api.gains import gains_of
+    from tuner.cli.printers.margins import print_design
     from tuner.study import load_study
 
     study = load_study(QUICKSTART)
-    controllers = {name: controller_for(study, study.default_row) for name in ("default", "design")}
-    margins = {name: judged(study, controller) for name, controller in controllers.items()}
-    told = printed(capsys, lambda c: c.print(designed_gains(controllers)), lambda c: c.print(margins_table(margins)))
-    check_widths(told, monkeypatch)
+    controller = controller_for(study, study.default_row)
+    found = gains_of(controller, {})
+    margins = {name: margins_in(study, controller) for name in ("default", "design")}
+    design = Design(found, found, [], margins, [])
+    check_widths(printed(capsys, lambda console: print_design(design, console)), monkeypatch)
 
 
 def test_plan_compare_and_fly(small_run, tmp_path, monkeypatch, capsys):
-    from tuner.cli.compare import print_comparison
-    from tuner.cli.plan import show as show_plan
+    from tuner.cli.printers.compare import print_comparison
+    from tuner.cli.printers.planning import show as show_plan
 
     gains = small_run[1] / "gains.json"
     plan = json.loads(command(monkeypatch, capsys, "plan", QUICKSTART, "--json")())

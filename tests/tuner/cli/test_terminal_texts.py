@@ -133,7 +133,7 @@ def test_a_study_of_a_hostile_file_name_is_inert(tmp_path, monkeypatch, capsys):
 
 
 def test_every_console_of_a_command_is_that_one():
-    for file in Path(next(iter(tuner.cli.__path__))).glob("*.py"):
+    for file in Path(next(iter(tuner.cli.__path__))).rglob("*.py"):
         for node in ast.walk(ast.parse(file.read_text())):
             if isinstance(node, ast.ImportFrom) and file.name != "terminal.py":
                 assert (node.module or "") not in ("rich.console", "rich.markup"), file

@@ -12,7 +12,7 @@ from plant.gains import gain_addresses
 from plant.laws import LAWS
 from plant.laws.hybrid import Gains
 from tests.tuner.cli.test_cli import refused, tuner
-from tuner.cli.theory import theory_rows
+from tuner.api.margins import theory_rows
 from tuner.gains import read_gains
 
 STUDY = "studies/quickstart.toml"

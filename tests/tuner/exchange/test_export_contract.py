@@ -12,7 +12,7 @@ import pytest
 from plant.errors import InputError
 from plant.gains import gain_addresses
 from tests.tuner.exchange.controllers import controller, pid
-from tuner.cli.listing import targets
+from tuner.api.catalogue import targets
 from tuner.exchange.registry import EXPORTERS, exporter
 from tuner.exchange.run import bundle_of, check_laws
 from tuner.exchange.target import Request, settings_of

@@ -17,7 +17,7 @@ from plant.airframes import load
 from tests.tuner.fuzz.fuzzing import STUDIES, fuzzed, load_any, outcome
 from tests.tuner.fuzz.hostile import broken, mutated
 from tests.tuner.fuzz.hostile_text import json_of, toml_of
-from tuner.cli.design import controller_for
+from tuner.api.designing import controller_for
 from tuner.gains import read_gains, to_document
 from tuner.study import load_study
 

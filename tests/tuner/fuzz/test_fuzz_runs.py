@@ -18,7 +18,7 @@ from tests.tuner.fuzz.fuzzing import fuzzed, load_any, outcome, patience
 from tests.tuner.fuzz.hostile import mutated, shaken
 from tests.tuner.fuzz.hostile_text import json_of, toml_of
 from tests.tuner.in_process import tuner
-from tuner.cli.design import controller_for
+from tuner.api.designing import controller_for
 from tuner.experiments.tuning.problem import problem_of
 from tuner.gains import read_gains, to_document
 from tuner.store.folder import ASIDE

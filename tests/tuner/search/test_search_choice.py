@@ -5,7 +5,7 @@ import pytest
 from plant.errors import InputError, UnknownNameError
 from tests.tuner.experiments.inference import asked as inference
 from tests.tuner.study.study_text import changed, write
-from tuner.cli.listing import LISTINGS
+from tuner.api.catalogue import LISTINGS
 from tuner.search.names import ALGORITHMS, check_algorithm
 from tuner.study import load_study
 from tuner.study.inference_reading import load_inference

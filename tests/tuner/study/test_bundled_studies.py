@@ -14,7 +14,7 @@ from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tests.tuner.conftest import QUICKSTART, NoDrawing
 from tests.tuner.experiments.tuning.test_run import FILES
-from tuner.cli.listing import LISTINGS
+from tuner.api.catalogue import LISTINGS
 from tuner.documents.ending import GAINS, INFEASIBLE
 from tuner.experiments.tuning.run import run_study
 from tuner.report import write_figures

@@ -1,34 +1,31 @@
 """A controller judged by the [[margin]] tables of a study."""
 
-from pathlib import Path
-
 import numpy as np
 
 from plant.errors import InputError
 from tuner.analysis.margins.document import Row, limited_row
 from tuner.analysis.margins.limits import Limit
 from tuner.gains import Controller
-from tuner.study import load_study
 from tuner.study.margins import MarginAnalysis, margin_requirement
+from tuner.study.study import Study
 
 
-def study_requirements(path: Path, controller: Controller) -> list[Row] | None:
+def study_requirements(study: Study, controller: Controller) -> list[Row] | None:
     """Return how gains stand to the [[margin]] tables of a study, on the study's vehicle; None where it has none.
 
     Raises InputError where the study is about other laws.
     """
-    study = load_study(path)
     for loop in ("position", "attitude"):
         mine, its = (getattr(cascade, loop).name for cascade in (controller.cascade, study.system.cascade))
         if mine != its:
             raise InputError(
-                f"the gains are for the {loop} law '{mine}', the study flies '{its}'", file=path, key="controller"
+                f"the gains are for the {loop} law '{mine}', the study flies '{its}'", file=study.path, key="controller"
             )
     if not study.table.margin:
         return None
     specs = tuple(entry.spec for entry in study.scenarios)
     asked = tuple(margin_requirement(table, study.system.timing, specs) for table in study.table.margin)
-    values = MarginAnalysis(asked, study.system, specs, path).values(np.array([controller.gains]))[0]
+    values = MarginAnalysis(asked, study.system, specs, study.path).values(np.array([controller.gains]))[0]
     return [
         limited_row(
             entry.label, entry.quantity, float(entry.quantity.from_limit(value)),

@@ -94,6 +94,11 @@ class Verdict:
         instead = "; `tuner verify` flies the runs in its contenders/ again" if self.kind == CONTEST else ""
         return f"Intact: all {self.files} files are what was written. A {self.kind} is not flown again{instead}."
 
+    @property
+    def json(self) -> str:
+        """The verdict as JSON."""
+        return json.dumps(self.as_dict(), indent=2)
+
     def as_dict(self) -> dict[str, Any]:
         """Return the verdict for a program."""
         return {"identical": self.identical, **asdict(self), "words": self.words}

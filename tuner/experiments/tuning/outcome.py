@@ -50,6 +50,11 @@ class Outcome:
         return self.generations[-1].flights + self.finalists.evaluation.flights + self.confirmation.flights
 
     @property
+    def flights_made(self) -> int:
+        """Number of these flights that were made in this session; the others were on record."""
+        return self.problem.flights_made
+
+    @property
     def names(self) -> list[str]:
         """Names of the finalists, "default" first."""
         return ["default", *[point_name(int(candidate)) for candidate in self.candidates]]

@@ -12,7 +12,7 @@ from objectives.problem import FlightBatch
 from objectives.requirements import known_values
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
-from tuner.cli.design import controller_for
+from tuner.api.designing import controller_for
 from tuner.experiments.tuning.problem import problem_of
 from tuner.gains import to_document
 from tuner.study import load_study

@@ -15,7 +15,7 @@ from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.contest.contest_text import write as write_contest
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
-from tuner.cli.design import controller_for
+from tuner.api.designing import controller_for
 from tuner.gains import to_document
 from tuner.study import load_study
 

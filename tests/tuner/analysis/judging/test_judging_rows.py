@@ -18,7 +18,7 @@ from plant.seeds import generator
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.analysis.judging.agreement import check_agreement, differences
 from tuner.analysis.judging.rows import interval, known_row, overall, share_interval, verdict
-from tuner.cli.design import controller_for
+from tuner.api.designing import controller_for
 from tuner.study import load_study
 
 

@@ -18,10 +18,11 @@ from tuner.analysis.margins.document import default_requirements, margins_docume
 from tuner.analysis.margins.limits import LIMITS, Limit
 from tuner.analysis.margins.readings import subject_of
 from tuner.analysis.margins.study_limits import study_requirements
-from tuner.cli.fly import controller_of
+from tuner.api.gains import default_gains
 from tuner.cli.main import app
-from tuner.cli.margins import marks_of
+from tuner.cli.printers.margins import marks_of
 from tuner.gains import to_document
+from tuner.study import load_study
 
 ROOT = Path(__file__).parents[4]
 CHANNELS = ("x", "y", "z", "roll", "pitch", "yaw")
@@ -32,7 +33,7 @@ def asked(*arguments):
 
 
 def subject(law, trim=None):
-    return subject_of(controller_of(None, law, "ladrc", None), trim or Trim())
+    return subject_of(default_gains(law).controller, trim or Trim())
 
 
 @pytest.fixture(scope="module")
@@ -123,7 +124,7 @@ def test_exit_code_and_json_of_the_command(tmp_path):
     assert (kept.exit_code, broken.exit_code) == (0, 1)
     assert json.loads(kept.stdout)["passed"] and not json.loads(broken.stdout)["passed"]
     path = tmp_path / "gains.json"
-    path.write_text(json.dumps(to_document(controller_of(None, "pid", "ladrc", None), {})))
+    path.write_text(json.dumps(to_document(default_gains("pid").controller, {})))
     assert json.loads(asked(path, "--json").stdout) == json.loads(kept.stdout)
 
 
@@ -176,8 +177,8 @@ def test_the_margin_tables_of_a_study_take_the_place_of_the_limits(tmp_path):
     rest = text[text.index("[search]") :] if "[[margin]]" in text else ""
     tables = '\n[[margin]]\nquantity = "ms"\naxis = "attitude"\nmax = 2.2\n\n[[margin]]\nquantity = "gain_up"\nmin = 3.0\n'
     study.write_text(text[:cut] + tables + rest)
-    controller = controller_of(None, "hybrid", "ladrc", None)
-    rows = study_requirements(study, controller)
+    controller = default_gains("hybrid").controller
+    rows = study_requirements(load_study(study), controller)
     assert rows is not None and [row["label"] for row in rows] == ["ms(attitude)", "gain_up"]
     assert rows[0]["limit"] == 2.2 and not rows[0]["kept"] and (rows[1]["unit"], rows[1]["shown_unit"]) == ("1", "dB")
     done = asked("--law", "hybrid", "--study", study, "--json")
@@ -189,7 +190,7 @@ def test_a_study_without_margin_tables_leaves_the_limits_as_they_are(tmp_path):
     study = tmp_path / "study.toml"
     text = QUICKSTART.read_text()
     study.write_text("\n\n".join(part for part in text.split("\n\n") if "[[margin]]" not in part))
-    assert study_requirements(study, controller_of(None, "hybrid", "ladrc", None)) is None
+    assert study_requirements(load_study(study), default_gains("hybrid").controller) is None
 
 
 @pytest.mark.parametrize("command", ["margins", "design"])

@@ -12,7 +12,7 @@ from plant.vectors import Vec3
 from tests.tuner.exchange.controllers import pid
 from tests.tuner.in_process import tuner
 from tuner.analysis.margins.readings import subject_of
-from tuner.cli.export import said_of_filter
+from tuner.cli.printers.export import said_of_filter
 from tuner.exchange.autopilot.gyro_filter import equal_lag, filter_rows, with_filter
 from tuner.exchange.autopilot.pid import axis_gains
 from tuner.exchange.target import GyroFilter

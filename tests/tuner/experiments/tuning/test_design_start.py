@@ -9,7 +9,7 @@ from typer.testing import CliRunner
 
 from objectives.design import design
 from tests.tuner.conftest import QUICKSTART, run_small
-from tuner.cli import design as command
+from tuner.api import designing as command
 from tuner.cli.main import app
 from tuner.experiments.tuning import starts
 from tuner.experiments.tuning.starts import design_row, loudest, starting_points, study_designs, without_design

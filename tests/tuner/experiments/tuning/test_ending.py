@@ -18,8 +18,8 @@ from tests.tuner.conftest import NoDrawing, run_small
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, write
 from tuner import report
-from tuner.cli import show
 from tuner.cli.main import _invoke
+from tuner.cli.printers import story as show
 from tuner.documents.ending import GAINS, INFEASIBLE, NOTHING
 from tuner.documents.loading import load
 from tuner.experiments.tuning.starts import design_row, study_designs
@@ -132,11 +132,11 @@ def test_json_says_so_too_and_a_resume_ends_alike(ran, tmp_path, monkeypatch, ca
 def test_show_and_the_page_say_so_first_and_advise_no_flight(ran, monkeypatch, capsys):
     _, _, _, _, folder = ran
     monkeypatch.setattr(show, "Console", lambda: Console(width=400))
-    show.show_command(folder, as_json=False)
+    show.tell_folder(folder, as_json=False)
     out = capsys.readouterr().out
     assert out.splitlines()[1].startswith(NOTHING)
     assert "tuner fly" not in out and "tuner export" not in out and "Nearest to feasible, not recommended" in out
-    show.show_command(folder, as_json=True)
+    show.tell_folder(folder, as_json=True)
     story = json.loads(capsys.readouterr().out)
     assert story["feasible"] is False and story["recommended"] is None and story["nearest"]["point"]
     text = page(load(folder))

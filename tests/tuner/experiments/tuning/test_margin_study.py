@@ -27,7 +27,7 @@ from plant.targets import Targets
 from tests.objectives.margins.stepping import Stepper
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.study.study_text import STUDY, changed, write
-from tuner.cli.listing import LISTINGS
+from tuner.api.catalogue import LISTINGS
 from tuner.experiments.tuning.conclusion import finalists_of
 from tuner.experiments.tuning.run import run_study
 from tuner.experiments.tuning.search import algorithm_of, first_points, search

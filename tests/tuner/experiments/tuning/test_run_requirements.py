@@ -14,7 +14,7 @@ from rich.console import Console
 from objectives.requirements import Requirement, Screen
 from plant.gains import gain_addresses
 from tests.tuner.conftest import QUICKSTART, SMALL
-from tuner.cli.display import comparison_table
+from tuner.cli.printers.tuning import comparison_table
 from tuner.documents.loading import load
 from tuner.experiments.tuning.run import run_study
 from tuner.report import write_report

@@ -8,7 +8,7 @@ import pytest
 
 from plant.errors import StoreError
 from tests.tuner.report.contest.fabricate_contest import fabricate, rewrite
-from tuner.cli.commands import report_command
+from tuner.cli.read import report as report_command
 from tuner.documents.contest_loading import load_contest
 from tuner.report.contest import write_contest_report
 

@@ -11,7 +11,7 @@ from tests.tuner.report.contest.fabricate_contest import fabricate
 from tests.tuner.report.contest.fabricate_inference import fabricate_inference, inference
 from tests.tuner.report.contest.reading_contest import markup_of, said, table_rows
 from tests.tuner.report.reading import read
-from tuner.cli.commands import report_command
+from tuner.cli.read import report as report_command
 from tuner.report.contest import write_contest_report, write_inference_report
 from tuner.report.contest.strip import Scale
 from tuner.text.numbers import estimate, significant

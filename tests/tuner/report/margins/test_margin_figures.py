@@ -15,7 +15,7 @@ from tuner.analysis.margins.linear import Linear
 from tuner.analysis.margins.mismatch import CRITERIA, FACTORS, extents, mismatch_map, slack, with_factors
 from tuner.analysis.margins.readings import subject_of
 from tuner.analysis.margins.time_response import simulate, time_responses
-from tuner.cli.fly import controller_of
+from tuner.api.gains import default_gains
 from tuner.report.margins import figures
 from tuner.report.margins.loop_figures import disk_circle
 from tuner.report.margins.mismatch_figure import mismatch_figure
@@ -23,12 +23,12 @@ from tuner.report.margins.mismatch_figure import mismatch_figure
 
 @pytest.fixture(scope="module")
 def hybrid():
-    return subject_of(controller_of(None, "hybrid", "ladrc", None), Trim())
+    return subject_of(default_gains("hybrid").controller, Trim())
 
 
 @pytest.fixture(scope="module")
 def pid():
-    return subject_of(controller_of(None, "pid", "ladrc", None), Trim())
+    return subject_of(default_gains("pid").controller, Trim())
 
 
 @pytest.fixture(scope="module")
@@ -159,7 +159,7 @@ def test_responses_settle_and_their_area_is_the_load_index(hybrid):
 
 
 def test_unstable_loops_have_no_response():
-    found = subject_of(controller_of(None, "supertwisting", "ladrc", None), Trim())
+    found = subject_of(default_gains("supertwisting").controller, Trim())
     z, roll = time_responses(found.controller, found.trim, ("z", "roll"))
     assert np.isnan(roll.step).all(axis=1).any()
     # Its instability does not leak into a loop that has nothing to do with it.
@@ -184,7 +184,7 @@ def test_figures_of_loops_that_are_not_stable_can_be_drawn(tmp_path, monkeypatch
     monkeypatch.setattr(figures, "extents", lambda *_: [])
     monkeypatch.setattr(figures, "mismatch_figure", lambda *_: None)
     monkeypatch.setattr(figures, "save", lambda figure, folder, name: drawn.append((name, figure)))
-    found = subject_of(controller_of(None, "supertwisting", "ladrc", None), Trim())
+    found = subject_of(default_gains("supertwisting").controller, Trim())
     figures.write_margin_figures(found, tmp_path)
     kept = dict(drawn)
     assert set(kept) == {"bode", "nyquist", "nichols", "responses", "mismatch"}

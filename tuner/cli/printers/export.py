@@ -1,19 +1,16 @@
-"""`tuner export`: gains for a target, verified after rounding, with what to go back to."""
+"""What an export wrote, and what an import read, for a person."""
 
-import json
+import sys
 from math import degrees
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-import typer
-
-from tuner.cli.display import TerminalWatcher
-from tuner.cli.tables import Table, wide_console
+from plant.gains import gain_addresses
+from tuner.cli.tables import Table, say_files, wide_console
 from tuner.cli.terminal import Console
-from tuner.exchange.registry import exporter as find_exporter
-from tuner.exchange.run import Export, export_gains
-from tuner.text.errors import BROKEN
 from tuner.text.units import in_shown_units
+
+if TYPE_CHECKING:
+    from tuner.api.exporting import Exported, Imported
 
 # Options that an exporter has where a vehicle can be known.
 VEHICLE_OPTIONS = ("others",)
@@ -23,25 +20,7 @@ SLOWNESS = 0.225
 Row = dict[str, Any]
 
 
-def export_command(
-    gains: Path, to: str, out: Path | None, firmware: str | None, options: list[str], previous: Path | None,
-    flights: int, as_json: bool, force: bool = False,
-) -> None:  # fmt: skip
-    """Export, print what was written and lost; exit code 1 where rounding broke a limit that the gains keep."""
-    exporter = find_exporter(to)
-    given = [*options, *([f"firmware={firmware}"] if firmware is not None else [])]
-    folder = out or gains.resolve().parent / "export" / exporter.name
-    with TerminalWatcher(Console(stderr=as_json)) as bar:
-        made = export_gains(gains, exporter, given, previous, folder, flights, bar, force)
-    if as_json:
-        print(json.dumps({**made.document, "folder": str(made.folder)}, indent=2, allow_nan=False))
-    else:
-        print_export(made)
-    if not made.verification.passed:
-        raise typer.Exit(BROKEN)
-
-
-def print_export(made: Export) -> None:
+def print_export(made: "Exported", _: Console) -> None:
     """Print files, parameters, margins and flights after rounding, and what the target adds or lacks."""
     console, document = wide_console(), made.document
     laws = f"{document['laws']['position']} / {document['laws']['attitude']}"
@@ -49,7 +28,7 @@ def print_export(made: Export) -> None:
     def say(text: str) -> None:
         console.print(text, highlight=False, soft_wrap=not console.is_terminal)
 
-    say(f"{document['target_version']}: {laws} for {made.airframe}")
+    say(f"{document['target_version']}: {laws} for {made.made.airframe}")
     if document["experimental"]:
         say(f"Experimental: {document['experimental']}")
     if document["parameters"]:
@@ -179,3 +158,20 @@ def said_of_filter(verification: Row) -> list[str]:
 
 def _shown(value: float | None) -> str:
     return "no bound" if value is None else f"{value:.5g}"
+
+
+def print_import(imported: "Imported", _: Console) -> None:
+    """Print the gains, what was assumed, and what to do with the file."""
+    console = Console(soft_wrap=not sys.stdout.isatty())
+    controller, out = imported.gains.controller, imported.gains.path
+    for gain in gain_addresses(controller.cascade):
+        console.print(f"{gain.address:>12} {controller.gains[gain.column]:10.5g} {gain.unit}", highlight=False)
+    for note in imported.notes:
+        console.print(f"- {note}", highlight=False)
+    if out is None:
+        return
+    say_files(console, Wrote=out)
+    console.print(f'In a study: [controller] default = "{out.name}"', highlight=False)
+    if controller.vehicle is not None:
+        back = f"tuner export results/STUDY/gains.json --to {imported.source} --previous {imported.parameters}"
+        console.print(f"What a study then changes on the vehicle: {back}", highlight=False, soft_wrap=True)

@@ -1,36 +1,26 @@
-"""`tuner compare`: several results folders and gains files on the same scenarios, with paired differences to the first."""
+"""What a comparison found, for a person."""
 
-import json
 from collections.abc import Iterator
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
 
-from tuner.cli.display import TerminalWatcher, digits, estimate, print_ending
+from tuner.cli.numbers import difference, estimate
+from tuner.cli.printers.tuning import print_ending
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
-from tuner.study.kinds import load_tuning
+
+if TYPE_CHECKING:
+    from tuner.api.results import ComparisonResults
 
 Row = dict[str, Any]
 
 
-def compare_command(
-    paths: list[Path], study: Path | None, seeds: int | None, out: Path | None, threads: int | None, as_json: bool
-) -> None:
-    """Compare, print, and write a folder if asked to."""
-    from tuner.experiments.compare.run import compare
-
-    given = None if study is None else load_tuning(study, "tuner compare --study")
-    console = Console(stderr=as_json)
-    with TerminalWatcher(console) as watcher:
-        document = compare(paths, given, seeds, out, watcher, threads)
-    if as_json:
-        print(json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False))
-        return
-    print_comparison(document, console)
-    if out is not None:
-        say_files(console, Report=out / "report.html", Figures=out / "figures")
+def print_compared(results: "ComparisonResults", console: Console) -> None:
+    """Print a comparison, and where it was written."""
+    print_comparison(results.document, console)
+    if results.folder is not None:
+        say_files(console, Report=results.folder / "report.html", Figures=results.folder / "figures")
 
 
 def print_comparison(found: Row, console: Console) -> None:
@@ -74,10 +64,7 @@ def against(row: Row | None) -> tuple[str, str]:
     """Return the paired difference to the first and what its interval allows to say."""
     if row is None:
         return "", ""
-    width = row["high"] - row["low"] or row["difference"]
-    value, low, high = (digits(row[key], width) for key in ("difference", "low", "high"))
-    sign = "+" if row["difference"] > 0.0 else ""
-    return f"{sign}{value}\n[{low}, {high}]", verdict(row)
+    return difference({**row, "value": row["difference"]}), verdict(row)
 
 
 def verdict(row: Row) -> str:

@@ -1,27 +1,29 @@
-"""What `tuner run` prints of an inference: a contest with unknowns."""
+"""What an inference found, for a person."""
 
-import json
 from typing import TYPE_CHECKING, Any
 
-from plant.input_files import read_input_text
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
 from tuner.text.numbers import significant
 
 if TYPE_CHECKING:
-    from tuner.experiments.registry import CompletedRun
+    from tuner.api.results import InferenceResults
 
 
-def print_inference(done: "CompletedRun", console: Console) -> None:
+def print_inference(results: "InferenceResults", console: Console) -> None:
     """Print what an inference found."""
-    findings = done.found
-    document = json.loads(read_input_text(done.document))
+    document = results.document
+    print_tables(document, console)
+    console.print(f"{document['flights']:,} flights in {document['wall_seconds']:.1f} s.", highlight=False)
+    say_files(console, Figure=results.home / "figures" / "inference.png", Study=results.home / "inferred.toml")
+
+
+def print_tables(document: dict[str, Any], console: Console) -> None:
+    """Print cells, unknowns and what they say."""
     console.print(cells_table(document))
     console.print(unknowns_table(document))
     for sentence in document["words"]:
         console.print(f"- {sentence}", highlight=False)
-    console.print(f"{findings.flights:,} flights in {findings.seconds:.1f} s.", highlight=False)
-    say_files(console, Figure=done.path / "figures" / "inference.png", Study=done.path / "inferred.toml")
 
 
 VERDICTS = (("yes", "inside"), ("near by", "consistent"), ("elsewhere", "reproducible"), ("never", "published"))

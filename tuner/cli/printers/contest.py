@@ -1,22 +1,21 @@
-"""What `tuner run` prints of a contest."""
+"""What a contest found, for a person."""
 
-import json
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plant.input_files import read_input_text
-from tuner.cli.display import digits, estimate, print_ending
+from tuner.cli.numbers import digits, estimate
+from tuner.cli.printers.tuning import print_ending
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
 from tuner.experiments.contest.words import flights_of
 
 if TYPE_CHECKING:
-    from tuner.experiments.registry import CompletedRun
+    from tuner.api.results import ContestResults
 
 
-def print_contest(done: "CompletedRun", console: Console) -> None:
+def print_contest(results: "ContestResults", console: Console) -> None:
     """Print what a contest found."""
-    print_found(json.loads(read_input_text(done.document)), done.path, console)
+    print_found(results.document, results.home, console)
 
 
 def print_found(found: dict[str, Any], folder: Path, console: Console) -> None:

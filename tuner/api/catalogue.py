@@ -1,16 +1,16 @@
-"""`tuner list`: every registry as a table, or as JSON."""
+"""Every registry as a table: laws, metrics, airframes and what else a study or an export may name."""
 
-import json
 from collections.abc import Callable, Iterable
 from pathlib import Path
-from typing import Any
-
-from rich.text import Text
+from typing import TYPE_CHECKING, Any
 
 from plant.errors import InputError, UnknownNameError
 from plant.input_files import read_input_text
 from plant.texts import toml_table
-from tuner.cli.tables import Table, wide_console
+from tuner.api.frames import frame
+
+if TYPE_CHECKING:
+    import pandas as pd
 
 Rows = list[dict[str, Any]]
 
@@ -173,49 +173,32 @@ LISTINGS: dict[str, Callable[[], Rows]] = {
     "airframes": airframes, "laws": laws, "margins": margins, "metrics": metrics, "references": references, "risks": risks,
     "searches": searches, "sources": sources, "studies": studies, "targets": targets, "theorems": theorems,
 }  # fmt: skip
-# Columns that --json carries and a terminal has no room for.
-WIDE = {
-    "airframes": {"frame"}, "laws": {"title", "source", "scale", "symbol"}, "studies": {"file", "shipped"},
-    "targets": {"experimental", "attitude", "position"}, "theorems": {"quantity", "rates", "assumes", "source"},
-}  # fmt: skip
 
 
-# Column whose values stand as lines of their own above the rows that share them.
-GROUPED = {"laws": "law"}
+def catalogue(kind: str) -> "pd.DataFrame":
+    """Return what the tool knows of a kind.
+
+    Args:
+        kind: "airframes", "laws", "margins", "metrics", "references", "risks", "searches", "sources", "studies", "targets" or
+            "theorems".
+
+    Returns:
+        A row for each.
+
+    Raises:
+        UnknownNameError: There is no such kind.
+
+    Examples:
+        >>> tuner.catalogue("laws").query("gain == 'lambda'")["unit"].tolist()[0]
+        's^-1'
+
+    """
+    return frame(rows_of(kind))
 
 
-def list_command(what: str, containing: str | None, as_json: bool) -> None:
-    """Print one registry, or its rows that hold a text, in any case."""
-    if what not in LISTINGS:
-        raise UnknownNameError("listing", what, LISTINGS)
-    wanted = (containing or "").casefold()
-    rows = [row for row in LISTINGS[what]() if any(wanted in str(cell).casefold() for cell in row.values())]
-    if as_json:
-        print(json.dumps(rows, indent=2))
-        return
-    if not rows:
-        print(f"No {what} with '{containing}'." if containing else f"No {what} here.")
-        return
-    group = GROUPED.get(what)
-    columns = [column for column in rows[0] if column not in WIDE.get(what, set()) and column != group]
-    table = Table()
-    for column in columns:
-        # A colon alone is no place to break a heading.
-        table.add_column(Text(column.replace(":", ": ")))
-    before = None
-    for row in rows:
-        if group and row[group] != before:
-            before = row[group]
-            table.add_row(Text(before, style="bold"))
-        first, *others = [_told(row[column]) for column in columns]
-        table.add_row(Text(f"  {first}" if group else first), *map(Text, others))
-    wide_console().print(table)
-
-
-def _told(cell: Any) -> str:
-    """Return a value of a row as a person reads it."""
-    if isinstance(cell, bool):
-        return "yes" if cell else "no"
-    if isinstance(cell, float):
-        return f"{cell:.4g}"
-    return "" if cell is None else str(cell)
+def rows_of(kind: str, containing: str = "") -> Rows:
+    """Return what the tool knows of a kind, as far as it holds a text, in any case."""
+    if kind not in LISTINGS:
+        raise UnknownNameError("listing", kind, LISTINGS)
+    wanted = containing.casefold()
+    return [row for row in LISTINGS[kind]() if any(wanted in str(cell).casefold() for cell in row.values())]

@@ -1,103 +1,28 @@
-"""`tuner margins`: stability margins of given gains loop by loop, against limits, with figures and certificates if asked for."""
+"""Margins of a controller, or of a default and a design, for a person."""
 
-import json
-import sys
-from contextlib import nullcontext
-from dataclasses import dataclass
-from math import cos, degrees, radians, sin
-from pathlib import Path
-from typing import Any
+from math import degrees
+from typing import TYPE_CHECKING, Any
 
-import typer
 from rich.text import Text
 
 from objectives.margins.quantities import QUANTITIES, REPORTED
-from objectives.margins.trim import Trim
-from plant.errors import InputError
-from plant.vectors import Vec3
-from tuner.analysis.margins.document import default_requirements, margins_document
 from tuner.analysis.margins.limits import LIMITS
-from tuner.analysis.margins.readings import Subject, subject_of
-from tuner.analysis.margins.study_limits import study_requirements
-from tuner.cli.fly import controller_of
-from tuner.cli.tables import Table
+from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
-from tuner.store.folder import Folder
-from tuner.text.errors import BROKEN
 from tuner.text.units import in_shown_units
+
+if TYPE_CHECKING:
+    from tuner.api.designing import Design
+    from tuner.api.margins import Margins
 
 Row = dict[str, Any]
 
 SHORT_CASES = {"steepest slope": "steep", "small signals": "small"}
 
 
-@dataclass(frozen=True)
-class Flown:
-    """The trim asked for: yaw [deg], ground speed along the heading [m/s], wind towards east [m/s], whether in attitude mode."""
-
-    yaw: float
-    speed: float
-    wind: float
-    attitude_only: bool
-
-    def trim(self) -> Trim:
-        """Return it as margins take it; InputError for what no steady flight has."""
-        yaw = radians(self.yaw)
-        velocity = Vec3(self.speed * cos(yaw), self.speed * sin(yaw), 0.0)
-        return Trim(yaw, velocity, Vec3(self.wind, 0.0, 0.0), not self.attitude_only)
-
-
-def margins_command(
-    gains: Path | None, law: str | None, position_law: str, airframe: str | None, study: Path | None, flown: Flown,
-    certificates: bool, out: Path | None, as_json: bool,
-) -> None:  # fmt: skip
-    """Judge, print and draw; exit code 1 where a hard requirement is broken."""
-    if (gains is None) == (law is None):
-        raise InputError("give either a gains.json or --law NAME, for instance: tuner margins --law hybrid")
-    controller = controller_of(gains, law, position_law, airframe)
-    folder = None if out is None else Folder.create(out, inside="", empty=True)
-    with folder or nullcontext():
-        announce_compilation()
-        subject = subject_of(controller, flown.trim())
-        asked = None if study is None else study_requirements(study, controller)
-        document = margins_document(subject, default_requirements(subject) if asked is None else asked)
-        if certificates:
-            from tuner.analysis.margins.certificates import certificate_rows
-
-            document["certificates"] = certificate_rows(controller)
-        if folder is not None:
-            write(document, subject, folder)
-    if as_json:
-        print(json.dumps(document, indent=2, allow_nan=False))
-    else:
-        print_margins(document, asked is not None)
-        if out is not None:
-            print(f"Figures and margins.json: {out}")
-    if not document["passed"]:
-        raise typer.Exit(BROKEN)
-
-
-def announce_compilation() -> None:
-    """Say on stderr that the first margins on a machine wait for the compiler."""
-    from objectives.margins.curve import is_compiled
-
-    if not is_compiled():
-        print("Compiling the margins for this machine; once, some 10 s.", file=sys.stderr, flush=True)
-
-
-def write(document: Row, subject: Subject, folder: Folder) -> None:
-    """Write the figures and margins.json, with how far the vehicle may differ put in."""
-    from tuner.report.margins.figures import write_margin_figures
-
-    document["mismatch"] = [extent.row() for extent in write_margin_figures(subject, folder.path)]
-    folder.write_json("margins.json", document)
-    folder.written("*.png", "*.pdf")
-    folder.seal()
-
-
-def print_margins(document: Row, from_study: bool) -> None:
+def print_margins(margins: "Margins", console: Console) -> None:
     """Print the table of all loops, the requirements and, where they are there, extents and certificates."""
-    console = Console()
+    document, from_study = margins.document, margins.from_study
     console.print(margins_table(document, from_study))
     whole = document["multiloop"]["disk"]
     bound = document["multiloop"]["disk_range"]
@@ -113,6 +38,8 @@ def print_margins(document: Row, from_study: bool) -> None:
     print_extents(console, document)
     print_certificates(console, document)
     print_verdict(console, document)
+    if margins.folder is not None:
+        print(f"Figures and margins.json: {margins.folder}")
 
 
 def margins_table(document: Row, from_study: bool) -> Table:
@@ -251,3 +178,44 @@ def print_verdict(console: Console, document: Row) -> None:
         console.print("All limits are kept.", highlight=False)
     if missed:
         console.print(f"Missed (~): {', '.join(missed)}", style="yellow", highlight=False)
+
+
+def print_design(design: "Design", console: Console) -> None:
+    """Print gains and margins of default and design."""
+    console.print(gains_table(design))
+    console.print(both_margins(design.margins))
+    for warning in design.warnings:
+        console.print(f"Warning: {warning}", style="yellow", highlight=False)
+    if design.gains.path is not None:
+        say_files(console, Gains=design.gains.path)
+
+
+def gains_table(design: "Design") -> Table:
+    """Return the gains of default and design, axis by axis."""
+    table = Table("Gains")
+    table.add_column("gain", no_wrap=True)
+    for name in ("default", "design"):
+        table.add_column(name, justify="right", no_wrap=True)
+    table.add_column("unit", no_wrap=True)
+    for name, row in design.table.iterrows():
+        table.add_row(str(name), f"{row['default']:.4g}", f"{row['design']:.4g}", str(row["unit"]))
+    return table
+
+
+def both_margins(margins: dict[str, Row]) -> Table:
+    """Return default over design in each loop; broken limits are marked with !, missed targets with ~."""
+    default, design = margins["default"], margins["design"]
+    table = Table("Margins: default, then design", keys=2)
+    table.add_column("", no_wrap=True)
+    table.add_column("", no_wrap=True)
+    for channel in default["channels"]:
+        table.add_column(channel["channel"], justify="right", no_wrap=True)
+    marks = {name: marks_of(document["requirements"]) for name, document in margins.items()}
+    for name in REPORTED:
+        for who, document in (("default", default), ("design", design)):
+            cells = [
+                mark(reading(c["quantities"][name], name), marks[who].get((c["channel"], name)))
+                for c in document["channels"]
+            ]  # fmt: skip
+            table.add_row(heading(name) if who == "default" else "", who, *cells)
+    return table

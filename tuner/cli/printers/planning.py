@@ -1,36 +1,27 @@
-"""`tuner plan`: what a run will take and how sure its figures will be, before it is started."""
+"""A plan, and a sensitivity analysis, for a person."""
 
-import json
-from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
-from tuner.cli.display import TerminalWatcher, digits
+from tuner.analysis.sensitivity.document import FAILURE, outputs
+from tuner.analysis.sensitivity.scales import RANK
+from tuner.cli.numbers import digits
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console
-from tuner.experiments.tuning.conflicts import automatic_limit_texts
-from tuner.search.watcher import Watcher
-from tuner.study.kinds import load_any
-from tuner.study.study import Study
+
+if TYPE_CHECKING:
+    from tuner.api.planning import Plan, Sensitivity
 
 Row = dict[str, Any]
 
 
-def plan_command(path: Path, difference: float, threads: int | None, as_json: bool) -> None:
-    """Fly the pilot and print the plan; difference [%]: from the default, to be told."""
-    from tuner.experiments.planning.plan import plan
-
-    study = load_any(path)
-    if as_json:
-        print(json.dumps(plan(study, 0.01 * difference, Watcher(), threads), indent=2, allow_nan=False))
-        return
-    with TerminalWatcher(Console()) as watcher:
-        document = plan(study, 0.01 * difference, watcher, threads)
-    if isinstance(study, Study):
-        show(document, Console())
-        for text in automatic_limit_texts(study.constraints):
-            print(text)
+def print_plan(plan: "Plan", console: Console) -> None:
+    """Print the plan of a study or of a contest."""
+    if "runs" in plan.document:
+        show_contest(plan.document, console)
     else:
-        show_contest(document, Console())
+        show(plan.document, console)
+    for text in plan.notes:
+        print(text)
 
 
 def show_contest(document: Row, console: Console) -> None:
@@ -126,3 +117,49 @@ def width(row: Row, stream: str) -> str:
         return "unknown"
     share = row["width_percent"][stream]
     return digits(row["width"][stream], row["width"][stream]) + ("" if share is None else f" ({share:.2g} %)")
+
+
+def print_sensitivity(found: "Sensitivity", console: Console) -> None:
+    """Print both tables and the notes."""
+    for output, name in enumerate(outputs(found.study)):
+        if found.analysis.indices[RANK].total.value[output].any():
+            console.print(index_table_of(found, output, name))
+    document = found.document
+    console.print(variance_table_of(document["variance"]))
+    for note in document["notes"]:
+        console.print(f"Note: {note}", style="yellow", highlight=False)
+    console.print(f"{document['flights']:,} flights in {document['seconds']:.1f} s.", highlight=False)
+    if found.folder is not None:
+        print(f"Tables and chart: {found.folder}")
+
+
+def index_table_of(found: "Sensitivity", output: int, name: str) -> Table:
+    """Return the indices of one output, the variable that decides most first."""
+    what = name if name == FAILURE else f"rank of {name}"
+    table = Table(f"{what}: shares of its variance, 95 % intervals", keys=1)
+    table.add_column("variable", no_wrap=True)
+    for heading in ("alone (first order)", "with all others (total)"):
+        table.add_column(heading, justify="right", no_wrap=True)
+    orders = found.analysis.indices[RANK]
+    for i in (-orders.total.value[output]).argsort(kind="stable"):
+        cells = [
+            f"{spans.value[output, i]:.2f} [{spans.low[output, i]:.2f}, {spans.high[output, i]:.2f}]"
+            for spans in orders
+        ]  # fmt: skip
+        table.add_row(found.study.space.variables[i].name, *cells)
+    return table
+
+
+def variance_table_of(rows: list[dict[str, Any]]) -> Table:
+    """Return what gains and air make of the variance of each metric."""
+    count = rows[0]["candidates"]
+    title = f"Variance of a single flight's metric, over {count:,} samples that completed every flight [%]"
+    table = Table(title, keys=1)
+    table.add_column("metric of", no_wrap=True)
+    for heading in ("gains", "scenario", "gains x scenario", "turbulence: the last two"):
+        table.add_column(heading, justify="right")
+    for row in rows:
+        parts = row["components_percent"]
+        cells = ["-"] * 4 if parts is None else [f"{x:.1f}" for x in (*parts.values(), row["turbulence_percent"])]
+        table.add_row(row["objective"], *cells)
+    return table

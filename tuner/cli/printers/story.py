@@ -1,17 +1,23 @@
 """`tuner show`: the story of a results folder in the terminal, for people on ssh; what the page of the report tells at length."""
 
-import json
+from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
 
 from plant.errors import StoreError
-from tuner.cli.compare import block_table, print_comparison
-from tuner.cli.display import digits, estimate, print_ending
+from tuner.api.frames import json_text
+from tuner.cli.numbers import difference, digits, estimate
+from tuner.cli.printers.compare import block_table, print_comparison
+from tuner.cli.printers.contest import print_found
+from tuner.cli.printers.inference import print_tables
+from tuner.cli.printers.tuning import print_ending
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
 from tuner.documents.files import Node
+from tuner.experiments.registry import folder_kind
+from tuner.report.terminal.tuning import tuning_story
 from tuner.report.terminal.unfinished import unfinished_story
 from tuner.store.advice import RECORD
 from tuner.store.manifest import NONE_YET, read_manifest, refuse_damage, unfinished
@@ -27,35 +33,26 @@ MOST_POINTS = 12
 UNREAD = ("flights/",)
 
 
-def show_command(folder: Path, as_json: bool) -> None:
+def tell_folder(folder: Path, as_json: bool) -> None:
     """Print the story of a run, finished or not, of a contest, an inference or a comparison."""
     if not folder.is_dir():
         raise StoreError(f"{folder}: there is no such results folder; give a folder that `tuner run` wrote")
     refuse_damage(folder, UNREAD)
-    console = Console()
-    if unfinished(folder):
+    console, kind, begun = Console(), folder_kind(folder), unfinished(folder)
+    if begun or kind is None or not (folder / kind.document).exists():
+        if not begun:
+            refuse_other(folder)
         tell_story(unfinished_story(folder), None, as_json, console)
         return
-    for name, tell in (
-        ("contest.json", tell_contest),
-        ("inference.json", tell_inference),
-        ("comparison.json", tell_compared),
-    ):
-        if (folder / name).exists():
-            found = Node.read(folder / name).value
-            if as_json:
-                print(json.dumps(found, indent=2, ensure_ascii=False))
-            else:
-                tell(found, folder, console)
-                tell_unguarded(folder, console)
-            return
-    if not (folder / "summary.json").exists():
-        refuse_other(folder)
-        tell_story(unfinished_story(folder), None, as_json, console)
-        return
-    from tuner.report.terminal.tuning import tuning_story
-
-    tell_story(*tuning_story(folder), as_json, console)
+    tell = TELLERS.get(kind.name)
+    if tell is None:
+        tell_story(*tuning_story(folder), as_json, console)
+    else:
+        found = Node.read(folder / kind.document).value
+        if as_json:
+            print(json_text(found, ascii_only=False))
+        else:
+            tell(found, folder, console)
     if not as_json:
         tell_unguarded(folder, console)
 
@@ -73,7 +70,7 @@ def refuse_other(folder: Path) -> None:
 def tell_story(story: Row, results: "Results | None", as_json: bool, console: Console) -> None:
     """Print the story of a tuning run, as JSON if asked for; results: behind it, None where the run is not finished."""
     if as_json:
-        print(json.dumps(story, indent=2, allow_nan=False, ensure_ascii=False))
+        print(json_text(story, ascii_only=False))
     elif results is not None:
         tell_tuning(story, results, console)
     else:
@@ -88,21 +85,14 @@ def tell_unguarded(folder: Path, console: Console) -> None:
 
 def tell_contest(found: Row, folder: Path, console: Console) -> None:
     """Print the main tables of a contest."""
-    from tuner.cli.contest import print_found
-
     head(console, found["title"])
     print_found(found, folder, console)
 
 
 def tell_inference(found: Row, folder: Path, console: Console) -> None:
     """Print the main tables of an inference."""
-    from tuner.cli.inference import cells_table, unknowns_table
-
     head(console, found["title"])
-    for table in (cells_table(found), unknowns_table(found)):
-        console.print(table)
-    for text in found["words"]:
-        say(console, f"- {text}")
+    print_tables(found, console)
     say(console, f"{found['flights']:,} flights.")
     say_files(console, Study=folder / "inferred.toml")
 
@@ -111,6 +101,14 @@ def tell_compared(found: Row, folder: Path, console: Console) -> None:
     """Print a comparison."""
     print_comparison(found, console)
     say_files(console, Report=folder / "report.html")
+
+
+TELLERS: dict[str, Callable[[Row, Path, Console], None]] = {
+    "contest": tell_contest,
+    "inference": tell_inference,
+    "comparison": tell_compared,
+}
+"""Kinds of folders whose document is told as it stands; the others are tuning runs."""
 
 
 def tell_unfinished(story: Row, console: Console) -> None:
@@ -194,11 +192,9 @@ def heading(row: Row) -> str:
 
 def default_and_tuned(row: Row, shown_as: str) -> list[list[str]]:
     """Return default and the point beside it as rows: name, value, difference, verdict."""
-    difference = estimate(row["difference"])
-    sign = "+" if (row["difference"]["value"] or 0.0) > 0.0 else ""
     return [
         ["default", estimate(row["default"]), "", ""],
-        [shown_as, estimate(row["tuned"]), f"{sign}{difference}", row["verdict"]],
+        [shown_as, estimate(row["tuned"]), difference(row["difference"]), row["verdict"]],
     ]
 
 

@@ -1,0 +1,89 @@
+"""The examples in the docstrings of the public interface run, on one small study and its run."""
+
+import doctest
+import inspect
+import shutil
+from importlib import import_module
+from pathlib import Path
+
+import pytest
+
+import tuner
+import tuner.report
+from tests.tuner.conftest import SMALL, NoDrawing
+
+HOMES = sorted({home for home in tuner._HOMES if home.startswith("tuner.api")})
+PARAMETERS = "1\t1\tMC_ROLLRATE_P\t0.15\t9\n"
+
+
+def small_study():
+    return tuner.load_study("quickstart", {**SMALL, "scenario.0.name": "gusts"})
+
+
+@pytest.fixture(scope="module")
+def prepared(tmp_path_factory):
+    """A folder with a finished run, gains of somebody's own, and a vehicle's parameter file."""
+    folder = tmp_path_factory.mktemp("examples") / "prepared"
+    folder.mkdir()
+    tuner.run(small_study(), folder / "results" / "first", threads=2)
+    tuner.default_gains("hybrid").write(folder / "mine.json")
+    (folder / "quad.params").write_text(PARAMETERS)
+    return folder
+
+
+@pytest.mark.parametrize("home", HOMES)
+def test_examples_of_the_docstrings_run(home, prepared, tmp_path, monkeypatch):
+    # Figures take most of the time of a short run; `figure` and `report` draw their own.
+    monkeypatch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
+    shutil.copytree(prepared, tmp_path / "here")
+    monkeypatch.chdir(tmp_path / "here")
+    given = {
+        "tuner": tuner,
+        "study": small_study(),
+        "results": tuner.open_results("results/first"),
+        "gains": tuner.read_gains("mine.json"),
+    }
+    runner = doctest.DocTestRunner(optionflags=doctest.NORMALIZE_WHITESPACE)
+    for example in doctest.DocTestFinder(exclude_empty=True).find(import_module(home), extraglobs=given):
+        runner.run(example)
+    assert runner.failures == 0
+    assert runner.tries > 0
+
+
+def public():
+    """Every public function, class, and public method of one that is written in the interface itself."""
+    for name in tuner.__all__:
+        value = getattr(tuner, name)
+        if not str(value.__module__).startswith("tuner.api"):
+            continue
+        yield name, value
+        if inspect.isclass(value):
+            for key, member in vars(value).items():
+                if not key.startswith("_") and (inspect.isfunction(member) or hasattr(member, "__get__")):
+                    yield f"{name}.{key}", member
+
+
+def test_every_docstring_tells_its_arguments_and_has_an_example():
+    lacking = []
+    for name, value in public():
+        text = inspect.getdoc(value) or ""
+        head = text.split("\n", 1)[0]
+        if not head.endswith((".", ":")) or head.startswith(("What", "How", "Which", "Where", "Who")):
+            lacking.append(f"{name}: {head!r}")
+        if not inspect.isfunction(value) or name.endswith(".file") or text.endswith("see `Results.figure`."):
+            continue
+        named = [key for key in inspect.signature(value).parameters if key != "self"]
+        lacking += [f"{name}: {key} is not told" for key in named if f"    {key}: " not in text]
+        parts = ("Args:",) * bool(named) + ("Returns:", "Examples:")
+        lacking += [f"{name}: no {part}" for part in parts if part not in text]
+    assert lacking == []
+
+
+def test_files_of_the_interface_are_where_the_names_say():
+    for home, names in tuner._HOMES.items():
+        for name in names:
+            assert getattr(import_module(home), name) is getattr(tuner, name)
+    assert sorted(name for names in tuner._HOMES.values() for name in names) == sorted(tuner.__all__)
+    for line in Path(tuner.__file__).read_text(encoding="utf-8").split("__all__")[0].splitlines():
+        if "import" in line and line.startswith("    from "):
+            assert line.split()[1] in tuner._HOMES

@@ -1,0 +1,33 @@
+"""The assembly of the command line: every command is registered by its family, every answer has a printer."""
+
+import importlib
+import inspect
+
+import pytest
+
+import tuner
+from tuner.cli import answer, main
+from tuner.cli.app import app
+
+
+def test_every_command_is_registered_by_a_family():
+    homes = {command.callback.__module__ for command in app.registered_commands if command.callback}
+    assert homes == {family.__name__ for family in main.FAMILIES}
+
+
+@pytest.mark.parametrize("kind", answer.PRINTERS)
+def test_the_printer_of_an_answer_is_there(kind):
+    module, name = answer.PRINTERS[kind].split(":")
+    printer = getattr(importlib.import_module(f"tuner.cli.printers.{module}"), name)
+    assert next(iter(inspect.signature(printer).parameters.values())).annotation == kind
+
+
+def test_what_the_library_returns_has_a_printer():
+    """Every type that stands behind JSON, of all modules of the interface."""
+    kinds = set()
+    for home in tuner._HOMES:
+        module = importlib.import_module(home)
+        for name, value in vars(module).items():
+            if inspect.isclass(value) and value.__module__ == home and hasattr(value, "json"):
+                kinds.add(name)
+    assert kinds - {"Results"} <= set(answer.PRINTERS)

@@ -1,0 +1,199 @@
+"""Check a file before anything flies, or judge gains by the limits of a study."""
+
+from contextlib import nullcontext
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from plant.airframes import load as load_airframe
+from plant.airframes.derived import quantities
+from plant.errors import InputError
+from tuner.analysis.judging.judge import check_batches, controller_to_judge, judge_gains, judgement_document
+from tuner.api.frames import Documented, frame, shown
+from tuner.api.gains import Gains
+from tuner.api.margins import announce_compilation
+from tuner.api.studies import StudyLike, tuning_study
+from tuner.experiments.planning.preview import preview
+from tuner.experiments.tuning.preview import is_hopeless
+from tuner.experiments.tuning.problem import problem_of, warm_up
+from tuner.gains.examining import Examined, examine
+from tuner.search.watcher import Watcher
+from tuner.study import Study
+from tuner.study.files import study_file
+from tuner.study.kinds import kind_of_layers, load_any
+from tuner.study.layers import read_layers
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Row = dict[str, Any]
+
+AIRFRAME_KEYS = {"frame", "spin", "mass", "inertia"}
+"""Keys that every airframe has at its top and no study."""
+
+
+@dataclass(frozen=True)
+class Checked(Documented):
+    """Everything known of a file without flying.
+
+    Attributes:
+        document: What it holds, as data; the key kind says what it is.
+        hopeless: Whether a study asks for what nothing can reach, or a gains file is wrong.
+        examined: A gains file as read, None for other files.
+
+    """
+
+    document: Row
+    hopeless: bool = False
+    examined: Examined | None = None
+
+    @property
+    def problems(self) -> list[InputError]:
+        """Everything that is wrong with a gains file."""
+        return [] if self.examined is None else self.examined.problems
+
+    @property
+    def kind(self) -> str:
+        """Kind of the file: "study", "contest", "inference", "airframe" or "gains"."""
+        return "gains" if self.examined is not None else str(self.document["kind"])
+
+    def _repr_html_(self) -> str:
+        lines = [f"{key}: {value}" for key, value in self.document.items() if isinstance(value, str | int | float)]
+        return shown(f"Checked: {self.kind}", lines)
+
+
+def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
+    """Check a file of any kind without flying.
+
+    Args:
+        file: A study, contest, inference or airframe (TOML), a gains.json, or the name of a shipped study.
+        watcher: Callbacks that hear of compilation.
+
+    Returns:
+        What it holds; of a study trim, margins of the default, and limits that nothing can reach.
+
+    Raises:
+        InputError: The file is missing or wrong.
+
+    Examples:
+        >>> tuner.check("quickstart").document["vehicle"]["name"]
+        'hummingbird'
+
+    """
+    path = study_file(Path(file))
+    if path.is_dir():
+        raise InputError(
+            "this is a folder; `tuner show` tells a results folder, `tuner verify` flies it again", file=path
+        )
+    if path.suffix == ".json":
+        return validate(path)
+    layers = read_layers(path)
+    keys = set(layers[0].table)
+    if kind_of_layers(layers).table is None and AIRFRAME_KEYS & keys and not {"scenario", "objective"} & keys:
+        return Checked(airframe_figures(path))
+    asked = load_any(path)
+    if isinstance(asked, Study) and asked.table.margin:
+        announce_compilation(watcher or Watcher())
+    figures = preview(asked)
+    return Checked(figures, isinstance(asked, Study) and is_hopeless(figures))
+
+
+def validate(file: str | Path) -> Checked:
+    """Check schema, units, ranges and hash of a gains.json.
+
+    Args:
+        file: The file.
+
+    Returns:
+        The verdict; `hopeless` where it is not valid, with everything wrong in `problems`.
+
+    Raises:
+        InputError: The file is no gains.json at all.
+
+    Examples:
+        >>> tuner.validate("mine.json").document["hash"]
+        'ok'
+    """
+    examined = examine(Path(file))
+    state = "missing" if "sha256" not in examined.given else "ok"
+    if any(problem.key == "sha256" for problem in examined.problems):
+        state = "wrong" if state == "ok" else state
+    verdict = {
+        "file": str(examined.path),
+        "valid": not examined.problems,
+        "version": examined.given["version"],
+        "hash": state,
+        "sha256": None if examined.problems else examined.digest,
+        "problems": [{"key": problem.key, "message": problem.message} for problem in examined.problems],
+    }
+    return Checked(verdict, bool(examined.problems), examined)
+
+
+def airframe_figures(file: Path) -> Row:
+    """Return what a vehicle has to fly with; what is wrong with its file is an error that names the key."""
+    airframe = load_airframe(file)
+    known = {name: {"value": entry.value, "unit": entry.unit} for name, entry in quantities(airframe.vehicle).items()}
+    return {
+        "kind": "airframe", "name": airframe.name, "title": airframe.title, "frame": airframe.frame,
+        "mass": {"value": airframe.vehicle.mass, "unit": "kg"}, **known,
+    }  # fmt: skip
+
+
+@dataclass(frozen=True)
+class Judgement(Documented):
+    """Gains against the limits of a study; document: as `tuner check --requirements --json` prints it."""
+
+    document: Row
+
+    @property
+    def verdict(self) -> str:
+        """Verdict: "pass", "fail" or "not certain"."""
+        return str(self.document["verdict"])
+
+    @cached_property
+    def table(self) -> "pd.DataFrame":
+        """A row for each limit and objective: value with its 95 % interval, limit, verdict."""
+        return frame(self.document["rows"], "label")
+
+    def _repr_html_(self) -> str:
+        return shown(f"Verdict: {self.verdict}", (), self.table)
+
+
+def judge(
+    gains: Gains | str | Path,
+    study: StudyLike,
+    *,
+    flights: int | None = None,
+    watcher: Watcher | None = None,
+    threads: int | None = None,
+) -> Judgement:
+    """Fly gains and judge them by the hard limits of a study, on scenarios that no search has seen.
+
+    Args:
+        gains: Gains, or a gains.json.
+        study: A tuning study, a file, or the name of a shipped study.
+        flights: Flights of each scenario; by default the study's held_out.
+        watcher: Callbacks that hear of progress.
+        threads: Threads, by default one for each core.
+
+    Returns:
+        A verdict on each limit.
+
+    Raises:
+        InputError: The study limits nothing, or is about other laws or another airframe.
+
+    Examples:
+        >>> tuner.judge("results/first/gains.json", study, flights=16).table.index[0]
+        'mean(failure)'
+
+    """
+    watcher = watcher or Watcher()
+    asked = tuning_study(study, "tuner check --requirements")
+    with gains.file() if isinstance(gains, Gains) else nullcontext(Path(gains)) as file:
+        controller = controller_to_judge(file, asked)
+    problem, batches = problem_of(asked, threads, None), check_batches(asked, flights)
+    warm_up(problem, asked, watcher)
+    watcher.on_stage("Judging", sum(batch.count for batch in batches))
+    rows = judge_gains(controller, asked, problem, batches, watcher.on_flights_done)
+    return Judgement(judgement_document(file, asked, rows, batches))

@@ -1,0 +1,153 @@
+"""Design gains from requirements on the loops, before any search."""
+
+from dataclasses import dataclass, replace
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from objectives.margins.trim import Trim
+from plant.gains import gain_addresses
+from tuner.analysis.margins.document import default_requirements, margins_document
+from tuner.analysis.margins.readings import subject_of
+from tuner.api.frames import Documented, frame, shown
+from tuner.api.gains import Gains, gains_of, taken
+from tuner.api.margins import announce_compilation
+from tuner.api.studies import StudyLike, tuning_study
+from tuner.experiments.tuning.starts import design_row, study_designs, without_design
+from tuner.gains import Controller
+from tuner.gains.document import seed_entry
+from tuner.gains.ucum import quantity
+from tuner.search.watcher import Watcher
+from tuner.study.margins import holds_place
+from tuner.study.study import Study
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Design(Documented):
+    """Designed gains beside the default.
+
+    Attributes:
+        gains: The designed gains.
+        default: The default gains of the study.
+        axes: For each axis whether it was designed, why not, and how well it rejects load.
+        margins: The documents of the margins of "default" and "design".
+        warnings: What a reader must know.
+
+    """
+
+    gains: Gains
+    default: Gains
+    axes: list[Row]
+    margins: dict[str, Row]
+    warnings: list[str]
+
+    @property
+    def document(self) -> Row:
+        """Everything as data, as `tuner design --json` prints it."""
+        return {
+            "gains": self.gains.document, "design": self.axes, "margins": self.margins, "warnings": self.warnings,
+        }  # fmt: skip
+
+    @cached_property
+    def table(self) -> "pd.DataFrame":
+        """A row for each gain: default, design, unit."""
+        default, design = self.default.table, self.gains.table
+        rows = [
+            {"gain": name, "default": default["value"][name], "design": design["value"][name], "unit": default["unit"][name]}
+            for name in default.index
+        ]  # fmt: skip
+        return frame(rows, "gain")
+
+    def _repr_html_(self) -> str:
+        return shown("Designed gains", self.warnings, self.table)
+
+
+def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher | None = None) -> Design:
+    """Design gains for a study's laws, and compare their margins with the default's.
+
+    Args:
+        study: A tuning study, a file, or the name of a shipped study.
+        out: A gains.json to write; it must not exist.
+        watcher: Callbacks that hear of compilation.
+
+    Returns:
+        The designed gains; axes whose law has no design keep their defaults.
+
+    Raises:
+        InputError: The study is wrong, or of another kind.
+        StoreError: The file exists already, or cannot be written.
+
+    Examples:
+        >>> designed = tuner.design(study)
+        >>> designed.table.loc["roll.k2", "unit"]
+        's^-1'
+
+    """
+    if out is not None and Path(out).exists():
+        raise taken(Path(out))
+    asked = tuning_study(study, "tuner design")
+    designs = study_designs(asked)
+    row = design_row(asked, designs)
+    axes = [
+        {
+            "axis": axis, "designed": found.designed, "why": found.why,
+            "load_rejection": {"value": found.load_rejection, "unit": "s^-3"} if found.designed else None,
+        }
+        for axis, found in designs.items()
+    ]  # fmt: skip
+    announce_compilation(watcher or Watcher())
+    controllers = {"default": controller_for(asked, asked.default_row), "design": controller_for(asked, row)}
+    margins = {name: margins_in(asked, controller) for name, controller in controllers.items()}
+    gains = gains_of(controllers["design"], provenance_of(asked, axes))
+    if out is not None:
+        gains = replace(gains, path=gains.write(out))
+    default, warnings = gains_of(controllers["default"], {}), [*without_design(designs), *differing(asked, row)]
+    return Design(gains, default, axes, margins, warnings)
+
+
+def provenance_of(study: Study, axes: list[Row]) -> Row:
+    """Return what gains.json says of the origin of a design."""
+    origin = {
+        "name": study.path.name, "title": study.title, "seed": seed_entry(study.seed), "digest": study.digest(),
+        "point": "design",
+    }  # fmt: skip
+    coded = [{**row, "load_rejection": row["load_rejection"] and quantity(**row["load_rejection"])} for row in axes]
+    return {"study": origin, "design": coded}
+
+
+def controller_for(study: Study, gains: np.ndarray) -> Controller:
+    """Return a controller of a study with a gains row."""
+    system = study.system
+    timing = system.timing
+    row = tuple(float(gain) for gain in gains)
+    return Controller(
+        study.airframe, system.cascade, study.options, timing.control_period, timing.plant_step, row, study.vehicle
+    )
+
+
+def differing(study: Study, row: np.ndarray) -> list[str]:
+    """Return a sentence on what the nearest point of the study's space cannot take from a design."""
+    nearest = study.space.gains(study.space.point(row)[None])[0]
+    off = [
+        gain.address for gain in gain_addresses(study.system.cascade)
+        if abs(nearest[gain.column] - row[gain.column]) > 1e-6 * abs(row[gain.column])
+    ]  # fmt: skip
+    if not off:
+        return []
+    return [
+        f"A search of this study starts from the nearest point that it can reach, which has other values of {', '.join(off)}."
+    ]
+
+
+def margins_in(study: Study, controller: Controller) -> Row:
+    """Return the margins of a controller as `tuner margins` has them; in attitude mode where all scenarios fly in it."""
+    specs = tuple(entry.spec for entry in study.scenarios)
+    subject = subject_of(controller, Trim(hold=holds_place(specs, study.system.timing)))
+    return margins_document(subject, default_requirements(subject))

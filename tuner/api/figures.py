@@ -1,0 +1,85 @@
+"""Figures of results as matplotlib objects, made without pyplot: the same as in the folders, in the same style."""
+
+from collections.abc import Callable, Mapping
+from typing import TYPE_CHECKING, Any
+
+from matplotlib import rc_context
+from matplotlib.figure import Figure
+
+from plant.errors import InputError, UnknownNameError
+from tuner.analysis.margins.curves import curves_of, groups
+from tuner.analysis.margins.readings import Subject
+from tuner.documents.contest import Contest
+from tuner.documents.results import Results
+from tuner.report.contest.figures import FIGURES
+from tuner.report.figure_style import style
+from tuner.report.figures import response_names
+from tuner.report.front_figure import front_figure
+from tuner.report.inference_figure import inference_figure
+from tuner.report.margins.loop_figures import bode_figure, nichols_figure, nyquist_figure
+from tuner.report.progress_figure import progress_figure
+from tuner.report.responses_figure import flown_figure, response_figure
+from tuner.report.sensitivity_figure import sensitivity_figure
+from tuner.report.values_figure import values_figure
+
+if TYPE_CHECKING:
+    from tuner.analysis.responses import Responses
+    from tuner.analysis.sensitivity.analysis import Analysis
+    from tuner.study.study import Study
+
+Figures = Mapping[str, Callable[[], Figure | None]]
+"""Figures by name, each drawn when it is called; None where there is no data for it."""
+
+LOOPS = {"bode": bode_figure, "nyquist": nyquist_figure, "nichols": nichols_figure}
+
+
+def draw(figures: Figures, name: str) -> Figure:
+    """Return a figure by its name; UnknownNameError where there is none, InputError where there is no data for it."""
+    if name not in figures:
+        raise UnknownNameError("figure", name, figures)
+    # Names are text, even those with dollar signs.
+    with style(), rc_context({"text.parse_math": False}):
+        figure = figures[name]()
+    if figure is None:
+        raise InputError(f"these results hold nothing for the figure '{name}'")
+    return figure
+
+
+def of_tuning(results: Results) -> Figures:
+    """Return the figures of a tuning run."""
+    responses = {
+        name: lambda scenario=scenario: response_figure(results, scenario)
+        for name, scenario in zip(response_names(results.scenarios), results.scenarios, strict=True)
+    }
+    return {"front": lambda: front_figure(results), "progress": lambda: progress_figure(results), **responses}
+
+
+def of_contest(contest: Contest) -> Figures:
+    """Return the figures of a contest."""
+    return {name: lambda draw=draw: draw(contest) for name, draw in FIGURES.items()}
+
+
+def of_comparison(contest: Contest) -> Figures:
+    """Return the figures of a comparison."""
+    return {**of_contest(contest), "values": lambda: values_figure(contest)}
+
+
+def of_inference(document: dict[str, Any]) -> Figures:
+    """Return the figure of an inference."""
+    return {"inference": lambda: inference_figure(document)}
+
+
+def of_margins(subject: Subject) -> Figures:
+    """Return the figures of the loops of a controller."""
+    panels = {group: curves_of(subject, group[0]) for group in groups(subject)}
+    return {name: lambda draw=draw: draw(subject, panels) for name, draw in LOOPS.items()}
+
+
+def of_flights(responses: "Responses", scenario: str) -> Figures:
+    """Return the figure of flights of one controller."""
+    return {"responses": lambda: flown_figure(responses, scenario)}
+
+
+def of_sensitivity(study: "Study", analysis: "Analysis") -> Figures:
+    """Return the figure of a sensitivity analysis."""
+    return {"sensitivity": lambda: sensitivity_figure(study, analysis)}

@@ -1,0 +1,75 @@
+"""Tables of the public interface: pandas frames that carry the units of their columns, and how objects show themselves."""
+
+import json
+from collections.abc import Iterable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from tuner.text.markup import Markup, element, join, table
+from tuner.text.numbers import significant
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+MOST_ROWS = 20
+"""Rows of a table that an object shows of itself."""
+
+
+class Documented:
+    """An object behind a JSON document, which the command line prints."""
+
+    document: Any
+
+    @property
+    def json(self) -> str:
+        """The document as JSON."""
+        return json_text(self.document)
+
+
+def json_text(document: Any, ascii_only: bool = True) -> str:
+    """Return a document as JSON text; numbers that are not finite are our own mistake."""
+    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=ascii_only)
+
+
+def frame(
+    rows: Iterable[Mapping[str, Any]], index: str | Sequence[str] | None = None, units: Mapping[str, str] | None = None
+) -> "pd.DataFrame":
+    """Return rows as a table; units: of its columns, kept in `attrs["units"]`."""
+    import pandas as pd
+
+    found = pd.DataFrame(list(rows))
+    if index is not None and len(found):
+        found = found.set_index([index] if isinstance(index, str) else list(index))
+        found.index.name = index if isinstance(index, str) else None
+    found.attrs["units"] = dict(units or {})
+    return found
+
+
+def estimates(entry: Mapping[str, Any], name: str) -> dict[str, Any]:
+    """Return a number with its 95 % interval as three columns: NAME, NAME low, NAME high."""
+    return {name: entry["value"], f"{name} low": entry["low"], f"{name} high": entry["high"]}
+
+
+def shown(title: str, lines: Iterable[str] = (), found: "pd.DataFrame | None" = None) -> str:
+    """Return HTML for a notebook: title, lines and a table; all of it is text that may be a stranger's."""
+    parts = [element("strong", title), *[element("div", line) for line in lines]]
+    if found is not None and len(found):
+        parts.append(html_table(found))
+    return str(element("div", join(parts)))
+
+
+def html_table(found: "pd.DataFrame") -> Markup:
+    """Return the first rows of a table as HTML, four significant digits each; units stand at the head."""
+    units = found.attrs.get("units", {})
+    flat = found.reset_index() if found.index.name else found
+    head = [f"{name} [{units[name]}]" if units.get(name, "1") != "1" else str(name) for name in flat.columns]
+    rows = [[cell(value) for value in row] for row in flat.head(MOST_ROWS).itertuples(index=False)]
+    left = len(flat) - len(rows)
+    more = element("div", f"and {left:,} more rows") if left else Markup("")
+    return join([table(head, rows), more])
+
+
+def cell(value: Any) -> str:
+    """Return a value as text."""
+    if isinstance(value, float):
+        return significant(value)
+    return "" if value is None else str(value)

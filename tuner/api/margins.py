@@ -1,0 +1,316 @@
+"""Known of gains without flying: stability margins, guarantees of theory, cost on a processor."""
+
+from collections.abc import Mapping
+from contextlib import nullcontext
+from dataclasses import dataclass
+from functools import cached_property
+from math import cos, isfinite, sin
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from objectives.margins.trim import Trim
+from objectives.theory import THEOREMS, Setting, Theorem
+from objectives.theory.disturbance_rate import worst_rates
+from objectives.theory.guarantee import Guarantee, law_of, loop_of
+from plant.cascade import AXES
+from plant.closed_loop import Timing
+from plant.laws import LAWS
+from plant.nominal import nominal
+from plant.vectors import Vec3
+from tuner.analysis.margins.document import default_requirements, margins_document
+from tuner.analysis.margins.readings import Subject, subject_of
+from tuner.analysis.margins.study_limits import study_requirements
+from tuner.api import POSITION_LAW
+from tuner.api.flying import prepare
+from tuner.api.frames import Documented, frame, shown
+from tuner.api.gains import GainsLike, as_gains, default_gains
+from tuner.api.studies import StudyLike, tuning_study
+from tuner.exchange.processor_cost.measure import measure_cost
+from tuner.gains import Controller
+from tuner.search.watcher import Watcher
+from tuner.store.folder import Folder
+from tuner.study.guarantees import rate_from_observer
+from tuner.study.processor_cost.cost import MEANING
+from tuner.study.processor_cost.table import tabled
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+Row = dict[str, Any]
+
+SEED = 1
+"""Root seed of the air where no study gives one, as in `fly`."""
+
+
+@dataclass(frozen=True)
+class Margins(Documented):
+    """Stability margins of one controller.
+
+    Attributes:
+        document: What `tuner margins --json` prints.
+        subject: The loops behind it.
+        from_study: Whether the limits are those of a study.
+
+    """
+
+    document: Row
+    subject: Subject
+    from_study: bool
+    folder: Path | None = None
+
+    @property
+    def passed(self) -> bool:
+        """Whether every hard limit is kept."""
+        return bool(self.document["passed"])
+
+    @cached_property
+    def table(self) -> "pd.DataFrame":
+        """A row for each loop, a column for each quantity; NaN where nothing limits one."""
+        rows, units = [], {}
+        for channel in self.document["channels"]:
+            quantities = channel["quantities"]
+            units |= {name: reading["unit"] for name, reading in quantities.items()}
+            values = {name: reading["value"] for name, reading in quantities.items()}
+            rows.append({"channel": channel["channel"], "stable": channel["stable"], **values})
+        return frame(rows, "channel", units)
+
+    @cached_property
+    def requirements(self) -> "pd.DataFrame":
+        """A row for each limit: value, limit, sense, whether it is hard, and whether it is kept."""
+        return frame(self.document["requirements"], "label")
+
+    def figure(self, name: str = "bode") -> "Figure":
+        """Draw the loops.
+
+        Args:
+            name: "bode", "nyquist" or "nichols".
+
+        Returns:
+            The figure, made without pyplot.
+
+        Examples:
+            >>> tuner.margins(gains).figure("nyquist").savefig("nyquist.png")
+
+        """
+        from tuner.api.figures import draw, of_margins
+
+        return draw(of_margins(self.subject), name)
+
+    def _repr_html_(self) -> str:
+        kept = "All limits are kept." if self.passed else "A limit is broken."
+        return shown("Stability margins", [kept], self.table)
+
+
+def margins(
+    gains: GainsLike,
+    *,
+    study: StudyLike | None = None,
+    yaw: float = 0.0,
+    speed: float = 0.0,
+    wind: float = 0.0,
+    hold_position: bool = True,
+    certificates: bool = False,
+    out: str | Path | None = None,
+    watcher: Watcher | None = None,
+) -> Margins:
+    """Work out the stability margins of gains, loop by loop, in the worst amplitude.
+
+    Args:
+        gains: Gains, or a gains.json.
+        study: Study whose [[margin]] tables are the limits; by default usual limits.
+        yaw: Yaw in steady flight [rad].
+        speed: Ground speed along the heading [m/s].
+        wind: Steady wind towards east, the x axis of the world [m/s].
+        hold_position: Whether the loops of x and y are closed.
+        certificates: Whether to prove what can be proved, too.
+        out: New folder for figures and margins.json.
+        watcher: Callbacks that hear of compilation.
+
+    Returns:
+        The margins.
+
+    Raises:
+        InputError: There is no steady flight in this trim, or the study is about other laws.
+        StoreError: The folder holds something already, or cannot be written.
+
+    Examples:
+        >>> found = tuner.margins(gains)
+        >>> found.table.index.tolist()
+        ['x', 'y', 'z', 'roll', 'pitch', 'yaw']
+
+    """
+    controller = as_gains(gains).controller
+    trim = Trim(yaw, Vec3(speed * cos(yaw), speed * sin(yaw), 0.0), Vec3(wind, 0.0, 0.0), hold_position)
+    folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
+    with folder or nullcontext():
+        announce_compilation(watcher or Watcher())
+        subject = subject_of(controller, trim)
+        asked = None if study is None else study_requirements(tuning_study(study, "tuner margins --study"), controller)
+        document = margins_document(subject, default_requirements(subject) if asked is None else asked)
+        if certificates:
+            # What proves them takes a second to import.
+            from tuner.analysis.margins.certificates import certificate_rows
+
+            document["certificates"] = certificate_rows(controller)
+        if folder is not None:
+            write(document, subject, folder)
+    return Margins(document, subject, asked is not None, None if folder is None else folder.path)
+
+
+def announce_compilation(watcher: Watcher) -> None:
+    """Tell that the first margins on a machine wait for the compiler."""
+    from objectives.margins.curve import is_compiled
+
+    if not is_compiled():
+        watcher.on_message("Compiling the margins for this machine; once, some 10 s.")
+
+
+def write(document: Row, subject: Subject, folder: Folder) -> None:
+    """Write the figures and margins.json, with how far the vehicle may differ put in."""
+    from tuner.report.margins.figures import write_margin_figures
+
+    document["mismatch"] = [extent.row() for extent in write_margin_figures(subject, folder.path)]
+    folder.write_json("margins.json", document)
+    folder.written("*.png", "*.pdf")
+    folder.seal()
+
+
+@dataclass(frozen=True)
+class Theory(Documented):
+    """Guarantees of theory for one controller; document: as `tuner theory --json` prints it; control_period [s]."""
+
+    document: Row
+    control_period: float
+
+    @cached_property
+    def table(self) -> "pd.DataFrame":
+        """A row for each axis and theorem: value, disturbance rate, and whether the first exceeds the second."""
+        return frame(self.document["theorems"], ["axis", "theorem"])
+
+    def _repr_html_(self) -> str:
+        return shown("Guarantees of theory", (), self.table.reset_index())
+
+
+def theory(gains: GainsLike, *, study: StudyLike | None = None, level: float = 0.99) -> Theory:
+    """Work out what theory guarantees for gains on each axis, against the disturbance rate of the air.
+
+    Args:
+        gains: Gains, or a gains.json.
+        study: Study in whose scenarios the disturbance is measured; by default that of `fly`.
+        level: Quantile of the measured disturbance rate.
+
+    Returns:
+        A row for each axis and theorem that speaks of its law.
+
+    Raises:
+        InputError: The gains or the study are wrong.
+
+    Examples:
+        >>> tuner.theory(gains).document["level"]
+        0.99
+
+    """
+    controller = as_gains(gains).controller
+    if study is None:
+        sortie = prepare(controller, None, 0, SEED)
+        specs, seed = (sortie.spec,), sortie.root
+    else:
+        asked = tuning_study(study, "tuner theory --study")
+        specs, seed = tuple(entry.spec for entry in asked.scenarios), asked.seed
+    timing = Timing(controller.control_period, controller.plant_step)
+    rates = worst_rates(specs, controller.airframe.vehicle, timing, seed, level)
+    names = [spec.name for spec in specs]
+    rows = theory_rows(controller, rates)
+    document = {"scenarios": names, "level": level, "axes": AXES, "rates": rates, "theorems": rows}
+    return Theory(document, timing.control_period)
+
+
+def theory_rows(controller: Controller, rates: Mapping[str, float]) -> list[Row]:
+    """Return a row for each axis and each theorem that speaks of its law; holds is None where there is nothing to hold."""
+    knowledge = nominal(controller.airframe.vehicle, controller.options, controller.control_period)
+    rows = []
+    for axis in AXES:
+        law = law_of(controller.cascade, axis).name
+        for theorem in THEOREMS.values():
+            if theorem.speaks_of(law, rate_from_observer(knowledge, axis)):
+                rows.append(theory_row(theorem, controller, axis, rates[axis]))
+    return rows
+
+
+def theory_row(theorem: Theorem, controller: Controller, axis: str, rate: float) -> Row:
+    """Return what one theorem says of one axis; an infinite bound is null."""
+    guarantee = Guarantee(theorem, controller.cascade, {axis: Setting(controller.control_period, rate)})
+    value = float(guarantee.values(np.array([controller.gains]))[0, 0])
+    loop = loop_of(axis)
+    return {
+        "axis": axis,
+        "law": law_of(controller.cascade, axis).name,
+        "theorem": theorem.name,
+        "quantity": theorem.quantity,
+        "value": value if isfinite(value) else None,
+        "unit": theorem.unit_in(loop),
+        "disturbance_rate": rate,
+        "rate_unit": "m/s^3" if loop == "position" else "rad/s^3",
+        "holds": value >= rate if theorem.sense == "least" else None,
+        "assumes": theorem.assumes,
+        "source": theorem.source,
+    }
+
+
+@dataclass(frozen=True)
+class Cost(Documented):
+    """Cost of control steps on a Cortex-M4F; document: as `tuner cost --json` prints it."""
+
+    document: Row
+
+    @cached_property
+    def table(self) -> "pd.DataFrame":
+        """A row for each controller: instructions of a step, bytes of code, state and stack."""
+        return frame(self.document["costs"], ["position", "attitude"])
+
+    def _repr_html_(self) -> str:
+        return shown("Cost of a control step", [f"Counted: {MEANING}."], self.table.reset_index())
+
+
+def cost(gains: GainsLike | None = None, *, position: str = POSITION_LAW, measure: bool = False) -> Cost:
+    """Tell what a control step costs on a Cortex-M4F.
+
+    Args:
+        gains: Gains, or a gains.json; by default every attitude law with its default gains.
+        position: Position law of the latter.
+        measure: Whether to count now, with arm-none-eabi-gcc and qemu-system-arm, instead of reading the packaged table.
+
+    Returns:
+        Instructions and bytes, a row for each controller.
+
+    Raises:
+        InputError: The gains are wrong, or compiler or emulator are missing.
+
+    Examples:
+        >>> tuner.cost(gains).document["costs"][0]["target"]
+        'Cortex-M4F'
+
+    """
+    if gains is None:
+        found = [default_gains(law, position).controller for law in LAWS]
+    else:
+        found = [as_gains(gains).controller]
+    return Cost({"meaning": MEANING, "costs": [cost_row(controller, measure) for controller in found]})
+
+
+def cost_row(controller: Controller, measure: bool) -> Row:
+    """Return the cost of a controller with its laws and its period; measured where asked for, or where the table has none."""
+    position, attitude = controller.cascade.position.name, controller.cascade.attitude.name
+    known = None if measure else tabled(position, attitude)
+    cost = measure_cost(controller) if known is None else known
+    return {
+        "position": position,
+        "attitude": attitude,
+        "control_period": {"value": controller.control_period, "unit": "s"},
+        "instructions_per_second": cost.per_second(controller.control_period),
+        "measured": known is None,
+        **cost.as_dict(),
+    }

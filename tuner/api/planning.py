@@ -1,0 +1,159 @@
+"""Before a run: what it will take, how sure its figures will be, and which gains matter."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from tuner.analysis.sensitivity.analysis import Analysis
+from tuner.analysis.sensitivity.document import index_table, variance_table
+from tuner.api.frames import Documented, frame, shown
+from tuner.api.studies import AnyStudy, StudyLike, loaded, tuning_study
+from tuner.experiments.planning import plan as planning
+from tuner.experiments.sensitivity import analyse_sensitivity
+from tuner.experiments.tuning.conflicts import automatic_limit_texts
+from tuner.search.watcher import Watcher
+from tuner.study.study import Study
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+Row = dict[str, Any]
+
+
+@dataclass(frozen=True)
+class Plan(Documented):
+    """Forecast of a run; document: as `tuner plan --json` prints it, study: what was planned."""
+
+    document: Row
+    study: AnyStudy
+
+    @property
+    def notes(self) -> list[str]:
+        """Sentences on limits that a study does not write."""
+        return automatic_limit_texts(self.study.constraints) if isinstance(self.study, Study) else []
+
+    @cached_property
+    def table(self) -> "pd.DataFrame":
+        """A row for each objective, of a contest for each contender too: expected widths of 95 % intervals."""
+        runs = self.document.get("runs", {"": self.document})
+        rows = [
+            {
+                "run": name, "objective": row["label"], "unit": row["unit"], "default": row["default"],
+                **{f"{stream} width": width for stream, width in row["width"].items()},
+                "scenarios_needed": row["scenarios_needed"],
+            }
+            for name, run in runs.items() for row in run["objectives"]
+        ]  # fmt: skip
+        return frame(rows)
+
+    def _repr_html_(self) -> str:
+        return shown(f"Plan: {self.document['title']}", self.document.get("warnings", []), self.table)
+
+
+def plan(
+    study: StudyLike, *, difference: float = 5.0, watcher: Watcher | None = None, threads: int | None = None
+) -> Plan:
+    """Fly a few candidates and work out what a run will take and how sure its figures will be.
+
+    Args:
+        study: A tuning study or a contest, a file, or the name of a shipped study.
+        difference: Difference from the default that shall be told [%].
+        watcher: Callbacks that hear of progress.
+        threads: Threads, by default one for each core.
+
+    Returns:
+        Flights, time [s], memory and disk [byte], and expected interval widths.
+
+    Raises:
+        InputError: The study is wrong, or an inference.
+
+    Examples:
+        >>> planned = tuner.plan(study)
+        >>> planned.document["flights"]["search_at_most"]
+        96
+
+    """
+    asked = loaded(study)
+    return Plan(planning.plan(asked, 0.01 * difference, watcher, threads), asked)
+
+
+@dataclass(frozen=True)
+class Sensitivity(Documented):
+    """Shares of gains and turbulence in each objective.
+
+    Attributes:
+        document: What `tuner sensitivity --json` prints.
+        study: The study.
+        analysis: Indices and samples behind it.
+        folder: Where tables and chart were written, None where nowhere.
+
+    """
+
+    document: Row
+    study: Study
+    analysis: Analysis
+    folder: Path | None = None
+
+    @cached_property
+    def table(self) -> "pd.DataFrame":
+        """Indices of each output and variable with 95 % intervals; columns as in indices.csv."""
+        return index_table(self.study, self.analysis)
+
+    @cached_property
+    def variance(self) -> "pd.DataFrame":
+        """Shares of gains and turbulence in the variance of each metric; columns as in variance.csv."""
+        return variance_table(self.study, self.analysis)
+
+    def figure(self) -> "Figure":
+        """Draw the indices.
+
+        Returns:
+            The figure, made without pyplot.
+
+        Examples:
+            >>> tuner.sensitivity(study, samples=8).figure().savefig("sensitivity.png")
+
+        """
+        from tuner.api.figures import draw, of_sensitivity
+
+        return draw(of_sensitivity(self.study, self.analysis), "sensitivity")
+
+    def _repr_html_(self) -> str:
+        return shown(f"Sensitivity: {self.study.title}", self.document["notes"], self.table)
+
+
+def sensitivity(
+    study: StudyLike,
+    *,
+    samples: int = 128,
+    out: str | Path | None = None,
+    watcher: Watcher | None = None,
+    threads: int | None = None,
+) -> Sensitivity:
+    """Work out which gains decide each objective, alone and together, and how much of it is turbulence.
+
+    Args:
+        study: A tuning study, a file, or the name of a shipped study.
+        samples: Base samples, a power of two; each takes a candidate for every variable and two more.
+        out: New folder for tables and chart.
+        watcher: Callbacks that hear of progress; `on_message` hears first what it will take.
+        threads: Threads, by default one for each core.
+
+    Returns:
+        Sobol indices and a variance decomposition.
+
+    Raises:
+        InputError: The study is wrong or searches nothing, or samples is no power of two.
+        StoreError: The folder exists already, or cannot be written.
+
+    Examples:
+        >>> found = tuner.sensitivity(study, samples=8)
+        >>> found.document["flights"]
+        288
+
+    """
+    asked, folder = tuning_study(study, "tuner sensitivity"), None if out is None else Path(out)
+    found = analyse_sensitivity(asked, samples, folder, watcher, threads)
+    return Sensitivity(found.document, asked, found.analysis, folder)

@@ -1,0 +1,425 @@
+"""Results of runs as objects: tables with units, figures, gains."""
+
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING, Any, ClassVar
+
+from objectives.margins.quantities import QUANTITIES, RECORDED
+from plant.errors import InputError, StoreError, UnknownNameError
+from tuner.api.frames import estimates, frame, json_text, shown
+from tuner.api.gains import Gains, gains_of, read_gains
+from tuner.documents.ending import GAINS, gains_file, is_feasible
+from tuner.documents.files import Node, read_text
+from tuner.experiments import registry
+from tuner.experiments.compare.entrants import rows_of, study_of
+from tuner.gains import Controller
+from tuner.gains.document import seed_entry
+
+if TYPE_CHECKING:
+    import pandas as pd
+    from matplotlib.figure import Figure
+
+    from tuner.api.figures import Figures
+    from tuner.documents.contest import Contest
+    from tuner.documents.results import Results as TuningDocuments
+
+Document = dict[str, Any]
+CURVES = ["frequency", "real", "imag"]
+"""Columns of margins.parquet that hold a curve each."""
+MARGIN_UNITS = {name: QUANTITIES[name].unit for name in RECORDED}
+
+
+class Results:
+    """Results of a run.
+
+    Attributes:
+        folder: The results folder, None for a comparison that wrote none.
+        document: The main document of the folder, such as summary.json, as plain data in SI units and radians.
+        flights_made: Flights made just now by `run` or `resume`, None where nobody counted.
+
+    """
+
+    kind: ClassVar[str]
+    main: ClassVar[str]
+
+    def __init__(self, folder: Path | None, document: Document) -> None:
+        self.folder = folder
+        self.document = document
+        self.flights_made: int | None = None
+
+    @property
+    def title(self) -> str:
+        """Title of the study."""
+        return str(self.document["title"])
+
+    @property
+    def feasible(self) -> bool:
+        """Whether some candidate keeps every limit, so that gains are recommended."""
+        return bool(self.document.get("feasible", True))
+
+    @property
+    def warnings(self) -> list[str]:
+        """Sentences that a reader must know before believing the numbers."""
+        return list(self.document.get("warnings", []))
+
+    @property
+    def json(self) -> str:
+        """The main document as it stands in the folder, or as it would."""
+        return json_text(self.document, ascii_only=False) if self.folder is None else read_text(self.folder / self.main)
+
+    @property
+    def home(self) -> Path:
+        """The results folder; StoreError where there is none."""
+        if self.folder is None:
+            raise StoreError("these results were not written to a folder; give one with out")
+        return self.folder
+
+    @property
+    def summary(self) -> "pd.DataFrame":
+        """The main table."""
+        raise NotImplementedError
+
+    @property
+    def figures(self) -> list[str]:
+        """Names of the figures that there is data for."""
+        return list(self._figures())
+
+    def figure(self, name: str = "front") -> "Figure":
+        """Draw a figure.
+
+        Args:
+            name: One of `figures`.
+
+        Returns:
+            The figure, made without pyplot: save it with `savefig`.
+
+        Raises:
+            UnknownNameError: There is no figure of that name.
+            InputError: There is no data for it.
+
+        Examples:
+            >>> results.figures
+            ['front', 'progress', 'responses']
+            >>> results.figure("progress").savefig("progress.png")
+
+        """
+        from tuner.api.figures import draw
+
+        return draw(self._figures(), name)
+
+    def report(self) -> Path:
+        """Write report.html and the figures of the folder again.
+
+        Returns:
+            The path of the page.
+
+        Raises:
+            StoreError: A file is missing or damaged, or another process is writing the folder.
+
+        Examples:
+            >>> results.report().name
+            'report.html'
+
+        """
+        return registry.draw(self.home)
+
+    def _figures(self) -> "Figures":
+        raise NotImplementedError
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({self.title!r}, {str(self.folder)!r})"
+
+    def _repr_html_(self) -> str:
+        return shown(self.title, [*self.document.get("words", []), *self.warnings], self.summary)
+
+
+class TuningResults(Results):
+    """Results of the tuning of one controller."""
+
+    kind = "tuning"
+    main = "summary.json"
+
+    @cached_property
+    def documents(self) -> "TuningDocuments":
+        """Every document of the folder."""
+        from tuner.documents.loading import load
+
+        return load(self.home)
+
+    @property
+    def feasible(self) -> bool:
+        """Whether some candidate keeps every limit, so that gains are recommended."""
+        return is_feasible(self.document)
+
+    @cached_property
+    def summary(self) -> "pd.DataFrame":
+        """Default against tuned: a row for each objective and limit, with 95 % intervals and a verdict."""
+        rows = [
+            {
+                "quantity": row["label"], "unit": row["unit"], "kind": row["kind"], "limit": row["limit"],
+                **estimates(row["default"], "default"), **estimates(row["tuned"], "tuned"),
+                **estimates(row["difference"], "difference"), "verdict": row["verdict"],
+            }
+            for row in self.document["table"]
+        ]  # fmt: skip
+        return frame(rows, "quantity")
+
+    @cached_property
+    def finalists(self) -> "pd.DataFrame":
+        """Every point that was flown on held-out scenarios, the default first; columns as in front.csv."""
+        import pandas as pd
+
+        found = self.documents.front
+        columns: dict[str, Any] = {
+            "role": found.roles, "feasible": found.feasible, "on_front": found.non_dominated, "lost": found.lost,
+        }  # fmt: skip
+        if found.probability is not None:
+            columns["probability"] = found.probability
+        units = {}
+        for i, entry in enumerate(self.documents.objectives):
+            ends = (
+                (entry.label, found.held_out),
+                (f"{entry.label} low", found.low),
+                (f"{entry.label} high", found.high),
+            )
+            for name, values in ends:
+                columns[name], units[name] = values[:, i] / entry.factor, self._unit(entry.label)
+        for i, variable in enumerate(self.documents.variables):
+            columns[variable.name], units[variable.name] = found.gains[:, i], variable.unit
+        table = pd.DataFrame(columns, index=pd.Index(found.points, name="point"))
+        table.attrs["units"] = units
+        return table
+
+    @cached_property
+    def front(self) -> "pd.DataFrame":
+        """The front on held-out scenarios: a row for each point, objectives with 95 % intervals, and the searched gains.
+
+        Units stand in `front.attrs["units"]`. The column role tells the recommended point ("tuned"), probability how likely
+        a point belongs on the front.
+        """
+        every = self.finalists
+        kept = every["on_front"] & every["feasible"] & (every["role"] != "default")
+        return every.loc[kept].drop(columns=["on_front"])
+
+    @cached_property
+    def candidates(self) -> "pd.DataFrame":
+        """Every candidate that the search tried; columns as in generations/*.parquet."""
+        import pandas as pd
+
+        parts = [pd.read_parquet(file) for file in sorted((self.home / "generations").glob("*.parquet"))]
+        return pd.concat(parts, ignore_index=True).set_index("candidate")
+
+    @cached_property
+    def history(self) -> "pd.DataFrame":
+        """Progress of the search, a row for each generation: flights, seconds, feasible share, hypervolume."""
+        import pandas as pd
+
+        return pd.read_csv(self.home / "history.csv").set_index("generation")
+
+    @cached_property
+    def margins(self) -> "pd.DataFrame":
+        """Stability margins at hover by point and channel: factors, rad, s and rad/s; empty where nothing limits one."""
+        import pandas as pd
+
+        file = self.home / "margins.parquet"
+        if not file.exists():
+            raise InputError("no steady flight was found, so there are no margins", file=file)
+        found = pd.read_parquet(file).drop(columns=CURVES).set_index(["point", "channel"])
+        found.attrs["units"] = MARGIN_UNITS
+        return found
+
+    @cached_property
+    def responses(self) -> "pd.DataFrame":
+        """Responses by point, scenario and signal: 5 %, 50 % and 95 % over flights, and the worst flight; times in s."""
+        import pandas as pd
+
+        return pd.read_parquet(self.home / "responses.parquet")
+
+    @property
+    def recommended(self) -> Gains | None:
+        """The recommended gains; None where no candidate keeps every limit."""
+        return read_gains(self.home / GAINS) if self.feasible else None
+
+    @property
+    def nearest(self) -> Gains:
+        """The recommended gains, or those of the point that breaks least where nothing is feasible."""
+        return read_gains(self.home / gains_file(self.document))
+
+    @property
+    def default(self) -> Gains:
+        """The default gains of the study."""
+        return self.gains("default")
+
+    def gains(self, point: str | None = None) -> Gains:
+        """Return the gains of a point.
+
+        Args:
+            point: Name of a row of `finalists`; by default the recommended point.
+
+        Returns:
+            The gains.
+
+        Raises:
+            UnknownNameError: There is no such point.
+
+        Examples:
+            >>> results.gains("default").airframe
+            'hummingbird'
+
+        """
+        if point is None:
+            return self.nearest
+        front = self.documents.front
+        if point not in front.points:
+            raise UnknownNameError("point", point, front.points)
+        study = study_of(self.home)
+        row = rows_of(study, front.gains)[front.points.index(point)]
+        timing = study.system.timing
+        controller = Controller(
+            study.airframe, study.system.cascade, study.options, timing.control_period, timing.plant_step,
+            tuple(float(gain) for gain in row), study.vehicle,
+        )  # fmt: skip
+        origin = {
+            "name": study.path.name, "title": study.title, "seed": seed_entry(study.seed), "digest": study.digest(),
+            "point": point,
+        }  # fmt: skip
+        return gains_of(controller, {"study": origin})
+
+    def _unit(self, label: str) -> str:
+        return next(row["unit"] for row in self.document["table"] if row["label"] == label)
+
+    def _figures(self) -> "Figures":
+        from tuner.api.figures import of_tuning
+
+        return of_tuning(self.documents)
+
+    def _repr_html_(self) -> str:
+        ending = self.document.get("ending", [])
+        picked = [f"Recommended: {self.document['tuned']}: {self.document['pick']['why']}."] if self.feasible else []
+        return shown(self.title, [*ending, *picked, *self.warnings], self.summary)
+
+
+class ContestResults(Results):
+    """Results of a contest: several controllers, each tuned, on the same flights."""
+
+    kind = "contest"
+    main = "contest.json"
+
+    @cached_property
+    def documents(self) -> "Contest":
+        """Every document of the folder."""
+        from tuner.documents.contest_loading import load_contest
+
+        return load_contest(self.home)
+
+    @cached_property
+    def summary(self) -> "pd.DataFrame":
+        """Values with 95 % intervals: a row for each contender, columns for each objective and limit."""
+        units = {row["label"]: row["unit"] for row in self.document["quantities"]}
+        rows: dict[str, dict[str, Any]] = {row["name"]: {} for row in self.document["contenders"]}
+        for entry in self.document["estimates"]:
+            rows[entry["contender"]] |= estimates(entry, entry["quantity"])
+        named = [{"contender": name, **values} for name, values in rows.items()]
+        every = {f"{name}{end}": unit for name, unit in units.items() for end in ("", " low", " high")}
+        return frame(named, "contender", every)
+
+    @cached_property
+    def differences(self) -> "pd.DataFrame":
+        """Paired differences with 95 % intervals: a row for each two contenders and each quantity."""
+        return frame(self.document["differences"], ["first", "second", "quantity"])
+
+    @property
+    def words(self) -> list[str]:
+        """Sentences that the numbers allow."""
+        return list(self.document["words"])
+
+    def _figures(self) -> "Figures":
+        from tuner.api.figures import of_contest
+
+        return of_contest(self.documents)
+
+
+class ComparisonResults(ContestResults):
+    """Results of a comparison: given controllers on the same flights, each against the first."""
+
+    kind = "comparison"
+    main = "comparison.json"
+
+    def _figures(self) -> "Figures":
+        from tuner.api.figures import of_comparison
+
+        return of_comparison(self.documents)
+
+
+class InferenceResults(Results):
+    """Results of an inference: settings at which published numbers come out."""
+
+    kind = "inference"
+    main = "inference.json"
+
+    @cached_property
+    def summary(self) -> "pd.DataFrame":
+        """The unknowns: inferred value, the span that does nearly as well, and how well each is told."""
+        return self.unknowns
+
+    @cached_property
+    def unknowns(self) -> "pd.DataFrame":
+        """A row for each unknown: unit, default, inferred, near_low, near_high, low68, high68, verdict."""
+        return frame(self.document["unknowns"], "name")
+
+    @cached_property
+    def cells(self) -> "pd.DataFrame":
+        """A row for each published number: contender, metric, unit, the number, and our flights beside it."""
+        rows = [
+            {
+                **{key: row[key] for key in ("contender", "metric", "scenario", "unit", "published")},
+                **{key: row["ours"][key] for key in ("median", "low95", "high95", "inside")},
+            }
+            for row in self.document["cells"]
+        ]  # fmt: skip
+        return frame(rows)
+
+    @property
+    def words(self) -> list[str]:
+        """Sentences that the numbers allow."""
+        return list(self.document["words"])
+
+    def figure(self, name: str = "inference") -> "Figure":
+        """Draw a figure; see `Results.figure`."""
+        return super().figure(name)
+
+    def _figures(self) -> "Figures":
+        from tuner.api.figures import of_inference
+
+        return of_inference(self.document)
+
+
+KINDS: tuple[type[Results], ...] = (ContestResults, InferenceResults, ComparisonResults, TuningResults)
+"""Kinds of results, each told by its main document; a contest's folder may hold an inference."""
+
+
+def open_results(folder: str | Path) -> Any:
+    """Open a finished results folder.
+
+    Args:
+        folder: A folder that `run` or `compare` wrote.
+
+    Returns:
+        `TuningResults`, `ContestResults`, `InferenceResults` or `ComparisonResults`.
+
+    Raises:
+        StoreError: The folder is missing, not finished, or damaged.
+
+    Examples:
+        >>> results = tuner.open_results("results/first")
+        >>> results.front.attrs["units"]["mean(travel)"]
+        '1/s'
+        >>> sorted(results.margins.loc["default"].index)
+        ['pitch', 'roll', 'x', 'y', 'yaw', 'z']
+
+    """
+    folder = Path(folder)
+    for kind in KINDS:
+        if (folder / kind.main).exists():
+            return kind(folder, Node.read(folder / kind.main).value)
+    raise StoreError(f"{folder} is no finished results folder: it holds no {TuningResults.main}")

@@ -1,0 +1,163 @@
+"""Run a study, go on with a run, fly it again, judge it anew."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import Any
+
+from tuner.api.results import TuningResults, open_results
+from tuner.api.studies import StudyLike, loaded
+from tuner.engines.cuda import LANES
+from tuner.experiments import registry
+from tuner.experiments.again import rejudge as judging
+from tuner.experiments.again import resume as resuming
+from tuner.experiments.again import verify as verification
+from tuner.search.watcher import Watcher
+
+PathLike = str | Path
+
+
+def run(
+    study: StudyLike,
+    out: PathLike | None = None,
+    *,
+    watcher: Watcher | None = None,
+    threads: int | None = None,
+    reuse: Sequence[PathLike] = (),
+    dask: str | None = None,
+    backend: str = LANES,
+) -> Any:
+    """Run a study of any kind and write its results folder.
+
+    Args:
+        study: A study, a file, or the name of a shipped study.
+        out: Results folder, which must not exist; by default results/NAME.
+        watcher: Callbacks that hear of progress.
+        threads: Threads, by default one for each core; they do not change the results.
+        reuse: Results folders whose flights are taken over where they are the same; tuning only.
+        dask: A Dask cluster to fly on: `"local:N"`, or a scheduler's address; tuning only.
+        backend: Who flies: `"lanes"`, `"cuda"` or `"cuda-float32"`; tuning only.
+
+    Returns:
+        `TuningResults`, `ContestResults` or `InferenceResults`, as the study is.
+
+    Raises:
+        InputError: The study is wrong, or an option does not go with it.
+        StoreError: The folder exists already, or cannot be written.
+
+    Examples:
+        >>> results = tuner.run(study, "results/second", threads=2)
+        >>> results.feasible, len(results.history)
+        (True, 3)
+
+    """
+    done = registry.run(
+        loaded(study), None if out is None else Path(out), watcher, threads=threads, reuse=tuple(map(Path, reuse)),
+        dask=dask, backend=backend,
+    )  # fmt: skip
+    return found(done)
+
+
+def resume(
+    results: PathLike,
+    *,
+    budget: int | None = None,
+    watcher: Watcher | None = None,
+    threads: int | None = None,
+    dask: str | None = None,
+    here: bool = False,
+) -> Any:
+    """Go on with a run that was stopped; it ends with the bits that it would have ended with.
+
+    Args:
+        results: Its results folder.
+        budget: Generations in all: more than before extends the search; tuning only.
+        watcher: Callbacks that hear of progress.
+        threads: Threads, by default one for each core.
+        dask: A Dask cluster to fly on; tuning only.
+        here: Whether to compute a run of another machine anew, in this machine's arithmetic; tuning only.
+
+    Returns:
+        The results, as `run` does.
+
+    Raises:
+        StoreError: The folder is missing or damaged, or another version wrote it.
+        InputError: The budget is below what the run had, or an option does not go with its kind.
+
+    Examples:
+        >>> tuner.resume("results/first", budget=4).history.index.max()
+        3
+
+    """
+    return found(resuming.resume(Path(results), watcher, threads=threads, budget=budget, dask=dask, here=here))
+
+
+def rejudge(
+    results: PathLike,
+    out: PathLike,
+    *,
+    study: PathLike | None = None,
+    changes: Mapping[str, Any] | None = None,
+    watcher: Watcher | None = None,
+    threads: int | None = None,
+) -> TuningResults:
+    """Judge the candidates of a run by other objectives, risks, limits or pick rules, from the flights already flown.
+
+    Args:
+        results: Results folder of a tuning run.
+        out: Results folder to write; must not exist.
+        study: Study file to judge by; by default that of the run.
+        changes: Values that replace those of the study, by dotted key.
+        watcher: Callbacks that hear of progress.
+        threads: Threads, by default one for each core.
+
+    Returns:
+        The results of the new judgement.
+
+    Raises:
+        InputError: The study asks for other flights than those of the run.
+        StoreError: A folder is missing, not finished, or exists already.
+
+    Examples:
+        >>> judged = tuner.rejudge("results/first", "results/cvar90", changes={"objective.0.level": 0.9})
+        >>> judged.summary.index[0]
+        'cvar90(itae.position)'
+
+    """
+    by = None if study is None else Path(study)
+    return found(judging.rejudge(Path(results), Path(out), by, changes, watcher, threads=threads))
+
+
+def verify(
+    results: PathLike,
+    *,
+    sample: int | None = None,
+    watcher: Watcher | None = None,
+    threads: int | None = None,
+) -> verification.Verdict:
+    """Fly a recorded run again and compare every bit.
+
+    Args:
+        results: A results folder.
+        sample: Candidates to fly again, drawn at random; by default all.
+        watcher: Callbacks that hear of progress.
+        threads: Threads, by default one for each core.
+
+    Returns:
+        The verdict: `identical`, and the first difference in `words`.
+
+    Raises:
+        StoreError: The folder is missing or damaged, or of another version.
+
+    Examples:
+        >>> tuner.verify("results/first", sample=2).identical
+        True
+
+    """
+    return verification.verify(Path(results), sample, threads, watcher or Watcher())
+
+
+def found(done: registry.CompletedRun) -> Any:
+    """Return the results of a run that has just ended."""
+    results = open_results(done.path)
+    results.flights_made = getattr(done.found, "flights_made", None)
+    return results

@@ -1,0 +1,94 @@
+"""Studies from a file, from a name, or put together in Python."""
+
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+from typing import Any, TypeAlias
+
+from plant.errors import InputError
+from tuner.study import Study
+from tuner.study.build import study_from_table
+from tuner.study.files import study_file
+from tuner.study.kinds import STUDY_KINDS, AnyStudy, load_any, load_tuning
+from tuner.text.toml_text import toml_text
+
+StudyLike: TypeAlias = AnyStudy | str | Path
+
+
+def load_study(study: str | Path, changes: Mapping[str, Any] | None = None) -> Any:
+    """Read and check a study.
+
+    Args:
+        study: A TOML file, or the name of a shipped study; see `catalogue("studies")`.
+        changes: Values that replace those of the file, by dotted key.
+
+    Returns:
+        A `Study`; where the file has contenders a contest, and where it has unknowns an inference. `run` takes all three.
+
+    Raises:
+        InputError: The study is missing or wrong; the message names file, key and what is allowed.
+
+    Examples:
+        >>> study = tuner.load_study("quickstart", {"search.generations": 20})
+        >>> [objective.label for objective in study.objectives]
+        ['cvar80(itae.position)', 'mean(travel)']
+
+    """
+    return load_any(study_file(Path(study)), changes)
+
+
+def make_study(tables: Mapping[str, Any], name: str = "study", folder: str | Path = ".") -> Study:
+    """Check a study that is put together in Python.
+
+    Args:
+        tables: What a study file holds, in its units: `{"title": ..., "gains": {...}, "scenario": [{...}], ...}`.
+        name: Name of the study, which is that of its results folder unless another is given.
+        folder: Folder that paths in the tables are relative to.
+
+    Returns:
+        The study, ready to run.
+
+    Raises:
+        InputError: A table or a value is missing or wrong; the message names its key.
+
+    Examples:
+        >>> study = tuner.make_study({
+        ...     "title": "A metre to the side",
+        ...     "seed": 1,
+        ...     "airframe": {"name": "hummingbird"},
+        ...     "controller": {"attitude": "hybrid", "position": "ladrc"},
+        ...     "gains": {"position.omega_c": {"low": 1.0, "high": 4.0}},
+        ...     "scenario": [{
+        ...         "name": "step", "duration": 3.0, "search": 4, "held_out": 32,
+        ...         "reference": {"kind": "steps", "x": 1.0, "time": 0.5},
+        ...         "air": {"intensity": "light", "altitude": 10.0},
+        ...     }],
+        ...     "objective": [{"metric": "itae.position"}],
+        ...     "search": {"algorithm": "differential_evolution", "population": 8, "generations": 3},
+        ... })
+        >>> study.space.variables[0].name
+        'position.omega_c'
+
+    """
+    path = Path(folder) / f"{name}.toml"
+    for kind in STUDY_KINDS:
+        if kind.table is not None and kind.table in tables:
+            raise InputError(f"this is {kind.noun}; write it to a file and load it", file=path, key=kind.table)
+    return replace(study_from_table(path, tables), given=toml_text(tables))
+
+
+def loaded(study: StudyLike) -> AnyStudy:
+    """Return a study as it is, or the one of a file or a name."""
+    return load_any(study_file(Path(study))) if isinstance(study, str | Path) else study
+
+
+def tuning_study(study: StudyLike, asking: str) -> Study:
+    """Return a study that tunes one controller; InputError where it is of another kind. asking: who takes no other."""
+    if isinstance(study, str | Path):
+        return load_tuning(study_file(Path(study)), asking)
+    if isinstance(study, Study):
+        return study
+    kind = next(kind for kind in STUDY_KINDS if kind.name == study.kind)
+    raise InputError(
+        f"this is {kind.noun}; `{asking}` takes a study of one controller", file=study.path, key=kind.table
+    )

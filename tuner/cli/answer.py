@@ -1,0 +1,65 @@
+"""The answer of a command: progress while it works, then what was found, as JSON or for a person."""
+
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from importlib import import_module
+from typing import Any
+
+import typer
+
+from tuner.search.watcher import Watcher
+
+PRINTERS = {
+    "Checked": "check:print_checked",
+    "ComparisonResults": "compare:print_compared",
+    "ContestResults": "contest:print_contest",
+    "Cost": "gains:print_costs",
+    "Design": "margins:print_design",
+    "Exported": "export:print_export",
+    "Flights": "gains:print_flights",
+    "Imported": "export:print_import",
+    "InferenceResults": "inference:print_inference",
+    "Judgement": "check:print_judgement",
+    "Margins": "margins:print_margins",
+    "Plan": "planning:print_plan",
+    "Sensitivity": "planning:print_sensitivity",
+    "Theory": "gains:print_theory",
+    "TuningResults": "tuning:print_tuning",
+    "Verdict": "tuning:print_verdict",
+}
+"""Type of what was found -> module of `tuner.cli.printers` and function; a module is imported when it has something to print."""
+
+
+class Messages(Watcher):
+    """Prints messages on standard error, for commands whose standard output is read by a program."""
+
+    def on_message(self, text: str) -> None:
+        """Print it."""
+        print(text, file=sys.stderr, flush=True)
+
+
+@contextmanager
+def progress(as_json: bool) -> Iterator[Watcher]:
+    """Yield what shows the progress of a command: a display on the terminal, or messages alone beside JSON."""
+    if as_json:
+        yield Messages()
+        return
+    from tuner.cli.display import TerminalWatcher
+    from tuner.cli.terminal import Console
+
+    with TerminalWatcher(Console()) as watcher:
+        yield watcher
+
+
+def answer(found: Any, as_json: bool, code: int = 0) -> None:
+    """Print what was found and end; code: the exit code."""
+    if as_json:
+        print(found.json)
+    else:
+        from tuner.cli.terminal import Console
+
+        module, name = PRINTERS[type(found).__name__].split(":")
+        getattr(import_module(f"tuner.cli.printers.{module}"), name)(found, Console())
+    if code:
+        raise typer.Exit(code)

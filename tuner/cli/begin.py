@@ -1,0 +1,164 @@
+"""Commands that begin a study: new, list, import, check, plan, design."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import tuner
+from plant.errors import InputError
+from tuner.cli.answer import Messages, answer, progress
+from tuner.cli.app import (
+    AIRFRAME,
+    LISTING,
+    SOURCE,
+    STUDY,
+    AsJson,
+    Seeds,
+    StudyFile,
+    Threads,
+    app,
+    found_study,
+    set_option,
+    study_option,
+)  # fmt: skip
+from tuner.cli.judge import answer_validity
+from tuner.text.errors import BROKEN
+
+
+@app.command("list")
+def list_(
+    what: Annotated[
+        str,
+        typer.Argument(
+            help="airframes, laws, margins, metrics, references, risks, searches, sources, studies, targets or theorems.",
+            autocompletion=LISTING,
+        ),
+    ],
+    containing: Annotated[
+        str | None, typer.Argument(help="Keep the rows that hold this text, in any case.", metavar="[FILTER]")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """List what the tool knows, or what of it holds a text.
+
+    Example: tuner list metrics
+
+    Example: tuner list laws observer
+    """
+    from tuner.cli.printers.listing import print_listing
+
+    print_listing(what, containing, as_json)
+
+
+@app.command()
+def new(
+    name: Annotated[str, typer.Argument(help="Name of the study; NAME.toml is written, existing files are kept.")],
+    source: Annotated[
+        Path | None, study_option("Copy this study, with its comments; default: a template.", "--from")
+    ] = None,
+) -> None:
+    """Write a commented study file to start from.
+
+    Example: tuner new my_quad --from f450
+    """
+    from tuner.study.template import write_study
+
+    path = write_study(name, source)
+    print(f"Wrote {path}. Run it with: tuner run {path}")
+
+
+@app.command()
+def check(
+    file: Annotated[
+        Path,
+        typer.Argument(
+            help="Study, contest, inference, airframe (TOML) or gains.json.",
+            show_default=False,
+            callback=found_study,
+            autocompletion=STUDY,
+        ),
+    ],
+    requirements: Annotated[
+        Path | None, study_option("Fly the gains and judge them by the limits of this study.")
+    ] = None,
+    seeds: Seeds = None,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Check a file without flying, or judge gains by hard limits: exit code 0 fine, 1 hopeless or broken, 2 bad input.
+
+    Of a study it tells thrust-to-weight, trim in the mean wind, the default's margins and limits that nothing can reach.
+
+    Example: tuner check quickstart
+
+    Example: tuner check results/quickstart/gains.json --requirements quickstart --json
+    """
+    if requirements is not None:
+        with progress(as_json) as watcher:
+            judged = tuner.judge(file, requirements, flights=seeds, watcher=watcher, threads=threads)
+        answer(judged, as_json, BROKEN if judged.verdict == "fail" else 0)
+        return
+    if seeds is not None:
+        raise InputError("nothing is flown without --requirements; leave it out, or add --requirements", key="--seeds")
+    found = tuner.check(file, watcher=Messages())
+    if found.kind == "gains":
+        answer_validity(found, as_json)
+        if not as_json:
+            print(f"Judge it by the limits of a study: tuner check {file} --requirements STUDY")
+        return
+    answer(found, as_json, BROKEN if found.hopeless else 0)
+
+
+@app.command()
+def plan(
+    study: StudyFile,
+    difference: Annotated[
+        float, typer.Option(help="Difference from the default that shall be told [%].", min=0.01, max=100.0)
+    ] = 5.0,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fly a few candidates and say what a run will take and how sure its figures will be.
+
+    Example: tuner plan quickstart --difference 2
+    """
+    with progress(as_json) as watcher:
+        found = tuner.plan(study, difference=difference, watcher=watcher, threads=threads)
+    answer(found, as_json)
+
+
+@app.command()
+def design(
+    study: StudyFile,
+    out: Annotated[Path, typer.Option(help="The gains.json to write; must not exist.")] = Path("gains.json"),
+    as_json: AsJson = False,
+) -> None:
+    """Design gains for a study's laws before any search, compare their margins with the defaults', write gains.json.
+
+    Example: tuner design quickstart --out designed.json
+    """
+    answer(tuner.design(study, out, watcher=Messages()), as_json)
+
+
+@app.command("import")
+def import_(
+    parameters: Annotated[Path, typer.Argument(help="Parameter file of a vehicle.", show_default=False)],
+    source: Annotated[
+        str,
+        typer.Option("--from", help="Source: see `tuner list sources`.", show_default=False, autocompletion=SOURCE),
+    ],
+    airframe: Annotated[
+        str, typer.Option(help="Airframe: a bundled name or a TOML file.", show_default=False, autocompletion=AIRFRAME)
+    ],
+    out: Annotated[Path, typer.Option(help="The gains.json to write; must not exist.")] = Path("vehicle.json"),
+    firmware: Annotated[str | None, typer.Option(help="Firmware version, where names depend on it.")] = None,
+    change: Annotated[list[str] | None, set_option("NAME=VALUE: an option of the source.")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Read the gains that a vehicle flies already, for `[controller] default = "vehicle.json"` in a study.
+
+    Example: tuner import quad.params --from px4 --airframe iris --out vehicle.json
+    """
+    given = [*(change or []), *([f"firmware={firmware}"] if firmware is not None else [])]
+    answer(tuner.import_gains(parameters, source, airframe, out, options=given), as_json)

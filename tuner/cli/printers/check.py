@@ -1,0 +1,171 @@
+"""What is known of a file without flying, and verdicts on gains, for a person."""
+
+from math import degrees
+from typing import TYPE_CHECKING, Any
+
+from tuner.cli.numbers import digits
+from tuner.cli.tables import Table, wide_console
+from tuner.cli.terminal import Console
+from tuner.gains.sections import VERSIONS
+from tuner.text.units import in_shown_units
+
+if TYPE_CHECKING:
+    from tuner.api.checking import Checked, Judgement
+    from tuner.gains.examining import Examined
+
+Row = dict[str, Any]
+SIGNS = {"most": "<=", "least": ">="}
+STYLES = {"fail": "bold red", "not certain": "yellow", "target missed": "yellow"}
+
+
+def print_checked(checked: "Checked", _: Console) -> None:
+    """Print what a file holds."""
+    if checked.examined is not None:
+        print(f"{checked.examined.path}: valid: {sentence(checked.examined)}")
+    elif checked.kind == "study":
+        show_study(checked.document, wide_console())
+    else:
+        print_figures(checked.document)
+
+
+def print_figures(figures: Row) -> None:
+    """Print figures, a line each."""
+    table = Table(box=None, show_header=False)
+    table.add_column("", no_wrap=True)
+    table.add_column("")
+    for key, value in figures.items():
+        table.add_row(key, shown(value))
+    wide_console().print(table)
+
+
+def shown(value: Any) -> str:
+    """Return a figure as text: a list with commas, a number with its unit."""
+    if isinstance(value, dict):
+        unit = "" if value["unit"] == "1" else f" {value['unit']}"
+        return f"{value['value']:.4g}{unit}"
+    return ", ".join(value) if isinstance(value, list) else str(value)
+
+
+def sentence(examined: "Examined") -> str:
+    """Say what a valid file holds."""
+    document, given = examined.document, examined.given
+    laws = f"{document['controller']['position']} / {document['controller']['attitude']}"
+    words = [
+        f"holdfast-gains {given['version']}",
+        f"{laws} for airframe {document['airframe']['name']}",
+        f"{len(document['gains'])} gains",
+    ]
+    if given["version"] not in VERSIONS:
+        words.append(f"no hash and no numbers of the airframe before version {VERSIONS[0]}")
+    else:
+        words.append("hash ok" if "sha256" in given else f"no hash given (it would be {examined.digest})")
+    return ", ".join(words)
+
+
+def show_study(figures: Row, console: Console) -> None:
+    """Print it: what would fly, the vehicle, its trim, the default's margins, and what stands in the way."""
+    table = Table(box=None, show_header=False)
+    table.add_column("", no_wrap=True)
+    table.add_column("")
+    for key in ("title", "variables", "objectives", "constraints", "requirements", "search_flights", "digest"):
+        value = figures[key]
+        table.add_row(key, ", ".join(value) if isinstance(value, list) else str(value))
+    table.add_row("vehicle", vehicle_text(figures["vehicle"]))
+    for row in figures["trim"]:
+        table.add_row("trim", trim_text(row))
+    console.print(table)
+    for text in figures["told"]:
+        console.print(text, **PLAIN)
+    if figures["default"]:
+        console.print(default_table(figures["default"]))
+    for text in figures["problems"]:
+        console.print(f"Problem: {text}", style="red", **PLAIN)
+    for text in figures["warnings"]:
+        console.print(f"Warning: {text}", style="yellow", **PLAIN)
+
+
+PLAIN: Row = {"highlight": False}
+
+
+def vehicle_text(row: Row) -> str:
+    """Return the vehicle in a line."""
+    hover, share = row["hover_speed"]["value"], row["hover_speed_share"]["value"]
+    return (
+        f"{row['name']}, {row['mass']['value']:g} kg, thrust-to-weight {row['thrust_to_weight']['value']:.2f}, hovers at "
+        f"{hover:.0f} rad/s ({100.0 * share:.0f} % of the largest rotor speed)"
+    )
+
+
+def trim_text(row: Row) -> str:
+    """Return a trim in a line."""
+    where = f"{row['scenario']}: mean wind {row['wind']:.3g} m/s"
+    if row["tilt"] is None:
+        return f"{where}, no balance"
+    tilt = f"tilt {degrees(row['tilt']):.1f} deg, {degrees(row['margin']):.1f} deg to the limit"
+    return f"{where}, {tilt}, thrust {row['thrust']:.2f} times the weight"
+
+
+def default_table(rows: list[Row]) -> Table:
+    """Return the default's margins and other known limits, loops across."""
+    loops = list(dict.fromkeys(row["loop"] for row in rows if row["loop"] is not None))
+    table = Table("The default gains, before any flight", keys=1)
+    table.add_column("", overflow="fold")
+    for name in ("limit", *loops, *([] if all(row["loop"] for row in rows) else ["all"])):
+        table.add_column(name, justify="right", no_wrap=True)
+    shown = [in_shown_units(row) for row in rows]
+    for label in dict.fromkeys(row["label"] for row in shown):
+        mine = {row["loop"]: row for row in shown if row["label"] == label}
+        first = next(iter(mine.values()))
+        unit = "" if first["unit"] == "1" else f" {first['unit']}"
+        cells = [_cell(mine.get(loop)) for loop in (*loops, *([None] if len(table.columns) > 2 + len(loops) else []))]
+        table.add_row(label, f"{SIGNS[first['sense']]} {first['limit']:g}{unit}", *cells)
+    return table
+
+
+def _cell(row: Row | None) -> str:
+    if row is None:
+        return ""
+    value = "no bound" if row["value"] is None else f"{row['value']:.3g}"
+    return value if row["kept"] else f"{value} {'!' if row['hard'] else '~'}"
+
+
+def print_judgement(judgement: "Judgement", console: Console) -> None:
+    """Print the table and the verdict."""
+    document = judgement.document
+    table = Table(f"{document['flights']:,} flights of a stream of their own, 95 % intervals", keys=1)
+    table.add_column("", no_wrap=True)
+    for name in ("limit", "value", "95 % interval", "unit", "verdict"):
+        left = name in ("unit", "verdict")
+        table.add_column(name, justify="left" if left else "right", no_wrap=True)
+    for row in map(in_shown_units, document["rows"]):
+        table.add_row(*cells(row), style=STYLES.get(row["verdict"]))
+    console.print(table)
+    console.print(said(document), highlight=False)
+
+
+def cells(row: Row) -> list[str]:
+    """Return the texts of one row."""
+    limit = "" if row["limit"] is None else f"{SIGNS[row['sense']]} {row['limit']:g}"
+    unit = "" if row["unit"] == "1" else row["unit"]
+    if row["low"] is None:
+        value = "unbounded" if row["value"] is None else f"{row['value']:.4g}"
+        return [row["label"], limit, value, "", unit, row["verdict"]]
+    width = row["high"] - row["low"] or row["value"]
+    ends = f"{digits(row['low'], width)} to {digits(row['high'], width)}"
+    return [row["label"], limit, digits(row["value"], width), ends, unit, row["verdict"]]
+
+
+def said(document: Row) -> str:
+    """Return the verdict in a sentence, with the names of what decides it."""
+    named = {
+        verdict: ", ".join(row["label"] for row in document["rows"] if row["verdict"] == verdict)
+        for verdict in ("fail", "not certain")
+    }
+    if document["verdict"] == "fail":
+        return f"FAIL: broken by {named['fail']}."
+    if document["verdict"] == "not certain":
+        return (
+            f"PASS on these flights, but not certain: the interval of {named['not certain']} crosses the limit; more --seeds "
+            "narrow it, and a limit of 0 lost flights cannot be shown by any number of them."
+        )
+    return "PASS: every limit is kept."

@@ -1,0 +1,53 @@
+"""Listings, for a person."""
+
+from typing import Any
+
+from rich.text import Text
+
+from tuner.api.catalogue import rows_of
+from tuner.api.frames import json_text
+from tuner.cli.tables import Table, wide_console
+
+# Columns that --json carries and a terminal has no room for.
+WIDE = {
+    "airframes": {"frame"}, "laws": {"title", "source", "scale", "symbol"}, "studies": {"file", "shipped"},
+    "targets": {"experimental", "attitude", "position"}, "theorems": {"quantity", "rates", "assumes", "source"},
+}  # fmt: skip
+
+
+# Column whose values stand as lines of their own above the rows that share them.
+GROUPED = {"laws": "law"}
+
+
+def print_listing(what: str, containing: str | None, as_json: bool) -> None:
+    """Print one registry, or its rows that hold a text, in any case."""
+    rows = rows_of(what, containing or "")
+    if as_json:
+        print(json_text(rows))
+        return
+    if not rows:
+        print(f"No {what} with '{containing}'." if containing else f"No {what} here.")
+        return
+    group = GROUPED.get(what)
+    columns = [column for column in rows[0] if column not in WIDE.get(what, set()) and column != group]
+    table = Table()
+    for column in columns:
+        # A colon alone is no place to break a heading.
+        table.add_column(Text(column.replace(":", ": ")))
+    before = None
+    for row in rows:
+        if group and row[group] != before:
+            before = row[group]
+            table.add_row(Text(before, style="bold"))
+        first, *others = [_told(row[column]) for column in columns]
+        table.add_row(Text(f"  {first}" if group else first), *map(Text, others))
+    wide_console().print(table)
+
+
+def _told(cell: Any) -> str:
+    """Return a value of a row as a person reads it."""
+    if isinstance(cell, bool):
+        return "yes" if cell else "no"
+    if isinstance(cell, float):
+        return f"{cell:.4g}"
+    return "" if cell is None else str(cell)

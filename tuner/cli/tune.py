@@ -1,0 +1,119 @@
+"""Commands that tune: run, resume, rejudge, verify."""
+
+from pathlib import Path
+from typing import Annotated, Any
+
+import typer
+
+import tuner
+from plant.errors import InputError
+from plant.texts import toml_table
+from tuner.cli.answer import answer, progress
+from tuner.cli.app import AsJson, Dask, Folder, StudyFile, Threads, app, set_option, study_option
+from tuner.text.errors import BROKEN, NOTHING_FEASIBLE
+
+
+@app.command()
+def run(
+    study: StudyFile,
+    out: Annotated[Path | None, typer.Option(help="Results folder; must not exist. Default: results/NAME.")] = None,
+    threads: Threads = None,
+    change: Annotated[
+        list[str] | None, set_option("KEY=VALUE: replace a value of the study, e.g. search.generations=3.")
+    ] = None,
+    reuse: Annotated[
+        list[Path] | None,
+        typer.Option(help="Results folder whose flights are taken over where they are the same; may be repeated."),
+    ] = None,
+    dask: Dask = None,
+    backend: Annotated[
+        str, typer.Option(help="Who flies: lanes (the processor), cuda (a graphics card) or cuda-float32.")
+    ] = "lanes",
+    as_json: AsJson = False,
+) -> None:
+    """Search a study's gains, check the finalists on unseen turbulence, write results and report.
+
+    Exit codes: 0 gains are recommended; 2 bad input; 3 no feasible candidate, so none are; 130 interrupted.
+
+    Example: tuner run quickstart --out results/first --set search.generations=20
+    """
+    asked = tuner.load_study(study, changes(change))
+    with progress(as_json) as watcher:
+        found = tuner.run(
+            asked, out, watcher=watcher, threads=threads, reuse=reuse or (), dask=dask, backend=backend
+        )  # fmt: skip
+    answer(found, as_json, 0 if found.feasible else NOTHING_FEASIBLE)
+
+
+@app.command()
+def resume(
+    results: Folder,
+    budget: Annotated[
+        int | None, typer.Option(help="Generations in all: more than before extends the search.", min=1)
+    ] = None,
+    threads: Threads = None,
+    dask: Dask = None,
+    here: Annotated[
+        bool, typer.Option("--here", help="Compute a run of another machine anew, in this machine's arithmetic.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Go on with a run that was stopped, killed or ran out of disk; it ends with the bits it would have ended with.
+
+    Example: tuner resume results/quickstart --budget 30
+    """
+    with progress(as_json) as watcher:
+        found = tuner.resume(results, budget=budget, watcher=watcher, threads=threads, dask=dask, here=here)
+    answer(found, as_json, 0 if found.feasible else NOTHING_FEASIBLE)
+
+
+@app.command()
+def verify(
+    results: Folder,
+    sample: Annotated[
+        int | None, typer.Option(help="Candidates to fly again, drawn at random; by default all.", min=1)
+    ] = None,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Fly a recorded run again and say whether every bit is the same and every file what was written; exit code 1 if not.
+
+    Example: tuner verify results/quickstart --sample 20
+    """
+    with progress(as_json) as watcher:
+        found = tuner.verify(results, sample=sample, watcher=watcher, threads=threads)
+    answer(found, as_json, 0 if found.identical else BROKEN)
+
+
+@app.command()
+def rejudge(
+    results: Folder,
+    out: Annotated[Path, typer.Option(help="Results folder to write; must not exist.", show_default=False)],
+    study: Annotated[Path | None, study_option("Judge by this study; default: that of the run.")] = None,
+    change: Annotated[
+        list[str] | None, set_option("KEY=VALUE: replace a value of the study, e.g. objective.0.level=0.9.")
+    ] = None,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Judge the candidates of a run by other objectives, risks, limits or pick rules, from the flights already flown.
+
+    Example: tuner rejudge results/quickstart --set objective.0.level=0.9 --out results/cvar90
+    """
+    with progress(as_json) as watcher:
+        found = tuner.rejudge(results, out, study=study, changes=changes(change), watcher=watcher, threads=threads)
+    answer(found, as_json, 0 if found.feasible else NOTHING_FEASIBLE)
+
+
+def changes(given: list[str] | None) -> dict[str, Any]:
+    """Turn KEY=VALUE texts into values; a value is read as TOML, and as plain text where it is none."""
+    parsed: dict[str, Any] = {}
+    for change in given or []:
+        key, equals, text = change.partition("=")
+        if not equals or not key:
+            raise InputError(f"given '{change}'; write KEY=VALUE, for instance search.generations=3", key="--set")
+        try:
+            parsed[key] = toml_table(f"value = {text}", Path("--set"))["value"]
+        except InputError:
+            parsed[key] = text
+    return parsed

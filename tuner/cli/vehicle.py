@@ -1,0 +1,83 @@
+"""Commands towards a vehicle, and of this machine: export, schema, bench."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import tuner
+from tuner.cli.answer import answer, progress
+from tuner.cli.app import TARGET, AsJson, GainsFile, Threads, app, set_option
+from tuner.text.errors import BROKEN
+
+
+@app.command()
+def export(
+    gains: GainsFile,
+    to: Annotated[
+        str,
+        typer.Option(help="Target: see `tuner list targets`.", show_default=False, autocompletion=TARGET),
+    ],
+    out: Annotated[Path | None, typer.Option(help="Folder to write. Default: export/TARGET beside the gains.")] = None,
+    firmware: Annotated[
+        str | None, typer.Option(help="Firmware version, for targets whose names depend on it.")
+    ] = None,
+    change: Annotated[list[str] | None, set_option("NAME=VALUE: an option of the target.")] = None,
+    previous: Annotated[
+        Path | None,
+        typer.Option(help="What the vehicle flies at present, for the rollback; default: the target's defaults."),
+    ] = None,
+    flights: Annotated[int, typer.Option(help="Flights before and after rounding.", min=2)] = 64,
+    force: Annotated[
+        bool, typer.Option("--force", help="Write gains of a run that found nothing feasible all the same.")
+    ] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Write gains for a target, work out again what rounding does to them, and keep what to go back to.
+
+    Example: tuner export results/quickstart/gains.json --to c99
+    """
+    given = [*(change or []), *([f"firmware={firmware}"] if firmware is not None else [])]
+    with progress(as_json) as watcher:
+        made = tuner.export(
+            gains, to, out, options=given, previous=previous, flights=flights, force=force, watcher=watcher
+        )  # fmt: skip
+    answer(made, as_json, 0 if made.passed else BROKEN)
+
+
+@app.command()
+def schema(name: Annotated[str, typer.Argument(help="gains.", show_default=False)]) -> None:
+    """Print the JSON Schema (2020-12) of a file that the tool writes.
+
+    Example: tuner schema gains > gains.schema.json
+    """
+    from plant.errors import UnknownNameError
+    from tuner.gains.schema import schema_text
+
+    schemas = {"gains": schema_text}
+    if name not in schemas:
+        raise UnknownNameError("schema", name, schemas)
+    print(schemas[name](), end="")
+
+
+@app.command()
+def bench(
+    flights: Annotated[int, typer.Option(help="Flights of 10 s on the lanes backend.", min=16)] = 1024,
+    threads: Threads = None,
+    as_json: AsJson = False,
+) -> None:
+    """Measure closed-loop plant steps per second of the backends on this machine.
+
+    Example: tuner bench --json
+    """
+    from tuner.api.frames import json_text
+    from tuner.engines.speed import bench as measure
+
+    if not as_json:
+        print("Measuring closed-loop plant steps per second; the first run on a machine compiles two kernels.")
+    figures = measure(flights, threads)
+    if as_json:
+        print(json_text(figures))
+        return
+    for key, value in figures.items():
+        print(f"{key:28} {f'{value:,.3g}' if isinstance(value, float) else value}")
