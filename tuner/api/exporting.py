@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from plant.airframes import load
 from tuner.api.frames import Documented, frame, json_text, shown
 from tuner.api.gains import Gains, GainsLike, gains_of, taken
-from tuner.exchange.registry import importer as find_importer
 from tuner.exchange.registry import exporter as find_exporter
+from tuner.exchange.registry import importer as find_importer
 from tuner.exchange.run import Export, export_gains
 from tuner.exchange.target import settings_of
 from tuner.exchange.verification import FLIGHTS

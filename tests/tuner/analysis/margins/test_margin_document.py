@@ -175,7 +175,9 @@ def test_the_margin_tables_of_a_study_take_the_place_of_the_limits(tmp_path):
     text = QUICKSTART.read_text()
     cut = text.index("[[margin]]") if "[[margin]]" in text else len(text)
     rest = text[text.index("[search]") :] if "[[margin]]" in text else ""
-    tables = '\n[[margin]]\nquantity = "ms"\naxis = "attitude"\nmax = 2.2\n\n[[margin]]\nquantity = "gain_up"\nmin = 3.0\n'
+    tables = (
+        '\n[[margin]]\nquantity = "ms"\naxis = "attitude"\nmax = 2.2\n\n[[margin]]\nquantity = "gain_up"\nmin = 3.0\n'
+    )
     study.write_text(text[:cut] + tables + rest)
     controller = default_gains("hybrid").controller
     rows = study_requirements(load_study(study), controller)

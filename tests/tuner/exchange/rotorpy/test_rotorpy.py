@@ -299,7 +299,9 @@ def test_gyroscopic_and_other_differences_are_said():
         assert word in said
     moon = TUNED["pid"].airframe.vehicle._replace(gravity=1.62, lag_down=0.03)
     said = " ".join(
-        ROTORPY.export(request(replace(TUNED["pid"], airframe=replace(TUNED["pid"].airframe, vehicle=moon)))).differences
+        ROTORPY.export(
+            request(replace(TUNED["pid"], airframe=replace(TUNED["pid"].airframe, vehicle=moon)))
+        ).differences
     )
     assert "1.62 m/s2" in said and "0.03 s down" in said
 
