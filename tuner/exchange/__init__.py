@@ -1,1 +1,1 @@
-"""Gains that leave the building: exporters that carry a controller exactly or refuse with the reason."""
+"""Exchange of gains with other programs: exports that hold a controller exactly or refuse with the reason, and imports."""

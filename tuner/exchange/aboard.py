@@ -1,4 +1,4 @@
-"""What a vehicle flies at present, beside the gains that are to replace it.
+"""Parameters that a vehicle flies at present, which an export replaces or keeps.
 
 It comes from a parameter file (--previous), or from what gains.json recorded when the gains were imported. With it an export
 writes what our loops carry, leaves everything else as the vehicle has it, and can say what changes.
@@ -31,14 +31,14 @@ DERIVATIVE = Option(
 
 @dataclass(frozen=True)
 class Aboard:
-    """What is on the vehicle: parameter -> value in the target's unit; origin: where that is known from, for a sentence."""
+    """Parameters on the vehicle: name -> value in the target's unit; origin: the file they are known from, for a sentence."""
 
     values: Mapping[str, float]
     origin: str
 
 
 def aboard(request: Request, target: str, read: Callable[[Path], Mapping[str, float]]) -> Aboard | None:
-    """Return what is on the vehicle, None where nobody said; read: a file of the target, InputError where it is none."""
+    """Return the parameters on the vehicle, None where they are not known; read: a file of the target, InputError where it is none."""
     known_from = origin(request, target)
     if known_from is None:
         return None
@@ -49,7 +49,7 @@ def aboard(request: Request, target: str, read: Callable[[Path], Mapping[str, fl
 
 
 def origin(request: Request, target: str) -> str | None:
-    """Return where it is known from what is on the vehicle, None where nobody said."""
+    """Return the source of the parameters on the vehicle, None where they are not known."""
     if request.previous is not None:
         return f"the previous file {plain_name(request.previous)}"
     record = request.controller.vehicle

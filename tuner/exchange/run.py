@@ -23,7 +23,7 @@ QUIET = Watcher()
 
 @dataclass(frozen=True)
 class Export:
-    """What was exported: content of export.json, its verification, the folder, and the title of the airframe."""
+    """Result of an export: content of export.json, its verification, the folder, and the title of the airframe."""
 
     document: dict[str, Any]
     verification: Verification

@@ -1,4 +1,4 @@
-"""Targets of an export: what a target is asked for, what it gives back, and the options that both directions take.
+"""Interface of a target: the request for an export, the result, and the options that both directions take.
 
 A target either takes a controller as it is, to its own resolution, or refuses with an `InputError` that names what it cannot
 hold. What it adds or lacks beside the gains stands in `Bundle.differences`.
@@ -150,7 +150,7 @@ class Optioned(Protocol):
 
     @property
     def options(self) -> tuple[Option, ...]:
-        """What may be given."""
+        """Options that may be given."""
         ...
 
 

@@ -1,4 +1,4 @@
-"""What rounding to a target's resolution does to a controller: its gains, its margins and its flights, before and after.
+"""Verification of an export: gains, margins and flights of a controller before and after rounding to a target's resolution.
 
 Both fly the usual flight (`tuner.analysis.default_scenario`) through the same turbulence, on a stream that no search
 and no check has seen.
@@ -63,7 +63,7 @@ class Verification:
 
 
 def verify_export(request: Request, bundle: Bundle, flights: int, watcher: Watcher) -> Verification:
-    """Work out margins and flights of what was asked and of what the target holds; the watcher hears of both."""
+    """Work out margins and flights of the controller as tuned and as the target holds it; the watcher hears of both."""
     asked, held = request.controller, bundle.held
     check_same_structure(asked, held)
     same = asked.gains == held.gains and asked.airframe.vehicle == held.airframe.vehicle
@@ -94,7 +94,7 @@ def gain_rows(asked: Controller, held: Controller) -> list[Row]:
 
 
 def _relative(asked: float, held: float) -> float:
-    """Return the change relative to what was asked, or to 1 where that is 0."""
+    """Return the change relative to the tuned gain, or to 1 where that is 0."""
     return (held - asked) / (abs(asked) or 1.0)
 
 

@@ -1,4 +1,4 @@
-"""What gains.json stands for."""
+"""Controller that a gains.json describes."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""Study files: what a person asks, read and checked."""
+"""Study files, read and checked."""
 
 from tuner.study.build import load_study
 from tuner.study.study import Study

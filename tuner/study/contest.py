@@ -26,13 +26,13 @@ class Contender:
 
     @property
     def tuned(self) -> bool:
-        """Whether a search chooses its gains; otherwise they are flown as given."""
+        """True where a search chooses its gains; otherwise they are flown as given."""
         return bool(self.study.space.variables)
 
 
 @dataclass(frozen=True)
 class Published:
-    """A printed number to be judged: `value` (SI, rad) of a metric in a scenario, said of each of `contenders`.
+    """A printed number to be judged: `value` (SI, rad) of a metric in a scenario, printed of each of `contenders`.
 
     fitted: the study was set to meet it, so that meeting it says nothing.
     """

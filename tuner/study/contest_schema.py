@@ -60,11 +60,11 @@ class ClaimTable(Table):
     """[[claim]]: `better` is lower than each of `than` in each metric of `in`."""
 
     better: str
-    """Contender that is said to be better."""
+    """Contender that is claimed to be better."""
     than: Names
-    """Contenders that it is said to be better than."""
+    """Contenders that it is claimed to be better than."""
     metrics: Names = Field(alias="in")
-    """Metrics in which it is said to be better."""
+    """Metrics in which it is claimed to be better."""
     scenario: str | None = None
     """Scenario that the claim is about; by default all."""
     text: str = ""

@@ -1,4 +1,4 @@
-"""The [gains] table: which gains are searched, tied or fixed; the rest stand at their defaults."""
+"""The [gains] table: gains that are searched, tied or fixed; the rest have their defaults."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass

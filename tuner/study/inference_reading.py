@@ -91,7 +91,7 @@ def _check_size(inference: Inference) -> None:
 
 
 def _cells(contest: Contest) -> tuple[Cell, ...]:
-    """Return the published numbers, one cell for each contender that they are said of."""
+    """Return the published numbers, one cell for each contender that they are printed of."""
     cells: list[Cell] = []
     for i, entry in enumerate(contest.published):
         if entry.value <= 0.0:

@@ -52,7 +52,7 @@ class ControllerTable(Table):
     plant_step: float = 0.001
     """Runge-Kutta step of the plant [s]."""
     attitude_rate: str = "measured"
-    """Where the attitude law takes the rate from: "measured", or "observer" for its own observer."""
+    """Source of the rate of the attitude law: "measured", or "observer" for its own observer."""
     position_rate: str = "measured"
     """The same for the position law."""
     lag_aware: bool = True
@@ -214,7 +214,7 @@ class GuaranteeTable(Table):
     """[[guarantee]]: a theorem that gains must satisfy before they are flown."""
 
     theorem: str
-    """Theorem to be asked."""
+    """Theorem that must hold."""
     axis: str
     """Axis or group of axes."""
     max: Annotated[float | None, RECORDED_MAX] = None

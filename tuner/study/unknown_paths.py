@@ -14,7 +14,7 @@ Place = tuple[str | int, ...]
 
 
 def place_of(table: dict[str, Any], path: str) -> Place:
-    """Return the place a path stands for; InputError, without file and key, where there can be none."""
+    """Return the place that a path leads to; InputError, without file and key, where there can be none."""
     place: list[str | int] = []
     here: Any = table
     rest = path
@@ -29,7 +29,7 @@ def place_of(table: dict[str, Any], path: str) -> Place:
 
 
 def value_at(table: Any, place: Place) -> Any:
-    """Return what stands at a place, None where nothing does."""
+    """Return the value at a place, None where there is none."""
     here = table
     for part in place:
         if isinstance(here, dict):
@@ -78,7 +78,7 @@ def _index(here: list[Any], before: list[str | int], rest: str) -> tuple[int, st
 
 
 def _below(here: Any, part: str | int, path: str, last: bool) -> Any:
-    """Return what stands below a part; an empty table for one that is missing on the way, None at the end of it."""
+    """Return the content below a part; an empty table for one that is missing on the way, None at the end of it."""
     if isinstance(here, list):
         assert isinstance(part, int)
         return here[part]
@@ -95,7 +95,7 @@ def _kind(here: Any) -> str:
 
 
 def _below_hint(here: Any) -> str:
-    """Say what stands at the end of a path that goes not far enough."""
+    """Return the end of the message on a path that does not lead to a value."""
     if isinstance(here, list) and here:
         return f"; go on with an entry, 0 to {len(here) - 1}"
     if isinstance(here, dict) and here:

@@ -1,4 +1,4 @@
-"""The [[unknown]] tables: which values of the contest they set, where these stand, and between which ends they may move."""
+"""The [[unknown]] tables: which values of the contest they set, the places of these, and between which ends they may move."""
 
 from typing import Any
 
@@ -124,7 +124,7 @@ def _place(contest: Contest, path: str) -> Place:
 
 
 def _default(contest: Contest, path: str, place: Place) -> float:
-    """Return the number that stands at a place: the one given, else the one that it has by default."""
+    """Return the number at a place: the one given, else the one that it has by default."""
     given = value_at(contest.table, place)
     if given is None:
         given = _resolved(contest, path, place)

@@ -1,4 +1,4 @@
-"""How a command ends: its exit codes, and one message where it did not come to its end; no traceback unless asked for."""
+"""End of a command: its exit code, and one message where it failed; no traceback unless asked for."""
 
 import os
 import signal

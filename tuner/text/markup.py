@@ -1,4 +1,4 @@
-"""HTML from Python, escaped unless said otherwise: a plain string is text, `Markup` is markup."""
+"""HTML from Python, escaped unless marked: a plain string is text, `Markup` is markup."""
 
 from collections.abc import Iterable
 from html import escape

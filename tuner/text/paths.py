@@ -1,4 +1,4 @@
-"""The paths in a study's tables: where they stand, and how to change all of them."""
+"""Paths in a study's tables, and how to change all of them."""
 
 from collections.abc import Callable
 from copy import deepcopy

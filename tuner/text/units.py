@@ -22,7 +22,7 @@ SHOWN = ("limit", "relaxed", "value", "default", "tuned", "asked", "held")
 
 
 class Shown(NamedTuple):
-    """How a quantity is shown: its unit, "" for none, and the factor that turns stored into shown numbers."""
+    """Presentation of a quantity: its unit, "" for none, and the factor that turns stored into shown numbers."""
 
     unit: str
     factor: float

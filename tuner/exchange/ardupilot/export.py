@@ -161,7 +161,7 @@ def held_controller(
 def _rollback(
     request: Request, values: Mapping[str, float], dialect: Dialect, target: str, own: Aboard | None
 ) -> bytes:  # fmt: skip
-    """Return the file that brings back what stood before; what nobody told stands at the default."""
+    """Return the file that restores the previous parameters; those that are not known are the defaults."""
     before = {} if own is None else own.values
     usual = defaults(dialect.table)
     missing = [name for name in values if name not in before]

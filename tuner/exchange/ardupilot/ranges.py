@@ -25,7 +25,7 @@ FIRMWARES = ("4.6", "4.7")
 
 @dataclass(frozen=True)
 class Dialect:
-    """What a version calls the position parameters, and their units.
+    """Names of the position parameters in a version, and their units.
 
     names: our name of a role -> parameter. acceleration: throttle per m/s2 for one unit of the acceleration gains. metre: the
     integral limit of 1 m/s2; whole: integral limit of the whole throttle. table: every parameter that is written.

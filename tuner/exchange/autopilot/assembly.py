@@ -68,7 +68,7 @@ def lightened(gains: Gains, share: float) -> Gains:
 def controller(
     file: Path, airframe: Airframe, gains: Mapping[str, Gains], tilt: float, settings: Mapping[str, str]
 ) -> Controller:
-    """Return a PID controller; axes without gains stand at the law's defaults. tilt: largest [rad], cut to what we know.
+    """Return a PID controller; axes without gains have the law's defaults. tilt: largest [rad], cut to what we know.
 
     Raises InputError naming file and gain where one is outside of what our law takes.
     """
@@ -108,7 +108,7 @@ def tilt_note(tilt: float, name: str) -> tuple[str, ...]:
 
 
 def absent_note(values: Mapping[str, float | str], wanted: Mapping[str, float | str], target: str) -> tuple[str, ...]:
-    """Return a sentence that names what the file lacks and the defaults that stand in its place."""
+    """Return a sentence that names what the file lacks and the defaults that are taken instead."""
     missing = [f"{name} = {_text(value)}" for name, value in wanted.items() if name not in values]
     return (f"Not in the file, so at the default of {target}: {', '.join(missing)}.",) if missing else ()
 

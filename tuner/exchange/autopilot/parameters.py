@@ -59,7 +59,7 @@ def read_lines(file: Path, what: str) -> list[str]:
 
 @dataclass(frozen=True)
 class Stated:
-    """What the comments of a parameter file say of the autopilot that it is from: its stack and version, None where silent."""
+    """Stack and version of the autopilot that the comments of a parameter file name, None where they do not."""
 
     stack: str | None = None
     version: str | None = None

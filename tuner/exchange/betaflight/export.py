@@ -133,7 +133,7 @@ def settings(values: Mapping[str, float], switches: Mapping[str, tuple[str, str]
 def rollback(
     request: Request, table: Mapping[str, Entry], switches: Mapping[str, tuple[str, str]], values: Mapping[str, float]
 ) -> bytes:
-    """Return the file that brings back what stood before; what no previous file tells stands at Betaflight's default."""
+    """Return the file that restores the previous settings; those in no previous file are Betaflight's defaults."""
     chosen = profile(request.settings)
     usual = {name: default for name, (_, default) in switches.items()}
     usual |= {name: f"{int(table[name].usual)}" for name in values}

@@ -92,7 +92,7 @@ class Release:
 
     @property
     def current(self) -> bool:
-        """Whether an export for 2025.12 has its names."""
+        """True where an export for 2025.12 has its names."""
         return not self.renamed
 
 

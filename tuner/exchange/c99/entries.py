@@ -1,4 +1,4 @@
-"""What the exported C does, as model functions: the entry points that the code is traced from and its golden vectors run on."""
+"""Entry points of the exported C as model functions: the code is traced from them and its golden vectors run on them."""
 
 from collections.abc import Callable
 from dataclasses import dataclass
@@ -24,7 +24,7 @@ class Command(NamedTuple):
 
 
 class AttitudeSetpoint(NamedTuple):
-    """roll, pitch, yaw [rad] and yaw_rate [rad/s] asked for."""
+    """Reference of roll, pitch, yaw [rad] and yaw_rate [rad/s]."""
 
     roll: float
     pitch: float
@@ -40,7 +40,7 @@ class AttitudeMeasurement(NamedTuple):
 
 
 class AttitudeApplied(NamedTuple):
-    """What became of the last torques [N m], body FLU: effect and excess as in `plant.laws.channel.Applied`."""
+    """Last torques [N m] after the limits of the rotors, body FLU: effect and excess as in `plant.laws.channel.Applied`."""
 
     effect: Vec3
     excess: Vec3

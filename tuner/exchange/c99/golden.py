@@ -91,7 +91,7 @@ def _noise(name: str, steps: int, width: int) -> np.ndarray:
 
 
 def _reference(share: float) -> Reference:
-    """What is asked for at a share of the flight: a step aside with a turn, a leap, then angles."""
+    """Reference at a share of the flight: a step aside with a turn, a leap, then angles."""
     goal, push = Vec3(0.25, -0.15, 0.1), Vec3(0.3, -0.2, 0.1)
     if 0.3 < share < 0.4:
         goal = Vec3(4.0, -3.0, 5.0)
@@ -134,7 +134,7 @@ def _cascade(controller: Controller, bound: Entries, real: Real, steps: int) -> 
 
 
 def _flown(controller: Controller, body: Body, thrust: list[float]) -> Body:
-    """The body one period later, with the rotor thrusts [N] asked for over it, in a steady wind."""
+    """The body one period later, with the rotor thrusts [N] commanded over it, in a steady wind."""
     vehicle = controller.airframe.vehicle
     speed = Rotors(*[float(np.sqrt(value / vehicle.thrust_coefficient)) for value in thrust])
     disturbance = pack(Disturbance, [0.3] * size(Disturbance))
@@ -216,5 +216,5 @@ def _attitude(controller: Controller, bound: Entries, real: Real, steps: int) ->
 
 
 def _setpoint(share: float) -> AttitudeSetpoint:
-    """Angles asked for at a share of the flight."""
+    """Reference of the angles at a share of the flight."""
     return AttitudeSetpoint(0.3 if share < 0.5 else -0.2, -0.2 if share < 0.3 else 0.1, -3.0, 0.2)

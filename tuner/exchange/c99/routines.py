@@ -17,7 +17,7 @@ Call = Callable[[Node, str, list[str]], str]
 
 @dataclass(frozen=True)
 class Style:
-    """What all C of a controller shares: its floating-point type, the prefix of its names and the types of its records."""
+    """Style of all C of a controller: its floating-point type, the prefix of its names and the types of its records."""
 
     real: Real
     prefix: str

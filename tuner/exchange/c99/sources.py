@@ -163,7 +163,7 @@ def _entry(
 
 
 def _place(path: str) -> str:
-    """Where a result stands in C: rotors of a command are an array."""
+    """Name of a result in C: rotors of a command are an array."""
     for i in range(4):
         path = path.replace(f"command.rotor_thrust.r{i + 1}", f"command.rotor_thrust[{i}]")
     return path

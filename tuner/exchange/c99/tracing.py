@@ -60,7 +60,7 @@ def constants_of(controller: Controller) -> Any:
 
 
 def nominal_of(controller: Controller) -> Nominal:
-    """What the controller knows of its vehicle."""
+    """Nominal vehicle of the controller."""
     return nominal(controller.airframe.vehicle, controller.options, controller.control_period)
 
 

@@ -135,7 +135,7 @@ GYRO_FILTER = sqrt(2.0) / (2.0 * pi * 80.0)
 
 @dataclass(frozen=True)
 class Units:
-    """What one unit of each loop's output does: angular acceleration for a count [rad/s2] by axis; acceleration for a degree of
+    """Effect of one unit of each loop's output: angular acceleration for a count [rad/s2] by axis; acceleration for a degree of
     tilt [m/s2]; vertical acceleration for 1000 counts [m/s2]; counts at hover.
     """
 

@@ -1,1 +1,1 @@
-"""What a controller costs on a microcontroller: instructions, bytes of code and constants, state and stack, counted."""
+"""Cost of a controller on a microcontroller, counted: instructions, bytes of code and constants, state and stack."""

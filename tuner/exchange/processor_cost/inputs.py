@@ -1,4 +1,4 @@
-"""What a control step meets in flight: the inputs of a short closed flight through turbulence, instant by instant.
+"""Typical inputs of a control step: those of a short closed flight through turbulence, instant by instant.
 
 How many instructions a step takes depends on its inputs only where code branches on them (limits, roots, turns of the yaw),
 so counts are taken over one metre steps with a turn of 20 deg in moderate turbulence with sensor noise.
@@ -112,7 +112,7 @@ def step_row(instant: Instant) -> list[float]:
 
 
 def attitude_row(instant: Instant) -> list[float]:
-    """Return the inputs of the attitude step as a row: goal, yaw rate asked for, angles, rate, effect, excess."""
+    """Return the inputs of the attitude step as a row: goal, reference of the yaw rate, angles, rate, effect, excess."""
     applied = instant.applied
     return [
         *instant.goal, instant.reference.yaw_rate, *instant.angles, *instant.measurement.rate,

@@ -137,7 +137,7 @@ def _vehicle(settings: Mapping[str, str]) -> int:
 
 
 def _rollback(request: Request, values: Mapping[str, float], vehicle: int, own: Aboard | None) -> bytes:
-    """Return the file that brings back what stood before; what nobody told stands at PX4's default."""
+    """Return the file that restores the previous parameters; those that are not known are PX4's defaults."""
     before = {} if own is None else own.values
     usual = defaults(TABLE)
     missing = [name for name in values if name not in before]
