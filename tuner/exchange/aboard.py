@@ -38,7 +38,7 @@ class Aboard:
 
 
 def aboard(request: Request, target: str, read: Callable[[Path], Mapping[str, float]]) -> Aboard | None:
-    """Return the parameters on the vehicle, None where they are not known; read: a file of the target, InputError where it is none."""
+    """Return the parameters on the vehicle, None if unknown; read: a file of the target, InputError where it is none."""
     known_from = origin(request, target)
     if known_from is None:
         return None
@@ -73,19 +73,19 @@ def remembered(controller: Controller, target: Target, given: list[str]) -> list
     return [*given, *(f"{name}={value}" for name, value in record.settings.items() if name in known)]
 
 
-def said_of_others(own: Aboard | None, kept: Mapping[str, float], assumed: Mapping[str, float]) -> tuple[str, ...]:
+def said_of_others(present: Aboard | None, kept: Mapping[str, float], assumed: Mapping[str, float]) -> tuple[str, ...]:
     """Return sentences on what stays on the vehicle; kept: parameters as the vehicle has them, assumed: those that its file
     does not tell and that scale the gains.
     """
-    if own is None or not kept:
+    if present is None or not kept:
         return ()
     there = ", ".join(f"{name} = {value:g}" for name, value in kept.items())
     sentences = [
-        f"Our loops have no counterpart of these parameters, which stay as the vehicle has them ({own.origin}): {there}."
+        f"Our loops have no counterpart of these parameters, which stay as the vehicle has them ({present.origin}): {there}."
     ]
     if assumed:
         taken = ", ".join(f"{name} = {value:g}" for name, value in assumed.items())
-        sentences.append(f"Not in {own.origin}, so not written and taken as: {taken}.")
+        sentences.append(f"Not in {present.origin}, so not written and taken as: {taken}.")
     return tuple(sentences)
 
 

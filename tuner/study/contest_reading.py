@@ -159,7 +159,7 @@ class _Judge:
         return tuple(names)
 
     def _claimed(self, text: str, scenario: str | None, known: list[Objective]) -> list[Objective]:
-        """Return the objectives that a text of `in` names: a label, all judged quantities of a metric, or else the metric's mean."""
+        """Return the objectives that a text of `in` names: by label, all judged ones of a metric, or else its mean."""
         exact = [objective for objective in known if objective.label == text]
         if exact:
             return exact[:1]

@@ -1,7 +1,7 @@
 """ArduPilot Copter 4.6 and 4.7: our PID as a parameter file `.param`.
 
 Angle loop P around rate loop PI, horizontal position P around velocity PI, vertical position P around velocity P around
-acceleration PI (`ardupilot_map`). Rate gains are normalised by ArduPilot's fixed motor factors of +-0.5. On a vehicle that is
+acceleration PI (`ardupilot.map`). Rate gains are normalised by ArduPilot's fixed motor factors of +-0.5. On a vehicle that is
 known (`aboard`) everything that our loops do not carry stays as it is; otherwise every parameter that acts in these loops is
 written, also where it only switches something off. libraries/AC_PID/AC_PID.cpp,
 AC_AttitudeControl/AC_PosControl.cpp, AP_Motors/AP_MotorsMatrix.cpp.
@@ -92,12 +92,12 @@ def export(request: Request) -> Bundle:
     target = f"ArduPilot Copter {dialect.firmware}"
     check_horizontal(asked, target)
     rotors = actuation(asked.airframe.vehicle, number(request.settings, "thrust_curve", 0.0, 1.0, "1"))
-    own = _aboard(request, dialect)
-    before = {} if own is None else own.values
-    beside = _beside(request, rotors, dialect, own)
+    present = _aboard(request, dialect)
+    before = {} if present is None else present.values
+    beside = _beside(request, rotors, dialect, present)
     complete = completed(beside, dialect)
     counted = request.settings["rate_derivative"] == "inertia"
-    carried = to_ardupilot(asked, rotors, dialect, complete, None if own is None else own.values, counted)
+    carried = to_ardupilot(asked, rotors, dialect, complete, None if present is None else present.values, counted)
     wanted = {name: {**carried, **beside}[name] for name in dialect.table if name in carried or name in beside}
     kept = [name for name, value in beside.items() if before.get(name) == value]
     written = parameters(dialect.table, wanted, single, target, before, kept)
@@ -111,11 +111,11 @@ def export(request: Request) -> Bundle:
     assumed = {name: complete[name] for name in (EXPO, dialect.names["az_p"]) if name not in beside}
     return Bundle(
         files={FILE: write_param(values, request.settings["separator"], about)},
-        rollback={FILE: _rollback(request, values, dialect, target, own)},
+        rollback={FILE: _rollback(request, values, dialect, target, present)},
         held=held_controller(asked, {**before, **complete, **values}, rotors, dialect, counted),
         differences=(
-            *said_of_others(own, {name: beside[name] for name in kept}, assumed),
-            *_differences(request.controller, {**complete, **values}, rotors, dialect, own),
+            *said_of_others(present, {name: beside[name] for name in kept}, assumed),
+            *_differences(request.controller, {**complete, **values}, rotors, dialect, present),
         ),
         target_version=target,
         parameters=written,
@@ -125,23 +125,23 @@ def export(request: Request) -> Bundle:
 
 def _aboard(request: Request, dialect: Dialect) -> Aboard | None:
     """Return what is on the vehicle, in the dialect of the export."""
-    own = aboard(request, "ardupilot", lambda file: _previous(file, dialect))
+    present = aboard(request, "ardupilot", lambda file: _previous(file, dialect))
     record = request.controller.vehicle
-    if own is None or request.previous is not None or record is None:
-        return own
+    if present is None or request.previous is not None or record is None:
+        return present
     recorded = DIALECTS[record.settings["firmware"]] if record.settings.get("firmware") in DIALECTS else dialect
-    return replace(own, values=translated(own.values, recorded, dialect))
+    return replace(present, values=translated(present.values, recorded, dialect))
 
 
-def _beside(request: Request, rotors: Actuation, dialect: Dialect, own: Aboard | None) -> Mapping[str, float]:
+def _beside(request: Request, rotors: Actuation, dialect: Dialect, present: Aboard | None) -> Mapping[str, float]:
     """Return what is written beside what our loops carry: as it is on the vehicle, or such that nothing else acts."""
     settings, vehicle = request.settings, request.controller.airframe.vehicle
     curve, asked = number(settings, "thrust_curve", 0.0, 1.0, "1"), settings["accel_gain"]
     share = 1.0 if asked == "vehicle" else number(settings, "accel_gain", 0.2, 5.0, "1")
-    if own is None or settings[OTHERS.name] != KEEP:
+    if present is None or settings[OTHERS.name] != KEEP:
         return switched_off(rotors, dialect, curve) | accel_share(vehicle, rotors, dialect, curve, share)
     carried = carried_names(dialect)
-    kept = {name: value for name, value in own.values.items() if name in dialect.table and name not in carried}
+    kept = {name: value for name, value in present.values.items() if name in dialect.table and name not in carried}
     if asked == "vehicle":
         return kept
     return kept | accel_share(vehicle, rotors, dialect, completed(kept, dialect)[EXPO], share)
@@ -159,15 +159,15 @@ def held_controller(
 
 
 def _rollback(
-    request: Request, values: Mapping[str, float], dialect: Dialect, target: str, own: Aboard | None
+    request: Request, values: Mapping[str, float], dialect: Dialect, target: str, present: Aboard | None
 ) -> bytes:  # fmt: skip
     """Return the file that restores the previous parameters; those that are not known are the defaults."""
-    before = {} if own is None else own.values
+    before = {} if present is None else present.values
     usual = defaults(dialect.table)
     missing = [name for name in values if name not in before]
-    source = f"the defaults of {target}: no previous parameter file was given" if own is None else own.origin
+    source = f"the defaults of {target}: no previous parameter file was given" if present is None else present.origin
     about = [*heading(request, parameter_comment)[:2], f"Rollback to {source}."]
-    if own is not None and missing:
+    if present is not None and missing:
         about.append(f"At the default of {target}, for that file lacks them: {', '.join(missing)}")
     back = {name: before.get(name, usual[name]) for name in values}
     return write_param(back, request.settings["separator"], about)
@@ -191,7 +191,7 @@ def _frame(rotors: Actuation) -> str:
 
 
 def _differences(
-    controller: Controller, values: Mapping[str, float], rotors: Actuation, dialect: Dialect, own: Aboard | None
+    controller: Controller, values: Mapping[str, float], rotors: Actuation, dialect: Dialect, present: Aboard | None
 ) -> tuple[str, ...]:
     vehicle = controller.airframe.vehicle
     accel = held_vertical(values, ardupilot_scales(vehicle, rotors, values[EXPO]), dialect).accel
@@ -218,7 +218,7 @@ def _differences(
         f"Thrust is linearised by MOT_THST_EXPO = {values[EXPO]:.4g} between MOT_SPIN_MIN and MOT_SPIN_MAX: "
         f"the largest thrust ({rotors.thrust_max:.4g} N of each rotor) is taken at MOT_SPIN_MAX, and none at MOT_SPIN_MIN.",
         "The battery's voltage scales the thrust unless MOT_BAT_VOLT_MAX and MOT_BAT_VOLT_MIN are set; ours is constant.",
-        *_older(controller, own),
+        *_older(controller, present),
     )
 
 
@@ -239,10 +239,10 @@ def _switched_off(values: Mapping[str, float], dialect: Dialect) -> tuple[str, .
     return tuple(sentences)
 
 
-def _older(controller: Controller, own: Aboard | None) -> tuple[str, ...]:
+def _older(controller: Controller, present: Aboard | None) -> tuple[str, ...]:
     """Return a sentence where the vehicle had a firmware that does not know these names."""
     record = controller.vehicle
-    if own is None or record is None or OLDER not in record.target_version:
+    if present is None or record is None or OLDER not in record.target_version:
         return ()
     return (
         f"The gains were imported from {record.target_version}: a vehicle that still has it ignores the names of this file "

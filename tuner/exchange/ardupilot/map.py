@@ -1,6 +1,6 @@
 """Our PID as the parameters of ArduPilot Copter's cascade, and back.
 
-Attitude and horizontal loops are P around PI, as in `pid_cascade`. The vertical loop is P around P around a PI on the measured
+Attitude and horizontal loops are P around PI, as in `autopilot.pid`. The vertical loop is P around P around a PI on the measured
 acceleration: with K the acceleration that an acceleration error gives [1] and Ki that of its integral [1/s],
 
     a = K (a_c - a) + Ki int (a_c - a),    a_c = p (q (r - z) - z')
@@ -83,13 +83,13 @@ def ardupilot_scales(vehicle: Vehicle, actuation: Actuation, model: float) -> Ar
     return ArdupilotScales(torque, vehicle.gravity / GRAVITY, 4.0 * slope / vehicle.mass, hover_share(actuation, model))
 
 
-def vertical_loops(gains: Gains, accel: float, own: Vertical | None = None) -> tuple[Vertical, ...]:
+def vertical_loops(gains: Gains, accel: float, present: Vertical | None = None) -> tuple[Vertical, ...]:
     """Return every form of the vertical loop with K = accel, fastest acceleration loop first; none where there is none.
 
-    own: the form on the vehicle; where it gives these gains it is the only one, otherwise the one nearest to it comes first.
+    present: the form on the vehicle; where it gives these gains it is the only one, otherwise the one nearest to it comes first.
     """
-    if own is not None and own.accel == accel and same_feedback(vertical_gains(own, gains.t_f), gains):
-        return (own,)
+    if present is not None and present.accel == accel and same_feedback(vertical_gains(present, gains.t_f), gains):
+        return (present,)
     if accel <= 0.0:
         return ()
     mass = 1.0 + accel
@@ -101,9 +101,9 @@ def vertical_loops(gains: Gains, accel: float, own: Vertical | None = None) -> t
         product = mass * gains.kp / accel + root * p
         if p > 0.0 and product >= 0.0:
             found.append(Vertical(accel, -root * accel, product / p, p))
-    if own is None or own.accel <= 0.0:
+    if present is None or present.accel <= 0.0:
         return tuple(found)
-    return tuple(sorted(found, key=lambda loop: abs(loop.accel_i / loop.accel - own.accel_i / own.accel)))
+    return tuple(sorted(found, key=lambda loop: abs(loop.accel_i / loop.accel - present.accel_i / present.accel)))
 
 
 def vertical_gains(loop: Vertical, t_f: float) -> Gains:
@@ -195,24 +195,24 @@ def to_ardupilot(
     actuation: Actuation,
     dialect: Dialect,
     beside: Mapping[str, float],
-    own: Mapping[str, float] | None = None,
+    present: Mapping[str, float] | None = None,
     counted: bool = False,
 ) -> dict[str, float]:
     """Return the parameters that our loops carry in ArduPilot's units, unrounded; PSC_ANGLE_MAX is missing where the vehicle's
     other limit is ours.
 
-    beside: complete, what they act with. own: what is on the vehicle. counted: gains on acceleration count as inertia.
+    beside: complete, what they act with. present: what is on the vehicle. counted: gains on acceleration count as inertia.
     Raises InputError where the gains have no such form.
     """
     vehicle = controller.airframe.vehicle
-    theirs = {} if own is None else ardupilot_loops(completed(own, dialect), vehicle, actuation, dialect)
+    theirs = {} if present is None else ardupilot_loops(completed(present, dialect), vehicle, actuation, dialect)
     heavier, values = factors(beside, vehicle, actuation, dialect, counted), dict[str, float]()
     for axis, unit in units(beside, vehicle, actuation).items():
         loop = rate_loop(weighted(axis_gains(controller, axis), heavier[axis]), axis, theirs.get(axis))
         values |= dict(zip(names(dialect)[axis], (loop.outer, loop.p / unit, loop.i / unit), strict=False))
-    values |= _vertical(controller, actuation, dialect, beside, own)
-    values[YAW_FILTER] = written_cutoff(controller, (own or {}).get(YAW_FILTER))
-    return values | _tilt(controller.options.tilt_limit, own, dialect)
+    values |= _vertical(controller, actuation, dialect, beside, present)
+    values[YAW_FILTER] = written_cutoff(controller, (present or {}).get(YAW_FILTER))
+    return values | _tilt(controller.options.tilt_limit, present, dialect)
 
 
 def _vertical(
@@ -220,14 +220,14 @@ def _vertical(
     actuation: Actuation,
     dialect: Dialect,
     beside: Mapping[str, float],
-    own: Mapping[str, float] | None,
+    present: Mapping[str, float] | None,
 ) -> dict[str, float]:
     """Return the vertical loop; of several forms the one nearest to the vehicle's, or that fits its ranges best."""
     vehicle = controller.airframe.vehicle
     scales = ardupilot_scales(vehicle, actuation, beside[EXPO])
     theirs = None
-    if own is not None:
-        before = completed(own, dialect)
+    if present is not None:
+        before = completed(present, dialect)
         theirs = held_vertical(before, ardupilot_scales(vehicle, actuation, before[EXPO]), dialect)
     scale = dialect.acceleration * scales.climb
     accel = scale * beside[dialect.names["az_p"]]
@@ -244,10 +244,10 @@ def _vertical(
     return candidates[0] if theirs else min(candidates, key=lambda found: misfit(dialect.table, found))
 
 
-def _tilt(limit: float, own: Mapping[str, float] | None, dialect: Dialect) -> dict[str, float]:
+def _tilt(limit: float, present: Mapping[str, float] | None, dialect: Dialect) -> dict[str, float]:
     """Return PSC_ANGLE_MAX [deg]: as it is on the vehicle where our limit [rad] is what we hold of the vehicle's."""
-    if own is not None and abs(held_tilt(tilt_limit(own, dialect)[0]) - limit) <= SAME * limit:
-        return {TILT: own[TILT]} if TILT in own else {}
+    if present is not None and abs(held_tilt(tilt_limit(present, dialect)[0]) - limit) <= SAME * limit:
+        return {TILT: present[TILT]} if TILT in present else {}
     return {TILT: degrees(limit)}
 
 

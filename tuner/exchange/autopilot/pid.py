@@ -38,13 +38,13 @@ class RateLoop:
         return self.p * self.outer / (self.p * self.outer + self.i)
 
 
-def rate_loop(gains: Gains, axis: str, own: RateLoop | None = None) -> RateLoop:
-    """Return the cascaded form; own: that of the vehicle, which stays where it gives these gains and else chooses the root.
+def rate_loop(gains: Gains, axis: str, present: RateLoop | None = None) -> RateLoop:
+    """Return the cascaded form; present: that of the vehicle, which stays where it gives these gains and else chooses the root.
 
     Raises InputError naming the axis where there is none (4 kd ki > kp^2 or kd = 0).
     """
-    if own is not None and same_feedback(parallel(own, gains.t_f), gains):
-        return own
+    if present is not None and same_feedback(parallel(present, gains.t_f), gains):
+        return present
     kp, ki, kd = gains.kp, gains.ki, gains.kd
     if kd <= 0.0:
         message = f"given {kd:g} 1/s; a target with a loop on the rate needs kd above 0: tune with kd as a gain"
@@ -59,7 +59,7 @@ def rate_loop(gains: Gains, axis: str, own: RateLoop | None = None) -> RateLoop:
         raise InputError(message, key=f"{axis}.ki")
     twice = kp + sqrt(max(square, 0.0))
     larger, smaller = twice / (2.0 * kd), 2.0 * ki / twice
-    if own is not None and abs(own.outer - smaller) < abs(own.outer - larger):
+    if present is not None and abs(present.outer - smaller) < abs(present.outer - larger):
         return RateLoop(smaller, kd, kd * larger)
     return RateLoop(larger, kd, kd * smaller)
 
@@ -156,10 +156,10 @@ def held_cutoff(cutoff: float) -> float:
     return min(max(cutoff, LEAST_CUTOFF), MOST_CUTOFF) if cutoff > 0.0 else 0.0
 
 
-def written_cutoff(controller: Controller, own: float | None) -> float:
+def written_cutoff(controller: Controller, present: float | None) -> float:
     """Return the low-pass on yaw torque for the vehicle [Hz]: its own where ours is what we hold of it."""
     cutoff = controller.options.yaw_torque_cutoff
-    return own if own is not None and abs(held_cutoff(own) - cutoff) <= SAME * cutoff else cutoff
+    return present if present is not None and abs(held_cutoff(present) - cutoff) <= SAME * cutoff else cutoff
 
 
 def weighted(gains: Gains, factor: float) -> Gains:

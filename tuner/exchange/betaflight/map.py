@@ -163,7 +163,7 @@ def loops(controller: Controller, actuation: Actuation, before: Mapping[str, flo
     """Return the cascaded form of the attitude axes; before: settings of the vehicle, or none.
 
     One feedback has two such forms, with angle gain and I over P in either place. Taken is the one with the larger angle gain,
-    or for a known vehicle the one nearer to its own: in roll and pitch by angle_p_gain, in yaw, which has none, by i_yaw.
+    or for a known vehicle the one nearer to its present: in roll and pitch by angle_p_gain, in yaw, which has none, by i_yaw.
     """
     forms: dict[str, RateLoop] = {}
     for axis, inertia, torque in zip(
@@ -173,10 +173,10 @@ def loops(controller: Controller, actuation: Actuation, before: Mapping[str, flo
         smaller = RateLoop(larger.i / larger.p, larger.p, larger.p * larger.outer)
         forms[axis] = larger
         if before and larger.i > 0.0:
-            own = before["i_yaw"] if axis == "yaw" else before["angle_p_gain"]
+            present = before["i_yaw"] if axis == "yaw" else before["angle_p_gain"]
             setting = _scales(axis, inertia, torque)[1]
             away = [
-                abs((setting * form.i if axis == "yaw" else LEVEL * form.outer) - own) for form in (larger, smaller)
+                abs((setting * form.i if axis == "yaw" else LEVEL * form.outer) - present) for form in (larger, smaller)
             ]
             forms[axis] = smaller if away[1] < away[0] else larger
     return forms

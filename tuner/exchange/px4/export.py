@@ -1,7 +1,7 @@
 """PX4: our PID as a parameter file of QGroundControl.
 
-Angle loop P around rate loop PI, position loop P around velocity loop PI: the form that `pid_cascade` gives our PID, with the
-same feedback. Rate gains are normalised by PX4's control allocation from the airframe's own rotors (`autopilot_scales`).
+Angle loop P around rate loop PI, position loop P around velocity loop PI: the form that `autopilot.pid` gives our PID, with the
+same feedback. Rate gains are normalised by PX4's control allocation from the airframe's own rotors (`autopilot.scales`).
 On a vehicle that is known (`aboard`) everything that our loops do not carry stays as it is; otherwise every parameter that acts
 in these loops is written, also where it only switches something off. PX4 1.16:
 src/lib/rate_control/rate_control.cpp, mc_att_control/AttitudeControl, mc_pos_control/PositionControl.
@@ -77,12 +77,12 @@ def export(request: Request) -> Bundle:
     check_horizontal(asked, NAME)
     curve = number(request.settings, "thrust_curve", 0.0, 1.0, "1")
     rotors = actuation(asked.airframe.vehicle, curve)
-    own = aboard(request, "px4", read_params)
-    before = {} if own is None else own.values
-    beside = _beside(request.settings, rotors, curve, own)
+    present = aboard(request, "px4", read_params)
+    before = {} if present is None else present.values
+    beside = _beside(request.settings, rotors, curve, present)
     complete = completed(beside, rotors)
     counted = request.settings["rate_derivative"] == "inertia"
-    carried = to_px4(asked, rotors, complete, None if own is None else own.values, counted)
+    carried = to_px4(asked, rotors, complete, None if present is None else present.values, counted)
     wanted = {name: {**carried, **beside}[name] for name in TABLE if name in carried or name in beside}
     kept = [name for name, value in beside.items() if before.get(name) == value]
     written = parameters(TABLE, wanted, single, NAME, before, kept)
@@ -96,10 +96,10 @@ def export(request: Request) -> Bundle:
     assumed = {name: complete[name] for name in SCALING if name not in beside}
     return Bundle(
         files={FILE: write_params(values, vehicle, about)},
-        rollback={FILE: _rollback(request, values, vehicle, own)},
+        rollback={FILE: _rollback(request, values, vehicle, present)},
         held=held_controller(asked, {**complete, **values}, rotors, counted),
         differences=(
-            *said_of_others(own, {name: beside[name] for name in kept}, assumed),
+            *said_of_others(present, {name: beside[name] for name in kept}, assumed),
             *_differences(request.controller, rotors, curve, complete, wanted),
         ),
         target_version=NAME,
@@ -109,14 +109,14 @@ def export(request: Request) -> Bundle:
 
 
 def _beside(
-    settings: Mapping[str, str], rotors: Actuation, curve: float, own: Aboard | None
+    settings: Mapping[str, str], rotors: Actuation, curve: float, present: Aboard | None
 ) -> Mapping[str, float]:  # fmt: skip
     """Return what is written beside what our loops carry: as it is on the vehicle, or such that nothing else acts."""
     choice = settings["thrust_model"]
     off = switched_off(rotors, 0.0 if choice == "local" else curve)
-    if own is None or settings[OTHERS.name] != KEEP:
+    if present is None or settings[OTHERS.name] != KEEP:
         return off
-    kept = {name: value for name, value in own.values.items() if name in TABLE and name not in CARRIED}
+    kept = {name: value for name, value in present.values.items() if name in TABLE and name not in CARRIED}
     return kept if choice == "vehicle" else kept | {name: off[name] for name in (MODEL, HOVER)}
 
 
@@ -136,14 +136,14 @@ def _vehicle(settings: Mapping[str, str]) -> int:
     return int(value)
 
 
-def _rollback(request: Request, values: Mapping[str, float], vehicle: int, own: Aboard | None) -> bytes:
+def _rollback(request: Request, values: Mapping[str, float], vehicle: int, present: Aboard | None) -> bytes:
     """Return the file that restores the previous parameters; those that are not known are PX4's defaults."""
-    before = {} if own is None else own.values
+    before = {} if present is None else present.values
     usual = defaults(TABLE)
     missing = [name for name in values if name not in before]
-    source = f"the defaults of {NAME}: no previous parameter file was given" if own is None else own.origin
+    source = f"the defaults of {NAME}: no previous parameter file was given" if present is None else present.origin
     about = [*heading(request, parameter_comment)[:2], f"Rollback to {source}."]
-    if own is not None and missing:
+    if present is not None and missing:
         about.append(f"At the default of {NAME}, for that file lacks them: {', '.join(missing)}")
     return write_params({name: before.get(name, usual[name]) for name in values}, vehicle, about)
 

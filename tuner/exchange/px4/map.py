@@ -172,14 +172,14 @@ def px4_loops(values: Mapping[str, float], vehicle: Vehicle, actuation: Actuatio
 
 
 def loops(
-    controller: Controller, own: Mapping[str, RateLoop], factor: Mapping[str, float] | None = None
+    controller: Controller, present: Mapping[str, RateLoop], factor: Mapping[str, float] | None = None
 ) -> dict[str, RateLoop]:
-    """Return the cascaded form of every axis, x for both horizontal ones; own: loops on the vehicle, {} if unknown; factor: see
+    """Return the cascaded form of every axis, x for both horizontal ones; present: loops on the vehicle or {}; factor: see
     `factors`.
     """
     heavier = factor or {}
     return {
-        axis: rate_loop(weighted(axis_gains(controller, axis), heavier.get(axis, 1.0)), axis, own.get(axis))
+        axis: rate_loop(weighted(axis_gains(controller, axis), heavier.get(axis, 1.0)), axis, present.get(axis))
         for axis in NAMES
     }
 
@@ -188,29 +188,29 @@ def to_px4(
     controller: Controller,
     actuation: Actuation,
     beside: Mapping[str, float],
-    own: Mapping[str, float] | None = None,
+    present: Mapping[str, float] | None = None,
     counted: bool = False,
 ) -> dict[str, float]:
     """Return the parameters of `CARRIED` in PX4's units, unrounded.
 
-    beside: complete, what they act with. own: what is on the vehicle. counted: gains on acceleration count as inertia.
+    beside: complete, what they act with. present: what is on the vehicle. counted: gains on acceleration count as inertia.
     """
     vehicle = controller.airframe.vehicle
-    theirs = {} if own is None else px4_loops(completed(own, actuation), vehicle, actuation)
+    theirs = {} if present is None else px4_loops(completed(present, actuation), vehicle, actuation)
     cascade = loops(controller, theirs, factors(beside, vehicle, actuation, counted))
     values: dict[str, float] = {}
     for axis, unit in units(beside, vehicle, actuation).items():
         loop = cascade[axis]
         values |= dict(zip(NAMES[axis], (loop.outer, loop.p / unit, loop.i / unit), strict=False))
-    aboard = own or {}
+    aboard = present or {}
     yaw = written_cutoff(controller, aboard.get(YAW_FILTER))
     return values | {TILT: _tilt(controller.options.tilt_limit, aboard.get(TILT)), YAW_FILTER: yaw}
 
 
-def _tilt(limit: float, own: float | None) -> float:
+def _tilt(limit: float, present: float | None) -> float:
     """Return the largest tilt [deg]; that of the vehicle where ours [rad] is what we hold of it."""
-    if own is not None and abs(held_tilt(radians(own)) - limit) <= SAME * limit:
-        return own
+    if present is not None and abs(held_tilt(radians(present)) - limit) <= SAME * limit:
+        return present
     return degrees(limit)
 
 
