@@ -39,7 +39,7 @@ STEPS = (
     step("plan", "plan tuning.toml"),
     step("plan contest", "plan contest.toml"),
     step("run", "run tuning.toml --out {out} --threads 2", "run"),
-    step("run infeasible", "run tuning.toml --out {out} --threads 2 --set constraint.1.most=0.001", "infeasible"),
+    step("run infeasible", "run tuning.toml --out {out} --threads 2 --set constraint.1.max=0.001", "infeasible"),
     step("run contest", "run contest.toml --out {out} --threads 2", "contest"),
     step("run inference", "run inference.toml --out {out} --threads 2", "inference"),
     step("show", "show run"),
