@@ -74,7 +74,7 @@ class MessageWatcher(Watcher):
 
     def on_message(self, text: str) -> None:
         """Print it."""
-        self._console.print(text, highlight=False, soft_wrap=True)
+        self._console.print(text, soft_wrap=True)
 
 
 class TerminalWatcher(MessageWatcher):
@@ -106,9 +106,9 @@ class TerminalWatcher(MessageWatcher):
 
     def on_start(self, study: Any, folder: Path, notes: Sequence[str]) -> None:
         """Print the title and what there is to say before."""
-        self._console.print(f"{study.title}  (seed {study.seed})", style="bold", highlight=False)
+        self._console.print(f"{study.title}  (seed {study.seed})", style="bold")
         for text in notes:
-            self._console.print(text, highlight=False)
+            self._console.print(text)
 
     def on_compile_start(self) -> None:
         """Announce the one-time compilation."""
@@ -118,11 +118,11 @@ class TerminalWatcher(MessageWatcher):
     def on_compile_end(self, seconds: float) -> None:
         """Say how long it took, to somebody who waited."""
         if self._live:
-            self._console.print(f"Compiled in {seconds:.1f} s; the next run starts at once.", highlight=False)
+            self._console.print(f"Compiled in {seconds:.1f} s; the next run starts at once.")
 
     def on_contender(self, name: str, number: int, total: int) -> None:
         """Say whose turn it is."""
-        self._console.print(f"Contender {number}/{total}: {name}", highlight=False)
+        self._console.print(f"Contender {number}/{total}: {name}")
 
     def on_stage(self, stage: str, flights: int) -> None:
         """Start the bar of a stage."""
@@ -164,7 +164,7 @@ class TerminalWatcher(MessageWatcher):
 
     def on_warning(self, text: str) -> None:
         """Print it."""
-        self._console.print(text, style="yellow", highlight=False)
+        self._console.print(text, style="yellow")
 
     def on_writing(self, part: str) -> None:
         """Say what is being written."""

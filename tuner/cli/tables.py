@@ -29,7 +29,7 @@ def wide_console() -> Console:
 def say_files(console: Console, **files: Path) -> None:
     """Print where files lie, a line each, which no width breaks."""
     for name, path in files.items():
-        console.print(f"{name}: {path}", highlight=False, markup=False, soft_wrap=True)
+        console.print(f"{name}: {path}", markup=False, soft_wrap=True)
 
 
 class Table(RichTable):
@@ -44,6 +44,12 @@ class Table(RichTable):
     ) -> None:
         super().__init__(title=title or None, box=box, show_header=show_header)
         self.keys = keys
+
+    def columns_of(self, *names: str, left: Sequence[str] = (), wrap: Sequence[str] = ()) -> "Table":
+        """Add columns, to the right and whole but for those named in left and wrap; return the table."""
+        for name in names:
+            self.add_column(name, justify="left" if name in left else "right", no_wrap=name not in wrap)
+        return self
 
     def __rich_console__(self, console: Console, options: rich_console.ConsoleOptions) -> rich_console.RenderResult:
         """Yield the title, then the table in the form that the width allows."""
@@ -129,5 +135,5 @@ def _widths(spans: Sequence[Measurement], room: int) -> list[int]:
 
 def _flat(console: Console, cell: rich_console.RenderableType) -> Text:
     """Return a cell in one line."""
-    text = cell.copy() if isinstance(cell, Text) else console.render_str(str(cell), highlight=False)
+    text = cell.copy() if isinstance(cell, Text) else console.render_str(str(cell))
     return Text(" ").join(line for line in text.split() if line.plain.strip())

@@ -1,6 +1,9 @@
-"""The console of all commands: rich's, with texts that stay texts; `tuner.text.inert_stream` does it for what is printed."""
+"""The console of all commands: rich's, with texts that stay texts; `tuner.text.inert_stream` does it for what is printed.
 
-from collections.abc import Iterable
+Numbers follow the rules of `tuner.text.numbers`, in letters that can be copied into a file.
+"""
+
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 from rich import console
@@ -8,13 +11,16 @@ from rich.segment import Segment
 from rich.text import Text
 
 from plant.texts import inert
+from tuner.text import numbers
+
+PLAIN = str.maketrans({"−": "-", "\u202f": ","})
 
 
 class Console(console.Console):
     """A console whose texts are texts: no markup, no emoji codes, nothing that steers the terminal."""
 
     def __init__(self, **options: Any) -> None:
-        super().__init__(markup=False, emoji=False, **options)
+        super().__init__(markup=False, emoji=False, highlight=False, **options)
 
     def render_str(self, text: str, **options: Any) -> Text:
         """Return a text ready to be laid out; see `Console.render_str`."""
@@ -26,3 +32,34 @@ class Console(console.Console):
         """Yield what is written; rich's own control codes are left as they are."""
         for segment in super().render(renderable, options):
             yield segment if segment.control else Segment(inert(segment.text), segment.style)
+
+    def warn(self, texts: Iterable[str]) -> None:
+        """Print warnings, a line each."""
+        for text in texts:
+            self.print(f"Warning: {text}", style="yellow")
+
+    def bullets(self, texts: Iterable[str]) -> None:
+        """Print sentences as a list."""
+        for text in texts:
+            self.print(f"- {text}")
+
+
+def digits(value: float, width: float) -> str:
+    """Return a number with as many digits as the width of its interval, or a companion of that size, gives sense to."""
+    return numbers.beside(value, width).translate(PLAIN)
+
+
+def estimate(entry: Mapping[str, Any], signed: bool = False) -> str:
+    """Return the value over its interval, or alone where it has none; signed: with a plus on positive values."""
+    if entry["value"] is None:
+        return "unbounded"
+    if entry["low"] is None or entry["high"] is None:
+        return f"{entry['value']:{'+' if signed and entry['value'] > 0.0 else ''}.4g}"
+    value, interval = numbers.estimate(entry["value"], entry["low"], entry["high"])
+    sign = "+" if signed and entry["value"] > 0.0 else ""
+    return f"{sign}{value}\n{interval}".translate(PLAIN)
+
+
+def difference(entry: Mapping[str, Any]) -> str:
+    """Return a difference over its interval, with its sign."""
+    return estimate(entry, signed=True)

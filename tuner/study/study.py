@@ -19,6 +19,7 @@ from plant.nominal import ControlOptions
 from plant.references import ReferenceSpec
 from plant.scenarios import ScenarioSpec
 from tuner.study.schema import StudyTable
+from tuner.text.markup import element, table
 
 if TYPE_CHECKING:
     from tuner.gains import VehicleRecord
@@ -142,6 +143,19 @@ class Study:
         """Return a hash of everything that decides the result; titles, sources and paths do not."""
         text = json.dumps(self.comparable(), sort_keys=True, allow_nan=False)
         return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
+
+    def _repr_html_(self) -> str:
+        cascade = self.system.cascade
+        rows = (
+            ("airframe", self.airframe.name),
+            ("laws", f"{cascade.position.name} (position), {cascade.attitude.name} (attitude)"),
+            ("searched", ", ".join(variable.name for variable in self.space.variables)),
+            ("scenarios", ", ".join(entry.spec.name for entry in self.scenarios)),
+            ("objectives", ", ".join(entry.label for entry in self.objectives)),
+            ("limits", ", ".join([entry.objective.label for entry in self.constraints] + [e.label for e in self.requirements])),
+            ("search", f"{self.search.algorithm}, {self.search.generations} generations of {self.search.population}"),
+        )  # fmt: skip
+        return element("div", element("strong", self.title), table(("", f"seed {self.seed}"), rows))
 
     def _values(self) -> dict[str, Any]:
         given = self.table.model_dump(mode="json", by_alias=True)

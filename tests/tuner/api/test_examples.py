@@ -87,3 +87,25 @@ def test_files_of_the_interface_are_where_the_names_say():
     for line in Path(tuner.__file__).read_text(encoding="utf-8").split("__all__")[0].splitlines():
         if "import" in line and line.startswith("    from "):
             assert line.split()[1] in tuner._HOMES
+
+
+def test_what_a_notebook_shows_is_text_that_may_be_a_strangers():
+    study = tuner.load_study("quickstart", {**SMALL, "title": "<script>x</script>"})
+    page = study._repr_html_()
+    assert "&lt;script&gt;x" in page and "<script>" not in page and "hummingbird" in page
+    assert "<td" in tuner.default_gains("pid")._repr_html_()
+
+
+def test_a_study_of_tables_runs_like_one_of_a_file_and_leaves_its_text(tmp_path, monkeypatch):
+    monkeypatch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
+    study = small_study()
+    made = tuner.make_study(study.content, "quickstart", tmp_path)
+    assert made.digest() == study.digest()
+    results = tuner.run(made, tmp_path / "made", threads=2)
+    assert (tmp_path / "made" / "study.toml").read_text() == made.given
+    assert tuner.verify(tmp_path / "made", sample=1).identical
+    assert results.gains().document["gains"] == results.nearest.document["gains"]
+    with pytest.raises(tuner.InputError, match="this is a contest"):
+        tuner.make_study({**study.content, "contender": []})
+    with pytest.raises(tuner.UnknownNameError, match="unknown point 'p9999'"):
+        results.gains("p9999")

@@ -3,6 +3,7 @@
 import ast
 import json
 from pathlib import Path
+from typing import Any
 
 import tuner.report
 from tests.tuner.conftest import NoDrawing
@@ -18,7 +19,7 @@ def test_it_is_stored_without_outputs():
     assert all(cell["outputs"] == [] and cell["execution_count"] is None for cell in code_cells())
 
 
-def run(source, names):
+def run(source, names) -> Any:
     """Run a cell and return the value of its last expression, as a notebook shows it."""
     tree = ast.parse(source)
     last = tree.body.pop() if isinstance(tree.body[-1], ast.Expr) else None
@@ -29,7 +30,7 @@ def run(source, names):
 def test_every_cell_runs_and_what_it_shows_is_html(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     monkeypatch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
-    names = {"__name__": "notebook"}
+    names: dict[str, Any] = {"__name__": "notebook"}
     shown = [run("".join(cell["source"]), names) for cell in code_cells()]
     pages = [value._repr_html_() for value in shown if hasattr(value, "_repr_html_")]
     assert len(pages) >= 6 and all("<table" in page for page in pages if page)

@@ -5,7 +5,6 @@ import re
 from pathlib import Path
 
 import pytest
-from rich.console import Console
 from rich.text import Text
 
 from tests.tuner.conftest import QUICKSTART
@@ -18,6 +17,7 @@ from tuner.api.catalogue import LISTINGS
 from tuner.cli.app import GROUPS
 from tuner.cli.printers.tuning import comparison_table, gains_table
 from tuner.cli.tables import PIPE_WIDTH, Table
+from tuner.cli.terminal import Console
 
 ROOT = Path(__file__).parents[3]
 WIDTHS = (60, 80, 200)

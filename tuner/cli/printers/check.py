@@ -3,9 +3,8 @@
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
-from tuner.cli.numbers import digits
 from tuner.cli.tables import Table, wide_console
-from tuner.cli.terminal import Console
+from tuner.cli.terminal import Console, digits
 from tuner.gains.sections import VERSIONS
 from tuner.text.units import in_shown_units
 
@@ -75,16 +74,12 @@ def show_study(figures: Row, console: Console) -> None:
         table.add_row("trim", trim_text(row))
     console.print(table)
     for text in figures["told"]:
-        console.print(text, **PLAIN)
+        console.print(text)
     if figures["default"]:
         console.print(default_table(figures["default"]))
     for text in figures["problems"]:
-        console.print(f"Problem: {text}", style="red", **PLAIN)
-    for text in figures["warnings"]:
-        console.print(f"Warning: {text}", style="yellow", **PLAIN)
-
-
-PLAIN: Row = {"highlight": False}
+        console.print(f"Problem: {text}", style="red")
+    console.warn(figures["warnings"])
 
 
 def vehicle_text(row: Row) -> str:
@@ -140,7 +135,7 @@ def print_judgement(judgement: "Judgement", console: Console) -> None:
     for row in map(in_shown_units, document["rows"]):
         table.add_row(*cells(row), style=STYLES.get(row["verdict"]))
     console.print(table)
-    console.print(said(document), highlight=False)
+    console.print(said(document))
 
 
 def cells(row: Row) -> list[str]:

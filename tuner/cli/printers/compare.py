@@ -5,10 +5,9 @@ from typing import TYPE_CHECKING, Any
 
 from rich.text import Text
 
-from tuner.cli.numbers import difference, estimate
 from tuner.cli.printers.tuning import print_ending
 from tuner.cli.tables import Table, say_files
-from tuner.cli.terminal import Console
+from tuner.cli.terminal import Console, difference, estimate
 
 if TYPE_CHECKING:
     from tuner.api.results import ComparisonResults
@@ -26,22 +25,19 @@ def print_compared(results: "ComparisonResults", console: Console) -> None:
 def print_comparison(found: Row, console: Console) -> None:
     """Print a table for each quantity, the sentences and the warnings of a comparison.json."""
     flights = sum(entry["flights"] for entry in found["compared_on"])
-    console.print(f"{found['title']}  (seed {found['seed']})", style="bold", highlight=False)
+    console.print(f"{found['title']}  (seed {found['seed']})", style="bold")
     print_ending(found, console)
     console.print(
         f"Each flew the same {flights:,} flights; 95 % intervals; behind each value its difference to {found['first']}, "
         "paired flight by flight.",
-        highlight=False,
     )  # fmt: skip
     for quantity, rows in blocks(found):
-        console.print(f"\n{heading(quantity)}", style="bold", highlight=False)
+        console.print(f"\n{heading(quantity)}", style="bold")
         console.print(block_table(rows, console.width))
     console.print()
-    for text in found["words"]:
-        console.print(f"- {text}", highlight=False)
-    for warning in found["warnings"]:
-        console.print(f"Warning: {warning}", style="yellow", highlight=False)
-    console.print(f"{found['flights']:,} flights in {found['wall_seconds']:.1f} s.", highlight=False)
+    console.bullets(found["words"])
+    console.warn(found["warnings"])
+    console.print(f"{found['flights']:,} flights in {found['wall_seconds']:.1f} s.")
 
 
 def blocks(found: Row) -> Iterator[tuple[Row, list[list[str]]]]:

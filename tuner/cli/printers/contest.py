@@ -3,10 +3,9 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from tuner.cli.numbers import digits, estimate
 from tuner.cli.printers.tuning import print_ending
 from tuner.cli.tables import Table, say_files
-from tuner.cli.terminal import Console
+from tuner.cli.terminal import Console, digits, estimate
 from tuner.experiments.contest.words import flights_of
 
 if TYPE_CHECKING:
@@ -24,12 +23,10 @@ def print_found(found: dict[str, Any], folder: Path, console: Console) -> None:
     console.print(estimates_table(found))
     if found["published"]:
         console.print(published_table(found))
-    for text in found["words"]:
-        console.print(f"- {text}", highlight=False)
-    for warning in found["warnings"]:
-        console.print(f"Warning: {warning}", style="yellow", highlight=False)
+    console.bullets(found["words"])
+    console.warn(found["warnings"])
     page = folder / "report.html"
-    console.print(f"{found['flights']:,} flights in {found['wall_seconds']:.1f} s.", highlight=False)
+    console.print(f"{found['flights']:,} flights in {found['wall_seconds']:.1f} s.")
     say_files(console, **({"Report": page} if page.exists() else {"Results": folder}))
 
 

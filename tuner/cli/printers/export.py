@@ -26,7 +26,7 @@ def print_export(made: "Exported", _: Console) -> None:
     laws = f"{document['laws']['position']} / {document['laws']['attitude']}"
 
     def say(text: str) -> None:
-        console.print(text, highlight=False, soft_wrap=not console.is_terminal)
+        console.print(text, soft_wrap=not console.is_terminal)
 
     say(f"{document['target_version']}: {laws} for {made.made.airframe}")
     if document["experimental"]:
@@ -101,8 +101,7 @@ def changes_table(verification: Row) -> Table:
     flights, scenario = verification["flights"], verification["scenario"]
     title = f"As tuned, and as the target holds it; metrics over {flights} flights, {scenario}"
     table = Table(title, keys=1)
-    for name in ("", "unit", "limit", "tuned", "held"):
-        table.add_column(name, justify="left" if name in ("", "unit") else "right", no_wrap=True)
+    table.columns_of("", "unit", "limit", "tuned", "held", left=["", "unit"])
     for row in map(in_shown_units, changed_margins(verification)):
         sign = ">=" if row["sense"] == "least" else "<="
         table.add_row(row["label"], row["unit"], f"{sign} {row['limit']:g}", _shown(row["asked"]), _shown(row["held"]))
@@ -165,13 +164,12 @@ def print_import(imported: "Imported", _: Console) -> None:
     console = Console(soft_wrap=not sys.stdout.isatty())
     controller, out = imported.gains.controller, imported.gains.path
     for gain in gain_addresses(controller.cascade):
-        console.print(f"{gain.address:>12} {controller.gains[gain.column]:10.5g} {gain.unit}", highlight=False)
-    for note in imported.notes:
-        console.print(f"- {note}", highlight=False)
+        console.print(f"{gain.address:>12} {controller.gains[gain.column]:10.5g} {gain.unit}")
+    console.bullets(imported.notes)
     if out is None:
         return
     say_files(console, Wrote=out)
-    console.print(f'In a study: [controller] default = "{out.name}"', highlight=False)
+    console.print(f'In a study: [controller] default = "{out.name}"')
     if controller.vehicle is not None:
         back = f"tuner export results/STUDY/gains.json --to {imported.source} --previous {imported.parameters}"
-        console.print(f"What a study then changes on the vehicle: {back}", highlight=False, soft_wrap=True)
+        console.print(f"What a study then changes on the vehicle: {back}", soft_wrap=True)

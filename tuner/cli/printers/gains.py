@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from tuner.analysis.responses import SIGNALS, UNITS
-from tuner.cli.numbers import digits
 from tuner.cli.tables import Table
-from tuner.cli.terminal import Console
+from tuner.cli.terminal import Console, digits
 from tuner.study.processor_cost.table import CONTROL_PERIOD
 
 if TYPE_CHECKING:
@@ -33,8 +32,7 @@ def metrics_table(flown: "Flights") -> Table:
     sortie, seeds = flown.sortie, flown.count
     laws = f"{sortie.system.cascade.position.name} / {sortie.system.cascade.attitude.name}"
     table = Table(f"{laws}: {sortie.spec.name}, {seeds} flights of {sortie.spec.duration:g} s", keys=2)
-    for name in ("metric", "unit", "mean +- 95 %", "median", "95 % of them", "worst"):
-        table.add_column(name, justify="left" if name in ("metric", "unit") else "right", no_wrap=True)
+    table.columns_of("metric", "unit", "mean +- 95 %", "median", "95 % of them", "worst", left=["metric", "unit"])
     for row in flown.metrics:
         scale = row["high"] - row["low"] or row["mean"]
         half = 0.5 * (row["high"] - row["low"])
@@ -63,9 +61,7 @@ def print_theory(theory: "Theory", console: Console) -> None:
     """Print the rows as a table, or say that theory has nothing to say."""
     rows, told = theory.document["theorems"], theory.document
     if not rows:
-        console.print(
-            "No theorem speaks of these laws; `tuner list theorems` shows which it speaks of.", highlight=False
-        )
+        console.print("No theorem speaks of these laws; `tuner list theorems` shows which it speaks of.")
         return
     scenarios = ", ".join(told["scenarios"])
     origin = f"measured in {scenarios}: {100.0 * told['level']:g} % quantile over {theory.control_period:g} s"
@@ -79,7 +75,7 @@ def print_theory(theory: "Theory", console: Console) -> None:
         table.add_row(row["axis"], row["theorem"], value, rate, words[row["holds"]])
     console.print(table)
     for row in {row["theorem"]: row for row in rows}.values():
-        console.print(f"{row['theorem']}: {row['quantity']}. Assumes {row['assumes']}.", highlight=False)
+        console.print(f"{row['theorem']}: {row['quantity']}. Assumes {row['assumes']}.")
 
 
 def print_costs(cost: "Cost", console: Console) -> None:
@@ -106,8 +102,8 @@ def print_costs(cost: "Cost", console: Console) -> None:
             *[str(row[f"{what}_bytes"]) for what in ("text", "state", "stack")],
         )  # fmt: skip
     console.print(table)
-    console.print(f"Counted: {cost.document['meaning']}.", highlight=False)
-    console.print(f"Tools: {tool(rows[0])}; {origin(rows[0])}", highlight=False)
+    console.print(f"Counted: {cost.document['meaning']}.")
+    console.print(f"Tools: {tool(rows[0])}; {origin(rows[0])}")
 
 
 def tool(row: Row) -> str:

@@ -14,7 +14,7 @@ def print_inference(results: "InferenceResults", console: Console) -> None:
     """Print what an inference found."""
     document = results.document
     print_tables(document, console)
-    console.print(f"{document['flights']:,} flights in {document['wall_seconds']:.1f} s.", highlight=False)
+    console.print(f"{document['flights']:,} flights in {document['wall_seconds']:.1f} s.")
     say_files(console, Figure=results.home / "figures" / "inference.png", Study=results.home / "inferred.toml")
 
 
@@ -22,8 +22,7 @@ def print_tables(document: dict[str, Any], console: Console) -> None:
     """Print cells, unknowns and what they say."""
     console.print(cells_table(document))
     console.print(unknowns_table(document))
-    for sentence in document["words"]:
-        console.print(f"- {sentence}", highlight=False)
+    console.bullets(document["words"])
 
 
 VERDICTS = (("yes", "inside"), ("near by", "consistent"), ("elsewhere", "reproducible"), ("never", "published"))

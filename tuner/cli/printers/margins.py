@@ -31,7 +31,6 @@ def print_margins(margins: "Margins", console: Console) -> None:
             f"All plant inputs at once: disk margin {whole['value']:.2f}, so every gain may change by a factor of "
             f"{shown(bound['low'], 2)} to {shown(bound['high'], 2)} or every phase by "
             f"{degrees(bound['phase']['value']):.0f} deg, all together.",
-            highlight=False,
         )  # fmt: skip
     if from_study:
         console.print(requirements_table(document["requirements"]))
@@ -48,9 +47,7 @@ def margins_table(document: Row, from_study: bool) -> Table:
     where = "" if trim["position_held"] else ", attitude mode"
     title = f"{laws['position']} / {laws['attitude']} on {document['airframe']}{where}, in the worst amplitude"
     table = Table(title, keys=1)
-    table.add_column("", no_wrap=True)
-    for channel in document["channels"]:
-        table.add_column(channel["channel"], justify="right", no_wrap=True)
+    table.columns_of("", *[channel["channel"] for channel in document["channels"]], left=[""])
     limits = {} if from_study else {limit.quantity: limit.text for limit in LIMITS}
     if limits:
         table.add_column("limit", no_wrap=True)
@@ -144,7 +141,7 @@ def print_extents(console: Console, document: Row) -> None:
             text = f"not {what} even as assumed"
         else:
             text = f"{what} from {low or 'less than a quarter'} to {high or 'more than 4 times'} of what is assumed"
-        console.print(f"{row['factor'].capitalize()} alone: {text}.", highlight=False)
+        console.print(f"{row['factor'].capitalize()} alone: {text}.")
 
 
 def print_certificates(console: Console, document: Row) -> None:
@@ -153,7 +150,7 @@ def print_certificates(console: Console, document: Row) -> None:
         return
     rows = document["certificates"]
     if not rows:
-        console.print("No certificate speaks of these laws.", highlight=False)
+        console.print("No certificate speaks of these laws.")
         return
     table = Table("Proved by matrix inequalities")
     for name in ("axis", "certificate", "value", "what"):
@@ -173,19 +170,18 @@ def print_verdict(console: Console, document: Row) -> None:
     said = {(row["channel"], row["quantity"]) for row in open_ones if row["hard"] and row["channel"]}
     missed = [r["label"] for r in open_ones if not r["hard"] and (r["channel"], r["quantity"]) not in said]
     if broken:
-        console.print(f"BROKEN (!): {', '.join(broken)}", style="red", highlight=False)
+        console.print(f"BROKEN (!): {', '.join(broken)}", style="red")
     else:
-        console.print("All limits are kept.", highlight=False)
+        console.print("All limits are kept.")
     if missed:
-        console.print(f"Missed (~): {', '.join(missed)}", style="yellow", highlight=False)
+        console.print(f"Missed (~): {', '.join(missed)}", style="yellow")
 
 
 def print_design(design: "Design", console: Console) -> None:
     """Print gains and margins of default and design."""
     console.print(gains_table(design))
     console.print(both_margins(design.margins))
-    for warning in design.warnings:
-        console.print(f"Warning: {warning}", style="yellow", highlight=False)
+    console.warn(design.warnings)
     if design.gains.path is not None:
         say_files(console, Gains=design.gains.path)
 
@@ -193,9 +189,7 @@ def print_design(design: "Design", console: Console) -> None:
 def gains_table(design: "Design") -> Table:
     """Return the gains of default and design, axis by axis."""
     table = Table("Gains")
-    table.add_column("gain", no_wrap=True)
-    for name in ("default", "design"):
-        table.add_column(name, justify="right", no_wrap=True)
+    table.columns_of("gain", "default", "design", left=["gain"])
     table.add_column("unit", no_wrap=True)
     for name, row in design.table.iterrows():
         table.add_row(str(name), f"{row['default']:.4g}", f"{row['design']:.4g}", str(row["unit"]))
@@ -207,9 +201,7 @@ def both_margins(margins: dict[str, Row]) -> Table:
     default, design = margins["default"], margins["design"]
     table = Table("Margins: default, then design", keys=2)
     table.add_column("", no_wrap=True)
-    table.add_column("", no_wrap=True)
-    for channel in default["channels"]:
-        table.add_column(channel["channel"], justify="right", no_wrap=True)
+    table.columns_of("", *[channel["channel"] for channel in default["channels"]], left=[""])
     marks = {name: marks_of(document["requirements"]) for name, document in margins.items()}
     for name in REPORTED:
         for who, document in (("default", default), ("design", design)):

@@ -4,9 +4,8 @@ from typing import TYPE_CHECKING, Any
 
 from tuner.analysis.sensitivity.document import FAILURE, outputs
 from tuner.analysis.sensitivity.scales import RANK
-from tuner.cli.numbers import digits
 from tuner.cli.tables import Table
-from tuner.cli.terminal import Console
+from tuner.cli.terminal import Console, digits
 
 if TYPE_CHECKING:
     from tuner.api.planning import Plan, Sensitivity
@@ -27,7 +26,7 @@ def print_plan(plan: "Plan", console: Console) -> None:
 def show_contest(document: Row, console: Console) -> None:
     """Print the plan of a contest: each run, the comparison, and all of it."""
     for name, run in document["runs"].items():
-        console.print(f"\n{name}", style="bold", highlight=False)
+        console.print(f"\n{name}", style="bold")
         show(run, console)
     compared, total = document["comparison"], document["total"]
     table = plain_table("The contest takes at most")
@@ -50,12 +49,10 @@ def show(document: Row, console: Console) -> None:
     console.print(
         f"Pilot: {pilot['candidates']} candidates, {pilot['flights']:,} flights in {pilot['seconds']:.1f} s on "
         f"{document['threads']} threads; {pilot['worth_flying_percent']:.0f} % of the ranges are worth a flight.",
-        highlight=False,
     )
     console.print(cost_table(document))
     console.print(precision_table(document))
-    for warning in document["warnings"]:
-        console.print(f"Warning: {warning}", style="yellow", highlight=False)
+    console.warn(document["warnings"])
 
 
 def cost_table(document: Row) -> Table:
@@ -97,9 +94,7 @@ def precision_table(document: Row) -> Table:
     """Return the expected intervals of the default's objectives and what a difference takes."""
     title = f"Widths of 95 % intervals, and held-out scenarios that tell {document['difference_percent']:g} % of the default"
     table = Table(title, keys=1)
-    table.add_column("objective", no_wrap=True)
-    for heading in ("default", "search", "held out", "needed"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    table.columns_of("objective", "default", "search", "held out", "needed", left=["objective"])
     for row in document["objectives"]:
         unit = "" if row["unit"] == "1" else f" {row['unit']}"
         value = digits(row["default"], row["width"]["held_out"] or row["default"])
@@ -127,8 +122,8 @@ def print_sensitivity(found: "Sensitivity", console: Console) -> None:
     document = found.document
     console.print(variance_table_of(document["variance"]))
     for note in document["notes"]:
-        console.print(f"Note: {note}", style="yellow", highlight=False)
-    console.print(f"{document['flights']:,} flights in {document['seconds']:.1f} s.", highlight=False)
+        console.print(f"Note: {note}", style="yellow")
+    console.print(f"{document['flights']:,} flights in {document['seconds']:.1f} s.")
     if found.folder is not None:
         print(f"Tables and chart: {found.folder}")
 

@@ -8,13 +8,12 @@ from rich.text import Text
 
 from plant.errors import StoreError
 from tuner.api.frames import json_text
-from tuner.cli.numbers import difference, digits, estimate
 from tuner.cli.printers.compare import block_table, print_comparison
 from tuner.cli.printers.contest import print_found
 from tuner.cli.printers.inference import print_tables
 from tuner.cli.printers.tuning import print_ending
 from tuner.cli.tables import Table, say_files
-from tuner.cli.terminal import Console
+from tuner.cli.terminal import Console, difference, digits, estimate
 from tuner.documents.files import Node
 from tuner.experiments.registry import folder_kind
 from tuner.report.terminal.tuning import tuning_story
@@ -135,15 +134,14 @@ def tell_tuning(story: Row, results: "Results", console: Console) -> None:
     say(console, asked_text(story["asked"]))
     section(console, *found_text(story))
     for row in map(in_shown_units, story["table"]):
-        console.print(f"\n{heading(row)}", style="bold", highlight=False)
+        console.print(f"\n{heading(row)}", style="bold")
         console.print(block_table(default_and_tuned(row, story["shown_as"]), console.width))
     section(console, f"Gains (D default, @ {story['shown_as']}, within the range searched)", [])
     console.print(gains_table(story["gains"], console.width, story["shown_as"]))
     section(console, "Trade-off on held-out flights", [])
     tell_front(story, results, console)
     section(console, "How far to trust it", trust_texts(story))
-    for text in story["warnings"]:
-        console.print(f"Warning: {text}", style="yellow", highlight=False)
+    console.warn(story["warnings"])
     for text in story["remarks"]:
         say(console, text)
     section(console, "What to fly" if story["feasible"] else "What to look at; nothing to fly", story["commands"])
@@ -158,19 +156,19 @@ def found_text(story: Row) -> tuple[str, list[str]]:
 
 def head(console: Console, title: str) -> None:
     """Print the title."""
-    console.print(title, style="bold", highlight=False)
+    console.print(title, style="bold")
 
 
 def say(console: Console, text: str) -> None:
     """Print a line as it is."""
-    console.print(text, highlight=False)
+    console.print(text)
 
 
 def section(console: Console, name: str, lines: list[str]) -> None:
     """Print a heading and lines below it."""
-    console.print(f"\n{name}", style="bold underline", highlight=False)
+    console.print(f"\n{name}", style="bold underline")
     for line in lines:
-        console.print(line, highlight=False, soft_wrap=line.startswith("tuner "))
+        console.print(line, soft_wrap=line.startswith("tuner "))
 
 
 def asked_text(asked: Row) -> str:
@@ -203,9 +201,7 @@ def gains_table(gains: list[Row], width: int, shown_as: str) -> Table:
     from tuner.report.terminal.scatter import place_bar
 
     table = Table(box=None)
-    table.add_column("gain", no_wrap=True)
-    for name in ("default", shown_as):
-        table.add_column(name, justify="right", no_wrap=True)
+    table.columns_of("gain", "default", shown_as, left=["gain"])
     table.add_column("unit")
     # The bar is longer than the ends of the range where there is room, else it goes.
     wide = width >= 72
@@ -224,7 +220,7 @@ def tell_front(story: Row, results: "Results", console: Console) -> None:
         from tuner.report.terminal.front_plot import front_lines
 
         for line in front_lines(results, min(console.width, PLOT_WIDTH), PLOT_HEIGHT):
-            console.print(line, highlight=False, no_wrap=True, overflow="crop")
+            console.print(line, no_wrap=True, overflow="crop")
         return
     console.print(front_table(story["front"], [entry.label for entry in results.objectives]))
 

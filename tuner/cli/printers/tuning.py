@@ -2,9 +2,8 @@
 
 from typing import TYPE_CHECKING, Any
 
-from tuner.cli.numbers import estimate
 from tuner.cli.tables import Table, say_files
-from tuner.cli.terminal import Console
+from tuner.cli.terminal import Console, estimate
 from tuner.documents.ending import gains_name, shown_as
 from tuner.text.units import in_shown_units
 
@@ -15,7 +14,7 @@ if TYPE_CHECKING:
 
 def print_verdict(verdict: "Verdict", console: Console) -> None:
     """Print whether a run is what this machine computes."""
-    console.print(verdict.words, highlight=False, soft_wrap=True)
+    console.print(verdict.words, soft_wrap=True)
 
 
 def print_tuning(results: "TuningResults", console: Console) -> None:
@@ -25,27 +24,24 @@ def print_tuning(results: "TuningResults", console: Console) -> None:
     console.print(gains_table(summary))
     console.print(comparison_table(summary))
     if results.feasible:
-        console.print(f"Recommended: {summary['tuned']}: {summary['pick']['why']}.", highlight=False)
-    for warning in summary["warnings"]:
-        console.print(f"Warning: {warning}", style="yellow", highlight=False)
+        console.print(f"Recommended: {summary['tuned']}: {summary['pick']['why']}.")
+    console.warn(summary["warnings"])
     for text in summary["remarks"]:
-        console.print(text, highlight=False)
+        console.print(text)
     screened = summary["screened"]
     if any(row["kind"] == "requirement" for row in summary["table"]):
         console.print(
             f"Not worth a flight, for they break a hard requirement: {screened['candidates']:,} candidates; "
             f"{screened['flights']:,} flights saved.",
-            highlight=False,
         )
     raced = summary["raced"]
     if raced["candidates"]:
         console.print(
             f"Races that ended early: {raced['candidates']:,} candidates; {raced['flights']:,} flights saved.",
-            highlight=False,
         )
     made, flights = results.flights_made, summary["flights"]
     now = "" if made in (None, flights) else f" ({made:,} flights flown now, the others were there)"
-    console.print(f"{flights:,} flights{now} in {summary['wall_seconds']:.1f} s.", highlight=False)
+    console.print(f"{flights:,} flights{now} in {summary['wall_seconds']:.1f} s.")
     files = {"Gains" if results.feasible else "Gains (infeasible)": results.home / gains_name(results.feasible)}
     say_files(console, Report=results.home / "report.html", **files)
 
@@ -53,7 +49,7 @@ def print_tuning(results: "TuningResults", console: Console) -> None:
 def print_ending(found: dict[str, Any], console: Console) -> None:
     """Print what a run or contest that found nothing feasible has to say before all else; nothing for any other."""
     for i, text in enumerate(found.get("ending", [])):
-        console.print(text, style="bold red" if i == 0 else "red", highlight=False)
+        console.print(text, style="bold red" if i == 0 else "red")
 
 
 def comparison_table(summary: dict[str, Any]) -> Table:
