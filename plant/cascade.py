@@ -120,6 +120,71 @@ class Cascade:
     step: Callable[..., Any]
 
 
+def position_loops(law_step: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the step of the position loops for the step of their law."""
+
+    def channel(
+        memory: Any, constants: Any, nominal: Nominal, setpoint: Setpoint, value: float, rate: float, effect: float,
+        excess: float, h: float,
+    ) -> tuple[float, Any]:  # fmt: skip
+        unit = Channel(1.0, nominal.position_observer)
+        return law_step(memory, constants, unit, setpoint, Measured(value, rate), Applied(effect, excess), h)
+
+    def step(
+        memory: Any, constants: Any, nominal: Nominal, reference: Reference, m: Measurement, felt: Vec3, h: float
+    ) -> tuple[Vec3, Any, Any, Any]:
+        # In attitude mode x and y are asked for nothing.
+        tracked = reference.hold > 0.5
+        over = memory.actuators.acceleration_excess
+        goal, speed, push = reference.position, reference.velocity, reference.acceleration
+        place, moving = m.position, m.velocity
+        to_x = Setpoint(select(tracked, goal.x, place.x), select(tracked, speed.x, moving.x), push.x)
+        to_y = Setpoint(select(tracked, goal.y, place.y), select(tracked, speed.y, moving.y), push.y)
+        to_z = Setpoint(goal.z, speed.z, push.z)
+        u_x, x = channel(memory.x, constants.x, nominal, to_x, place.x, moving.x, felt.x, over.x, h)
+        u_y, y = channel(memory.y, constants.y, nominal, to_y, place.y, moving.y, felt.y, over.y, h)
+        u_z, z = channel(memory.z, constants.z, nominal, to_z, place.z, moving.z, felt.z, over.z, h)
+        return Vec3(u_x, u_y, u_z), x, y, z
+
+    return step
+
+
+def attitude_loops(law_step: Callable[..., Any]) -> Callable[..., Any]:
+    """Return the step of the attitude loops for the step of their law."""
+
+    def channel(
+        memory: Any, constants: Any, inertia: float, nominal: Nominal, setpoint: Setpoint, value: float, rate: float,
+        effect: float, excess: float, h: float,
+    ) -> tuple[float, Any]:  # fmt: skip
+        unit = Channel(1.0 / inertia, nominal.attitude_observer)
+        return law_step(memory, constants, unit, setpoint, Measured(value, rate), Applied(effect, excess), h)
+
+    def step(
+        memory: Any,
+        constants: Any,
+        nominal: Nominal,
+        goal: Vec3,
+        yaw_rate: float,
+        angles: Vec3,
+        rate: Vec3,
+        felt: Vec3,
+        h: float,
+    ) -> tuple[Vec3, Any, Any, Any]:
+        inertia, slip = nominal.vehicle.inertia, memory.actuators.torque_excess
+        to_roll, to_pitch = Setpoint(goal.x, 0.0, 0.0), Setpoint(goal.y, 0.0, 0.0)
+        to_yaw = Setpoint(goal.z, yaw_rate, 0.0)
+        t_x, roll = channel(
+            memory.roll, constants.roll, inertia.x, nominal, to_roll, angles.x, rate.x, felt.x, slip.x, h
+        )
+        t_y, pitch = channel(
+            memory.pitch, constants.pitch, inertia.y, nominal, to_pitch, angles.y, rate.y, felt.y, slip.y, h
+        )
+        t_z, yaw = channel(memory.yaw, constants.yaw, inertia.z, nominal, to_yaw, angles.z, rate.z, felt.z, slip.z, h)
+        return Vec3(t_x, t_y, t_z), roll, pitch, yaw
+
+    return step
+
+
 def close_cascade(position: Law, attitude: Law) -> Cascade:
     """Bind the cascade to the law of the position loops and the law of the attitude loops."""
     laws = dict.fromkeys(POSITION_AXES, position) | dict.fromkeys(ATTITUDE_AXES, attitude)
@@ -133,7 +198,7 @@ def close_cascade(position: Law, attitude: Law) -> Cascade:
     )
     position_prepare, attitude_prepare = position.prepare, attitude.prepare
     position_start, attitude_start = position.start, attitude.start
-    position_step, attitude_step = position.step, attitude.step
+    step_position, step_attitude = position_loops(position.step), attitude_loops(attitude.step)
 
     def prepare(gains: Any, h: float) -> Any:
         return Constants(
@@ -185,84 +250,26 @@ def close_cascade(position: Law, attitude: Law) -> Cascade:
         direction = m.thrust_direction
         felt = applied_acceleration(in_force, average, direction, memory.acceleration, nominal)
         torque_felt = commanded_torque(average, vehicle)
-        # Position loops; in attitude mode x and y are asked for nothing.
-        unit = Channel(1.0, nominal.position_observer)
-        tracked = reference.hold > 0.5
-        over = memory.actuators.acceleration_excess
-        goal, speed, push = reference.position, reference.velocity, reference.acceleration
-        u_x, x = position_step(
-            memory.x,
-            constants.x,
-            unit,
-            Setpoint(select(tracked, goal.x, m.position.x), select(tracked, speed.x, m.velocity.x), push.x),
-            Measured(m.position.x, m.velocity.x),
-            Applied(felt.x, over.x),
-            h,
-        )
-        u_y, y = position_step(
-            memory.y,
-            constants.y,
-            unit,
-            Setpoint(select(tracked, goal.y, m.position.y), select(tracked, speed.y, m.velocity.y), push.y),
-            Measured(m.position.y, m.velocity.y),
-            Applied(felt.y, over.y),
-            h,
-        )
-        u_z, z = position_step(
-            memory.z,
-            constants.z,
-            unit,
-            Setpoint(goal.z, speed.z, push.z),
-            Measured(m.position.z, m.velocity.z),
-            Applied(felt.z, over.z),
-            h,
-        )
-        demand = limit_to_cone(Vec3(u_x, u_y, u_z), gravity, nominal.tilt_tangent)
+        asked_for, x, y, z = step_position(memory, constants, nominal, reference, m, felt, h)
+        demand = limit_to_cone(asked_for, gravity, nominal.tilt_tangent)
         asked = tilt_for(demand, m.heading, gravity)
+        tracked = reference.hold > 0.5
         tilt = Tilt(select(tracked, asked.roll, reference.roll), select(tracked, asked.pitch, reference.pitch))
-        # Attitude loops.
-        angles = m.angles
         # The measured yaw is counted on through whole turns, so no observer sees it jump; the reference is met the short way.
-        yaw_now = nearest_turn(angles.z, memory.yaw_seen)
-        yaw_goal = nearest_turn(reference.yaw, yaw_now)
-        inertia = vehicle.inertia
-        slip = memory.actuators.torque_excess
-        observed = nominal.attitude_observer
-        t_x, roll = attitude_step(
-            memory.roll,
-            constants.roll,
-            Channel(1.0 / inertia.x, observed),
-            Setpoint(tilt.roll, 0.0, 0.0),
-            Measured(angles.x, m.rate.x),
-            Applied(torque_felt.x, slip.x),
-            h,
-        )
-        t_y, pitch = attitude_step(
-            memory.pitch,
-            constants.pitch,
-            Channel(1.0 / inertia.y, observed),
-            Setpoint(tilt.pitch, 0.0, 0.0),
-            Measured(angles.y, m.rate.y),
-            Applied(torque_felt.y, slip.y),
-            h,
-        )
-        t_z, yaw = attitude_step(
-            memory.yaw,
-            constants.yaw,
-            Channel(1.0 / inertia.z, observed),
-            Setpoint(yaw_goal, reference.yaw_rate, 0.0),
-            Measured(yaw_now, m.rate.z),
-            Applied(torque_felt.z, slip.z),
-            h,
+        yaw_now = nearest_turn(m.angles.z, memory.yaw_seen)
+        goal = Vec3(tilt.roll, tilt.pitch, nearest_turn(reference.yaw, yaw_now))
+        angles = Vec3(m.angles.x, m.angles.y, yaw_now)
+        wanted, roll, pitch, yaw = step_attitude(
+            memory, constants, nominal, goal, reference.yaw_rate, angles, m.rate, torque_felt, h
         )
         # Rotor thrusts, and what the limits took away.
         lift = vehicle.mass * (demand.z + gravity) / maximum(direction.z, LEAST_COSINE)
         smoothing = nominal.yaw_smoothing
-        turning = smoothing * t_z + (1.0 - smoothing) * memory.yaw_torque
-        torque = Vec3(t_x, t_y, turning)
+        turning = smoothing * wanted.z + (1.0 - smoothing) * memory.yaw_torque
+        torque = Vec3(wanted.x, wanted.y, turning)
         command = allocate(lift, torque, nominal)
         lift_excess = (rotors_sum(command) - lift) / vehicle.mass
-        excess = Vec3(demand.x - u_x, demand.y - u_y, demand.z - u_z + lift_excess)
+        excess = Vec3(demand.x - asked_for.x, demand.y - asked_for.y, demand.z - asked_for.z + lift_excess)
         actuators = ActuatorModel(thrust_now, excess, axpy3(commanded_torque(command, vehicle), -1.0, torque))
         return command, Memory(x, y, z, roll, pitch, yaw, actuators, demand, tilt, yaw_now, turning)
 
