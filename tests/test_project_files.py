@@ -17,14 +17,14 @@ LOCK = (ROOT / "requirements-dev.txt").read_text(encoding="utf-8")
 
 def distribution(requirement):
     """The normalised name of a requirement."""
-    return re.match(r"[\w.-]+", requirement).group().lower().replace("_", "-").replace(".", "-")
+    return re.findall(r"^[\w.-]+", requirement)[0].lower().replace("_", "-").replace(".", "-")
 
 
 def test_versions_are_in_step():
-    citation = re.search(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
+    (citation,) = re.findall(r"^version: (.*)$", (ROOT / "CITATION.cff").read_text(encoding="utf-8"), re.MULTILINE)
     changelog = (ROOT / "CHANGELOG.md").read_text(encoding="utf-8")
     released = re.findall(r"^## (\d+\.\d+\.\d+) - \d{4}-\d\d-\d\d$", changelog, re.MULTILINE)
-    assert PROJECT["version"] == citation.group(1) == released[0]
+    assert PROJECT["version"] == citation == released[0]
     assert released == sorted(released, key=lambda text: tuple(map(int, text.split("."))), reverse=True)
 
 
