@@ -340,7 +340,10 @@ def test_gains_of_another_point_are_the_same_document_with_its_numbers(reader):
     assert kinds["mean(failure)"]["verdict"] == "kept"
     # The made-up limit on tilt is 0.35 rad, and p0104 is the fifth row: 0.3 + 4 * 0.005.
     assert kinds["quantile95(peak.tilt)"]["tuned"]["value"] == pytest.approx(0.32)
-    assert kinds["phase_margin"]["tuned"]["value"] == 34.0 and kinds["phase_margin"]["verdict"] == "broken"
+    assert (
+        kinds["phase_margin"]["tuned"]["value"] == pytest.approx(np.radians(34.0))
+        and kinds["phase_margin"]["verdict"] == "broken"
+    )
 
 
 def test_keys_walk_along_the_front_and_let_go_of_the_selection(reader):
