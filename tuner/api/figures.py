@@ -11,16 +11,13 @@ from tuner.analysis.margins.curves import curves_of, groups
 from tuner.analysis.margins.readings import Subject
 from tuner.documents.contest import Contest
 from tuner.documents.results import Results
-from tuner.report.contest.figures import FIGURES
-from tuner.report.figure_style import style
-from tuner.report.figures import response_names
-from tuner.report.front_figure import front_figure
+from tuner.report.charts.paper import style
+from tuner.report.contest.figures import FIGURES, values_figure
+from tuner.report.contest.shown import shown_contest
+from tuner.report.figures import flown_figure, front_figure, progress_figure, response_figure, response_names
 from tuner.report.inference_figure import inference_figure
 from tuner.report.margins.loop_figures import bode_figure, nichols_figure, nyquist_figure
-from tuner.report.progress_figure import progress_figure
-from tuner.report.responses_figure import flown_figure, response_figure
 from tuner.report.sensitivity_figure import sensitivity_figure
-from tuner.report.values_figure import values_figure
 
 if TYPE_CHECKING:
     from tuner.analysis.responses import Responses
@@ -56,12 +53,12 @@ def of_tuning(results: Results) -> Figures:
 
 def of_contest(contest: Contest) -> Figures:
     """Return the figures of a contest."""
-    return {name: lambda draw=draw: draw(contest) for name, draw in FIGURES.items()}
+    return {name: lambda draw=draw: draw(shown_contest(contest)) for name, draw in FIGURES.items()}
 
 
 def of_comparison(contest: Contest) -> Figures:
     """Return the figures of a comparison."""
-    return {**of_contest(contest), "values": lambda: values_figure(contest)}
+    return {**of_contest(contest), "values": lambda: values_figure(shown_contest(contest))}
 
 
 def of_inference(document: dict[str, Any]) -> Figures:

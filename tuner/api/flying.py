@@ -106,7 +106,7 @@ class Flights(Documented):
         Examples:
             >>> tuner.fly(gains, flights=4).write_figure("responses.pdf")
         """
-        from tuner.report.responses_figure import write_responses
+        from tuner.report.figures import write_responses
 
         write_responses(self.recorded, self.scenario, Path(path))
 

@@ -8,7 +8,6 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from tuner.documents.inference import Inference
-from tuner.documents.look import Look
 from tuner.documents.results import Estimate, Fan
 
 
@@ -43,7 +42,6 @@ class Contender:
     """
 
     index: int
-    look: Look
     name: str
     slug: str
     laws: dict[str, str]
@@ -251,11 +249,6 @@ class Contest:
     def layer(self, name: str) -> str:
         """Return what a contender's traces are called in the figures, so that they can be switched off."""
         return f"contender-{self.index[name]}"
-
-    @cached_property
-    def look(self) -> dict[str, Look]:
-        """Look of each contender by name."""
-        return {entry.name: entry.look for entry in self.contenders}
 
     @cached_property
     def quantity(self) -> dict[str, Quantity]:

@@ -21,7 +21,6 @@ from tuner.documents.files import Node, read_text
 from tuner.documents.flown import read_air, read_fans, read_scores, read_traces
 from tuner.documents.front_table import read_fronts
 from tuner.documents.inference import load_inference
-from tuner.documents.look import Look, looks
 from tuner.documents.results import Estimate
 
 
@@ -81,18 +80,16 @@ def _compared(row: Node) -> Compared:
 
 
 def _contenders(rows: list[Node]) -> list[Contender]:
-    flown = [(tuple(sorted(_laws(row).items())), row["airframe"].text()) for row in rows]
-    return [_contender(i, row, look) for i, (row, look) in enumerate(zip(rows, looks(flown), strict=True))]
+    return [_contender(i, row) for i, row in enumerate(rows)]
 
 
 def _laws(row: Node) -> dict[str, str]:
     return {loop: row["laws"][loop].text() for loop in ("position", "attitude")}
 
 
-def _contender(index: int, row: Node, look: Look) -> Contender:
+def _contender(index: int, row: Node) -> Contender:
     return Contender(
         index=index,
-        look=look,
         name=row["name"].text(),
         slug=row["slug"].text(),
         laws=_laws(row),

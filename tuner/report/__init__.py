@@ -10,7 +10,7 @@ from tuner.report.drawing import Drawing
 
 def write_report(folder: Path) -> Path:
     """Write report.html into a results folder and return its path; StoreError names a missing or damaged file."""
-    from tuner.report.page import write_page
+    from tuner.report.tuning_page import write_page
 
     return write_page(folder)
 

@@ -3,27 +3,32 @@
 from typing import Any
 
 from tuner.documents.results import Results
+from tuner.report.page import aid, folded, wide
 from tuner.report.prose import gap_words
-from tuner.text.markup import Markup, element, join, table
+from tuner.text.markup import Markup, element, table
 from tuner.text.numbers import estimate, significant
 from tuner.text.units import in_degrees, marked_up
 
 HEAD = ["Objective", "Unit", "Search", "Held-out", "Held-out − search", "What it says"]
 
+RULES = {"knee": "the bend of the front, where a little more of one objective begins to cost much of another. "}
+
 
 def choice_section(results: Results) -> Markup:
-    """Return the table and the sentences, nothing where a folder does not hold them or nothing was chosen."""
-    picked = results.summary.get("picked_on")
-    if not picked or not results.feasible:
+    """Return why the point was chosen, with the values it was chosen by where the folder holds them."""
+    pick, picked = results.summary["pick"], results.summary.get("picked_on")
+    if not results.feasible:
         return Markup()
+    why = f"Rule {pick['rule']}: {RULES.get(pick['rule'], '')}Of {results.tuned} it says: {pick['why'].strip().rstrip('.')}."
+    if not picked:
+        return aid(why)
     share = (
-        f"{results.tuned} was chosen by its held-out values, which flatters them a little; the table above rests on flights "
-        f"that had no part in the choice. It is non-dominated on {significant(100.0 * picked['probability'], 3)} % of the "
-        "resamples."
+        f"{why} It was chosen by its held-out values, which flatters them a little; the table at the top rests on flights that "
+        f"had no part in the choice. On {significant(100.0 * picked['probability'], 3)} % of the resamples no other finalist is "
+        "better in everything."
     )
     rows = [[*_row(entry), gap_words(picked, entry["gap"])] for entry in picked["objectives"]]
-    about = element("p", share, class_="aid")
-    return join((element("h3", "How it was chosen"), about, table(HEAD, rows, class_="stacked")))
+    return folded("How it was chosen", aid(share), wide(table(HEAD, rows, class_="stacked")))
 
 
 def _row(entry: dict[str, Any]) -> list[Markup]:

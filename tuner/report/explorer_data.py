@@ -1,4 +1,4 @@
-"""The data of the page that its scripts draw: everything in it is a number or a text of the results folder.
+"""The data of a tuning page that its scripts use: everything in it is a number or a text of the results folder.
 
     tuned, called                      name of the recommended point, or of the one nearest to feasible, and what it is called
     gains_file, gains_name             gains.json, or infeasible.json, as it stands in the folder, and its name
@@ -7,8 +7,10 @@
     constraints, requirements          what is limited: label, unit, factor, limit as stored
     points                             default and finalists: values as stored, `factor` of their quantity makes shown units
     candidates                         what the search tried beside them: number, state, values, packed
-    responses, loops                   see `packed_responses` and `packed_loops`, null where the folder holds none
-    history                            progress by generation
+    layers                             how the points look: label, marker and line of plotly.js
+    margins                            {quantities, channels, points: {POINT: [{channel, stable, values, case}]}}, or null
+    responses                          {scenarios, flights: {SCENARIO: {POINT: number of its worst flight}}}, or null
+    charts, arrays                     see `charts.web`
 
 States of candidates: 0 breaks a limit, 1 feasible, 2 the design start.
 """
@@ -17,21 +19,22 @@ from typing import Any
 
 import numpy as np
 
+from objectives.margins.quantities import QUANTITIES
 from objectives.scales import DECIBEL
-from tuner.documents.results import Quantity, Required, Results, Variable
-from tuner.report.front_ranges import shown_range
-from tuner.report.outcome_table import risk_text
-from tuner.report.packed_loops import packed_loops
-from tuner.report.packed_responses import packed_responses
-from tuner.report.packing import base64, finite, singles
+from tuner.documents.loading_finalists import LOOP_MARGINS
+from tuner.documents.results import Loop, Quantity, Required, Results, Variable
+from tuner.report.answer_section import definition_text
+from tuner.report.charts.front import LAYERS, shown_range
+from tuner.report.charts.web import Arrays, finite, line_of, marker_of, packed, singles
+from tuner.report.tuning_charts import kept_points
 from tuner.text.units import plain
 
 # Candidates kept at most; beyond, they are thinned evenly.
-MOST_CANDIDATES = 20000
+MOST_CANDIDATES = 6000
 INFEASIBLE, SEARCHED, START = 0, 1, 2
 
 
-def explorer_data(results: Results) -> dict[str, Any]:
+def explorer_data(results: Results, charts: dict[str, Any], arrays: Arrays) -> dict[str, Any]:
     """Return the document; no number in it is NaN or infinite."""
     return {
         "tuned": results.tuned,
@@ -45,16 +48,12 @@ def explorer_data(results: Results) -> dict[str, Any]:
         "requirements": [_required(entry) for entry in results.requirements],
         "points": [_point(results, row) for row in range(len(results.front.points))],
         "candidates": _candidates(results),
-        "responses": packed_responses(results),
-        "loops": packed_loops(results),
-        "history": {name: finite(values) for name, values in results.history.series().items()},
+        "layers": _layers(results),
+        "margins": _margins(results),
+        "responses": _responses(results),
+        "charts": charts,
+        "arrays": arrays.packed,
     }
-
-
-def definition_text(quantity: Quantity) -> str:
-    """Return what a quantity measures, and over which flights."""
-    where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
-    return f"{quantity.definition}; {risk_text(quantity)}, {where}".replace("`", "")
 
 
 def _objective(results: Results, i: int) -> dict[str, Any]:
@@ -89,6 +88,7 @@ def _variable(entry: Variable, addresses: list[str]) -> dict[str, Any]:
         "high": entry.high,
         "log": entry.scale == "log",
         "default": entry.default,
+        "fixed_ends": list(entry.natural_ends),
         "addresses": addresses,
     }
 
@@ -122,8 +122,8 @@ def _candidates(results: Results) -> dict[str, Any]:
     return {
         "count": len(rows),
         "start": bool((state == START).any()),
-        "number": base64(tried.number[rows], "<u4"),
-        "state": base64(state, "u1"),
+        "number": packed(tried.number[rows], "<u4"),
+        "state": packed(state, "u1"),
         "values": [singles(column) for column in values.T],
     }
 
@@ -133,3 +133,55 @@ def thinned(rows: np.ndarray, most: int) -> np.ndarray:
     if len(rows) <= most:
         return rows
     return rows[np.linspace(0, len(rows) - 1, most).round().astype(int)]
+
+
+def _layers(results: Results) -> dict[str, Any]:
+    return {
+        key: {
+            "label": results.called if key == "tuned" else label,
+            "marker": marker_of(look),
+            "line": line_of(look, 1.0),
+        }
+        for key, (label, look) in LAYERS.items()
+    }
+
+
+def _margins(results: Results) -> dict[str, Any] | None:
+    if not results.loops:
+        return None
+    points: dict[str, list[dict[str, Any]]] = {}
+    for loop in results.loops:
+        points.setdefault(loop.point, []).append(_loop(loop))
+    quantities = [_quantity(name) for name in LOOP_MARGINS]
+    return {"quantities": quantities, "channels": channels(results), "points": points}
+
+
+def _quantity(name: str) -> dict[str, Any]:
+    """Return how the page shows a margin quantity: in dB, or by a factor."""
+    entry = QUANTITIES[name]
+    decibel = entry.scale is DECIBEL
+    unit = {"1": "", "deg": "°"}.get(entry.shown_unit, entry.shown_unit)
+    factor = 1.0 if decibel else float(entry.shown(1.0))
+    about = {"unit": unit, "factor": factor, "decibel": decibel, "meaning": entry.meaning}
+    return {"name": name, "label": entry.label, **about}
+
+
+def channels(results: Results) -> list[str]:
+    """Return the names of the loops that the folder holds."""
+    return list(dict.fromkeys(loop.channel for loop in results.loops))
+
+
+def _loop(loop: Loop) -> dict[str, Any]:
+    values = {name: loop.values.get(name) for name in LOOP_MARGINS}
+    return {"channel": loop.channel, "stable": loop.stable, "case": loop.case, "values": values}
+
+
+def _responses(results: Results) -> dict[str, Any] | None:
+    if not results.fans:
+        return None
+    points = kept_points(results)
+    flights: dict[str, dict[str, int | None]] = {name: {} for name in results.scenarios}
+    for fan in results.fans:
+        if fan.point in points:
+            flights[fan.scenario][fan.point] = fan.flight
+    return {"scenarios": results.scenarios, "flights": flights}

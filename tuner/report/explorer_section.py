@@ -1,52 +1,63 @@
 """The trade-off: controls, linked views and the table of finalists. Scripts draw them from the data of the page."""
 
 from tuner.documents.results import Results
-from tuner.report.controls import layer_switches
-from tuner.report.figure_box import canvas_box
+from tuner.report.page import aid
 from tuner.text.markup import Markup, element, join
 from tuner.text.units import bracketed, plain
 
 WALK = "Arrow keys walk along the finalists, Escape lets go of the selection."
 AID = (
     "Every view shows the same points: what is selected in one, by drawing a box or with the sliders, is selected in all, in "
-    "the table and in the figures below. Click a mark, or walk with the arrow keys, to pick a point."
+    "the table and in the charts below. Click a mark, or walk with the arrow keys, to pick a point."
 )
 
 
 def explorer_section(results: Results) -> Markup:
     """Return the section without its heading."""
     count = len(results.objectives)
-    views = [_plane()]
+    views = []
     if count == 3:
-        aid = "Each stem ends on the floor below its mark. Drag to turn."
-        views.append(canvas_box("space", "All three objectives", aid, "Arrow keys turn the view."))
-    lower = [_parallel()] if count + len(results.variables) > 1 else []
+        text = "Each stem ends on the floor below its mark. Drag to turn."
+        views.append(view_box("space", "All three objectives", text, "Arrow keys turn the view."))
     if count > 2:
-        aid = "Every pair of objectives, smaller values down and to the left. Draw a box to select, double-click to let go."
-        lower.append(canvas_box("matrix", "Scatter matrix", aid, WALK))
-    form = "explorer pair-views" if count == 3 else "explorer"
+        text = "Every pair of objectives. Draw a box to select, double-click to let go."
+        views.append(view_box("matrix", "Scatter matrix", text, WALK))
+    finalists = element("div", class_="wide tall", id="finalists", tabindex="0", role="region", aria_label="Finalists")
+    table = element(
+        "div",
+        element("h3", "Finalists selected"),
+        aid("Held-out values with 95 % intervals. Headings sort."),
+        finalists,
+    )
+    lower = [_parallel()] if count + len(results.variables) > 1 else []
     return join(
         (
-            element("p", AID, class_="aid"),
-            layer_switches(results),
+            aid(AID),
             _levels(),
             _selection(),
-            _axis_choices(results),
-            element("div", *views, class_=f"grid {form}"),
-            *[element("div", view, class_="grid explorer") for view in lower],
-            element("h3", "Finalists selected"),
-            element("p", "Held-out values with 95 % intervals. Headings sort.", class_="aid"),
-            element("div", class_="wide tall", id="finalists", tabindex="0", role="region", aria_label="Finalists"),
+            element("div", *views, class_="grid explorer pair-views") if views else "",
+            element("div", *lower, table, class_="grid explorer pair-views"),
         )
     )
 
 
-def _plane() -> Markup:
-    aid = "Down and to the left is better; bars are 95 % intervals. Draw a box to select, double-click to let go."
-    return canvas_box("plane", "Trade-off", aid, WALK)
+def view_box(name: str, title: str, text: str, keys: str) -> Markup:
+    """Return the frame of a view that keys reach; keys: what they do."""
+    drawn = element(
+        "div", id=name, class_=f"view {name}", tabindex="0", role="application", aria_roledescription="chart",
+        aria_label=f"{title}. {text} {keys}",
+    )  # fmt: skip
+    caption = element("figcaption", title, element("small", text, class_="reading"))
+    return element("figure", caption, element("div", drawn, class_="scroller"), class_=f"{name}-figure")
 
 
-def _axis_choices(results: Results) -> Markup:
+def plane() -> Markup:
+    """Return the frame of the trade-off in two dimensions."""
+    text = "Down and to the left is better; bars: 95 % intervals. Click to pick, draw a box to select."
+    return view_box("plane", "Trade-off", text, WALK)
+
+
+def axis_choices(results: Results) -> Markup:
     """Return the choice of both axes of the plane, among objectives and gains."""
     groups = [
         ("Objectives", [bracketed(entry.label, entry.unit) for entry in results.objectives]),
@@ -66,10 +77,10 @@ def _axis_choices(results: Results) -> Markup:
 
 
 def _parallel() -> Markup:
-    aid = "One line a point, low values down, beyond an axis at its end. Draw along an axis to select, double-click to let go."
-    box = canvas_box("parallel", "Parallel coordinates", aid, WALK)
+    text = "One line a point, low values down, beyond an axis at its end. Draw along an axis to select, double-click to let go."
+    box = view_box("parallel", "Parallel coordinates", text, WALK)
     gains = element("label", element("input", type="checkbox", id="with-gains"), " gains as well", class_="switch")
-    return element("div", element("div", gains, class_="controls"), box)
+    return element("div", box, element("div", gains, class_="controls"))
 
 
 def _levels() -> Markup:

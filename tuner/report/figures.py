@@ -1,14 +1,32 @@
-"""Figures for a paper: front, responses and progress of a results folder, as PNG and PDF."""
+"""Figures for a paper: front, responses and progress of a results folder, or the responses of one controller."""
 
 import re
+from collections.abc import Sequence
+from dataclasses import replace
 from pathlib import Path
+from typing import TYPE_CHECKING
 
+import numpy as np
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
+
+from plant.errors import InputError
 from tuner.documents.loading import load
-from tuner.report.figure_style import printed, style
-from tuner.report.front_figure import front_figure
-from tuner.report.progress_figure import progress_figure
-from tuner.report.responses_figure import response_figure
+from tuner.documents.results import DEFAULT, TUNED, Fan, Results
+from tuner.report.charts import fans
+from tuner.report.charts.chart import Axis, Mark, Panel
+from tuner.report.charts.front import front_panels
+from tuner.report.charts.look import role_look
+from tuner.report.charts.paper import DPI, WIDTH, figure_of, printed, style
+from tuner.report.charts.progress import progress_panels
 from tuner.store.folder import put
+from tuner.text.units import in_degrees
+
+if TYPE_CHECKING:
+    from tuner.analysis.responses import Responses
+
+ENDINGS = (".png", ".pdf", ".svg")
+COLUMNS, ROW = 4, 1.7
 
 
 def write_all(folder: Path) -> list[Path]:
@@ -39,3 +57,87 @@ def response_names(scenarios: list[str]) -> list[str]:
         name = "responses-" + (re.sub(r"[^A-Za-z0-9]+", "-", scenario).strip("-") or str(i))
         names.append(f"{name}-{i}" if name in names else name)
     return names
+
+
+def front_figure(results: Results) -> Figure:
+    """Return the front with a panel for each pair of objectives; of one objective, the points in order."""
+    panels = front_panels(results)
+    if len(panels) == 1:
+        height = 0.9 + 0.17 * len(results.front.points) if panels[0].rows else 3.2
+        return figure_of(panels, 1, height, 0.62 * WIDTH)
+    return figure_of(panels, min(len(panels), 3), 2.4)
+
+
+def progress_figure(results: Results) -> Figure:
+    """Return hypervolume and share of feasible candidates by generation, side by side."""
+    volume, feasible = progress_panels(results.history)[:2]
+    panels = [
+        replace(volume, y=Axis("hypervolume [share of box]")),
+        replace(feasible, y=feasible.y._replace(title="feasible candidates [%]")),
+    ]
+    figure = figure_of(panels, 2, 2.2, legend=False)
+    for ax in figure.axes:
+        ax.xaxis.set_major_locator(MaxNLocator(nbins=6, integer=True))
+    return figure
+
+
+def response_figure(results: Results, scenario: str) -> Figure:
+    """Return the responses in a scenario, tuned over default, a panel for each axis and one for rotor 1."""
+    known = [
+        fan for fan in results.fans if fan.scenario == scenario and results.front.role(fan.point) in (DEFAULT, TUNED)
+    ]
+    known.sort(key=lambda fan: results.front.role(fan.point) == TUNED)
+    names = {fan.point: results.shown_as if results.front.role(fan.point) == TUNED else DEFAULT for fan in known}
+    roles = {fan.point: results.front.role(fan.point) for fan in known}
+    return figure_of(_panels(known, names, roles), COLUMNS, ROW)
+
+
+def write_responses(responses: "Responses", scenario: str, file: Path) -> None:
+    """Write the fans of one controller; the ending of the file says the format. InputError where it cannot be."""
+    if file.suffix.lower() not in ENDINGS:
+        raise InputError(f"given '{file}'; allowed endings: {', '.join(ENDINGS)}", key="--plot")
+    with style():
+        figure = flown_figure(responses, scenario)
+        try:
+            figure.savefig(file, dpi=DPI)
+        except OSError as error:
+            raise InputError(f"{file} cannot be written ({error.strerror})", key="--plot") from error
+
+
+def flown_figure(responses: "Responses", scenario: str) -> Figure:
+    """Return the fans of one controller, a panel for each axis and one for rotor 1."""
+    names = {TUNED: f"{len(responses.actual)} flights"}
+    figure = figure_of(_panels(fans_of(responses, scenario), names, {}), COLUMNS, ROW)
+    figure.suptitle(scenario)
+    return figure
+
+
+def fans_of(responses: "Responses", scenario: str) -> list[Fan]:
+    """Return the fans of recorded responses in shown units."""
+    from tuner.analysis.responses import SIGNALS, UNITS
+
+    reference = responses.reference.mean(axis=0)
+    found = []
+    for i, (signal, unit) in enumerate(zip(SIGNALS, UNITS, strict=True)):
+        shown, factor = in_degrees(unit)
+        asked, low, median, high = (np.asarray(part[:, i]) * factor for part in (reference, *responses.fans()))
+        found.append(Fan(TUNED, scenario, signal, shown, responses.time, asked, low, median, high))
+    return found
+
+
+def _panels(known: Sequence[Fan], names: dict[str, str], roles: dict[str, str]) -> list[Panel]:
+    """Return a panel for each signal that is shown on paper; references only where all fans have the same."""
+    panels = []
+    for signal in fans.shown_signals([fan.signal for fan in known]):
+        group = [fan for fan in known if fan.signal == signal]
+        marks = [mark for fan in group for mark in _fan(fan, names, roles)]
+        marks += fans.reference(group[0].time, group[0].reference, {}) if fans.agree(group) else []
+        time = group[0].time
+        x = Axis("time [s]", float(time[0]), float(time[-1]))
+        panels.append(Panel(signal, "", x, Axis(fans.title(signal, group[0].unit)), marks))
+    return panels
+
+
+def _fan(fan: Fan, names: dict[str, str], roles: dict[str, str]) -> list[Mark]:
+    look, name = role_look(roles.get(fan.point, TUNED)), f"{names[fan.point]}: median and 5–95 %"
+    return fans.fan_marks(replace(fan, worst=None), look, name, {})

@@ -1,7 +1,7 @@
 """The tuned gains: a table with their place in the search range, and the same numbers to copy."""
 
 from tuner.documents.results import Results, Variable
-from tuner.report.drawings import position, share
+from tuner.report.charts.strip import Scale, placed
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, significant
 from tuner.text.units import marked_up
@@ -9,6 +9,8 @@ from tuner.text.units import marked_up
 HEAD = ["Gain", "Symbol", "Unit", "Default", "Tuned", "Place in the search range"]
 # Within this share of the range from an end, the search may have wanted to go on.
 EDGE = 0.02
+# Width of the drawing of a place [px].
+WIDTH = 160.0
 _GREEK = {"lambda": "λ", "delta": "δ", "zeta": "ζ", "omega": "ω", "alpha": "α", "beta": "β", "gamma": "γ"}
 
 
@@ -35,6 +37,7 @@ def study_lines(results: Results) -> str:
 
 def _row(variable: Variable) -> list[str]:
     ends = [significant(variable.low), variable.scale, significant(variable.high)]
+    shown = Scale(variable.low, variable.high, variable.scale == "log", WIDTH)
     scale = element("span", *[element("span", text) for text in ends], class_="ends")
     return [
         join((element("code", variable.name), element("small", variable.meaning))),
@@ -42,12 +45,18 @@ def _row(variable: Variable) -> list[str]:
         marked_up(MISSING if variable.unit == "1" else variable.unit),
         element("span", significant(variable.default), class_="number"),
         element("strong", significant(variable.tuned), class_="number"),
-        element("span", position(variable), scale, element("small", _remark(variable)), class_="place"),
+        element(
+            "span",
+            placed(shown, variable.default, variable.tuned),
+            scale,
+            element("small", _remark(variable, shown)),
+            class_="place",
+        ),
     ]
 
 
-def _remark(variable: Variable) -> str:
-    place = share(variable, variable.tuned)
+def _remark(variable: Variable, shown: Scale) -> str:
+    place = shown.share(variable.tuned)
     if EDGE < place < 1.0 - EDGE:
         return ""
     end = "low" if place <= EDGE else "high"

@@ -8,7 +8,8 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plant.input_files import read_input_text
-from tuner.report.figure_style import COLOURS, MARKERS, grid, legend_above, save, style
+from tuner.report.charts.look import DEFAULT, INKS, TUNED
+from tuner.report.charts.paper import grid, legend_above, save, style
 from tuner.study.inference import LEAST_RATIO
 from tuner.text.numbers import significant
 
@@ -40,7 +41,7 @@ def draw_cells(ax: Axes, document: Document) -> None:
     """Draw central 95 % and 68 % and median of ours over published, default above inferred; bold: never inside."""
     rows = document["cells"]
     for look, name, offset in ROLES:
-        colour = COLOURS[look]
+        colour = INKS[look]
         for i, row in enumerate(rows):
             ours, y = row["ours" if name == "inferred" else "default"], i - offset
             first = i == 0
@@ -49,8 +50,10 @@ def draw_cells(ax: Axes, document: Document) -> None:
                 ax.plot(ends, [y, y], color=colour, linewidth=width, solid_capstyle="butt")
             middle = max(ours["median"] / row["published"], LEAST_RATIO)
             label = f"{name}: median, 68 and 95 % of flights" if first else None
-            ax.plot(middle, y, MARKERS[look], color=colour, markersize=3.5, label=label)
-    ax.axvline(1.0, color=COLOURS["ink"], linewidth=0.9)
+            ax.plot(
+                middle, y, (DEFAULT if look == "default" else TUNED).marker, color=colour, markersize=3.5, label=label
+            )
+    ax.axvline(1.0, color=INKS["ink"], linewidth=0.9)
     ax.set_xscale("log")
     ax.set_yticks(range(len(rows)), [f"{row['contender']}  {row['metric']}" for row in rows])
     for text, row in zip(ax.get_yticklabels(), rows, strict=True):
@@ -66,10 +69,17 @@ def draw_unknowns(ax: Axes, document: Document) -> None:
         near, again = (
             [_unit(row, row[key]) for key in keys] for keys in (("near_low", "near_high"), ("low68", "high68"))
         )
-        ax.plot(near, [i - 0.12] * 2, color=COLOURS["tuned"], linewidth=2.6, solid_capstyle="butt")
-        ax.plot(again, [i + 0.12] * 2, color=COLOURS["front"], linewidth=2.6, solid_capstyle="butt")
+        ax.plot(near, [i - 0.12] * 2, color=INKS["tuned"], linewidth=2.6, solid_capstyle="butt")
+        ax.plot(again, [i + 0.12] * 2, color=INKS["front"], linewidth=2.6, solid_capstyle="butt")
         for look, key in (("default", "default"), ("tuned", "inferred")):
-            ax.plot(_unit(row, row[key]), i, MARKERS[look], color=COLOURS[look], markersize=4, zorder=4)
+            ax.plot(
+                _unit(row, row[key]),
+                i,
+                (DEFAULT if look == "default" else TUNED).marker,
+                color=INKS[look],
+                markersize=4,
+                zorder=4,
+            )
         ends = f"{significant(row['low'], 3)}–{significant(row['high'], 3)} {row['unit']}, {row['scale']}"
         ax.text(0.0, i - 0.3, f"{row['name']}: {significant(row['inferred'], 3)}  ({ends})", fontsize=7, va="bottom")
     ax.set_xlim(-0.03, 1.03)

@@ -1,40 +1,53 @@
-"""The picked point: numbers, gains, responses and loops. Scripts fill it for whichever point is picked."""
+"""The picked point: gains, responses and loops. Scripts fill it for whichever point is picked, the recommended one first."""
 
-from tuner.documents.results import DEFAULT, Results
-from tuner.report.controls import line
-from tuner.report.figure_box import plot_box
-from tuner.report.packed_responses import signals_of
+from collections.abc import Sequence
+
+from tuner.documents.results import Results
+from tuner.report.charts.chart import Panel
+from tuner.report.charts.look import DEFAULT, REFERENCE, TUNED, WORST, sample
+from tuner.report.charts.web import grid
+from tuner.report.gains_section import gains_table, study_lines
+from tuner.report.page import aid, folded, wide
 from tuner.text.markup import Markup, element, join
 
+GAINS_AID = (
+    "Gains in the units of the study file, angles in rad. Open square: default; filled diamond: the point. gains.json holds them "
+    "with units, structure and origin, and tuner fly takes it."
+)
+NEAREST_AID = (
+    "This point breaks limits: for study, not to be flown; infeasible.json holds it, and tuner export refuses it. Open square: "
+    "default; filled diamond: nearest. Gains in the units of the study file, angles in rad."
+)
 RESPONSES_AID = (
     "Line: median over flights; band: 5 to 95 % of them; fine dashes: reference, for roll and pitch the mean of what the "
-    "position loop asks for. Zooming one figure in time zooms all."
+    "position loop asks for; dashed: bounds, where a signal comes near one. Zooming one chart in time zooms all."
 )
 LOOPS_AID = (
     "The loop as it is flown, at hover in still air, at the amplitude of its nonlinear terms at which the sensitivity peaks "
-    "highest; ∞: no crossing limits the margin."
+    "highest; ∞: no crossing limits the margin. Margins of the table are the worst over all amplitudes."
 )
-BODE_AIDS = {
-    "gain": "The loop follows and rejects where it is above 0 dB.",
-    "phase": "Its distance from −180° where the gain is 0 dB is the phase margin.",
-    "nyquist": "The further from −1 (cross) the better; outside the dotted circle Ms is below 2.",
-}
+METRICS_AID = "On held-out flights, by which points are chosen; the table at the top rests on fresh ones."
 
 
-def point_section(results: Results) -> Markup:
+def point_section(results: Results, responses: Sequence[Panel], loops: Sequence[Panel]) -> Markup:
     """Return the section without its heading."""
-    parts = [_choice(), element("p", id="point-state", class_="aid"), element("div", id="point-metrics", class_="wide")]
-    parts += [
-        element("p", "On held-out flights, by which points are chosen; the table at the top rests on fresh ones.", class_="aid"),
-        element("h3", "Its gains"),
-        element("div", id="point-gains", class_="wide"),
-        *_behind(results),
-        element("h3", "Its responses"),
-        *_responses(results),
-        element("h3", "Its loops"),
-        *_loops(results),
-    ]  # fmt: skip
-    return join(parts)
+    metrics = folded(
+        "Its numbers on held-out flights", aid(METRICS_AID), wide(Markup(), id="point-metrics"), id="point-numbers"
+    )
+    return join(
+        (
+            _choice(),
+            element("p", id="point-state", class_="aid"),
+            aid(GAINS_AID if results.feasible else NEAREST_AID),
+            wide(gains_table(results), id="point-gains"),
+            element("div", metrics, *_copies(results), class_="foldings"),
+            *_behind(results),
+            element("h3", "Its responses"),
+            *_responses(results, responses),
+            element("h3", "Its loops"),
+            *_loops(results, loops),
+        )
+    )
 
 
 def _choice() -> Markup:
@@ -49,48 +62,57 @@ def _choice() -> Markup:
     return element("div", *parts, class_="controls")
 
 
+def _copies(results: Results) -> list[Markup]:
+    texts = (
+        (f"{results.tuned} for the study file", "copy-study", study_lines(results)),
+        (f"All gains of {results.tuned} ({results.gains_name})", "copy-all", results.gains_text),
+    )
+    return [
+        folded(
+            name, element("button", "Copy", type="button", data_copy=key), element("pre", text, id=key, tabindex="0")
+        )
+        for name, key, text in texts
+    ]
+
+
 def _behind(results: Results) -> list[Markup]:
     """Return the switch for the default behind what is drawn, and the key of all lines, once for responses and loops."""
-    if not (results.fans or results.loops):
+    if not (results.fans or results.loops) or "default" not in results.front.roles:
         return []
-    keys = [("tuned", "picked point"), ("reference", "reference"), ("worst", "its worst flight")]
-    shown = [element("span", line(kind), f" {text}", class_="key") for kind, text in keys]
+    keys = [(TUNED, "picked point"), (REFERENCE, "reference"), (WORST, "its worst flight")]
+    shown = [element("span", sample(look, marked=False), f" {text}", class_="key") for look, text in keys]
     box = element("input", type="checkbox", id="behind", checked=True)
-    switch = element("label", box, line("default"), " default behind it", class_="switch")
-    return [element("div", switch, *shown, class_="controls lines-key")] if DEFAULT in results.front.roles else []
+    switch = element("label", box, sample(DEFAULT, marked=False), " default behind it", class_="switch")
+    return [element("div", switch, *shown, class_="controls lines-key")]
 
 
-def _responses(results: Results) -> list[Markup]:
-    signals = signals_of(results)
-    if not signals:
+def _responses(results: Results, panels: Sequence[Panel]) -> list[Markup]:
+    if not panels:
         text = "This folder holds no recorded responses (responses.parquet is missing or empty)."
         return [element("p", text, class_="note")]
-    boxes = [
-        (is_rotor, plot_box(f"response-{k}", title, "", "plot"))
-        for k, (title, is_rotor) in enumerate(signals)
-    ]  # fmt: skip
-    scenarios = [element("option", name, value=k) for k, name in enumerate(results.scenarios)]
+    scenarios = [element("option", name, value=name) for name in results.scenarios]
     choice = element("label", "Scenario ", element("select", *scenarios, id="choose-scenario"))
+    told = element("span", id="responses-of", role="status")
+    rotors = [panel for panel in panels if "rotor" in panel.form]
     return [
-        element("p", RESPONSES_AID, class_="aid"),
-        element("div", *([choice] if len(scenarios) > 1 else []), element("span", id="responses-of", role="status"),
-                class_="controls"),
-        *[element("div", *[box for rotor, box in boxes if rotor == wanted], class_=f"grid {form}")
-          for wanted, form in ((False, "axis-grid"), (True, "rotor-grid"))],
-    ]  # fmt: skip
+        aid(RESPONSES_AID),
+        element("div", *([choice] if len(scenarios) > 1 else []), told, class_="controls"),
+        grid([panel for panel in panels if panel not in rotors], "axis-grid"),
+        grid(rotors, "rotor-grid"),
+    ]
 
 
-def _loops(results: Results) -> list[Markup]:
-    if not results.loops:
-        text = "This folder holds no margins of its finalists (margins.parquet is missing); `tuner margins` works them out."
-        return [element("p", text.replace("`", ""), class_="note")]
-    channels = dict.fromkeys(loop.channel for loop in results.loops)
-    options = [element("option", name, value=k) for k, name in enumerate(channels)]
-    titles = {"gain": "Bode: gain", "phase": "Bode: phase", "nyquist": "Nyquist"}
+def _loops(results: Results, panels: Sequence[Panel]) -> list[Markup]:
+    if not panels:
+        text = (
+            "This folder holds no margins of its finalists (margins.parquet is missing); tuner margins works them out."
+        )
+        return [element("p", text, class_="note")]
+    options = [element("option", name, value=name) for name in dict.fromkeys(loop.channel for loop in results.loops)]
+    choice = element("label", "Curves of loop ", element("select", *options, id="choose-channel"))
     return [
-        element("p", LOOPS_AID, class_="aid"),
+        aid(LOOPS_AID),
         element("div", id="margins", class_="wide"),
-        element("div", element("label", "Curves of loop ", element("select", *options, id="choose-channel")), class_="controls"),
-        element("div", *[plot_box(f"loop-{key}", title, BODE_AIDS[key]) for key, title in titles.items()],
-                class_="grid axis-grid"),
-    ]  # fmt: skip
+        element("div", choice, class_="controls"),
+        grid(panels, "axis-grid"),
+    ]

@@ -5,7 +5,8 @@ import shlex
 from math import degrees
 
 from tuner.documents.results import Results
-from tuner.report.outcome_table import metric_anchor
+from tuner.report.answer_section import metric_anchor
+from tuner.report.page import folded, folded_text, wide
 from tuner.report.prose import law_title
 from tuner.study.processor_cost.words import told
 from tuner.text.markup import Markup, coded, described, element, join, table
@@ -50,6 +51,23 @@ WORDS = (
 )
 
 
+def provenance_section(results: Results) -> Markup:
+    """Return the section without its heading."""
+    return join(
+        (
+            run_facts(results),
+            element(
+                "div",
+                folded("The air that was flown", wide(air_table(results))),
+                folded("What the words mean", definitions(results)),
+                folded_text("Study file as given", results.study),
+                folded_text("Every value, defaults included", resolved_text(results)),
+                class_="foldings",
+            ),
+        )
+    )
+
+
 def run_facts(results: Results) -> Markup:
     """Return study, seed, machine, command and versions."""
     resolved, environment = results.resolved, results.environment
@@ -74,7 +92,7 @@ def run_facts(results: Results) -> Markup:
     ]
     if environment.get("commit"):
         facts.append(("Commit", element("code", str(environment["commit"]))))
-    return described(facts, class_="facts")
+    return described(facts, class_="facts columns")
 
 
 def air_table(results: Results) -> Markup:
@@ -97,7 +115,7 @@ def definitions(results: Results) -> Markup:
             "div",
             element("dt", element("code", name)),
             element("dd", coded(entry.definition), _in_unit(entry.unit)),
-            id=metric_anchor(entry),
+            id=metric_anchor(name),
         )
         for name, entry in metrics.items()
     )

@@ -10,7 +10,8 @@ from tuner.analysis.sensitivity.analysis import Analysis
 from tuner.analysis.sensitivity.document import FAILURE, outputs
 from tuner.analysis.sensitivity.indices import Spans
 from tuner.analysis.sensitivity.scales import RANK
-from tuner.report.figure_style import COLOURS, WIDTH, grid, legend_above, save, style
+from tuner.report.charts.look import INKS
+from tuner.report.charts.paper import WIDTH, grid, legend_above, save, style
 from tuner.study.study import Study
 
 # Height of a bar and its offset from the middle, in rows; height of a row and of what stands around the rows [in].
@@ -31,8 +32,8 @@ def sensitivity_figure(study: Study, analysis: Analysis) -> Figure:
     columns = min(len(shown), 3)
     figure, axes = grid(len(shown), columns, AROUND + ROW * len(variables), WIDTH)
     for ax, q in zip(axes, shown, strict=True):
-        _bars(ax, indices.total, q, -0.5 * BAR, "total: alone and with all others", COLOURS["grey"])
-        _bars(ax, indices.first, q, 0.5 * BAR, "first order: alone", COLOURS["tuned"])
+        _bars(ax, indices.total, q, -0.5 * BAR, "total: alone and with all others", INKS["faint"])
+        _bars(ax, indices.first, q, 0.5 * BAR, "first order: alone", INKS["tuned"])
         ax.set_title(names[q] if names[q] == FAILURE else f"rank of {names[q]}", loc="left")
         ax.set_yticks(np.arange(len(variables)), variables)
         ax.invert_yaxis()
@@ -53,4 +54,4 @@ def _bars(ax: Axes, spans: Spans, output: int, offset: float, label: str, colour
     # A percentile interval may leave its estimate out by a hair; a whisker has no negative length.
     whiskers = np.maximum(np.stack([value - low, high - value]), 0.0)
     ax.barh(places, value, height=BAR, color=colour, label=label)
-    ax.errorbar(value, places, xerr=whiskers, fmt="none", ecolor=COLOURS["ink"], elinewidth=0.7, capsize=1.5)
+    ax.errorbar(value, places, xerr=whiskers, fmt="none", ecolor=INKS["ink"], elinewidth=0.7, capsize=1.5)

@@ -4,46 +4,21 @@ from typing import Any
 
 from objectives.scales import DECIBEL
 from tuner.documents.results import Results
-from tuner.report.explorer_data import definition_text
-from tuner.report.figure_box import plot_box
+from tuner.report.choice_section import choice_section
+from tuner.report.page import aid, wide
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import count, estimate, per_cent, significant
 from tuner.text.units import in_degrees, in_shown_units, marked_up
 
-GAP_AID = "On the dotted line both agree; above it the search was optimistic. Bars: 95 % intervals, held-out."
-VOLUME_AID = (
-    "Share of the box between zero and 1.1 times the default's values that the front dominates; once level, more generations "
-    "find little."
-)
-PLACE_AID = (
-    "How sure each finalist's place on the front is: share of resamples of the flights on which none dominates it."
-)
-FEASIBLE_AID = "Share of a generation's candidates that break no limit."
-SAVED_AID = "What the search flew, and what requirements and races spared it."
 
-
-def trust_section(results: Results) -> Markup:
-    """Return the section without its heading."""
-    gaps = [
-        plot_box(f"gap-{i}", entry.label, GAP_AID, "plot square", definition_text(entry))
-        for i, entry in enumerate(results.objectives)
-    ]
-    progress = [
-        plot_box("progress-hypervolume", "Hypervolume [share of the box]", VOLUME_AID),
-        plot_box("progress-feasible", "Feasible candidates [%]", FEASIBLE_AID),
-    ]
-    if results.history.flights_saved is not None or results.history.flights_raced is not None:
-        progress.append(plot_box("progress-saved", "Flights", SAVED_AID))
-    if results.front.probability is not None:
-        gaps.append(plot_box("probability", "Places on the front", PLACE_AID, "plot square"))
+def trust_section(results: Results, charts: Markup) -> Markup:
+    """Return the section without its heading; charts: search against held-out values and how the search went."""
     return join(
         (
             _guards(results),
-            element("h3", "Search against held-out"),
-            element("div", *gaps, class_="grid axis-grid"),
-            element("h3", "How the search went"),
+            choice_section(results),
+            charts,
             _saved(results),
-            element("div", *progress, class_="grid axis-grid"),
             _prices(results),
             _conflict(results),
             _sensitivity(results),
@@ -54,7 +29,7 @@ def trust_section(results: Results) -> Markup:
 def _guards(results: Results) -> Markup:
     warnings = len(results.summary["warnings"])
     if not warnings:
-        return element("p", "The guards of the run raised no warning.", class_="aid")
+        return aid("The guards of the run raised no warning.")
     word = "one warning" if warnings == 1 else f"{count(warnings)} warnings"
     link = element("a", "at the top of this page", href="#warnings")
     return element("p", f"The guards of the run raised {word}, ", link, ".", class_="aid")
@@ -69,7 +44,7 @@ def _saved(results: Results) -> Markup:
     ]
     flown = f"{count(results.summary['flights'])} flights were made."
     saved = f" Saved: {', and '.join(told)}." if told else ""
-    return element("p", flown + saved, class_="aid")
+    return aid(flown + saved)
 
 
 def _prices(results: Results) -> Markup:
@@ -86,15 +61,15 @@ def _prices(results: Results) -> Markup:
         for entry in costs
     ]
     head = ["Limit", "Objective", "Unit", "Best with it", "Best without it"]
-    aid = (
+    text = (
         "The best values that the search found, with each limit and without it; limits that cost nothing are left out."
     )
     notes = [element("li", text) for text in results.summary.get("remarks", [])]
     return join(
         (
             element("h3", "What the limits cost"),
-            element("p", aid, class_="aid"),
-            element("div", table(head, rows, class_="stacked"), class_="wide"),
+            aid(text),
+            wide(table(head, rows, class_="stacked")),
             element("ul", *notes, class_="notes") if notes else Markup(),
         )
     )
@@ -123,8 +98,8 @@ def _conflict(results: Results) -> Markup:
         for words, entry in steps
     ]
     head = ["Giving way", "Lets in", "Largest step", "Limits"]
-    parts = [element("h3", "Limits in conflict"), element("p", "No candidate kept these together:", class_="aid"), sets]
-    return join([*parts, element("div", table(head, rows, class_="stacked"), class_="wide")] if rows else parts)
+    parts = [element("h3", "Limits in conflict"), aid("No candidate kept these together:"), sets]
+    return join([*parts, wide(table(head, rows, class_="stacked"))] if rows else parts)
 
 
 def _relaxed(limit: dict[str, Any]) -> str:
@@ -139,21 +114,21 @@ def _sensitivity(results: Results) -> Markup:
     found = results.sensitivity
     if found is None:
         said = "No sensitivity analysis lies in this folder; tuner sensitivity makes one from the study."
-        return element("p", said, class_="aid")
+        return aid(said)
     wanted = [row for row in found["indices"] if row["scale"] == "rank"] or found["indices"]
     outputs = list(dict.fromkeys(row["output"] for row in wanted))
     names = list(dict.fromkeys(row["variable"] for row in wanted))
     by_place = {(row["variable"], row["output"]): row["total"] for row in wanted}
     rows = [[element("code", name), *[_index(by_place.get((name, output))) for output in outputs]] for name in names]
-    aid = (
+    text = (
         "Share of the spread of each quantity, over the whole search ranges, that vanishes when a gain is fixed (total Sobol "
         "index of ranks), with 95 % intervals: near 0 the gain does not matter."
     )
     return join(
         (
             element("h3", "Which gains matter"),
-            element("p", aid, class_="aid"),
-            element("div", table(["Gain", *outputs], rows, class_="stacked"), class_="wide"),
+            aid(text),
+            wide(table(["Gain", *outputs], rows, class_="stacked")),
         )
     )
 

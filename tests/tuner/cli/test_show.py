@@ -16,7 +16,7 @@ from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_
 from tests.tuner.report.fabricate import OBJECTIVES, fabricate
 from tuner.cli.printers import story as show
 from tuner.cli.terminal import Console
-from tuner.report.terminal.scatter import Layer, legend, place_bar, scatter
+from tuner.report.charts.text import Layer, legend, place_bar, scatter
 from tuner.report.terminal.tuning import tuning_story
 from tuner.report.terminal.unfinished import unfinished_story
 

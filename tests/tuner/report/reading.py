@@ -1,7 +1,11 @@
 """A report as a reader's machine sees it: its elements, its text, its embedded figures."""
 
+import base64
+import gzip
 import json
 from html.parser import HTMLParser
+
+import numpy as np
 
 VOID = {"meta", "br", "input", "link", "img"}
 
@@ -42,6 +46,11 @@ class Page(HTMLParser):
         return [attrs["id"] for _, attrs, _ in self.elements if "id" in attrs]
 
     @property
+    def library(self):
+        """The drawing library, unpacked."""
+        return gzip.decompress(base64.b64decode(max(self.scripts, key=len))).decode()
+
+    @property
     def data(self):
         return json.loads(next(script for script in self.scripts if script.startswith("{")))
 
@@ -62,14 +71,26 @@ def strings(value):
             yield from strings(entry)
 
 
+def array_of(stored):
+    """An array of the page as its scripts unpack it."""
+    if isinstance(stored, list):
+        return stored
+    if isinstance(stored, str):
+        return np.frombuffer(base64.b64decode(stored), dtype="<f4").tolist()
+    low, step = stored["scale"]
+    return (low + step * np.frombuffer(base64.b64decode(stored["packed"]), dtype="<u2")).tolist()
+
+
 def resolved(value, shared):
-    """Stand in for page.js: names become grey, or arrays."""
+    """Stand in for js/06_charts.js: names become grey, or arrays."""
     if isinstance(value, str):
-        return "#888888" if value.startswith("@") else shared[value[1:]] if value.startswith("#") else value
+        if value.startswith("@"):
+            return "#888888"
+        return array_of(shared[value[1:]]) if value.startswith("#a") and value[1:] in shared else value
     if isinstance(value, list):
         return [resolved(entry, shared) for entry in value]
     if isinstance(value, dict):
         if "zip" in value:
-            return list(zip(*[shared[name[1:]] for name in value["zip"]], strict=True))
+            return list(zip(*[array_of(shared[name[1:]]) for name in value["zip"]], strict=True))
         return {key: resolved(entry, shared) for key, entry in value.items()}
     return value

@@ -12,12 +12,12 @@ from tests.tuner.report.contest.fabricate_contest import Made
 from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import FINALISTS, fabricate
 from tests.tuner.report.reading import Page
-from tuner.documents.contest_loading import load_contest
 from tuner.documents.loading import load
 from tuner.report import write_report
-from tuner.report.contest.fronts_figure import fronts_figure
-from tuner.report.contest.page import page as contest_page
-from tuner.report.front_figure import front_figure
+from tuner.report.contest.figures import fronts_figure
+from tuner.report.contest.page import contest_page
+from tuner.report.contest.shown import load_shown
+from tuner.report.figures import front_figure
 from tuner.report.terminal.front_plot import front_lines
 
 LOST = 3
@@ -105,14 +105,14 @@ def test_the_terminal_plot_marks_them_at_its_edge(tmp_path, monkeypatch, capsys)
 @pytest.mark.parametrize("objectives", [1, 2])
 def test_fronts_of_a_contest_cross_them_out(tmp_path, objectives):
     made = Made(objectives=objectives, lost=2)
-    contest = load_contest(fabricate_contest(tmp_path / "contest", made))
+    contest = load_shown(fabricate_contest(tmp_path / "contest", made))
     assert contest.fronts is not None
     figure = fronts_figure(contest)
     assert figure is not None
     crosses = [line for line in figure.axes[0].get_lines() if line.get_marker() == "x"]
     assert sum(map(count_of, crosses)) == 2 * len(made.names)
-    traces = json.dumps(Page(contest_page(contest)).data)
+    traces = json.dumps(Page(contest_page(contest).text()).data)
     assert traces.count('"x-thin"') == len(made.names)
     assert "lost two flights" in traces
-    clean = load_contest(fabricate_contest(tmp_path / "clean", Made(objectives=objectives)))
-    assert "x-thin" not in json.dumps(Page(contest_page(clean)).data)
+    clean = load_shown(fabricate_contest(tmp_path / "clean", Made(objectives=objectives)))
+    assert "x-thin" not in json.dumps(Page(contest_page(clean).text()).data)

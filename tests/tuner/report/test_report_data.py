@@ -12,12 +12,13 @@ import pyarrow.parquet as pq
 import pytest
 
 from tests.tuner.report.fabricate import fabricate
-from tests.tuner.report.reading import read
+from tests.tuner.report.reading import array_of, read
 from tuner.documents.loading import load
 from tuner.report import write_report
+from tuner.report.charts.loops import gain_of, phase_of
+from tuner.report.charts.web import Arrays, finite, quantised
 from tuner.report.explorer_data import explorer_data
-from tuner.report.packed_responses import LEAST, MOST, instants, kept_points
-from tuner.report.packing import finite, quantised
+from tuner.report.tuning_charts import LEAST, MOST, instants, kept_points
 
 JUDGED = (
     "search",
@@ -86,57 +87,77 @@ def test_candidates_are_those_of_the_generations(folder):
     assert set(table.index) - set(numbers) == {c for c in finalists if table.feasible[c]}
 
 
+def marks(data, panel, **show):
+    """The traces of a panel that are seen under some choices, with their arrays."""
+    for trace in data["charts"][panel]["traces"]:
+        meta = trace["meta"]
+        if all(key in meta and (meta[key] == value or value in meta[key]) for key, value in show.items()):
+            series = {
+                key: np.array(array_of(data["arrays"][trace[key][1:]]))
+                for key in ("x", "y")
+                if isinstance(trace[key], str)
+            }
+            yield trace, series
+
+
 def test_responses_are_those_of_the_folder(folder):
-    found = read(folder).data["responses"]
+    data = read(folder).data
     table = pq.read_table(folder / "responses.parquet").to_pandas()
     degrees = np.where(table.unit == "rad", 180.0 / np.pi, 1.0)
     for name in ("low", "median", "high", "worst", "reference"):
         table[name] *= degrees
-    groups = dict(tuple(table.groupby(["scenario", "point", "signal"], observed=True)))
+    signals = [signal for signal in dict.fromkeys(table.signal) if not signal.startswith("rotor")]
+    signals += [signal for signal in dict.fromkeys(table.signal) if signal.startswith("rotor")]
     checked = 0
-    for scenario in found["scenarios"]:
-        time = unpacked(scenario["time"], "<f4")
-        for point, fan in scenario["fans"].items():
-            assert fan["flight"] == 17
-            for signal, packed in zip(found["signals"], fan["signals"], strict=True):
-                mine = groups[scenario["name"], point, signal["name"]]
-                step = -(-len(mine) // len(time))
-                assert time == pytest.approx(mine.time.to_numpy()[::step], abs=1e-6)
-                low, size = packed["scale"]
-                values = low + size * unpacked(packed["packed"], "<u2").reshape(len(packed["series"]), -1)
-                for name, series in zip(packed["series"], values, strict=True):
-                    if name in ("median", "worst", "reference"):
-                        assert series == pytest.approx(mine[name].to_numpy()[::step], abs=0.51 * size)
-                        checked += 1
-        for name, packed in scenario["references"].items():
-            mine = groups[scenario["name"], "default", name]["reference"].to_numpy()
-            low, size = packed["scale"]
-            shown = low + size * unpacked(packed["packed"], "<u2")
-            assert shown == pytest.approx(mine[:: -(-len(mine) // len(shown))], abs=0.51 * size + 1e-12)
-    assert checked == len(found["scenarios"]) * 15 * 10 * 2
+    for (scenario, point, signal), mine in table.groupby(["scenario", "point", "signal"], observed=True):
+        assert data["responses"]["flights"][scenario][point] == 17
+        found = list(marks(data, f"response-{signals.index(signal)}", scenario=scenario, point=point))
+        low, high, worst, median = [
+            entry for entry in found if not entry[0].get("hovertemplate", "").startswith("reference")
+        ]
+        assert median[0]["hovertemplate"].startswith(point) and worst[0]["hovertemplate"].startswith("worst flight")
+        assert high[0]["fill"] == "tonexty" and low[1]["y"].min() == pytest.approx(
+            mine.low.min(), abs=1e-4 * np.ptp(mine.high)
+        )
+        step = -(-len(mine) // len(median[1]["x"]))
+        for name, (_, series) in (("median", median), ("worst", worst)):
+            assert series["x"] == pytest.approx(mine.time.to_numpy()[::step], abs=1e-6)
+            assert series["y"] == pytest.approx(mine[name].to_numpy()[::step], abs=1e-5 * (np.ptp(mine[name]) + 1e-9))
+            checked += 1
+    assert checked == len(data["responses"]["scenarios"]) * 15 * 10 * 2
 
 
 def test_loops_are_those_of_the_folder(folder):
-    loops = read(folder).data["loops"]
+    data = read(folder).data
     rows = pq.read_table(folder / "margins.parquet").to_pylist()
-    assert unpacked(loops["frequency"], "<f4") == pytest.approx(rows[0]["frequency"], rel=1e-6)
     for row in rows:
-        entry = next(loop for loop in loops["points"][row["point"]] if loop["channel"] == row["channel"])
-        assert entry["values"] == {quantity["name"]: row[quantity["name"]] for quantity in loops["quantities"]}
-        curve = entry.get("curve")
-        if curve is None:
-            curve = next(o["curve"] for o in loops["points"][row["point"]] if o["channel"] == entry["as"])
-        real, imag = unpacked(curve, "<f4").reshape(2, -1)
-        assert real == pytest.approx(row["real"], rel=1e-6) and imag == pytest.approx(row["imag"], rel=1e-6)
-    assert {loop.get("as") for loop in loops["points"]["default"]} == {None, "x", "roll"}
+        entry = next(loop for loop in data["margins"]["points"][row["point"]] if loop["channel"] == row["channel"])
+        assert entry["values"] == {
+            quantity["name"]: row[quantity["name"]] for quantity in data["margins"]["quantities"]
+        }
+        loop = np.array(row["real"]) + 1j * np.array(row["imag"])
+        wanted = {
+            "gain": (row["frequency"], gain_of(loop)),
+            "phase": (row["frequency"], phase_of(loop)),
+            "nyquist": (loop.real, loop.imag),
+        }
+        for name, (x, y) in wanted.items():
+            found = marks(data, f"loop-{name}", point=row["point"], channel=row["channel"])
+            (curve,) = [series for trace, series in found if trace["mode"] == "lines"]
+            assert curve["x"] == pytest.approx(x, rel=1e-6) and curve["y"] == pytest.approx(y, rel=1e-6, abs=1e-6)
+    shared = {tuple(t["meta"]["channel"]) for t, _ in marks(data, "loop-gain", point="default")}
+    assert ("x", "y") in shared and ("roll", "pitch") in shared
 
 
 def test_history_and_gains_are_those_of_the_folder(folder):
     data = read(folder).data
     table = pd.read_csv(folder / "history.csv")
-    assert set(data["history"]) == set(table.columns)
-    for name, values in data["history"].items():
-        assert values == table[name].tolist()
+    shown = {"progress-hypervolume": table.hypervolume, "progress-feasible": 100.0 * table.feasible_share}
+    for name, values in shown.items():
+        ((_, series),) = marks(data, name)
+        assert series["x"].tolist() == table.generation.tolist() and series["y"] == pytest.approx(values, rel=1e-6)
+    bars = [series["y"].tolist() for _, series in marks(data, "progress-saved")]
+    assert bars == [table[name].tolist() for name in ("flights", "flights_raced", "flights_saved")]
     assert data["gains_file"] == (folder / "gains.json").read_text(encoding="utf-8")
     told = {entry["name"]: entry["addresses"] for entry in data["variables"]}
     assert told["attitude.omega_o"] == ["roll.omega_o", "pitch.omega_o", "yaw.omega_o"]
@@ -162,13 +183,11 @@ def test_addresses_and_design_start_as_the_study_says(tmp_path):
 
 
 def test_sixteen_bits_are_within_half_a_step():
-    values = np.random.default_rng(3).normal(size=(3, 500)) * 1e3
-    packed = quantised(values)
-    back = packed.low + packed.step * unpacked(packed.packed, "<u2").reshape(values.shape)
-    assert np.abs(back - values).max() <= 0.5 * packed.step * (1.0 + 1e-9)
-    assert packed.step == pytest.approx((values.max() - values.min()) / 65535)
-    still = quantised(np.full(4, 2.5))
-    assert (still.low, still.step) == (2.5, 0.0) and not unpacked(still.packed, "<u2").any()
+    values = np.random.default_rng(3).normal(size=1500) * 1e3
+    stored = quantised(values)
+    assert np.abs(np.array(array_of(stored)) - values).max() <= 0.5 * stored["scale"][1] * (1.0 + 1e-9)
+    assert stored["scale"][1] == pytest.approx((values.max() - values.min()) / 65535)
+    assert quantised(np.full(4, 2.5))["scale"] == [2.5, 0.0] and array_of(quantised(np.full(4, 2.5))) == [2.5] * 4
     assert finite(np.array([1.0, np.inf, np.nan])) == [1.0, None, None]
 
 
@@ -193,5 +212,5 @@ def test_a_gain_margin_is_a_factor_in_files_and_a_level_on_the_page(tmp_path):
     assert (shown.unit, shown.decibel) == ("dB", True)
     found = [shown.limit, shown.default.value, shown.tuned.value, shown.difference.value]
     assert found == pytest.approx([6.0206, 3.52183, 12.0412, 8.51937], abs=1e-4)
-    (entry,) = explorer_data(load(folder))["requirements"]
+    (entry,) = explorer_data(load(folder), {}, Arrays())["requirements"]
     assert (entry["unit"], entry["decibel"], entry["limit"]) == ("dB", True, pytest.approx(2.0))

@@ -10,9 +10,7 @@ from plant.errors import InputError, StoreError
 from tests.tuner.report.fabricate import fabricate
 from tuner.documents.loading import load
 from tuner.report import write_figures
-from tuner.report.figures import response_names
-from tuner.report.front_figure import front_figure
-from tuner.report.responses_figure import fans_of, write_responses
+from tuner.report.figures import fans_of, front_figure, response_names, write_responses
 
 
 def png_size(path):

@@ -198,7 +198,7 @@ def default_and_tuned(row: Row, shown_as: str) -> list[list[str]]:
 
 def gains_table(gains: list[Row], width: int, shown_as: str) -> Table:
     """Return the searched gains with units and their place in the range."""
-    from tuner.report.terminal.scatter import place_bar
+    from tuner.report.charts.text import place_bar
 
     table = Table(box=None)
     table.columns_of("gain", "default", shown_as, left=["gain"])

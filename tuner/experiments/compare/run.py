@@ -47,7 +47,7 @@ class ComparisonRun(ContestRun):
     @staticmethod
     def draw(path: Path, watcher: Watcher) -> None:
         """Draw figures and report, the figure of the values among them."""
-        from tuner.report.values_figure import write_values_figure
+        from tuner.report.contest.figures import write_values_figure
 
         write_values_figure(path)
         ContestRun.draw(path, watcher)

@@ -1,7 +1,8 @@
 """What each contender offers under a limit: the best value of one objective with another held down."""
 
 from tuner.documents.contest import BestRow, BestUnder, Contest
-from tuner.documents.look import sample
+from tuner.report.charts.look import sample
+from tuner.report.contest.looks import looks_of
 from tuner.report.contest.values_section import BEST
 from tuner.text.markup import Markup, element, join, safe
 from tuner.text.numbers import estimate, significant
@@ -11,7 +12,7 @@ from tuner.text.units import marked_up
 def best_table(contest: Contest) -> Markup:
     """Return the table, a row a question and a column a contender with a front."""
     names = [name for name in contest.index if any(name in entry.rows for entry in contest.best_under)]
-    heads = [join((sample(contest.look[name]), element("br"), name)) for name in names]
+    heads = [join((sample(looks_of(contest)[name]), element("br"), name)) for name in names]
     top = element("tr", *[element("th", head, scope="col") for head in ("Smallest", *heads)])
     rows = [_row(contest, entry, names) for entry in contest.best_under]
     return element("table", element("thead", top), element("tbody", *rows), class_="values stacked")

@@ -3,8 +3,9 @@
 from urllib.parse import quote
 
 from tuner.documents.contest import Contender, Contest, Gain, OnBound
-from tuner.documents.look import sample
+from tuner.report.charts.look import sample
 from tuner.report.contest.joined_gains import joined
+from tuner.report.contest.looks import looks_of
 from tuner.report.prose import law_title
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, count, per_cent, significant
@@ -31,16 +32,20 @@ def contenders_table(contest: Contest) -> Markup:
 
 def gains_cards(contest: Contest) -> Markup:
     """Return a card a contender with every gain it flew with."""
-    return element("div", *[_card(entry) for entry in contest.contenders], class_="cards")
+    return element("div", *[_card(contest, entry) for entry in contest.contenders], class_="cards")
 
 
 def _row(contest: Contest, entry: Contender, most: float) -> list[Markup | str]:
     here = bool(entry.folder) and (contest.folder / entry.folder / "report.html").exists()
     link = element("a", "its own report", href=f"{quote(entry.folder)}/report.html") if here else Markup(MISSING)
     gains = element("span", entry.point, element("small", "tuned")) if entry.tuned else "as given"
-    bar = element("span", style=f"width:{60.0 * entry.operations / most:.1f}px", class_=f"cost c{entry.look.colour}")
+    bar = element(
+        "span",
+        style=f"width:{60.0 * entry.operations / most:.1f}px",
+        class_=f"cost {looks_of(contest)[entry.name].colour}",
+    )
     return [
-        element("span", sample(entry.look), " ", element("strong", entry.name), class_="name"),
+        element("span", sample(looks_of(contest)[entry.name]), " ", element("strong", entry.name), class_="name"),
         law_title(entry.laws["attitude"]),
         law_title(entry.laws["position"]),
         entry.airframe,
@@ -52,8 +57,8 @@ def _row(contest: Contest, entry: Contender, most: float) -> list[Markup | str]:
     ]
 
 
-def _card(entry: Contender) -> Markup:
-    title = element("h3", sample(entry.look), " ", entry.name)
+def _card(contest: Contest, entry: Contender) -> Markup:
+    title = element("h3", sample(looks_of(contest)[entry.name]), " ", entry.name)
     about = element(
         "p",
         f"{entry.laws['attitude']} on attitude, {entry.laws['position']} on position, {entry.airframe}",

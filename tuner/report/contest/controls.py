@@ -1,7 +1,8 @@
 """What a reader can switch: which contenders are drawn, everywhere at once, and what the responses show."""
 
 from tuner.documents.contest import Contest
-from tuner.documents.look import sample
+from tuner.report.charts.look import sample
+from tuner.report.contest.looks import looks_of
 from tuner.text.markup import Markup, element, join
 
 # What the responses can show of a contender, and whether they do at first.
@@ -10,7 +11,10 @@ LAYERS = {"flight": ("flight 0", True), "band": ("5–95 % of flights", True), "
 
 def contender_switches(contest: Contest) -> Markup:
     """Return a checkbox with line and symbol for each contender: the legend of all figures, which stays in sight."""
-    boxes = [_switch(contest.layer(entry.name), True, sample(entry.look), entry.name) for entry in contest.contenders]
+    boxes = [
+        _switch(contest.layer(entry.name), True, sample(looks_of(contest)[entry.name]), entry.name)
+        for entry in contest.contenders
+    ]
     legend = element("legend", "Contenders shown in the figures", class_="hidden")
     return element("fieldset", legend, *boxes, class_="controls contenders-bar", id="contenders")
 
@@ -24,7 +28,7 @@ def response_choices(contest: Contest) -> Markup:
     """Return the choices of scenario and airframe, and of what is drawn of each contender."""
     parts = [
         _choice("Scenario ", contest.scenarios, "choose-scenario"),
-        _choice("Airframe ", contest.airframes, "choose-point"),
+        _choice("Airframe ", contest.airframes, "choose-airframe"),
     ]
     for layer, (text, shown) in LAYERS.items():
         if contest.traces if layer == "flight" else contest.fans:

@@ -1,8 +1,9 @@
 """Paired differences: a forest plot a quantity, each row a pair of contenders with difference, interval and verdict."""
 
 from tuner.documents.contest import Contest, Difference, Quantity
-from tuner.documents.look import sample
-from tuner.report.contest.strip import Scale, interval, ruler, scale
+from tuner.report.charts.look import sample
+from tuner.report.charts.strip import Scale, interval, ruler, scale
+from tuner.report.contest.looks import looks_of
 from tuner.report.prose import listing
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import estimate, fixed
@@ -66,7 +67,7 @@ def _row(contest: Contest, quantity: Quantity, entry: Difference, shown: Scale) 
 
 
 def _name(contest: Contest, name: str) -> Markup:
-    return element("span", sample(contest.look[name]), " ", name, class_="name")
+    return element("span", sample(looks_of(contest)[name]), " ", name, class_="name")
 
 
 def _verdict(entry: Difference) -> Markup:

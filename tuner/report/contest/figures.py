@@ -1,4 +1,4 @@
-"""Figures for a paper: front, differences, printed numbers, and time responses in the order of Wu et al.'s figures 6 to 12."""
+"""Figures for a paper: fronts, differences, printed numbers, and time responses in the order of Wu et al.'s figures 6 to 12."""
 
 from collections.abc import Callable
 from pathlib import Path
@@ -7,12 +7,55 @@ from matplotlib import rc_context
 from matplotlib.figure import Figure
 
 from tuner.documents.contest import Contest
-from tuner.documents.contest_loading import load_contest
+from tuner.report.charts.chart import Panel
+from tuner.report.charts.paper import WIDTH, figure_of, save, style
 from tuner.report.contest import time_figures
-from tuner.report.contest.differences_figure import differences_figure
-from tuner.report.contest.fronts_figure import fronts_figure
-from tuner.report.contest.published_figure import published_figure
-from tuner.report.figure_style import save, style
+from tuner.report.contest.fronts_panels import fronts_panels
+from tuner.report.contest.row_panels import difference_panels, printed_legend, printed_panels, value_panels
+from tuner.report.contest.shown import load_shown
+
+COLUMNS = 3
+
+
+def fronts_figure(contest: Contest) -> Figure | None:
+    """Return the fronts of all contenders, for one objective the points in rows; None where nothing was tuned."""
+    panels = fronts_panels(contest)
+    if not panels:
+        return None
+    if panels[0].rows:
+        return figure_of(panels, 1, 0.9 + 0.3 * len(panels[0].y.ticks), 0.75 * WIDTH)
+    single = len(panels) == 1
+    return figure_of(panels, min(len(panels), 3), 3.6 if single else 2.5, 0.85 * WIDTH if single else WIDTH)
+
+
+def differences_figure(contest: Contest) -> Figure | None:
+    """Return forest plots of the paired differences; None where no two contenders differ in anything."""
+    panels = difference_panels(contest, COLUMNS)
+    if not panels:
+        return None
+    rows = max(len(panel.y.ticks) for panel in panels)
+    return _small(panels, 0.7 + 0.15 * rows, "left of zero the one named first is lower; hollow: no clear difference")
+
+
+def values_figure(contest: Contest) -> Figure:
+    """Return every value with its interval, of the first quantities where there are more than fit on a page."""
+    panels = value_panels(contest, COLUMNS)
+    note = "bars: 95 % intervals over flights; dashed: limit; further left is better"
+    return _small(panels, 0.75 + 0.2 * len(contest.contenders), note)
+
+
+def published_figure(contest: Contest) -> Figure | None:
+    """Return our central 95 % of flights with each printed number; None where no number was printed."""
+    panels = printed_panels(contest)
+    if not panels:
+        return None
+    rows = max(len(panel.y.ticks) for panel in panels)
+    figure = figure_of(panels, min(2, len(panels)), max(0.75 + 0.18 * rows, 1.3), legend=False)
+    figure.legend(*printed_legend(), loc="outside upper center", ncols=4)
+    note = "right: percentile of the printed number among our flights; *: the study was set to meet it"
+    figure.supxlabel(note, fontsize=6.5)
+    return figure
+
 
 # File name and what draws it; None where the folder has no data for it.
 FIGURES: dict[str, Callable[[Contest], Figure | None]] = {
@@ -31,9 +74,29 @@ FIGURES: dict[str, Callable[[Contest], Figure | None]] = {
 
 def write_all(folder: Path) -> list[Path]:
     """Write every figure that the folder has data for and return the files; StoreError where that cannot be done."""
-    contest = load_contest(folder)
+    return _write(folder, FIGURES)
+
+
+def write_values_figure(folder: Path) -> list[Path]:
+    """Write figures/values.png and .pdf into the folder of a comparison and return them."""
+    return _write(folder, {"values": values_figure})
+
+
+def _write(folder: Path, figures: dict[str, Callable[[Contest], Figure | None]]) -> list[Path]:
+    contest = load_shown(folder)
     # Names are text, even those with dollar signs.
     with style(), rc_context({"text.parse_math": False}):
-        drawn = {name: draw(contest) for name, draw in FIGURES.items()}
+        drawn = {name: draw(contest) for name, draw in figures.items()}
         shown = {name: figure for name, figure in drawn.items() if figure is not None}
         return [file for name, figure in shown.items() for file in save(figure, folder, f"figures/{name}")]
+
+
+def _small(panels: list[Panel], height: float, note: str) -> Figure:
+    """Return a figure of many small panels whose axes are in small type."""
+    figure = figure_of(panels, min(COLUMNS, len(panels)), height, legend=False)
+    for ax in figure.axes:
+        ax.tick_params(labelsize=6.5)
+        ax.xaxis.label.set_fontsize(6.5)
+        ax.locator_params(axis="x", nbins=3)
+    figure.supxlabel(note, fontsize=6.5)
+    return figure

@@ -1,16 +1,16 @@
 """report.html of an inference: what its open values must have been, and which printed numbers nothing reproduces."""
 
 from pathlib import Path
-from string import Template
 from typing import Any
 
 from tuner.documents.files import Node, read_text
 from tuner.documents.inference import Inference, load_inference
 from tuner.report.contest.inference_section import cells_table, misfits_table, ratios_table, unknowns_table
 from tuner.report.contest.provenance import environment_facts
-from tuner.report.page import asset, page_section, put_page
+from tuner.report.contest.shown import shown_inference
+from tuner.report.page import Page, Section, aid, folded_text, put_page, wide
 from tuner.report.prose import counted, listing
-from tuner.text.markup import Markup, described, element, join, safe
+from tuner.text.markup import Markup, described, element, join
 from tuner.text.numbers import count, duration, per_cent, significant
 
 AIDS = {
@@ -26,47 +26,41 @@ AIDS = {
 
 def write_inference_page(folder: Path) -> Path:
     """Write report.html into a folder with an inference; StoreError where a file is missing or damaged."""
-    inference = load_inference(folder / "inference.json")
+    inference = shown_inference(load_inference(folder / "inference.json"))
     environment = Node.read(folder / "environment.json").value
     study = read_text(folder / "study.toml")
-    return put_page(folder, page(inference, environment, study))
+    return put_page(folder, inference_page(inference, environment, study))
 
 
-def inference_parts(inference: Inference) -> list[tuple[str, str, Markup]]:
-    """Return the sections of an inference: key, heading, content; those without content are left out."""
-    parts = [
+def inference_parts(inference: Inference) -> list[Section]:
+    """Return the sections of an inference; those without content are left out."""
+    parts = (
         ("cells", "Printed numbers, reproduced or not", cells_table(inference)),
         ("unknowns", "Open values", unknowns_table(inference)),
         ("ratios", "Ratios between contenders", ratios_table(inference)),
         ("misfits", "Misfit", misfits_table(inference)),
-    ]
-    return [
-        (key, name, join((element("p", AIDS[key], class_="aid"), element("div", content, class_="wide"))))
-        for key, name, content in parts
-        if content
-    ]
+    )
+    return [Section(key, name, join((aid(AIDS[key]), wide(content)))) for key, name, content in parts if content]
 
 
-def page(inference: Inference, environment: dict[str, Any], study: str) -> str:
-    """Return the page of an inference; it has no figures that need a script."""
-    document = inference.document
-    parts = [*inference_parts(inference), ("provenance", "Provenance", _provenance(inference, environment, study))]
-    description = document.get("description")
+def inference_page(inference: Inference, environment: dict[str, Any], study: str) -> Page:
+    """Return the page of an inference, given in shown units; it has no charts that need a script."""
+    description = inference.document.get("description")
     words = element("ul", *[element("li", sentence) for sentence in inference.words], class_="words")
-    return Template(asset("page.html")).substitute(
+    provenance = Section("provenance", "Provenance", _provenance(inference, environment, study))
+    return Page(
         kind="inference report",
-        title=safe(document["title"]),
-        ending=Markup(),
-        description=element("p", str(description)) if description else "",
-        paragraph=safe(_asked(inference)),
-        figures=join((words, described(_key_figures(inference), class_="figures"))),
-        warnings="",
-        navigation=join(element("li", element("a", name, href=f"#{key}")) for key, name, _ in parts),
-        sections=join(page_section(*part) for part in parts),
-        data="{}",
-        style="\n".join((asset("page.css"), asset("contest/contest.css"))),
-        script="",
-        plotly="",
+        title=inference.document["title"],
+        lead=join(
+            (
+                element("p", _asked(inference), class_="lead"),
+                element("p", str(description), class_="aid") if description else "",
+                words,
+            )
+        ),
+        opening=described(_key_figures(inference), class_="figures"),
+        sections=[*inference_parts(inference), provenance],
+        data={},
     )
 
 
@@ -74,7 +68,7 @@ def _asked(inference: Inference) -> str:
     cells, unknowns = len(inference.cells), len(inference.unknowns)
     return (
         f"{counted(unknowns, 'open value').capitalize()} were searched so that {listing(inference.contenders)} meet "
-        f"{counted(cells, 'printed number')}. Angles are in rad throughout, as in printed numbers and in study files."
+        f"{counted(cells, 'printed number')}. Angles are in degrees."
     )
 
 
@@ -102,5 +96,4 @@ def _provenance(inference: Inference, environment: dict[str, Any], study: str) -
         ("Fits about as well", f"misfit within {per_cent(settings['near'])} of the least"),
         *environment_facts(environment),
     ]  # fmt: skip
-    text = element("details", element("summary", "Study file as given"), element("pre", study, tabindex="0"))
-    return join((described(facts, class_="facts"), text))
+    return join((described(facts, class_="facts columns"), folded_text("Study file as given", study)))

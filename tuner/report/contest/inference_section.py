@@ -3,9 +3,9 @@
 from math import exp
 
 from tuner.documents.inference import Cell, Inference, Ratio, Unknown
-from tuner.documents.look import Look, looks, sample
+from tuner.report.charts.look import Look, looks, sample
+from tuner.report.charts.strip import Scale, ranged
 from tuner.report.contest.published_section import percentile_text
-from tuner.report.contest.strip import Scale, ranged
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, estimate, significant
 from tuner.text.units import marked_up

@@ -1,28 +1,27 @@
-"""report.html of a contest: one offline page, from what was asked to its provenance; what has no data is left out."""
+"""report.html of a contest or a comparison: who is best in what and by how much; sections without data are left out."""
 
+from collections.abc import Sequence
 from pathlib import Path
-from string import Template
-
-from plotly.offline import get_plotlyjs
 
 from tuner.documents.contest import Contest
-from tuner.documents.contest_loading import load_contest
-from tuner.report.chart import Charts, Panel
+from tuner.report.charts.chart import Panel
+from tuner.report.charts.web import Arrays, grid, to_web
 from tuner.report.contest.best_section import best_table
 from tuner.report.contest.contenders_section import contenders_table, gains_cards
 from tuner.report.contest.controls import contender_switches, interval_switch, response_choices
 from tuner.report.contest.differences_section import forests
-from tuner.report.contest.distribution_charts import add_distributions
-from tuner.report.contest.front_charts import add_fronts
+from tuner.report.contest.distribution_panels import distribution_panels
+from tuner.report.contest.fronts_panels import fronts_panels
 from tuner.report.contest.inference_page import inference_parts
 from tuner.report.contest.prose import asked, claims, key_figures, words
 from tuner.report.contest.provenance import definitions, document_text, facts
 from tuner.report.contest.published_section import printed_tables, strips
-from tuner.report.contest.response_charts import add_responses
+from tuner.report.contest.response_panels import response_panels
+from tuner.report.contest.shown import load_shown
 from tuner.report.contest.values_section import values_table
 from tuner.report.contest.volumes_section import volumes_table
-from tuner.report.page import asset, embedded, ending_aside, grid, page_section, put_page, warnings_aside
-from tuner.text.markup import Markup, described, element, join, safe
+from tuner.report.page import Page, Section, aid, folded, folded_text, put_page, wide
+from tuner.text.markup import Markup, described, element, join
 
 AIDS = {
     "contenders": "Operations are those of the laws in one control step, counted and not timed.",
@@ -43,124 +42,115 @@ AIDS = {
     "distributions": "Share of flights with at most this value; the further left and the steeper, the better. The worst "
     "1 % of flights may lie beyond the right end.",
     "responses": "Bold line: flight 0, the same air for all; band: 5 to 95 % of flights; dotted: the reference. Zooming one "
-    "figure in time zooms all.",
+    "chart in time zooms all.",
     "gains": "In the units of the study file; bold: chosen by the search.",
 }
 
 
 def write_contest_page(folder: Path) -> Path:
     """Write report.html into a contest folder; StoreError where a file is missing, damaged or cannot be written."""
-    return put_page(folder, page(load_contest(folder)))
+    return put_page(folder, contest_page(load_shown(folder)))
 
 
-def page(contest: Contest) -> str:
-    """Return the page of a contest folder."""
-    charts = Charts()
-    sections = {key: (name, content) for key, name, content in _sections(contest, charts) if content}
-    document = contest.document
+def contest_page(contest: Contest) -> Page:
+    """Return the page of a contest, given in shown units."""
+    fronts, responses, spreads = fronts_panels(contest), response_panels(contest), distribution_panels(contest)
+    arrays, document = Arrays(), contest.document
     description = document.get("description")
-    opening = join((asked(contest), " Angles are in rad throughout, as in printed numbers and in study files."))
-    return Template(asset("page.html")).substitute(
+    lead = (
+        element("p", asked(contest), " Angles are in degrees.", class_="lead"),
+        element("p", str(description), class_="aid") if description else "",
+        words(contest),
+        claims(contest),
+    )
+    return Page(
         kind="comparison" if (contest.folder / "comparison.json").exists() else "contest report",
-        title=safe(document["title"]),
-        ending=ending_aside(document.get("ending", [])),
-        description=element("p", str(description)) if description else "",
-        paragraph=opening,
-        figures=join((words(contest), claims(contest), described(key_figures(contest), class_="figures"))),
-        warnings=warnings_aside(document["warnings"]),
-        navigation=join(element("li", element("a", name, href=f"#{key}")) for key, (name, _) in sections.items()),
-        sections=join((contender_switches(contest), *[page_section(key, *entry) for key, entry in sections.items()])),
-        data=embedded(charts),
-        style="\n".join((asset("page.css"), asset("contest/contest.css"))),
-        script=asset("page.js"),
-        plotly=get_plotlyjs(),
+        title=document["title"],
+        ending=document.get("ending", []),
+        lead=join(lead),
+        opening=Markup(),
+        warnings=document["warnings"],
+        sections=_sections(contest, fronts, responses, spreads),
+        data={
+            "charts": {panel.key: to_web(panel, arrays) for panel in [*fronts, *responses, *spreads]},
+            "arrays": arrays.packed,
+        },
+        bar=contender_switches(contest),
     )
 
 
-def _sections(contest: Contest, charts: Charts) -> list[tuple[str, str, Markup]]:
+def _sections(
+    contest: Contest, fronts: Sequence[Panel], responses: Sequence[Panel], spreads: Sequence[Panel]
+) -> list[Section]:  # fmt: skip
+    best, parts = contest.best_under, contest.differences
     return [
-        ("values", "Side by side", _values(contest)),
-        (
-            "differences",
-            "Paired differences",
-            _with_aid("differences", forests(contest)) if contest.differences else Markup(),
+        Section("values", "Side by side", _values(contest)),
+        Section("fronts", "Trade-offs", _fronts(contest, fronts)),
+        Section("differences", "Paired differences", _told("differences", forests(contest)) if parts else Markup()),
+        Section("best", "Best under a limit", _told("best", wide(best_table(contest))) if best else Markup()),
+        Section(
+            "distributions",
+            "Scatter over flights",
+            _told("distributions", grid(spreads, "axis-grid")) if spreads else Markup(),
         ),
-        ("fronts", "Trade-offs", _fronts(contest, charts)),
-        (
-            "best",
-            "Best under a limit",
-            _with_aid("best", _wide(best_table(contest))) if contest.best_under else Markup(),
-        ),
-        ("distributions", "Scatter over flights", _charts("distributions", add_distributions(contest, charts), "axis")),
-        ("published", "Printed numbers", _published(contest)),
-        ("responses", "Responses", _responses(contest, charts)),
-        ("gains", "Gains", _with_aid("gains", gains_cards(contest))),
+        Section("published", "Printed numbers", _published(contest)),
+        Section("responses", "Responses", _responses(contest, responses)),
+        Section("gains", "Gains", _told("gains", gains_cards(contest))),
         *_inference(contest),
-        ("provenance", "Provenance", _provenance(contest)),
+        Section("provenance", "Provenance", _provenance(contest)),
     ]
 
 
 def _values(contest: Contest) -> Markup:
-    parts = [_with_aid("values", _wide(values_table(contest)))] if contest.estimates else []
-    return join((*parts, element("h3", "The contenders"), _with_aid("contenders", _wide(contenders_table(contest)))))
+    parts = [_told("values", wide(values_table(contest)))] if contest.estimates else []
+    return join((*parts, element("h3", "The contenders"), _told("contenders", wide(contenders_table(contest)))))
 
 
-def _fronts(contest: Contest, charts: Charts) -> Markup:
-    if contest.fronts is None or not contest.fronts.fronts:
+def _fronts(contest: Contest, panels: Sequence[Panel]) -> Markup:
+    if contest.fronts is None or not panels:
         return Markup()
-    panels = add_fronts(contest, contest.fronts, charts)
     form = f"front-grid objectives-{min(max(len(contest.fronts.objectives), 2), 4)}"
-    return join((_aid("fronts"), interval_switch(), grid(panels, form), _wide(volumes_table(contest, contest.fronts))))
+    return join(
+        (aid(AIDS["fronts"]), interval_switch(), grid(panels, form), wide(volumes_table(contest, contest.fronts)))
+    )
 
 
 def _published(contest: Contest) -> Markup:
     if not contest.cells:
         return Markup()
-    return join(
-        (_aid("published"), printed_tables(contest), element("h3", "As a picture"), _aid("strips"), strips(contest))
-    )
+    picture = (element("h3", "As a picture"), aid(AIDS["strips"]), strips(contest))
+    return join((aid(AIDS["published"]), printed_tables(contest), *picture))
 
 
-def _responses(contest: Contest, charts: Charts) -> Markup:
-    panels = add_responses(contest, charts)
+def _responses(contest: Contest, panels: Sequence[Panel]) -> Markup:
     if not panels:
         return Markup()
     grids = [
         grid([panel for panel in panels if panel.form == form], f"{'rotor' if form == 'rotor' else 'axis'}-grid")
         for form in ("air", "axis", "rotor")
     ]
-    return join((_aid("responses"), response_choices(contest), *grids))
+    return join((aid(AIDS["responses"]), response_choices(contest), *grids))
 
 
-def _inference(contest: Contest) -> list[tuple[str, str, Markup]]:
+def _inference(contest: Contest) -> list[Section]:
     if contest.inference is None:
         return []
     told = element("ul", *[element("li", sentence) for sentence in contest.inference.words], class_="words")
     parts = inference_parts(contest.inference)
-    shown = [element("section", element("h3", name), content, id=f"inference-{key}") for key, name, content in parts]
-    return [("inference", "Open values inferred", join((told, *shown)))]
+    shown = [element("section", element("h3", part.title), part.content, id=f"inference-{part.key}") for part in parts]
+    return [Section("inference", "Open values inferred", join((told, *shown)))]
 
 
 def _provenance(contest: Contest) -> Markup:
-    files = (
-        ("Study file as given", contest.study),
-        ("Every number of this page, as JSON", document_text(contest)),
+    folds = (
+        folded("What the words mean", definitions(contest)),
+        folded_text("Study file as given", contest.study),
+        folded_text("Every number of this page, as JSON", document_text(contest)),
     )
-    folded = [element("details", element("summary", name), element("pre", text, tabindex="0")) for name, text in files]
-    return join((facts(contest), element("h3", "What the words mean"), definitions(contest), *folded))
+    return join(
+        (described(key_figures(contest), class_="figures"), facts(contest), element("div", *folds, class_="foldings"))
+    )
 
 
-def _charts(key: str, panels: list[Panel], form: str) -> Markup:
-    return join((_aid(key), grid(panels, f"{form}-grid"))) if panels else Markup()
-
-
-def _with_aid(key: str, content: Markup) -> Markup:
-    return join((_aid(key), content))
-
-
-def _wide(content: Markup) -> Markup:
-    return element("div", content, class_="wide")
-
-
-def _aid(key: str) -> Markup:
-    return element("p", AIDS[key], class_="aid")
+def _told(key: str, content: Markup) -> Markup:
+    return join((aid(AIDS[key]), content))

@@ -4,7 +4,7 @@ import json
 from typing import Any
 
 from tuner.documents.contest import Contest
-from tuner.report.contest.values_section import metric_anchor
+from tuner.report.answer_section import metric_anchor
 from tuner.report.provenance import TOLD
 from tuner.text.markup import Markup, coded, described, element, join
 from tuner.text.numbers import MISSING, count, duration, significant
@@ -49,7 +49,7 @@ def facts(contest: Contest) -> Markup:
         ("Compared on", "; ".join(scenarios) or MISSING),
         *environment_facts(contest.environment),
     ]
-    return described(shown, class_="facts")
+    return described(shown, class_="facts columns")
 
 
 def environment_facts(environment: dict[str, Any]) -> list[tuple[str, str]]:

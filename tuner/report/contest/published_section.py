@@ -1,8 +1,9 @@
 """Printed numbers against the distribution that the same experiment has here: as the paper's table, and as a picture."""
 
 from tuner.documents.contest import Cell, Contest
-from tuner.documents.look import sample
-from tuner.report.contest.strip import Scale, pinned, ruler, scale
+from tuner.report.charts.look import sample
+from tuner.report.charts.strip import Scale, pinned, ruler, scale
+from tuner.report.contest.looks import looks_of
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import MISSING, estimate, fixed, significant
 from tuner.text.units import bracketed, marked_up
@@ -55,7 +56,7 @@ def percentile_text(percentile: float) -> str:
 
 def _table(contest: Contest, cells: list[Cell]) -> Markup:
     names = [name for name in contest.index if any(cell.contender == name for cell in cells)]
-    heads = [join((sample(contest.look[name]), element("br"), name)) for name in names]
+    heads = [join((sample(looks_of(contest)[name]), element("br"), name)) for name in names]
     top = element("tr", *[element("th", head, scope="col") for head in ("Printed number", "Unit", *heads)])
     body = [_row([cell for cell in cells if (cell.metric, cell.scenario) == row], names) for row in rows_of(cells)]
     foot = [element("td", element("div", tally([cell for cell in cells if cell.contender == name])), data_label=name)
@@ -96,7 +97,7 @@ def _figure(contest: Contest, row: Row) -> Markup:
 
 
 def _line(contest: Contest, cell: Cell, shown: Scale) -> Markup:
-    look = contest.look[cell.contender]
+    look = looks_of(contest)[cell.contender]
     median, ends = estimate(*cell.central)
     printed = element("strong", significant(cell.printed, 6))
     return element(

@@ -6,7 +6,7 @@ from collections.abc import Iterable
 import numpy as np
 
 from tuner.documents.contest import Air, Contest, Trace
-from tuner.report.response_charts import ROTOR_UNIT, TITLES, is_rotor
+from tuner.report.charts.fans import ROTOR_UNIT, TITLES, is_rotor
 from tuner.text.units import bracketed
 
 AIR_TITLES = {

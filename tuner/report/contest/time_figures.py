@@ -15,10 +15,11 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from tuner.documents.contest import Air, Contest, Trace
-from tuner.documents.look import Look
 from tuner.documents.results import Fan
+from tuner.report.charts.look import INKS, Look
+from tuner.report.charts.paper import grid
+from tuner.report.contest.looks import looks_of
 from tuner.report.contest.signals import asked_for, drifts, error, is_calm, rate, signal_title
-from tuner.report.figure_style import COLOURS, grid
 from tuner.text.units import bracketed
 
 POSITION, ATTITUDE = ("x", "y", "z"), ("roll", "pitch", "yaw")
@@ -105,7 +106,7 @@ def _disturbance(contest: Contest, scenario: str | None, kinds: tuple[str, ...])
 def _air(shown: list[Air], scenario: str) -> Figure:
     figure, axes = grid(len(shown), 1, ROW)
     for ax, entry in zip(axes, shown, strict=True):
-        ax.plot(entry.time, entry.value, color=COLOURS["ink"], linewidth=0.7)
+        ax.plot(entry.time, entry.value, color=INKS["ink"], linewidth=0.7)
         ax.set_ylabel(
             signal_title(entry.signal, entry.unit).replace("angular acc", "angular\nacc").replace(" [", "\n[")
         )
@@ -116,7 +117,7 @@ def _air(shown: list[Air], scenario: str) -> Figure:
 
 def _responses(contest: Contest, scenario: str | None, signals: tuple[str, ...], kind: Kind) -> Figure | None:
     traces = [entry for entry in contest.traces if entry.scenario == scenario and entry.signal in signals]
-    traces = [entry for entry in traces if entry.contender in contest.look and np.isfinite(kind.values(entry)).all()]
+    traces = [entry for entry in traces if entry.contender in contest.index and np.isfinite(kind.values(entry)).all()]
     present = [signal for signal in signals if any(entry.signal == signal for entry in traces)]
     if not present:
         return None
@@ -136,7 +137,7 @@ def _responses(contest: Contest, scenario: str | None, signals: tuple[str, ...],
 def _panel(contest: Contest, ax: Axes, traces: list[Trace], kind: Kind) -> None:
     bands = []
     for number, trace in enumerate(traces):
-        look = contest.look[trace.contender]
+        look = looks_of(contest)[trace.contender]
         fan = _fan(contest, trace, kind)
         if fan is not None:
             ax.fill_between(fan.time, fan.low, fan.high, color=look.ink, alpha=0.13, linewidth=0)
@@ -146,7 +147,7 @@ def _panel(contest: Contest, ax: Axes, traces: list[Trace], kind: Kind) -> None:
         return
     asked = asked_for(contest, traces[0].scenario, traces[0].signal)
     if asked is not None and kind is VALUE:
-        ax.plot(*asked, linestyle=(0, (1, 1.5)), linewidth=0.9, color=COLOURS["ink"], zorder=2)
+        ax.plot(*asked, linestyle=(0, (1, 1.5)), linewidth=0.9, color=INKS["ink"], zorder=2)
     ax.set_ylabel(kind.title(traces[0]))
     _frame(ax, bands)
 
@@ -216,4 +217,4 @@ def _remarks(axes: list[Axes], kind: Kind, trace: Trace) -> str:
 
 
 def _note(figure: Figure, text: str) -> None:
-    figure.supxlabel(text, fontsize=6.5, color=COLOURS["ink"])
+    figure.supxlabel(text, fontsize=6.5, color=INKS["ink"])

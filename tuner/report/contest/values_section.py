@@ -1,10 +1,11 @@
 """Every contender in every quantity on the same flights, the best marked by a sign and not by colour alone."""
 
 from tuner.documents.contest import Contest, Quantity
-from tuner.documents.look import Look, sample
 from tuner.documents.results import Estimate
-from tuner.report.contest.strip import NARROW, WIDTH, ruler, scale, stacked
-from tuner.report.outcome_table import risk_words
+from tuner.report.answer_section import metric_anchor, risk_words
+from tuner.report.charts.look import Look, sample
+from tuner.report.charts.strip import NARROW, WIDTH, ruler, scale, stacked
+from tuner.report.contest.looks import looks_of
 from tuner.report.prose import limit_text
 from tuner.text.markup import Markup, coded, element, join
 from tuner.text.numbers import MISSING, estimate
@@ -32,11 +33,6 @@ def values_table(contest: Contest) -> Markup:
     return element("table", element("thead", _head(contest)), *groups, class_=f"values{many} stacked")
 
 
-def metric_anchor(metric: str) -> str:
-    """Return the id of a metric's definition in the page."""
-    return "metric-" + "".join(letter if letter.isalnum() else "-" for letter in metric)
-
-
 def quantity_head(quantity: Quantity) -> Markup:
     """Return label, unit, risk and scenario of a quantity, the label linked to the metric's definition."""
     name = element("code", quantity.label.removesuffix(f"@{quantity.scenario}"))
@@ -50,7 +46,7 @@ def quantity_head(quantity: Quantity) -> Markup:
 
 
 def _head(contest: Contest) -> Markup:
-    names = [join((sample(entry.look), element("br"), entry.name)) for entry in contest.contenders]
+    names = [join((sample(looks_of(contest)[entry.name]), element("br"), entry.name)) for entry in contest.contenders]
     return element("tr", *[element("th", name, scope="col") for name in ("Quantity", *names, "On one scale")])
 
 
@@ -64,7 +60,7 @@ def _row(contest: Contest, quantity: Quantity) -> list[Markup]:
     best, close = contest.best(quantity.label), contest.close_to_best(quantity.label)
     found = [(entry, contest.estimates.get((entry.name, quantity.label))) for entry in contest.contenders]
     shown = [_cell(quantity, value, entry.name in best, entry.name in close) for entry, value in found]
-    known = [(entry.look, value) for entry, value in found if value is not None]
+    known = [(looks_of(contest)[entry.name], value) for entry, value in found if value is not None]
     drawn = _drawing(known, quantity.limit, NARROW if len(contest.contenders) > MANY else WIDTH)
     names = [*[entry.name for entry in contest.contenders], "On one scale"]
     content = [*shown, drawn]

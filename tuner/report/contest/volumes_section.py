@@ -1,7 +1,8 @@
 """How large the fronts are: the share of one common box that each dominates."""
 
 from tuner.documents.contest import Contest, Fronts
-from tuner.documents.look import sample
+from tuner.report.charts.look import sample
+from tuner.report.contest.looks import looks_of
 from tuner.report.contest.values_section import BEST, CLOSE
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import count, estimate, significant
@@ -20,7 +21,7 @@ def volumes_table(contest: Contest, fronts: Fronts) -> Markup:
         largest = entry.contender in best
         sign = f"{BEST} " if largest else f"{CLOSE} " if entry.even & best else ""
         number = element("strong" if largest else "span", sign, value, class_="number")
-        name = join((sample(contest.look[entry.contender]), " ", entry.contender))
+        name = join((sample(looks_of(contest)[entry.contender]), " ", entry.contender))
         rows.append(
             [name, count(entry.points), element("span", number, " ", element("small", ends, class_="interval"))]
         )

@@ -1,8 +1,8 @@
-// The data of the page, see explorer_data.py. Long series stay packed until a point that needs them is picked.
+// The data of the page, see explorer_data.py; a page without an explorer has charts and arrays alone.
 
 const data = JSON.parse(byId("data").textContent);
-const objectives = data.objectives;
-const variables = data.variables;
+const objectives = data.objectives ?? [];
+const variables = data.variables ?? [];
 // Dimensions of the explorer: objectives in shown units, then gains.
 const dimensions = [
   ...objectives.map((entry, index) => ({ ...entry, index, name: entry.label, gain: false })),
@@ -16,16 +16,25 @@ function bytesOf(packed) {
   return bytes.buffer;
 }
 
-const singles = (packed) => new Float32Array(bytesOf(packed));
-const inShownUnits = (stored) => stored.map((value, i) => (value == null ? value : value * objectives[i].factor));
+const singles = (packed) => Array.from(new Float32Array(bytesOf(packed)));
+const decoded = new Map();
 
-function layerOf(point) {
-  if (point.role) return point.role;
-  return point.front ? "front" : "finalist";
+// An array by its name: single precision, sixteen bits (low + step * q), or a list as it stands.
+function arrayOf(name) {
+  if (!decoded.has(name)) {
+    const stored = data.arrays[name];
+    if (typeof stored === "string") decoded.set(name, singles(stored));
+    else if (Array.isArray(stored)) decoded.set(name, stored);
+    else decoded.set(name, Array.from(new Uint16Array(bytesOf(stored.packed)), (q) => stored.scale[0] + stored.scale[1] * q));
+  }
+  return decoded.get(name);
 }
 
+const inShownUnits = (stored) => stored.map((value, i) => (value == null ? value : value * objectives[i].factor));
+const layerOf = (point) => point.role || (point.front ? "front" : "finalist");
+
 // What is drawn: name, layer, values along all dimensions, intervals of the objectives, and the point as stored.
-const finalists = data.points.map((point) => ({
+const finalists = (data.points ?? []).map((point) => ({
   name: point.name,
   layer: layerOf(point),
   values: [...inShownUnits(point.held_out), ...point.gains],
@@ -34,7 +43,6 @@ const finalists = data.points.map((point) => ({
   point,
 }));
 const byName = new Map(finalists.map((row) => [row.name, row]));
-const defaultRow = finalists.find((row) => row.layer === "default") ?? null;
 
 let candidateRows = null;
 

@@ -19,18 +19,27 @@ function makeStore(initial) {
   };
 }
 
-// picked: name of a finalist. ranges: what is selected, dimension -> [low, high]. layers: what is shown.
+const LINK = "#point=";
+
+// The point that the address of the page names, as `#point=p0101`.
+function linked() {
+  const { hash } = window.location;
+  try {
+    const name = hash.startsWith(LINK) ? decodeURIComponent(hash.slice(LINK.length)) : "";
+    return byName.has(name) ? name : null;
+  } catch { return null; }
+}
+
+// picked: name of a finalist, or of an airframe. ranges: what is selected, dimension -> [low, high]. off: layers not shown.
 const store = makeStore({
-  picked: byName.has(data.tuned) ? data.tuned : finalists[0].name,
+  picked: linked() ?? (byName.has(data.tuned) ? data.tuned : finalists[0]?.name),
   ranges: Object.freeze({}),
-  layers: Object.freeze({
-    tuned: true, default: true, front: true, finalist: true, start: true, searched: false, infeasible: false, intervals: true,
-  }),
+  off: Object.freeze([...document.querySelectorAll("[data-layer]:not(:checked)")].map((box) => box.dataset.layer)),
   x: 0,
   y: Math.min(1, dimensions.length - 1),
   gains: false,
-  scenario: 0,
-  channel: 0,
+  scenario: byId("choose-scenario")?.value ?? data.responses?.scenarios[0],
+  channel: byId("choose-channel")?.value,
   behind: true,
   order: -1,
 });
@@ -38,6 +47,7 @@ const store = makeStore({
 const pick = (name) => {
   if (!byName.has(name) || name === store.get().picked) return;
   store.set({ picked: name });
+  window.history.replaceState(null, "", LINK + encodeURIComponent(name));
   announce(`Picked ${name}: ${summaryOf(byName.get(name)).join(", ")}`);
 };
 

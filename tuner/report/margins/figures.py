@@ -7,7 +7,7 @@ from tuner.analysis.margins.linear import Linear
 from tuner.analysis.margins.mismatch import Extent, extents, mismatch_map
 from tuner.analysis.margins.readings import Subject
 from tuner.analysis.margins.time_response import time_responses
-from tuner.report.figure_style import save, style
+from tuner.report.charts.paper import save, style
 from tuner.report.margins.loop_figures import bode_figure, nichols_figure, nyquist_figure
 from tuner.report.margins.mismatch_figure import mismatch_figure
 from tuner.report.margins.response_figure import response_figure

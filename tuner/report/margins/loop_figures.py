@@ -12,17 +12,18 @@ from objectives.margins.period import CHANNELS
 from tuner.analysis.margins.curves import Curves
 from tuner.analysis.margins.limits import LIMITS
 from tuner.analysis.margins.readings import Subject
-from tuner.report.figure_style import COLOURS, grid
+from tuner.report.charts.look import INKS
+from tuner.report.charts.paper import grid
 
 Array = np.ndarray
 Style = dict[str, Any]
 
 # How the first case (small signals), the last (steepest slope) and those between are drawn.
-FIRST: Style = {"color": COLOURS["tuned"], "linestyle": "solid", "linewidth": 1.3, "zorder": 3.0}
-LAST: Style = {"color": COLOURS["default"], "linestyle": (0, (4, 2)), "linewidth": 1.3, "zorder": 2.9}
-BETWEEN: Style = {"color": COLOURS["grey"], "linestyle": "solid", "linewidth": 0.5, "zorder": 2.8}
-BAND: Style = {"color": COLOURS["grey"], "alpha": 0.25, "linewidth": 0.0}
-RULE: Style = {"color": COLOURS["ink"], "linewidth": 0.6, "linestyle": (0, (1, 1.5))}
+FIRST: Style = {"color": INKS["tuned"], "linestyle": "solid", "linewidth": 1.3, "zorder": 3.0}
+LAST: Style = {"color": INKS["default"], "linestyle": (0, (4, 2)), "linewidth": 1.3, "zorder": 2.9}
+BETWEEN: Style = {"color": INKS["faint"], "linestyle": "solid", "linewidth": 0.5, "zorder": 2.8}
+BAND: Style = {"color": INKS["faint"], "alpha": 0.25, "linewidth": 0.0}
+RULE: Style = {"color": INKS["ink"], "linewidth": 0.6, "linestyle": (0, (1, 1.5))}
 # Entries side by side in a legend.
 MOST_COLUMNS = 4
 # Part of the plane that Nyquist and Nichols curves are shown in.
@@ -110,9 +111,7 @@ def _crossings(subject: Subject, channel: str, gain: Axes, phase: Axes) -> None:
         for worst in worsts:
             if worst.frequency[0, i] > 0.0:
                 for ax in (gain, phase):
-                    ax.axvline(
-                        worst.frequency[0, i], color=COLOURS["ink"], linewidth=0.7, linestyle=dashes, label=label
-                    )
+                    ax.axvline(worst.frequency[0, i], color=INKS["ink"], linewidth=0.7, linestyle=dashes, label=label)
 
 
 def nyquist_figure(subject: Subject, panels: dict[tuple[str, ...], Curves]) -> Figure:
@@ -124,7 +123,7 @@ def nyquist_figure(subject: Subject, panels: dict[tuple[str, ...], Curves]) -> F
         for i in range(len(curves.loop)):
             loop = curves.loop[i]
             ax.plot(loop.real, loop.imag, label=label_of(curves, i), **style_of(i, len(curves.loop)))
-        ax.plot([-1.0], [0.0], "+", color=COLOURS["ink"], markersize=9, markeredgewidth=1.4)
+        ax.plot([-1.0], [0.0], "+", color=INKS["ink"], markersize=9, markeredgewidth=1.4)
         ax.set_title(name_of(group), fontweight="bold")
         ax.set_xlim(NYQUIST[0])
         ax.set_ylim(NYQUIST[1])
@@ -144,7 +143,7 @@ def _forbidden(ax: Axes) -> None:
     peak = largest_peak()
     ax.add_patch(
         Circle(
-            (-1.0, 0.0), 1.0 / peak, facecolor="none", edgecolor=COLOURS["ink"], hatch="////", linewidth=0.8, alpha=0.6,
+            (-1.0, 0.0), 1.0 / peak, facecolor="none", edgecolor=INKS["ink"], hatch="////", linewidth=0.8, alpha=0.6,
             label=f"Ms > {peak:g}",
         )
     )  # fmt: skip
@@ -163,7 +162,7 @@ def _free_disk(subject: Subject, channel: str, ax: Axes) -> None:
         centre, radius = disk_circle(low, high)
         ax.add_patch(
             Circle(
-                (centre, 0.0), radius, facecolor=COLOURS["front"], edgecolor=COLOURS["front"], alpha=0.3,
+                (centre, 0.0), radius, facecolor=INKS["front"], edgecolor=INKS["front"], alpha=0.3,
                 linestyle=(0, (3, 1, 1, 1)), label="disk margin, kept free",
             )
         )  # fmt: skip
@@ -178,13 +177,13 @@ def nichols_figure(subject: Subject, panels: dict[tuple[str, ...], Curves]) -> F
     edge_phase = np.degrees(np.mod(np.angle(edge), 2.0 * np.pi)) - 360.0
     for ax, (group, curves) in zip(axes, panels.items(), strict=True):
         ax.fill(
-            edge_phase, 20.0 * np.log10(np.abs(edge)), facecolor="none", edgecolor=COLOURS["ink"], hatch="////", alpha=0.6,
+            edge_phase, 20.0 * np.log10(np.abs(edge)), facecolor="none", edgecolor=INKS["ink"], hatch="////", alpha=0.6,
             linewidth=0.8, label=f"Ms > {peak:g}",
         )  # fmt: skip
         for i in range(len(curves.loop)):
             phase, style = curves.phase[i], style_of(i, len(curves.loop))
             ax.plot(phase, curves.gain[i], label=label_of(curves, i), **style)
-        ax.plot([-180.0], [0.0], "+", color=COLOURS["ink"], markersize=9, markeredgewidth=1.4)
+        ax.plot([-180.0], [0.0], "+", color=INKS["ink"], markersize=9, markeredgewidth=1.4)
         ax.set_title(name_of(group), fontweight="bold")
         ax.set_xlim(NICHOLS[0])
         ax.set_ylim(NICHOLS[1])

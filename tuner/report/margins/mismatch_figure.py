@@ -9,15 +9,16 @@ from matplotlib.patches import Patch
 from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from tuner.analysis.margins.mismatch import CRITERIA, REACH, Extent, Map
-from tuner.report.figure_style import COLOURS, grid
+from tuner.report.charts.look import INKS
+from tuner.report.charts.paper import grid
 from tuner.report.margins.loop_figures import Style
 
 TICKS = (0.25, 0.5, 0.7, 1.0, 1.4, 2.0, 4.0)
 TITLES = {"mass": "mass", "inertia": "inertia", "thrust": "rotor thrust", "lag": "rotor lag"}
-UNSTABLE: Style = {"facecolor": "#c9cfd4", "edgecolor": COLOURS["ink"], "hatch": "xxx", "linewidth": 0.0}
-GROUNDED: Style = {"facecolor": "#ffffff", "edgecolor": COLOURS["grey"], "hatch": "...", "linewidth": 0.0}
+UNSTABLE: Style = {"facecolor": "#c9cfd4", "edgecolor": INKS["ink"], "hatch": "xxx", "linewidth": 0.0}
+GROUNDED: Style = {"facecolor": "#ffffff", "edgecolor": INKS["faint"], "hatch": "...", "linewidth": 0.0}
 BROKEN: Style = {"facecolor": "#eef0f2", "edgecolor": "#eef0f2"}
-KEPT: Style = {"facecolor": "#a9d3c8", "edgecolor": COLOURS["front"]}
+KEPT: Style = {"facecolor": "#a9d3c8", "edgecolor": INKS["front"]}
 
 
 def mismatch_figure(maps: list[Map], extents: list[Extent]) -> Figure:
@@ -33,7 +34,7 @@ def mismatch_figure(maps: list[Map], extents: list[Extent]) -> Figure:
             axis.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     handles = [
         Patch(label="limits kept", **KEPT),
-        Patch(label="stable, a limit broken", facecolor=BROKEN["facecolor"], edgecolor=COLOURS["grey"]),
+        Patch(label="stable, a limit broken", facecolor=BROKEN["facecolor"], edgecolor=INKS["faint"]),
         Patch(label="not stable", **UNSTABLE),
         Patch(label="no steady flight", **GROUNDED),
     ]
@@ -56,16 +57,14 @@ def _regions(ax: Axes, entry: Map) -> None:
     fly(limits, levels=[0.0, 1e9], colors=[KEPT["facecolor"]])
     for values, style in ((stability, "solid"), (limits, (0, (4, 2)))):
         if values.min(axis=None) < 0.0 < values.max(axis=None):
-            ax.contour(
-                entry.x, entry.y, values, levels=[0.0], colors=[COLOURS["ink"]], linewidths=1.2, linestyles=[style]
-            )
+            ax.contour(entry.x, entry.y, values, levels=[0.0], colors=[INKS["ink"]], linewidths=1.2, linestyles=[style])
     ax.set_xlim(entry.x[0], entry.x[-1])
     ax.set_ylim(entry.y[0], entry.y[-1])
 
 
 def _cross(ax: Axes, entry: Map, extents: list[Extent]) -> None:
     """The nominal vehicle, and how far each factor may go from it by itself, in words."""
-    ax.plot([1.0], [1.0], "P", color=COLOURS["ink"], markersize=7, markeredgecolor="white")
+    ax.plot([1.0], [1.0], "P", color=INKS["ink"], markersize=7, markeredgecolor="white")
     lines = []
     for factor in (entry.across, entry.up):
         stable, limits = (next(e for e in extents if (e.factor, e.criterion) == (factor, name)) for name in CRITERIA)

@@ -6,7 +6,7 @@ from matplotlib.figure import Figure
 
 from plant.cascade import ATTITUDE_AXES
 from tuner.analysis.margins.time_response import Responses
-from tuner.report.figure_style import grid
+from tuner.report.charts.paper import grid
 from tuner.report.margins.loop_figures import BAND, RULE, legend, name_of, style_of
 
 # Responses that differ by less than this at no time are one: the loop depends on no amplitude.

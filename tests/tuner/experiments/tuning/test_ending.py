@@ -23,7 +23,7 @@ from tuner.cli.printers import story as show
 from tuner.documents.ending import GAINS, INFEASIBLE, NOTHING
 from tuner.documents.loading import load
 from tuner.experiments.tuning.starts import design_row, study_designs
-from tuner.report.page import page
+from tuner.report.tuning_page import tuning_page
 from tuner.study import load_study
 from tuner.text.errors import NOTHING_FEASIBLE, guarded
 
@@ -139,7 +139,7 @@ def test_show_and_the_page_say_so_first_and_advise_no_flight(ran, monkeypatch, c
     show.tell_folder(folder, as_json=True)
     story = json.loads(capsys.readouterr().out)
     assert story["feasible"] is False and story["recommended"] is None and story["nearest"]["point"]
-    text = page(load(folder))
+    text = tuning_page(load(folder)).text()
     assert NOTHING in text and text.index(NOTHING) < text.index('class="lead"') < text.index("Nothing is recommended")
     said = re.sub(r"<[^>]*>|\s", "", text[: text.index("</header>")])
     assert "Recommendedpointnone" in said and "isrecommendedbecause" not in said

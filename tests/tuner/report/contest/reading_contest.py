@@ -6,6 +6,7 @@ import re
 from functools import lru_cache
 from html.parser import HTMLParser
 
+import numpy as np
 import pyarrow.parquet as pq
 
 from tests.tuner.report.reading import Page, read
@@ -104,8 +105,38 @@ def strip_rows(folder):
     return [(caption, " ".join(text.split())) for caption, text in Lists(markup_of(folder), "strip-row").items]
 
 
-def content(folder):
+def stored(folder):
+    """contest.json as it stands, angles in rad."""
     return json.loads((folder / "contest.json").read_text(encoding="utf-8"))
+
+
+def factor_of(unit):
+    """What a page multiplies by: angles in rad become degrees."""
+    powers = {"rad": 1, "rad/s": 1, "rad s": 1, "rad^2 s": 2}
+    return float(np.degrees(1.0)) ** powers.get(unit, 0)
+
+
+def content(folder):
+    """contest.json with the numbers that a page shows, angles in degrees."""
+    told = stored(folder)
+    factors = {quantity["label"]: factor_of(quantity["unit"]) for quantity in told["quantities"]}
+
+    def scale(row, factor, *keys):
+        row.update({key: row[key] * factor for key in keys if row.get(key) is not None})
+
+    for quantity in told["quantities"]:
+        scale(quantity, factor_of(quantity["unit"]), "limit")
+    for row in told["estimates"]:
+        scale(row, factors[row["quantity"]], "value", "low", "high")
+    for row in [*told["differences"], *(row for claim in told["claims"] for row in claim["rows"])]:
+        scale(row, factors.get(row["quantity"], 1.0), "difference", "low", "high")
+    for cell in told["published"]:
+        scale(cell, factor_of(cell["unit"]), "value", "mean", "median", "p2_5", "p97_5")
+    for question in told["best_under"]:
+        scale(question, factors.get(question["subject_to"], 1.0), "limit")
+        for row in question["rows"]:
+            scale(row, factors.get(question["objective"], 1.0), "value", "low", "high")
+    return told
 
 
 def front_rows(folder):
@@ -126,3 +157,11 @@ def rows_of(folder, file, **wanted):
     for key, value in wanted.items():
         table = table[table[key] == value]
     return {name: table[name].tolist() for name in table}
+
+
+def shown_rows_of(folder, file, **wanted):
+    """Likewise with the numbers that a page shows, angles in degrees."""
+    rows = rows_of(folder, file, **wanted)
+    factor = factor_of(rows["unit"][0]) if rows.get("unit") else 1.0
+    scaled = ("value", "reference", "low", "median", "high")
+    return {name: [factor * value for value in values] if name in scaled else values for name, values in rows.items()}

@@ -7,19 +7,20 @@ import numpy as np
 import pytest
 
 from tuner.documents.contest import Gain
-from tuner.documents.look import COUNT, DASHES, INKS, SYMBOLS, looks, plotly_line, plotly_marker, sample
 from tuner.documents.results import Estimate
+from tuner.report.charts.chart import span_of, value_axis
+from tuner.report.charts.look import COUNT, DASHES, INKS, SYMBOLS, looks, sample
+from tuner.report.charts.strip import INSET, Scale, interval, pinned, ruler, scale, stacked, ticks
+from tuner.report.charts.web import line_of, marker_of
 from tuner.report.contest.joined_gains import joined
-from tuner.report.contest.spans import span_of
-from tuner.report.contest.strip import INSET, Scale, interval, pinned, ruler, scale, stacked, ticks
 from tuner.report.page import asset
 
 
 def test_every_look_can_be_told_apart_without_colour():
-    assert len(SYMBOLS) == len(DASHES) == len(INKS) == COUNT
+    assert len(list(SYMBOLS)[:COUNT]) == len(DASHES) == len([name for name in INKS if name.startswith("c")]) == COUNT
     different = looks([(str(i), "one") for i in range(COUNT)])
-    assert len({look.symbol for look in different}) == len({look.style for look in different}) == COUNT
-    assert len({plotly_line(look)["dash"] for look in different}) == COUNT
+    assert len({look.symbol for look in different}) == len({look.dash for look in different}) == COUNT
+    assert len({line_of(look)["dash"] for look in different}) == COUNT
     many = looks([(str(i), "one") for i in range(3 * COUNT)])
     assert len({(look.colour, look.symbol) for look in many}) == 3 * COUNT
 
@@ -27,18 +28,18 @@ def test_every_look_can_be_told_apart_without_colour():
 def test_the_same_laws_on_another_airframe_are_kin():
     pid, adrc, kin, other, twin = looks([("pid", "a"), ("adrc", "a"), ("pid", "b"), ("adrc", "b"), ("pid", "a")])
     assert (pid.colour, pid.symbol) == (kin.colour, kin.symbol) != (adrc.colour, adrc.symbol)
-    assert (pid.hollow, kin.hollow) == (False, True) and plotly_marker(kin, 8)["symbol"] == "circle-open"
+    assert (pid.hollow, kin.hollow) == (False, True) and marker_of(kin)["symbol"] == "circle-open"
     assert (adrc.colour, other.hollow) == (other.colour, True)
     # The same laws twice on one airframe, say with other gains, are no kin.
     assert (twin.colour, twin.symbol) != (pid.colour, pid.symbol)
-    assert len({look.style for look in (pid, adrc, kin, other, twin)}) == 5
+    assert len({look.dash for look in (pid, adrc, kin, other, twin)}) == 5
 
 
 def test_every_colour_is_in_the_style_sheet():
-    style = asset("contest/contest.css")
+    style = asset("page.css")
     for number in range(COUNT):
         # Once for light, once for dark; the figures for a paper have those of light.
-        assert re.findall(rf"--c{number}: (#[0-9a-f]{{6}})", style)[0] == INKS[number]
+        assert re.findall(rf"--c{number}: (#[0-9a-f]{{6}})", style)[0] == INKS[f"c{number}"]
         assert len(re.findall(rf"--c{number}: #[0-9a-f]{{6}}", style)) == 2
         assert f"c{number}" in sample(looks([(str(i), "one") for i in range(COUNT)])[number])
 
@@ -128,14 +129,14 @@ def test_numbers_of_a_ruler_do_not_touch():
 
 
 def test_axes_cover_decades_logarithmically():
-    assert span_of([]) == (0.0, 1.0, False)
-    linear, log = span_of([np.array([1.0, 10.0]), np.array([np.inf])]), span_of([np.array([1e-3, 1.0])])
+    assert span_of([], 25.0) == (0.0, 1.0, False)
+    linear, log = span_of([np.array([1.0, 10.0]), np.array([np.inf])], 25.0), span_of([np.array([1e-3, 1.0])], 25.0)
     assert linear.log is False and linear.low < 1.0 and linear.high > 10.0
     assert log.log is True and 0.0 < log.low < 1e-3 and log.high > 1.0
-    assert log.plotly()["range"][0] < -3.0 and log.plotly()["ticktext"][:4] == ["0.001", "0.003", "0.01", "0.03"]
-    many = span_of([np.array([1e-6, 1.0])])
+    assert [text for _, text in value_axis("peak", "m", log).ticks[:4]] == ["0.001", "0.003", "0.01", "0.03"]
+    many = span_of([np.array([1e-6, 1.0])], 25.0)
     assert many.ticks() == pytest.approx([10.0**power for power in range(-6, 1)])
-    assert span_of([np.array([2.0])]).low < 2.0 < span_of([np.array([2.0])]).high
+    assert span_of([np.array([2.0])], 25.0).low < 2.0 < span_of([np.array([2.0])], 25.0).high
 
 
 def test_gains_are_joined_where_a_whole_group_agrees():

@@ -9,18 +9,15 @@ import pytest
 
 from plant.errors import StoreError
 from tests.tuner.report.contest.fabricate_contest import ALL, Made, answer, asked, fabricate
-from tests.tuner.report.contest.reading_contest import content, front_rows, rows_of
+from tests.tuner.report.contest.reading_contest import front_rows, rows_of, stored
 from tests.tuner.report.test_report_figures import pdf_box, png_size
 from tuner.documents.contest_loading import load_contest
-from tuner.documents.look import INKS
+from tuner.report.charts.look import INKS
+from tuner.report.charts.paper import style
 from tuner.report.contest import time_figures, write_contest_figures
-from tuner.report.contest.differences_figure import differences_figure
-from tuner.report.contest.figures import FIGURES
-from tuner.report.contest.fronts_figure import fronts_figure
-from tuner.report.contest.published_figure import published_figure
+from tuner.report.contest.figures import FIGURES, differences_figure, fronts_figure, published_figure
 from tuner.report.contest.signals import rate
 from tuner.report.contest.time_figures import BEYOND
-from tuner.report.figure_style import style
 
 
 @pytest.fixture(scope="module")
@@ -189,7 +186,7 @@ def test_contenders_differ_in_colour_line_and_mark(contest):
         drawn: list[Any] = list(lines(ax).values())
         assert len({line.get_color() for line in drawn}) == len({line.get_marker() for line in drawn}) == len(drawn)
         assert len({str(line._unscaled_dash_pattern) for line in drawn}) == len(drawn)
-        assert {line.get_color() for line in drawn} <= set(INKS)
+        assert {line.get_color() for line in drawn} <= set(INKS.values())
 
 
 @pytest.mark.parametrize("objectives", [1, 2, 3])
@@ -198,7 +195,7 @@ def test_fronts_stand_at_their_values_with_the_recommended_points_ringed(tmp_pat
     contest, rows = load_contest(folder), front_rows(folder)
     with style():
         figure = fronts_figure(contest)
-    axes, labels = panels(figure), content(folder)["fronts"]["objectives"]
+    axes, labels = panels(figure), stored(folder)["fronts"]["objectives"]
     assert len(axes) == {1: 1, 2: 1, 3: 3}[objectives]
     assert axes[0].get_xlabel() == "cvar80(itae.position) [m]"
     containers: list[Any] = axes[0].containers
@@ -214,7 +211,7 @@ def test_fronts_stand_at_their_values_with_the_recommended_points_ringed(tmp_pat
 
 
 def test_printed_numbers_stand_where_they_are(folder, contest):
-    axes, told = panels(published_figure(contest)), content(folder)["published"]
+    axes, told = panels(published_figure(contest)), stored(folder)["published"]
     for ax, metric in zip(axes, ("peak.roll", "settling.yaw"), strict=True):
         cells = [cell for cell in told if cell["metric"] == metric]
         pins = [line for line in ax.get_lines() if line.get_marker() == "v" and len(across(line))]
@@ -227,7 +224,7 @@ def test_printed_numbers_stand_where_they_are(folder, contest):
 
 
 def test_differences_stand_where_they_are(folder, contest):
-    axes, told = panels(differences_figure(contest)), content(folder)["differences"]
+    axes, told = panels(differences_figure(contest)), stored(folder)["differences"]
     labels = list(dict.fromkeys(d["quantity"] for d in told if d["quantity"] != "mean(failure)"))
     laws = {entry.name: entry.laws for entry in contest.contenders}
     airframes = {entry.name: entry.airframe for entry in contest.contenders}

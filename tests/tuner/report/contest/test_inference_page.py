@@ -9,11 +9,11 @@ import pytest
 from plant.errors import StoreError
 from tests.tuner.report.contest.fabricate_contest import fabricate
 from tests.tuner.report.contest.fabricate_inference import fabricate_inference, inference
-from tests.tuner.report.contest.reading_contest import markup_of, said, table_rows
+from tests.tuner.report.contest.reading_contest import factor_of, markup_of, said, table_rows
 from tests.tuner.report.reading import read
 from tuner.cli.read import report as report_command
+from tuner.report.charts.strip import Scale
 from tuner.report.contest import write_contest_report, write_inference_report
-from tuner.report.contest.strip import Scale
 from tuner.text.numbers import estimate, significant
 
 
@@ -52,14 +52,15 @@ def test_every_cell_says_what_reproduces_it(folder):
     for cell in inference()["cells"]:
         row = next(row for row in rows if row[""].startswith(cell["metric"]))
         shown = row[cell["contender"]]
-        median, ends = estimate(*[cell["ours"][key] for key in ("median", "low95", "high95")])
-        before, before_ends = estimate(*[cell["default"][key] for key in ("median", "low95", "high95")])
-        assert shown.startswith(f"printed {significant(cell['published'], 6)} ours {median} {ends} ")
+        factor = factor_of(cell["unit"])
+        median, ends = estimate(*[factor * cell["ours"][key] for key in ("median", "low95", "high95")])
+        before, before_ends = estimate(*[factor * cell["default"][key] for key in ("median", "low95", "high95")])
+        assert shown.startswith(f"printed {significant(factor * cell['published'], 6)} ours {median} {ends} ")
         assert (
             BY[tuple(cell[key] for key in ("inside", "consistent", "reproducible"))] in shown
             and f"before {before} {before_ends}" in shown
         )
-        nearest = f"nearest median of all settings {significant(0.61 * cell['published'], 3)}"
+        nearest = f"nearest median of all settings {significant(0.61 * factor * cell['published'], 3)}"
         assert (nearest in shown) == (not cell["reproducible"])
     assert next(row for row in rows if row[""].startswith("settling"))["ADRC"].strip() == "–"
 

@@ -1,0 +1,219 @@
+"""The answer that a page opens with: what got better by how much, margins before and after, and all verdicts in one table."""
+
+import re
+from collections.abc import Sequence
+
+from objectives.margins.quantities import QUANTITIES
+from tuner.documents.results import DEFAULT, Estimate, Quantity, Required, Results
+from tuner.report.prose import law_title, limit_text, listing
+from tuner.report.words import plain_margin, plain_metric, plain_risk
+from tuner.text.markup import Markup, cells, element, join
+from tuner.text.numbers import MISSING, count, duration, estimate, fixed, significant
+from tuner.text.units import marked_up, plain
+
+HEAD = ["Quantity", "Default", "Tuned", "Change", "Verdict"]
+# A sign beside the word, for the quick eye; nothing is said by colour alone.
+SIGNS = {"better": "✓", "kept": "✓", "worse": "✗", "broken": "✗", "no clear difference": "≈"}
+# Margins told where a study asks for none, and the columns of margins.parquet that they are read from.
+WORST = {"phase_margin": ("phase_margin",), "gain_margin": ("gain_up", "gain_down"), "ms": ("ms",)}
+_LEVEL = re.compile(r"[a-z_]+(\d+(?:\.\d+)?)\(")
+_SHARE = re.compile(r"(?:the )?share (1 - )?`level`")
+
+
+def answer(results: Results) -> Markup:
+    """Return the opening sentences: what the recommended gains change, and on what evidence."""
+    return join((_verdict_sentence(results), _margins_sentence(results), _evidence(results)), " ")
+
+
+def answer_table(results: Results) -> Markup:
+    """Return everything that was judged: objectives, limits on flights, and what is known without flying."""
+    head = [name.replace("Tuned", results.shown_as.capitalize()) for name in HEAD]
+    top = element("tr", join(element("th", name, scope="col") for name in head))
+    groups = [
+        ("Objectives: smaller is better", [_row(entry) for entry in results.objectives]),
+        ("Constraints: kept or broken", [_row(entry) for entry in results.constraints]),
+        ("Known without flying", [_known_row(entry) for entry in results.requirements]),
+        ("Margins, worst of the loops", _margin_rows(results)),
+    ]
+    bodies = [_group(title, rows, head) for title, rows in groups if rows]
+    return element("table", element("thead", top), *bodies, class_="outcome stacked")
+
+
+def metric_anchor(metric: str) -> str:
+    """Return the id of a metric's definition in the page."""
+    return "metric-" + "".join(letter if letter.isalnum() else "-" for letter in metric)
+
+
+def risk_words(label: str, risk: str) -> str:
+    """Return a risk in words, its level as the percentage that the label carries: "worst 10 % of the scenarios"."""
+    level = _LEVEL.match(label)
+    if level is None:
+        return risk
+    beyond = f"{significant(100.0 - float(level[1]))} %"
+    return _SHARE.sub(lambda found: beyond if found[1] else f"{level[1]} %", risk)
+
+
+def definition_text(quantity: Quantity) -> str:
+    """Return what a quantity measures, and over which flights."""
+    where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
+    return f"{quantity.definition}; {risk_words(quantity.label, quantity.risk)}, {where}".replace("`", "")
+
+
+def verdict(word: str) -> Markup:
+    """Return a verdict with its sign."""
+    return element("span", f"{SIGNS.get(word, '')} {word}".strip(), class_=f"verdict {word.replace(' ', '-')}")
+
+
+def change(quantity: Quantity) -> tuple[str, str]:
+    """Return the difference and its interval as shares of the default's value, else as they are where there is no such share."""
+    default, (value, low, high) = quantity.default.value, quantity.difference
+    if not default or default < 0.0 or value is None or low is None or high is None:
+        return estimate(value, low, high, signed=True)
+    shares = [100.0 * part / default for part in (value, low, high)]
+    decimals = 0 if shares[2] - shares[1] > 2.0 else 1
+    middle, bottom, top = (fixed(share, decimals, signed=True) for share in shares)
+    return f"{middle} %", f"[{bottom}, {top}]"
+
+
+def _verdict_sentence(results: Results) -> Markup:
+    point, why = results.tuned, results.summary["pick"]["why"].strip().rstrip(".")
+    if not results.feasible:
+        return join(
+            (element("strong", "Nothing is recommended"), f"; {point} comes nearest and is shown. ", _limits(results))
+        )
+    if point == DEFAULT:
+        return join((element("strong", "The default gains"), f" remain the recommendation: {why}. ", _limits(results)))
+    clear = [entry for entry in results.objectives if entry.verdict in ("better", "worse")]
+    told = [" ".join((plain_metric(entry.metric), *change(entry))) for entry in clear]
+    even = [plain_metric(entry.metric) for entry in results.objectives if entry.verdict == "no clear difference"]
+    parts = [element("strong", text) for text in told]
+    head = f"The tuned gains, point {point}, against the default: " if told else f"Point {point} is recommended. "
+    against = join((head, join(parts, ", ")))
+    unclear = f"{', ' if told else ''}no clear difference in {listing(even)}" if even else ""
+    return join((against, unclear, ". " if told or even else "", _limits(results)))
+
+
+def _limits(results: Results) -> str:
+    limited = [*results.constraints, *results.requirements]
+    broken = [entry.label for entry in limited if entry.verdict == "broken"]
+    if not limited:
+        return ""
+    return f"It breaks {listing(broken)}." if broken else "Every limit is kept."
+
+
+def _margins_sentence(results: Results) -> Markup:
+    found = [(plain_margin(entry.label), entry.default.value, entry.tuned.value, _degrees(plain(entry.unit)))
+             for entry in results.requirements] or _worst_margins(results)  # fmt: skip
+    told = [f"{name} {significant(before, 3)} → {significant(after, 3)}{'' if unit == '°' else ' '}{unit}".rstrip()
+            for name, before, after, unit in found[:2] if before is not None and after is not None]  # fmt: skip
+    if not told:
+        return Markup()
+    text = listing(told)
+    return element("strong", f"{text[:1].upper()}{text[1:]}.")
+
+
+def _evidence(results: Results) -> str:
+    summary, controller = results.summary, results.resolved["controller"]
+    laws = listing([f"{law_title(controller[loop])} on {loop}" for loop in ("position", "attitude")])
+    return (
+        f"Values are from {count(summary['held_out'])} fresh scenarios with 95 % intervals, of {count(summary['flights'])} "
+        f"simulated flights in {duration(summary['wall_seconds'])}; {laws}."
+    )
+
+
+def _group(title: str, rows: Sequence[Sequence[str]], head: list[str]) -> Markup:
+    first = element("tr", element("th", title, scope="rowgroup", colspan=len(head)), class_="group")
+    return element("tbody", first, *[element("tr", join(cells(head, row))) for row in rows])
+
+
+def _row(quantity: Quantity) -> list[str]:
+    tip = definition_text(quantity)
+    link = element("a", plain_metric(quantity.metric), href=f"#{metric_anchor(quantity.metric)}", data_tip=tip)
+    return [
+        join((link, _unit(quantity.unit), element("small", _about(quantity)))),
+        _numbers(quantity.default),
+        _numbers(quantity.tuned),
+        _change_cell(quantity),
+        verdict(quantity.verdict),
+    ]
+
+
+def _about(quantity: Quantity) -> Markup:
+    """Return risk, label and limit of a quantity in one short line."""
+    parts = [plain_risk(quantity.label), element("code", quantity.label)]
+    if quantity.limit is not None:
+        parts.append(limit_text(quantity.limit, ""))
+    if quantity.automatic:
+        parts.append(f"automatic limit, {quantity.automatic}")
+    return join((part for part in parts if part), ", ")
+
+
+def _change_cell(quantity: Quantity) -> Markup:
+    value, ends = change(quantity)
+    return element("span", element("strong", value, class_="number"), element("small", ends, class_="interval"))
+
+
+def _known_row(required: Required) -> list[str]:
+    about = join((element("code", required.label), ", ", limit_text(required.limit, "", required.sense)))
+    name = element("span", plain_margin(required.label), class_="term", tabindex="0", data_tip=required.quantity)
+    return [
+        join((name, _unit(required.unit), element("small", about))),
+        _number(required.default.value),
+        _number(required.tuned.value),
+        _number(required.difference.value, signed=True),
+        verdict(required.verdict),
+    ]
+
+
+def _margin_rows(results: Results) -> list[list[str]]:
+    """Return margins before and after where the study itself asks for none."""
+    if results.requirements:
+        return []
+    return [
+        [join((name, _unit(unit))), _number(before), _number(after), _number(after - before, signed=True), ""]
+        for name, before, after, unit in _worst_margins(results)
+        if before is not None and after is not None
+    ]
+
+
+def _worst_margins(results: Results) -> list[tuple[str, float | None, float | None, str]]:
+    """Return margins of the worst loop as shown: name, default's and tuned's, unit; nothing where the folder holds none."""
+    known = {
+        point: [loop.values for loop in results.loops if loop.point == point] for point in (DEFAULT, results.tuned)
+    }
+    if not all(known.values()):
+        return []
+    found = []
+    for name, columns in WORST.items():
+        quantity = QUANTITIES[name]
+        worst = max if quantity.sense == "most" else min
+        numbers = [
+            [value for loop in loops for key in columns if (value := loop.get(key)) is not None]
+            for loops in known.values()
+        ]
+        before, after = (float(quantity.shown(worst(values))) if values else None for values in numbers)
+        found.append(
+            (quantity.label, before, after, {"1": "", "deg": "°"}.get(quantity.shown_unit, quantity.shown_unit))
+        )
+    return found
+
+
+def _degrees(unit: str) -> str:
+    """Return a unit with one sign for degrees; folders of earlier versions write "deg"."""
+    return "°" if unit == "deg" else unit
+
+
+def _unit(unit: str) -> Markup:
+    return join((" [", marked_up(_degrees(unit)), "]")) if unit else Markup()
+
+
+def _numbers(entry: Estimate, signed: bool = False) -> Markup:
+    value, interval = estimate(entry.value, entry.low, entry.high, signed)
+    return element("span", element("span", value, class_="number"), element("small", interval, class_="interval"))
+
+
+def _number(value: float | None, signed: bool = False) -> Markup:
+    if value is None:
+        return Markup(MISSING)
+    plus = "+" if signed and value > 0.0 else ""
+    return element("span", plus + significant(value), class_="number")

@@ -1,0 +1,88 @@
+"""Time responses: bands that hold 5 to 95 % of flights, medians, single flights, references and bounds."""
+
+import numpy as np
+
+from tuner.documents.results import Fan
+from tuner.report.charts.chart import Axis, Band, Line, Mark, Show
+from tuner.report.charts.look import BOUND, REFERENCE, WORST, Look
+from tuner.text.units import bracketed
+
+TITLES = {
+    **{axis: f"position {axis}" for axis in "xyz"},
+    **{angle: f"{angle} angle" for angle in ("roll", "pitch", "yaw")},
+    **{f"rotor{i}": f"rotor {i}" for i in range(1, 5)},
+}
+ROTOR_UNIT = "hover thrust"
+TIME = Axis("time [s]")
+# Instants drawn of a fan at most; the width of a small chart in pixels.
+MOST_INSTANTS = 400
+
+
+def title(signal: str, unit: str) -> str:
+    """Return the heading of a signal with its unit."""
+    return bracketed(TITLES.get(signal, signal), ROTOR_UNIT if is_rotor(signal) else unit)
+
+
+def is_rotor(signal: str) -> bool:
+    """Say whether a signal is a rotor command, in hover thrusts, and not an axis."""
+    return signal.startswith("rotor")
+
+
+def shown_signals(signals: list[str]) -> list[str]:
+    """Return positions, the first rotor (the others look alike) and angles: a row of positions, a row of angles on paper."""
+    names = list(dict.fromkeys(signals))
+    rotors = [name for name in names if is_rotor(name)]
+    axes = [name for name in names if not is_rotor(name)]
+    return axes[:3] + rotors[:1] + axes[3:]
+
+
+def fan_marks(fan: Fan, look: Look, name: str, show: Show, parts: bool = False) -> list[Mark]:
+    """Return band and median of a fan, and its worst flight; parts: the page switches band and median one by one."""
+    both = {
+        "look": look._replace(opacity=0.2),
+        "show": {**show, "part": "band"} if parts else show,
+        "coarse": not parts,
+    }
+    line = {"look": look._replace(width=1.1) if parts else look, "show": {**show, "part": "median"} if parts else show}
+    tip = "%{y:.3~g}" if parts else "%{y:.3~f} [%{customdata[0]:.3~f}, %{customdata[1]:.3~f}]"
+    tips = None if parts else (fan.low, fan.high)
+    found: list[Mark] = [
+        Band(x=fan.time, low=fan.low, high=fan.high, **both),
+        Line(name=name, x=fan.time, y=fan.median, tips=tips, tip=tip, coarse=not parts, **line),
+    ]
+    if fan.worst is not None and np.isfinite(fan.worst).all():
+        worst = Line(name="worst flight", look=WORST, x=fan.time, y=fan.worst, tip="%{y:.3~f}", show=show, coarse=True)
+        found.insert(1, worst)
+    return found
+
+
+def reference(time: np.ndarray, values: np.ndarray, show: Show) -> list[Mark]:
+    """Return the line of a reference; nothing where it is not known throughout."""
+    if not np.isfinite(values).all():
+        return []
+    return [Line(name="reference", look=REFERENCE, x=time, y=values, tip="%{y:.3~f}", show=show)]
+
+
+def bounds(time: np.ndarray, values: np.ndarray, limit: float, name: str, show: Show) -> list[Mark]:
+    """Return the lines that a signal may not cross: so far to either side of its reference."""
+    ends = ((values - limit), (values + limit))
+    return [Line(name=name, look=BOUND, x=time, y=end, tip="%{y:.3~f}", show=show) for end in ends]
+
+
+def agree(fans: list[Fan]) -> bool:
+    """Say whether fans share their reference; what a position loop asks of roll and pitch differs from point to point."""
+    first = fans[0].reference
+    return all(np.array_equal(fan.reference, first, equal_nan=True) for fan in fans)
+
+
+def thinned(fan: Fan, most: int = MOST_INSTANTS) -> Fan:
+    """Return a fan with at most so many instants; the band keeps the extremes of the instants left out."""
+    step = -(-len(fan.time) // most)
+    if step <= 1:
+        return fan
+    starts = np.arange(0, len(fan.time), step)
+    return Fan(
+        fan.point, fan.scenario, fan.signal, fan.unit, fan.time[starts], fan.reference[starts],
+        np.minimum.reduceat(fan.low, starts), fan.median[starts], np.maximum.reduceat(fan.high, starts),
+        None if fan.worst is None else fan.worst[starts], fan.flight,
+    )  # fmt: skip

@@ -1,0 +1,95 @@
+"""The trade-off of a tuning run: what the search tried, the finalists on held-out flights, default and tuned."""
+
+from itertools import combinations
+
+import numpy as np
+
+from tuner.documents.results import Front, Results
+from tuner.report.charts.chart import Axis, Mark, Panel, Points, Span, row_axis, span_of, value_axis
+from tuner.report.charts.look import DEFAULT, FINALIST, FRONT, INFEASIBLE, LOST, SEARCHED, START, TUNED, Look
+from tuner.report.prose import counted
+
+# Layers of points from back to front, with what they are called and how they look in every renderer.
+LAYERS: dict[str, tuple[str, Look]] = {
+    "infeasible": ("limit broken, search values", INFEASIBLE),
+    "searched": ("other candidates, search values", SEARCHED),
+    "finalist": ("off the front when held out", FINALIST),
+    "front": ("front, held-out", FRONT),
+    "start": ("design start, search values", START),
+    "default": ("default", DEFAULT),
+    "tuned": ("tuned", TUNED),
+}
+# Where the shown values span more than this factor, a linear axis would press most points into a corner.
+LOG_FACTOR = 20.0
+# Pairs beyond these do not fit on a page.
+MOST_PAIRS = 12
+
+
+def front_panels(results: Results) -> list[Panel]:
+    """Return a panel for each pair of objectives, or one with a row a point where there is one objective."""
+    count = len(results.objectives)
+    if count == 1:
+        return [_ranking(results)]
+    return [_pair(results, i, j) for i, j in list(combinations(range(count), 2))[:MOST_PAIRS]]
+
+
+def shown_range(front: Front, objective: int) -> Span:
+    """Return the part of an objective's axis that is shown: default, tuned and the held-out front, with intervals.
+
+    Search candidates, and finalists that failed when held out, may lie decades away (a failed flight costs more than any
+    completed one), so they do not count.
+    """
+    rows = front.non_dominated | np.array([role != "" for role in front.roles])
+    return span_of([part[rows, objective] for part in (front.held_out, front.low, front.high)], LOG_FACTOR, 0.07)
+
+
+def layer_of(front: Front, row: int) -> str:
+    """Return the layer of a finalist."""
+    return front.roles[row] or ("front" if front.non_dominated[row] else "finalist")
+
+
+def objective_axis(results: Results, objective: int) -> Axis:
+    """Return the axis of an objective."""
+    entry, shown = results.objectives[objective], shown_range(results.front, objective)
+    return Axis(value_axis(entry.label, entry.unit, shown).title, shown.low, shown.high, shown.log)
+
+
+def _pair(results: Results, i: int, j: int) -> Panel:
+    front, tried = results.front, results.candidates
+    kept = tried.feasible
+    marks: list[Mark] = [Points(name="searched", look=SEARCHED, x=tried.values[kept, i], y=tried.values[kept, j])]
+    marks += _finalists(results, front.held_out[:, i], front.held_out[:, j], i, j)
+    return Panel(f"front-{i}-{j}", "", objective_axis(results, i), objective_axis(results, j), marks, form="pair")
+
+
+def _ranking(results: Results) -> Panel:
+    front = results.front
+    order = np.argsort(front.held_out[:, 0], kind="stable")
+    height = np.empty(len(order))
+    height[order] = -np.arange(len(order))
+    marks = _finalists(results, front.held_out[:, 0], height, 0, None)
+    rows = row_axis([front.points[row] for row in order])
+    return Panel("front-ranking", "", objective_axis(results, 0), rows, marks, form="pair", rows=True)
+
+
+def _finalists(results: Results, x: np.ndarray, y: np.ndarray, i: int, j: int | None) -> list[Mark]:
+    front = results.front
+    layers = np.array([layer_of(front, row) for row in range(len(front.points))])
+    marks: list[Mark] = []
+    for layer in ("finalist", "front", "default", "tuned"):
+        rows = np.flatnonzero(layers == layer)
+        if len(rows):
+            name = results.shown_as if layer == "tuned" else LAYERS[layer][0]
+            ends = [None if k is None else (front.low[rows, k], front.high[rows, k]) for k in (i, j)]
+            marks.append(Points(name=name, look=LAYERS[layer][1], x=x[rows], y=y[rows], x_ends=ends[0], y_ends=ends[1],
+                                labels=[front.points[row] for row in rows], edge=True))  # fmt: skip
+    return [*marks, *lost_points(x, y, front.lost)]
+
+
+def lost_points(x: np.ndarray, y: np.ndarray, lost: np.ndarray, show: dict[str, str] | None = None) -> list[Mark]:
+    """Return crosses over the points (n,) that lost flights; lost (n,): how many each lost."""
+    rows = lost > 0
+    if not rows.any():
+        return []
+    name = f"lost {counted(int(lost.sum()), 'flight')} ({counted(int(rows.sum()), 'point')})"
+    return [Points(name=name, look=LOST, x=x[rows], y=y[rows], edge=True, show=show or {})]

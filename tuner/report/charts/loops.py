@@ -1,0 +1,128 @@
+"""Loops in the frequency domain: Bode and Nyquist curves with the margins that can be read off them marked."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from tuner.report.charts.chart import Array, Axis, Disc, Line, Mark, Panel, Points, Rule, Show
+from tuner.report.charts.look import RULE, Look
+
+FREQUENCY = "frequency [rad/s]"
+# Part of the plane that Nyquist curves are shown in, gains and phases that Bode curves are.
+NYQUIST = ((-3.2, 1.2), (-2.2, 2.2))
+GAIN_SHOWN = (-60.0, 60.0)
+
+
+class Crossing(NamedTuple):
+    """Where a margin is read off a curve: frequency [rad/s], gain [dB] and phase [deg] there, and the margin itself."""
+
+    frequency: float
+    gain: float
+    phase: float
+    margin: float
+
+    @property
+    def point(self) -> complex:
+        """Place in the complex plane."""
+        return complex(10.0 ** (self.gain / 20.0) * np.exp(1j * np.radians(self.phase)))
+
+
+def gain_of(loop: Array) -> Array:
+    """Return the gain [dB] of a transfer function (f,)."""
+    return 20.0 * np.log10(np.maximum(np.abs(loop), 1e-12))
+
+
+def phase_of(loop: Array) -> Array:
+    """Return the phase [deg] of a transfer function (f,), unwrapped, in (-360, 0] where the gain last falls through 0 dB."""
+    unwrapped = np.degrees(np.unwrap(np.angle(loop)))
+    above = np.flatnonzero(np.abs(loop) > 1.0)
+    return unwrapped - 360.0 * np.ceil(unwrapped[above[-1] if len(above) else 0] / 360.0)
+
+
+def phase_crossing(frequency: Array, loop: Array) -> Crossing | None:
+    """Return the crossing of 0 dB that is nearest to -180 deg, with the phase margin [deg]; None where there is none."""
+    gain, phase = gain_of(loop), phase_of(loop)
+    found = [_at(frequency, gain, phase, i, gain) for i in _changes(gain)]
+    return min((entry._replace(margin=abs((entry.phase % 360.0) - 180.0)) for entry in found), default=None,
+               key=lambda entry: entry.margin)  # fmt: skip
+
+
+def gain_crossing(frequency: Array, loop: Array) -> Crossing | None:
+    """Return the crossing of -180 deg that is nearest to 0 dB, with the gain margin [dB]; None where there is none."""
+    gain, phase = gain_of(loop), phase_of(loop)
+    found = []
+    for turn in range(int(np.floor((phase.min() + 180.0) / 360.0)), int(np.ceil((phase.max() + 180.0) / 360.0)) + 1):
+        away = phase + 180.0 - 360.0 * turn
+        found += [_at(frequency, gain, phase, i, away) for i in _changes(away)]
+    return min(
+        (entry._replace(margin=-entry.gain) for entry in found), default=None, key=lambda entry: abs(entry.margin)
+    )
+
+
+def bode_marks(frequency: Array, loop: Array, look: Look, name: str, show: Show) -> tuple[list[Mark], list[Mark]]:
+    """Return the marks of gain and of phase: the curve, and a bar as long as the margin where it is met."""
+    gain, phase = gain_of(loop), phase_of(loop)
+    tip = "%{y:.1f} at %{x:.3~g} rad/s"
+    over: list[Mark] = [Line(name=name, look=look, x=frequency, y=gain, tip=tip, show=show)]
+    under: list[Mark] = [Line(name=name, look=look, x=frequency, y=phase, tip=tip, show=show)]
+    met = gain_crossing(frequency, loop)
+    if met is not None and abs(met.margin) < GAIN_SHOWN[1]:
+        over.append(_margin(met.frequency, met.gain, 0.0, look, f"{name}: gain margin {met.margin:.1f} dB", show))
+    met = phase_crossing(frequency, loop)
+    if met is not None:
+        foot = 360.0 * np.round((met.phase + 180.0) / 360.0) - 180.0
+        under.append(_margin(met.frequency, met.phase, foot, look, f"{name}: phase margin {met.margin:.1f}°", show))
+    return over, under
+
+
+def nyquist_marks(frequency: Array, loop: Array, look: Look, name: str, show: Show) -> list[Mark]:
+    """Return the curve, and marks where it meets the unit circle and the negative real axis."""
+    tip = "%{x:.2f} %{y:+.2f}i at %{customdata[0]:.3~g} rad/s"
+    curve = Line(name=name, look=look, x=loop.real, y=loop.imag, tips=(frequency, frequency), tip=tip, show=show)
+    marks: list[Mark] = [curve]
+    read = (phase_crossing, "phase margin {:.1f}°"), (gain_crossing, "gain margin {:.1f} dB")
+    for crossing, words in read:
+        met = crossing(frequency, loop)
+        if met is not None and abs(met.point) < 20.0:
+            at = (np.array([met.point.real]), np.array([met.point.imag]))
+            hover = [f"{name}: {words.format(met.margin)}"]
+            marks.append(Points(look=look._replace(size=8), x=at[0], y=at[1], hover=hover, show=show))
+    return marks
+
+
+def loop_panels(gain: list[Mark], phase: list[Mark], plane: list[Mark]) -> list[Panel]:
+    """Return the three panels of loops around their marks."""
+    across = Axis(FREQUENCY, log=True, step=1)
+    minus_one = Points(look=Look("ink", "cross-thin", size=11), x=np.array([-1.0]), y=np.zeros(1), hover=["−1"])
+    circles = [
+        Disc(look=RULE, x=-1.0, y=0.0, radius=0.5),
+        Disc(look=RULE._replace(colour="line"), x=0.0, y=0.0, radius=1.0),
+    ]
+    return [
+        Panel("loop-gain", "Bode: gain", across, Axis("gain [dB]", *GAIN_SHOWN), [Rule(look=RULE, axis="y", value=0.0), *gain],
+              aid="Above 0 dB the loop follows and rejects. Bar: gain margin, met where the phase is −180°."),
+        Panel("loop-phase", "Bode: phase", across, Axis("phase [°]", step=90), [Rule(look=RULE, axis="y", value=-180.0), *phase],
+              aid="Bar: phase margin, the distance from −180° where the gain is 0 dB."),
+        Panel("loop-nyquist", "Nyquist", Axis("real part", *NYQUIST[0]), Axis("imaginary part", *NYQUIST[1]),
+              [*circles, *plane, minus_one], square=True,
+              aid="The further from −1 (cross) the better: outside the dotted circle Ms is below 2. Marks: margins."),
+    ]  # fmt: skip
+
+
+def _margin(x: float, y: float, foot: float, look: Look, hover: str, show: Show) -> Points:
+    ends = np.array([min(y, foot)]), np.array([max(y, foot)])
+    return Points(
+        look=look._replace(size=8, width=2.2), x=np.array([x]), y=np.array([y]), y_ends=ends, hover=[hover], show=show
+    )
+
+
+def _changes(values: Array) -> Array:
+    """Return the places i (n,) at which a series changes its sign before i + 1."""
+    return np.flatnonzero(np.diff(np.signbit(values)) != 0)
+
+
+def _at(frequency: Array, gain: Array, phase: Array, i: int, crossed: Array) -> Crossing:
+    """Return the place between i and i + 1 where a series is zero."""
+    share = float(crossed[i] / (crossed[i] - crossed[i + 1]))
+    gains, phases = (float(series[i] + share * (series[i + 1] - series[i])) for series in (gain, phase))
+    return Crossing(float(frequency[i] * (frequency[i + 1] / frequency[i]) ** share), gains, phases, 0.0)

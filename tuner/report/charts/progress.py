@@ -1,0 +1,93 @@
+"""Whether a search can be trusted: how it went by generation, search against held-out values, and places on the front."""
+
+import numpy as np
+
+from tuner.documents.results import History, Results
+from tuner.report.charts.chart import Axis, Bars, Line, Mark, Panel, Points
+from tuner.report.charts.front import LAYERS, layer_of, shown_range
+from tuner.report.charts.look import DEFAULT, FRONT, RULE, TUNED, Look
+from tuner.text.numbers import count, significant
+from tuner.text.units import bracketed
+
+GENERATION = Axis("generation")
+
+
+def progress_panels(history: History) -> list[Panel]:
+    """Return hypervolume and share of feasible candidates by generation, and the flights made and saved where known."""
+    volume, share = history.hypervolume, 100.0 * history.feasible_share
+    panels = [
+        Panel("progress-hypervolume", "Hypervolume [share of the box]", GENERATION, Axis(""),
+              [_series(history, volume, TUNED._replace(symbol="circle"))],
+              aid="Share of the box between zero and 1.1 times the default's values that the front dominates; level: found."),
+        Panel("progress-feasible", "Feasible candidates [%]", GENERATION, Axis("", -4.0, 104.0),
+              [_series(history, share, FRONT._replace(symbol="square"))],
+              aid="Share of a generation's candidates that break no limit."),
+    ]  # fmt: skip
+    if history.flights_saved is not None or history.flights_raced is not None:
+        panels.append(_flights(history))
+    return panels
+
+
+def gap_panels(results: Results) -> list[Panel]:
+    """Return held-out over search values of every finalist, a panel an objective; on the dotted line they agree."""
+    return [_gap(results, i) for i in range(len(results.objectives))]
+
+
+def place_panel(results: Results) -> Panel | None:
+    """Return how sure each finalist's place on the front is; None where the folder does not hold it."""
+    front = results.front
+    if front.probability is None:
+        return None
+    probability = front.probability
+    known = [row for row, role in enumerate(front.roles) if role != "default" and np.isfinite(probability[row])]
+    rows = sorted(known, key=lambda row: -probability[row])
+    bars = Bars(look=FRONT._replace(symbol=""), x=np.arange(1.0, len(rows) + 1.0), y=100.0 * probability[rows],
+                labels=[front.points[row] for row in rows])  # fmt: skip
+    aid = "Share of resamples of the flights on which no other finalist is better in everything."
+    return Panel("probability", "Places on the front", Axis("finalists, surest first"), Axis("on the front [%]", 0.0, 104.0),
+                 [bars], aid=aid)  # fmt: skip
+
+
+def _series(history: History, values: np.ndarray, look: Look) -> Line:
+    flights = history.flights
+    return Line(look=look, x=history.generation, y=values, tips=(flights, flights), marked=True,
+                tip="%{y:.4~g} after %{customdata[0]:,.0f} flights")  # fmt: skip
+
+
+def _flights(history: History) -> Panel:
+    layers = (
+        ("flown", history.flights, TUNED._replace(symbol="")),
+        ("saved by racing", history.flights_raced, FRONT._replace(symbol="/")),
+        ("saved by screening", history.flights_saved, DEFAULT._replace(symbol="x")),
+    )
+    bars = [Bars(name=name, look=look, x=history.generation, y=counts, stacked=True)
+            for name, counts, look in layers if counts is not None]  # fmt: skip
+    aid = "What the search flew, and what requirements and races spared it."
+    return Panel(
+        "progress-saved", "Flights", GENERATION, Axis("flights, cumulative"), bars, aid=aid, stacked=True, legend=True
+    )
+
+
+def _gap(results: Results, i: int) -> Panel:
+    front, entry = results.front, results.objectives[i]
+    search, held_out, shown = front.search[:, i], front.held_out[:, i], shown_range(front, i)
+    seen = search[np.isfinite(search) & (held_out >= shown.low) & (held_out <= shown.high)]
+    ends = np.array([min([shown.low, *seen]), max([shown.high, *seen])])
+    log = shown.log and bool(ends[0] > 0.0)
+    marks: list[Mark] = [Line(look=RULE, x=ends, y=ends)]
+    layers = [layer_of(front, row) for row in range(len(front.points))]
+    for layer in ("finalist", "front", "default", "tuned"):
+        rows = [k for k, name in enumerate(layers) if name == layer and np.isfinite([search[k], held_out[k]]).all()]
+        if rows:
+            hover, labels = [_gap_words(results, i, k) for k in rows], [front.points[k] for k in rows]
+            look, held = LAYERS[layer][1], (front.low[rows, i], front.high[rows, i])
+            marks.append(Points(look=look, x=search[rows], y=held_out[rows], y_ends=held, labels=labels, hover=hover))
+    x, y = (Axis(bracketed(name, entry.unit), float(ends[0]), float(ends[1]), log) for name in ("search", "held-out"))
+    aid = f"{count(len(front.points))} finalists; above the dotted line the search was optimistic."
+    return Panel(f"gap-{i}", entry.label, x, y, marks, aid=aid)
+
+
+def _gap_words(results: Results, i: int, row: int) -> str:
+    front, unit = results.front, results.objectives[i].unit
+    search, held_out = significant(front.search[row, i]), significant(front.held_out[row, i])
+    return f"{front.points[row]}: search {search}, held-out {held_out} {unit}"

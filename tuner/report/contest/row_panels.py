@@ -1,0 +1,112 @@
+"""Rows under one axis: paired differences, values of all contenders, and printed numbers against our flights."""
+
+from collections.abc import Sequence
+from typing import Any
+
+import numpy as np
+from matplotlib.lines import Line2D
+
+from tuner.documents.contest import Cell, Contest, Difference, Quantity
+from tuner.documents.results import Estimate
+from tuner.report.charts.chart import Axis, Line, Mark, Panel, Points, Rule, Words, row_axis, span_of, value_axis
+from tuner.report.charts.look import BOUND, INKS, Look
+from tuner.report.contest.differences_section import related
+from tuner.report.contest.looks import looks_of
+from tuner.report.contest.published_section import percentile_text, rows_of
+from tuner.text.units import bracketed
+
+# Panels drawn at most, objectives first.
+MOST_PANELS = 15
+# Where printed numbers and ours span more than this factor, their axis is logarithmic.
+LOG_FACTOR = 30.0
+ZERO = Look("ink", width=1.2)
+CLEAR, UNCLEAR = Look("ink", "diamond"), Look("ink", "diamond", hollow=True)
+INSIDE, OUTSIDE = Look("ink", "triangle-down", size=11), Look("ink", "triangle-down", hollow=True, size=11)
+
+
+def difference_panels(contest: Contest, columns: int) -> list[Panel]:
+    """Return a forest for each quantity in which contenders differ, a row for each pair of kin; names at the left of each row."""
+    found = [(quantity, _pairs(contest, quantity.label)) for quantity in contest.quantities]
+    shown = [entry for entry in found if any(number for pair in entry[1] for number in pair.difference)][:MOST_PANELS]
+    return [_forest(quantity, pairs, number % columns == 0) for number, (quantity, pairs) in enumerate(shown)]
+
+
+def value_panels(contest: Contest, columns: int) -> list[Panel]:
+    """Return a panel for each quantity, a row for each contender."""
+    style, panels = looks_of(contest), []
+    for number, quantity in enumerate(contest.quantities[:MOST_PANELS]):
+        marks: list[Mark] = []
+        for row, entry in enumerate(contest.contenders):
+            marks += _estimate(contest.estimates[entry.name, quantity.label], row, style[entry.name])
+        if quantity.limit is not None:
+            marks.append(Rule(look=BOUND, axis="x", value=quantity.limit))
+        names = [entry.name if number % columns == 0 else "" for entry in contest.contenders]
+        panels.append(Panel("", "", Axis(_title(quantity)), row_axis(names), marks, rows=True))
+    return panels
+
+
+def printed_panels(contest: Contest) -> list[Panel]:
+    """Return a panel for each row of the printed table, a row for each contender."""
+    groups = [[cell for cell in contest.cells if (cell.metric, cell.scenario) == row] for row in rows_of(contest.cells)]
+    columns = min(2, len(groups))
+    same = all([cell.contender for cell in cells] == [cell.contender for cell in groups[0]] for cells in groups)
+    return [_printed(contest, cells, number % columns == 0 or not same) for number, cells in enumerate(groups)]
+
+
+def printed_legend() -> tuple[list[Line2D], list[str]]:
+    """Return what the marks of printed numbers are called."""
+    ink: dict[str, Any] = {"linestyle": "none", "markeredgecolor": INSIDE.ink, "markersize": 5, "marker": "v"}
+    handles = [
+        Line2D([], [], color=INKS["faint"], linewidth=5, alpha=0.6),
+        Line2D([], [], marker="|", color=INKS["faint"], markersize=9, markeredgewidth=1.8, linestyle="none"),
+        Line2D([], [], markerfacecolor=INSIDE.ink, **ink),
+        Line2D([], [], markerfacecolor="white", **ink),
+    ]
+    return handles, ["central 95 % of our flights", "their median", "printed, inside", "printed, outside"]
+
+
+def _pairs(contest: Contest, label: str) -> list[Difference]:
+    return [entry for entry in contest.differences if entry.quantity == label and related(contest, entry)]
+
+
+def _forest(quantity: Quantity, pairs: Sequence[Difference], named: bool) -> Panel:
+    marks: list[Mark] = [Rule(look=ZERO, axis="x", value=0.0)]
+    for row, entry in enumerate(pairs):
+        marks += _estimate(entry.difference, row, UNCLEAR if entry.lower is None else CLEAR)
+    names = [f"{entry.second} − {entry.first}" if named else "" for entry in pairs]
+    return Panel("", "", Axis(_title(quantity)), row_axis(names), marks, rows=True)
+
+
+def _estimate(found: Estimate, row: int, look: Look) -> list[Mark]:
+    if found.value is None or found.low is None or found.high is None:
+        return []
+    place = np.array([found.value]), np.array([-float(row)])
+    return [Points(look=look, x=place[0], y=place[1], x_ends=(np.array([found.low]), np.array([found.high])))]
+
+
+def _title(quantity: Quantity) -> str:
+    where = "" if quantity.scenario is None else f"scenario {quantity.scenario}"
+    return f"{bracketed(quantity.label.removesuffix(f'@{quantity.scenario}'), quantity.unit)}\n{where}"
+
+
+def _printed(contest: Contest, cells: Sequence[Cell], named: bool) -> Panel:
+    style, marks = looks_of(contest), []
+    for row, cell in enumerate(cells):
+        look, (median, low, high) = style[cell.contender], cell.central
+        if median is not None and low is not None and high is not None:
+            bar = look._replace(width=7.5, dash=(), opacity=0.35)
+            marks.append(Line(look=bar, x=np.array([low, high]), y=np.full(2, -float(row))))
+            middle = look._replace(symbol="line-ns", size=20)
+            marks.append(Points(look=middle, x=np.array([median]), y=np.array([-float(row)])))
+        pin = INSIDE if cell.inside else OUTSIDE
+        marks.append(Points(look=pin, x=np.array([cell.printed]), y=np.array([0.12 - row])))
+        percentile = f"{percentile_text(cell.percentile)} %{'*' if cell.fitted else ''}"
+        marks.append(Words(look=ZERO, x=1.01, y=-float(row), text=percentile, right=True))
+    known = np.array([number for cell in cells for number in (*cell.central, cell.printed) if number is not None])
+    span = span_of([known], LOG_FACTOR)
+    # From zero where the numbers do not cover decades.
+    axis = value_axis(
+        cells[0].metric, cells[0].unit, span if span.log else span_of([np.append(known, 0.0)], LOG_FACTOR)
+    )
+    names = row_axis([cell.contender if named else "" for cell in cells])._replace(high=0.7)
+    return Panel("", "", axis._replace(title=f"{axis.title}\nscenario {cells[0].scenario}"), names, marks, rows=True)

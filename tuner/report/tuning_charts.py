@@ -1,0 +1,138 @@
+"""The charts of a tuning page: responses and loops of every finalist, shown for whichever is picked."""
+
+from dataclasses import replace
+
+import numpy as np
+
+from tuner.documents.results import Fan, Loop, Results
+from tuner.report.charts import fans
+from tuner.report.charts.chart import Axis, Mark, Panel
+from tuner.report.charts.look import role_look
+from tuner.report.charts.loops import bode_marks, loop_panels, nyquist_marks
+
+# Bytes that all fans together may take in the page, and the instants of a fan: at most as many as a small chart has pixels.
+BUDGET = 4.0e6
+MOST, LEAST = 200, 60
+# Bytes of an instant of one signal: four series in sixteen bits, in base64, and a fifth of some.
+INSTANT = 4.4 * 2 * 4 / 3
+# A bound is drawn where default or tuned come within reach of it, as a share of the bound; others would press the signal flat.
+NEAR = 0.3
+ANGLES = ("roll", "pitch", "yaw")
+
+
+def response_panels(results: Results) -> list[Panel]:
+    """Return a panel a signal with the fans of as many points as there is room for; none where there are no responses."""
+    if not results.fans:
+        return []
+    points = kept_points(results)
+    most = instants(len(results.fans) * len(points) // len(results.flown_points))
+    known = [fans.thinned(fan, most) for fan in results.fans if fan.point in points]
+    names = sorted(dict.fromkeys(fan.signal for fan in known), key=fans.is_rotor)
+    shown = common_range(known)
+    return [_signal(results, [fan for fan in known if fan.signal == name], k, shown) for k, name in enumerate(names)]
+
+
+def margin_panels(results: Results) -> list[Panel]:
+    """Return Bode and Nyquist panels of all points and loops, none where the folder holds no loops."""
+    if not results.loops:
+        return []
+    parts: list[list[Mark]] = [[], [], []]
+    for loops in _alike(results.loops):
+        show = {"point": loops[0].point, "channel": [loop.channel for loop in loops]}
+        look = role_look(results.front.role(loops[0].point))
+        frequency, response = loops[0].frequency, loops[0].response
+        gain, phase = bode_marks(frequency, response, look, loops[0].point, show)
+        for part, marks in zip(
+            parts, (gain, phase, nyquist_marks(frequency, response, look, loops[0].point, show)), strict=True
+        ):
+            part += marks
+    return [replace(panel, form="plot") for panel in loop_panels(*parts)]
+
+
+def instants(count: int) -> int:
+    """Return how many instants each of so many fans gets."""
+    return int(np.clip(BUDGET / (INSTANT * max(count, 1)), LEAST, MOST))
+
+
+def kept_points(results: Results) -> set[str]:
+    """Return the points whose fans fit in at least so few instants: default and tuned first, the others evenly spread."""
+    points = results.flown_points
+    each = LEAST * INSTANT * len(results.fans) / len(points)
+    room = max(int(BUDGET / each), 2)
+    if len(points) <= room:
+        return set(points)
+    others = points[2:]
+    chosen = np.unique(np.linspace(0, len(others) - 1, room - 2).round().astype(int)) if room > 2 else []
+    return {*points[:2], *(others[int(i)] for i in chosen)}
+
+
+def common_range(known: list[Fan]) -> tuple[float, float] | None:
+    """Return one range for all rotors, so that they can be compared; None where there are none."""
+    rotors = [fan for fan in known if fans.is_rotor(fan.signal)]
+    series = [part for fan in rotors for part in (fan.low, fan.high, fan.worst) if part is not None]
+    if not series:
+        return None
+    low, high = min(float(part.min()) for part in series), max(float(part.max()) for part in series)
+    margin = 0.05 * (high - low) or 0.1
+    return low - margin, high + margin
+
+
+def bound_of(results: Results, signal: str, scenario: str) -> tuple[float, str] | None:
+    """Return how far a signal may be from its reference, in shown units, and by what; None where nothing limits it."""
+    peaks = [
+        entry
+        for entry in results.constraints
+        if entry.metric == f"peak.{signal}" and entry.scenario in (None, scenario)
+    ]
+    if peaks and peaks[0].limit is not None:
+        return peaks[0].limit, f"{peaks[0].label} at most {peaks[0].limit:.3g} {peaks[0].unit}"
+    limits = results.resolved.get("limits") or {}
+    key, words = ("position", "m") if signal in "xyz" else ("tilt_deg", "°")
+    if signal in ("x", "y", "z", "roll", "pitch") and isinstance(limits.get(key), int | float):
+        return float(limits[key]), f"flight lost beyond {limits[key]:g} {words}"
+    return None
+
+
+def _signal(results: Results, known: list[Fan], k: int, rotors: tuple[float, float] | None) -> Panel:
+    signal, marks = known[0].signal, []
+    for scenario in results.scenarios:
+        mine = [fan for fan in known if fan.scenario == scenario]
+        if mine:
+            marks += _scenario(results, mine, scenario)
+    rotor = fans.is_rotor(signal)
+    y = Axis("", *rotors) if rotor and rotors else Axis("")
+    title, form = fans.title(signal, known[0].unit), "plot rotor" if rotor else "plot"
+    return Panel(f"response-{k}", title, fans.TIME, y, marks, form=form, across=True)
+
+
+def _scenario(results: Results, mine: list[Fan], scenario: str) -> list[Mark]:
+    marks: list[Mark] = []
+    shared = fans.agree(mine)
+    # The default first: the picked point is drawn over it.
+    for fan in sorted(mine, key=lambda fan: results.front.role(fan.point) != "default"):
+        show = {"point": fan.point, "scenario": scenario}
+        look = role_look(results.front.role(fan.point))
+        if not shared:
+            marks += fans.reference(fan.time, fan.reference, show)
+        marks += fans.fan_marks(fan, look, fan.point, show)
+    first = mine[0]
+    if shared:
+        marks += fans.reference(first.time, first.reference, {"scenario": scenario})
+    found = bound_of(results, first.signal, scenario)
+    if found is not None:
+        asked = first.reference if shared and np.isfinite(first.reference).all() else np.zeros_like(first.time)
+        known = [fan for fan in mine if results.front.role(fan.point) and len(fan.time) == len(asked)]
+        farthest = max(
+            (float(np.abs(edge - asked).max()) for fan in known for edge in (fan.low, fan.high)), default=0.0
+        )
+        if farthest > NEAR * found[0]:
+            marks += fans.bounds(first.time, asked, *found, {"scenario": scenario})
+    return marks
+
+
+def _alike(loops: list[Loop]) -> list[list[Loop]]:
+    """Return the loops of each point, those with the same curve together."""
+    found: dict[tuple[str, bytes], list[Loop]] = {}
+    for loop in loops:
+        found.setdefault((loop.point, loop.response.tobytes()), []).append(loop)
+    return list(found.values())

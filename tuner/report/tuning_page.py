@@ -1,0 +1,64 @@
+"""report.html of a tuning run: the answer, the trade-off, the point picked, whether to believe it, and where it comes from."""
+
+from pathlib import Path
+
+from tuner.documents.loading import load
+from tuner.documents.results import Results
+from tuner.report.answer_section import answer, answer_table
+from tuner.report.charts.progress import gap_panels, place_panel, progress_panels
+from tuner.report.charts.web import Arrays, grid, to_web
+from tuner.report.controls import layer_switches
+from tuner.report.explorer_data import explorer_data
+from tuner.report.explorer_section import axis_choices, explorer_section, plane
+from tuner.report.page import Page, Section, put_page, wide
+from tuner.report.point_section import point_section
+from tuner.report.provenance import provenance_section
+from tuner.report.trust_section import trust_section
+from tuner.report.tuning_charts import margin_panels, response_panels
+from tuner.text.markup import Markup, element, join
+
+
+def write_page(folder: Path) -> Path:
+    """Write report.html into a results folder; StoreError where a file is missing, damaged or cannot be written."""
+    return put_page(folder, tuning_page(load(folder)))
+
+
+def tuning_page(results: Results) -> Page:
+    """Return the page of a results folder."""
+    arrays, responses, loops = Arrays(), response_panels(results), margin_panels(results)
+    trust = [*gap_panels(results), *filter(None, [place_panel(results)]), *progress_panels(results.history)]
+    charts = {panel.key: to_web(panel, arrays) for panel in [*responses, *loops, *trust]}
+    return Page(
+        kind="tuning report",
+        title=results.summary["title"],
+        ending=results.summary.get("ending", []),
+        lead=join((element("p", answer(results), class_="lead"), _description(results))),
+        opening=_opening(results),
+        warnings=results.summary["warnings"],
+        sections=(
+            Section("front", "Explore the trade-off", explorer_section(results)),
+            Section("point", "The point picked", point_section(results, responses, loops)),
+            Section("trust", "Can it be trusted", trust_section(results, grid(trust, "trust-grid"))),
+            Section("provenance", "Provenance", provenance_section(results)),
+        ),
+        data=explorer_data(results, charts, arrays),
+    )
+
+
+def _description(results: Results) -> Markup:
+    text = results.resolved.get("description")
+    return element("p", str(text), class_="aid") if text else Markup()
+
+
+def _opening(results: Results) -> Markup:
+    """Return the answer as a table beside the trade-off."""
+    name = results.gains_name
+    actions = element(
+        "div",
+        element("button", f"Save {name}", type="button", id="save-tuned"),
+        element("button", f"Copy {name}", type="button", id="copy-tuned"),
+        class_="actions",
+    )
+    left = element("div", wide(answer_table(results)), actions)
+    right = element("div", plane(), layer_switches(results), axis_choices(results))
+    return element("div", left, right, class_="opening", id="answer")
