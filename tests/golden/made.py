@@ -9,7 +9,7 @@ import shutil
 import signal
 import sys
 import tomllib
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -17,10 +17,10 @@ from unittest.mock import patch
 from typer.main import get_command
 
 from tests.golden.steps import STUDIES, Step
+from tests.undrawn import undrawn
 from tuner.cli.main import app, main
 
 ROOT = Path(__file__).parents[2]
-UNDRAWN = Path(__file__).with_name("undrawn")
 WIDTH = 80
 """Columns of the terminal that help is written for."""
 FEW_ROWS = 2
@@ -75,14 +75,6 @@ def documents(folder: Path, steps: Iterable[Step]) -> dict[str, Any]:
             made[f"json/{step.name}.json"] = answer | ({"json": json.loads(said)} if said else {"error": told})
             made |= {} if step.folder is None else results(step.name, Path(step.folder))
     return {portable(name, folder): comparable(document, name, folder) for name, document in made.items()}
-
-
-@contextlib.contextmanager
-def undrawn() -> Iterator[None]:
-    """Leave figures blank, here and in processes that are started here."""
-    path = os.pathsep.join([str(UNDRAWN), *filter(None, [os.environ.get("PYTHONPATH")])])
-    with patch("matplotlib.figure.Figure.draw"), patch.dict(os.environ, {"PYTHONPATH": path}):
-        yield
 
 
 def called(*arguments: str) -> tuple[int, str, str]:

@@ -1,4 +1,4 @@
-"""The command line as a user meets it: subprocesses, exit codes, one message and no traceback."""
+"""The command line as a user meets it: exit codes, one message and no traceback; in processes of its own where a run is made."""
 
 import json
 import subprocess
@@ -18,9 +18,9 @@ ROOT = Path(__file__).parents[3]
 COMMANDS = get_group(app).commands
 
 
-def tuner(*arguments, cwd=ROOT):
+def process(*arguments):
     command = [sys.executable, "-c", "from tuner.cli.main import main; main()", *map(str, arguments)]
-    return subprocess.run(command, cwd=cwd, capture_output=True, text=True, timeout=300, check=False)
+    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
 
 
 def refused(done):
@@ -56,7 +56,7 @@ def test_help_does_not_import_the_heavy_libraries():
 
 
 @pytest.mark.parametrize("what", LISTINGS)
-def test_list_as_table_and_json(what):
+def test_list_as_table_and_json(what, tuner):
     rows = json.loads(tuner("list", what, "--json").stdout)
     assert rows
     first = str(next(iter(rows[0].values())))
@@ -68,20 +68,21 @@ def test_the_help_of_list_names_every_listing():
     assert [what for what in LISTINGS if f" {what} " not in said] == []
 
 
-def test_list_of_nothing_known_names_the_nearest():
+def test_list_of_nothing_known_names_the_nearest(tuner):
     assert "did you mean 'laws'" in refused(tuner("list", "lawz"))
 
 
-def test_check_says_what_a_study_would_fly():
+def test_check_says_what_a_study_would_fly(tuner):
     figures = json.loads(tuner("check", QUICKSTART, "--json").stdout)
     assert figures["search_flights"] == 32 * 14 * 32
 
 
-def test_new_writes_a_study_that_loads_and_never_overwrites(tmp_path):
-    assert tuner("new", "my_quad", cwd=tmp_path).returncode == 0
-    assert tuner("check", "my_quad.toml", cwd=tmp_path).returncode == 0
+def test_new_writes_a_study_that_loads_and_never_overwrites(tmp_path, tuner, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    assert tuner("new", "my_quad").returncode == 0
+    assert tuner("check", "my_quad.toml").returncode == 0
     before = (tmp_path / "my_quad.toml").read_bytes()
-    assert "exists already" in refused(tuner("new", "my_quad", cwd=tmp_path))
+    assert "exists already" in refused(tuner("new", "my_quad"))
     assert (tmp_path / "my_quad.toml").read_bytes() == before
 
 
@@ -91,24 +92,24 @@ def test_run_fly_report_one_after_the_other(tmp_path):
         "--set", "search.population=8", "--set", "search.generations=2", "--set", "scenario.0.search=4",
         "--set", "scenario.0.held_out=16",
     ]  # fmt: skip
-    done = tuner("run", QUICKSTART, "--out", folder, "--threads", 2, *small)
+    done = process("run", QUICKSTART, "--out", folder, "--threads", 2, *small)
     assert done.returncode == 0, done.stderr
     assert "generation 2/2" in done.stdout
     assert "tuned - default" in done.stdout
-    assert "exists already" in refused(tuner("run", QUICKSTART, "--out", folder, *small))
+    assert "exists already" in refused(process("run", QUICKSTART, "--out", folder, *small))
     picture = tmp_path / "fly.png"
-    flown = tuner("fly", folder / "gains.json", "--seeds", 16, "--plot", picture, "--json")
+    flown = process("fly", folder / "gains.json", "--seeds", 16, "--plot", picture, "--json")
     assert flown.returncode == 0, flown.stderr
     figures = json.loads(flown.stdout)
     assert figures["flights"] == 16
     assert {"itae.position", "travel", "failure"} <= {row["metric"] for row in figures["metrics"]}
     assert picture.read_bytes().startswith(b"\x89PNG")
     (folder / "report.html").unlink()
-    assert tuner("report", folder).returncode == 0
+    assert process("report", folder).returncode == 0
     assert (folder / "report.html").stat().st_size > 1_000_000
 
 
-def test_bad_input_is_one_line_on_stderr(tmp_path):
+def test_bad_input_is_one_line_on_stderr(tmp_path, tuner):
     broken = tmp_path / "broken.toml"
     broken.write_text(QUICKSTART.read_text().replace("population = 32", "populaton = 32"))
     message = refused(tuner("run", broken, "--out", tmp_path / "never"))
@@ -131,11 +132,11 @@ def test_bad_input_is_one_line_on_stderr(tmp_path):
         (["run", QUICKSTART, "--treads", "2"], "--treads"),
     ],
 )
-def test_bad_arguments(arguments, words):
+def test_bad_arguments(arguments, words, tuner):
     assert words in refused(tuner(*arguments))
 
 
 def test_debug_shows_the_traceback():
-    done = tuner("--debug", "fly", "nowhere.json")
+    done = process("--debug", "fly", "nowhere.json")
     assert done.returncode != 0
     assert "Traceback" in done.stderr

@@ -11,7 +11,7 @@ from plant.cascade import AXES, close_cascade
 from plant.gains import gain_addresses
 from plant.laws import LAWS
 from plant.laws.hybrid import Gains
-from tests.tuner.cli.test_cli import refused, tuner
+from tests.tuner.cli.test_cli import refused
 from tuner.api.margins import theory_rows
 from tuner.gains import read_gains
 
@@ -24,7 +24,7 @@ def gains(small_run):
     return folder / "gains.json"
 
 
-def test_every_axis_and_theorem_with_the_rate_measured_in_the_study(gains):
+def test_every_axis_and_theorem_with_the_rate_measured_in_the_study(gains, tuner):
     answer = json.loads(tuner("theory", gains, "--study", STUDY, "--json").stdout)
     assert (answer["scenarios"], answer["level"]) == (["steps in gusts"], 0.99)
     by_axis = {axis: [row["theorem"] for row in answer["theorems"] if row["axis"] == axis] for axis in answer["axes"]}
@@ -42,7 +42,7 @@ def test_every_axis_and_theorem_with_the_rate_measured_in_the_study(gains):
     assert row["disturbance_rate"] == answer["rates"]["pitch"] > 0.0
 
 
-def test_the_table_says_what_is_assumed(gains):
+def test_the_table_says_what_is_assumed(gains, tuner):
     shown = tuner("theory", gains).stdout
     assert "steps in a fresh breeze" in " ".join(shown.split())
     assert "ultimate_error" in shown and "rad/s^3" in shown and "Assumes" in shown
@@ -61,13 +61,13 @@ def test_a_rate_that_is_borne_holds_or_does_not(gains):
     assert holds == {"roll": True, "pitch": True, "yaw": False}
 
 
-def test_help_and_errors():
+def test_help_and_errors(tuner):
     done = tuner("theory", "--help")
     assert done.returncode == 0 and "Example: tuner theory" in " ".join(done.stdout.split())
     assert "there is no such file" in refused(tuner("theory", "nowhere.json"))
 
 
-def test_theorems_are_listed():
+def test_theorems_are_listed(tuner):
     rows = json.loads(tuner("list", "theorems", "--json").stdout)
     assert [row["theorem"] for row in rows] == list(THEOREMS)
     shown = tuner("list", "theorems").stdout

@@ -7,6 +7,13 @@ import pytest
 
 from plant.seeds import generator
 from tests.tuner.experiments.again.killing import compare, finished_after_kill, result_of, timed
+from tests.undrawn import undrawn
+
+
+@pytest.fixture(scope="module", autouse=True)
+def blank_figures():
+    with undrawn():
+        yield
 
 
 @pytest.fixture(scope="module")

@@ -15,6 +15,7 @@ from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_
 from plant.errors import StoreError
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.experiments.again.killing import compare, finish, result_of
+from tests.undrawn import undrawn
 from tuner.experiments.again.resume import recorded_study, reopen
 from tuner.experiments.again.verify import verify
 from tuner.experiments.registry import compute_as_reused
@@ -23,8 +24,15 @@ from tuner.store.inputs import read_record
 from tuner.study import load_study
 
 # Every x86 processor of the last fifteen years runs this; the compiler shapes loops for it in another way than for this one.
-OTHER = os.environ | {"NUMBA_CPU_NAME": "x86-64-v2"}
+OTHER = {"NUMBA_CPU_NAME": "x86-64-v2"}
 NO_SUCH = Processor("no-such-cpu", "+teleport,-sse2")
+
+
+@pytest.fixture(autouse=True)
+def blank_figures(small_run):
+    """Of the runs of this file; the small run is drawn before, for the others."""
+    with undrawn():
+        yield
 
 
 @pytest.fixture
@@ -60,9 +68,9 @@ def test_a_run_says_what_it_was_computed_with(small_run):
 @pytest.mark.skipif(not this_processor().features.count("+sse2"), reason="x86-64-v2 is no processor of this kind")
 def test_a_resume_told_to_compile_for_another_processor_keeps_to_the_bits_of_the_run(small_run, copy):
     cut_short(copy)
-    finish("resume", copy, env=OTHER)
+    finish("resume", copy, env=os.environ | OTHER)
     compare(result_of(copy), result_of(small_run[1]))
-    assert "\nIdentical: " in finish("verify", copy, "--sample", 3, env=OTHER).stdout
+    assert "\nIdentical: " in finish("verify", copy, "--sample", 3, env=os.environ | OTHER).stdout
 
 
 def test_what_this_processor_cannot_run_is_refused_with_reason_and_flag(copy):

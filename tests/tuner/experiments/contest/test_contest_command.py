@@ -2,14 +2,14 @@
 
 import json
 
-from tests.tuner.cli.test_cli import refused, tuner
+from tests.tuner.cli.test_cli import refused
 from tests.tuner.experiments.contest.contest_text import changed, write
 from tests.tuner.in_process import tuner as in_process
 from tuner.documents.ending import NOTHING
 from tuner.text.errors import NOTHING_FEASIBLE
 
 
-def test_check_says_what_a_contest_would_fly(tmp_path):
+def test_check_says_what_a_contest_would_fly(tmp_path, tuner):
     figures = json.loads(tuner("check", write(tmp_path), "--json").stdout)
     assert figures["contenders"] == ["PID (1 searched)", "The hybrid, v1.0 (as given)", "LADRC (as given)"]
     assert figures["search_flights"] == 8 * 3 * (4 + 2)
@@ -19,7 +19,7 @@ def test_check_says_what_a_contest_would_fly(tmp_path):
     assert "LADRC (as given)" in " ".join(told.split())
 
 
-def test_a_plan_counts_the_flights_of_the_comparison(small_contest, tmp_path):
+def test_a_plan_counts_the_flights_of_the_comparison(small_contest, tmp_path, tuner):
     """Against what the small contest flew: the search to the last flight, the rest not above what the plan allows."""
     result, folder = small_contest
     plan = json.loads(tuner("plan", write(tmp_path), "--json", "--threads", 2).stdout)
@@ -36,7 +36,7 @@ def test_a_plan_counts_the_flights_of_the_comparison(small_contest, tmp_path):
     assert "The contest takes at most" in shown and f"{plan['total']['flights_at_most']:,} flights" in shown
 
 
-def test_run_prints_tables_and_sentences(tmp_path):
+def test_run_prints_tables_and_sentences(tmp_path, tuner):
     given = changed("{ low = 20.0, high = 200.0 }", "60.0")
     path = write(tmp_path, given)
     done = tuner(
@@ -54,7 +54,7 @@ def test_run_prints_tables_and_sentences(tmp_path):
     assert "exists already" in refused(tuner("run", path, "--out", tmp_path / "out"))
 
 
-def test_bad_input_is_one_line_on_stderr(tmp_path):
+def test_bad_input_is_one_line_on_stderr(tmp_path, tuner):
     path = write(tmp_path, changed('"attitude.kd" = 14.0', '"attitude.kdd" = 14.0'))
     message = refused(tuner("run", path, "--out", tmp_path / "never"))
     assert message.count("\n") == 1

@@ -1,8 +1,6 @@
 """Inferences of other papers: absurd, untold, small; from the command line; with more threads."""
 
 import json
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
@@ -101,12 +99,7 @@ def test_one_kind_of_cell_and_no_pair_is_enough(tmp_path):
     assert len(findings.shown) == 1
 
 
-def tuner(*arguments):
-    command = [sys.executable, "-c", "from tuner.cli.main import main; main()", *map(str, arguments)]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
-
-
-def test_the_command_line_runs_checks_and_draws_an_inference(tmp_path):
+def test_the_command_line_runs_checks_and_draws_an_inference(tmp_path, tuner):
     path = write(tmp_path)
     figures = json.loads(tuner("check", path, "--json").stdout)
     assert figures["unknowns"] == ["intensity", "k2 of soft"]
