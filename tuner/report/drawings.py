@@ -6,7 +6,8 @@ The numbers stand beside them, so they are hidden from screen readers. Colours a
 from collections.abc import Callable
 from math import isfinite, log
 
-from tuner.documents.results import Estimate, Quantity, Required, Variable
+from tuner.documents.parts import Estimate
+from tuner.documents.results import Quantity, Required, Variable
 from tuner.text.markup import Markup, element, join
 
 WIDTH, INSET = 160.0, 8.0

@@ -6,7 +6,8 @@ Every row ends in a verdict.
 import re
 from collections.abc import Sequence
 
-from tuner.documents.results import Estimate, Quantity, Required, Results
+from tuner.documents.parts import Estimate
+from tuner.documents.results import Quantity, Required, Results
 from tuner.report.drawings import intervals
 from tuner.report.prose import limit_text
 from tuner.text.markup import Markup, cells, coded, element, join

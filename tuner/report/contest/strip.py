@@ -8,7 +8,7 @@ from math import floor, isfinite, log10
 from typing import NamedTuple
 
 from tuner.documents.look import Look, mark
-from tuner.documents.results import Estimate
+from tuner.documents.parts import Estimate
 from tuner.report.drawings import diamond, square
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import significant

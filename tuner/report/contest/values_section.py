@@ -2,7 +2,7 @@
 
 from tuner.documents.contest import Contest, Quantity
 from tuner.documents.look import Look, sample
-from tuner.documents.results import Estimate
+from tuner.documents.parts import Estimate
 from tuner.report.contest.strip import NARROW, WIDTH, ruler, scale, stacked
 from tuner.report.outcome_table import risk_words
 from tuner.report.prose import limit_text

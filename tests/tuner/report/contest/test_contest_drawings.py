@@ -8,7 +8,7 @@ import pytest
 
 from tuner.documents.contest import Gain
 from tuner.documents.look import COUNT, DASHES, INKS, SYMBOLS, looks, plotly_line, plotly_marker, sample
-from tuner.documents.results import Estimate
+from tuner.documents.parts import Estimate
 from tuner.report.contest.joined_gains import joined
 from tuner.report.contest.spans import span_of
 from tuner.report.contest.strip import INSET, Scale, interval, pinned, ruler, scale, stacked, ticks
