@@ -68,8 +68,9 @@ class OpenedFolder(Generic[D]):
 
         file = self.folder / name
         try:
-            content = BytesIO(read_input(file, MOST_TABLE))
-            return pd.read_csv(content) if name.endswith(".csv") else pd.read_parquet(content)
+            if name.endswith(".csv"):
+                return pd.read_csv(BytesIO(read_input(file, MOST_TABLE)))
+            return pd.read_parquet(BytesIO(read_input(file, MOST_TABLE)))
         except FileNotFoundError:
             raise refuse(file, "there is no such file") from None
         except (OSError, ValueError) as error:
