@@ -12,13 +12,15 @@ from plant.input_files import MOST_TEXT, read_input, read_input_text
 from plant.references.waypoint_file import read_waypoints
 from tests.tuner.fuzz.fuzzing import patience
 from tests.tuner.in_process import tuner
-from tuner.documents.files import Columns, Node, read_table, read_text
+from tuner.documents.files import Columns, read_table
+from tuner.documents.summary import Summary
 from tuner.exchange.ardupilot.text import read_param
 from tuner.exchange.betaflight.text import read_cli
 from tuner.exchange.crazyflie import text as param_file
 from tuner.exchange.px4.text import read_params
 from tuner.gains import read_gains
 from tuner.report.terminal.unfinished import last_generation
+from tuner.store.document import read_text
 from tuner.study import load_study
 from tuner.study.layers import read_layers
 
@@ -26,7 +28,7 @@ ROOT = Path(__file__).parents[1]
 READERS = {
     "study": load_study, "contest": read_layers, "airframe": load, "gains": read_gains, "waypoints": read_waypoints,
     "px4": read_params, "ardupilot": read_param, "betaflight": lambda file: read_cli(file, 0), "crazyflie": param_file.read,
-    "document": Node.read, "columns": Columns.read, "table": lambda file: read_table(file, ["a"]), "text": read_text,
+    "document": Summary.read, "columns": Columns.read, "table": lambda file: read_table(file, ["a"]), "text": read_text,
     "history": last_generation,
 }  # fmt: skip
 SECONDS = 5

@@ -25,6 +25,7 @@ from objectives.risk import (
     within,
 )
 from plant.seeds import generator
+from tuner.documents.parts import SampledValue
 from tuner.search.front import non_dominated
 
 # Bootstrap replicates for the error bars of the front, and for the Default / Tuned table.
@@ -34,27 +35,14 @@ SAME = 1e-9
 
 
 @dataclass(frozen=True)
-class Estimate:
-    """A risk with its 95 % bootstrap interval over scenarios."""
-
-    value: float
-    low: float
-    high: float
-
-    def as_dict(self) -> dict[str, float]:
-        """Return the three numbers by name."""
-        return {"value": self.value, "low": self.low, "high": self.high}
-
-
-@dataclass(frozen=True)
 class Comparison:
     """One quantity of the tuned point against the default; difference: tuned minus default, paired over scenarios."""
 
     quantity: Objective
     limit: float | None
-    default: Estimate
-    tuned: Estimate
-    difference: Estimate
+    default: SampledValue
+    tuned: SampledValue
+    difference: SampledValue
 
     @property
     def verdict(self) -> str:
@@ -211,8 +199,8 @@ def compare(problem: Problem, flown: Evaluation, root: int) -> list[Comparison]:
         values = quantity.risk.apply(samples)
         low, high = interval_on(samples, quantity.risk, part)
         paired = paired_difference_on(samples[1], samples[0], quantity.risk, part)
-        default, best = (Estimate(float(values[k]), float(low[k]), float(high[k])) for k in (0, 1))
-        difference = Estimate(float(paired.difference), float(paired.low), float(paired.high))
+        default, best = (SampledValue(float(values[k]), float(low[k]), float(high[k])) for k in (0, 1))
+        difference = SampledValue(float(paired.difference), float(paired.low), float(paired.high))
         rows.append(Comparison(quantity, limit, default, best, difference))
     return rows
 

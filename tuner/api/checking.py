@@ -14,6 +14,7 @@ from tuner.api.frames import Documented, frame, shown
 from tuner.api.gains import Gains
 from tuner.api.margins import announce_compilation
 from tuner.api.studies import StudyLike, tuning_study
+from tuner.documents.judgement import JudgementDocument
 from tuner.experiments.planning.preview import preview
 from tuner.experiments.tuning.preview import is_hopeless
 from tuner.experiments.tuning.problem import problem_of, warm_up
@@ -144,17 +145,17 @@ def airframe_figures(file: Path) -> Row:
 class Judgement(Documented):
     """Gains against the limits of a study; document: as `tuner check --requirements --json` prints it."""
 
-    document: Row
+    document: JudgementDocument
 
     @property
     def verdict(self) -> str:
         """Verdict: "pass", "fail" or "not certain"."""
-        return str(self.document["verdict"])
+        return str(self.document.verdict)
 
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each limit and objective: value with its 95 % interval, limit, verdict."""
-        return frame(self.document["rows"], "label")
+        return frame(self.document.rows, "label")
 
     def _repr_html_(self) -> str:
         return shown(f"Verdict: {self.verdict}", (), self.table)

@@ -15,6 +15,7 @@ from tuner.api.frames import Documented, frame, shown
 from tuner.api.gains import Gains, gains_of, taken
 from tuner.api.margins import announce_compilation
 from tuner.api.studies import StudyLike, tuning_study
+from tuner.documents.margins import MarginsDocument
 from tuner.experiments.tuning.starts import design_row, study_designs, without_design
 from tuner.gains import Controller
 from tuner.gains.document import seed_entry
@@ -45,14 +46,15 @@ class Design(Documented):
     gains: Gains
     default: Gains
     axes: list[Row]
-    margins: dict[str, Row]
+    margins: dict[str, MarginsDocument]
     warnings: list[str]
 
     @property
     def document(self) -> Row:
         """Everything as data, as `tuner design --json` prints it."""
         return {
-            "gains": self.gains.document, "design": self.axes, "margins": self.margins, "warnings": self.warnings,
+            "gains": self.gains.document, "design": self.axes, 
+            "margins": {name: found.content() for name, found in self.margins.items()}, "warnings": self.warnings,
         }  # fmt: skip
 
     @cached_property
@@ -146,7 +148,7 @@ def differing(study: Study, row: np.ndarray) -> list[str]:
     ]
 
 
-def margins_in(study: Study, controller: Controller) -> Row:
+def margins_in(study: Study, controller: Controller) -> MarginsDocument:
     """Return the margins of a controller as `tuner margins` has them; in attitude mode where all scenarios fly in it."""
     specs = tuple(entry.spec for entry in study.scenarios)
     subject = subject_of(controller, Trim(hold=holds_place(specs, study.system.timing)))

@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from plant.airframes import load
 from tuner.api.frames import Documented, frame, json_text, shown
 from tuner.api.gains import Gains, GainsLike, gains_of, taken
+from tuner.documents.export import ExportDocument
 from tuner.exchange.registry import exporter as find_exporter
 from tuner.exchange.registry import importer as find_importer
 from tuner.exchange.run import Export, export_gains
@@ -37,14 +38,14 @@ class Exported(Documented):
         return self.made.folder
 
     @property
-    def document(self) -> dict[str, Any]:
+    def document(self) -> ExportDocument:
         """Content of export.json."""
         return self.made.document
 
     @property
     def json(self) -> str:
         """The document as JSON, with the folder."""
-        return json_text({**self.document, "folder": str(self.folder)})
+        return json_text({**self.document.content(), "folder": str(self.folder)})
 
     @property
     def passed(self) -> bool:
@@ -54,10 +55,10 @@ class Exported(Documented):
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each parameter of the target: asked, held, allowed range, and what the vehicle has; empty for code."""
-        return frame(self.document["parameters"], "name")
+        return frame(self.document.parameters, "name")
 
     def _repr_html_(self) -> str:
-        return shown(f"{self.document['target_version']}: {self.folder}", self.document["lossy"], self.table)
+        return shown(f"{self.document.target_version}: {self.folder}", self.document.lossy, self.table)
 
 
 def export(

@@ -4,6 +4,9 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
+from tuner.documents.contest_document import EstimateRow
+from tuner.documents.parts import Estimate
+from tuner.store.document import DocumentPart
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import significant
 
@@ -27,16 +30,19 @@ class Documented:
 
 def json_text(document: Any, ascii_only: bool = True) -> str:
     """Return a document as JSON text; numbers that are not finite are our own mistake."""
-    return json.dumps(document, indent=2, allow_nan=False, ensure_ascii=ascii_only)
+    content = document.content() if isinstance(document, DocumentPart) else document
+    return json.dumps(content, indent=2, allow_nan=False, ensure_ascii=ascii_only)
 
 
 def frame(
-    rows: Iterable[Mapping[str, Any]], index: str | Sequence[str] | None = None, units: Mapping[str, str] | None = None
+    rows: Iterable[Mapping[str, Any] | DocumentPart],
+    index: str | Sequence[str] | None = None,
+    units: Mapping[str, str] | None = None,
 ) -> "pd.DataFrame":
     """Return rows as a table; units: of its columns, kept in `attrs["units"]`."""
     import pandas as pd
 
-    found = pd.DataFrame(list(rows))
+    found = pd.DataFrame([row.content() if isinstance(row, DocumentPart) else row for row in rows])
     if index is not None and len(found):
         found = found.set_index([index] if isinstance(index, str) else list(index))
         found.index.name = index if isinstance(index, str) else None
@@ -44,9 +50,9 @@ def frame(
     return found
 
 
-def estimates(entry: Mapping[str, Any], name: str) -> dict[str, Any]:
+def estimates(entry: Estimate | EstimateRow, name: str) -> dict[str, Any]:
     """Return a number with its 95 % interval as three columns: NAME, NAME low, NAME high."""
-    return {name: entry["value"], f"{name} low": entry["low"], f"{name} high": entry["high"]}
+    return {name: entry.value, f"{name} low": entry.low, f"{name} high": entry.high}
 
 
 def shown(title: str, lines: Iterable[str] = (), found: "pd.DataFrame | None" = None) -> str:

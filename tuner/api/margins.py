@@ -27,6 +27,7 @@ from tuner.api.flying import prepare
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.gains import GainsLike, as_gains, default_gains
 from tuner.api.studies import StudyLike, tuning_study
+from tuner.documents.margins import MarginsDocument
 from tuner.exchange.processor_cost.measure import measure_cost
 from tuner.gains import Controller
 from tuner.search.watcher import Watcher
@@ -56,7 +57,7 @@ class Margins(Documented):
 
     """
 
-    document: Row
+    document: MarginsDocument
     subject: Subject
     from_study: bool
     folder: Path | None = None
@@ -64,23 +65,23 @@ class Margins(Documented):
     @property
     def passed(self) -> bool:
         """Whether every hard limit is kept."""
-        return bool(self.document["passed"])
+        return bool(self.document.passed)
 
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each loop, a column for each quantity; NaN where nothing limits one."""
         rows, units = [], {}
-        for channel in self.document["channels"]:
-            quantities = channel["quantities"]
-            units |= {name: reading["unit"] for name, reading in quantities.items()}
-            values = {name: reading["value"] for name, reading in quantities.items()}
-            rows.append({"channel": channel["channel"], "stable": channel["stable"], **values})
+        for channel in self.document.channels:
+            quantities = channel.quantities
+            units |= {name: reading.unit for name, reading in quantities.items()}
+            values = {name: reading.value for name, reading in quantities.items()}
+            rows.append({"channel": channel.channel, "stable": channel.stable, **values})
         return frame(rows, "channel", units)
 
     @cached_property
     def requirements(self) -> "pd.DataFrame":
         """A row for each limit: value, limit, sense, whether it is hard, and whether it is kept."""
-        return frame(self.document["requirements"], "label")
+        return frame(self.document.requirements, "label")
 
     def figure(self, name: str = "bode") -> "Figure":
         """Draw the loops.
@@ -154,9 +155,9 @@ def margins(
             # What proves them takes a second to import.
             from tuner.analysis.margins.certificates import certificate_rows
 
-            document["certificates"] = certificate_rows(controller)
+            document = document.model_copy(update={"certificates": certificate_rows(controller)})
         if folder is not None:
-            write(document, subject, folder)
+            document = write(document, subject, folder)
     return Margins(document, subject, asked is not None, None if folder is None else folder.path)
 
 
@@ -168,14 +169,16 @@ def announce_compilation(watcher: Watcher) -> None:
         watcher.on_message("Compiling the margins for this machine; once, some 10 s.")
 
 
-def write(document: Row, subject: Subject, folder: Folder) -> None:
+def write(document: MarginsDocument, subject: Subject, folder: Folder) -> MarginsDocument:
     """Write the figures and margins.json, with how far the vehicle may differ put in."""
     from tuner.report.margins.figures import write_margin_figures
 
-    document["mismatch"] = [extent.row() for extent in write_margin_figures(subject, folder.path)]
+    extents = [extent.row() for extent in write_margin_figures(subject, folder.path)]
+    document = document.model_copy(update={"mismatch": extents})
     folder.write_json("margins.json", document)
     folder.written("*.png", "*.pdf")
     folder.seal()
+    return document
 
 
 @dataclass(frozen=True)

@@ -9,6 +9,8 @@ from tuner.analysis.sensitivity.analysis import Analysis
 from tuner.analysis.sensitivity.document import index_table, variance_table
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.studies import AnyStudy, StudyLike, loaded, tuning_study
+from tuner.documents.plan import ContestPlanDocument, PlanDocument
+from tuner.documents.sensitivity import SensitivityDocument
 from tuner.experiments.planning import plan as planning
 from tuner.experiments.sensitivity import analyse_sensitivity
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
@@ -26,7 +28,7 @@ Row = dict[str, Any]
 class Plan(Documented):
     """Forecast of a run; document: as `tuner plan --json` prints it, study: what was planned."""
 
-    document: Row
+    document: PlanDocument | ContestPlanDocument
     study: AnyStudy
 
     @property
@@ -37,19 +39,19 @@ class Plan(Documented):
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each objective, of a contest for each contender too: expected widths of 95 % intervals."""
-        runs = self.document.get("runs", {"": self.document})
+        runs = self.document.runs if isinstance(self.document, ContestPlanDocument) else {"": self.document}
         rows = [
             {
-                "run": name, "objective": row["label"], "unit": row["unit"], "default": row["default"],
-                **{f"{stream} width": width for stream, width in row["width"].items()},
-                "scenarios_needed": row["scenarios_needed"],
+                "run": name, "objective": row.label, "unit": row.unit, "default": row.default,
+                **{f"{stream} width": width for stream, width in row.width.content().items()},
+                "scenarios_needed": row.scenarios_needed,
             }
-            for name, run in runs.items() for row in run["objectives"]
+            for name, run in runs.items() for row in run.objectives
         ]  # fmt: skip
         return frame(rows)
 
     def _repr_html_(self) -> str:
-        return shown(f"Plan: {self.document['title']}", self.document.get("warnings", []), self.table)
+        return shown(f"Plan: {self.document.title}", getattr(self.document, "warnings", []), self.table)
 
 
 def plan(
@@ -91,7 +93,7 @@ class Sensitivity(Documented):
 
     """
 
-    document: Row
+    document: SensitivityDocument
     study: Study
     analysis: Analysis
     folder: Path | None = None
@@ -121,7 +123,7 @@ class Sensitivity(Documented):
         return draw(of_sensitivity(self.study, self.analysis), "sensitivity")
 
     def _repr_html_(self) -> str:
-        return shown(f"Sensitivity: {self.study.title}", self.document["notes"], self.table)
+        return shown(f"Sensitivity: {self.study.title}", self.document.notes, self.table)
 
 
 def sensitivity(

@@ -8,12 +8,13 @@ from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.errors import InputError, StoreError, UnknownNameError
 from tuner.api.frames import estimates, frame, json_text, shown
 from tuner.api.gains import Gains, gains_of, read_gains
-from tuner.documents.ending import GAINS, gains_file, is_feasible
-from tuner.documents.files import Node, read_text
+from tuner.documents.ending import GAINS
+from tuner.documents.opening import kind_in
 from tuner.experiments import registry
 from tuner.experiments.compare.entrants import rows_of, study_of
 from tuner.gains import Controller
 from tuner.gains.document import seed_entry
+from tuner.store.document import read_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -23,7 +24,7 @@ if TYPE_CHECKING:
     from tuner.documents.contest import Contest
     from tuner.documents.results import Results as TuningDocuments
 
-Document = dict[str, Any]
+Document = Any
 CURVES = ["frequency", "real", "imag"]
 """Columns of margins.parquet that hold a curve each."""
 MARGIN_UNITS = {name: QUANTITIES[name].unit for name in RECORDED}
@@ -34,7 +35,7 @@ class Results:
 
     Attributes:
         folder: The results folder, None for a comparison that wrote none.
-        document: The main document of the folder, such as summary.json, as plain data in SI units and radians.
+        document: The main document of the folder, such as summary.json, typed, in SI units and radians.
         flights_made: Flights made just now by `run` or `resume`, None where nobody counted.
 
     """
@@ -50,17 +51,17 @@ class Results:
     @property
     def title(self) -> str:
         """Title of the study."""
-        return str(self.document["title"])
+        return str(self.document.title)
 
     @property
     def feasible(self) -> bool:
         """Whether some candidate keeps every limit, so that gains are recommended."""
-        return bool(self.document.get("feasible", True))
+        return bool(getattr(self.document, "feasible", True))
 
     @property
     def warnings(self) -> list[str]:
         """Sentences that a reader must know before believing the numbers."""
-        return list(self.document.get("warnings", []))
+        return list(getattr(self.document, "warnings", []))
 
     @property
     def json(self) -> str:
@@ -130,7 +131,7 @@ class Results:
         return f"{type(self).__name__}({self.title!r}, {str(self.folder)!r})"
 
     def _repr_html_(self) -> str:
-        return shown(self.title, [*self.document.get("words", []), *self.warnings], self.summary)
+        return shown(self.title, [*getattr(self.document, "words", []), *self.warnings], self.summary)
 
 
 class TuningResults(Results):
@@ -149,18 +150,18 @@ class TuningResults(Results):
     @property
     def feasible(self) -> bool:
         """Whether some candidate keeps every limit, so that gains are recommended."""
-        return is_feasible(self.document)
+        return self.document.recommends
 
     @cached_property
     def summary(self) -> "pd.DataFrame":
         """Default against tuned: a row for each objective and limit, with 95 % intervals and a verdict."""
         rows = [
             {
-                "quantity": row["label"], "unit": row["unit"], "kind": row["kind"], "limit": row["limit"],
-                **estimates(row["default"], "default"), **estimates(row["tuned"], "tuned"),
-                **estimates(row["difference"], "difference"), "verdict": row["verdict"],
+                "quantity": row.label, "unit": row.unit, "kind": row.kind, "limit": row.limit,
+                **estimates(row.default, "default"), **estimates(row.tuned, "tuned"),
+                **estimates(row.difference, "difference"), "verdict": row.verdict,
             }
-            for row in self.document["table"]
+            for row in self.document.table
         ]  # fmt: skip
         return frame(rows, "quantity")
 
@@ -243,7 +244,7 @@ class TuningResults(Results):
     @property
     def nearest(self) -> Gains:
         """The recommended gains, or those of the point that breaks least where nothing is feasible."""
-        return read_gains(self.home / gains_file(self.document))
+        return read_gains(self.home / self.document.gains_file)
 
     @property
     def default(self) -> Gains:
@@ -286,7 +287,7 @@ class TuningResults(Results):
         return gains_of(controller, {"study": origin})
 
     def _unit(self, label: str) -> str:
-        return next(row["unit"] for row in self.document["table"] if row["label"] == label)
+        return next(row.unit for row in self.document.table if row.label == label)
 
     def _figures(self) -> "Figures":
         from tuner.api.figures import of_tuning
@@ -294,8 +295,8 @@ class TuningResults(Results):
         return of_tuning(self.documents)
 
     def _repr_html_(self) -> str:
-        ending = self.document.get("ending", [])
-        picked = [f"Recommended: {self.document['tuned']}: {self.document['pick']['why']}."] if self.feasible else []
+        ending = self.document.ending
+        picked = [f"Recommended: {self.document.tuned}: {self.document.pick.why}."] if self.feasible else []
         return shown(self.title, [*ending, *picked, *self.warnings], self.summary)
 
 
@@ -315,10 +316,10 @@ class ContestResults(Results):
     @cached_property
     def summary(self) -> "pd.DataFrame":
         """Values with 95 % intervals: a row for each contender, columns for each objective and limit."""
-        units = {row["label"]: row["unit"] for row in self.document["quantities"]}
-        rows: dict[str, dict[str, Any]] = {row["name"]: {} for row in self.document["contenders"]}
-        for entry in self.document["estimates"]:
-            rows[entry["contender"]] |= estimates(entry, entry["quantity"])
+        units = {row.label: row.unit for row in self.document.quantities}
+        rows: dict[str, dict[str, Any]] = {row.name: {} for row in self.document.contenders}
+        for entry in self.document.estimates:
+            rows[entry.contender] |= estimates(entry, entry.quantity)
         named = [{"contender": name, **values} for name, values in rows.items()]
         every = {f"{name}{end}": unit for name, unit in units.items() for end in ("", " low", " high")}
         return frame(named, "contender", every)
@@ -326,12 +327,12 @@ class ContestResults(Results):
     @cached_property
     def differences(self) -> "pd.DataFrame":
         """Paired differences with 95 % intervals: a row for each two contenders and each quantity."""
-        return frame(self.document["differences"], ["first", "second", "quantity"])
+        return frame(self.document.differences, ["first", "second", "quantity"])
 
     @property
     def words(self) -> list[str]:
         """Sentences that the numbers allow."""
-        return list(self.document["words"])
+        return list(self.document.words)
 
     def _figures(self) -> "Figures":
         from tuner.api.figures import of_contest
@@ -365,24 +366,24 @@ class InferenceResults(Results):
     @cached_property
     def unknowns(self) -> "pd.DataFrame":
         """A row for each unknown: unit, default, inferred, near_low, near_high, low68, high68, verdict."""
-        return frame(self.document["unknowns"], "name")
+        return frame(self.document.unknowns, "name")
 
     @cached_property
     def cells(self) -> "pd.DataFrame":
         """A row for each published number: contender, metric, unit, the number, and our flights beside it."""
         rows = [
             {
-                **{key: row[key] for key in ("contender", "metric", "scenario", "unit", "published")},
-                **{key: row["ours"][key] for key in ("median", "low95", "high95", "inside")},
+                **{key: getattr(row, key) for key in ("contender", "metric", "scenario", "unit", "published")},
+                **{key: getattr(row.ours, key) for key in ("median", "low95", "high95", "inside")},
             }
-            for row in self.document["cells"]
+            for row in self.document.cells
         ]  # fmt: skip
         return frame(rows)
 
     @property
     def words(self) -> list[str]:
         """Sentences that the numbers allow."""
-        return list(self.document["words"])
+        return list(self.document.words)
 
     def figure(self, name: str = "inference") -> "Figure":
         """Draw a figure; see `Results.figure`."""
@@ -419,7 +420,8 @@ def open_results(folder: str | Path) -> Any:
 
     """
     folder = Path(folder)
-    for kind in KINDS:
-        if (folder / kind.main).exists():
-            return kind(folder, Node.read(folder / kind.main).value)
+    found = kind_in(folder)
+    kind = next((entry for entry in KINDS if found is not None and entry.kind == found.kind), None)
+    if found is not None and kind is not None:
+        return kind(folder, found(folder).document)
     raise StoreError(f"{folder} is no finished results folder: it holds no {TuningResults.main}")

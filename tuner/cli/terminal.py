@@ -3,7 +3,7 @@
 Numbers follow the rules of `tuner.text.numbers`, in letters that can be copied into a file.
 """
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import Any
 
 from rich import console
@@ -11,6 +11,8 @@ from rich.segment import Segment
 from rich.text import Text
 
 from plant.texts import inert
+from tuner.documents.contest_document import EstimateRow
+from tuner.documents.parts import Estimate
 from tuner.text import numbers
 
 PLAIN = str.maketrans({"−": "-", "\u202f": ","})
@@ -49,17 +51,17 @@ def digits(value: float, width: float) -> str:
     return numbers.beside(value, width).translate(PLAIN)
 
 
-def estimate(entry: Mapping[str, Any], signed: bool = False) -> str:
+def estimate(entry: Estimate | EstimateRow, signed: bool = False) -> str:
     """Return the value over its interval, or alone where it has none; signed: with a plus on positive values."""
-    if entry["value"] is None:
+    if entry.value is None:
         return "unbounded"
-    if entry["low"] is None or entry["high"] is None:
-        return f"{entry['value']:{'+' if signed and entry['value'] > 0.0 else ''}.4g}"
-    value, interval = numbers.estimate(entry["value"], entry["low"], entry["high"])
-    sign = "+" if signed and entry["value"] > 0.0 else ""
+    if entry.low is None or entry.high is None:
+        return f"{entry.value:{'+' if signed and entry.value > 0.0 else ''}.4g}"
+    value, interval = numbers.estimate(entry.value, entry.low, entry.high)
+    sign = "+" if signed and entry.value > 0.0 else ""
     return f"{sign}{value}\n{interval}".translate(PLAIN)
 
 
-def difference(entry: Mapping[str, Any]) -> str:
+def difference(entry: Estimate) -> str:
     """Return a difference over its interval, with its sign."""
     return estimate(entry, signed=True)

@@ -46,18 +46,18 @@ def export(
 
 
 @app.command()
-def schema(name: Annotated[str, typer.Argument(help="gains.", show_default=False)]) -> None:
+def schema(name: Annotated[str, typer.Argument(help="gains, summary, contest, ...", show_default=False)]) -> None:
     """Print the JSON Schema (2020-12) of a file that the tool writes.
 
     Example: tuner schema gains > gains.schema.json
     """
     from plant.errors import UnknownNameError
+    from tuner.documents.registry import DOCUMENTS, schema_of
     from tuner.gains.schema import schema_text
 
-    schemas = {"gains": schema_text}
-    if name not in schemas:
-        raise UnknownNameError("schema", name, schemas)
-    print(schemas[name](), end="")
+    if name != "gains" and name not in DOCUMENTS:
+        raise UnknownNameError("schema", name, ["gains", *DOCUMENTS])
+    print(schema_text() if name == "gains" else schema_of(name), end="")
 
 
 @app.command()

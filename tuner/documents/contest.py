@@ -3,12 +3,15 @@
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from tuner.documents.inference import Inference
-from tuner.documents.results import Estimate, Fan
+from tuner.documents.contest_document import BoundRow, ComparedOn, ComparisonDocument, ContestDocument
+from tuner.documents.inference import ShownInference
+from tuner.documents.parts import Estimate
+from tuner.documents.results import Fan
+from tuner.store.environment import Environment
 
 
 class Gain(NamedTuple):
@@ -19,22 +22,8 @@ class Gain(NamedTuple):
     unit: str
 
 
-class OnBound(NamedTuple):
-    """A gain at an end of its range. recommended: the recommended point's is there; share: of the front's points.
-
-    natural: the gain has no meaning beyond.
-    """
-
-    variable: str
-    end: str
-    bound: float
-    recommended: bool
-    share: float
-    natural: bool
-
-
 @dataclass(frozen=True)
-class Contender:
+class ShownContender:
     """One controller as it flew. index: its place; folder: of its own results, "" for none.
 
     point: of its own study; searched: the variables a search chose; operations: of its laws in one control step;
@@ -52,13 +41,13 @@ class Contender:
     gains: list[Gain]
     searched: list[str]
     operations: float
-    on_bounds: list[OnBound]
+    on_bounds: list[BoundRow]
     failures: float
     instructions: float | None = None
 
 
 @dataclass(frozen=True)
-class Quantity:
+class ShownQuantity:
     """One number that is compared; smaller is better. unit: "" for none; limit: what it must not exceed."""
 
     label: str
@@ -71,7 +60,7 @@ class Quantity:
     kind: str
 
 
-class Difference(NamedTuple):
+class ShownDifference(NamedTuple):
     """Second minus first contender on the same flights; lower: which of them is, None where the interval holds zero."""
 
     first: str
@@ -81,7 +70,7 @@ class Difference(NamedTuple):
     lower: str | None
 
 
-class Ruling(NamedTuple):
+class ShownRuling(NamedTuple):
     """A claim for one opponent in one quantity; difference: claimed better minus opponent."""
 
     than: str
@@ -90,17 +79,17 @@ class Ruling(NamedTuple):
     verdict: str
 
 
-class Claim(NamedTuple):
+class ShownClaim(NamedTuple):
     """A sentence put to the test, its verdict, and the comparisons behind it."""
 
     text: str
     better: str
     verdict: str
-    rows: list[Ruling]
+    rows: list[ShownRuling]
 
 
 @dataclass(frozen=True)
-class Front:
+class ContenderFront:
     """The points of one contender on the flights of the comparison.
 
     points: names (n,); recommended: mask (n,); values, low, high (n, objectives); gains: of each point by address; lost (n,):
@@ -134,13 +123,13 @@ class Fronts:
     """All fronts. objectives: labels; meaning, reference: of the box that the volumes are shares of."""
 
     objectives: list[str]
-    fronts: list[Front]
+    fronts: list[ContenderFront]
     volumes: list[Volume]
     meaning: str
     reference: dict[str, float]
 
 
-class BestRow(NamedTuple):
+class ShownBest(NamedTuple):
     """The point of a front that is best in an objective while it keeps a limit in another."""
 
     estimate: Estimate
@@ -148,16 +137,16 @@ class BestRow(NamedTuple):
 
 
 @dataclass(frozen=True)
-class BestUnder:
+class ShownBestUnder:
     """A question of the kind "smallest A with B at most L": contender -> answer, None where no point keeps the limit."""
 
     objective: str
     subject_to: str
     limit: float
-    rows: dict[str, BestRow | None]
+    rows: dict[str, ShownBest | None]
 
 
-class Cell(NamedTuple):
+class ShownCell(NamedTuple):
     """A printed number against our flights: their mean, and their 2.5, 50 and 97.5 % points as central (value: median).
 
     percentile: share of our flights below the printed number [%]; inside: it lies between 2.5 and 97.5; fitted: the study
@@ -177,15 +166,7 @@ class Cell(NamedTuple):
     fitted: bool
 
 
-class Compared(NamedTuple):
-    """A scenario of the comparison: flights of each contender, and how long one lasts [s]."""
-
-    scenario: str
-    flights: int
-    duration: float
-
-
-class Scores(NamedTuple):
+class ContenderScores(NamedTuple):
     """Values of one quantity over the flights of a contender, sorted (flights,)."""
 
     contender: str
@@ -216,30 +197,30 @@ class Air(NamedTuple):
 
 
 @dataclass(frozen=True)
-class Contest:
+class ShownContest:
     """A contest folder. document: contest.json; environment: environment.json; study: study.toml as given.
 
     estimates: by contender and quantity. fronts: None where nothing was tuned; inference: None where there is none.
     """
 
     folder: Path
-    document: dict[str, Any]
-    environment: dict[str, Any]
+    document: ContestDocument | ComparisonDocument
+    environment: Environment
     study: str
-    compared_on: list[Compared]
-    contenders: list[Contender]
-    quantities: list[Quantity]
+    compared_on: list[ComparedOn]
+    contenders: list[ShownContender]
+    quantities: list[ShownQuantity]
     estimates: dict[tuple[str, str], Estimate]
-    differences: list[Difference]
+    differences: list[ShownDifference]
     fronts: Fronts | None
-    best_under: list[BestUnder]
-    cells: list[Cell]
-    claims: list[Claim]
-    scores: list[Scores]
+    best_under: list[ShownBestUnder]
+    cells: list[ShownCell]
+    claims: list[ShownClaim]
+    scores: list[ContenderScores]
     fans: list[Fan]
     traces: list[Trace]
     air: list[Air]
-    inference: Inference | None
+    inference: ShownInference | None
 
     @cached_property
     def index(self) -> dict[str, int]:
@@ -251,7 +232,7 @@ class Contest:
         return f"contender-{self.index[name]}"
 
     @cached_property
-    def quantity(self) -> dict[str, Quantity]:
+    def quantity(self) -> dict[str, ShownQuantity]:
         """Quantities by label."""
         return {entry.label: entry for entry in self.quantities}
 
@@ -279,3 +260,18 @@ class Contest:
             {entry.first, entry.second} for entry in self.differences if entry.quantity == label and entry.lower is None
         ]
         return {name for pair in even if pair & best for name in pair - best}
+
+
+# Names that the report still goes by.
+Contender = ShownContender
+Quantity = ShownQuantity
+Difference = ShownDifference
+Ruling = ShownRuling
+Claim = ShownClaim
+Cell = ShownCell
+Front = ContenderFront
+BestRow = ShownBest
+BestUnder = ShownBestUnder
+Scores = ContenderScores
+Contest = ShownContest
+OnBound = BoundRow

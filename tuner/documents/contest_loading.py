@@ -4,27 +4,37 @@ from pathlib import Path
 
 from plant.errors import StoreError
 from tuner.documents.contest import (
+    Gain,
+    ShownBest,
+    ShownBestUnder,
+    ShownCell,
+    ShownClaim,
+    ShownContender,
+    ShownContest,
+    ShownDifference,
+    ShownQuantity,
+    ShownRuling,
+)  # fmt: skip
+from tuner.documents.contest_document import (
     BestRow,
     BestUnder,
-    Cell,
-    Claim,
-    Compared,
-    Contender,
-    Contest,
-    Difference,
-    Gain,
-    OnBound,
-    Quantity,
-    Ruling,
-)  # fmt: skip
-from tuner.documents.files import Node, read_text
+    ClaimRow,
+    ComparisonDocument,
+    ContenderRow,
+    ContestDocument,
+    DifferenceRow,
+    PublishedRow,
+    QuantityRow,
+    RulingRow,
+)
 from tuner.documents.flown import read_air, read_fans, read_scores, read_traces
 from tuner.documents.front_table import read_fronts
 from tuner.documents.inference import load_inference
-from tuner.documents.results import Estimate
+from tuner.store.document import read_text
+from tuner.store.environment import Environment
 
 
-def load_contest(folder: Path) -> Contest:
+def load_contest(folder: Path) -> ShownContest:
     """Read a contest folder; StoreError names the file that is missing or damaged.
 
     contest.json (or comparison.json, which has the same form), environment.json and study.toml must be there; what the other
@@ -32,26 +42,21 @@ def load_contest(folder: Path) -> Contest:
     """
     if not folder.is_dir():
         raise StoreError(f"{folder}: there is no such results folder; give a folder that `tuner run` wrote")
-    compared = folder / "comparison.json"
-    root = Node.read(compared if compared.exists() else folder / "contest.json")
-    _check(root)
-    contenders = _contenders(root["contenders"].entries())
-    return Contest(
+    document = contest_document_of(folder)
+    return ShownContest(
         folder=folder,
-        document=root.value,
-        environment=Node.read(folder / "environment.json").value,
+        document=document,
+        environment=Environment.read(folder / "environment.json"),
         study=read_text(folder / "study.toml"),
-        compared_on=[_compared(row) for row in root["compared_on"].entries()],
-        contenders=contenders,
-        quantities=[_quantity(row) for row in root["quantities"].entries()],
-        estimates={
-            (row["contender"].text(), row["quantity"].text()): estimate(row) for row in root["estimates"].entries()
-        },
-        differences=[_difference(row) for row in root["differences"].entries()],
-        fronts=read_fronts(root, folder / "fronts.csv"),
-        best_under=[_best_under(row) for row in root["best_under"].entries()],
-        cells=[_cell(row) for row in root["published"].entries()],
-        claims=[_claim(row) for row in root["claims"].entries()] if "claims" in root.value else [],
+        compared_on=document.compared_on,
+        contenders=_contenders(document.contenders),
+        quantities=[_quantity(row) for row in document.quantities],
+        estimates={(row.contender, row.quantity): row.estimate for row in document.estimates},
+        differences=[_difference(row) for row in document.differences],
+        fronts=read_fronts(document.fronts, folder / "fronts.csv"),
+        best_under=[_best_under(row) for row in document.best_under],
+        cells=[_cell(row) for row in document.published],
+        claims=[_claim(row) for row in document.claims],
         scores=read_scores(folder / "scores.parquet"),
         fans=read_fans(folder / "responses.parquet"),
         traces=read_traces(folder / "traces.parquet"),
@@ -60,107 +65,85 @@ def load_contest(folder: Path) -> Contest:
     )
 
 
-def estimate(row: Node, middle: str = "value", low: str = "low", high: str = "high") -> Estimate:
-    """Return a number with its interval; a missing or null number is None."""
-    return Estimate(*[None if row.get(name) is None else row[name].number() for name in (middle, low, high)])
+def contest_document_of(folder: Path) -> ContestDocument | ComparisonDocument:
+    """Read what a contest or a comparison found."""
+    compared = folder / "comparison.json"
+    return ComparisonDocument.read(compared) if compared.exists() else ContestDocument.read(folder / "contest.json")
 
 
-def _check(root: Node) -> None:
-    """Touch every key that the report reads from the bare document, so that a missing one is named here."""
-    root["title"].text()
-    for key in ("seed", "flights", "wall_seconds"):
-        root[key].number()
-    for key in ("words", "warnings"):
-        for entry in root[key].entries():
-            entry.text()
-
-
-def _compared(row: Node) -> Compared:
-    return Compared(row["scenario"].text(), int(row["flights"].number()), row["duration"].number())
-
-
-def _contenders(rows: list[Node]) -> list[Contender]:
+def _contenders(rows: list[ContenderRow]) -> list[ShownContender]:
     return [_contender(i, row) for i, row in enumerate(rows)]
 
 
-def _laws(row: Node) -> dict[str, str]:
-    return {loop: row["laws"][loop].text() for loop in ("position", "attitude")}
-
-
-def _contender(index: int, row: Node) -> Contender:
-    return Contender(
+def _contender(index: int, row: ContenderRow) -> ShownContender:
+    return ShownContender(
         index=index,
-        name=row["name"].text(),
-        slug=row["slug"].text(),
-        laws=_laws(row),
-        airframe=row["airframe"].text(),
-        tuned=bool(row["tuned"].value),
-        folder=str(row.get("folder") or ""),
-        point=str(row.get("point") or ""),
-        gains=[Gain(name, gain["value"].number(), gain["unit"].text()) for name, gain in row["gains"].items()],
-        searched=[entry.text() for entry in row["searched"].entries()] if "searched" in row.value else [],
-        operations=row["cost"]["operations"].number(),
-        on_bounds=[_on_bound(entry) for entry in row["on_bounds"].entries()],
-        failures=row["failures"].number(),
-        instructions=row["cost"]["processor"]["instructions_step"].number() if row["cost"].get("processor") else None,
+        name=row.name,
+        slug=row.slug,
+        laws=row.laws.content(),
+        airframe=row.airframe,
+        tuned=row.tuned,
+        folder=row.folder or "",
+        point=row.point,
+        gains=[Gain(name, gain.value, gain.unit) for name, gain in row.gains.items()],
+        searched=row.searched,
+        operations=row.cost.operations,
+        on_bounds=row.on_bounds,
+        failures=row.failures,
+        instructions=None if row.cost.processor is None else row.cost.processor.instructions_step,
     )
 
 
-def _on_bound(row: Node) -> OnBound:
-    return OnBound(
-        row["variable"].text(), row["end"].text(), row["bound"].number(), bool(row["recommended"].value),
-        row["share"].number(), bool(row["natural"].value),
+def _quantity(row: QuantityRow) -> ShownQuantity:
+    return ShownQuantity(
+        label=row.label,
+        metric=row.metric,
+        unit=_shown(row.unit),
+        risk=row.risk_definition or row.risk,
+        scenario=row.scenario,
+        definition=row.definition,
+        limit=row.limit,
+        kind=row.kind,
+    )
+
+
+def _difference(row: DifferenceRow) -> ShownDifference:
+    return ShownDifference(row.first, row.second, row.quantity, row.estimate, row.lower)
+
+
+def _best_under(row: BestUnder) -> ShownBestUnder:
+    return ShownBestUnder(
+        row.objective, row.subject_to, row.limit, {entry.contender: _best_row(entry) for entry in row.rows}
     )  # fmt: skip
 
 
-def _quantity(row: Node) -> Quantity:
-    unit = row["unit"].text()
-    return Quantity(
-        label=row["label"].text(),
-        metric=row["metric"].text(),
-        unit="" if unit == "1" else unit,
-        risk=str(row.get("risk_definition") or row["risk"].text()),
-        scenario=None if row.get("scenario") is None else row["scenario"].text(),
-        definition=row["definition"].text(),
-        limit=None if row.get("limit") is None else row["limit"].number(),
-        kind=str(row.get("kind") or "objective"),
+def _best_row(row: BestRow) -> ShownBest | None:
+    return None if row.point is None else ShownBest(row.estimate, row.point)
+
+
+def _cell(row: PublishedRow) -> ShownCell:
+    return ShownCell(
+        contender=row.contender,
+        metric=row.metric,
+        scenario=row.scenario,
+        unit=_shown(row.unit),
+        printed=row.printed,
+        source=row.source,
+        mean=row.mean,
+        central=row.central,
+        percentile=row.percentile,
+        inside=row.inside,
+        fitted=row.fitted,
     )
 
 
-def _difference(row: Node) -> Difference:
-    first, second, quantity = (row[key].text() for key in ("first", "second", "quantity"))
-    return Difference(first, second, quantity, estimate(row, "difference"), row.get("lower"))
+def _claim(row: ClaimRow) -> ShownClaim:
+    return ShownClaim(row.text, row.better, row.verdict, [_ruling(entry) for entry in row.rows])
 
 
-def _best_under(row: Node) -> BestUnder:
-    rows = {entry["contender"].text(): _best_row(entry) for entry in row["rows"].entries()}
-    return BestUnder(row["objective"].text(), row["subject_to"].text(), row["limit"].number(), rows)
+def _ruling(row: RulingRow) -> ShownRuling:
+    return ShownRuling(row.than, row.quantity, row.estimate, row.verdict)
 
 
-def _best_row(row: Node) -> BestRow | None:
-    return None if row.get("point") is None else BestRow(estimate(row), row["point"].text())
-
-
-def _cell(row: Node) -> Cell:
-    unit = row["unit"].text()
-    return Cell(
-        contender=row["contender"].text(),
-        metric=row["metric"].text(),
-        scenario=row["scenario"].text(),
-        unit="" if unit == "1" else unit,
-        printed=row["value"].number(),
-        source=str(row.get("source") or ""),
-        mean=row["mean"].number(),
-        central=estimate(row, "median", "p2_5", "p97_5"),
-        percentile=row["percentile"].number(),
-        inside=bool(row["inside"].value),
-        fitted=bool(row.get("fitted")),
-    )
-
-
-def _claim(row: Node) -> Claim:
-    rows = [
-        Ruling(entry["than"].text(), entry["quantity"].text(), estimate(entry, "difference"), entry["verdict"].text())
-        for entry in row["rows"].entries()
-    ]
-    return Claim(row["text"].text(), row["better"].text(), row["verdict"].text(), rows)
+def _shown(unit: str) -> str:
+    return "" if unit == "1" else unit

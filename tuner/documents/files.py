@@ -1,10 +1,9 @@
-"""Files of a results folder, read with suspicion: whatever is missing or wrong becomes a StoreError naming the file."""
+"""Tables of a results folder, read with suspicion: whatever is missing or wrong becomes a StoreError naming the file."""
 
 import csv
-import json
+from collections.abc import Iterator
 from dataclasses import dataclass
 from io import BytesIO, StringIO
-from math import isfinite
 from pathlib import Path
 from typing import Any
 
@@ -12,81 +11,11 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
-from plant.errors import StoreError
-from plant.input_files import MOST_TABLE, read_input, read_input_text
-from tuner.store.advice import kind_of, mend
+from plant.input_files import MOST_TABLE, read_input
+from tuner.store.document import read_text, refuse
 
-
-def refuse(file: Path, what: str) -> StoreError:
-    """Return the error for a file that cannot be used; what: what is wrong with it."""
-    folder = next((above for above in list(file.parents)[:2] if kind_of(above) is not None), file.parent)
-    return StoreError(f"{file}: {what}; {mend(folder, file.relative_to(folder).as_posix())}")
-
-
-def read_text(file: Path) -> str:
-    """Return the content of a text file."""
-    try:
-        return read_input_text(file)
-    except FileNotFoundError:
-        raise refuse(file, "there is no such file") from None
-    except (OSError, UnicodeDecodeError) as error:
-        raise refuse(file, f"the file cannot be read ({error})") from None
-
-
-@dataclass(frozen=True)
-class Node:
-    """A value inside a JSON file that knows where it stands. key: dotted, "" for the whole document."""
-
-    value: Any
-    file: Path
-    key: str = ""
-
-    @classmethod
-    def read(cls, file: Path) -> "Node":
-        """Return the object that a JSON file holds."""
-        try:
-            value = json.loads(read_text(file))
-        except json.JSONDecodeError as error:
-            raise refuse(file, f"not JSON, {error.msg} in line {error.lineno}") from None
-        return cls(cls(value, file)._expect(dict, "an object"), file)
-
-    def __getitem__(self, name: str) -> "Node":
-        entries = self._expect(dict, "an object")
-        if name not in entries:
-            raise refuse(self.file, f"the key '{self._below(name)}' is missing")
-        return Node(entries[name], self.file, self._below(name))
-
-    def get(self, name: str, otherwise: Any = None) -> Any:
-        """Return the bare value of a key that may be missing."""
-        return self._expect(dict, "an object").get(name, otherwise)
-
-    def entries(self) -> list["Node"]:
-        """Return the elements of a list."""
-        values = self._expect(list, "a list")
-        return [Node(value, self.file, f"{self.key}[{i}]") for i, value in enumerate(values)]
-
-    def items(self) -> list[tuple[str, "Node"]]:
-        """Return the keys of an object with their values."""
-        return [(name, self[name]) for name in self._expect(dict, "an object")]
-
-    def text(self) -> str:
-        """Return a text."""
-        return self._expect(str, "a text")
-
-    def number(self) -> float:
-        """Return a finite number."""
-        value = self._expect((int, float), "a number")
-        if isinstance(value, bool) or not isfinite(value):
-            raise refuse(self.file, f"'{self.key}' is {value!r} and not a finite number")
-        return float(value)
-
-    def _expect(self, kind: type | tuple[type, ...], name: str) -> Any:
-        if not isinstance(self.value, kind):
-            raise refuse(self.file, f"'{self.key or 'the file'}' is {self.value!r:.60} and not {name}")
-        return self.value
-
-    def _below(self, name: str) -> str:
-        return f"{self.key}.{name}" if self.key else name
+Group = tuple[list[str], np.ndarray]
+"""The names that the rows of a group share, and their numbers (rows, columns)."""
 
 
 @dataclass(frozen=True)
@@ -150,3 +79,37 @@ def numbers(table: pa.Table, names: list[str], file: Path) -> np.ndarray:
     except pa.ArrowException as error:
         raise refuse(file, f"a column holds no numbers ({error})") from None
     return np.stack(cast, axis=1) if cast else np.empty((table.num_rows, 0))
+
+
+def groups(
+    file: Path, names: list[str], columns: list[str], optional: list[str] | None = None, by_name: bool = False
+) -> Iterator[Group]:
+    """Yield the rows of a Parquet file with the same names, in order of first appearance; nothing where there is no file.
+
+    Rows of a group need not be neighbours. optional: further columns, all or none. by_name: groups in the order of the
+    first name, then of the second, and so on.
+    """
+    if not file.exists():
+        return
+    table = read_table(file, names + columns, optional)
+    if table.num_rows == 0:
+        return
+    codes = [codes_of(table.column(name), file) for name in names]
+    group = np.ravel_multi_index([code for code, _ in codes], [len(known) for _, known in codes])
+    order = np.argsort(group, kind="stable")
+    starts = np.flatnonzero(np.diff(group[order], prepend=-1))
+    values = numbers(table, [name for name in table.column_names if name not in names], file)
+    rows = np.split(order, starts[1:])
+    for part in rows if by_name else sorted(rows, key=lambda part: part[0]):
+        yield [known[int(code[part[0]])] for code, known in codes], values[part]
+
+
+def codes_of(column: Any, file: Path) -> tuple[np.ndarray, list[str]]:
+    """Return a text column as codes (rows,) into a list of names, which are in order of appearance."""
+    try:
+        encoded = column.cast(pa.string()).combine_chunks().dictionary_encode()
+    except pa.ArrowException as error:
+        raise refuse(file, f"a column holds no text ({error})") from None
+    if encoded.null_count:
+        raise refuse(file, "a name is missing")
+    return encoded.indices.to_numpy(), encoded.dictionary.to_pylist()

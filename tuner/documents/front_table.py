@@ -4,23 +4,22 @@ from pathlib import Path
 
 import numpy as np
 
-from tuner.documents.contest import Front, Fronts, Volume
-from tuner.documents.files import Columns, Node
-from tuner.documents.results import Estimate
+from tuner.documents.contest import ContenderFront, Fronts, Volume
+from tuner.documents.contest_document import FrontsPart
+from tuner.documents.files import Columns
+from tuner.documents.parts import Estimate
 
 
-def read_fronts(root: Node, file: Path) -> Fronts | None:
+def read_fronts(found: FrontsPart | None, file: Path) -> Fronts | None:
     """Return all fronts; None where nothing was tuned, or the table of the points is not there."""
-    if not root.get("fronts") or not file.exists():
+    if found is None or not file.exists():
         return None
-    node, table = root["fronts"], Columns.read(file)
-    objectives = [entry.text() for entry in node["objectives"].entries()]
-    fronts = [_front(table, name, objectives) for name in dict.fromkeys(table.text("contender"))]
-    reference = {label: node["reference"][label].number() for label in objectives}
-    return Fronts(objectives, fronts, _volumes(node), str(node.get("meaning") or ""), reference)
+    table = Columns.read(file)
+    fronts = [_front(table, name, found.objectives) for name in dict.fromkeys(table.text("contender"))]
+    return Fronts(found.objectives, fronts, _volumes(found), found.meaning, found.reference)
 
 
-def _front(table: Columns, name: str, objectives: list[str]) -> Front:
+def _front(table: Columns, name: str, objectives: list[str]) -> ContenderFront:
     rows = [i for i, entry in enumerate(table.text("contender")) if entry == name]
     values, low, high = (
         np.stack([table.numbers(f"{kind}:{label}")[rows] for label in objectives], axis=1)
@@ -32,20 +31,15 @@ def _front(table: Columns, name: str, objectives: list[str]) -> Front:
     points = [{address: float(column[i]) for address, column in own.items()} for i in range(len(rows))]
     names = [table.text("point")[i] for i in rows]
     lost = table.numbers("lost")[rows].astype(int)
-    return Front(name, names, table.flags("recommended")[rows], values, low, high, points, lost)
+    return ContenderFront(name, names, table.flags("recommended")[rows], values, low, high, points, lost)
 
 
-def _volumes(node: Node) -> list[Volume]:
-    sizes = {row["contender"].text(): int(row["points"].number()) for row in node["sizes"].entries()}
-    even = [
-        {row["first"].text(), row["second"].text()}
-        for row in node["differences"].entries()
-        if row["larger"].value is None
-    ]
+def _volumes(found: FrontsPart) -> list[Volume]:
+    sizes = {row.contender: row.points for row in found.sizes}
+    even = [{row.first, row.second} for row in found.differences if row.larger is None]
     volumes = []
-    for row in node["hypervolume"].entries():
-        name = row["contender"].text()
-        share = Estimate(*[row[key].number() for key in ("value", "low", "high")])
-        close = {other for pair in even if name in pair for other in pair - {name}}
-        volumes.append(Volume(name, share, sizes.get(name, 0), close))
+    for row in found.hypervolume:
+        close = {other for pair in even if row.contender in pair for other in pair - {row.contender}}
+        share = Estimate(row.value, row.low, row.high)
+        volumes.append(Volume(row.contender, share, sizes.get(row.contender, 0), close))
     return volumes

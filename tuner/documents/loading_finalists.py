@@ -1,15 +1,18 @@
 """What a results folder holds of every finalist beside front.csv, and of the search's start; older folders lack most of it."""
 
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pyarrow as pa
 
 from objectives.margins.quantities import RECORDED, REPORTED
 from plant.gains import GROUPS
-from tuner.documents.files import Columns, Node, read_table, read_text, refuse
+from tuner.documents.files import Columns, read_table
+from tuner.documents.parts import RecommendedGains
+from tuner.documents.resolved import Resolved
 from tuner.documents.results import Loop
+from tuner.store.document import read_text, refuse
+from tuner.store.start import Start
 
 LIMITED = ("value", "low", "high", "difference", "difference_low", "difference_high")
 LOOP_TEXTS, LOOP_LISTS = ["point", "channel", "case"], ["frequency", "real", "imag"]
@@ -17,14 +20,14 @@ LOOP_TEXTS, LOOP_LISTS = ["point", "channel", "case"], ["frequency", "real", "im
 LOOP_MARGINS = [name for name in REPORTED if name in RECORDED]
 
 
-def addresses_of(resolved: dict[str, Any], variables: list[str], gains: dict[str, Any]) -> dict[str, list[str]]:
+def addresses_of(resolved: Resolved, variables: list[str], gains: RecommendedGains) -> dict[str, list[str]]:
     """Return the gains that each variable stands for, as resolved.json says, or as the names of groups do."""
-    told = {str(entry.get("name")): entry.get("addresses") for entry in resolved.get("variables", [])}
+    told = {entry.name: entry.addresses for entry in resolved.variables}
     found = {}
     for name in variables:
         group, _, gain = name.partition(".")
         named = told.get(name) or [f"{axis}.{gain}" for axis in GROUPS.get(group, (group,))]
-        found[name] = [address for address in named if address in gains]
+        found[name] = [address for address in named if address in gains.gains]
     return found
 
 
@@ -60,25 +63,9 @@ def read_loops(file: Path) -> list[Loop]:
     ]  # fmt: skip
 
 
-def design_start(folder: Path, resolved: dict[str, Any]) -> int | None:
+def design_start(folder: Path, resolved: Resolved) -> int | None:
     """Return the candidate that the search started from as designed: the second of the first generation, behind the default."""
-    named = resolved.get("search", {}).get("initial") or []
     file = folder / "start.json"
-    if "design" not in named or not file.exists():
+    if "design" not in (resolved.search.initial or []) or not file.exists():
         return None
-    said = Node.read(file).get("warnings") or []
-    return None if any('"design"' in str(warning) for warning in said) else 1
-
-
-def read_sensitivity(file: Path) -> dict[str, Any] | None:
-    """Return a sensitivity analysis, None where there is none in the folder."""
-    if not file.exists():
-        return None
-    document = Node.read(file)
-    for row in document["indices"].entries():
-        for key in ("scale", "output", "variable"):
-            row[key].text()
-        for order in ("first", "total"):
-            for part in ("value", "low", "high"):
-                row[order][part].number()
-    return document.value
+    return None if any('"design"' in warning for warning in Start.read(file).warnings) else 1

@@ -3,25 +3,20 @@
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import Any, NamedTuple
 
 import numpy as np
 
-from tuner.documents.ending import gains_file, is_feasible, shown_as, shown_point
+from tuner.documents.parts import Estimate, RecommendedGains
+from tuner.documents.resolved import Resolved
+from tuner.documents.sensitivity import SensitivityDocument
+from tuner.documents.summary import Summary
+from tuner.store.environment import Environment
 
 DEFAULT, TUNED = "default", "tuned"
 
 
-class Estimate(NamedTuple):
-    """A number with its 95 % interval; None where there is none."""
-
-    value: float | None
-    low: float | None
-    high: float | None
-
-
 @dataclass(frozen=True)
-class Quantity:
+class ComparedQuantity:
     """One objective or constraint, default against tuned; difference: tuned minus default, paired over scenarios.
 
     automatic: key of the study that moves a limit which it does not write, else empty.
@@ -64,7 +59,7 @@ class Required:
 
 
 @dataclass(frozen=True)
-class Variable:
+class SearchedVariable:
     """One searched gain, in its own unit; symbol and meaning may be empty.
 
     natural_ends: "low", "high", whichever end of the range cannot be moved.
@@ -83,7 +78,7 @@ class Variable:
 
 
 @dataclass(frozen=True)
-class Front:
+class HeldOutFront:
     """The points flown on held-out scenarios.
 
     points, roles, candidates (n,); non_dominated, feasible: masks (n,); gains (n, variables); search, held_out, low,
@@ -190,15 +185,15 @@ class Results:
     """
 
     folder: Path
-    summary: dict[str, Any]
-    resolved: dict[str, Any]
-    environment: dict[str, Any]
-    gains: dict[str, Any]
+    summary: Summary
+    resolved: Resolved
+    environment: Environment
+    gains: RecommendedGains
     study: str
-    quantities: list[Quantity]
+    quantities: list[ComparedQuantity]
     requirements: list[Required]
-    variables: list[Variable]
-    front: Front
+    variables: list[SearchedVariable]
+    front: HeldOutFront
     candidates: Candidates
     history: History
     fans: list[Fan]
@@ -207,32 +202,32 @@ class Results:
     limited: dict[tuple[str, str], np.ndarray]
     loops: list[Loop]
     start: int | None
-    sensitivity: dict[str, Any] | None
+    sensitivity: SensitivityDocument | None
 
     @cached_property
-    def objectives(self) -> list[Quantity]:
+    def objectives(self) -> list[ComparedQuantity]:
         """The objectives, in the order of the columns of values."""
         return [quantity for quantity in self.quantities if not quantity.constrained]
 
     @cached_property
-    def constraints(self) -> list[Quantity]:
+    def constraints(self) -> list[ComparedQuantity]:
         """What must not exceed a limit."""
         return [quantity for quantity in self.quantities if quantity.constrained]
 
     @property
     def tuned(self) -> str:
         """Name of the point beside the default: the recommended one, or the nearest where nothing is feasible."""
-        return shown_point(self.summary)
+        return self.summary.shown
 
     @property
     def feasible(self) -> bool:
         """Whether anything is recommended."""
-        return is_feasible(self.summary)
+        return self.summary.recommends
 
     @property
     def shown_as(self) -> str:
         """What the point beside the default is called at the head of a column: "tuned" or "nearest"."""
-        return shown_as(self.summary)
+        return self.summary.shown_as
 
     @property
     def called(self) -> str:
@@ -242,7 +237,7 @@ class Results:
     @property
     def gains_name(self) -> str:
         """Name of the file that `gains_text` is of."""
-        return gains_file(self.summary)
+        return self.summary.gains_file
 
     @cached_property
     def scenarios(self) -> list[str]:
@@ -254,3 +249,9 @@ class Results:
         """Points with responses: default first, then tuned, then the others as they come."""
         names = dict.fromkeys(fan.point for fan in self.fans)
         return sorted(names, key=lambda name: (DEFAULT, TUNED, "").index(self.front.role(name)))
+
+
+# Names that the report still goes by.
+Quantity = ComparedQuantity
+Variable = SearchedVariable
+Front = HeldOutFront

@@ -10,6 +10,7 @@ from typing import Any
 from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.input_files import read_input_text
+from tuner.documents.export import ExportDocument
 from tuner.exchange.aboard import remembered
 from tuner.exchange.autopilot.parameters import fits
 from tuner.exchange.target import Bundle, Request, Target, settings_of
@@ -25,7 +26,7 @@ QUIET = Watcher()
 class Export:
     """Result of an export: content of export.json, its verification, the folder, and the title of the airframe."""
 
-    document: dict[str, Any]
+    document: ExportDocument
     verification: Verification
     folder: Path
     airframe: str

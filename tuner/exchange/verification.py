@@ -5,7 +5,6 @@ and no check has seen.
 """
 
 from dataclasses import asdict, dataclass
-from typing import Any
 
 import numpy as np
 
@@ -21,6 +20,15 @@ from plant.vectors import Vec3
 from tuner.analysis.default_scenario import SCENARIO, system_of
 from tuner.analysis.margins.document import default_requirements
 from tuner.analysis.margins.readings import subject_of
+from tuner.documents.export import (
+    FilteredLoop,
+    GyroFilterPart,
+    RoundedGain,
+    RoundedMargin,
+    RoundedMetric,
+    VerificationPart,
+)
+from tuner.documents.margins import LimitRow
 from tuner.exchange.autopilot.gyro_filter import filter_rows
 from tuner.exchange.target import Bundle, GyroFilter, Request
 from tuner.gains import Controller
@@ -31,8 +39,6 @@ FLIGHTS = 64
 METRICS = ("itae.position", "itae.attitude", "rms.position", "travel", "saturation", "failure")
 REPLICATES = 400
 
-Row = dict[str, Any]
-
 
 @dataclass(frozen=True)
 class Verification:
@@ -40,26 +46,26 @@ class Verification:
     `filter_rows`, which rounding does not hold.
     """
 
-    gains: list[Row]
-    margins: list[Row]
-    metrics: list[Row]
+    gains: list[RoundedGain]
+    margins: list[RoundedMargin]
+    metrics: list[RoundedMetric]
     broken: list[str]
     flights: int
     gyro: GyroFilter | None = None
-    filter: tuple[Row, ...] = ()
+    filter: tuple[FilteredLoop, ...] = ()
 
     @property
     def passed(self) -> bool:
         """Whether the target keeps what the gains keep."""
         return not self.broken
 
-    def document(self) -> Row:
-        """Return everything as data for JSON."""
-        return {
-            "passed": self.passed, "broken": self.broken, "scenario": SCENARIO.name, "stream": STREAM, "seed": SEED,
-            "flights": self.flights, "gains": self.gains, "margins": self.margins, "metrics": self.metrics,
-            "gyro_filter": None if self.gyro is None else {**asdict(self.gyro), "rows": list(self.filter)},
-        }  # fmt: skip
+    def document(self) -> VerificationPart:
+        """Return everything as a part of export.json."""
+        gyro = None if self.gyro is None else GyroFilterPart(**asdict(self.gyro), rows=list(self.filter))
+        return VerificationPart(
+            passed=self.passed, broken=self.broken, scenario=SCENARIO.name, stream=STREAM, seed=SEED, flights=self.flights,
+            gains=self.gains, margins=self.margins, metrics=self.metrics, gyro_filter=gyro,
+        )  # fmt: skip
 
 
 def verify_export(request: Request, bundle: Bundle, flights: int, watcher: Watcher) -> Verification:
@@ -69,8 +75,8 @@ def verify_export(request: Request, bundle: Bundle, flights: int, watcher: Watch
     same = asked.gains == held.gains and asked.airframe.vehicle == held.airframe.vehicle
     margins = margin_rows(asked, asked if same else held)
     metrics = metric_rows(asked, asked if same else held, flights, watcher)
-    broken = [row["label"] for row in margins if row["kept_asked"] and not row["kept_held"]]
-    broken += [row["metric"] for row in metrics if row["metric"] == "failure" and row["held"] > row["asked"]]
+    broken = [row.label for row in margins if row.kept_asked and not row.kept_held]
+    broken += [row.metric for row in metrics if row.metric == "failure" and row.held > row.asked]
     lag = () if bundle.gyro is None else tuple(filter_rows(held, bundle.gyro))
     return Verification(gain_rows(asked, held), margins, metrics, broken, flights, bundle.gyro, lag)
 
@@ -82,13 +88,13 @@ def check_same_structure(asked: Controller, held: Controller) -> None:
     assert mine == its, f"an exporter turned {mine} into {its}"
 
 
-def gain_rows(asked: Controller, held: Controller) -> list[Row]:
+def gain_rows(asked: Controller, held: Controller) -> list[RoundedGain]:
     """Return every gain before and after rounding."""
     return [
-        {
-            "gain": gain.address, "unit": gain.unit, "asked": asked.gains[gain.column], "held": held.gains[gain.column],
-            "relative": _relative(asked.gains[gain.column], held.gains[gain.column]),
-        }
+        RoundedGain(
+            gain=gain.address, unit=gain.unit, asked=asked.gains[gain.column], held=held.gains[gain.column],
+            relative=_relative(asked.gains[gain.column], held.gains[gain.column]),
+        )
         for gain in gain_addresses(asked.cascade)
     ]  # fmt: skip
 
@@ -98,24 +104,20 @@ def _relative(asked: float, held: float) -> float:
     return (held - asked) / (abs(asked) or 1.0)
 
 
-def margin_rows(asked: Controller, held: Controller) -> list[Row]:
+def margin_rows(asked: Controller, held: Controller) -> list[RoundedMargin]:
     """Return the usual limits on every loop's margins at hover, before and after rounding; none where nothing can hover."""
     before = _requirements(asked)
     after = before if held is asked else _requirements(held)
     return [
-        {
-            "label": one["label"], "quantity": one["quantity"], **_units(one), "limit": one["limit"], "sense": one["sense"],
-            "asked": one["value"], "held": other["value"], "kept_asked": one["kept"], "kept_held": other["kept"],
-        }
-        for one, other in zip(before, after, strict=True) if one["hard"]
+        RoundedMargin(
+            **one.model_dump(include={"label", "quantity", "unit", "shown_unit", "limit", "sense"}, exclude_unset=True),
+            asked=one.value, held=other.value, kept_asked=one.kept, kept_held=other.kept,
+        )
+        for one, other in zip(before, after, strict=True) if one.hard
     ]  # fmt: skip
 
 
-def _units(row: Row) -> Row:
-    return {key: row[key] for key in ("unit", "shown_unit") if key in row}
-
-
-def _requirements(controller: Controller) -> list[Row]:
+def _requirements(controller: Controller) -> list[LimitRow]:
     still = Vec3(0.0, 0.0, 0.0)
     try:
         return default_requirements(subject_of(controller, Trim(0.0, still, still, True)))
@@ -123,7 +125,7 @@ def _requirements(controller: Controller) -> list[Row]:
         return []
 
 
-def metric_rows(asked: Controller, held: Controller, flights: int, watcher: Watcher) -> list[Row]:
+def metric_rows(asked: Controller, held: Controller, flights: int, watcher: Watcher) -> list[RoundedMetric]:
     """Return mean metrics over the same flights before and after rounding, with the difference flight by flight and its 95 %
     bootstrap interval.
     """
@@ -140,13 +142,11 @@ def metric_rows(asked: Controller, held: Controller, flights: int, watcher: Watc
         if held is not asked:
             drawn = generator(SEED, "bootstrap/export", i)
             low, high = _interval(after[i], before[i], drawn)
-        rows.append(
-            {
-                "metric": name, "unit": parse(name).unit, "asked": float(before[i].mean(axis=0)),
-                "held": float(after[i].mean(axis=0)), "difference": float((after[i] - before[i]).mean(axis=0)),
-                "low": low, "high": high,
-            }
+        row = RoundedMetric(
+            metric=name, unit=parse(name).unit, asked=float(before[i].mean(axis=0)), held=float(after[i].mean(axis=0)),
+            difference=float((after[i] - before[i]).mean(axis=0)), low=low, high=high,
         )  # fmt: skip
+        rows.append(row)
     return rows
 
 

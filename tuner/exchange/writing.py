@@ -1,14 +1,4 @@
-"""The folder of an export: the target's files, rollback/ with what to go back to, export.json, and gains.json with its record.
-
-export.json has these keys:
-
-    format "holdfast-export", version "1.0"
-    generator, target, target_version, title, experimental, airframe, laws, gains_sha256
-    files {NAME: sha256}, rollback [NAME], settings {NAME: VALUE}, lossy [sentence]
-    before: where it is known from what is on the vehicle, null where nobody said
-    parameters [{name, unit, asked, held, low, high, usual, before, kept, change}], before on the vehicle; change is held - before
-    verification {passed, broken, scenario, stream, seed, flights, gains, margins, metrics, gyro_filter}
-"""
+"""The folder of an export: the target's files, rollback/ with what to go back to, export.json, and gains.json with its record."""
 
 import hashlib
 import json
@@ -19,64 +9,70 @@ from pathlib import Path, PurePosixPath
 from typing import Any
 
 from plant.errors import StoreError
+from tuner.documents.export import EXPORT_FORMAT, EXPORT_VERSION, ExportDocument, ExportedParameter
+from tuner.documents.parts import LawNames
 from tuner.exchange.aboard import origin
 from tuner.exchange.target import Bundle, Parameter, Request, Target
 from tuner.exchange.texts import tool
 from tuner.exchange.verification import Verification
 
-FORMAT, VERSION = "holdfast-export", "1.0"
 # Beyond it a bound is that of a number type, not of a parameter.
 LARGEST = 1e30
 
 Row = dict[str, Any]
 
 
-def export_document(target: Target, request: Request, bundle: Bundle, verification: Verification) -> Row:
+def export_document(
+    target: Target, request: Request, bundle: Bundle, verification: Verification
+) -> ExportDocument:  # fmt: skip
     """Return the content of export.json."""
     controller = request.controller
-    return {
-        "format": FORMAT,
-        "version": VERSION,
-        "generator": tool(),
-        "target": target.name,
-        "target_version": bundle.target_version,
-        "title": target.title,
-        "experimental": target.experimental or None,
-        "airframe": controller.airframe.name,
-        "laws": {"position": controller.cascade.position.name, "attitude": controller.cascade.attitude.name},
-        "gains_sha256": request.digest,
-        "files": {name: sha256(content) for name, content in bundle.files.items()},
-        "rollback": sorted(bundle.rollback),
-        "settings": dict(request.settings),
-        "before": origin(request, target.name),
-        "lossy": list(bundle.differences),
-        "parameters": [
-            {key: _finite(value) for key, value in {**asdict(parameter), "change": _change(parameter)}.items()}
-            for parameter in bundle.parameters
-        ],
-        "verification": verification.document(),
-    }
+    return ExportDocument(
+        format=EXPORT_FORMAT,
+        version=EXPORT_VERSION,
+        generator=tool(),
+        target=target.name,
+        target_version=bundle.target_version,
+        title=target.title,
+        experimental=target.experimental or None,
+        airframe=controller.airframe.name,
+        laws=LawNames(position=controller.cascade.position.name, attitude=controller.cascade.attitude.name),
+        gains_sha256=request.digest,
+        files={name: sha256(content) for name, content in bundle.files.items()},
+        rollback=sorted(bundle.rollback),
+        settings=dict(request.settings),
+        before=origin(request, target.name),
+        lossy=list(bundle.differences),
+        parameters=[exported(parameter) for parameter in bundle.parameters],
+        verification=verification.document(),
+    )
 
 
-def export_records(document: Row) -> list[Row]:
+def exported(parameter: Parameter) -> ExportedParameter:
+    """Return a parameter as a row of export.json."""
+    known = {**asdict(parameter), "change": _change(parameter)}
+    return ExportedParameter(**{key: _finite(value) for key, value in known.items()})
+
+
+def export_records(document: ExportDocument) -> list[Row]:
     """Return what gains.json says of an export: one record for each file."""
     return [
         {
-            "target": document["target"], "target_version": document["target_version"], "file": name, "sha256": digest,
-            "lossy": document["lossy"],
+            "target": document.target, "target_version": document.target_version, "file": name, "sha256": digest,
+            "lossy": document.lossy,
         }
-        for name, digest in document["files"].items()
+        for name, digest in document.files.items()
     ]  # fmt: skip
 
 
-def write_export(out: Path, bundle: Bundle, document: Row, gains: Row) -> None:
+def write_export(out: Path, bundle: Bundle, document: ExportDocument, gains: Row) -> None:
     """Write everything into a folder that must not hold anything yet; it appears whole or not at all.
 
     gains: content of gains.json. Raises StoreError where it cannot be written or something stands there.
     """
     check_free(out)
     files = {**bundle.files, **{f"rollback/{name}": content for name, content in bundle.rollback.items()}}
-    files["export.json"] = as_json(document)
+    files["export.json"] = as_json(document.content())
     files["gains.json"] = as_json(gains)
     part = out.with_name(f".{out.name}.part{os.getpid()}")
     try:

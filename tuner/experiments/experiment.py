@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Generic, TypeVar
 
 from objectives.engine import LANES, Engine
 from plant.backends.flyer import available_threads
+from tuner.documents.resolved import Resolved
 from tuner.search.watcher import Watcher
 from tuner.store.environment import environment, with_session
 from tuner.store.folder import Folder
@@ -148,7 +149,7 @@ class Experiment(ABC, Generic[Asked, Found]):
 
     def resolved(self) -> Any:
         """Return every value of the study for resolved.json; None where the kind writes no such file."""
-        return self.study.resolved()
+        return Resolved.of(self.study.resolved())
 
     def _write_inputs(self, folder: Folder) -> None:
         """Write what the run starts from; a resumed run adds its session to what is there."""

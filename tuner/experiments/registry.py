@@ -147,13 +147,13 @@ def folder_kind(path: Path) -> ExperimentKind | None:
 
 def draw(path: Path, watcher: Watcher | None = None) -> Path:
     """Draw figures and report of a finished results folder again and return the page; StoreError where it is none."""
-    from tuner.documents.files import Node
+    from tuner.documents.opening import open_results
 
     kind = folder_kind(path)
     if kind is None or not (path / kind.document).exists():
         raise StoreError(f"{path} is no finished results folder: it holds no summary.json")
     # What cannot be read is told before the folder is touched: a lock would stay behind.
-    Node.read(path / kind.document)
+    open_results(path)
     with Folder.open(path) as folder:
         kind.run.draw(path, watcher or Watcher())
         folder.amend(*DRAWN)

@@ -4,7 +4,6 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from plant.scenarios import SEARCH
 from tuner.analysis.sensitivity.analysis import Analysis, Sampled, analyse
 from tuner.analysis.sensitivity.design import checked_base
 from tuner.analysis.sensitivity.document import index_table, sample_table, sensitivity_document, variance_table
+from tuner.documents.sensitivity import SensitivityDocument
 from tuner.experiments.experiment import Experiment
 from tuner.experiments.tuning.problem import batches, check_searched, problem_of, warm_up
 from tuner.search.watcher import Watcher
@@ -35,7 +35,7 @@ class Sensitivity:
     """An analysis and its document, the content of sensitivity.json."""
 
     analysis: Analysis
-    document: dict[str, Any]
+    document: SensitivityDocument
 
 
 class SensitivityRun(Experiment[Study, Sensitivity]):

@@ -1,6 +1,5 @@
 """Where the numbers come from: study, seed, versions, machine, the air that was flown, and what the words mean."""
 
-import json
 import shlex
 from math import degrees
 
@@ -125,7 +124,7 @@ def definitions(results: Results) -> Markup:
 
 def resolved_text(results: Results) -> str:
     """Return every value of the study, defaults included, as JSON."""
-    return json.dumps(results.resolved, indent=2, ensure_ascii=False)
+    return results.resolved.text().rstrip()
 
 
 def _in_unit(unit: str) -> Markup:

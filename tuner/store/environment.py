@@ -1,6 +1,5 @@
 """What a result was computed with: versions, machine, command, commit."""
 
-import json
 import os
 import platform
 import shlex
@@ -9,38 +8,67 @@ import sys
 from datetime import UTC, datetime
 from importlib.metadata import PackageNotFoundError, version
 from pathlib import Path
-from typing import Any
 
 from plant.backends.processor import arithmetic
-from plant.input_files import read_input_text
+from plant.errors import StoreError
+from tuner.store.document import Document
 
 PACKAGES = ("holdfast", "numpy", "scipy", "numba", "llvmlite", "pymoo", "cmaes", "pandas", "pyarrow")
 
 
-def environment(threads: int) -> dict[str, str | int | None]:
+class Environment(Document):
+    """Content of environment.json: versions of packages, machine and command of a session, null where not known.
+
+    target: processor that kernels were compiled for, and libraries; started: time (UTC); resumed: later sessions of the same run.
+    """
+
+    holdfast: str | None = None
+    numpy: str | None = None
+    scipy: str | None = None
+    numba: str | None = None
+    llvmlite: str | None = None
+    pymoo: str | None = None
+    cmaes: str | None = None
+    pandas: str | None = None
+    pyarrow: str | None = None
+    python: str | None = None
+    platform: str | None = None
+    cpu: str | None = None
+    simd: str | None = None
+    target: str | None = None
+    threads: int | None = None
+    started: str | None = None
+    command: str | None = None
+    commit: str | None = None
+    resumed: list["Environment"] = []
+
+
+def environment(threads: int) -> Environment:
     """Return versions, platform, processor, threads, start time (UTC), command line and commit."""
-    return {
-        **{name: _version(name) for name in PACKAGES},
-        "python": platform.python_version(),
-        "platform": platform.platform(),
-        "cpu": processor(),
-        "simd": simd(),
-        "target": arithmetic().label,
-        "threads": threads,
-        "started": datetime.now(UTC).isoformat(timespec="seconds"),
-        "command": shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
-        "commit": _commit(),
-    }
+    versions = {name: _version(name) for name in PACKAGES}
+    return Environment.model_validate(
+        {
+            **versions,
+            "python": platform.python_version(),
+            "platform": platform.platform(),
+            "cpu": processor(),
+            "simd": simd(),
+            "target": arithmetic().label,
+            "threads": threads,
+            "started": datetime.now(UTC).isoformat(timespec="seconds"),
+            "command": shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
+            "commit": _commit(),
+        }
+    )
 
 
-def with_session(file: Path, now: dict[str, str | int | None]) -> dict[str, Any]:
+def with_session(file: Path, now: Environment) -> Environment:
     """Return the environment of a run's first session, read from its file, with this session among "resumed"; or this one."""
     try:
-        first = json.loads(read_input_text(file))
-        sessions = first.pop("resumed", [])
-    except (OSError, ValueError, AttributeError):
-        return {**now}
-    return {**first, "resumed": [*sessions, now]}
+        first = Environment.read(file)
+    except StoreError:
+        return now
+    return first.model_copy(update={"resumed": [*first.resumed, now]})
 
 
 def processor() -> str:

@@ -6,7 +6,6 @@ results/README.md. A file is on the disk before its name is, and its name before
 """
 
 import io
-import json
 import os
 from contextlib import suppress
 from pathlib import Path
@@ -15,8 +14,9 @@ from typing import Any
 from plant.errors import StoreError
 from tuner.store import manifest
 from tuner.store.advice import RESUMED, go_on, kind_of
+from tuner.store.document import Document, json_text
 from tuner.store.lock import Lock
-from tuner.store.manifest import Manifest, digest_at, digest_of, read_manifest
+from tuner.store.manifest import Manifest, digest_at, digest_of, manifest_of, read_manifest
 
 ASIDE = ".aside"
 """Ending of the name under which a file is written before it gets its own."""
@@ -86,14 +86,14 @@ class Folder:
 
     def seal(self) -> None:
         """Write the manifest, for everything is there, and let other processes write the folder."""
-        self._put(manifest.FILE, Manifest(True, self._digests).encoded())
+        self._put(manifest.FILE, manifest_of(True, self._digests).text().encode())
         self.close()
 
     def amend(self, *patterns: str) -> None:
         """Bring the manifest of a complete folder up to date with files that were written again; others have none to amend."""
         self.written(*patterns)
         if self._former is not None and self._former.complete:
-            self._put(manifest.FILE, Manifest(True, self._former.files | self._digests).encoded())
+            self._put(manifest.FILE, manifest_of(True, self._former.files | self._digests).text().encode())
 
     def write_text(self, name: str, text: str) -> None:
         """Write a text file."""
@@ -104,13 +104,13 @@ class Folder:
         if not self._begun:
             self._begun = True
             files = {} if self._former is None else self._former.files
-            self._put(manifest.FILE, Manifest(False, files).encoded())
+            self._put(manifest.FILE, manifest_of(False, files).text().encode())
         self._put(name, content)
         self._digests[name] = digest_of(content)
 
     def write_json(self, name: str, content: Any) -> None:
-        """Write a JSON file; non-finite numbers are our own mistake."""
-        self.write_text(name, json.dumps(content, indent=2, allow_nan=False, ensure_ascii=False) + "\n")
+        """Write a document, or plain data, as a JSON file."""
+        self.write_text(name, content.text() if isinstance(content, Document) else json_text(content))
 
     def write_table(self, name: str, table: Any) -> None:
         """Write a pandas table as .csv or .parquet, by the ending of the name."""

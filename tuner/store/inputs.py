@@ -4,11 +4,10 @@ inputs/NAME.toml is the study with every change of the command line in it and wi
 gives the same results.
 """
 
-import json
-import re
-from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Annotated, Any, Literal, Self
+
+from pydantic import Field, ValidationError, model_validator
 
 from objectives.engine import LANES
 from objectives.memory import model_key
@@ -16,6 +15,7 @@ from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_
 from plant.errors import StoreError
 from plant.input_files import MOST_TABLE, read_input, read_input_text
 from tuner.store.advice import RECORD, again
+from tuner.store.document import Document, DocumentPart
 from tuner.store.folder import Folder
 from tuner.text.paths import with_paths
 from tuner.text.toml_text import toml_text
@@ -25,22 +25,52 @@ FORMAT, VERSION = "holdfast-run", 2
 BEFORE_SI = 1
 
 
-@dataclass(frozen=True)
-class RunRecord:
-    """kind: of study. study: its file in the folder. digest: of all that decides the result. generations: asked for; None
-    where a study has no such number. model: `model_key` of the flights. arithmetic: of the engine that makes them. machine:
-    what its kernels were compiled for and its draws made with; None where an earlier version did not say. si: whether limits
-    known without flying stand in its files in SI units; before, they stood there in the units of the study.
+class RecordedMachine(DocumentPart):
+    """What kernels were compiled for, by name and features, and libraries that drew the air."""
+
+    name: Annotated[str, Field(pattern=r"^[\w.-]{1,60}$")]
+    features: Annotated[str, Field(pattern=r"^([+-][\w.-]{1,60}(,|$))*$")]
+    libraries: Annotated[str, Field(max_length=199)]
+
+    @model_validator(mode="after")
+    def _printable(self) -> Self:
+        if not self.libraries.isprintable():
+            raise ValueError("'machine.libraries' holds signs that cannot be printed")
+        return self
+
+    @property
+    def arithmetic(self) -> Arithmetic:
+        """The arithmetic to compute with."""
+        return Arithmetic(Processor(self.name, self.features), self.libraries)
+
+
+def recorded_machine(found: Arithmetic) -> RecordedMachine:
+    """Return an arithmetic as run.json holds it."""
+    return RecordedMachine(**found.processor._asdict(), libraries=found.libraries)
+
+
+class RunRecord(Document):
+    """Content of run.json.
+
+    kind: of study. study: its file in the folder. digest: of all that decides the result. generations: asked for; null where a
+    study has no such number. model: `model_key` of the flights. arithmetic: of the engine that makes them. machine: what its
+    kernels were compiled for and its draws made with; none where an earlier version did not say.
     """
 
+    format: Literal["holdfast-run"]
+    version: Literal[1, 2]
     kind: str
-    study: Path
+    study: str
     digest: str
     generations: int | None
     model: str
     arithmetic: str = LANES
-    machine: Arithmetic | None = None
-    si: bool = True
+    machine: RecordedMachine | None = None
+
+    @property
+    def si(self) -> bool:
+        """Whether limits known without flying stand in the folder in SI units; before, they stood in the units of the study."""
+        return self.version != BEFORE_SI
 
 
 def freeze(
@@ -55,25 +85,11 @@ def freeze(
     else:
         taken = {f"{source.stem}.toml": source}
         folder.write_text(name, toml_text(with_paths(table, lambda path: _copied(folder, source.parent / path, taken))))
-    write_record(folder, RunRecord(kind, Path(name), digest, generations, model_key(), engine, arithmetic(), si))
-
-
-def write_record(folder: Folder, record: RunRecord) -> None:
-    """Write run.json."""
-    folder.write_json(
-        RECORD,
-        {
-            "format": FORMAT,
-            "version": VERSION if record.si else BEFORE_SI,
-            "kind": record.kind,
-            "study": record.study.as_posix(),
-            "digest": record.digest,
-            "generations": record.generations,
-            "model": record.model,
-            "arithmetic": record.arithmetic,
-            **({} if record.machine is None else {"machine": _told(record.machine)}),
-        },
-    )
+    record = RunRecord(
+        format=FORMAT, version=VERSION if si else BEFORE_SI, kind=kind, study=name, digest=digest, generations=generations,
+        model=model_key(), arithmetic=engine, machine=recorded_machine(arithmetic()),
+    )  # fmt: skip
+    folder.write_json(RECORD, record)
 
 
 def read_record(path: Path) -> RunRecord:
@@ -81,37 +97,13 @@ def read_record(path: Path) -> RunRecord:
     if not path.is_dir():
         raise StoreError(f"{path}: there is no such results folder; give a folder that `tuner run` wrote")
     try:
-        content = json.loads(read_input_text(path / RECORD))
-        if content["format"] != FORMAT or content["version"] not in (VERSION, BEFORE_SI):
-            raise ValueError
-        generations = content["generations"]
-        if not (generations is None or isinstance(generations, int)):
-            raise ValueError
-        texts = [content[key] for key in ("kind", "study", "digest", "model")] + [content.get("arithmetic", LANES)]
-        if not all(isinstance(text, str) for text in texts):
-            raise ValueError
-        machine = _read_machine(content["machine"]) if "machine" in content else None
+        return RunRecord.parse(read_input_text(path / RECORD))
     except FileNotFoundError:
         nothing = not (path / "flights").exists()
         what = "nothing was recorded yet, so remove it and run the study again" if nothing else again(path)
         raise StoreError(f"{path} holds no {RECORD}, so it cannot be continued; {what}") from None
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, UnicodeDecodeError, ValidationError):
         raise StoreError(f"{path / RECORD} is damaged; {again(path)}") from None
-    kind, study, digest, model, engine = texts
-    return RunRecord(kind, Path(study), digest, generations, model, engine, machine, content["version"] == VERSION)
-
-
-def _told(machine: Arithmetic) -> dict[str, str]:
-    return {**machine.processor._asdict(), "libraries": machine.libraries}
-
-
-def _read_machine(content: dict[str, Any]) -> Arithmetic:
-    name, features, libraries = (content[key] for key in ("name", "features", "libraries"))
-    if not (re.fullmatch(r"[\w.-]{1,60}", name) and re.fullmatch(r"([+-][\w.-]{1,60}(,|$))*", features)):
-        raise ValueError
-    if not (libraries.isprintable() and len(libraries) < 200):
-        raise ValueError
-    return Arithmetic(Processor(name, features), libraries)
 
 
 def check_unchanged(path: Path, record: RunRecord, digest: str) -> None:
@@ -134,11 +126,11 @@ def compute_as_recorded(path: Path, record: RunRecord, instead: str | None = Non
     """
     try:
         if record.machine is not None:
-            compute_as(record.machine)
+            compute_as(record.machine.arithmetic)
     except StoreError as error:
         raise StoreError(
-            f"{path} was computed on another machine ({record.machine.label if record.machine else ''}): {error}; go on "
-            f"there, or {instead or f'have all of it computed anew for this machine with `tuner resume {path} --here`'}"
+            f"{path} was computed on another machine ({record.machine.arithmetic.label if record.machine else ''}): {error}; "
+            f"go on there, or {instead or f'have all of it computed anew for this machine with `tuner resume {path} --here`'}"
         ) from None
 
 

@@ -8,31 +8,42 @@ It is written last. While a folder is being written it says so, and holds the di
 """
 
 import hashlib
-import json
 from dataclasses import dataclass
 from pathlib import Path, PurePosixPath
+from typing import Annotated, Literal
+
+from pydantic import AfterValidator, ValidationError
 
 from plant.errors import StoreError
 from plant.input_files import read_input_text
 from tuner.store.advice import mend
+from tuner.store.document import Document
 
-FILE, FORMAT, VERSION = "manifest.json", "holdfast-manifest", 1
+FILE = "manifest.json"
+FORMAT, VERSION = "holdfast-manifest", 1
 NONE_YET = f"it has no {FILE}, as folders of earlier versions have none, so damage to its files cannot be told"
 
 
-@dataclass(frozen=True)
-class Manifest:
-    """complete: whether the folder was written to its end. files: SHA-256 by name."""
+def _inside(name: str) -> str:
+    """Return a name that stays within the folder: the manifest may be a stranger's."""
+    place = PurePosixPath(name)
+    if not name or "\0" in name or place.is_absolute() or ".." in place.parts:
+        raise ValueError("leads out of the folder")
+    return name
 
+
+class Manifest(Document):
+    """Content of manifest.json. complete: the folder was written to its end; files: SHA-256 by name."""
+
+    format: Literal["holdfast-manifest"]
+    version: Literal[1]
     complete: bool
-    files: dict[str, str]
+    files: dict[Annotated[str, AfterValidator(_inside)], str]
 
-    def encoded(self) -> bytes:
-        """Return the content of manifest.json."""
-        document = {
-            "format": FORMAT, "version": VERSION, "complete": self.complete, "files": dict(sorted(self.files.items())),
-        }  # fmt: skip
-        return (json.dumps(document, indent=2, ensure_ascii=False) + "\n").encode()
+
+def manifest_of(complete: bool, files: dict[str, str]) -> Manifest:
+    """Return the manifest of a folder, files by name."""
+    return Manifest(format=FORMAT, version=VERSION, complete=complete, files=dict(sorted(files.items())))
 
 
 @dataclass(frozen=True)
@@ -66,16 +77,11 @@ def digest_at(file: Path) -> str | None:
 def read_manifest(path: Path) -> Manifest | None:
     """Return the manifest of a results folder, None where there is none; StoreError where it is damaged."""
     try:
-        content = json.loads(read_input_text(path / FILE))
-        if content["format"] != FORMAT or content["version"] != VERSION or not isinstance(content["complete"], bool):
-            raise ValueError
-        if not all(_inside(name) and isinstance(digest, str) for name, digest in content["files"].items()):
-            raise ValueError
+        return Manifest.parse(read_input_text(path / FILE))
     except FileNotFoundError:
         return None
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+    except (OSError, UnicodeDecodeError, ValidationError):
         raise StoreError(str(Damage(path, FILE, "is damaged"))) from None
-    return Manifest(content["complete"], content["files"])
 
 
 def first_damage(path: Path, unread: tuple[str, ...] = ()) -> Damage | None:
@@ -110,9 +116,3 @@ def unfinished(path: Path) -> bool:
     """Return whether a folder says that it was not written to its end."""
     manifest = read_manifest(path)
     return manifest is not None and not manifest.complete
-
-
-def _inside(name: str) -> bool:
-    """Return whether a name stays within the folder: the manifest may be a stranger's."""
-    place = PurePosixPath(name)
-    return bool(name) and "\0" not in name and not place.is_absolute() and ".." not in place.parts

@@ -5,31 +5,47 @@ import json
 from pathlib import Path
 
 import numpy as np
+from pydantic import ValidationError
 
 from plant.backends.processor import arithmetic
 from plant.input_files import read_input_text
+from tuner.store.document import Document
 from tuner.store.folder import Folder
 
 FILE = "start.json"
 
 
+class Start(Document):
+    """Content of start.json. points: of the unit cube; machine: arithmetic that they were found with; digest: of the rest."""
+
+    points: list[list[float]]
+    warnings: list[str]
+    machine: str = ""
+    digest: str
+
+    @property
+    def whole(self) -> bool:
+        """Whether the rest is what the digest was taken of."""
+        return self.digest == _digest(self.content())
+
+
 def write_start(folder: Folder, points: np.ndarray, warnings: list[str]) -> None:
     """Write the points (n, d) of the first generation and what was said about them."""
-    content = {"points": points.tolist(), "warnings": warnings, "machine": arithmetic().label}
-    folder.write_json(FILE, content | {"digest": _digest(content)})
+    start = Start(points=points.tolist(), warnings=warnings, machine=arithmetic().label, digest="")
+    folder.write_json(FILE, start.model_copy(update={"digest": _digest(start.content())}))
 
 
 def read_start(path: Path, dimensions: int) -> tuple[np.ndarray, list[str]] | None:
     """Return what `write_start` wrote into a results folder; None where it is missing, damaged, or of another arithmetic."""
     try:
-        content = json.loads(read_input_text(path / FILE))
-        digest = content.pop("digest")
-    except (OSError, ValueError, KeyError, TypeError, AttributeError):
+        start = Start.parse(read_input_text(path / FILE))
+    except (OSError, UnicodeDecodeError, ValidationError):
         return None
-    if digest != _digest(content) or content.get("machine") != arithmetic().label:
+    if not start.whole or start.machine != arithmetic().label:
         return None
-    return np.array(content["points"]).reshape(-1, dimensions), content["warnings"]
+    return np.array(start.points).reshape(-1, dimensions), start.warnings
 
 
 def _digest(content: dict[str, object]) -> str:
-    return hashlib.blake2b(json.dumps(content, sort_keys=True).encode(), digest_size=8).hexdigest()
+    known = {key: value for key, value in content.items() if key != "digest"}
+    return hashlib.blake2b(json.dumps(known, sort_keys=True).encode(), digest_size=8).hexdigest()

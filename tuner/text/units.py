@@ -45,6 +45,7 @@ def in_shown_units(row: dict[str, Any]) -> dict[str, Any]:
     """
     if "shown_unit" not in row:
         return row
+    row = row if isinstance(row, dict) else row.content()
     scale = SCALES[row["shown_unit"]]
     shown = {**row, "unit": scale.unit} | {key: _scaled(row[key], scale) for key in SHOWN if key in row}
     if isinstance(row.get("difference"), dict) and row["difference"]["value"] is not None:

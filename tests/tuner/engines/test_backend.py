@@ -1,7 +1,5 @@
 """`tuner run --backend`: which engine flies, and what is said where there is no card."""
 
-from dataclasses import replace
-from pathlib import Path
 from types import SimpleNamespace
 from typing import Any
 
@@ -13,7 +11,7 @@ from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, loop
 from tests.tuner.in_process import tuner
 from tuner.engines import cuda as choice
 from tuner.store.folder import Folder
-from tuner.store.inputs import RunRecord, write_record
+from tuner.store.inputs import RunRecord
 
 
 def test_the_processor_flies_by_default_and_without_a_word():
@@ -64,7 +62,11 @@ def system():
 def recorded(folder, arithmetic):
     """A results folder of which nothing is read but who flew it."""
     made = Folder.create(folder)
-    write_record(made, replace(RunRecord("tuning", Path("inputs/a.toml"), "d", 3, "m"), arithmetic=arithmetic))
+    record = RunRecord(
+        format="holdfast-run", version=1, kind="tuning", study="inputs/a.toml", digest="d", generations=3, model="m",
+        arithmetic=arithmetic,
+    )  # fmt: skip
+    made.write_json("run.json", record)
     made.close()
     return folder
 

@@ -10,6 +10,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from tuner.documents.registry import DOCUMENTS
+
 OBJECTIVES = (
     ("cvar90(itae.position)", "itae.position", "m", "time-weighted mean of |e|: integral of t|e| over T^2/2"),
     ("mean(travel)", "travel", "1/s", "total variation of the rotor commands per second, summed over rotors"),
@@ -77,7 +79,9 @@ def fabricate(
         "gains": gains(made, front),
     }
     for name, content in documents.items():
-        (folder / f"{name}.json").write_text(json.dumps(content, indent=2) + "\n", encoding="utf-8")
+        model = DOCUMENTS.get(name)
+        text = json.dumps(content) if model is None else model.parse(json.dumps(content)).text()
+        (folder / f"{name}.json").write_text(text, encoding="utf-8")
     if responses:
         write_responses(folder, made)
     if not made.old:

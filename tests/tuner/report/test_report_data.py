@@ -167,10 +167,12 @@ def test_history_and_gains_are_those_of_the_folder(folder):
 def test_addresses_and_design_start_as_the_study_says(tmp_path):
     folder = fabricate(tmp_path / "made-up")
     resolved = json.loads((folder / "resolved.json").read_text())
-    resolved["variables"] = [{"name": "attitude.omega_o", "addresses": ["roll.omega_o"]}]
+    resolved["variables"] = [
+        {"name": "attitude.omega_o", "addresses": ["roll.omega_o"], "low": 1.0, "high": 2.0, "scale": "log"}
+    ]
     resolved["search"]["initial"] = ["default", "design"]
     (folder / "resolved.json").write_text(json.dumps(resolved))
-    (folder / "start.json").write_text(json.dumps({"points": [], "warnings": []}))
+    (folder / "start.json").write_text(json.dumps({"points": [], "warnings": [], "digest": ""}))
     results = load(folder)
     assert results.addresses["attitude.omega_o"] == ["roll.omega_o"] and results.start == 1
     write_report(folder)
@@ -178,7 +180,9 @@ def test_addresses_and_design_start_as_the_study_says(tmp_path):
     assert candidates["start"] and unpacked(candidates["number"], "<u4")[unpacked(candidates["state"], "u1") == 2] == [
         1
     ]
-    (folder / "start.json").write_text(json.dumps({"warnings": ['The starting point "design" is one that ...']}))
+    (folder / "start.json").write_text(
+        json.dumps({"points": [], "warnings": ['The starting point "design" is one that ...'], "digest": ""})
+    )
     assert load(folder).start is None
 
 

@@ -9,6 +9,7 @@ import numpy as np
 from tests.tuner.report.fabricate import fabricate
 from tests.tuner.report.reading import read
 from tuner.documents.results import Fan
+from tuner.documents.sensitivity import IndexRow, SensitivityDocument
 from tuner.report import write_report
 from tuner.report.charts.fans import MOST_INSTANTS, thinned
 from tuner.report.charts.look import INKS
@@ -148,7 +149,12 @@ def test_what_is_known_of_trust_is_told(tmp_path):
     (folder / "summary.json").write_text(json.dumps(summary))
     span = {"value": 0.62, "low": 0.51, "high": 0.7}
     index = {"scale": "rank", "output": "mean(travel)", "variable": "position.zeta", "first": span, "total": span}
-    (folder / "sensitivity.json").write_text(json.dumps({"indices": [index]}))
+    analysis = SensitivityDocument(
+        title="", study="", digest="", seed=1, base_samples=8, candidates=8, flights=8, seconds=1.0, lost_flights_percent=0.0,
+        not_worth_flying_percent=0.0, scales={}, variables=[], outputs=[], indices=[IndexRow.model_validate(index)],
+        variance=[], notes=[],
+    )  # fmt: skip
+    (folder / "sensitivity.json").write_text(analysis.text())
     write_report(folder)
     text = read(folder).text
     for told in (

@@ -2,18 +2,17 @@
 
 from collections.abc import Callable
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 
 from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
 from tuner.analysis.judging.agreement import check_agreement
-from tuner.analysis.judging.rows import Judged, judged_rows, overall
+from tuner.analysis.judging.rows import judged_rows, overall
+from tuner.documents.judgement import JudgedRow, JudgementDocument
 from tuner.gains import Controller, read_gains
 from tuner.study.study import Study
 
-Row = dict[str, Any]
 CHECK = "check"
 
 
@@ -38,21 +37,23 @@ def check_batches(study: Study, seeds: int | None) -> tuple[FlightBatch, ...]:
 def judge_gains(
     controller: Controller, study: Study, problem: Problem, batches: tuple[FlightBatch, ...],
     on_flights_done: Callable[[int], None] | None = None,
-) -> list[Judged]:  # fmt: skip
+) -> list[JudgedRow]:  # fmt: skip
     """Fly a controller, whatever it breaks without flying, and return a row for each limit and objective."""
     evaluation = problem.evaluate_gains(np.array([controller.gains]), batches, on_flights_done, fly_all=True)
     return judged_rows(study, problem, evaluation)
 
 
-def judgement_document(gains: Path, study: Study, rows: list[Judged], batches: tuple[FlightBatch, ...]) -> Row:
-    """Return everything as data for JSON; an infinite value is null."""
-    return {
-        "verdict": overall(rows),
-        "gains": str(gains),
-        "requirements": str(study.path),
-        "digest": study.digest(),
-        "seed": study.seed,
-        "stream": CHECK,
-        "flights": sum(batch.count for batch in batches),
-        "rows": [row.row() for row in rows],
-    }
+def judgement_document(
+    gains: Path, study: Study, rows: list[JudgedRow], batches: tuple[FlightBatch, ...]
+) -> JudgementDocument:  # fmt: skip
+    """Return the whole judgement."""
+    return JudgementDocument(
+        verdict=overall(rows),
+        gains=str(gains),
+        requirements=str(study.path),
+        digest=study.digest(),
+        seed=study.seed,
+        stream=CHECK,
+        flights=sum(batch.count for batch in batches),
+        rows=rows,
+    )

@@ -6,17 +6,15 @@ completed loses one: C. J. Clopper, E. S. Pearson, Biometrika 26(4):404-413, 193
 Requirements that are known without flying are exact and have no interval.
 """
 
-from dataclasses import asdict, dataclass
 from math import isfinite
-from typing import Any
 
 import numpy as np
 
 from objectives.problem import Evaluation, Objective, Problem
 from objectives.requirements import Requirement
 from objectives.risk import bootstrap_interval
-from objectives.scales import Scale, in_file, units_of
 from plant.seeds import generator
+from tuner.documents.judgement import JudgedRow
 from tuner.study.study import Study
 
 Array = np.ndarray
@@ -27,35 +25,7 @@ REPORTED, KEPT, MISSED = "reported", "target kept", "target missed"
 HARD, SOFT = (PASS, FAIL), (KEPT, MISSED)
 
 
-@dataclass(frozen=True)
-class Judged:
-    """One row: kind is "constraint", "requirement" or "objective"; sense "most" or "least"; limit None for an objective.
-
-    value may be infinite; low, high: ends of the 95 % interval, None where there is none; flights: that it rests on, 0 for
-    what is known without flying. scale: from the unit of files to `unit`, see `Requirement`.
-    """
-
-    label: str
-    kind: str
-    quantity: str
-    unit: str
-    sense: str
-    limit: float | None
-    value: float
-    low: float | None
-    high: float | None
-    flights: int
-    verdict: str
-    scale: Scale | None = None
-
-    def row(self) -> dict[str, Any]:
-        """Return it as JSON-able data in the units of files; an infinite value is null."""
-        told = {key: value for key, value in asdict(self).items() if key not in ("scale", "unit")}
-        value = in_file(self.value, self.scale) if isfinite(self.value) else None
-        return {**told, **units_of(self.unit, self.scale), "limit": in_file(self.limit, self.scale), "value": value}
-
-
-def judged_rows(study: Study, problem: Problem, evaluation: Evaluation) -> list[Judged]:
+def judged_rows(study: Study, problem: Problem, evaluation: Evaluation) -> list[JudgedRow]:
     """Return constraints, requirements and objectives of an evaluation of one candidate, in this order.
 
     The mission floor is no limit here: what is judged need not beat anybody.
@@ -73,16 +43,25 @@ def judged_rows(study: Study, problem: Problem, evaluation: Evaluation) -> list[
     return [*constraints, *known, *objectives]
 
 
-def flown_row(quantity: Objective, most: float | None, evaluation: Evaluation, index: int, root: int) -> Judged:
+def flown_row(quantity: Objective, most: float | None, evaluation: Evaluation, index: int, root: int) -> JudgedRow:
     """Return the row of a risk over flights; most: its limit, None to report it."""
     scores = evaluation.samples(index, quantity.scenario)[0]
     value = float(quantity.risk.apply(scores))
     low, high = interval(quantity, scores, generator(root, "check/bootstrap", index))
     metric = quantity.metric.metric
-    return Judged(
-        quantity.label, "objective" if most is None else "constraint", metric.definition, quantity.metric.unit, "most",
-        most, value, low, high, len(scores), verdict(most, value, high),
-    )  # fmt: skip
+    return JudgedRow(
+        label=quantity.label,
+        kind="objective" if most is None else "constraint",
+        quantity=metric.definition,
+        unit=quantity.metric.unit,
+        sense="most",
+        limit=most,
+        value=value,
+        low=low,
+        high=high,
+        flights=len(scores),
+        verdict=verdict(most, value, high),
+    )
 
 
 def verdict(most: float | None, value: float, high: float | None) -> str:
@@ -113,17 +92,26 @@ def share_interval(hits: int, count: int) -> tuple[float, float]:
     return low, high
 
 
-def known_row(requirement: Requirement, value: float) -> Judged:
+def known_row(requirement: Requirement, value: float) -> JudgedRow:
     """Return the row of a requirement that is known without flying; a soft one is a target and fails nothing."""
     kept, broken = HARD if requirement.hard else SOFT
     said = kept if requirement.kept(np.array([value]))[0] else broken
-    return Judged(
-        requirement.label, "requirement", requirement.quantity, requirement.unit, requirement.sense, requirement.limit,
-        value, None, None, 0, said, requirement.scale,
-    )  # fmt: skip
+    return JudgedRow(
+        label=requirement.label,
+        kind="requirement",
+        quantity=requirement.quantity,
+        **requirement.units(),
+        sense=requirement.sense,
+        limit=requirement.in_file(requirement.limit),
+        value=requirement.in_file(value) if isfinite(value) else None,
+        low=None,
+        high=None,
+        flights=0,
+        verdict=said,
+    )
 
 
-def overall(rows: list[Judged]) -> str:
+def overall(rows: list[JudgedRow]) -> str:
     """Return the verdict on all rows: the worst of theirs."""
     verdicts = {row.verdict for row in rows}
     return next((said for said in (FAIL, UNCERTAIN) if said in verdicts), PASS)

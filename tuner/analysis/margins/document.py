@@ -1,22 +1,6 @@
-"""Margins of one controller as JSON-able data, the schema of `tuner margins --json`.
+"""Margins of one controller as a document, what `tuner margins --json` prints."""
 
-    format "holdfast-margins", version "0.2"; airframe; laws {position, attitude}; control_period {value, unit}
-    trim {yaw, velocity, wind: {value, unit}, position_held}      velocity and wind in world axes (east, north, up)
-    channels [{channel, stable, growth, amplitude_dependent, quantities {NAME: reading}, disk_range {low, high, phase}}]
-    multiloop {disk: reading, disk_range}                         all plant inputs (z, roll, pitch, yaw) at once
-    requirements [{label, channel, quantity, value, unit, shown_unit, limit, sense, hard, kept, note}]
-    passed                                                        whether every hard requirement is kept
-    mismatch [{factor, criterion, low, high}]                     with --out only, see `mismatch`
-    certificates [{axis, name, value, unit, verified, why, source}]   with --certificates only
-
-Values and limits are in SI units: rad, s, rad/s, gains as factors; shown_unit: in which a limit is written and printed, where it
-is another one. A reading is {value, unit, frequency, case, note}: frequency [rad/s] where it is met; case: amplitude at which it
-is worst, null for loops that depend on none. An infinite value is null, and `note` says what that means; note is null
-otherwise. A channel without a loop is not listed. Channels are x, y, z, roll, pitch, yaw.
-"""
-
-from math import inf, isfinite
-from typing import Any
+from math import isfinite
 
 from objectives.margins.disk import disk_range
 from objectives.margins.period import CHANNELS
@@ -25,36 +9,48 @@ from objectives.margins.results import Worst
 from objectives.scales import units_of
 from tuner.analysis.margins.limits import LIMITS, Limit
 from tuner.analysis.margins.readings import Subject
+from tuner.documents.margins import (
+    MARGINS_FORMAT,
+    MARGINS_VERSION,
+    ChannelMargins,
+    GuaranteedRange,
+    LimitRow,
+    MarginsDocument,
+    Measure,
+    MultiloopMargins,
+    NotedValue,
+    Reading,
+    TrimPart,
+    Vector,
+)
+from tuner.documents.parts import LawNames
 
-FORMAT, VERSION = "holdfast-margins", "0.2"
 UNSTABLE, WITHOUT_END = "the loop is not stable", "no bound"
 
-Row = dict[str, Any]
 
-
-def margins_document(subject: Subject, requirements: list[Row]) -> Row:
+def margins_document(subject: Subject, requirements: list[LimitRow]) -> MarginsDocument:
     """Return the document without mismatch and certificates."""
     controller, trim = subject.controller, subject.trim
-    return {
-        "format": FORMAT,
-        "version": VERSION,
-        "airframe": controller.airframe.name,
-        "laws": {"position": controller.cascade.position.name, "attitude": controller.cascade.attitude.name},
-        "control_period": {"value": controller.control_period, "unit": "s"},
-        "trim": {
-            "yaw": {"value": trim.yaw, "unit": "rad"},
-            "velocity": {"value": list(trim.velocity), "unit": "m/s"},
-            "wind": {"value": list(trim.wind), "unit": "m/s"},
-            "position_held": trim.hold,
-        },
-        "channels": [_channel(subject, channel) for channel in subject.looped],
-        "multiloop": _multiloop(subject),
-        "requirements": requirements,
-        "passed": all(row["kept"] for row in requirements if row["hard"]),
-    }
+    return MarginsDocument(
+        format=MARGINS_FORMAT,
+        version=MARGINS_VERSION,
+        airframe=controller.airframe.name,
+        laws=LawNames(position=controller.cascade.position.name, attitude=controller.cascade.attitude.name),
+        control_period=Measure(value=controller.control_period, unit="s"),
+        trim=TrimPart(
+            yaw=Measure(value=trim.yaw, unit="rad"),
+            velocity=Vector(value=list(trim.velocity), unit="m/s"),
+            wind=Vector(value=list(trim.wind), unit="m/s"),
+            position_held=trim.hold,
+        ),
+        channels=[_channel(subject, channel) for channel in subject.looped],
+        multiloop=_multiloop(subject),
+        requirements=requirements,
+        passed=all(row.kept for row in requirements if row.hard),
+    )
 
 
-def default_requirements(subject: Subject, limits: tuple[Limit, ...] = LIMITS) -> list[Row]:
+def default_requirements(subject: Subject, limits: tuple[Limit, ...] = LIMITS) -> list[LimitRow]:
     """Return how every loop stands to the limits: stable, each limit as a hard requirement, each target as a soft one."""
     rows = []
     for channel in subject.looped:
@@ -79,7 +75,7 @@ def default_requirements(subject: Subject, limits: tuple[Limit, ...] = LIMITS) -
 
 def limited_row(
     label: str, entry: MarginQuantity, value: float, limit: Limit, hard: bool, channel: str | None = None
-) -> Row:  # fmt: skip
+) -> LimitRow:  # fmt: skip
     """Return how a value in SI units stands to a limit in the quantity's unit of limits."""
     kept, least = limit.kept(float(entry.to_limit(value))), float(entry.from_limit(limit.limit))
     units = units_of(entry.limit_unit, entry.limited)
@@ -89,38 +85,36 @@ def limited_row(
 def requirement_row(
     label: str, quantity: str, units: dict[str, str], value: float, limit: float, kept: bool, sense: str, hard: bool = True,
     channel: str | None = None,
-) -> Row:  # fmt: skip
+) -> LimitRow:  # fmt: skip
     """Return one requirement in SI units; channel: the column of the table that it is about, None for several loops at once."""
-    return {
-        "label": label,
-        "channel": channel,
-        "quantity": quantity,
-        "value": _finite(value),
+    return LimitRow(
+        label=label,
+        channel=channel,
+        quantity=quantity,
+        value=_finite(value),
         **units,
-        "limit": limit,
-        "sense": sense,
-        "hard": hard,
-        "kept": kept,
-        "note": None if isfinite(value) else WITHOUT_END,
-    }
+        limit=limit,
+        sense=sense,
+        hard=hard,
+        kept=kept,
+        note=None if isfinite(value) else WITHOUT_END,
+    )
 
 
-def _channel(subject: Subject, channel: str) -> Row:
+def _channel(subject: Subject, channel: str) -> ChannelMargins:
     margins, i = subject.margins, CHANNELS.index(channel)
     growth = float(margins.growth[0, i])
-    return {
-        "channel": channel,
-        "stable": bool(margins.stable[0, i]),
-        "growth": {
-            "value": _finite(growth), "unit": "1/s", "note": None if isfinite(growth) else "no steady flight was found",
-        },
-        "amplitude_dependent": subject.swept(channel),
-        "quantities": {name: _reading(subject, QUANTITIES[name], channel) for name in REPORTED},
-        "disk_range": _range(float(margins.disk.value[0, i]), margins.skew),
-    }  # fmt: skip
+    return ChannelMargins(
+        channel=channel,
+        stable=bool(margins.stable[0, i]),
+        growth=_noted(growth, "1/s", "no steady flight was found"),
+        amplitude_dependent=subject.swept(channel),
+        quantities={name: _reading(subject, QUANTITIES[name], channel) for name in REPORTED},
+        disk_range=_range(float(margins.disk.value[0, i]), margins.skew),
+    )
 
 
-def _reading(subject: Subject, quantity: MarginQuantity, channel: str) -> Row:
+def _reading(subject: Subject, quantity: MarginQuantity, channel: str) -> Reading:
     i, margins = CHANNELS.index(channel), subject.margins
     worst: Worst = getattr(margins, quantity.field)
     value, case = subject.value(quantity, channel), int(worst.case[0, i])
@@ -129,31 +123,28 @@ def _reading(subject: Subject, quantity: MarginQuantity, channel: str) -> Row:
     return _entry(value, quantity.unit, float(worst.frequency[0, i]), label, note)
 
 
-def _multiloop(subject: Subject) -> Row:
+def _multiloop(subject: Subject) -> MultiloopMargins:
     worst, margins = subject.margins.multiloop, subject.margins
     value, case = float(worst.value[0]), int(worst.case[0])
     label = margins.cases[case].label if case >= 0 else None
     note = None if isfinite(value) else "no loop is closed at a plant input"
-    return {
-        "disk": _entry(value, "1", float(worst.frequency[0]), label, note),
-        "disk_range": _range(value, margins.skew),
-    }
+    disk = _entry(value, "1", float(worst.frequency[0]), label, note)
+    return MultiloopMargins(disk=disk, disk_range=_range(value, margins.skew))
 
 
-def _entry(value: float, unit: str, frequency: float, case: str | None, note: str | None) -> Row:
-    where = {"value": frequency, "unit": "rad/s"} if frequency > 0.0 else None
-    return {"value": _finite(value), "unit": unit, "frequency": where, "case": case, "note": note}
+def _entry(value: float, unit: str, frequency: float, case: str | None, note: str | None) -> Reading:
+    where = Measure(value=frequency, unit="rad/s") if frequency > 0.0 else None
+    return Reading(value=_finite(value), unit=unit, frequency=where, case=case, note=note)
 
 
-def _range(alpha: float, skew: float) -> Row:
+def _range(alpha: float, skew: float) -> GuaranteedRange:
     """Return the factors of the gain and the phase that a disk guarantees; an infinite disk is as large as they come."""
-    found = disk_range(min(alpha, 1e9), skew)
-    low, high, phase = (float(part) for part in found)
-    return {
-        "low": {"value": low, "unit": "1", "note": None},
-        "high": {"value": _finite(high), "unit": "1", "note": None if high < inf else WITHOUT_END},
-        "phase": {"value": phase, "unit": "rad", "note": None},
-    }
+    low, high, phase = (float(part) for part in disk_range(min(alpha, 1e9), skew))
+    return GuaranteedRange(low=_noted(low, "1"), high=_noted(high, "1"), phase=_noted(phase, "rad"))
+
+
+def _noted(value: float, unit: str, note: str = WITHOUT_END) -> NotedValue:
+    return NotedValue(value=_finite(value), unit=unit, note=None if isfinite(value) else note)
 
 
 def _finite(value: float) -> float | None:

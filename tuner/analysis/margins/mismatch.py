@@ -5,7 +5,6 @@ position loops is made of, inertia and thrust that of the attitude loops.
 """
 
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -14,6 +13,7 @@ from plant.nominal import vary
 from plant.vehicle import Vehicle
 from tuner.analysis.margins.limits import LIMITS, Limit
 from tuner.analysis.margins.linear import Judged, Linear
+from tuner.documents.margins import MismatchRow
 
 Array = np.ndarray
 
@@ -54,11 +54,10 @@ class Extent:
     low: float | None
     high: float | None
 
-    def row(self) -> dict[str, Any]:
-        """Return it as JSON-able data."""
-        ends = {"low": self.low, "high": self.high}
-        note = None if None not in ends.values() else f"null: kept as far as was tried, a factor of {REACH:g}"
-        return {"factor": self.factor, "criterion": self.criterion, **ends, "note": note}
+    def row(self) -> MismatchRow:
+        """Return it as a row of margins.json."""
+        note = None if None not in (self.low, self.high) else f"null: kept as far as was tried, a factor of {REACH:g}"
+        return MismatchRow(**vars(self), note=note)
 
 
 def with_factors(vehicle: Vehicle, **factors: float) -> Vehicle:

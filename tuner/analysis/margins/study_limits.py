@@ -3,14 +3,15 @@
 import numpy as np
 
 from plant.errors import InputError
-from tuner.analysis.margins.document import Row, limited_row
+from tuner.analysis.margins.document import limited_row
 from tuner.analysis.margins.limits import Limit
+from tuner.documents.margins import LimitRow
 from tuner.gains import Controller
 from tuner.study.margins import MarginAnalysis, margin_requirement
 from tuner.study.study import Study
 
 
-def study_requirements(study: Study, controller: Controller) -> list[Row] | None:
+def study_requirements(study: Study, controller: Controller) -> list[LimitRow] | None:
     """Return how gains stand to the [[margin]] tables of a study, on the study's vehicle; None where it has none.
 
     Raises InputError where the study is about other laws.

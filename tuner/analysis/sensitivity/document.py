@@ -8,13 +8,14 @@ from plant.gains import gain_addresses
 from tuner.analysis.sensitivity.analysis import Analysis
 from tuner.analysis.sensitivity.indices import Spans
 from tuner.analysis.sensitivity.scales import RANK, SCALES, VALUE
-from tuner.analysis.sensitivity.variance import Shares, TwoWay
+from tuner.analysis.sensitivity.variance import Shares
+from tuner.documents.parts import SampledValue
+from tuner.documents.sensitivity import IndexRow, SensitivityDocument, SensitivityVariable, VarianceRow, VarianceShares
 from tuner.study.study import Study
 
 if TYPE_CHECKING:
     from pandas import DataFrame
 
-Row = dict[str, Any]
 FAILURE = "share of flights lost"
 SCALE_WORDS = {
     RANK: "a sample's place among all samples, 0 the best and 1 the worst",
@@ -22,27 +23,27 @@ SCALE_WORDS = {
 }
 
 
-def sensitivity_document(study: Study, analysis: Analysis, seconds: float) -> Row:
+def sensitivity_document(study: Study, analysis: Analysis, seconds: float) -> SensitivityDocument:
     """Return everything found, in shares of 1 and in percent where a key says so."""
     flights = sum(entry.search for entry in study.scenarios)
-    return {
-        "title": study.title,
-        "study": study.path.name,
-        "digest": study.digest(),
-        "seed": study.seed,
-        "base_samples": analysis.design.base,
-        "candidates": len(analysis.values),
-        "flights": len(analysis.values) * flights,
-        "seconds": seconds,
-        "lost_flights_percent": 100.0 * analysis.failed_share,
-        "not_worth_flying_percent": 100.0 * analysis.screened_share,
-        "scales": SCALE_WORDS,
-        "variables": variables(study),
-        "outputs": outputs(study),
-        "indices": index_rows(study, analysis),
-        "variance": variance_rows(study, analysis),
-        "notes": notes(study, analysis),
-    }
+    return SensitivityDocument(
+        title=study.title,
+        study=study.path.name,
+        digest=study.digest(),
+        seed=study.seed,
+        base_samples=analysis.design.base,
+        candidates=len(analysis.values),
+        flights=len(analysis.values) * flights,
+        seconds=seconds,
+        lost_flights_percent=100.0 * analysis.failed_share,
+        not_worth_flying_percent=100.0 * analysis.screened_share,
+        scales=SCALE_WORDS,
+        variables=variables(study),
+        outputs=outputs(study),
+        indices=index_rows(study, analysis),
+        variance=variance_rows(study, analysis),
+        notes=notes(study, analysis),
+    )
 
 
 def outputs(study: Study) -> list[str]:
@@ -50,55 +51,55 @@ def outputs(study: Study) -> list[str]:
     return [*[objective.label for objective in study.objectives], FAILURE]
 
 
-def variables(study: Study) -> list[Row]:
+def variables(study: Study) -> list[SensitivityVariable]:
     """Return every variable with unit, range and scale; it is uniform on that scale."""
     known = {gain.column: gain for gain in gain_addresses(study.system.cascade)}
     return [
-        {"name": v.name, "unit": known[columns[0]].unit, "low": v.low, "high": v.high, "scale": v.scale}
+        SensitivityVariable(name=v.name, unit=known[columns[0]].unit, low=v.low, high=v.high, scale=v.scale)
         for v, columns in zip(study.space.variables, study.space.columns, strict=True)
     ]
 
 
-def index_rows(study: Study, analysis: Analysis) -> list[Row]:
+def index_rows(study: Study, analysis: Analysis) -> list[IndexRow]:
     """Return a row for each scale, output and variable."""
-    rows = []
-    for scale in SCALES:
-        first, total = analysis.indices[scale]
-        for q, output in enumerate(outputs(study)):
-            for i, variable in enumerate(study.space.variables):
-                spans = {"first": span(first, q, i), "total": span(total, q, i)}
-                rows.append({"scale": scale, "output": output, "variable": variable.name, **spans})
-    return rows
+    return [
+        IndexRow(
+            scale=scale,
+            output=output,
+            variable=variable.name,
+            first=span(analysis.indices[scale].first, q, i),
+            total=span(analysis.indices[scale].total, q, i),
+        )
+        for scale in SCALES
+        for q, output in enumerate(outputs(study))
+        for i, variable in enumerate(study.space.variables)
+    ]
 
 
-def span(spans: Spans, output: int, variable: int) -> Row:
+def span(spans: Spans, output: int, variable: int) -> SampledValue:
     """Return one index with its interval."""
-    return {name: float(part[output, variable]) for name, part in spans._asdict().items()}
+    return SampledValue(**{name: float(part[output, variable]) for name, part in spans._asdict().items()})
 
 
-def variance_rows(study: Study, analysis: Analysis) -> list[Row]:
+def variance_rows(study: Study, analysis: Analysis) -> list[VarianceRow]:
     """Return a row for each objective: what gains, scenario and interaction make of the variance of its metric, in percent."""
-    rows = []
-    for objective, found in zip(study.objectives, analysis.variance, strict=True):
-        row: Row = {"objective": objective.label, "metric": objective.metric.text, "unit": objective.metric.unit}
-        rows.append(row | {"candidates": analysis.candidates} | shares_row(found))
-    return rows
+    return [
+        VarianceRow(
+            objective=objective.label,
+            metric=objective.metric.text,
+            unit=objective.metric.unit,
+            candidates=analysis.candidates,
+            components_percent=None if found is None else percent(found.of_components),
+            turbulence_percent=None if found is None else 100.0 * found.of_components.turbulence,
+            sum_of_squares_percent=None if found is None else percent(found.of_squares),
+        )
+        for objective, found in zip(study.objectives, analysis.variance, strict=True)
+    ]
 
 
-def shares_row(found: TwoWay | None) -> Row:
-    """Return the decomposition of one metric; null where there was nothing to decompose."""
-    if found is None:
-        return {"components_percent": None, "turbulence_percent": None, "sum_of_squares_percent": None}
-    return {
-        "components_percent": percent(found.of_components),
-        "turbulence_percent": 100.0 * found.of_components.turbulence,
-        "sum_of_squares_percent": percent(found.of_squares),
-    }
-
-
-def percent(shares: Shares) -> dict[str, float]:
+def percent(shares: Shares) -> VarianceShares:
     """Return shares in percent."""
-    return {name: 100.0 * share for name, share in shares._asdict().items()}
+    return VarianceShares(**{name: 100.0 * share for name, share in shares._asdict().items()})
 
 
 def notes(study: Study, analysis: Analysis) -> list[str]:
@@ -130,11 +131,14 @@ def index_table(study: Study, analysis: Analysis) -> "DataFrame":
     """Return `index_rows` as a pandas table, the parts of an interval in columns of their own."""
     import pandas as pd
 
-    rows = [
-        {"scale": row["scale"], "output": row["output"], "variable": row["variable"]}
-        | {f"{order}_{part}": row[order][part] for order in ("first", "total") for part in ("value", "low", "high")}
-        for row in index_rows(study, analysis)
-    ]
+    rows = []
+    for row in index_rows(study, analysis):
+        ends = {
+            f"{order}_{part}": value
+            for order, found in (("first", row.first), ("total", row.total))
+            for part, value in found.content().items()
+        }
+        rows.append({"scale": row.scale, "output": row.output, "variable": row.variable, **ends})
     return pd.DataFrame(rows)
 
 
@@ -143,11 +147,11 @@ def variance_table(study: Study, analysis: Analysis) -> "DataFrame":
     import pandas as pd
 
     rows = []
-    for row, found in zip(variance_rows(study, analysis), analysis.variance, strict=True):
-        flat = {key: row[key] for key in ("objective", "metric", "unit", "candidates")}
-        if found is not None:
-            flat |= {f"components:{name}": share for name, share in percent(found.of_components).items()}
-            flat |= {f"squares:{name}": share for name, share in percent(found.of_squares).items()}
+    for row in variance_rows(study, analysis):
+        flat = row.model_dump(include={"objective", "metric", "unit", "candidates"})
+        for name, shares in (("components", row.components_percent), ("squares", row.sum_of_squares_percent)):
+            if shares is not None:
+                flat |= {f"{name}:{part}": share for part, share in shares.content().items()}
         rows.append(flat)
     return pd.DataFrame(rows)
 
@@ -159,7 +163,7 @@ def sample_table(study: Study, analysis: Analysis) -> "DataFrame":
     names = [variable.name for variable in study.space.variables]
     blocks = ["A", "B", *[f"AB:{name}" for name in names]]
     gains = study.space.values(analysis.design.points)
-    columns: Row = {"block": [block for block in blocks for _ in range(analysis.design.base)]}
+    columns: dict[str, Any] = {"block": [block for block in blocks for _ in range(analysis.design.base)]}
     columns |= {f"gain:{name}": gains[:, i] for i, name in enumerate(names)}
     columns |= {f"objective:{o.label}": analysis.values[:, i] for i, o in enumerate(study.objectives)}
     return pd.DataFrame(columns | {"failures": analysis.failures, "kept": analysis.kept})

@@ -5,6 +5,8 @@ from typing import TYPE_CHECKING, Any
 
 from tuner.cli.tables import Table, wide_console
 from tuner.cli.terminal import Console, digits
+from tuner.documents.judgement import JudgedRow, JudgementDocument
+from tuner.documents.parts import in_shown_units as shown_row
 from tuner.gains.sections import VERSIONS
 from tuner.text.units import in_shown_units
 
@@ -127,38 +129,38 @@ def _cell(row: Row | None) -> str:
 def print_judgement(judgement: "Judgement", console: Console) -> None:
     """Print the table and the verdict."""
     document = judgement.document
-    table = Table(f"{document['flights']:,} flights of a stream of their own, 95 % intervals", keys=1)
+    table = Table(f"{document.flights:,} flights of a stream of their own, 95 % intervals", keys=1)
     table.add_column("", no_wrap=True)
     for name in ("limit", "value", "95 % interval", "unit", "verdict"):
         left = name in ("unit", "verdict")
         table.add_column(name, justify="left" if left else "right", no_wrap=True)
-    for row in map(in_shown_units, document["rows"]):
-        table.add_row(*cells(row), style=STYLES.get(row["verdict"]))
+    for row in map(shown_row, document.rows):
+        table.add_row(*cells(row), style=STYLES.get(row.verdict))
     console.print(table)
     console.print(said(document))
 
 
-def cells(row: Row) -> list[str]:
+def cells(row: JudgedRow) -> list[str]:
     """Return the texts of one row."""
-    limit = "" if row["limit"] is None else f"{SIGNS[row['sense']]} {row['limit']:g}"
-    unit = "" if row["unit"] == "1" else row["unit"]
-    if row["low"] is None:
-        value = "unbounded" if row["value"] is None else f"{row['value']:.4g}"
-        return [row["label"], limit, value, "", unit, row["verdict"]]
-    width = row["high"] - row["low"] or row["value"]
-    ends = f"{digits(row['low'], width)} to {digits(row['high'], width)}"
-    return [row["label"], limit, digits(row["value"], width), ends, unit, row["verdict"]]
+    limit = "" if row.limit is None else f"{SIGNS[row.sense]} {row.limit:g}"
+    unit = "" if row.unit == "1" else row.unit
+    if row.low is None or row.high is None or row.value is None:
+        value = "unbounded" if row.value is None else f"{row.value:.4g}"
+        return [row.label, limit, value, "", unit, row.verdict]
+    width = row.high - row.low or row.value
+    ends = f"{digits(row.low, width)} to {digits(row.high, width)}"
+    return [row.label, limit, digits(row.value, width), ends, unit, row.verdict]
 
 
-def said(document: Row) -> str:
+def said(document: JudgementDocument) -> str:
     """Return the verdict in a sentence, with the names of what decides it."""
     named = {
-        verdict: ", ".join(row["label"] for row in document["rows"] if row["verdict"] == verdict)
+        verdict: ", ".join(row.label for row in document.rows if row.verdict == verdict)
         for verdict in ("fail", "not certain")
     }
-    if document["verdict"] == "fail":
+    if document.verdict == "fail":
         return f"FAIL: broken by {named['fail']}."
-    if document["verdict"] == "not certain":
+    if document.verdict == "not certain":
         return (
             f"PASS on these flights, but not certain: the interval of {named['not certain']} crosses the limit; more --seeds "
             "narrow it, and a limit of 0 lost flights cannot be shown by any number of them."

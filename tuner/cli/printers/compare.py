@@ -1,18 +1,17 @@
 """What a comparison found, for a person."""
 
 from collections.abc import Iterator
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.text import Text
 
 from tuner.cli.printers.tuning import print_ending
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console, difference, estimate
+from tuner.documents.contest_document import ComparisonDocument, DifferenceRow, QuantityRow
 
 if TYPE_CHECKING:
     from tuner.api.results import ComparisonResults
-
-Row = dict[str, Any]
 
 
 def print_compared(results: "ComparisonResults", console: Console) -> None:
@@ -22,52 +21,52 @@ def print_compared(results: "ComparisonResults", console: Console) -> None:
         say_files(console, Report=results.folder / "report.html", Figures=results.folder / "figures")
 
 
-def print_comparison(found: Row, console: Console) -> None:
+def print_comparison(found: ComparisonDocument, console: Console) -> None:
     """Print a table for each quantity, the sentences and the warnings of a comparison.json."""
-    flights = sum(entry["flights"] for entry in found["compared_on"])
-    console.print(f"{found['title']}  (seed {found['seed']})", style="bold")
-    print_ending(found, console)
+    flights = sum(entry.flights for entry in found.compared_on)
+    console.print(f"{found.title}  (seed {found.seed})", style="bold")
+    print_ending(found.ending, console)
     console.print(
-        f"Each flew the same {flights:,} flights; 95 % intervals; behind each value its difference to {found['first']}, "
+        f"Each flew the same {flights:,} flights; 95 % intervals; behind each value its difference to {found.first}, "
         "paired flight by flight.",
     )  # fmt: skip
     for quantity, rows in blocks(found):
         console.print(f"\n{heading(quantity)}", style="bold")
         console.print(block_table(rows, console.width))
     console.print()
-    console.bullets(found["words"])
-    console.warn(found["warnings"])
-    console.print(f"{found['flights']:,} flights in {found['wall_seconds']:.1f} s.")
+    console.bullets(found.words)
+    console.warn(found.warnings)
+    console.print(f"{found.flights:,} flights in {found.wall_seconds:.1f} s.")
 
 
-def blocks(found: Row) -> Iterator[tuple[Row, list[list[str]]]]:
+def blocks(found: ComparisonDocument) -> Iterator[tuple[QuantityRow, list[list[str]]]]:
     """Yield each quantity with a row for each contender: name, value, difference to the first, verdict."""
-    values = {(row["contender"], row["quantity"]): row for row in found["estimates"]}
-    apart = {(r["second"], r["quantity"]): r for r in found["differences"] if r["first"] == found["first"]}
-    for quantity in found["quantities"]:
-        keys = [(contender["name"], quantity["label"]) for contender in found["contenders"]]
+    values = {(row.contender, row.quantity): row for row in found.estimates}
+    apart = {(r.second, r.quantity): r for r in found.differences if r.first == found.first}
+    for quantity in found.quantities:
+        keys = [(contender.name, quantity.label) for contender in found.contenders]
         yield quantity, [[key[0], estimate(values[key]), *against(apart.get(key))] for key in keys]
 
 
-def heading(quantity: Row) -> str:
+def heading(quantity: QuantityRow) -> str:
     """Return label, unit and limit of a quantity."""
-    unit = "" if quantity["unit"] == "1" else f" [{quantity['unit']}]"
-    limit = "" if quantity["limit"] is None else f", at most {quantity['limit']:g}"
-    return f"{quantity['label']}{unit}{limit}"
+    unit = "" if quantity.unit == "1" else f" [{quantity.unit}]"
+    limit = "" if quantity.limit is None else f", at most {quantity.limit:g}"
+    return f"{quantity.label}{unit}{limit}"
 
 
-def against(row: Row | None) -> tuple[str, str]:
+def against(row: DifferenceRow | None) -> tuple[str, str]:
     """Return the paired difference to the first and what its interval allows to say."""
     if row is None:
         return "", ""
-    return difference({**row, "value": row["difference"]}), verdict(row)
+    return difference(row.estimate), verdict(row)
 
 
-def verdict(row: Row) -> str:
+def verdict(row: DifferenceRow) -> str:
     """Return in a word what a difference says of the second."""
-    if row["low"] == row["high"] == 0.0:
+    if row.low == row.high == 0.0:
         return "same"
-    return {None: "no clear difference", row["second"]: "better", row["first"]: "worse"}[row["lower"]]
+    return {None: "no clear difference", row.second: "better", row.first: "worse"}[row.lower]
 
 
 def block_table(rows: list[list[str]], width: int) -> Table:

@@ -1,11 +1,12 @@
 """What a contest found, for a person."""
 
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tuner.cli.printers.tuning import print_ending
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console, digits, estimate
+from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.experiments.contest.words import flights_of
 
 if TYPE_CHECKING:
@@ -17,56 +18,56 @@ def print_contest(results: "ContestResults", console: Console) -> None:
     print_found(results.document, results.home, console)
 
 
-def print_found(found: dict[str, Any], folder: Path, console: Console) -> None:
+def print_found(found: ContestDocument | ComparisonDocument, folder: Path, console: Console) -> None:
     """Print the tables, sentences and warnings of a contest.json."""
-    print_ending(found, console)
+    print_ending(found.ending, console)
     console.print(estimates_table(found))
-    if found["published"]:
+    if found.published:
         console.print(published_table(found))
-    console.bullets(found["words"])
-    console.warn(found["warnings"])
+    console.bullets(found.words)
+    console.warn(found.warnings)
     page = folder / "report.html"
-    console.print(f"{found['flights']:,} flights in {found['wall_seconds']:.1f} s.")
+    console.print(f"{found.flights:,} flights in {found.wall_seconds:.1f} s.")
     say_files(console, **({"Report": page} if page.exists() else {"Results": folder}))
 
 
-def estimates_table(found: dict[str, Any]) -> Table:
+def estimates_table(found: ContestDocument | ComparisonDocument) -> Table:
     """Return contenders down, objectives and constraints across, each value over its interval."""
-    flights = sum(entry["flights"] for entry in found["compared_on"])
-    table = Table(f"On {flights} {flights_of(found['stream'])} each, 95 % intervals", keys=1)
+    flights = sum(entry.flights for entry in found.compared_on)
+    table = Table(f"On {flights} {flights_of(found.stream)} each, 95 % intervals", keys=1)
     table.add_column("", no_wrap=True)
-    judged = [quantity for quantity in found["quantities"] if quantity["kind"] in ("objective", "constraint")]
+    judged = [quantity for quantity in found.quantities if quantity.kind in ("objective", "constraint")]
     for quantity in judged:
-        unit = "" if quantity["unit"] == "1" else quantity["unit"]
-        limit = "" if quantity["limit"] is None else f"at most {quantity['limit']:g} "
-        table.add_column(f"{quantity['label']}\n{limit}{unit}".rstrip(), justify="right")
+        unit = "" if quantity.unit == "1" else quantity.unit
+        limit = "" if quantity.limit is None else f"at most {quantity.limit:g} "
+        table.add_column(f"{quantity.label}\n{limit}{unit}".rstrip(), justify="right")
     table.add_column("instructions\na step", justify="right")
-    values = {(entry["contender"], entry["quantity"]): entry for entry in found["estimates"]}
-    for contender in found["contenders"]:
-        cells = [estimate(values[contender["name"], quantity["label"]]) for quantity in judged]
-        processor = contender["cost"].get("processor")
-        counted = f"{processor['instructions_step']:.0f}\n{processor['target']}" if processor else ""
-        mark = "" if contender.get("feasible", True) else " (infeasible)"
-        table.add_row(f"{contender['name']}\n{contender['point']}{mark}", *cells, counted)
+    values = {(entry.contender, entry.quantity): entry for entry in found.estimates}
+    for contender in found.contenders:
+        cells = [estimate(values[contender.name, quantity.label]) for quantity in judged]
+        processor = contender.cost.processor
+        counted = f"{processor.instructions_step:.0f}\n{processor.target}" if processor else ""
+        mark = "" if contender.feasible else " (infeasible)"
+        table.add_row(f"{contender.name}\n{contender.point}{mark}", *cells, counted)
     return table
 
 
-def published_table(found: dict[str, Any]) -> Table:
+def published_table(found: ContestDocument | ComparisonDocument) -> Table:
     """Return the printed numbers beside ours, contender by contender."""
     table = Table("Printed numbers and our flights")
     for name in ("quantity", "printed", "ours, mean", "95 % of our flights", "percentile"):
         table.add_column(name, justify="left" if name == "quantity" else "right", no_wrap=name == "quantity")
-    for contender in found["contenders"]:
-        cells = [cell for cell in found["published"] if cell["contender"] == contender["name"]]
+    for contender in found.contenders:
+        cells = [cell for cell in found.published if cell.contender == contender.name]
         if cells:
             table.add_section()
-            table.add_row(contender["name"], style="bold")
+            table.add_row(contender.name, style="bold")
         for cell in cells:
-            mark = "" if cell["inside"] else " outside"
-            width = cell["p97_5"] - cell["p2_5"]
+            mark = "" if cell.inside else " outside"
+            width = cell.p97_5 - cell.p2_5
             table.add_row(
-                f"  {cell['metric']} {cell['unit']}{' (fitted)' if cell['fitted'] else ''}", f"{cell['value']:g}",
-                digits(cell["mean"], width), f"{digits(cell['p2_5'], width)} to {digits(cell['p97_5'], width)}",
-                f"{cell['percentile']:.1f}{mark}",
+                f"  {cell.metric} {cell.unit}{' (fitted)' if cell.fitted else ''}", f"{cell.printed:g}",
+                digits(cell.mean, width), f"{digits(cell.p2_5, width)} to {digits(cell.p97_5, width)}",
+                f"{cell.percentile:.1f}{mark}",
             )  # fmt: skip
     return table

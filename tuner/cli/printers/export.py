@@ -2,12 +2,13 @@
 
 import sys
 from math import degrees
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from plant.gains import gain_addresses
 from tuner.cli.tables import Table, say_files, wide_console
 from tuner.cli.terminal import Console
-from tuner.text.units import in_shown_units
+from tuner.documents.export import ExportDocument, ExportedParameter, RoundedMargin, VerificationPart
+from tuner.documents.parts import in_shown_units
 
 if TYPE_CHECKING:
     from tuner.api.exporting import Exported, Imported
@@ -17,70 +18,68 @@ VEHICLE_OPTIONS = ("others",)
 # Lag of a Butterworth low-pass of second order at low frequencies, sqrt(2)/(2 pi) of its period [1].
 SLOWNESS = 0.225
 
-Row = dict[str, Any]
-
 
 def print_export(made: "Exported", _: Console) -> None:
     """Print files, parameters, margins and flights after rounding, and what the target adds or lacks."""
     console, document = wide_console(), made.document
-    laws = f"{document['laws']['position']} / {document['laws']['attitude']}"
+    laws = f"{document.laws.position} / {document.laws.attitude}"
 
     def say(text: str) -> None:
         console.print(text, soft_wrap=not console.is_terminal)
 
-    say(f"{document['target_version']}: {laws} for {made.made.airframe}")
-    if document["experimental"]:
-        say(f"Experimental: {document['experimental']}")
-    if document["parameters"]:
-        console.print(parameters_table(document["parameters"]))
-        if any(option in document["settings"] for option in VEHICLE_OPTIONS):
+    say(f"{document.target_version}: {laws} for {made.made.airframe}")
+    if document.experimental:
+        say(f"Experimental: {document.experimental}")
+    if document.parameters:
+        console.print(parameters_table(document.parameters))
+        if any(option in document.settings for option in VEHICLE_OPTIONS):
             say(said_of_before(document))
-    verification = document["verification"]
+    verification = document.verification
     console.print(changes_table(verification))
     say(said_of_margins(verification))
     for sentence in said_of_filter(verification):
         say(sentence)
-    for sentence in document["lossy"]:
+    for sentence in document.lossy:
         say(f"- {sentence}")
-    for label in verification["broken"]:
+    for label in verification.broken:
         say(f"Broken by what the target holds: {label}")
-    say(f"{made.folder}: {', '.join([*document['files'], 'rollback/', 'export.json', 'gains.json'])}")
+    say(f"{made.folder}: {', '.join([*document.files, 'rollback/', 'export.json', 'gains.json'])}")
 
 
-def parameters_table(rows: list[Row]) -> Table:
+def parameters_table(rows: list[ExportedParameter]) -> Table:
     """Return the parameters as the target holds them, beside those on the vehicle, or the target's defaults where nobody said."""
     table = Table("Parameters", keys=1)
-    known = any(row["before"] is not None for row in rows)
+    known = any(row.before is not None for row in rows)
     compared = ("vehicle", "new", "change") if known else ("default", "new")
     for name in ("name", *compared, "allowed", "unit"):
         left = name in ("name", "unit")
         table.add_column(name, justify="left" if left else "right", no_wrap=name != "unit")
     for row in rows:
-        new, old = f"{row['held']:.6g}", row["before"] if known else row["usual"]
+        new, old = f"{row.held:.6g}", row.before if known else row.usual
         cells = ["" if old is None else f"{old:.6g}", new, *([change_text(row)] if known else [])]
-        table.add_row(row["name"], *cells, _allowed(row), "" if row["unit"] == "1" else row["unit"])
+        table.add_row(row.name, *cells, _allowed(row), "" if row.unit == "1" else row.unit)
     return table
 
 
-def change_text(row: Row) -> str:
+def change_text(row: ExportedParameter) -> str:
     """Return what an export changes on the vehicle: nothing, a percentage, or from or to 0 as it is."""
-    if row["before"] is None:
+    if row.before is None or row.change is None:
         return "not in its file"
-    if row["change"] == 0.0:
-        return "kept" if row["kept"] else "same"
-    return f"{row['change']:+.4g}" if row["before"] == 0.0 else f"{100.0 * row['change'] / abs(row['before']):+.2g} %"
+    if row.change == 0.0:
+        return "kept" if row.kept else "same"
+    return f"{row.change:+.4g}" if row.before == 0.0 else f"{100.0 * row.change / abs(row.before):+.2g} %"
 
 
-def said_of_before(document: Row) -> str:
+def said_of_before(document: ExportDocument) -> str:
     """Return what the parameters are compared with, and how to compare them with the vehicle's own."""
-    origin = document["before"]
+    origin = document.before
     if origin is None:
         return (
             "Compared with the defaults of the firmware: give --previous with the vehicle's own parameter file to see what "
             "changes on it, and to keep what our loops do not carry."
         )
-    changed = sum(row["change"] != 0.0 for row in document["parameters"])
-    sentence = f"Compared with {origin}: {changed} of {len(document['parameters'])} parameters change."
+    changed = sum(row.change != 0.0 for row in document.parameters)
+    sentence = f"Compared with {origin}: {changed} of {len(document.parameters)} parameters change."
     return (
         sentence
         if origin.startswith("the previous")
@@ -88,44 +87,44 @@ def said_of_before(document: Row) -> str:
     )
 
 
-def _allowed(row: Row) -> str:
+def _allowed(row: ExportedParameter) -> str:
     """Return the range of a parameter; null is no bound."""
-    low, high = (None if row[key] is None else f"{row[key]:g}" for key in ("low", "high"))
+    low, high = (None if end is None else f"{end:g}" for end in (row.low, row.high))
     if low is None:
         return "any" if high is None else f"to {high}"
     return f"{low} up" if high is None else f"{low} to {high}"
 
 
-def changes_table(verification: Row) -> Table:
+def changes_table(verification: VerificationPart) -> Table:
     """Return what the target changes in the digits shown: limits and metrics as tuned and as held."""
-    flights, scenario = verification["flights"], verification["scenario"]
+    flights, scenario = verification.flights, verification.scenario
     title = f"As tuned, and as the target holds it; metrics over {flights} flights, {scenario}"
     table = Table(title, keys=1)
     table.columns_of("", "unit", "limit", "tuned", "held", left=["", "unit"])
     for row in map(in_shown_units, changed_margins(verification)):
-        sign = ">=" if row["sense"] == "least" else "<="
-        table.add_row(row["label"], row["unit"], f"{sign} {row['limit']:g}", _shown(row["asked"]), _shown(row["held"]))
-    for row in verification["metrics"]:
-        table.add_row(f"mean({row['metric']})", row["unit"], "", _shown(row["asked"]), _shown(row["held"]))
+        sign = ">=" if row.sense == "least" else "<="
+        table.add_row(row.label, row.unit, f"{sign} {row.limit:g}", _shown(row.asked), _shown(row.held))
+    for row in verification.metrics:
+        table.add_row(f"mean({row.metric})", row.unit, "", _shown(row.asked), _shown(row.held))
     return table
 
 
-def changed_margins(verification: Row) -> list[Row]:
+def changed_margins(verification: VerificationPart) -> list[RoundedMargin]:
     """Return the margins that differ in the digits shown, or are not kept."""
     return [
         row
-        for row in verification["margins"]
-        if _shown(row["asked"]) != _shown(row["held"]) or not (row["kept_asked"] and row["kept_held"])
+        for row in verification.margins
+        if _shown(row.asked) != _shown(row.held) or not (row.kept_asked and row.kept_held)
     ]
 
 
-def said_of_margins(verification: Row) -> str:
+def said_of_margins(verification: VerificationPart) -> str:
     """Return in a sentence what becomes of the limits on margins."""
-    rows = verification["margins"]
+    rows = verification.margins
     if not rows:
         return "No margins: this controller holds no steady hover."
-    differing = sum(_shown(row["asked"]) != _shown(row["held"]) for row in rows)
-    kept = sum(row["kept_held"] for row in rows)
+    differing = sum(_shown(row.asked) != _shown(row.held) for row in rows)
+    kept = sum(row.kept_held for row in rows)
     changed = f"{differing} of them change in five digits, see above" if differing else "none changes in five digits"
     return (
         f"After rounding alone the loops keep {kept} of {len(rows)} limits on margins at hover; {changed}. Filters, rates and "
@@ -133,24 +132,24 @@ def said_of_margins(verification: Row) -> str:
     )
 
 
-def said_of_filter(verification: Row) -> list[str]:
+def said_of_filter(verification: VerificationPart) -> list[str]:
     """Return sentences on the phase that the target's low-pass of the gyro takes, the loop that has least left first."""
-    gyro = verification["gyro_filter"]
-    if gyro is None or not gyro["rows"]:
+    gyro = verification.gyro_filter
+    if gyro is None or not gyro.rows:
         return []
-    source = "as the vehicle has it" if gyro["known"] else "the default"
-    rows = sorted(gyro["rows"], key=lambda row: row["theirs"])
-    taken = ", ".join(f"{row['loop']} {degrees(row['taken']):.2g} of {degrees(row['spare']):.2g}" for row in rows)
+    source = "as the vehicle has it" if gyro.known else "the default"
+    rows = sorted(gyro.rows, key=lambda row: row.theirs)
+    taken = ", ".join(f"{row.loop} {degrees(row.taken):.2g} of {degrees(row.spare):.2g}" for row in rows)
     sentences = [
-        f"{gyro['name']} = {gyro['cutoff']:g} Hz ({source}) in place of our derivative filters takes these degrees of the phase "
+        f"{gyro.name} = {gyro.cutoff:g} Hz ({source}) in place of our derivative filters takes these degrees of the phase "
         f"margin that is spare: {taken}."
     ]
-    broken = [row for row in rows if row["breaks"]]
+    broken = [row for row in rows if row.breaks]
     if broken:
-        left = ", ".join(f"{row['loop']} {degrees(row['theirs']):.3g} deg" for row in broken)
+        left = ", ".join(f"{row.loop} {degrees(row.theirs):.3g} deg" for row in broken)
         sentences.append(
-            f"Warning: with that filter the phase margin falls below {degrees(broken[0]['limit']):g} deg: {left}; raise "
-            f"{gyro['name']}, or tune with attitude.t_f near {SLOWNESS / gyro['cutoff']:.2g} s."
+            f"Warning: with that filter the phase margin falls below {degrees(broken[0].limit):g} deg: {left}; raise "
+            f"{gyro.name}, or tune with attitude.t_f near {SLOWNESS / gyro.cutoff:.2g} s."
         )
     return sentences
 

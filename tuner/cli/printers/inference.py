@@ -1,9 +1,10 @@
 """What an inference found, for a person."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
+from tuner.documents.inference_document import InferenceDocument
 from tuner.text.numbers import significant
 
 if TYPE_CHECKING:
@@ -14,47 +15,47 @@ def print_inference(results: "InferenceResults", console: Console) -> None:
     """Print what an inference found."""
     document = results.document
     print_tables(document, console)
-    console.print(f"{document['flights']:,} flights in {document['wall_seconds']:.1f} s.")
+    console.print(f"{document.flights:,} flights in {document.wall_seconds:.1f} s.")
     say_files(console, Figure=results.home / "figures" / "inference.png", Study=results.home / "inferred.toml")
 
 
-def print_tables(document: dict[str, Any], console: Console) -> None:
+def print_tables(document: InferenceDocument, console: Console) -> None:
     """Print cells, unknowns and what they say."""
     console.print(cells_table(document))
     console.print(unknowns_table(document))
-    console.bullets(document["words"])
+    console.bullets(document.words)
 
 
 VERDICTS = (("yes", "inside"), ("near by", "consistent"), ("elsewhere", "reproducible"), ("never", "published"))
 """What the table says of a cell: the first whose key holds."""
 
 
-def cells_table(document: dict[str, Any]) -> Table:
+def cells_table(document: InferenceDocument) -> Table:
     """Return published beside ours."""
-    held_out = document["settings"]["held_out"]
+    held_out = document.settings.held_out
     table = Table(f"Published cells and {held_out} held-out flights at the inferred setting")
     for name in ("cell", "published", "median", "95 % of ours", "inside"):
         table.add_column(name, justify="left" if name == "cell" else "right", no_wrap=name != "cell")
-    for row in document["cells"]:
-        ours = row["ours"]
-        span = f"{significant(ours['low95'], 3)}–{significant(ours['high95'], 3)}"
-        inside = next(word for word, key in VERDICTS if row[key])
-        name = f"{row['contender']} {row['metric']} {row['unit']}"
-        table.add_row(name, significant(row["published"]), significant(ours["median"], 3), span, inside)
+    for row in document.cells:
+        ours = row.ours
+        span = f"{significant(ours.low95, 3)}–{significant(ours.high95, 3)}"
+        inside = next(word for word, key in VERDICTS if getattr(row, key))
+        name = f"{row.contender} {row.metric} {row.unit}"
+        table.add_row(name, significant(row.published), significant(ours.median, 3), span, inside)
     return table
 
 
-def unknowns_table(document: dict[str, Any]) -> Table:
+def unknowns_table(document: InferenceDocument) -> Table:
     """Return the unknowns with their ranges."""
     table = Table("Unknowns")
-    for name in ("", "inferred", f"within {100 * document['settings']['near']:g} %", "one draw leaves", "told"):
+    for name in ("", "inferred", f"within {100 * document.settings.near:g} %", "one draw leaves", "told"):
         table.add_column(name, justify="left" if name == "" else "right", no_wrap=name != "")
-    for row in document["unknowns"]:
+    for row in document.unknowns:
         spans = [
-            f"{significant(row[low], 2)}–{significant(row[high], 2)}"
+            f"{significant(getattr(row, low), 2)}–{significant(getattr(row, high), 2)}"
             for low, high in (("near_low", "near_high"), ("low68", "high68"))
         ]
-        verdict = {"told": "yes", "loosely": "partly", "not": "no"}[row["verdict"]]
-        unit = "" if row["unit"] == "1" else f" {row['unit']}"
-        table.add_row(f"{row['name']}{unit}", significant(row["inferred"], 2), *spans, verdict)
+        verdict = {"told": "yes", "loosely": "partly", "not": "no"}[row.verdict]
+        unit = "" if row.unit == "1" else f" {row.unit}"
+        table.add_row(f"{row.name}{unit}", significant(row.inferred, 2), *spans, verdict)
     return table

@@ -1,7 +1,7 @@
 """Margins of a controller, or of a default and a design, for a person."""
 
 from math import degrees
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from rich.text import Text
 
@@ -9,13 +9,13 @@ from objectives.margins.quantities import QUANTITIES, REPORTED
 from tuner.analysis.margins.limits import LIMITS
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console
-from tuner.text.units import in_shown_units
+from tuner.documents.margins import ChannelMargins, LimitRow, MarginsDocument, NotedValue, Reading
+from tuner.documents.parts import in_shown_units
 
 if TYPE_CHECKING:
     from tuner.api.designing import Design
     from tuner.api.margins import Margins
 
-Row = dict[str, Any]
 
 SHORT_CASES = {"steepest slope": "steep", "small signals": "small"}
 
@@ -24,16 +24,16 @@ def print_margins(margins: "Margins", console: Console) -> None:
     """Print the table of all loops, the requirements and, where they are there, extents and certificates."""
     document, from_study = margins.document, margins.from_study
     console.print(margins_table(document, from_study))
-    whole = document["multiloop"]["disk"]
-    bound = document["multiloop"]["disk_range"]
-    if whole["value"] is not None:
+    whole = document.multiloop.disk
+    bound = document.multiloop.disk_range
+    if whole.value is not None:
         console.print(
-            f"All plant inputs at once: disk margin {whole['value']:.2f}, so every gain may change by a factor of "
-            f"{shown(bound['low'], 2)} to {shown(bound['high'], 2)} or every phase by "
-            f"{degrees(bound['phase']['value']):.0f} deg, all together.",
+            f"All plant inputs at once: disk margin {whole.value:.2f}, so every gain may change by a factor of "
+            f"{shown(bound.low, 2)} to {shown(bound.high, 2)} or every phase by "
+            f"{degrees(bound.phase.value or 0.0):.0f} deg, all together.",
         )  # fmt: skip
     if from_study:
-        console.print(requirements_table(document["requirements"]))
+        console.print(requirements_table(document.requirements))
     print_extents(console, document)
     print_certificates(console, document)
     print_verdict(console, document)
@@ -41,47 +41,49 @@ def print_margins(margins: "Margins", console: Console) -> None:
         print(f"Figures and margins.json: {margins.folder}")
 
 
-def margins_table(document: Row, from_study: bool) -> Table:
+def margins_table(document: MarginsDocument, from_study: bool) -> Table:
     """Return quantities down and channels across; broken limits are marked with !, missed targets with ~."""
-    laws, trim = document["laws"], document["trim"]
-    where = "" if trim["position_held"] else ", attitude mode"
-    title = f"{laws['position']} / {laws['attitude']} on {document['airframe']}{where}, in the worst amplitude"
+    laws, trim = document.laws, document.trim
+    where = "" if trim.position_held else ", attitude mode"
+    title = f"{laws.position} / {laws.attitude} on {document.airframe}{where}, in the worst amplitude"
     table = Table(title, keys=1)
-    table.columns_of("", *[channel["channel"] for channel in document["channels"]], left=[""])
+    table.columns_of("", *[channel.channel for channel in document.channels], left=[""])
     limits = {} if from_study else {limit.quantity: limit.text for limit in LIMITS}
     if limits:
         table.add_column("limit", no_wrap=True)
-    add_rows(table, document["channels"], marks_of(document["requirements"]), limits)
+    add_rows(table, document.channels, marks_of(document.requirements), limits)
     return table
 
 
-def add_rows(table: Table, channels: list[Row], marks: dict[tuple[str, str], str], limits: dict[str, str]) -> None:
+def add_rows(
+    table: Table, channels: list[ChannelMargins], marks: dict[tuple[str, str], str], limits: dict[str, str]
+) -> None:
     """Add a row for each quantity; the disk margin brings along what it guarantees."""
 
     def add(label: str, name: str, cells: list[str]) -> None:
-        marked = [mark(cell, marks.get((c["channel"], name))) for cell, c in zip(cells, channels, strict=True)]
+        marked = [mark(cell, marks.get((c.channel, name))) for cell, c in zip(cells, channels, strict=True)]
         table.add_row(label, *marked, *([limits.get(name, "")] if limits else []))
 
-    add("stable", "stable", ["yes" if c["stable"] else "NO" for c in channels])
+    add("stable", "stable", ["yes" if c.stable else "NO" for c in channels])
     for name in REPORTED:
-        add(heading(name), name, [reading(c["quantities"][name], name) for c in channels])
+        add(heading(name), name, [reading(c.quantities[name], name) for c in channels])
         if name == "disk":
-            ranges = [c["disk_range"] for c in channels]
-            add("  gain from", "", [shown(each["low"], 2) for each in ranges])
-            add("  gain to", "", [shown(each["high"], 2) for each in ranges])
-            add("  phase to [deg]", "", [f"{degrees(each['phase']['value']):.0f}" for each in ranges])
-    worst = [c["quantities"]["ms"]["case"] for c in channels]
+            ranges = [c.disk_range for c in channels]
+            add("  gain from", "", [shown(each.low, 2) for each in ranges])
+            add("  gain to", "", [shown(each.high, 2) for each in ranges])
+            add("  phase to [deg]", "", [f"{degrees(each.phase.value or 0.0):.0f}" for each in ranges])
+    worst = [c.quantities["ms"].case for c in channels]
     if any(worst):
         add("Ms at amplitude", "", [short(case) for case in worst])
 
 
-def marks_of(requirements: list[Row]) -> dict[tuple[str, str], str]:
+def marks_of(requirements: list[LimitRow]) -> dict[tuple[str, str], str]:
     """Return the mark of each cell (channel, quantity): ! for a broken limit, ~ for a missed target."""
     marks: dict[tuple[str, str], str] = {}
     for row in requirements:
-        if not row["kept"] and row["channel"] is not None:
-            place = row["channel"], row["quantity"]
-            marks[place] = "!" if row["hard"] or marks.get(place) == "!" else "~"
+        if not row.kept and row.channel is not None and row.quantity is not None:
+            place = row.channel, row.quantity
+            marks[place] = "!" if row.hard or marks.get(place) == "!" else "~"
     return marks
 
 
@@ -91,11 +93,10 @@ def heading(name: str) -> str:
     return quantity.short if quantity.shown_unit == "1" else f"{quantity.short} [{quantity.shown_unit}]"
 
 
-def reading(entry: Row, name: str) -> str:
+def reading(entry: Reading, name: str) -> str:
     """Return a reading of a margin quantity as text, in the unit in which it is printed."""
     quantity = QUANTITIES[name]
-    value = entry["value"]
-    return shown({"value": None if value is None else quantity.shown(value)}, quantity.digits)
+    return number_text(None if entry.value is None else float(quantity.shown(entry.value)), quantity.digits)
 
 
 def mark(text: str, sign: str | None) -> Text:
@@ -105,12 +106,14 @@ def mark(text: str, sign: str | None) -> Text:
     return Text(f"{text}~", "yellow") if sign else Text(f"{text} ")
 
 
-def shown(entry: Row, digits: int) -> str:
+def shown(entry: NotedValue, digits: int) -> str:
     """Return a value as text; what has no end as "inf"."""
-    if entry["value"] is None:
-        return "inf"
-    value = entry["value"]
-    return f"{value:.{digits if abs(value) < 100.0 else 0}f}"
+    return number_text(entry.value, digits)
+
+
+def number_text(value: float | None, digits: int) -> str:
+    """Return a number as text; None, which has no end, as "inf"."""
+    return "inf" if value is None else f"{value:.{digits if abs(value) < 100.0 else 0}f}"
 
 
 def short(case: str | None) -> str:
@@ -118,37 +121,37 @@ def short(case: str | None) -> str:
     return "" if case is None else SHORT_CASES.get(case, case.removeprefix("amplitude "))
 
 
-def requirements_table(rows: list[Row]) -> Table:
+def requirements_table(rows: list[LimitRow]) -> Table:
     """Return the requirements of a study."""
     table = Table("Required by the study", keys=1)
     for name in ("requirement", "value", "limit", "unit", ""):
         table.add_column(name, justify="right" if name in ("value", "limit") else "left", no_wrap=True)
     for row in map(in_shown_units, rows):
-        verdict = "kept" if row["kept"] else "BROKEN" if row["hard"] else "missed"
-        sign = ">=" if row["sense"] == "least" else "<="
-        value = "inf" if row["value"] is None else f"{row['value']:.4g}"
-        unit = "" if row["unit"] == "1" else row["unit"]
-        table.add_row(row["label"], value, f"{sign} {row['limit']:g}", unit, verdict)
+        verdict = "kept" if row.kept else "BROKEN" if row.hard else "missed"
+        sign = ">=" if row.sense == "least" else "<="
+        value = "inf" if row.value is None else f"{row.value:.4g}"
+        unit = "" if row.unit == "1" else row.unit
+        table.add_row(row.label, value, f"{sign} {row.limit:g}", unit, verdict)
     return table
 
 
-def print_extents(console: Console, document: Row) -> None:
+def print_extents(console: Console, document: MarginsDocument) -> None:
     """Print how far the vehicle may differ from what the controller takes it for."""
-    for row in document.get("mismatch", []):
-        low, high = (f"{end:.2f}" if end is not None else None for end in (row["low"], row["high"]))
-        what = {"stability": "stable", "limits": "within the limits"}[row["criterion"]]
-        if row["low"] == row["high"] == 1.0:
+    for row in document.mismatch or []:
+        low, high = (f"{end:.2f}" if end is not None else None for end in (row.low, row.high))
+        what = {"stability": "stable", "limits": "within the limits"}[row.criterion]
+        if row.low == row.high == 1.0:
             text = f"not {what} even as assumed"
         else:
             text = f"{what} from {low or 'less than a quarter'} to {high or 'more than 4 times'} of what is assumed"
-        console.print(f"{row['factor'].capitalize()} alone: {text}.")
+        console.print(f"{row.factor.capitalize()} alone: {text}.")
 
 
-def print_certificates(console: Console, document: Row) -> None:
+def print_certificates(console: Console, document: MarginsDocument) -> None:
     """Print what was proved, axis by axis."""
-    if "certificates" not in document:
+    if document.certificates is None:
         return
-    rows = document["certificates"]
+    rows = document.certificates
     if not rows:
         console.print("No certificate speaks of these laws.")
         return
@@ -156,19 +159,19 @@ def print_certificates(console: Console, document: Row) -> None:
     for name in ("axis", "certificate", "value", "what"):
         table.add_column(name, justify="right" if name == "value" else "left", no_wrap=name != "what")
     for row in rows:
-        unit = "" if row["unit"] == "1" else f" {row['unit']}"
-        value = "nothing" if row["value"] is None else f"{row['value']:.4g}{unit}"
-        table.add_row(row["axis"], row["name"], value, row["why"])
+        unit = "" if row.unit == "1" else f" {row.unit}"
+        value = "nothing" if row.value is None else f"{row.value:.4g}{unit}"
+        table.add_row(row.axis, row.name, value, row.why)
     console.print(table)
 
 
-def print_verdict(console: Console, document: Row) -> None:
+def print_verdict(console: Console, document: MarginsDocument) -> None:
     """Print whether the hard requirements are kept."""
-    open_ones = [row for row in document["requirements"] if not row["kept"]]
-    broken = [row["label"] for row in open_ones if row["hard"]]
+    open_ones = [row for row in document.requirements if not row.kept]
+    broken = [row.label for row in open_ones if row.hard]
     # A target says nothing more where the limit itself is broken.
-    said = {(row["channel"], row["quantity"]) for row in open_ones if row["hard"] and row["channel"]}
-    missed = [r["label"] for r in open_ones if not r["hard"] and (r["channel"], r["quantity"]) not in said]
+    said = {(row.channel, row.quantity) for row in open_ones if row.hard and row.channel}
+    missed = [r.label for r in open_ones if not r.hard and (r.channel, r.quantity) not in said]
     if broken:
         console.print(f"BROKEN (!): {', '.join(broken)}", style="red")
     else:
@@ -196,18 +199,18 @@ def gains_table(design: "Design") -> Table:
     return table
 
 
-def both_margins(margins: dict[str, Row]) -> Table:
+def both_margins(margins: dict[str, MarginsDocument]) -> Table:
     """Return default over design in each loop; broken limits are marked with !, missed targets with ~."""
     default, design = margins["default"], margins["design"]
     table = Table("Margins: default, then design", keys=2)
     table.add_column("", no_wrap=True)
-    table.columns_of("", *[channel["channel"] for channel in default["channels"]], left=[""])
-    marks = {name: marks_of(document["requirements"]) for name, document in margins.items()}
+    table.columns_of("", *[channel.channel for channel in default["channels"]], left=[""])
+    marks = {name: marks_of(document.requirements) for name, document in margins.items()}
     for name in REPORTED:
         for who, document in (("default", default), ("design", design)):
             cells = [
-                mark(reading(c["quantities"][name], name), marks[who].get((c["channel"], name)))
-                for c in document["channels"]
+                mark(reading(c.quantities[name], name), marks[who].get((c.channel, name)))
+                for c in document.channels
             ]  # fmt: skip
             table.add_row(heading(name) if who == "default" else "", who, *cells)
     return table

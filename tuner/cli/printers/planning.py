@@ -1,21 +1,21 @@
 """A plan, and a sensitivity analysis, for a person."""
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from tuner.analysis.sensitivity.document import FAILURE, outputs
 from tuner.analysis.sensitivity.scales import RANK
 from tuner.cli.tables import Table
 from tuner.cli.terminal import Console, digits
+from tuner.documents.plan import ContestPlanDocument, PlanDocument, PlannedObjective
+from tuner.documents.sensitivity import VarianceRow
 
 if TYPE_CHECKING:
     from tuner.api.planning import Plan, Sensitivity
 
-Row = dict[str, Any]
-
 
 def print_plan(plan: "Plan", console: Console) -> None:
     """Print the plan of a study or of a contest."""
-    if "runs" in plan.document:
+    if isinstance(plan.document, ContestPlanDocument):
         show_contest(plan.document, console)
     else:
         show(plan.document, console)
@@ -23,53 +23,53 @@ def print_plan(plan: "Plan", console: Console) -> None:
         print(text)
 
 
-def show_contest(document: Row, console: Console) -> None:
+def show_contest(document: ContestPlanDocument, console: Console) -> None:
     """Print the plan of a contest: each run, the comparison, and all of it."""
-    for name, run in document["runs"].items():
+    for name, run in document.runs.items():
         console.print(f"\n{name}", style="bold")
         show(run, console)
-    compared, total = document["comparison"], document["total"]
+    compared, total = document.comparison, document.total
     table = plain_table("The contest takes at most")
-    for name, run in document["runs"].items():
-        flights, seconds = run["flights"]["total_at_most"], run["seconds"]["total_at_most"]
+    for name, run in document.runs.items():
+        flights, seconds = run.flights.total_at_most, run.seconds.total_at_most
         table.add_row(f"tuning {name}", f"{flights:,} flights", f"{seconds:.0f} s")
     table.add_row(
-        f"comparison of {compared['points_at_most']} points on fresh scenarios", f"{compared['flights_at_most']:,} flights",
-        f"{compared['seconds_at_most']:.0f} s",
+        f"comparison of {compared.points_at_most} points on fresh scenarios", f"{compared.flights_at_most:,} flights",
+        f"{compared.seconds_at_most:.0f} s",
     )  # fmt: skip
-    table.add_row("all of it", f"{total['flights_at_most']:,} flights", f"{total['seconds_at_most']:.0f} s")
-    table.add_row("compilation, once", "", done_or(total["compilation_seconds"]))
-    table.add_row("results folder", f"{1e-6 * total['disk_bytes_at_most']:,.0f} MB", "")
+    table.add_row("all of it", f"{total.flights_at_most:,} flights", f"{total.seconds_at_most:.0f} s")
+    table.add_row("compilation, once", "", done_or(total.compilation_seconds))
+    table.add_row("results folder", f"{1e-6 * total.disk_bytes_at_most:,.0f} MB", "")
     console.print(table)
 
 
-def show(document: Row, console: Console) -> None:
+def show(document: PlanDocument, console: Console) -> None:
     """Print the plan."""
-    pilot = document["pilot"]
+    pilot = document.pilot
     console.print(
-        f"Pilot: {pilot['candidates']} candidates, {pilot['flights']:,} flights in {pilot['seconds']:.1f} s on "
-        f"{document['threads']} threads; {pilot['worth_flying_percent']:.0f} % of the ranges are worth a flight.",
+        f"Pilot: {pilot.candidates} candidates, {pilot.flights:,} flights in {pilot.seconds:.1f} s on "
+        f"{document.threads} threads; {pilot.worth_flying_percent:.0f} % of the ranges are worth a flight.",
     )
     console.print(cost_table(document))
     console.print(precision_table(document))
-    console.warn(document["warnings"])
+    console.warn(document.warnings)
 
 
-def cost_table(document: Row) -> Table:
+def cost_table(document: PlanDocument) -> Table:
     """Return flights, time, memory and disk."""
-    flights, seconds = document["flights"], document["seconds"]
+    flights, seconds = document.flights, document.seconds
     table = plain_table("A run takes at most")
     rows = (
-        ("search", f"{flights['search_at_most']:,} flights", f"{seconds['search']:.0f} s"),
+        ("search", f"{flights.search_at_most:,} flights", f"{seconds.search:.0f} s"),
         (
-            f"held-out check of {flights['finalists_at_most']} finalists",
-            f"{flights['held_out_at_most']:,} flights", f"{seconds['held_out_at_most']:.0f} s",
+            f"held-out check of {flights.finalists_at_most} finalists",
+            f"{flights.held_out_at_most:,} flights", f"{seconds.held_out_at_most:.0f} s",
         ),
-        ("responses, figures, report", "", f"{seconds['writing']:.0f} s"),
-        ("all of it", f"{flights['total_at_most']:,} flights", f"{seconds['total_at_most']:.0f} s"),
-        ("compilation, once", "", done_or(seconds["compilation"])),
-        ("memory", f"{1e-6 * document['memory_bytes']:,.0f} MB", ""),
-        ("results folder", f"{1e-6 * document['disk_bytes_at_most']:,.0f} MB", ""),
+        ("responses, figures, report", "", f"{seconds.writing:.0f} s"),
+        ("all of it", f"{flights.total_at_most:,} flights", f"{seconds.total_at_most:.0f} s"),
+        ("compilation, once", "", done_or(seconds.compilation)),
+        ("memory", f"{1e-6 * document.memory_bytes:,.0f} MB", ""),
+        ("results folder", f"{1e-6 * document.disk_bytes_at_most:,.0f} MB", ""),
     )  # fmt: skip
     for row in rows:
         table.add_row(*row)
@@ -90,28 +90,32 @@ def done_or(seconds: float | None) -> str:
     return "done before" if seconds is None else f"{seconds:.0f} s, done now"
 
 
-def precision_table(document: Row) -> Table:
+def precision_table(document: PlanDocument) -> Table:
     """Return the expected intervals of the default's objectives and what a difference takes."""
-    title = f"Widths of 95 % intervals, and held-out scenarios that tell {document['difference_percent']:g} % of the default"
+    title = (
+        f"Widths of 95 % intervals, and held-out scenarios that tell {document.difference_percent:g} % of the default"
+    )
     table = Table(title, keys=1)
     table.columns_of("objective", "default", "search", "held out", "needed", left=["objective"])
-    for row in document["objectives"]:
-        unit = "" if row["unit"] == "1" else f" {row['unit']}"
-        value = digits(row["default"], row["width"]["held_out"] or row["default"])
-        needed = "-" if row["scenarios_needed"] is None else f"{row['scenarios_needed']:,}"
+    for row in document.objectives:
+        unit = "" if row.unit == "1" else f" {row.unit}"
+        value = digits(row.default, row.width.held_out or row.default)
+        needed = "-" if row.scenarios_needed is None else f"{row.scenarios_needed:,}"
         table.add_row(
-            row["label"], f"{value}{unit}", width(row, "search"), width(row, "held_out"),
-            f"{needed} / {row['flights']['held_out']:,}",
+            row.label, f"{value}{unit}", width(row, "search"), width(row, "held_out"),
+            f"{needed} / {row.flights.held_out:,}",
         )  # fmt: skip
     return table
 
 
-def width(row: Row, stream: str) -> str:
+def width(row: PlannedObjective, stream: str) -> str:
     """Return an interval's width with its share of the value."""
-    if row["width"][stream] is None:
+    if getattr(row.width, stream) is None:
         return "unknown"
-    share = row["width_percent"][stream]
-    return digits(row["width"][stream], row["width"][stream]) + ("" if share is None else f" ({share:.2g} %)")
+    share = getattr(row.width_percent, stream)
+    return digits(getattr(row.width, stream), getattr(row.width, stream)) + (
+        "" if share is None else f" ({share:.2g} %)"
+    )
 
 
 def print_sensitivity(found: "Sensitivity", console: Console) -> None:
@@ -120,10 +124,10 @@ def print_sensitivity(found: "Sensitivity", console: Console) -> None:
         if found.analysis.indices[RANK].total.value[output].any():
             console.print(index_table_of(found, output, name))
     document = found.document
-    console.print(variance_table_of(document["variance"]))
-    for note in document["notes"]:
+    console.print(variance_table_of(document.variance))
+    for note in document.notes:
         console.print(f"Note: {note}", style="yellow")
-    console.print(f"{document['flights']:,} flights in {document['seconds']:.1f} s.")
+    console.print(f"{document.flights:,} flights in {document.seconds:.1f} s.")
     if found.folder is not None:
         print(f"Tables and chart: {found.folder}")
 
@@ -145,16 +149,16 @@ def index_table_of(found: "Sensitivity", output: int, name: str) -> Table:
     return table
 
 
-def variance_table_of(rows: list[dict[str, Any]]) -> Table:
+def variance_table_of(rows: list[VarianceRow]) -> Table:
     """Return what gains and air make of the variance of each metric."""
-    count = rows[0]["candidates"]
+    count = rows[0].candidates
     title = f"Variance of a single flight's metric, over {count:,} samples that completed every flight [%]"
     table = Table(title, keys=1)
     table.add_column("metric of", no_wrap=True)
     for heading in ("gains", "scenario", "gains x scenario", "turbulence: the last two"):
         table.add_column(heading, justify="right")
     for row in rows:
-        parts = row["components_percent"]
-        cells = ["-"] * 4 if parts is None else [f"{x:.1f}" for x in (*parts.values(), row["turbulence_percent"])]
-        table.add_row(row["objective"], *cells)
+        parts = row.components_percent
+        cells = ["-"] * 4 if parts is None else [f"{x:.1f}" for x in (*vars(parts).values(), row.turbulence_percent)]
+        table.add_row(row.objective, *cells)
     return table

@@ -14,7 +14,10 @@ from tuner.cli.printers.inference import print_tables
 from tuner.cli.printers.tuning import print_ending
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console, difference, digits, estimate
-from tuner.documents.files import Node
+from tuner.documents.contest_document import ComparisonDocument, ContestDocument
+from tuner.documents.inference_document import InferenceDocument
+from tuner.documents.opening import open_results
+from tuner.documents.parts import Estimate
 from tuner.experiments.registry import folder_kind
 from tuner.report.terminal.tuning import tuning_story
 from tuner.report.terminal.unfinished import unfinished_story
@@ -47,7 +50,7 @@ def tell_folder(folder: Path, as_json: bool) -> None:
     if tell is None:
         tell_story(*tuning_story(folder), as_json, console)
     else:
-        found = Node.read(folder / kind.document).value
+        found = open_results(folder).document
         if as_json:
             print(json_text(found, ascii_only=False))
         else:
@@ -82,27 +85,27 @@ def tell_unguarded(folder: Path, console: Console) -> None:
         say(console, f"Of this folder: {NONE_YET}.")
 
 
-def tell_contest(found: Row, folder: Path, console: Console) -> None:
+def tell_contest(found: ContestDocument, folder: Path, console: Console) -> None:
     """Print the main tables of a contest."""
-    head(console, found["title"])
+    head(console, found.title)
     print_found(found, folder, console)
 
 
-def tell_inference(found: Row, folder: Path, console: Console) -> None:
+def tell_inference(found: InferenceDocument, folder: Path, console: Console) -> None:
     """Print the main tables of an inference."""
-    head(console, found["title"])
+    head(console, found.title)
     print_tables(found, console)
-    say(console, f"{found['flights']:,} flights.")
+    say(console, f"{found.flights:,} flights.")
     say_files(console, Study=folder / "inferred.toml")
 
 
-def tell_compared(found: Row, folder: Path, console: Console) -> None:
+def tell_compared(found: ComparisonDocument, folder: Path, console: Console) -> None:
     """Print a comparison."""
     print_comparison(found, console)
     say_files(console, Report=folder / "report.html")
 
 
-TELLERS: dict[str, Callable[[Row, Path, Console], None]] = {
+TELLERS: dict[str, Callable[[Any, Path, Console], None]] = {
     "contest": tell_contest,
     "inference": tell_inference,
     "comparison": tell_compared,
@@ -130,7 +133,7 @@ def tell_unfinished(story: Row, console: Console) -> None:
 def tell_tuning(story: Row, results: "Results", console: Console) -> None:
     """Print everything of a finished run, in the order of the report."""
     head(console, story["title"])
-    print_ending(story, console)
+    print_ending(story["ending"], console)
     say(console, asked_text(story["asked"]))
     section(console, *found_text(story))
     for row in map(in_shown_units, story["table"]):
@@ -191,8 +194,8 @@ def heading(row: Row) -> str:
 def default_and_tuned(row: Row, shown_as: str) -> list[list[str]]:
     """Return default and the point beside it as rows: name, value, difference, verdict."""
     return [
-        ["default", estimate(row["default"]), "", ""],
-        [shown_as, estimate(row["tuned"]), difference(row["difference"]), row["verdict"]],
+        ["default", estimate(Estimate(**row["default"])), "", ""],
+        [shown_as, estimate(Estimate(**row["tuned"])), difference(Estimate(**row["difference"])), row["verdict"]],
     ]
 
 

@@ -1,11 +1,13 @@
 """What a tuning run found, for a person."""
 
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import TYPE_CHECKING
 
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console, estimate
-from tuner.documents.ending import gains_name, shown_as
-from tuner.text.units import in_shown_units
+from tuner.documents.ending import gains_name
+from tuner.documents.parts import in_shown_units
+from tuner.documents.summary import Summary
 
 if TYPE_CHECKING:
     from tuner.api.results import TuningResults
@@ -20,66 +22,66 @@ def print_verdict(verdict: "Verdict", console: Console) -> None:
 def print_tuning(results: "TuningResults", console: Console) -> None:
     """Print what a tuning run or a second judgement found."""
     summary = results.document
-    print_ending(summary, console)
+    print_ending(summary.ending, console)
     console.print(gains_table(summary))
     console.print(comparison_table(summary))
     if results.feasible:
-        console.print(f"Recommended: {summary['tuned']}: {summary['pick']['why']}.")
-    console.warn(summary["warnings"])
-    for text in summary["remarks"]:
+        console.print(f"Recommended: {summary.tuned}: {summary.pick.why}.")
+    console.warn(summary.warnings)
+    for text in summary.remarks:
         console.print(text)
-    screened = summary["screened"]
-    if any(row["kind"] == "requirement" for row in summary["table"]):
+    screened = summary.screened
+    if any(row.kind == "requirement" for row in summary.table):
         console.print(
-            f"Not worth a flight, for they break a hard requirement: {screened['candidates']:,} candidates; "
-            f"{screened['flights']:,} flights saved.",
+            f"Not worth a flight, for they break a hard requirement: {screened.candidates:,} candidates; "
+            f"{screened.flights:,} flights saved.",
         )
-    raced = summary["raced"]
-    if raced["candidates"]:
+    raced = summary.raced
+    if raced.candidates:
         console.print(
-            f"Races that ended early: {raced['candidates']:,} candidates; {raced['flights']:,} flights saved.",
+            f"Races that ended early: {raced.candidates:,} candidates; {raced.flights:,} flights saved.",
         )
-    made, flights = results.flights_made, summary["flights"]
+    made, flights = results.flights_made, summary.flights
     now = "" if made in (None, flights) else f" ({made:,} flights flown now, the others were there)"
-    console.print(f"{flights:,} flights{now} in {summary['wall_seconds']:.1f} s.")
+    console.print(f"{flights:,} flights{now} in {summary.wall_seconds:.1f} s.")
     files = {"Gains" if results.feasible else "Gains (infeasible)": results.home / gains_name(results.feasible)}
     say_files(console, Report=results.home / "report.html", **files)
 
 
-def print_ending(found: dict[str, Any], console: Console) -> None:
+def print_ending(ending: Sequence[str], console: Console) -> None:
     """Print what a run or contest that found nothing feasible has to say before all else; nothing for any other."""
-    for i, text in enumerate(found.get("ending", [])):
+    for i, text in enumerate(ending):
         console.print(text, style="bold red" if i == 0 else "red")
 
 
-def comparison_table(summary: dict[str, Any]) -> Table:
+def comparison_table(summary: Summary) -> Table:
     """Return the Default / Tuned table of a summary."""
-    shown = shown_as(summary)
+    shown = summary.shown_as
     table = Table(
-        f"Default / {shown.capitalize()} on {summary['held_out']} confirmation scenarios, 95 % intervals",
+        f"Default / {shown.capitalize()} on {summary.held_out} confirmation scenarios, 95 % intervals",
     )
     table.add_column("")
     for name in ("default", shown, f"{shown} - default"):
         table.add_column(name, justify="right", no_wrap=True)
-    for row in map(in_shown_units, summary["table"]):
-        limit = "" if row["limit"] is None else f"at {row.get('sense', 'most')} {row['limit']:g} "
-        limit = f"automatic, {limit}" if row.get("automatic") else limit
-        unit = "" if row["unit"] == "1" else row["unit"]
-        parts = [estimate(row[key]) for key in ("default", "tuned", "difference")]
-        parts[2] = f"{row['verdict']}: {parts[2]}"
-        label = row["label"].replace("@", "\n@")
+    for row in map(in_shown_units, summary.table):
+        limit = "" if row.limit is None else f"at {getattr(row, 'sense', 'most')} {row.limit:g} "
+        limit = f"automatic, {limit}" if getattr(row, "automatic", "") else limit
+        unit = "" if row.unit == "1" else row.unit
+        parts = [estimate(getattr(row, key)) for key in ("default", "tuned", "difference")]
+        parts[2] = f"{row.verdict}: {parts[2]}"
+        label = row.label.replace("@", "\n@")
         table.add_row(f"{label}\n{limit}{unit}".rstrip(), *parts)
     return table
 
 
-def gains_table(summary: dict[str, Any]) -> Table:
+def gains_table(summary: Summary) -> Table:
     """Return the searched gains, default and tuned."""
     table = Table("Gains")
-    for name in ("gain", "unit", "default", shown_as(summary), "range"):
+    for name in ("gain", "unit", "default", summary.shown_as, "range"):
         table.add_column(name, justify="left" if name in ("gain", "unit") else "right", no_wrap=name != "unit")
-    for entry in summary["variables"]:
+    for entry in summary.variables:
         table.add_row(
-            entry["name"], entry["unit"], f"{entry['default']:.4g}", f"{entry['tuned']:.4g}",
-            f"{entry['low']:g} to {entry['high']:g}",
+            entry.name, entry.unit, f"{entry.default:.4g}", f"{entry.tuned:.4g}",
+            f"{entry.low:g} to {entry.high:g}",
         )  # fmt: skip
     return table

@@ -10,7 +10,6 @@ their margins hold the attitude loops.
 """
 
 from math import isfinite, pi, radians, sqrt
-from typing import Any
 
 from objectives.margins.period import CHANNELS
 from objectives.margins.trim import Trim
@@ -19,18 +18,18 @@ from plant.errors import InputError
 from plant.vectors import Vec3
 from tuner.analysis.margins.limits import LIMITS
 from tuner.analysis.margins.readings import Subject, subject_of
+from tuner.documents.export import FilteredLoop
 from tuner.exchange.autopilot.pid import axis_gains, with_gains
 from tuner.exchange.target import GyroFilter
 from tuner.gains import Controller
 
-Row = dict[str, Any]
 # Usual limit of the phase margin [rad].
 LIMIT = radians(next(limit.limit for limit in LIMITS if limit.quantity == "phase_margin"))
 # Crossovers from this share of the cut-off on lag by more than the filter of first order can.
 MOST_SHARE = 0.9
 
 
-def filter_rows(controller: Controller, gyro: GyroFilter) -> list[Row]:
+def filter_rows(controller: Controller, gyro: GyroFilter) -> list[FilteredLoop]:
     """Return phase margin [rad] of every loop with our derivative filter and with the target's, and what was spare; none where
     the filter is off or nothing hovers.
     """
@@ -68,9 +67,9 @@ def _phase(subject: Subject, channel: str) -> float:
     return float(subject.margins.phase.value[0, CHANNELS.index(channel)])
 
 
-def _row(before: Subject, after: Subject, channel: str) -> Row:
+def _row(before: Subject, after: Subject, channel: str) -> FilteredLoop:
     ours, theirs = _phase(before, channel), _phase(after, channel)
-    return {
-        "loop": channel, "unit": "rad", "limit": LIMIT, "ours": ours, "theirs": theirs, "taken": ours - theirs,
-        "spare": ours - LIMIT, "breaks": ours >= LIMIT > theirs,
-    }  # fmt: skip
+    return FilteredLoop(
+        loop=channel, unit="rad", limit=LIMIT, ours=ours, theirs=theirs, taken=ours - theirs, spare=ours - LIMIT,
+        breaks=ours >= LIMIT > theirs,
+    )  # fmt: skip

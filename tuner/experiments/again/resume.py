@@ -4,16 +4,15 @@ The result is that of a run that was never interrupted, to the bit: nothing of t
 stale, and a file that was damaged is flown again. For runs that were stopped, killed, ran out of disk, or shall search longer.
 """
 
-from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 from plant.errors import InputError, StoreError
 from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed, refuse_options
 from tuner.search.watcher import Watcher
-from tuner.store.advice import RESUMED, TUNING
+from tuner.store.advice import RECORD, RESUMED, TUNING
 from tuner.store.folder import Folder
-from tuner.store.inputs import RunRecord, check_unchanged, compute_as_recorded, read_record, write_record
+from tuner.store.inputs import RunRecord, check_unchanged, compute_as_recorded, read_record
 from tuner.study.kinds import AnyStudy, load_any
 from tuner.study.study import Study
 
@@ -74,7 +73,7 @@ def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Any, Fol
             key="--budget",
         )
     longer = load_any(path / record.study, {"search.generations": budget})
-    write_record(folder, replace(record, digest=longer.digest(), generations=budget))
+    folder.write_json(RECORD, record.model_copy(update={"digest": longer.digest(), "generations": budget}))
     return _in_units_of(record, longer), folder
 
 

@@ -21,9 +21,11 @@ from plant.input_files import MOST_TABLE, read_input, read_input_text
 from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.documents.ending import gains_name
+from tuner.documents.opening import kind_in
 from tuner.engines.cuda import engine_again
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.tuning.conclusion import conclude
+from tuner.experiments.tuning.gains_of_run import gains_document
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.problem import batches, flight_store, problem_of, warm_up
 from tuner.experiments.tuning.search import replayed
@@ -33,7 +35,7 @@ from tuner.gains.hashing import same_result
 from tuner.search.loop import Generation, archive, point_name
 from tuner.search.watcher import CHECKING, Watcher
 from tuner.store.advice import CONTEST, TUNING, kind_of
-from tuner.store.environment import environment
+from tuner.store.environment import Environment, environment
 from tuner.store.flights import RESULTS, FlightStore
 from tuner.store.folder import csv_text
 from tuner.store.manifest import NONE_YET, Manifest, first_damage, read_manifest
@@ -151,9 +153,8 @@ def verify_files(path: Path, manifest: Manifest) -> Verdict:
 
 def named(path: Path) -> str:
     """Return what a folder without a record of a run holds, by its document."""
-    return next(
-        (kind for kind in ("comparison", "sensitivity", "margins") if (path / f"{kind}.json").exists()), "folder"
-    )
+    known = kind_in(path)
+    return "folder" if known is None else known.kind
 
 
 def replay(path: Path, study: Study, problem: Problem, count: int | None) -> list[Generation]:
@@ -243,10 +244,10 @@ def compare_front(path: Path, study: Study, problem: Problem, generations: list[
     except (OSError, ValueError) as error:
         raise Different(f"front.csv, {name} or summary.json cannot be read ({error})") from None
     compare_csv("front.csv", there, csv_text(front_table(outcome)))
-    made = json.loads(json.dumps(summary_document(outcome)))
-    if not same_result(gains, made.pop("gains_document")):
+    made = summary_document(outcome)
+    if not same_result(gains, json.loads(json.dumps(gains_document(outcome, made)))):
         raise Different(f"{name} holds other values")
-    compare_documents("summary.json", summary, made)
+    compare_documents("summary.json", summary, json.loads(made.text()))
 
 
 def compare_documents(name: str, there: Any, here: Any, key: str = "") -> None:
@@ -277,12 +278,14 @@ def compare_csv(name: str, there: str, here: str) -> None:
 def elsewhere(path: Path) -> str:
     """Say what of this machine differs from the one that recorded, where that could explain a difference."""
     try:
-        then = json.loads(read_input_text(path / "environment.json"))
-    except (OSError, ValueError):
+        then = Environment.read(path / "environment.json")
+    except StoreError:
         return ""
     now = environment(0)
     names = ("holdfast", "numpy", "scipy", "numba", "llvmlite", "pymoo", "cpu", "simd", "target")
     changed = [
-        f"{name} {then.get(name)} then, {now.get(name)} now" for name in names if then.get(name) != now.get(name)
+        f"{name} {getattr(then, name)} then, {getattr(now, name)} now"
+        for name in names
+        if getattr(then, name) != getattr(now, name)
     ]
     return f" ({'; '.join(changed)})" if changed else ""

@@ -8,6 +8,7 @@ import numpy as np
 from plant.errors import InputError, StoreError
 from tuner.documents.ending import GAINS as GAINS_FILE
 from tuner.documents.ending import INFEASIBLE, is_recommended
+from tuner.documents.opening import TuningFolder, kind_in
 from tuner.gains import Controller, read_gains
 from tuner.store.advice import JUDGEMENT, TUNING
 from tuner.store.inputs import read_record
@@ -81,19 +82,15 @@ def read_file(path: Path, name: str) -> Entrant:
 
 def read_folder(path: Path, name: str) -> Entrant:
     """Read the folder of a finished tuning run."""
-    for found, kind in (
-        ("contest.json", "a contest"),
-        ("inference.json", "an inference"),
-        ("comparison.json", "a comparison"),
-    ):
-        if (path / found).exists():
-            raise InputError(
-                f"this is the folder of {kind}; give that of a tuning run, such as one in a contest's contenders/, or a gains "
-                "file",
-                file=path,
-            )
+    known = kind_in(path)
+    if known is not None and known is not TuningFolder:
+        raise InputError(
+            f"this is the folder of {known.noun}; give that of a tuning run, such as one in a contest's contenders/, or a gains "
+            "file",
+            file=path,
+        )
     study = study_of(path)
-    if not (path / "summary.json").exists():
+    if known is None:
         raise StoreError(f"{path}: the run is not finished; go on with it: tuner resume {path}")
     from tuner.documents.loading import load
     from tuner.documents.results import TUNED

@@ -1,9 +1,9 @@
 """A comparison: a contest of given gains, of results folders and gains files."""
 
 from pathlib import Path
-from typing import Any
 
-from tuner.experiments.compare.entrants import read_entrants
+from tuner.documents.contest_document import ComparisonDocument
+from tuner.experiments.compare.entrants import Entrant, read_entrants
 from tuner.experiments.compare.plan import MOST_POINTS, ComparisonPlan, base_study, plan_comparison
 from tuner.experiments.contest.document import contest_document
 from tuner.experiments.contest.result import Result
@@ -40,7 +40,7 @@ class ComparisonRun(ContestRun):
     def resolved(self) -> None:
         """Return nothing: study.toml holds what is flown, and the document every gain."""
 
-    def document(self, result: Result) -> dict[str, Any]:
+    def document(self, result: Result) -> ComparisonDocument:
         """Return the content of comparison.json."""
         return comparison_document(self.plan, result)
 
@@ -60,7 +60,7 @@ def compare(
     out: Path | None = None,
     watcher: Watcher | None = None,
     threads: int | None = None,
-) -> dict[str, Any]:
+) -> ComparisonDocument:
     """Fly results folders and gains files through the same scenarios and return the content of comparison.json.
 
     study: whose scenarios are flown, by default that of the first results folder; seeds: flights of each scenario, by default the
@@ -72,16 +72,27 @@ def compare(
     return comparison_document(plan, ComparisonRun(plan, folder, watcher, threads).carry_out())
 
 
-def comparison_document(plan: ComparisonPlan, result: Result) -> dict[str, Any]:
+def comparison_document(plan: ComparisonPlan, result: Result) -> ComparisonDocument:
     """Return the content of comparison.json: that of a contest.json, and where every contender came from."""
-    document = contest_document(result, plan.warnings)
-    for row, entrant in zip(document["contenders"], plan.entrants, strict=True):
-        row |= {"source": str(entrant.source), "kind": "gains" if entrant.study is None else "results", "budget": None}
-    return {
-        **{key: document.pop(key) for key in ("feasible", "ending")},
-        "kind": "comparison",
-        "first": result.names[0],
-        "study_file": str(plan.contest.path),
-        "front_points_at_most": MOST_POINTS,
-        **document,
-    }
+    found = contest_document(result, plan.warnings)
+    contenders = [
+        row.model_copy(
+            update={
+                "source": str(entrant.source),
+                "kind": "gains" if entrant.study is None else "results",
+                "budget": None,
+            }
+        )
+        for row, entrant in zip(found.contenders, plan.entrants, strict=True)
+    ]
+    return ComparisonDocument(
+        **{**vars(found), "contenders": contenders},
+        kind="comparison",
+        first=result.names[0],
+        study_file=str(plan.contest.path),
+        front_points_at_most=MOST_POINTS,
+    )
+
+
+def _origin(entrant: Entrant) -> str:
+    return "gains" if entrant.study is None else "results"

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from tuner.analysis.held_out import Estimate
+from tuner.documents.parts import SampledValue
 from tuner.experiments.contest.comparison import Comparison
 from tuner.study.contest import Claim, Contest
 
@@ -15,7 +15,7 @@ class Ruling:
 
     than: int
     quantity: int
-    difference: Estimate
+    difference: SampledValue
 
     @property
     def verdict(self) -> str:

@@ -5,7 +5,8 @@ from itertools import combinations
 
 from objectives.risk import interval_on, paired_difference_on, resampled_scenarios, within
 from plant.seeds import generator
-from tuner.analysis.held_out import TABLE_REPLICATES, Estimate
+from tuner.analysis.held_out import TABLE_REPLICATES
+from tuner.documents.parts import SampledValue
 from tuner.experiments.contest.flying import Flown
 from tuner.study.contest import Quantity
 
@@ -17,7 +18,7 @@ class Difference:
     first: int
     second: int
     quantity: int
-    estimate: Estimate
+    estimate: SampledValue
 
     @property
     def winner(self) -> int | None:
@@ -31,16 +32,16 @@ class Difference:
 class Comparison:
     """estimates[contender][quantity]; differences: of every pair in every quantity, first before second."""
 
-    estimates: list[list[Estimate]]
+    estimates: list[list[SampledValue]]
     differences: list[Difference]
 
-    def difference(self, contender: int, other: int, quantity: int) -> Estimate:
+    def difference(self, contender: int, other: int, quantity: int) -> SampledValue:
         """Return contender minus other."""
         first, second = sorted((contender, other))
         found = next(
             d.estimate for d in self.differences if (d.first, d.second, d.quantity) == (first, second, quantity)
         )
-        return found if contender == second else Estimate(-found.value, -found.high, -found.low)
+        return found if contender == second else SampledValue(-found.value, -found.high, -found.low)
 
 
 def compare_all(flown: Flown, quantities: tuple[Quantity, ...], root: int) -> Comparison:
@@ -49,7 +50,7 @@ def compare_all(flown: Flown, quantities: tuple[Quantity, ...], root: int) -> Co
     All contenders and quantities see the same resamples of the same flights.
     """
     count = len(flown.scores)
-    estimates: list[list[Estimate]] = [[] for _ in range(count)]
+    estimates: list[list[SampledValue]] = [[] for _ in range(count)]
     differences = []
     drawn = resampled_scenarios(generator(root, "bootstrap/contest", 0), TABLE_REPLICATES, flown.origin)
     for i, quantity in enumerate(quantities):
@@ -57,8 +58,8 @@ def compare_all(flown: Flown, quantities: tuple[Quantity, ...], root: int) -> Co
         samples, part = flown.samples(i, scenario), within(drawn, flown.origin, scenario)
         found = zip(risk.apply(samples), *interval_on(samples, risk, part), strict=True)
         for own, ends in zip(estimates, found, strict=True):
-            own.append(Estimate(*map(float, ends)))
+            own.append(SampledValue(*map(float, ends)))
         for first, second in combinations(range(count), 2):
             apart = paired_difference_on(samples[second], samples[first], risk, part)
-            differences.append(Difference(first, second, i, Estimate(*map(float, apart))))
+            differences.append(Difference(first, second, i, SampledValue(*map(float, apart))))
     return Comparison(estimates, differences)

@@ -21,7 +21,8 @@ import numpy as np
 from objectives.problem import Objective
 from objectives.risk import interval_on, replicates_on, resampled_scenarios, within
 from plant.seeds import generator
-from tuner.analysis.held_out import FRONT_REPLICATES, Estimate
+from tuner.analysis.held_out import FRONT_REPLICATES
+from tuner.documents.parts import SampledValue
 from tuner.experiments.contest.flying import Entry, Flown
 from tuner.search.front import non_dominated
 from tuner.study.contest import Contest
@@ -60,8 +61,8 @@ class Volumes:
 
     ideal: np.ndarray
     reference: np.ndarray
-    volumes: list[Estimate]
-    differences: list[tuple[int, int, Estimate]]
+    volumes: list[SampledValue]
+    differences: list[tuple[int, int, SampledValue]]
 
 
 @dataclass(frozen=True)
@@ -167,9 +168,9 @@ def _replicates(
     return np.array([volume(drawn[:, r], ideal, reference) for r in range(FRONT_REPLICATES)])
 
 
-def _estimate(value: float, replicates: np.ndarray) -> Estimate:
+def _estimate(value: float, replicates: np.ndarray) -> SampledValue:
     low, high = np.quantile(replicates, TAILS, axis=-1)
-    return Estimate(float(value), float(low), float(high))
+    return SampledValue(float(value), float(low), float(high))
 
 
 def best_under(fronts: list[Front], objectives: int) -> list[Best]:

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tuner.analysis.held_out import Estimate
+from tuner.documents.parts import SampledValue
 from tuner.experiments.contest.comparison import Comparison
 from tuner.experiments.contest.flying import Flown
 from tuner.study.contest import Contest, Published
@@ -22,7 +22,7 @@ class Cell:
 
     published: Published
     contender: int
-    mean: Estimate
+    mean: SampledValue
     points: np.ndarray
     percentile: float
 

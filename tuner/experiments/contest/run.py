@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from plant.scenarios import HELD_OUT
+from tuner.documents.contest_document import ComparisonDocument, ContestDocument
+from tuner.documents.resolved import Resolved
 from tuner.experiments.contest.document import contest_document
 from tuner.experiments.contest.flying import fly_groups
 from tuner.experiments.contest.records import response_tables, wind_table
@@ -58,7 +60,11 @@ class ContestRun(Experiment[Contest, Result]):
         """Whether the run of every contender found a candidate that keeps every limit."""
         return all(own.feasible for own in found.prepared)
 
-    def document(self, result: Result) -> dict[str, Any]:
+    def resolved(self) -> dict[str, Any]:
+        """Return every value of every contender's study, by the contender's name."""
+        return {name: Resolved.of(values).content() for name, values in self.study.resolved().items()}
+
+    def document(self, result: Result) -> ContestDocument | ComparisonDocument:
         """Return the content of the document."""
         return contest_document(result, warnings_of(result))
 
@@ -66,9 +72,9 @@ class ContestRun(Experiment[Contest, Result]):
         """Write numbers, tables and responses."""
         folder, document = self.folder, self.document(found)
         folder.write_table("scores.parquet", scores_table(found))
-        folder.write_table("differences.csv", listed_table(document["differences"]))
+        folder.write_table("differences.csv", listed_table(document.differences))
         if found.cells:
-            folder.write_table("published.csv", listed_table(document["published"]))
+            folder.write_table("published.csv", listed_table(document.published))
         if found.fronts:
             folder.write_table("fronts.csv", fronts_table(found))
         self.watcher.on_writing("responses")

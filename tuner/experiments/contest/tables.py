@@ -1,10 +1,11 @@
 """The tables of a contest's folder; columns are told in results/README.md."""
 
+from collections.abc import Sequence
 from typing import Any
 
 from plant.gains import gain_addresses
-from tuner.experiments.contest.document import Document
 from tuner.experiments.contest.result import Result
+from tuner.store.document import DocumentPart
 
 
 def scores_table(result: Result) -> Any:
@@ -54,8 +55,9 @@ def fronts_table(result: Result) -> Any:
     return pd.DataFrame(rows)
 
 
-def listed_table(rows: list[Document]) -> Any:
+def listed_table(rows: Sequence[DocumentPart]) -> Any:
     """Return a list of contest.json as a table; a list inside stands with semicolons."""
     import pandas as pd
 
-    return pd.DataFrame([{k: "; ".join(v) if isinstance(v, list) else v for k, v in row.items()} for row in rows])
+    content = [row.content() for row in rows]
+    return pd.DataFrame([{k: "; ".join(v) if isinstance(v, list) else v for k, v in row.items()} for row in content])

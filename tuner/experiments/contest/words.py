@@ -4,7 +4,7 @@ from collections.abc import Iterable
 from typing import TYPE_CHECKING
 
 from plant.scenarios import CONFIRMATION
-from tuner.analysis.held_out import Estimate
+from tuner.documents.parts import SampledValue
 from tuner.experiments.contest.claims import FAILS, SURVIVES, UNDECIDED, JudgedClaim
 from tuner.experiments.contest.published import Cell
 from tuner.study.contest import Quantity
@@ -84,7 +84,7 @@ def limit_words(result: "Result") -> Iterable[str]:
                 parts.append(f"{name} none")
                 continue
             low, high = float(front.low[row, best.objective]), float(front.high[row, best.objective])
-            parts.append(f"{name} {_spanned(Estimate(float(front.values[row, best.objective]), low, high))}")
+            parts.append(f"{name} {_spanned(SampledValue(float(front.values[row, best.objective]), low, high))}")
         wanted, held = objectives[best.objective], objectives[best.subject_to]
         limit = f"{significant(best.limit, 3)}{_unit(held)}"
         yield (
@@ -209,6 +209,6 @@ def _bracketed(quantity: Quantity) -> str:
     return f" [{_unit(quantity).strip()}]" if _unit(quantity) else ""
 
 
-def _spanned(found: Estimate, unit: str = "") -> str:
+def _spanned(found: SampledValue, unit: str = "") -> str:
     value, span = estimate(found.value, found.low, found.high)
     return f"{value}{unit} {span}"

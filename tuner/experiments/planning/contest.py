@@ -1,14 +1,11 @@
 """Flights, time, memory and disk of a contest: the runs of those that are tuned, then all points through the same flights."""
 
-from typing import Any
-
 from plant.backends.lanes import LANES
+from tuner.documents.plan import ContestPlanDocument, PlannedComparison, PlannedTotal
 from tuner.experiments.planning.cost import flights_of
 from tuner.experiments.planning.document import plan_document
 from tuner.experiments.planning.pilot import Pilot
 from tuner.study.contest import Contender, Contest
-
-Row = dict[str, Any]
 
 
 def points_at_most(contender: Contender) -> int:
@@ -30,7 +27,9 @@ def comparison_seconds(contender: Contender, pilot: Pilot) -> float:
     return spent
 
 
-def contest_plan(contest: Contest, pilots: list[Pilot], compilation: list[float | None], share: float) -> Row:
+def contest_plan(
+    contest: Contest, pilots: list[Pilot], compilation: list[float | None], share: float
+) -> ContestPlanDocument:
     """Return the whole plan; pilots, compilation [s, None: done before]: of each contender; share: the difference to be told."""
     found = list(zip(contest.contenders, pilots, compilation, strict=True))
     runs = {
@@ -41,24 +40,24 @@ def contest_plan(contest: Contest, pilots: list[Pilot], compilation: list[float 
     compared = comparison_flights(contest)
     comparing = sum(comparison_seconds(contender, pilot) for contender, pilot, _ in found)
     compiled = [seconds for seconds in compilation if seconds is not None]
-    return {
-        "title": contest.title,
-        "study": contest.path.name,
-        "digest": contest.digest(),
-        "seed": contest.seed,
-        "runs": runs,
-        "comparison": {
-            "stream": contest.stream,
-            "flights_each": contest.flights_each,
-            "points_at_most": sum(map(points_at_most, contest.contenders)),
-            "flights_at_most": compared,
-            "seconds_at_most": comparing,
-        },
-        "total": {
-            "flights_at_most": compared + sum(run["flights"]["total_at_most"] for run in runs.values()),
-            "seconds_at_most": comparing + sum(run["seconds"]["total_at_most"] for run in runs.values()),
-            "compilation_seconds": sum(compiled) if compiled else None,
-            "memory_bytes": max((run["memory_bytes"] for run in runs.values()), default=None),
-            "disk_bytes_at_most": sum(run["disk_bytes_at_most"] for run in runs.values()),
-        },
-    }
+    return ContestPlanDocument(
+        title=contest.title,
+        study=contest.path.name,
+        digest=contest.digest(),
+        seed=contest.seed,
+        runs=runs,
+        comparison=PlannedComparison(
+            stream=contest.stream,
+            flights_each=contest.flights_each,
+            points_at_most=sum(map(points_at_most, contest.contenders)),
+            flights_at_most=compared,
+            seconds_at_most=comparing,
+        ),
+        total=PlannedTotal(
+            flights_at_most=compared + sum(run.flights.total_at_most for run in runs.values()),
+            seconds_at_most=comparing + sum(run.seconds.total_at_most for run in runs.values()),
+            compilation_seconds=sum(compiled) if compiled else None,
+            memory_bytes=max((run.memory_bytes for run in runs.values()), default=None),
+            disk_bytes_at_most=sum(run.disk_bytes_at_most for run in runs.values()),
+        ),
+    )

@@ -6,6 +6,7 @@ from typing import Any
 
 from objectives.problem import Problem
 from plant.errors import InputError
+from tuner.documents.plan import ContestPlanDocument, PlanDocument
 from tuner.experiments.planning.contest import contest_plan
 from tuner.experiments.planning.document import plan_document
 from tuner.experiments.planning.pilot import FLIGHTS, Pilot, fly_pilot, pilot_size
@@ -15,10 +16,10 @@ from tuner.study.contest import Contest
 from tuner.study.kinds import STUDY_KINDS, AnyStudy
 from tuner.study.study import Study
 
-Row = dict[str, Any]
+Plan = PlanDocument | ContestPlanDocument
 
 
-def plan(study: AnyStudy, share: float, watcher: Watcher | None = None, threads: int | None = None) -> Row:
+def plan(study: AnyStudy, share: float, watcher: Watcher | None = None, threads: int | None = None) -> Plan:
     """Return the plan of a study or contest; share: of the default's values, a difference that is to be told.
 
     Raises InputError for an inference, which has no plan.
@@ -31,18 +32,18 @@ def plan(study: AnyStudy, share: float, watcher: Watcher | None = None, threads:
     return planned(study, share, watcher or Watcher(), threads)
 
 
-def _plan_study(study: Study, share: float, watcher: Watcher, threads: int | None) -> Row:
+def _plan_study(study: Study, share: float, watcher: Watcher, threads: int | None) -> Plan:
     pilot, seconds = _fly(study, "Pilot", watcher, threads)
     return plan_document(study, pilot, seconds, share)
 
 
-def _plan_contest(contest: Contest, share: float, watcher: Watcher, threads: int | None) -> Row:
+def _plan_contest(contest: Contest, share: float, watcher: Watcher, threads: int | None) -> Plan:
     """Fly a pilot of every contender and plan the whole."""
     flown = [_fly(entry.study, f"Pilot of {entry.name}", watcher, threads) for entry in contest.contenders]
     return contest_plan(contest, [pilot for pilot, _ in flown], [seconds for _, seconds in flown], share)
 
 
-PLANS: dict[str, Callable[[Any, float, Watcher, int | None], Row]] = {
+PLANS: dict[str, Callable[[Any, float, Watcher, int | None], Plan]] = {
     Study.kind: _plan_study,
     Contest.kind: _plan_contest,
 }

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, Any
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.cascade import AXES
 from plant.errors import InputError
+from tuner.documents.summary import ComparedRow, RequiredRow, Summary
 from tuner.experiments.tuning.run_margins import margin_model
 from tuner.gains import Controller, to_document
 from tuner.gains.document import seed_entry
@@ -27,8 +28,8 @@ LEVEL, METHOD = 0.95, "bootstrap over flights, studentised where the risk has a 
 DIGITS = 6
 
 
-def gains_document(outcome: "Outcome", tuned: str, table: list[Row]) -> Row:
-    """Return the content of gains.json for the point beside the default; table: rows of `comparison_row` and `known_row`.
+def gains_document(outcome: "Outcome", summary: Summary) -> Row:
+    """Return the content of gains.json for the point that a summary shows beside the default.
 
     Where nothing is feasible it says so, and `tuner export` refuses it.
     """
@@ -47,9 +48,9 @@ def gains_document(outcome: "Outcome", tuned: str, table: list[Row]) -> Row:
     provenance = {
         "study": {
             "name": study.path.name, "title": study.title, "seed": seed_entry(study.seed), "digest": study.digest(),
-            "point": tuned, **({} if outcome.feasible else {"feasible": False}),
+            "point": summary.shown, **({} if outcome.feasible else {"feasible": False}),
         },
-        "objectives": objective_rows(outcome, table),
+        "objectives": objective_rows(outcome, summary.table),
         "margins": margin_rows(outcome),
         "cost": gains_rows(tabled(controller.cascade.position.name, controller.cascade.attitude.name)),
     }  # fmt: skip
@@ -59,10 +60,10 @@ def gains_document(outcome: "Outcome", tuned: str, table: list[Row]) -> Row:
     return to_document(controller, {key: part for key, part in provenance.items() if part}, ranges)
 
 
-def objective_rows(outcome: "Outcome", table: list[Row]) -> list[Row]:
+def objective_rows(outcome: "Outcome", table: list[ComparedRow | RequiredRow]) -> list[Row]:
     """Return what the flights that decided nothing say; what was sampled comes first, and says how sure it is."""
-    keys = ("label", "unit", "kind", "limit", "default", "tuned", "difference", "verdict")
-    rows = [{**{key: row[key] for key in keys}, "unit": ucum(row["unit"])} for row in table]
+    keys = {"label", "unit", "kind", "limit", "default", "tuned", "difference", "verdict"}
+    rows = [{**row.model_dump(include=keys), "unit": ucum(row.unit)} for row in table]
     for i, sampled in enumerate(outcome.table):
         flights = outcome.confirmation.samples(i, sampled.quantity.scenario).shape[-1]
         rows[i]["interval"] = {"level": LEVEL, "n": flights, "method": METHOD}

@@ -10,6 +10,7 @@ from tuner.documents.ending import gains_name
 from tuner.experiments.experiment import DRAWN, Experiment
 from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
+from tuner.experiments.tuning.gains_of_run import gains_document
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.problem import check_searched, flight_store, problem_of, warm_up
 from tuner.experiments.tuning.search import algorithm_of, first_points, search
@@ -136,11 +137,11 @@ class TuningRun(Experiment[Study, Outcome]):
         from tuner.experiments.tuning.run_responses import response_table
 
         folder = self.folder
-        document = summary_document(found)
+        summary = summary_document(found)
         folder.write_table("front.csv", front_table(found))
         folder.remove(gains_name(not found.feasible))
-        folder.write_json(gains_name(found.feasible), document.pop("gains_document"))
-        folder.write_json("summary.json", document)
+        folder.write_json(gains_name(found.feasible), gains_document(found, summary))
+        folder.write_json("summary.json", summary)
         self.watcher.on_writing("responses")
         folder.write_table("responses.parquet", response_table(found))
         if found.study.constraints:

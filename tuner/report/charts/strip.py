@@ -7,7 +7,7 @@ from collections.abc import Iterable
 from math import floor, isfinite, log10
 from typing import NamedTuple
 
-from tuner.documents.results import Estimate
+from tuner.documents.parts import Estimate
 from tuner.report.charts.look import DEFAULT, TUNED, Look, drawn_mark
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import significant

@@ -3,13 +3,14 @@
 from pathlib import Path
 from typing import Any
 
-from tuner.documents.files import Node, read_text
 from tuner.documents.inference import Inference, load_inference
 from tuner.report.contest.inference_section import cells_table, misfits_table, ratios_table, unknowns_table
 from tuner.report.contest.provenance import environment_facts
 from tuner.report.contest.shown import shown_inference
 from tuner.report.page import Page, Section, aid, folded_text, put_page, wide
 from tuner.report.prose import counted, listing
+from tuner.store.document import read_text
+from tuner.store.environment import Environment
 from tuner.text.markup import Markup, described, element, join
 from tuner.text.numbers import count, duration, per_cent, significant
 
@@ -27,7 +28,7 @@ AIDS = {
 def write_inference_page(folder: Path) -> Path:
     """Write report.html into a folder with an inference; StoreError where a file is missing or damaged."""
     inference = shown_inference(load_inference(folder / "inference.json"))
-    environment = Node.read(folder / "environment.json").value
+    environment = Environment.read(folder / "environment.json")
     study = read_text(folder / "study.toml")
     return put_page(folder, inference_page(inference, environment, study))
 

@@ -1,6 +1,5 @@
 """Where the numbers of a contest come from: seed, flights, machine, versions, the command, and what the words mean."""
 
-import json
 from typing import Any
 
 from tuner.documents.contest import Contest
@@ -93,7 +92,7 @@ def definitions(contest: Contest) -> Markup:
 
 def document_text(contest: Contest) -> str:
     """Return contest.json."""
-    return json.dumps(contest.document, indent=2, ensure_ascii=False)
+    return contest.document.text().rstrip()
 
 
 def _machine(environment: dict[str, Any]) -> str:

@@ -1,7 +1,7 @@
 """Every contender in every quantity on the same flights, the best marked by a sign and not by colour alone."""
 
 from tuner.documents.contest import Contest, Quantity
-from tuner.documents.results import Estimate
+from tuner.documents.parts import Estimate
 from tuner.report.answer_section import metric_anchor, risk_words
 from tuner.report.charts.look import Look, sample
 from tuner.report.charts.strip import NARROW, WIDTH, ruler, scale, stacked

@@ -6,9 +6,9 @@ from typing import Any
 import numpy as np
 
 from objectives.decisions import Variable as Range
-from tuner.documents.ending import gains_file, is_feasible, shown_as, shown_point
 from tuner.documents.loading import load
 from tuner.documents.results import Results
+from tuner.documents.summary import VariableRow
 
 Row = dict[str, Any]
 
@@ -17,26 +17,26 @@ def tuning_story(folder: Path) -> tuple[Row, Results]:
     """Return the story of a folder and the results behind it; StoreError names a file that is missing or damaged."""
     results = load(folder)
     summary = results.summary
-    feasible = is_feasible(summary)
-    shown = {"point": shown_point(summary), **summary["pick"]}
+    feasible = summary.recommends
+    shown = {"point": summary.shown, **summary.pick.content()}
     return {
         "kind": "tuning",
         "finished": True,
         "feasible": feasible,
-        "ending": summary.get("ending", []),
-        "title": summary["title"],
+        "ending": summary.ending,
+        "title": summary.title,
         "asked": asked(results),
         "recommended": shown if feasible else None,
         "nearest": None if feasible else shown,
-        "shown_as": shown_as(summary),
-        "confirmation_flights": summary["held_out"],
-        "table": summary["table"],
-        "gains": [gain(row) for row in summary["variables"]],
+        "shown_as": summary.shown_as,
+        "confirmation_flights": summary.held_out,
+        "table": [row.content() for row in summary.table],
+        "gains": [gain(row) for row in summary.variables],
         "front": front(results),
         "trust": trust(results),
-        "warnings": summary["warnings"],
-        "remarks": summary.get("remarks", []),
-        "commands": commands(folder, gains_file(summary), feasible),
+        "warnings": summary.warnings,
+        "remarks": summary.remarks,
+        "commands": commands(folder, summary.gains_file, feasible),
     }, results
 
 
@@ -44,23 +44,23 @@ def asked(results: Results) -> Row:
     """Return what was asked and what it took."""
     resolved, summary = results.resolved, results.summary
     return {
-        "airframe": resolved["airframe"]["name"],
-        "laws": {loop: resolved["controller"][loop] for loop in ("position", "attitude")},
-        "seed": resolved["seed"],
+        "airframe": resolved.airframe.name,
+        "laws": {"position": resolved.controller.position, "attitude": resolved.controller.attitude},
+        "seed": resolved.seed,
         "searched": [variable.name for variable in results.variables],
         "objectives": [entry.label for entry in results.objectives],
-        "algorithm": resolved["search"]["algorithm"],
+        "algorithm": resolved.search.algorithm,
         "candidates": len(results.candidates.number),
-        "flights": summary["flights"],
-        "wall_seconds": summary["wall_seconds"],
+        "flights": summary.flights,
+        "wall_seconds": summary.wall_seconds,
     }
 
 
-def gain(row: Row) -> Row:
+def gain(row: VariableRow) -> Row:
     """Return a searched gain with the places of default and tuned value in its range, 0 to 1 on the range's own scale."""
-    span = Range(row["name"], (), row["low"], row["high"], row["scale"])
-    known = {key: row[key] for key in ("name", "unit", "low", "high", "scale", "default", "tuned")}
-    return {**known, "default_place": span.unit(row["default"]), "place": span.unit(row["tuned"])}
+    span = Range(row.name, (), row.low, row.high, row.scale)
+    known = row.model_dump(include={"name", "unit", "low", "high", "scale", "default", "tuned"})
+    return {**known, "default_place": span.unit(row.default), "place": span.unit(row.tuned)}
 
 
 def front(results: Results) -> list[Row]:
@@ -88,8 +88,8 @@ def trust(results: Results) -> Row:
     """Return how the recommended point did in the search and held out, and how the search ended."""
     history, summary = results.history, results.summary
     return {
-        "picked_on": summary.get("picked_on"),
-        "front_size": summary["front_size"],
+        "picked_on": summary.picked_on and summary.picked_on.content(),
+        "front_size": summary.front_size,
         "generations": len(history.generation),
         "hypervolume": float(history.hypervolume[-1]),
         "feasible_share": float(history.feasible_share[-1]),

@@ -86,7 +86,7 @@ def test_verdicts_without_flights(sense, hard, value, said):
 def test_the_worst_row_decides_and_a_target_does_not():
     def rows(*said):
         one = known_row(Requirement("margin", "what", "1", 1.0, "least"), 2.0)
-        return [replace(one, verdict=entry) for entry in said]
+        return [one.model_copy(update={"verdict": entry}) for entry in said]
 
     assert overall(rows("pass", "reported", "target missed")) == "pass"
     assert overall(rows("pass", "not certain")) == "not certain"

@@ -21,6 +21,7 @@ from tuner.analysis.margins.study_limits import study_requirements
 from tuner.api.gains import default_gains
 from tuner.cli.main import app
 from tuner.cli.printers.margins import marks_of
+from tuner.documents.margins import LimitRow, MarginsDocument
 from tuner.gains import to_document
 from tuner.study import load_study
 
@@ -43,7 +44,7 @@ def hybrid():
 
 @pytest.fixture(scope="module")
 def document(hybrid):
-    return json.loads(json.dumps(margins_document(hybrid, default_requirements(hybrid)), allow_nan=False))
+    return json.loads(margins_document(hybrid, default_requirements(hybrid)).text())
 
 
 def test_the_schema_is_that_of_the_docstring(document):
@@ -83,20 +84,18 @@ def test_an_infinite_margin_is_null_and_says_why(document):
 def test_unstable_loops_say_so():
     found = subject("supertwisting")
     document = margins_document(found, default_requirements(found))
-    roll = document["channels"][3]
-    assert not roll["stable"] and roll["growth"]["value"] > 0.0
-    assert roll["quantities"]["ms"] == {
-        "value": None, "unit": "1", "frequency": None, "case": roll["quantities"]["ms"]["case"],
-        "note": "the loop is not stable",
-    }  # fmt: skip
-    assert not document["passed"]
+    roll = document.channels[3]
+    assert not roll.stable and roll.growth.value > 0.0
+    found = roll.quantities["ms"]
+    assert (found.value, found.unit, found.frequency, found.note) == (None, "1", None, "the loop is not stable")
+    assert not document.passed
 
 
 def test_attitude_mode_has_no_loop_in_x_and_y():
     found = subject("pid", Trim(hold=False))
     document = margins_document(found, default_requirements(found))
-    assert [entry["channel"] for entry in document["channels"]] == ["z", "roll", "pitch", "yaw"]
-    assert {row["channel"] for row in document["requirements"]} == {"z", "roll", "pitch", "yaw"}
+    assert [entry.channel for entry in document.channels] == ["z", "roll", "pitch", "yaw"]
+    assert {row.channel for row in document.requirements} == {"z", "roll", "pitch", "yaw"}
 
 
 def test_requirements_are_judged_with_hard_limits_and_soft_targets(document):
@@ -109,7 +108,7 @@ def test_requirements_are_judged_with_hard_limits_and_soft_targets(document):
     assert rows["phase_margin(z)"]["kept"]
     assert (rows["gain_up(roll)"]["unit"], rows["gain_up(roll)"]["shown_unit"]) == ("1", "dB")
     assert len(rows) == 6 * (1 + len(LIMITS) + sum(limit.target is not None for limit in LIMITS))
-    assert marks_of(document["requirements"])["roll", "phase_margin"] == "!"
+    assert marks_of([LimitRow(**row) for row in document["requirements"]])["roll", "phase_margin"] == "!"
 
 
 @pytest.mark.parametrize(("sense", "inside", "outside"), [("least", 2.0, 1.999), ("most", 2.0, 2.001)])
@@ -181,10 +180,10 @@ def test_the_margin_tables_of_a_study_take_the_place_of_the_limits(tmp_path):
     study.write_text(text[:cut] + tables + rest)
     controller = default_gains("hybrid").controller
     rows = study_requirements(load_study(study), controller)
-    assert rows is not None and [row["label"] for row in rows] == ["ms(attitude)", "gain_up"]
-    assert rows[0]["limit"] == 2.2 and not rows[0]["kept"] and (rows[1]["unit"], rows[1]["shown_unit"]) == ("1", "dB")
+    assert rows is not None and [row.label for row in rows] == ["ms(attitude)", "gain_up"]
+    assert rows[0].limit == 2.2 and not rows[0].kept and (rows[1].unit, rows[1].shown_unit) == ("1", "dB")
     done = asked("--law", "hybrid", "--study", study, "--json")
-    assert done.exit_code == 1 and json.loads(done.stdout)["requirements"] == rows
+    assert done.exit_code == 1 and MarginsDocument.parse(done.stdout).requirements == rows
     assert "ms(attitude)" in asked("--law", "hybrid", "--study", study).stdout
 
 

@@ -91,7 +91,7 @@ def manifest_of(folder):
 def unsealed(folder):
     """Have a folder say that it was not written to its end."""
     found = manifest_of(folder)
-    (folder / manifest.FILE).write_bytes(manifest.Manifest(False, found.files).encoded())
+    (folder / manifest.FILE).write_bytes(manifest.manifest_of(False, found.files).text().encode())
 
 
 def assert_covered(folder):

@@ -205,7 +205,7 @@ def test_a_long_front_is_thinned_evenly_and_keeps_its_recommended_point(comparis
 def test_the_folder_holds_numbers_figures_and_a_page(comparison, written):
     assert_covered(written)
     document = json.loads((written / "comparison.json").read_text())
-    assert document == json.loads(json.dumps(comparison[2]))
+    assert document == json.loads(comparison[2].text())
     for name in ("front", "values", "differences", "08_position"):
         assert (written / "figures" / f"{name}.png").read_bytes().startswith(b"\x89PNG")
         assert (written / "figures" / f"{name}.pdf").read_bytes().startswith(b"%PDF")

@@ -9,7 +9,7 @@ import pytest
 from objectives.metrics import parse
 from objectives.problem import Objective
 from objectives.risk import Risk
-from tuner.analysis.held_out import Estimate
+from tuner.documents.parts import SampledValue
 from tuner.experiments.contest.claims import JudgedClaim, Ruling
 from tuner.experiments.contest.comparison import Comparison, Difference
 from tuner.experiments.contest.cost import Cost
@@ -36,11 +36,11 @@ def result(**parts) -> Any:
 
 
 def test_the_lowest_is_put_below_only_those_whose_interval_says_so():
-    estimates = [[Estimate(value, value - 0.5, value + 0.5)] for value in (2.0, 1.0, 4.0)]
+    estimates = [[SampledValue(value, value - 0.5, value + 0.5)] for value in (2.0, 1.0, 4.0)]
     differences = [
-        Difference(0, 1, 0, Estimate(-1.0, -2.1, 0.1)),
-        Difference(0, 2, 0, Estimate(2.0, 1.0, 3.0)),
-        Difference(1, 2, 0, Estimate(3.0, 2.0, 4.0)),
+        Difference(0, 1, 0, SampledValue(-1.0, -2.1, 0.1)),
+        Difference(0, 2, 0, SampledValue(2.0, 1.0, 3.0)),
+        Difference(1, 2, 0, SampledValue(3.0, 2.0, 4.0)),
     ]
     (text,) = objective_words(result(comparison=Comparison(estimates, differences)))
     assert text == (
@@ -51,7 +51,7 @@ def test_the_lowest_is_put_below_only_those_whose_interval_says_so():
 
 def cell(contender, percentile, fitted):
     printed = Published(("A", "B"), parse("peak.roll"), "gusts", 0.1, "", fitted)
-    return Cell(printed, contender, Estimate(0.1, 0.0, 0.2), np.zeros(3), percentile)
+    return Cell(printed, contender, SampledValue(0.1, 0.0, 0.2), np.zeros(3), percentile)
 
 
 def test_numbers_that_the_study_was_set_to_meet_are_counted_apart():
@@ -64,7 +64,7 @@ def test_numbers_that_the_study_was_set_to_meet_are_counted_apart():
 
 
 def test_a_claim_is_told_with_its_counts():
-    verdicts = [Estimate(-1.0, -2.0, -0.5), Estimate(1.0, 0.5, 2.0), Estimate(0.0, 0.0, 0.0)]
+    verdicts = [SampledValue(-1.0, -2.0, -0.5), SampledValue(1.0, 0.5, 2.0), SampledValue(0.0, 0.0, 0.0)]
     claim = Claim("A", ("B",), (TRAVEL,), "A is best")
     judged = JudgedClaim(claim, 0, [Ruling(1, 0, entry) for entry in verdicts])
     (text,) = claim_words(result(claims=[judged]))

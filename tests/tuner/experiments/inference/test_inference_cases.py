@@ -11,6 +11,7 @@ import plant.airframes
 from plant.scenarios import SEARCH
 from tests.tuner.experiments.inference.asked import CELLS, STUDY, cell, published_medians, write
 from tests.tuner.experiments.inference.conftest import SMALL, run
+from tuner.documents.inference_document import InferenceDocument
 from tuner.experiments.inference.flying import SettingFlyer
 from tuner.experiments.inference.words import unknown_words
 from tuner.experiments.inference.writing import with_values
@@ -54,9 +55,10 @@ def test_an_unknown_that_no_cell_tells_is_called_so(tmp_path, paper):
     assert (delta["near_low"], delta["near_high"]) == pytest.approx((0.05, 1.0))
     assert delta["name"] == "delta"
     assert any("delta is not told by the cells" in text for text in document["words"])
-    row = {**delta, "inferred": delta["high"], "verdict": "told"}
+    read = InferenceDocument.read(folder / "inference.json")
+    row = read.unknowns[2].model_copy(update={"inferred": delta["high"], "verdict": "told"})
     assert "delta stands at an end of the range searched, 1 rad/s" in next(
-        iter(unknown_words({**document, "unknowns": [row]}))
+        iter(unknown_words(read.model_copy(update={"unknowns": [row]})))
     )
 
 

@@ -105,7 +105,7 @@ def test_widths_are_near_those_of_real_flights(study, pilot):
     problem = problem_of(study, 2, None)
     batch = FlightBatch(study.scenarios[0].spec, HELD_OUT, 512)
     evaluation = problem.evaluate_gains(study.default_row[None], (batch,))
-    for i, row in enumerate(document["objectives"]):
+    for i, row in enumerate(document.objectives):
         risk = study.objectives[i].risk
         samples, random = evaluation.samples(i, None)[0], generator(1, "test/width", i)
         # What 64 of the real flights would tell, 99 times; the tail of the error is heavy, and no formula holds for its spread.
@@ -113,26 +113,26 @@ def test_widths_are_near_those_of_real_flights(study, pilot):
             float(np.diff(bootstrap_interval(samples[random.permutation(len(samples))[:FLIGHTS]], risk, random))[0])
             for _ in range(99)
         ]
-        share = (FLIGHTS / row["flights"]["held_out"]) ** 0.5
-        assert share * min(told) < row["width"]["held_out"] < share * max(told)
-        assert row["flights"] == {"search": 4, "held_out": 32} and row["width"]["search"] is None
-        near = abs(row["default"] / float(evaluation.values[0, i]) - 1.0)
-        assert near < 1.5 * row["width_percent"]["held_out"] / 100.0
+        share = (FLIGHTS / row.flights.held_out) ** 0.5
+        assert share * min(told) < row.width.held_out < share * max(told)
+        assert (row.flights.search, row.flights.held_out) == (4, 32) and row.width.search is None
+        near = abs(row.default / float(evaluation.values[0, i]) - 1.0)
+        assert near < 1.5 * row.width_percent.held_out / 100.0
 
 
 def test_thin_tails_and_lost_flights_are_warned_of(study, pilot):
-    warnings = plan_document(study, pilot, None, 0.05)["warnings"]
+    warnings = plan_document(study, pilot, None, 0.05).warnings
     assert any("cvar80(itae.position) rests on 4 search scenarios" in text for text in warnings)
     fine = plan_document(study, pilot, None, 0.00001)
-    assert any("do not surely tell a difference of 0.001 %" in text for text in fine["warnings"])
+    assert any("do not surely tell a difference of 0.001 %" in text for text in fine.warnings)
     small = {f"scenario.0.reference.{axis}": 0.001 for axis in "xyz"}
     lost = load_study(QUICKSTART, EVERYTHING | small | {"limits.position": 0.01})
     flown = fly_pilot(problem_of(lost, 2, None), lost)
     assert not flown.complete.any()
     document = plan_document(lost, flown, None, 0.05)
-    assert any("The default lost 64 of 64 pilot flights" in text for text in document["warnings"])
-    assert [row["scenarios_needed"] for row in document["objectives"]] == [None, None]
-    json.dumps(document, allow_nan=False)
+    assert any("The default lost 64 of 64 pilot flights" in text for text in document.warnings)
+    assert [row.scenarios_needed for row in document.objectives] == [None, None]
+    assert document.parse(document.text()) == document
 
 
 def test_command_prints_json_and_a_table(tmp_path, monkeypatch, capsys):

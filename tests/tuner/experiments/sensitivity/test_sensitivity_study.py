@@ -57,14 +57,14 @@ def test_all_samples_fly_the_search_scenarios(analysed):
 def test_gains_and_air_share_the_variance(analysed):
     study, analysis, _ = analysed
     document = sensitivity_document(study, analysis, 1.0)
-    for row in document["variance"]:
-        assert row["candidates"] == 2 * SAMPLES
-        parts = row["components_percent"]
-        assert sum(parts.values()) == pytest.approx(100.0)
-        assert row["turbulence_percent"] == pytest.approx(parts["scenario"] + parts["interaction"])
-        assert sum(row["sum_of_squares_percent"].values()) == pytest.approx(100.0)
-        assert min(parts.values()) >= 0.0 and parts["scenario"] > 0.0
-    assert "share of flights lost" in document["notes"][-1]
+    for row in document.variance:
+        assert row.candidates == 2 * SAMPLES
+        parts = row.components_percent
+        assert sum(vars(parts).values()) == pytest.approx(100.0)
+        assert row.turbulence_percent == pytest.approx(parts.scenario + parts.interaction)
+        assert sum(vars(row.sum_of_squares_percent).values()) == pytest.approx(100.0)
+        assert min(vars(parts).values()) >= 0.0 and parts.scenario > 0.0
+    assert "share of flights lost" in document.notes[-1]
 
 
 def test_what_a_search_would_not_fly_is_flown_and_told(tmp_path, analysed):
@@ -74,9 +74,7 @@ def test_what_a_search_would_not_fly_is_flown_and_told(tmp_path, analysed):
     found = study_sensitivity(study_problem(study, 2), study, SAMPLES)
     assert found.screened_share == 1.0 and not found.kept.any()
     assert np.array_equal(found.values, analysis.values)
-    assert "100.0 % of the samples break a hard requirement" in " ".join(
-        sensitivity_document(study, found, 1.0)["notes"]
-    )
+    assert "100.0 % of the samples break a hard requirement" in " ".join(sensitivity_document(study, found, 1.0).notes)
 
 
 def test_command_writes_tables_that_agree(path, analysed, tmp_path, monkeypatch, capsys):

@@ -10,6 +10,8 @@ import numpy as np
 import pyarrow as pa
 import pyarrow.parquet as pq
 
+from tuner.documents.contest_document import ContestDocument
+
 ALL = ("PID", "ADRC", "A-ST-SMC", "PID (other)", "ADRC (other)")
 LAWS = {"PID": "pid", "ADRC": "ladrc", "A-ST-SMC": "hybrid", "PID (other)": "pid", "ADRC (other)": "ladrc"}
 # What each has of every disturbance and error.
@@ -103,11 +105,11 @@ def fabricate(folder: Path, made=None, without=(), **changes):
         (name, row["label"]): flown(made, name, row, size) for name in made.names for row, size in made.quantities
     }
     fronts = {name: front(made, name) for name in made.names} if made.tuned else {}
-    document = contest_document(made, scores, fronts) | changes
+    document = ContestDocument.parse(json.dumps(contest_document(made, scores, fronts) | changes))
     writers = {
         "study.toml": lambda file: file.write_text(STUDY, encoding="utf-8"),
         "environment.json": lambda file: file.write_text(json.dumps(ENVIRONMENT), encoding="utf-8"),
-        "contest.json": lambda file: file.write_text(json.dumps(document, indent=2), encoding="utf-8"),
+        "contest.json": lambda file: file.write_text(document.text(), encoding="utf-8"),
         "scores.parquet": lambda file: pq.write_table(score_table(made, scores), file),
         "fronts.csv": lambda file: write_csv([row for rows in fronts.values() for row in rows], file),
         "responses.parquet": lambda file: pq.write_table(response_table(made), file),

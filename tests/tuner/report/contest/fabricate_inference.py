@@ -3,6 +3,7 @@
 import json
 
 from tests.tuner.report.contest.fabricate_contest import ENVIRONMENT, STUDY
+from tuner.documents.inference_document import InferenceDocument
 
 KINDS = ("peak", "settling")
 
@@ -71,7 +72,10 @@ def inference(title="What the open values were"):
 
 def fabricate_inference(folder, **changes):
     folder.mkdir(parents=True)
-    files = {"inference.json": json.dumps(inference() | changes), "environment.json": json.dumps(ENVIRONMENT)}
+    files = {
+        "inference.json": InferenceDocument.parse(json.dumps(inference() | changes)).text(),
+        "environment.json": json.dumps(ENVIRONMENT),
+    }
     for name, text in {**files, "study.toml": STUDY}.items():
         (folder / name).write_text(text, encoding="utf-8")
     return folder

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from tuner.documents.contest import Gain
-from tuner.documents.results import Estimate
+from tuner.documents.parts import Estimate
 from tuner.report.charts.chart import span_of, value_axis
 from tuner.report.charts.look import COUNT, DASHES, INKS, SYMBOLS, looks, sample
 from tuner.report.charts.strip import INSET, Scale, interval, pinned, ruler, scale, stacked, ticks

@@ -249,5 +249,6 @@ def test_hostile_names_are_only_text(tmp_path):
     # matplotlib takes what stands between dollar signs for mathematics, and refuses what it does not understand.
     hostile = json.dumps("$\\frac$ ../<b>&$_$")
     text = (folder / "contest.json").read_text(encoding="utf-8")
-    (folder / "contest.json").write_text(text.replace('"PID"', hostile).replace('"level"', hostile), encoding="utf-8")
+    text = text.replace('"PID"', hostile).replace(': "level"', f": {hostile}")
+    (folder / "contest.json").write_text(text, encoding="utf-8")
     assert [file.name for file in write_contest_figures(folder)][::2] == ["differences.png", "published.png"]

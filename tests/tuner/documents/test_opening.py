@@ -1,0 +1,50 @@
+"""A results folder of any kind opens by one function."""
+
+import pytest
+
+from plant.errors import StoreError
+from tests.tuner.documents.examples import example_of
+from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
+from tests.tuner.report.fabricate import fabricate
+from tuner.documents.opening import KINDS, ContestFolder, TuningFolder, kind_in, open_results
+from tuner.store.document import json_text
+
+
+@pytest.mark.parametrize("kind", KINDS, ids=lambda kind: kind.kind)
+def test_each_kind_is_told_by_its_document(kind, tmp_path):
+    (tmp_path / kind.main).write_text(json_text(example_of(kind.model)), encoding="utf-8")
+    opened = open_results(tmp_path)
+    assert type(opened) is kind and isinstance(opened.document, kind.model)
+    with pytest.raises(StoreError, match="environment.json: there is no such file"):
+        _ = opened.environment
+
+
+def test_documents_and_tables_of_a_run(tmp_path):
+    opened = open_results(fabricate(tmp_path / "made-up"))
+    assert isinstance(opened, TuningFolder) and opened.document.shown == opened.results.tuned == "p0101"
+    assert opened.environment.threads == 4 and opened.study.startswith("title")
+    assert {"front.csv", "history.csv", "responses.parquet"} <= set(opened.tables)
+    assert len(opened.table("front.csv")) == len(opened.results.front.points)
+    assert "median" in opened.table("responses.parquet")
+    with pytest.raises(StoreError, match="nothing.csv: there is no such file"):
+        opened.table("nothing.csv")
+    (opened.folder / "front.csv").write_bytes(b"\xff\xfe\x00")
+    with pytest.raises(StoreError, match="front.csv: not a readable table"):
+        opened.table("front.csv")
+
+
+def test_a_contest_with_an_inference_is_a_contest(tmp_path):
+    folder = fabricate_contest(tmp_path / "made-up")
+    (folder / "inference.json").write_text("{}")
+    assert kind_in(folder) is ContestFolder
+    assert open_results(folder).document.contenders[0].name == "PID"
+
+
+def test_what_is_no_results_folder_is_refused(tmp_path):
+    with pytest.raises(StoreError, match="there is no such results folder"):
+        open_results(tmp_path / "nowhere")
+    with pytest.raises(StoreError, match="holds none of comparison.json, contest.json"):
+        open_results(tmp_path)
+    (tmp_path / "summary.json").write_text('{"title": 3}')
+    with pytest.raises(StoreError, match=r"summary.json: 'title' is 3 and not a text"):
+        open_results(tmp_path)

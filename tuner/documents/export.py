@@ -1,0 +1,127 @@
+"""export.json: what was written for a target, and what rounding to its resolution does."""
+
+from typing import Literal
+
+from tuner.documents.parts import LawNames
+from tuner.store.document import Document, DocumentPart, Sense
+
+EXPORT_FORMAT, EXPORT_VERSION = "holdfast-export", "1.0"
+
+
+class ExportedParameter(DocumentPart):
+    """A number as the target holds it, in its own unit; a bound that is none is null.
+
+    asked: before rounding; held: after it; usual: the target's default; before: on the vehicle, null where nobody said; kept: our
+    loops have no such thing, so the vehicle's value stays; change: held minus before.
+    """
+
+    name: str
+    unit: str
+    asked: float
+    held: float
+    low: float | None
+    high: float | None
+    usual: float | None
+    before: float | None
+    kept: bool
+    change: float | None
+
+
+class RoundedGain(DocumentPart):
+    """A gain before and after rounding; relative: change relative to what was asked, or to 1 where that is 0."""
+
+    gain: str
+    unit: str
+    asked: float
+    held: float
+    relative: float
+
+
+class RoundedMargin(DocumentPart):
+    """A limit on a margin before and after rounding; infinite values are null."""
+
+    label: str
+    quantity: str | None
+    unit: str
+    shown_unit: str | None = None
+    limit: float
+    sense: Sense
+    asked: float | None
+    held: float | None
+    kept_asked: bool
+    kept_held: bool
+
+
+class RoundedMetric(DocumentPart):
+    """Mean of a metric over the same flights before and after rounding; difference: flight by flight with its 95 % interval."""
+
+    metric: str
+    unit: str
+    asked: float
+    held: float
+    difference: float
+    low: float
+    high: float
+
+
+class FilteredLoop(DocumentPart):
+    """Phase margin of a loop with our derivative filter and with the target's low-pass; spare: ours over the limit."""
+
+    loop: str
+    unit: str
+    limit: float
+    ours: float
+    theirs: float
+    taken: float
+    spare: float
+    breaks: bool
+
+
+class GyroFilterPart(DocumentPart):
+    """Low-pass of the target between the gyro and its loops; cutoff [Hz]; known: the vehicle's file told it."""
+
+    name: str
+    cutoff: float
+    known: bool
+    rows: list[FilteredLoop]
+
+
+class VerificationPart(DocumentPart):
+    """Gains, margins and flights before and after rounding; broken: limits that hold before and not after it."""
+
+    passed: bool
+    broken: list[str]
+    scenario: str
+    stream: str
+    seed: int
+    flights: int
+    gains: list[RoundedGain]
+    margins: list[RoundedMargin]
+    metrics: list[RoundedMetric]
+    gyro_filter: GyroFilterPart | None
+
+
+class ExportDocument(Document):
+    """Content of export.json.
+
+    files: SHA-256 by name; rollback: files to go back to; settings: options of the target; before: where it is known from what is
+    on the vehicle, null where nobody said; lossy: what the target adds or lacks.
+    """
+
+    format: Literal["holdfast-export"]
+    version: Literal["1.0"]
+    generator: str
+    target: str
+    target_version: str
+    title: str
+    experimental: str | None
+    airframe: str
+    laws: LawNames
+    gains_sha256: str
+    files: dict[str, str]
+    rollback: list[str]
+    settings: dict[str, str]
+    before: str | None
+    lossy: list[str]
+    parameters: list[ExportedParameter]
+    verification: VerificationPart

@@ -1,0 +1,135 @@
+"""margins.json: the stability margins of one controller, loop by loop, in SI units: gains as factors, angles in rad.
+
+An infinite value is null, and `note` says what that means. A channel without a loop is not listed. Channels are x, y, z, roll,
+pitch, yaw.
+"""
+
+from typing import Literal
+
+from tuner.documents.parts import LawNames
+from tuner.store.document import Document, DocumentPart, Sense
+
+MARGINS_FORMAT, MARGINS_VERSION = "holdfast-margins", "0.2"
+
+
+class Measure(DocumentPart):
+    """A number with its unit."""
+
+    value: float
+    unit: str
+
+
+class Vector(DocumentPart):
+    """Three numbers in world axes (east, north, up) with their unit."""
+
+    value: list[float]
+    unit: str
+
+
+class Reading(DocumentPart):
+    """A quantity of a loop; frequency: where it is met; case: amplitude at which it is worst, null where it depends on none."""
+
+    value: float | None
+    unit: str
+    frequency: Measure | None
+    case: str | None
+    note: str | None
+
+
+class NotedValue(DocumentPart):
+    """A number with its unit; null: without end, as the note says."""
+
+    value: float | None
+    unit: str
+    note: str | None
+
+
+class GuaranteedRange(DocumentPart):
+    """Factors of the gain and the phase that a disk margin guarantees."""
+
+    low: NotedValue
+    high: NotedValue
+    phase: NotedValue
+
+
+class TrimPart(DocumentPart):
+    """Steady flight that the loops are linearised in."""
+
+    yaw: Measure
+    velocity: Vector
+    wind: Vector
+    position_held: bool
+
+
+class ChannelMargins(DocumentPart):
+    """Margins of one loop by name; growth: largest real part of its modes; amplitude_dependent: whether it is swept."""
+
+    channel: str
+    stable: bool
+    growth: NotedValue
+    amplitude_dependent: bool
+    quantities: dict[str, Reading]
+    disk_range: GuaranteedRange
+
+
+class MultiloopMargins(DocumentPart):
+    """Disk margin at all plant inputs (z, roll, pitch, yaw) at once."""
+
+    disk: Reading
+    disk_range: GuaranteedRange
+
+
+class LimitRow(DocumentPart):
+    """A requirement of a loop and whether it is kept; channel and quantity: what of the table it is about, null for else."""
+
+    label: str
+    channel: str | None
+    quantity: str | None
+    value: float | None
+    unit: str
+    shown_unit: str | None = None
+    limit: float
+    sense: Sense
+    hard: bool
+    kept: bool
+    note: str | None
+
+
+class CertificateRow(DocumentPart):
+    """What a certificate proves of an axis; null where it proves nothing."""
+
+    axis: str
+    name: str
+    title: str
+    value: float | None
+    unit: str
+    verified: bool
+    why: str
+    source: str
+
+
+class MismatchRow(DocumentPart):
+    """How far a factor of the vehicle may go from 1 while a criterion is kept; null: as far as was tried."""
+
+    factor: str
+    criterion: str
+    low: float | None
+    high: float | None
+    note: str | None
+
+
+class MarginsDocument(Document):
+    """Content of margins.json; passed: every hard requirement is kept; certificates, mismatch: where they were asked for."""
+
+    format: Literal["holdfast-margins"]
+    version: Literal["0.2"]
+    airframe: str
+    laws: LawNames
+    control_period: Measure
+    trim: TrimPart
+    channels: list[ChannelMargins]
+    multiloop: MultiloopMargins
+    requirements: list[LimitRow]
+    passed: bool
+    certificates: list[CertificateRow] | None = None
+    mismatch: list[MismatchRow] | None = None

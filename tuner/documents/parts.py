@@ -1,0 +1,79 @@
+"""Parts that several documents share."""
+
+from collections.abc import Iterator
+from typing import Any, TypeVar
+
+from pydantic import ConfigDict
+
+from tuner.store.document import Document, DocumentPart
+from tuner.text.units import in_shown_units as shown_content
+
+ENDS = ("value", "low", "high")
+
+
+class SampledValue(DocumentPart):
+    """A number with its 95 % interval, in this order."""
+
+    value: float
+    low: float
+    high: float
+
+    def __init__(self, *parts: float, **named: Any) -> None:
+        super().__init__(**dict(zip(ENDS, parts, strict=False)), **named)
+
+    def __iter__(self) -> Iterator[float]:  # pyright: ignore[reportIncompatibleMethodOverride]
+        return iter((self.value, self.low, self.high))
+
+
+class Estimate(DocumentPart):
+    """A number with its 95 % interval, in this order; null where there is none."""
+
+    value: float | None
+    low: float | None
+    high: float | None
+
+    def __init__(self, *parts: float | None, **named: Any) -> None:
+        super().__init__(**dict(zip(ENDS, parts, strict=False)), **named)
+
+    def __iter__(self) -> Iterator[float | None]:  # pyright: ignore[reportIncompatibleMethodOverride]
+        return iter((self.value, self.low, self.high))
+
+    def times(self, factor: float) -> "Estimate":
+        """Return it in another unit."""
+        return Estimate(*[None if part is None else part * factor for part in self])
+
+
+class LawNames(DocumentPart):
+    """The control law of each loop, by name."""
+
+    position: str
+    attitude: str
+
+
+class GainValue(DocumentPart):
+    """A gain in the unit of the study file."""
+
+    value: float
+    unit: str
+
+
+class ReadGain(GainValue):
+    """A gain of gains.json, of which readers of a folder need value and unit."""
+
+    model_config = ConfigDict(extra="ignore")
+
+
+class RecommendedGains(Document):
+    """Gains of a gains.json; the rest of it is read by `tuner.gains`."""
+
+    model_config = ConfigDict(extra="ignore")
+    gains: dict[str, ReadGain]
+
+
+Row = TypeVar("Row", bound=DocumentPart)
+
+
+def in_shown_units(row: Row) -> Row:
+    """Return a row with its numbers in its shown_unit, as `unit`; a row without one as it is."""
+    content = row.content()
+    return type(row).model_validate(shown_content(content)) if content.get("shown_unit") else row

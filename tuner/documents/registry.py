@@ -1,0 +1,42 @@
+"""Every JSON document that the tool writes, by name; `tuner schema NAME` prints its JSON Schema."""
+
+import json
+
+from tuner.documents.contest_document import ComparisonDocument, ContestDocument
+from tuner.documents.export import ExportDocument
+from tuner.documents.inference_document import InferenceDocument
+from tuner.documents.judgement import JudgementDocument
+from tuner.documents.margins import MarginsDocument
+from tuner.documents.plan import ContestPlanDocument, PlanDocument
+from tuner.documents.resolved import Resolved
+from tuner.documents.sensitivity import SensitivityDocument
+from tuner.documents.summary import Summary
+from tuner.store.document import Document
+from tuner.store.environment import Environment
+from tuner.store.inputs import RunRecord
+from tuner.store.manifest import Manifest
+from tuner.store.start import Start
+
+DOCUMENTS: dict[str, type[Document]] = {
+    "summary": Summary,
+    "contest": ContestDocument,
+    "comparison": ComparisonDocument,
+    "inference": InferenceDocument,
+    "sensitivity": SensitivityDocument,
+    "margins": MarginsDocument,
+    "plan": PlanDocument,
+    "contest-plan": ContestPlanDocument,
+    "judgement": JudgementDocument,
+    "export": ExportDocument,
+    "resolved": Resolved,
+    "environment": Environment,
+    "run": RunRecord,
+    "start": Start,
+    "manifest": Manifest,
+}
+
+
+def schema_of(name: str) -> str:
+    """Return the JSON Schema of a document as the text of a file."""
+    schema = DOCUMENTS[name].model_json_schema(by_alias=True)
+    return json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}, indent=1) + "\n"

@@ -1,0 +1,102 @@
+"""resolved.json: every value of a study, defaults and airframe numbers included."""
+
+import json
+from typing import Any, Self
+
+from tuner.store.document import Document, DocumentPart, Json, Scale, Sense
+
+
+class AirframeNumber(DocumentPart):
+    """A number of an airframe with its origin."""
+
+    value: float
+    unit: str
+    source: str
+
+
+class ResolvedAirframe(DocumentPart):
+    """The airframe; numbers by name."""
+
+    name: str
+    file: str | None = None
+    allow_unphysical: bool = False
+    title: str = ""
+    frame: str = ""
+    numbers: dict[str, AirframeNumber] = {}
+
+
+class ResolvedController(DocumentPart):
+    """Control laws by loop, periods [s] and options of the cascade."""
+
+    attitude: str
+    position: str
+    control_period: float | None = None
+    plant_step: float | None = None
+    attitude_rate: str | None = None
+    position_rate: str | None = None
+    lag_aware: bool | None = None
+    delay: bool | None = None
+    tilt_limit_deg: float | None = None
+    yaw_torque_cutoff: float | None = None
+    default: Json = None
+
+
+class ResolvedSearch(DocumentPart):
+    """The search; initial: names of the points that it starts from."""
+
+    algorithm: str
+    population: int | None = None
+    generations: int | None = None
+    initial: list[str] | None = None
+    racing: bool | None = None
+
+
+class ResolvedVariable(DocumentPart):
+    """A searched gain and the addresses that it stands for."""
+
+    name: str
+    addresses: list[str]
+    low: float
+    high: float
+    scale: Scale
+
+
+class ResolvedRequirement(DocumentPart):
+    """A requirement that is known without flying."""
+
+    label: str
+    quantity: str
+    unit: str
+    shown_unit: str | None = None
+    limit: float
+    sense: Sense
+    hard: bool
+
+
+class Resolved(Document):
+    """Content of resolved.json of a tuning run; tables that are not told here are those of the study file."""
+
+    title: str = ""
+    seed: int
+    airframe: ResolvedAirframe
+    controller: ResolvedController
+    scenario: list[dict[str, Json]] = []
+    objective: list[dict[str, Json]] = []
+    description: str = ""
+    limits: dict[str, Json] = {}
+    gains: dict[str, float] = {}
+    mission: dict[str, Json] | None = None
+    constraint: list[dict[str, Json]] = []
+    guarantee: list[dict[str, Json]] = []
+    margin: list[dict[str, Json]] = []
+    cost: list[dict[str, Json]] = []
+    search: ResolvedSearch
+    pick: dict[str, Json] = {}
+    variables: list[ResolvedVariable] = []
+    requirements: list[ResolvedRequirement] = []
+    digest: str = ""
+
+    @classmethod
+    def of(cls, values: dict[str, Any]) -> Self:
+        """Return the document of the values of a study."""
+        return cls.parse(json.dumps(values, allow_nan=False))

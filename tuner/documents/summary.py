@@ -1,0 +1,282 @@
+"""summary.json: what a tuning run found."""
+
+from typing import Annotated, Literal, Self
+
+from pydantic import Field, model_validator
+
+from tuner.documents.ending import GAINS, INFEASIBLE
+from tuner.documents.parts import Estimate
+from tuner.store.document import Document, DocumentPart, Scale, Sense
+
+
+class Pick(DocumentPart):
+    """Rule that picked the recommended point, and its reason in words."""
+
+    rule: str
+    why: str
+
+
+class Spared(DocumentPart):
+    """Candidates that were not flown, or not to the end, and the flights that this saved."""
+
+    candidates: int
+    flights: int
+
+
+class SearchSeconds(DocumentPart):
+    """Time of a search [s] that requirements and flights took."""
+
+    screening: float
+    flights: float
+
+
+class PickedObjective(DocumentPart):
+    """An objective of the recommended point in the search and held out; gap: held-out minus search."""
+
+    label: str
+    unit: str
+    search: float
+    held_out: Estimate
+    gap: Estimate
+
+
+class PickedOn(DocumentPart):
+    """Values that the recommended point was picked by.
+
+    probability: share of the resamples on which it is non-dominated; lost_in_search: share of its flights in the search that it
+    lost, null where it was not flown there.
+    """
+
+    probability: float
+    lost_in_search: float | None = None
+    objectives: list[PickedObjective]
+
+
+class RelaxedLimit(DocumentPart):
+    """A limit that has to give way, and where to."""
+
+    label: str
+    unit: str
+    shown_unit: str | None = None
+    sense: Sense
+    limit: float
+    relaxed: float
+
+
+class RelaxationRow(DocumentPart):
+    """The least step of limits that lets a candidate in; share: of each limit; default: the candidate is the default itself."""
+
+    candidate: str
+    default: bool = False
+    share: float
+    limits: list[RelaxedLimit]
+
+
+class ConflictPart(DocumentPart):
+    """Limits that nobody kept together. sets: the smallest; single: steps of one limit; common: of all limits alike."""
+
+    sets: list[list[str]]
+    single: list[RelaxationRow]
+    common: RelaxationRow | None
+
+
+class GainAt(DocumentPart):
+    """A gain at a value."""
+
+    gain: str
+    value: float
+    unit: str
+
+
+class DesignReach(DocumentPart):
+    """What a design reaches: the value (null: no bound), whether it keeps the limit, and the gains of the loop."""
+
+    value: float | None
+    kept: bool
+    gains: list[GainAt]
+
+
+class ObstacleRow(DocumentPart):
+    """What stands behind a limit that no candidate keeps.
+
+    loop: axis that breaks it, null where it is no margin of one loop; reached: best value (null: infinite), by point; tried:
+    candidates looked at; moved_by: searched gains that move it; fixed: gains of the loop that are not searched; automatic: key
+    that moves the limit, "" where the study writes it.
+    """
+
+    label: str
+    loop: str | None
+    unit: str
+    shown_unit: str | None = None
+    sense: Sense
+    limit: float
+    reached: float | None
+    point: str
+    tried: int
+    moved_by: list[str]
+    fixed: list[GainAt] = []
+    design: DesignReach | None = None
+    automatic: str = ""
+
+
+class LimitCost(DocumentPart):
+    """The best value of an objective over the feasible candidates, with a limit and without it."""
+
+    limit: str
+    objective: str
+    unit: str
+    kept: float = Field(alias="with")
+    without: float
+
+
+class VariableRow(DocumentPart):
+    """A searched gain; natural_ends: the ends of its range that cannot be moved."""
+
+    name: str
+    symbol: str = ""
+    meaning: str = ""
+    unit: str
+    low: float
+    high: float
+    scale: Scale
+    natural_ends: list[Literal["low", "high"]] = []
+    default: float
+    tuned: float
+
+
+class ComparedRow(DocumentPart):
+    """An objective or constraint, default against tuned; difference: tuned minus default, paired over scenarios.
+
+    automatic: key of the study that moves a limit which it does not write, else "".
+    """
+
+    label: str
+    metric: str
+    definition: str
+    risk: str
+    scenario: str | None = None
+    unit: str
+    kind: Literal["objective", "constraint"]
+    limit: float | None = None
+    default: Estimate
+    tuned: Estimate
+    difference: Estimate
+    verdict: str
+    automatic: str = ""
+
+
+class RequiredRow(DocumentPart):
+    """A requirement that is known without flying; values without intervals, null: infinite."""
+
+    label: str
+    quantity: str
+    unit: str
+    shown_unit: str | None = None
+    kind: Literal["requirement"]
+    limit: float
+    sense: Sense
+    hard: bool = True
+    default: Estimate
+    tuned: Estimate
+    difference: Estimate
+    verdict: str
+
+
+class AirRow(DocumentPart):
+    """Turbulence of a scenario: lengths [m], deviations [m/s, rad/s] and time constants [s] by axis of the wind.
+
+    trim_tilt [rad], trim_thrust (over the weight): of flights that start trimmed against a mean wind.
+    """
+
+    scenario: str
+    spec: str = ""
+    intensity: str | float = ""
+    altitude: float | None = None
+    mean_wind: float | None = None
+    airspeed: float | None = None
+    frozen_field_ratio: float | None = None
+    length_u: float | None = None
+    sigma_u: float | None = None
+    tau_u: float | None = None
+    length_v: float | None = None
+    sigma_v: float | None = None
+    tau_v: float | None = None
+    length_w: float | None = None
+    sigma_w: float | None = None
+    tau_w: float | None = None
+    tau_p: float | None = None
+    tau_q: float | None = None
+    tau_r: float | None = None
+    sigma_p: float | None = None
+    trim_tilt: float | None = None
+    trim_thrust: float | None = None
+
+
+TableRow = Annotated[ComparedRow | RequiredRow, Field(discriminator="kind")]
+
+
+class Summary(Document):
+    """Content of summary.json. tuned: the recommended point, null where nothing is feasible; nearest: then the nearest to it."""
+
+    feasible: bool | None = None
+    ending: list[str] = []
+    title: str
+    study: str
+    tuned: str | None = None
+    nearest: str | None = None
+    pick: Pick
+    flights: int
+    screened: Spared | None = None
+    raced: Spared | None = None
+    wall_seconds: float
+    search_seconds: SearchSeconds | None = None
+    held_out: int
+    front_size: int
+    hypervolume: float
+    picked_on: PickedOn | None = None
+    conflict: ConflictPart | None = None
+    obstacles: list[ObstacleRow] = []
+    costs: list[LimitCost] = []
+    remarks: list[str] = []
+    warnings: list[str]
+    variables: list[VariableRow]
+    table: list[TableRow]
+    air: list[AirRow]
+
+    @model_validator(mode="after")
+    def _names_a_point(self) -> Self:
+        if self.tuned is None and self.nearest is None:
+            raise ValueError("the key 'tuned' is missing")
+        if self.table and not any(row.kind == "objective" for row in self.table):
+            raise ValueError("'table' holds no objective")
+        return self
+
+    @property
+    def recommends(self) -> bool:
+        """Whether the run recommends anything; folders of earlier versions tell it by their conflict."""
+        return self.conflict is None if self.feasible is None else self.feasible
+
+    @property
+    def shown(self) -> str:
+        """The point that stands beside the default: the recommended one, else the nearest to feasible."""
+        return str(self.nearest if self.tuned is None else self.tuned)
+
+    @property
+    def shown_as(self) -> str:
+        """Name of that point at the head of a column."""
+        return "tuned" if self.recommends else "nearest"
+
+    @property
+    def gains_file(self) -> str:
+        """Name of the file with the gains of that point; folders of earlier versions have but one."""
+        return INFEASIBLE if self.feasible is False else GAINS
+
+    @property
+    def compared(self) -> list[ComparedRow]:
+        """The objectives and constraints of the table."""
+        return [row for row in self.table if isinstance(row, ComparedRow)]
+
+    @property
+    def required(self) -> list[RequiredRow]:
+        """The requirements of the table."""
+        return [row for row in self.table if isinstance(row, RequiredRow)]

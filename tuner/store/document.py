@@ -1,0 +1,174 @@
+"""Base of every JSON document that the tool writes: a frozen model that writer, reader, schema and tests share.
+
+A document is read with suspicion: whatever is missing or wrong becomes a StoreError that names the file and the key. Keys that
+earlier versions did not write have a default, and a document is written with the keys that it was given and no others, so that
+what was read comes out again as it stood.
+"""
+
+import json
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Annotated, Any, Self
+
+from pydantic import BaseModel, ConfigDict, ValidationError
+from pydantic_core import CoreSchema, ErrorDetails, core_schema
+
+from plant.errors import StoreError
+from plant.input_files import read_input_text
+from tuner.store.advice import kind_of, mend
+
+
+@dataclass(frozen=True)
+class OneOf:
+    """Annotation of a text that is one of a few; writers hold such texts as plain ones."""
+
+    allowed: tuple[str, ...]
+
+    def __get_pydantic_core_schema__(self, source: Any, handler: Any) -> CoreSchema:
+        return core_schema.literal_schema(list(self.allowed))
+
+
+Scale = Annotated[str, OneOf(("linear", "log"))]
+Sense = Annotated[str, OneOf(("most", "least"))]
+Json = Any
+"""A value of a study file, which its own schema describes."""
+
+
+class DocumentPart(BaseModel):
+    """An object inside a document; names are those of its keys, all values in SI units, angles in rad."""
+
+    model_config = ConfigDict(
+        strict=True, frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True, defer_build=True,
+    )  # fmt: skip
+
+    # Until all readers go by attribute: what a dictionary offers.
+    def keys(self) -> list[str]:
+        """Return the keys."""
+        return [f.alias or n for n, f in type(self).model_fields.items() if n in self.model_fields_set]
+
+    def __getitem__(self, key: str) -> Any:
+        found = next((n for n, f in type(self).model_fields.items() if key in (n, f.alias)), None)
+        if found is None or found not in self.model_fields_set:
+            raise KeyError(key)
+        return getattr(self, found)
+
+    def __contains__(self, key: str) -> bool:
+        return key in self.keys()
+
+    def get(self, key: str, otherwise: Any = None) -> Any:
+        """Return a value that may be missing."""
+        return self[key] if key in self else otherwise
+
+    def items(self) -> list[tuple[str, Any]]:
+        """Return keys with values."""
+        return [(key, self[key]) for key in self.keys()]
+
+    def content(self) -> dict[str, Any]:
+        """Return the object as data for JSON, keys in the order of the model."""
+        return self.model_dump(by_alias=True, exclude_unset=True)
+
+
+class Document(DocumentPart):
+    """The content of one JSON file."""
+
+    def text(self) -> str:
+        """Return the document as the text of its file."""
+        return json_text(self.content())
+
+    @classmethod
+    def parse(cls, text: str) -> Self:
+        """Return the document that a text holds; raises pydantic's ValidationError, see `explained`."""
+        return cls.model_validate_json(text)
+
+    @classmethod
+    def read(cls, file: Path) -> Self:
+        """Return the document in a file; StoreError names the file and the key that is missing or wrong."""
+        text = read_text(file)
+        try:
+            return cls.parse(text)
+        except ValidationError as error:
+            raise refuse(file, explained(error, text)) from None
+
+
+def json_text(content: Any) -> str:
+    """Return data as the text of a JSON file; non-finite numbers are our own mistake."""
+    return json.dumps(content, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+
+
+def refuse(file: Path, what: str) -> StoreError:
+    """Return the error for a file that cannot be used; what: what is wrong with it."""
+    folder = next((above for above in list(file.parents)[:2] if kind_of(above) is not None), file.parent)
+    return StoreError(f"{file}: {what}; {mend(folder, file.relative_to(folder).as_posix())}")
+
+
+def read_text(file: Path) -> str:
+    """Return the content of a text file."""
+    try:
+        return read_input_text(file)
+    except FileNotFoundError:
+        raise refuse(file, "there is no such file") from None
+    except (OSError, UnicodeDecodeError) as error:
+        raise refuse(file, f"the file cannot be read ({error})") from None
+
+
+def explained(error: ValidationError, text: str) -> str:
+    """Return the first thing that is wrong with the text of a document, as the beginning of a sentence."""
+    found = error.errors(include_url=False)[0]
+    if found["type"] == "json_invalid":
+        return _not_json(text, found["msg"])
+    key = _key(found, json.loads(text))
+    kind, given = found["type"], found["input"]
+    context = found.get("ctx", {})
+    if kind == "missing":
+        return f"the key '{key}' is missing"
+    if kind == "extra_forbidden":
+        return f"the key '{key}' is none that this version knows"
+    if kind == "union_tag_not_found":
+        return f"the key '{_below(key, context['discriminator'])}' is missing"
+    if kind == "union_tag_invalid":
+        inner = context["discriminator"].strip("'")
+        return f"'{_below(key, inner)}' is {context['tag']!r:.60} and neither of {context['expected_tags'].replace(chr(39), '')}"
+    if kind == "value_error":
+        return str(context["error"])
+    return f"'{key or 'the file'}' is {given!r:.60} and not {_expected(kind, given, context)}"
+
+
+NAMES = {
+    "float_type": "a number", "finite_number": "a finite number", "int_type": "a whole number", "bool_type": "true or false",
+    "string_type": "a text", "list_type": "a list", "dict_type": "an object", "model_type": "an object",
+    "model_attributes_type": "an object", "greater_than_equal": "a number of that size",
+}  # fmt: skip
+
+
+def _expected(kind: str, given: Any, context: dict[str, Any]) -> str:
+    if kind == "literal_error":
+        return f"one of {context['expected']}"
+    if kind == "float_type" and isinstance(given, bool):
+        return "a finite number"
+    return NAMES.get(kind, "what should stand there")
+
+
+def _not_json(text: str, otherwise: str) -> str:
+    try:
+        json.loads(text)
+    except json.JSONDecodeError as error:
+        return f"not JSON, {error.msg} in line {error.lineno}"
+    except (ValueError, RecursionError):
+        pass
+    return f"not JSON ({otherwise:.80})"
+
+
+def _key(found: ErrorDetails, content: Any) -> str:
+    """Return the dotted place of an error; steps that stand for a choice of the model and not for a key are left out."""
+    key = ""
+    for step in found["loc"]:
+        if isinstance(step, int):
+            key, content = f"{key}[{step}]", content[step]
+        elif isinstance(content, dict) and step in content:
+            key, content = _below(key, step), content[step]
+    return _below(key, str(found["loc"][-1])) if found["type"] == "missing" else key
+
+
+def _below(key: str, name: str) -> str:
+    name = name.strip("'")
+    return f"{key}.{name}" if key else name
