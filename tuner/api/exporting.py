@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 
 from plant.airframes import load
 from tuner.api.frames import Documented, frame, json_text, shown
-from tuner.api.gains import Gains, GainsLike, gains_of, taken
+from tuner.api.gains import Gains, GainsLike, gains_of, taken, write_new
 from tuner.documents.export import ExportDocument
 from tuner.exchange.registry import exporter as find_exporter
 from tuner.exchange.registry import importer as find_importer
@@ -171,7 +171,7 @@ def import_gains(
     found = importer.read(Path(parameters), load(airframe), settings_of(importer, texts(options)))
     gains = gains_of(found.controller, {})
     if out is not None:
-        gains = replace(gains, path=gains.write(out))
+        gains = replace(gains, path=write_new(Path(out), gains.document, parents=True))
     return Imported(gains, found.notes, found.untouched, source, Path(parameters))
 
 

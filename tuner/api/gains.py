@@ -168,11 +168,12 @@ def as_gains(gains: GainsLike, airframe: str | None = None) -> Gains:
     return gains if isinstance(gains, Gains) else read_gains(gains, airframe)
 
 
-def write_new(path: Path, document: Document) -> Path:
-    """Write a JSON file that must not exist yet; StoreError where it does, or cannot be written."""
+def write_new(path: Path, document: Document, parents: bool = False) -> Path:
+    """Write a JSON file that must not exist yet, with the folders above it if asked to; StoreError where that cannot be."""
     text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     try:
-        path.parent.mkdir(parents=True, exist_ok=True)
+        if parents:
+            path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
