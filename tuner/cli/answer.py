@@ -40,10 +40,10 @@ class Messages(Watcher):
 
 
 @contextmanager
-def progress(as_json: bool) -> Iterator[Watcher]:
-    """Yield what shows the progress of a command: a display on the terminal, or messages alone beside JSON."""
+def progress(as_json: bool, quiet: bool = False) -> Iterator[Watcher]:
+    """Yield what shows the progress of a command: a display on the terminal, or beside JSON messages alone, none if quiet."""
     if as_json:
-        yield Messages()
+        yield Watcher() if quiet else Messages()
         return
     from tuner.cli.display import TerminalWatcher
     from tuner.cli.terminal import Console

@@ -33,7 +33,7 @@ def sensitivity(
 
     Example: tuner sensitivity quickstart --samples 256 --out results/sensitivity
     """
-    with progress(as_json) as watcher:
+    with progress(as_json, quiet=True) as watcher:
         found = tuner.sensitivity(study, samples=samples, out=out, watcher=watcher, threads=threads)
     answer(found, as_json)
 
