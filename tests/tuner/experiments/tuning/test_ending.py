@@ -10,7 +10,6 @@ from io import StringIO
 import numpy as np
 import pandas as pd
 import pytest
-from rich.console import Console
 
 from objectives.margins.margins import MarginModel
 from plant.gains import gain_addresses
@@ -20,6 +19,7 @@ from tests.tuner.study.study_text import STUDY, write
 from tuner import report
 from tuner.cli.main import _invoke
 from tuner.cli.printers import story as show
+from tuner.cli.terminal import Console
 from tuner.documents.ending import GAINS, INFEASIBLE, NOTHING
 from tuner.documents.loading import load
 from tuner.experiments.tuning.starts import design_row, study_designs
