@@ -78,7 +78,9 @@ def bode_marks(frequency: Array, loop: Array, look: Look, name: str, show: Show)
 def nyquist_marks(frequency: Array, loop: Array, look: Look, name: str, show: Show) -> list[Mark]:
     """Return the curve, and marks where it meets the unit circle and the negative real axis."""
     tip = "%{x:.2f} %{y:+.2f}i at %{customdata[0]:.3~g} rad/s"
-    curve = Line(name=name, look=look, x=loop.real, y=loop.imag, tips=(frequency, frequency), tip=tip, show=show)
+    curve = Line(
+        name=name, look=look, x=np.real(loop), y=np.imag(loop), tips=(frequency, frequency), tip=tip, show=show
+    )
     marks: list[Mark] = [curve]
     read = (phase_crossing, "phase margin {:.1f}°"), (gain_crossing, "gain margin {:.1f} dB")
     for crossing, words in read:
