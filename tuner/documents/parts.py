@@ -35,6 +35,11 @@ class Estimate(DocumentPart):
     def __init__(self, *parts: float | None, **named: Any) -> None:
         super().__init__(**dict(zip(ENDS, parts, strict=False)), **named)
 
+    @property
+    def parts(self) -> tuple[float | None, float | None, float | None]:
+        """Value and ends, as `tuner.text.numbers.estimate` takes them."""
+        return (self.value, self.low, self.high)
+
     def __iter__(self) -> Iterator[float | None]:  # pyright: ignore[reportIncompatibleMethodOverride]
         return iter((self.value, self.low, self.high))
 

@@ -11,6 +11,7 @@ from tuner.study.processor_cost.words import told
 from tuner.text.markup import Markup, coded, described, element, join, table
 from tuner.text.numbers import MISSING, count, duration, significant
 from tuner.text.units import marked_up
+from tuner.store.environment import Environment
 
 # Keys of the environment that are told in words; the rest are versions of packages.
 TOLD = ("platform", "cpu", "simd", "threads", "started", "command", "commit")
@@ -142,7 +143,7 @@ def _search(search: dict[str, object]) -> str:
     return ", ".join([str(search["algorithm"]), " of ".join(size)]) if size else str(search["algorithm"])
 
 
-def _machine(environment: dict[str, object]) -> str:
+def _machine(environment: Environment) -> str:
     names = [str(environment[key]) for key in ("cpu", "simd", "platform") if environment.get(key)]
     if environment.get("threads"):
         names.insert(1, f"{environment['threads']} threads")

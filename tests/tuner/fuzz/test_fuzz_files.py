@@ -14,12 +14,13 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from plant.airframes import load
-from tests.tuner.fuzz.fuzzing import STUDIES, fuzzed, load_any, outcome
+from tests.tuner.fuzz.fuzzing import STUDIES, fuzzed, outcome
 from tests.tuner.fuzz.hostile import broken, mutated
 from tests.tuner.fuzz.hostile_text import json_of, toml_of
 from tuner.api.designing import controller_for
 from tuner.gains import read_gains, to_document
 from tuner.study import load_study
+from tuner.study.kinds import load_any
 
 CONTESTS, INFERENCES = ["contest.toml", "paper_table3.toml"], ["paper_inference.toml"]
 TUNINGS = sorted(file.name for file in STUDIES.glob("*.toml") if file.name not in CONTESTS + INFERENCES)

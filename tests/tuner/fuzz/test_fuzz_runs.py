@@ -14,7 +14,7 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from tests.tuner.conftest import QUICKSTART, NoDrawing
-from tests.tuner.fuzz.fuzzing import fuzzed, load_any, outcome, patience
+from tests.tuner.fuzz.fuzzing import fuzzed, outcome, patience
 from tests.tuner.fuzz.hostile import mutated, shaken
 from tests.tuner.fuzz.hostile_text import json_of, toml_of
 from tests.tuner.in_process import tuner
@@ -25,6 +25,7 @@ from tuner.store.folder import ASIDE
 from tuner.study import load_study
 from tuner.study.size import flight_steps
 from tuner.study.study import Study
+from tuner.study.kinds import load_any
 
 # A run of two generations of eight, two flights each of a fifth of a second, is one of 16 000 plant steps.
 MOST_STEPS, MOST_CANDIDATES = 400_000, 64

@@ -151,7 +151,7 @@ def _points(ax: Axes, mark: Points, panel: Panel | None) -> None:
     if mark.edge and panel is not None:
         sides = np.stack([_side(mark.x, panel.x), _side(mark.y, panel.y)], axis=1)
     crossed = look.symbol == "x-thin" and mark.edge
-    rows = np.ones(len(mark.x), dtype=bool) if crossed else np.asarray(~sides.any(axis=1))
+    rows = np.ones(len(mark.x), dtype=bool) if crossed else np.logical_not(sides.any(axis=1)).reshape(-1)
     x, y = (
         (mark.x, mark.y)
         if panel is None

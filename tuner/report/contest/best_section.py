@@ -36,6 +36,6 @@ def _row(contest: Contest, entry: BestUnder, names: list[str]) -> Markup:
 def _cell(row: BestRow | None, best: bool) -> Markup:
     if row is None:
         return element("small", "no point keeps it")
-    value, interval = estimate(*row.estimate)
+    value, interval = estimate(*row.estimate.parts)
     number = element("strong" if best else "span", f"{BEST} " if best else "", value, class_="number")
     return element("span", number, element("small", interval, class_="interval"), element("small", safe(row.point)))

@@ -44,7 +44,7 @@ def inference_parts(inference: Inference) -> list[Section]:
     return [Section(key, name, join((aid(AIDS[key]), wide(content)))) for key, name, content in parts if content]
 
 
-def inference_page(inference: Inference, environment: dict[str, Any], study: str) -> Page:
+def inference_page(inference: Inference, environment: Environment, study: str) -> Page:
     """Return the page of an inference, given in shown units; it has no charts that need a script."""
     description = inference.document.get("description")
     words = element("ul", *[element("li", sentence) for sentence in inference.words], class_="words")
@@ -87,7 +87,7 @@ def _key_figures(inference: Inference) -> list[tuple[str, str]]:
     ]
 
 
-def _provenance(inference: Inference, environment: dict[str, Any], study: str) -> Markup:
+def _provenance(inference: Inference, environment: Environment, study: str) -> Markup:
     document, settings = inference.document, inference.document["settings"]
     facts = [
         ("Study", str(document.get("study", ""))),

@@ -103,8 +103,8 @@ def _cells_row(cells: list[Cell], names: list[str]) -> Markup:
 
 
 def _cell(cell: Cell) -> Markup:
-    median, ends = estimate(*cell.ours.central)
-    before, before_ends = estimate(*cell.default.central)
+    median, ends = estimate(*cell.ours.central.parts)
+    before, before_ends = estimate(*cell.default.central.parts)
     where = f"{BY[cell.by]}, percentile {percentile_text(cell.ours.percentile)}"
     nearest = (
         element("small", f"nearest median of all settings {significant(cell.nearest, 3)}")
@@ -122,7 +122,7 @@ def _cell(cell: Cell) -> Markup:
 
 
 def _ratio_row(entry: Ratio) -> list[Markup | str]:
-    median, ends = estimate(*entry.ours.central)
+    median, ends = estimate(*entry.ours.central.parts)
     verdict = element(
         "span",
         f"{BY[entry.by]}, percentile {percentile_text(entry.ours.percentile)}",

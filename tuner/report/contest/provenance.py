@@ -8,6 +8,7 @@ from tuner.report.provenance import TOLD
 from tuner.text.markup import Markup, coded, described, element, join
 from tuner.text.numbers import MISSING, count, duration, significant
 from tuner.text.units import marked_up
+from tuner.store.environment import Environment
 
 WORDS = (
     ("Held-out", "flown on scenarios that no search ever saw; flight i meets the same air in every contender's hands."),
@@ -51,7 +52,7 @@ def facts(contest: Contest) -> Markup:
     return described(shown, class_="facts columns")
 
 
-def environment_facts(environment: dict[str, Any]) -> list[tuple[str, str]]:
+def environment_facts(environment: Environment) -> list[tuple[str, str]]:
     """Return command, time, machine, versions and commit of a run, from environment.json."""
     versions = ", ".join(f"{name} {value}" for name, value in environment.items() if name not in TOLD and value)
     told = [
@@ -95,7 +96,7 @@ def document_text(contest: Contest) -> str:
     return contest.document.text().rstrip()
 
 
-def _machine(environment: dict[str, Any]) -> str:
+def _machine(environment: Environment) -> str:
     names = [str(environment[key]) for key in ("cpu", "simd", "platform") if environment.get(key)]
     if environment.get("threads"):
         names.insert(1, f"{environment['threads']} threads")

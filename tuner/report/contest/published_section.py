@@ -98,7 +98,7 @@ def _figure(contest: Contest, row: Row) -> Markup:
 
 def _line(contest: Contest, cell: Cell, shown: Scale) -> Markup:
     look = looks_of(contest)[cell.contender]
-    median, ends = estimate(*cell.central)
+    median, ends = estimate(*cell.central.parts)
     printed = element("strong", significant(cell.printed, 6))
     return element(
         "li",

@@ -80,7 +80,7 @@ def _drawing(rows: list[tuple[Look, Estimate]], limit: float | None, width: floa
 def _cell(quantity: Quantity, entry: Estimate | None, best: bool, close: bool) -> Markup:
     if entry is None:
         return Markup(MISSING)
-    value, interval = estimate(*entry)
+    value, interval = estimate(*entry.parts)
     sign = f"{BEST} " if best else f"{CLOSE} " if close else ""
     number = element("strong" if best else "span", sign, value, class_="number")
     broken = quantity.limit is not None and entry.value is not None and entry.value > quantity.limit

@@ -17,7 +17,7 @@ def volumes_table(contest: Contest, fronts: Fronts) -> Markup:
     best = {name for name, share in shares.items() if share == max(shares.values())}
     rows = []
     for entry in fronts.volumes:
-        value, ends = estimate(*entry.share)
+        value, ends = estimate(*entry.share.parts)
         largest = entry.contender in best
         sign = f"{BEST} " if largest else f"{CLOSE} " if entry.even & best else ""
         number = element("strong" if largest else "span", sign, value, class_="number")
