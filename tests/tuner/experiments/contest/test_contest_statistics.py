@@ -332,7 +332,7 @@ def test_operations_are_counted_without_moves():
         return constants.a * measured.value + constants.b, Two(memory.b, memory.a)
 
     law = LAWS["pid"]
-    toy = Law("toy", "", "", Two, Two, Two, law.prepare, law.start, step, ())
+    toy = Law("toy", "", "", Two, Two, Two, law.prepare, law.start, step, (), "")
     assert step_operations(toy) == 2
     # A difference and an assignment more for an observer: the hybrid's step holds LADRC's observer and its own term.
     assert step_operations(LAWS["hybrid"]) > step_operations(LAWS["ladrc"]) > step_operations(LAWS["pid"]) > 10
