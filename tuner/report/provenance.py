@@ -7,11 +7,11 @@ from tuner.documents.results import Results
 from tuner.report.answer_section import metric_anchor
 from tuner.report.page import folded, folded_text, wide
 from tuner.report.prose import law_title
+from tuner.store.environment import Environment
 from tuner.study.processor_cost.words import told
 from tuner.text.markup import Markup, coded, described, element, join, table
 from tuner.text.numbers import MISSING, count, duration, significant
 from tuner.text.units import marked_up
-from tuner.store.environment import Environment
 
 # Keys of the environment that are told in words; the rest are versions of packages.
 TOLD = ("platform", "cpu", "simd", "threads", "started", "command", "commit")

@@ -23,9 +23,9 @@ from tuner.experiments.tuning.problem import problem_of
 from tuner.gains import read_gains, to_document
 from tuner.store.folder import ASIDE
 from tuner.study import load_study
+from tuner.study.kinds import load_any
 from tuner.study.size import flight_steps
 from tuner.study.study import Study
-from tuner.study.kinds import load_any
 
 # A run of two generations of eight, two flights each of a fifth of a second, is one of 16 000 plant steps.
 MOST_STEPS, MOST_CANDIDATES = 400_000, 64

@@ -1,7 +1,6 @@
 """report.html of an inference: what its open values must have been, and which printed numbers nothing reproduces."""
 
 from pathlib import Path
-from typing import Any
 
 from tuner.documents.inference import Inference, load_inference
 from tuner.report.contest.inference_section import cells_table, misfits_table, ratios_table, unknowns_table

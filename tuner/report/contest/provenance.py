@@ -1,14 +1,12 @@
 """Where the numbers of a contest come from: seed, flights, machine, versions, the command, and what the words mean."""
 
-from typing import Any
-
 from tuner.documents.contest import Contest
 from tuner.report.answer_section import metric_anchor
 from tuner.report.provenance import TOLD
+from tuner.store.environment import Environment
 from tuner.text.markup import Markup, coded, described, element, join
 from tuner.text.numbers import MISSING, count, duration, significant
 from tuner.text.units import marked_up
-from tuner.store.environment import Environment
 
 WORDS = (
     ("Held-out", "flown on scenarios that no search ever saw; flight i meets the same air in every contender's hands."),
