@@ -54,7 +54,7 @@ def same(old: Any, new: Any) -> bool:
         )
     if any(isinstance(value, bool) or not isinstance(value, int | float) for value in (old, new)):
         return type(old) is type(new) and old == new
-    return near(old, new)
+    return near(float(old), float(new))
 
 
 def near(old: float, new: float) -> bool:

@@ -11,7 +11,7 @@ import sys
 import tomllib
 from collections.abc import Iterable
 from pathlib import Path
-from typing import Any
+from typing import Any, cast
 from unittest.mock import patch
 
 from typer.main import get_command
@@ -49,7 +49,7 @@ REPLACED = (
 
 def commands() -> dict[str, Any]:
     """Return the commands of the console script by name."""
-    return get_command(app).commands
+    return cast(Any, get_command(app)).commands
 
 
 def commands_with_json() -> set[str]:
@@ -106,7 +106,7 @@ def table(path: Path) -> dict[str, Any]:
 
     frame = pd.read_csv(path) if path.suffix == ".csv" else pd.read_parquet(path)
     kinds = {"f": "float", "i": "int", "u": "int", "b": "bool"}
-    first = json.loads(frame.head(FEW_ROWS).to_json(orient="records", double_precision=15))
+    first = json.loads(frame.head(FEW_ROWS).to_json(orient="records", double_precision=15) or "[]")
     return {
         "columns": {str(name): kinds.get(kind.kind, "text or list") for name, kind in frame.dtypes.items()},
         "rows": len(frame),

@@ -8,7 +8,8 @@ import pytest
 from objectives.metrics import parse
 from objectives.problem import Objective
 from objectives.risk import Risk, bootstrap_interval
-from tuner.analysis.held_out import Comparison, SampledValue, share_non_dominated
+from tuner.analysis.held_out import Comparison, share_non_dominated
+from tuner.documents.parts import SampledValue
 from tuner.experiments.tuning.conclusion import broken_by
 from tuner.search.front import non_dominated, pick
 
@@ -87,5 +88,7 @@ def test_a_verdict_is_what_the_whole_interval_allows(low, value, high, verdict):
 def test_a_constraint_is_judged_by_its_value_and_not_by_the_difference(value, verdict):
     quantity = Objective(parse("travel"), Risk("mean"))
     better = SampledValue(-1.0, -2.0, -0.5)
-    compared = Comparison(quantity, 1.0, SampledValue(2.0, 1.5, 2.5), SampledValue(value, value - 0.5, value + 0.5), better)
+    compared = Comparison(
+        quantity, 1.0, SampledValue(2.0, 1.5, 2.5), SampledValue(value, value - 0.5, value + 0.5), better
+    )
     assert compared.verdict == verdict

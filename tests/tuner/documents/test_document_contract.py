@@ -2,6 +2,7 @@
 
 import json
 from copy import deepcopy
+from typing import Any, cast
 
 import pytest
 from jsonschema import Draft202012Validator
@@ -80,7 +81,7 @@ def test_a_value_of_another_kind_is_refused_wherever_it_stands(name, tmp_path):
     validator = Draft202012Validator(json.loads(schema_of(name)))
     for path in places(content):
         spoilt = deepcopy(content)
-        at(spoilt, path[:-1])[path[-1]] = {"what": ["is", "this"]}
+        cast(Any, at(spoilt, path[:-1]))[path[-1]] = {"what": ["is", "this"]}
         if not validator.is_valid(spoilt):
             refused(name, written(tmp_path, spoilt))
 

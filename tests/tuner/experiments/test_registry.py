@@ -60,7 +60,7 @@ def test_an_interrupted_experiment_tells_once_what_to_do(tmp_path):
             pass
 
     with pytest.raises(KeyboardInterrupt) as caught:
-        Interrupted(study, Folder.create(tmp_path / "out")).carry_out()
+        Interrupted(study, Folder.create(tmp_path / "out")).carry_out()  # pyright: ignore[reportAbstractUsage]
     assert caught.value.__notes__ == [f"go on with `tuner resume {tmp_path / 'out'}`"]
     # Inputs are frozen and the lock is given back.
     assert folder_kind(tmp_path / "out") is kind

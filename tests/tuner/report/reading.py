@@ -4,6 +4,7 @@ import base64
 import gzip
 import json
 from html.parser import HTMLParser
+from typing import Any
 
 import numpy as np
 
@@ -81,7 +82,7 @@ def array_of(stored):
     return (low + step * np.frombuffer(base64.b64decode(stored["packed"]), dtype="<u2")).tolist()
 
 
-def resolved(value, shared):
+def resolved(value: Any, shared: Any) -> Any:
     """Stand in for js/06_charts.js: names become grey, or arrays."""
     if isinstance(value, str):
         if value.startswith("@"):

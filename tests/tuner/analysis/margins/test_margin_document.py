@@ -85,7 +85,7 @@ def test_unstable_loops_say_so():
     found = subject("supertwisting")
     document = margins_document(found, default_requirements(found))
     roll = document.channels[3]
-    assert not roll.stable and roll.growth.value > 0.0
+    assert not roll.stable and (roll.growth.value or 0.0) > 0.0
     found = roll.quantities["ms"]
     assert (found.value, found.unit, found.frequency, found.note) == (None, "1", None, "the loop is not stable")
     assert not document.passed

@@ -13,6 +13,7 @@ from tests.tuner.exchange.controllers import pid
 from tests.tuner.in_process import tuner
 from tuner.analysis.margins.readings import subject_of
 from tuner.cli.printers.export import said_of_filter
+from tuner.documents.export import GyroFilterPart, VerificationPart
 from tuner.exchange.autopilot.gyro_filter import equal_lag, filter_rows, with_filter
 from tuner.exchange.autopilot.pid import axis_gains
 from tuner.exchange.target import GyroFilter
@@ -61,12 +62,16 @@ def test_a_filter_that_is_off_takes_nothing():
 def test_what_it_breaks_is_said():
     shown = {"limit": 35.0, "ours": 35.27, "theirs": 34.6, "taken": 0.67, "spare": 0.27}
     row = {"loop": "y", "unit": "rad", **{key: np.radians(value) for key, value in shown.items()}}
-    gyro = {"name": "INS_GYRO_FILTER", "cutoff": 20.0, "known": False, "rows": [{**row, "breaks": True}]}
-    told = said_of_filter({"gyro_filter": gyro})
+
+    def verified(**last):
+        gyro = {"name": "INS_GYRO_FILTER", "cutoff": 20.0, "known": False, "rows": [{**row, **last}]}
+        return VerificationPart.model_construct(gyro_filter=GyroFilterPart.model_validate(gyro))
+
+    told = said_of_filter(verified(breaks=True))
     assert "INS_GYRO_FILTER = 20 Hz (the default)" in told[0] and "y 0.67 of 0.27" in told[0]
     assert told[1].startswith("Warning: ") and "y 34.6 deg" in told[1]
-    assert len(said_of_filter({"gyro_filter": {**gyro, "rows": [{**row, "breaks": False}]}})) == 1
-    assert said_of_filter({"gyro_filter": None}) == []
+    assert len(said_of_filter(verified(breaks=False))) == 1
+    assert said_of_filter(VerificationPart.model_construct(gyro_filter=None)) == []
 
 
 def test_an_export_says_that_rounding_alone_was_verified(tmp_path, monkeypatch, capsys):

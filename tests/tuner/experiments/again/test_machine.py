@@ -61,7 +61,8 @@ def cut_short(folder):
 
 
 def test_a_run_says_what_it_was_computed_with(small_run):
-    assert read_record(small_run[1]).machine.arithmetic == arithmetic()
+    machine = read_record(small_run[1]).machine
+    assert machine is not None and machine.arithmetic == arithmetic()
     assert json.loads((small_run[1] / "environment.json").read_text())["target"] == arithmetic().label
 
 

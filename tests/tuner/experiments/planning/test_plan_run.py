@@ -117,7 +117,7 @@ def test_widths_are_near_those_of_real_flights(study, pilot):
         assert share * min(told) < row.width.held_out < share * max(told)
         assert (row.flights.search, row.flights.held_out) == (4, 32) and row.width.search is None
         near = abs(row.default / float(evaluation.values[0, i]) - 1.0)
-        assert near < 1.5 * row.width_percent.held_out / 100.0
+        assert near < 1.5 * (row.width_percent.held_out or 0.0) / 100.0
 
 
 def test_thin_tails_and_lost_flights_are_warned_of(study, pilot):

@@ -60,6 +60,7 @@ def test_gains_and_air_share_the_variance(analysed):
     for row in document.variance:
         assert row.candidates == 2 * SAMPLES
         parts = row.components_percent
+        assert parts is not None and row.sum_of_squares_percent is not None
         assert sum(vars(parts).values()) == pytest.approx(100.0)
         assert row.turbulence_percent == pytest.approx(parts.scenario + parts.interaction)
         assert sum(vars(row.sum_of_squares_percent).values()) == pytest.approx(100.0)
