@@ -16,6 +16,7 @@ from plant.gains import gain_addresses
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.cli.printers.tuning import comparison_table
 from tuner.documents.loading import load
+from tuner.documents.summary import Summary
 from tuner.experiments.tuning.run import run_study
 from tuner.report import write_report
 from tuner.search.watcher import Watcher
@@ -137,7 +138,7 @@ def test_terminal_and_page_show_them(ran):
     _, folder, _ = ran
     summary = json.loads((folder / "summary.json").read_text())
     console = Console(width=160, record=True, file=StringIO())
-    console.print(comparison_table(summary))
+    console.print(comparison_table(Summary.model_validate(summary)))
     text = console.export_text()
     assert "at least 12 rad/s" in text and "kept: " in text
     page = write_report(folder).read_text(encoding="utf-8")
@@ -157,7 +158,7 @@ def test_what_is_broken_or_unbounded_is_said(ran, tmp_path):
     (copy / "summary.json").write_text(json.dumps(summary))
     assert "It breaks damping(x)." in write_report(copy).read_text(encoding="utf-8")
     console = Console(width=160, record=True, file=StringIO())
-    console.print(comparison_table(summary))
+    console.print(comparison_table(Summary.model_validate(summary)))
     assert "broken: " in (text := console.export_text()) and "unbounded" in text
 
 
