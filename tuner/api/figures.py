@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 from plant.errors import InputError, UnknownNameError
 from tuner.analysis.margins.curves import curves_of, groups
 from tuner.analysis.margins.readings import Subject
-from tuner.documents.contest import Contest
+from tuner.documents.contest import ShownContest
 from tuner.documents.results import Results
 from tuner.report.charts.paper import style
 from tuner.report.contest.figures import FIGURES, values_figure
@@ -51,12 +51,12 @@ def of_tuning(results: Results) -> Figures:
     return {"front": lambda: front_figure(results), "progress": lambda: progress_figure(results), **responses}
 
 
-def of_contest(contest: Contest) -> Figures:
+def of_contest(contest: ShownContest) -> Figures:
     """Return the figures of a contest."""
     return {name: lambda draw=draw: draw(shown_contest(contest)) for name, draw in FIGURES.items()}
 
 
-def of_comparison(contest: Contest) -> Figures:
+def of_comparison(contest: ShownContest) -> Figures:
     """Return the figures of a comparison."""
     return {**of_contest(contest), "values": lambda: values_figure(shown_contest(contest))}
 

@@ -21,7 +21,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tuner.api.figures import Figures
-    from tuner.documents.contest import Contest
+    from tuner.documents.contest import ShownContest
     from tuner.documents.results import Results as TuningDocuments
 
 Document = Any
@@ -307,7 +307,7 @@ class ContestResults(Results):
     main = "contest.json"
 
     @cached_property
-    def documents(self) -> "Contest":
+    def documents(self) -> "ShownContest":
         """Every document of the folder."""
         from tuner.documents.contest_loading import load_contest
 

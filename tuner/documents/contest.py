@@ -260,18 +260,3 @@ class ShownContest:
             {entry.first, entry.second} for entry in self.differences if entry.quantity == label and entry.lower is None
         ]
         return {name for pair in even if pair & best for name in pair - best}
-
-
-# Names that the report still goes by.
-Contender = ShownContender
-Quantity = ShownQuantity
-Difference = ShownDifference
-Ruling = ShownRuling
-Claim = ShownClaim
-Cell = ShownCell
-Front = ContenderFront
-BestRow = ShownBest
-BestUnder = ShownBestUnder
-Scores = ContenderScores
-Contest = ShownContest
-OnBound = BoundRow

@@ -136,11 +136,3 @@ def _spread(row: SpreadPart) -> ShownSpread:
 
 def _shown(unit: str) -> str:
     return "" if unit == "1" else unit
-
-
-# Names that the report still goes by.
-Unknown = ShownUnknown
-Cell = ReproducedCell
-Ratio = ReproducedRatio
-Spread = ShownSpread
-Inference = ShownInference

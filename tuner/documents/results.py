@@ -249,9 +249,3 @@ class Results:
         """Points with responses: default first, then tuned, then the others as they come."""
         names = dict.fromkeys(fan.point for fan in self.fans)
         return sorted(names, key=lambda name: (DEFAULT, TUNED, "").index(self.front.role(name)))
-
-
-# Names that the report still goes by.
-Quantity = ComparedQuantity
-Variable = SearchedVariable
-Front = HeldOutFront

@@ -4,14 +4,14 @@ import re
 from collections.abc import Sequence
 
 from objectives.margins.quantities import QUANTITIES
-from tuner.documents.results import DEFAULT, Estimate, Quantity, Required, Results
+from tuner.documents.results import DEFAULT, ComparedQuantity, Estimate, Required, Results
 from tuner.report.prose import law_title, limit_text, listing
 from tuner.report.words import plain_margin, plain_metric, plain_risk
 from tuner.text.markup import Markup, cells, element, join
 from tuner.text.numbers import MISSING, count, duration, estimate, fixed, significant
 from tuner.text.units import marked_up, plain
 
-HEAD = ["Quantity", "Default", "Tuned", "Change", "Verdict"]
+HEAD = ["ComparedQuantity", "Default", "Tuned", "Change", "Verdict"]
 # A sign beside the word, for the quick eye; nothing is said by colour alone.
 SIGNS = {"better": "✓", "kept": "✓", "worse": "✗", "broken": "✗", "no clear difference": "≈"}
 # Margins told where a study asks for none, and the columns of margins.parquet that they are read from.
@@ -53,7 +53,7 @@ def risk_words(label: str, risk: str) -> str:
     return _SHARE.sub(lambda found: beyond if found[1] else f"{level[1]} %", risk)
 
 
-def definition_text(quantity: Quantity) -> str:
+def definition_text(quantity: ComparedQuantity) -> str:
     """Return what a quantity measures, and over which flights."""
     where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
     return f"{quantity.definition}; {risk_words(quantity.label, quantity.risk)}, {where}".replace("`", "")
@@ -64,7 +64,7 @@ def verdict(word: str) -> Markup:
     return element("span", f"{SIGNS.get(word, '')} {word}".strip(), class_=f"verdict {word.replace(' ', '-')}")
 
 
-def change(quantity: Quantity) -> tuple[str, str]:
+def change(quantity: ComparedQuantity) -> tuple[str, str]:
     """Return the difference and its interval as shares of the default's value, else as they are where there is no such share."""
     default, (value, low, high) = quantity.default.value, quantity.difference
     if not default or default < 0.0 or value is None or low is None or high is None:
@@ -126,7 +126,7 @@ def _group(title: str, rows: Sequence[Sequence[str]], head: list[str]) -> Markup
     return element("tbody", first, *[element("tr", join(cells(head, row))) for row in rows])
 
 
-def _row(quantity: Quantity) -> list[str]:
+def _row(quantity: ComparedQuantity) -> list[str]:
     tip = definition_text(quantity)
     link = element("a", plain_metric(quantity.metric), href=f"#{metric_anchor(quantity.metric)}", data_tip=tip)
     return [
@@ -138,7 +138,7 @@ def _row(quantity: Quantity) -> list[str]:
     ]
 
 
-def _about(quantity: Quantity) -> Markup:
+def _about(quantity: ComparedQuantity) -> Markup:
     """Return risk, label and limit of a quantity in one short line."""
     parts = [plain_risk(quantity.label), element("code", quantity.label)]
     if quantity.limit is not None:
@@ -148,7 +148,7 @@ def _about(quantity: Quantity) -> Markup:
     return join((part for part in parts if part), ", ")
 
 
-def _change_cell(quantity: Quantity) -> Markup:
+def _change_cell(quantity: ComparedQuantity) -> Markup:
     value, ends = change(quantity)
     return element("span", element("strong", value, class_="number"), element("small", ends, class_="interval"))
 

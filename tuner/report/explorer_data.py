@@ -22,7 +22,7 @@ import numpy as np
 from objectives.margins.quantities import QUANTITIES
 from objectives.scales import DECIBEL
 from tuner.documents.loading_finalists import LOOP_MARGINS
-from tuner.documents.results import Loop, Quantity, Required, Results, Variable
+from tuner.documents.results import ComparedQuantity, Loop, Required, Results, SearchedVariable
 from tuner.report.answer_section import definition_text
 from tuner.report.charts.front import LAYERS, shown_range
 from tuner.report.charts.web import Arrays, finite, line_of, marker_of, packed, singles
@@ -61,7 +61,7 @@ def _objective(results: Results, i: int) -> dict[str, Any]:
     return {**_limited(entry, None), "low": shown.low, "high": shown.high, "log": shown.log}
 
 
-def _limited(entry: Quantity, limit: float | None) -> dict[str, Any]:
+def _limited(entry: ComparedQuantity, limit: float | None) -> dict[str, Any]:
     return {
         "label": entry.label,
         "definition": definition_text(entry),
@@ -78,7 +78,7 @@ def _required(entry: Required) -> dict[str, Any]:
     return {**about, "decibel": entry.decibel, "limit": limit, "sense": entry.sense}
 
 
-def _variable(entry: Variable, addresses: list[str]) -> dict[str, Any]:
+def _variable(entry: SearchedVariable, addresses: list[str]) -> dict[str, Any]:
     return {
         "name": entry.name,
         "meaning": entry.meaning,

@@ -1,6 +1,6 @@
 """The tuned gains: a table with their place in the search range, and the same numbers to copy."""
 
-from tuner.documents.results import Results, Variable
+from tuner.documents.results import Results, SearchedVariable
 from tuner.report.charts.strip import Scale, placed
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, significant
@@ -35,7 +35,7 @@ def study_lines(results: Results) -> str:
     return "\n".join(["[gains]", *[f'"{entry.name}" = {entry.tuned!r}' for entry in results.variables]])
 
 
-def _row(variable: Variable) -> list[str]:
+def _row(variable: SearchedVariable) -> list[str]:
     ends = [significant(variable.low), variable.scale, significant(variable.high)]
     shown = Scale(variable.low, variable.high, variable.scale == "log", WIDTH)
     scale = element("span", *[element("span", text) for text in ends], class_="ends")
@@ -55,7 +55,7 @@ def _row(variable: Variable) -> list[str]:
     ]
 
 
-def _remark(variable: Variable, shown: Scale) -> str:
+def _remark(variable: SearchedVariable, shown: Scale) -> str:
     place = shown.share(variable.tuned)
     if EDGE < place < 1.0 - EDGE:
         return ""

@@ -4,7 +4,7 @@ from itertools import combinations
 
 import numpy as np
 
-from tuner.documents.results import Front, Results
+from tuner.documents.results import HeldOutFront, Results
 from tuner.report.charts.chart import Axis, Mark, Panel, Points, Span, row_axis, span_of, value_axis
 from tuner.report.charts.look import DEFAULT, FINALIST, FRONT, INFEASIBLE, LOST, SEARCHED, START, TUNED, Look
 from tuner.report.prose import counted
@@ -33,7 +33,7 @@ def front_panels(results: Results) -> list[Panel]:
     return [_pair(results, i, j) for i, j in list(combinations(range(count), 2))[:MOST_PAIRS]]
 
 
-def shown_range(front: Front, objective: int) -> Span:
+def shown_range(front: HeldOutFront, objective: int) -> Span:
     """Return the part of an objective's axis that is shown: default, tuned and the held-out front, with intervals.
 
     Search candidates, and finalists that failed when held out, may lie decades away (a failed flight costs more than any
@@ -43,7 +43,7 @@ def shown_range(front: Front, objective: int) -> Span:
     return span_of([part[rows, objective] for part in (front.held_out, front.low, front.high)], LOG_FACTOR, 0.07)
 
 
-def layer_of(front: Front, row: int) -> str:
+def layer_of(front: HeldOutFront, row: int) -> str:
     """Return the layer of a finalist."""
     return front.roles[row] or ("front" if front.non_dominated[row] else "finalist")
 

@@ -1,6 +1,6 @@
 """What each contender offers under a limit: the best value of one objective with another held down."""
 
-from tuner.documents.contest import BestRow, BestUnder, Contest
+from tuner.documents.contest import ShownBest, ShownBestUnder, ShownContest
 from tuner.report.charts.look import sample
 from tuner.report.contest.looks import looks_of
 from tuner.report.contest.values_section import BEST
@@ -9,7 +9,7 @@ from tuner.text.numbers import estimate, significant
 from tuner.text.units import marked_up
 
 
-def best_table(contest: Contest) -> Markup:
+def best_table(contest: ShownContest) -> Markup:
     """Return the table, a row a question and a column a contender with a front."""
     names = [name for name in contest.index if any(name in entry.rows for entry in contest.best_under)]
     heads = [join((sample(looks_of(contest)[name]), element("br"), name)) for name in names]
@@ -18,7 +18,7 @@ def best_table(contest: Contest) -> Markup:
     return element("table", element("thead", top), element("tbody", *rows), class_="values stacked")
 
 
-def _row(contest: Contest, entry: BestUnder, names: list[str]) -> Markup:
+def _row(contest: ShownContest, entry: ShownBestUnder, names: list[str]) -> Markup:
     objective, other = contest.quantity[entry.objective], contest.quantity[entry.subject_to]
     condition = join(
         ("with ", element("code", other.label), f" at most {significant(entry.limit)} ", marked_up(other.unit))
@@ -33,7 +33,7 @@ def _row(contest: Contest, entry: BestUnder, names: list[str]) -> Markup:
     return element("tr", element("th", head, scope="row"), *cells)
 
 
-def _cell(row: BestRow | None, best: bool) -> Markup:
+def _cell(row: ShownBest | None, best: bool) -> Markup:
     if row is None:
         return element("small", "no point keeps it")
     value, interval = estimate(*row.estimate.parts)

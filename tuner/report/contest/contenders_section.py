@@ -2,7 +2,7 @@
 
 from urllib.parse import quote
 
-from tuner.documents.contest import Contender, Contest, Gain, OnBound
+from tuner.documents.contest import BoundRow, Gain, ShownContender, ShownContest
 from tuner.report.charts.look import sample
 from tuner.report.contest.joined_gains import joined
 from tuner.report.contest.looks import looks_of
@@ -24,18 +24,18 @@ HEAD = [
 ]
 
 
-def contenders_table(contest: Contest) -> Markup:
+def contenders_table(contest: ShownContest) -> Markup:
     """Return a row a contender."""
     most = max((entry.operations for entry in contest.contenders), default=0.0) or 1.0
     return table(HEAD, [_row(contest, entry, most) for entry in contest.contenders], class_="contenders stacked")
 
 
-def gains_cards(contest: Contest) -> Markup:
+def gains_cards(contest: ShownContest) -> Markup:
     """Return a card a contender with every gain it flew with."""
     return element("div", *[_card(contest, entry) for entry in contest.contenders], class_="cards")
 
 
-def _row(contest: Contest, entry: Contender, most: float) -> list[Markup | str]:
+def _row(contest: ShownContest, entry: ShownContender, most: float) -> list[Markup | str]:
     here = bool(entry.folder) and (contest.folder / entry.folder / "report.html").exists()
     link = element("a", "its own report", href=f"{quote(entry.folder)}/report.html") if here else Markup(MISSING)
     gains = element("span", entry.point, element("small", "tuned")) if entry.tuned else "as given"
@@ -57,7 +57,7 @@ def _row(contest: Contest, entry: Contender, most: float) -> list[Markup | str]:
     ]
 
 
-def _card(contest: Contest, entry: Contender) -> Markup:
+def _card(contest: ShownContest, entry: ShownContender) -> Markup:
     title = element("h3", sample(looks_of(contest)[entry.name]), " ", entry.name)
     about = element(
         "p",
@@ -82,7 +82,7 @@ def _gain_row(gain: Gain, searched: bool) -> Markup:
     )
 
 
-def _bound_text(bound: OnBound) -> Markup:
+def _bound_text(bound: BoundRow) -> Markup:
     who = "the recommended point" if bound.recommended else f"{per_cent(bound.share)} of the front"
     why = "it has no meaning beyond" if bound.natural else "a wider range may do better"
     place = f"{'lower' if bound.end == 'low' else 'upper'} end {significant(bound.bound)}"

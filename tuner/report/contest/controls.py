@@ -1,6 +1,6 @@
 """What a reader can switch: which contenders are drawn, everywhere at once, and what the responses show."""
 
-from tuner.documents.contest import Contest
+from tuner.documents.contest import ShownContest
 from tuner.report.charts.look import sample
 from tuner.report.contest.looks import looks_of
 from tuner.text.markup import Markup, element, join
@@ -9,7 +9,7 @@ from tuner.text.markup import Markup, element, join
 LAYERS = {"flight": ("flight 0", True), "band": ("5–95 % of flights", True), "median": ("median of flights", False)}
 
 
-def contender_switches(contest: Contest) -> Markup:
+def contender_switches(contest: ShownContest) -> Markup:
     """Return a checkbox with line and symbol for each contender: the legend of all figures, which stays in sight."""
     boxes = [
         _switch(contest.layer(entry.name), True, sample(looks_of(contest)[entry.name]), entry.name)
@@ -24,7 +24,7 @@ def interval_switch() -> Markup:
     return element("div", _switch("intervals", True, "95 % intervals"), class_="controls", id="layers")
 
 
-def response_choices(contest: Contest) -> Markup:
+def response_choices(contest: ShownContest) -> Markup:
     """Return the choices of scenario and airframe, and of what is drawn of each contender."""
     parts = [
         _choice("Scenario ", contest.scenarios, "choose-scenario"),

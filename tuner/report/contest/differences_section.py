@@ -1,6 +1,6 @@
 """Paired differences: a forest plot a quantity, each row a pair of contenders with difference, interval and verdict."""
 
-from tuner.documents.contest import Contest, Difference, Quantity
+from tuner.documents.contest import ShownContest, ShownDifference, ShownQuantity
 from tuner.report.charts.look import sample
 from tuner.report.charts.strip import Scale, interval, ruler, scale
 from tuner.report.contest.looks import looks_of
@@ -13,7 +13,7 @@ from tuner.text.units import bracketed
 OPEN_KINDS = ("objective", "constraint")
 
 
-def forests(contest: Contest) -> Markup:
+def forests(contest: ShownContest) -> Markup:
     """Return a card for each quantity with differences; those that only printed numbers or claims ask for are folded."""
     shown, folded, same = [], [], []
     for quantity in contest.quantities:
@@ -33,13 +33,13 @@ def forests(contest: Contest) -> Markup:
     return join(parts)
 
 
-def related(contest: Contest, entry: Difference) -> bool:
+def related(contest: ShownContest, entry: ShownDifference) -> bool:
     """Say whether two contenders share the airframe or the laws; a difference in both says little about either."""
     first, second = (contest.contenders[contest.index[name]] for name in (entry.first, entry.second))
     return first.airframe == second.airframe or first.laws == second.laws
 
 
-def _card(contest: Contest, quantity: Quantity, rows: list[Difference]) -> Markup:
+def _card(contest: ShownContest, quantity: ShownQuantity, rows: list[ShownDifference]) -> Markup:
     shown = scale(number for entry in rows for number in entry.difference)
     near = [_row(contest, quantity, entry, shown) for entry in rows if related(contest, entry)]
     far = [_row(contest, quantity, entry, shown) for entry in rows if not related(contest, entry)]
@@ -51,7 +51,7 @@ def _card(contest: Contest, quantity: Quantity, rows: list[Difference]) -> Marku
     return element("figure", *parts, class_="forest")
 
 
-def _row(contest: Contest, quantity: Quantity, entry: Difference, shown: Scale) -> Markup:
+def _row(contest: ShownContest, quantity: ShownQuantity, entry: ShownDifference, shown: Scale) -> Markup:
     second, first = (_name(contest, name) for name in (entry.second, entry.first))
     value, ends = estimate(*entry.difference, signed=True)
     share = _relative(contest, quantity, entry)
@@ -66,17 +66,17 @@ def _row(contest: Contest, quantity: Quantity, entry: Difference, shown: Scale) 
     )
 
 
-def _name(contest: Contest, name: str) -> Markup:
+def _name(contest: ShownContest, name: str) -> Markup:
     return element("span", sample(looks_of(contest)[name]), " ", name, class_="name")
 
 
-def _verdict(entry: Difference) -> Markup:
+def _verdict(entry: ShownDifference) -> Markup:
     if entry.lower is None:
         return element("span", "≈ no clear difference", class_="verdict no-clear-difference")
     return element("span", f"✓ {entry.lower} is lower", class_="verdict")
 
 
-def _relative(contest: Contest, quantity: Quantity, entry: Difference) -> str:
+def _relative(contest: ShownContest, quantity: ShownQuantity, entry: ShownDifference) -> str:
     """Return the difference as a share of the first contender's value, where that says something."""
     first, value = contest.estimates.get((entry.first, quantity.label)), entry.difference.value
     if first is None or value is None or not first.value or first.value < 0.0:

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tuner.documents.contest import Contest, Quantity, Scores
+from tuner.documents.contest import ContenderScores, ShownContest, ShownQuantity
 from tuner.report.charts.chart import Axis, Line, Mark, Panel, span_of, value_axis
 from tuner.report.contest.looks import looks_of
 from tuner.text.units import plain
@@ -16,7 +16,7 @@ LOG_FACTOR = 25.0
 SHARE = Axis("flights [%]", -2.0, 102.0)
 
 
-def distribution_panels(contest: Contest) -> list[Panel]:
+def distribution_panels(contest: ShownContest) -> list[Panel]:
     """Return a panel for each metric and scenario that varies over flights."""
     style, panels = looks_of(contest), []
     for number, quantity in enumerate(_metrics(contest)):
@@ -40,13 +40,13 @@ def steps(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return values[rows], 100.0 * (rows + 1) / len(values)
 
 
-def _metrics(contest: Contest) -> list[Quantity]:
+def _metrics(contest: ShownContest) -> list[ShownQuantity]:
     """Return one quantity for each metric and scenario: different risks of one metric have the same flights behind them."""
     found = {(entry.metric, entry.scenario): entry for entry in reversed(contest.quantities)}
     return [entry for entry in contest.quantities if found[entry.metric, entry.scenario] is entry]
 
 
-def _curve(contest: Contest, entry: Scores, unit: str) -> Mark:
+def _curve(contest: ShownContest, entry: ContenderScores, unit: str) -> Mark:
     x, y = steps(entry.values)
     return Line(
         name=entry.contender, look=looks_of(contest)[entry.contender], x=np.append(x[0], x), y=np.append(0.0, y), steps=True,

@@ -6,7 +6,7 @@ from itertools import combinations
 
 import numpy as np
 
-from tuner.documents.contest import Contest, Front, Fronts, Gain
+from tuner.documents.contest import ContenderFront, Fronts, Gain, ShownContest
 from tuner.report.charts.chart import Line, Mark, Panel, Points, Span, row_axis, span_of, value_axis
 from tuner.report.charts.front import lost_points
 from tuner.report.charts.look import Look
@@ -25,7 +25,7 @@ RING = Look("ink", hollow=True, size=20)
 PLACES = ("top right", "bottom left", "bottom right", "top left")
 
 
-def fronts_panels(contest: Contest) -> list[Panel]:
+def fronts_panels(contest: ShownContest) -> list[Panel]:
     """Return the panels, one with a row a contender where there is one objective; nothing where nothing was tuned."""
     fronts = contest.fronts
     if fronts is None or not fronts.fronts:
@@ -37,7 +37,7 @@ def fronts_panels(contest: Contest) -> list[Panel]:
     return [_pair(contest, fronts, i, j) for i, j in pairs]
 
 
-def hover_texts(contest: Contest, fronts: Fronts, front: Front) -> list[str]:
+def hover_texts(contest: ShownContest, fronts: Fronts, front: ContenderFront) -> list[str]:
     """Return the text under the pointer of each point: values with intervals, and gains."""
     contender = contest.contenders[contest.index[front.contender]]
     units = {gain.address: gain.unit for gain in contender.gains}
@@ -63,7 +63,7 @@ def _span(fronts: Fronts, objective: int) -> Span:
     )
 
 
-def _pair(contest: Contest, fronts: Fronts, i: int, j: int) -> Panel:
+def _pair(contest: ShownContest, fronts: Fronts, i: int, j: int) -> Panel:
     marks = [mark for front in fronts.fronts for mark in _front(contest, fronts, front, (i, j))]
     x, y = (
         value_axis(fronts.objectives[k], contest.quantity[fronts.objectives[k]].unit, _span(fronts, k)) for k in (i, j)
@@ -72,7 +72,7 @@ def _pair(contest: Contest, fronts: Fronts, i: int, j: int) -> Panel:
     return Panel(f"front-{i}-{j}", title, x, y, marks, form="pair")
 
 
-def _front(contest: Contest, fronts: Fronts, front: Front, pair: Sequence[int]) -> list[Mark]:
+def _front(contest: ShownContest, fronts: Fronts, front: ContenderFront, pair: Sequence[int]) -> list[Mark]:
     look, show = looks_of(contest)[front.contender], {"layer": contest.layer(front.contender)}
     x, y = (front.values[:, k] for k in pair)
     marks: list[Mark] = []
@@ -83,7 +83,7 @@ def _front(contest: Contest, fronts: Fronts, front: Front, pair: Sequence[int]) 
 
 
 def _points(
-    contest: Contest, fronts: Fronts, front: Front, x: np.ndarray, y: np.ndarray, look: Look,
+    contest: ShownContest, fronts: Fronts, front: ContenderFront, x: np.ndarray, y: np.ndarray, look: Look,
     ends: Sequence[tuple[np.ndarray, np.ndarray]],
 ) -> list[Mark]:  # fmt: skip
     show, chosen = {"layer": contest.layer(front.contender)}, front.recommended
@@ -96,7 +96,7 @@ def _points(
     return [points, *lost_points(x, y, front.lost, show), *([ring] if chosen.any() else [])]
 
 
-def _ranking(contest: Contest, fronts: Fronts) -> Panel:
+def _ranking(contest: ShownContest, fronts: Fronts) -> Panel:
     """One objective: a row of points for each contender, the best to the left."""
     names, marks = [front.contender for front in fronts.fronts], []
     for row, front in enumerate(fronts.fronts):

@@ -2,7 +2,7 @@
 
 from pathlib import Path
 
-from tuner.documents.inference import Inference, load_inference
+from tuner.documents.inference import ShownInference, load_inference
 from tuner.report.contest.inference_section import cells_table, misfits_table, ratios_table, unknowns_table
 from tuner.report.contest.provenance import environment_facts
 from tuner.report.contest.shown import shown_inference
@@ -32,7 +32,7 @@ def write_inference_page(folder: Path) -> Path:
     return put_page(folder, inference_page(inference, environment, study))
 
 
-def inference_parts(inference: Inference) -> list[Section]:
+def inference_parts(inference: ShownInference) -> list[Section]:
     """Return the sections of an inference; those without content are left out."""
     parts = (
         ("cells", "Printed numbers, reproduced or not", cells_table(inference)),
@@ -43,7 +43,7 @@ def inference_parts(inference: Inference) -> list[Section]:
     return [Section(key, name, join((aid(AIDS[key]), wide(content)))) for key, name, content in parts if content]
 
 
-def inference_page(inference: Inference, environment: Environment, study: str) -> Page:
+def inference_page(inference: ShownInference, environment: Environment, study: str) -> Page:
     """Return the page of an inference, given in shown units; it has no charts that need a script."""
     description = inference.document.get("description")
     words = element("ul", *[element("li", sentence) for sentence in inference.words], class_="words")
@@ -64,7 +64,7 @@ def inference_page(inference: Inference, environment: Environment, study: str) -
     )
 
 
-def _asked(inference: Inference) -> str:
+def _asked(inference: ShownInference) -> str:
     cells, unknowns = len(inference.cells), len(inference.unknowns)
     return (
         f"{counted(unknowns, 'open value').capitalize()} were searched so that {listing(inference.contenders)} meet "
@@ -72,7 +72,7 @@ def _asked(inference: Inference) -> str:
     )
 
 
-def _key_figures(inference: Inference) -> list[tuple[str, str]]:
+def _key_figures(inference: ShownInference) -> list[tuple[str, str]]:
     default, inferred = inference.misfits[:2]
     cells = len(inference.cells)
     never = sum(cell.by == "nowhere" for cell in inference.cells)
@@ -86,7 +86,7 @@ def _key_figures(inference: Inference) -> list[tuple[str, str]]:
     ]
 
 
-def _provenance(inference: Inference, environment: Environment, study: str) -> Markup:
+def _provenance(inference: ShownInference, environment: Environment, study: str) -> Markup:
     document, settings = inference.document, inference.document["settings"]
     facts = [
         ("Study", str(document.get("study", ""))),

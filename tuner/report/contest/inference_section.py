@@ -2,7 +2,7 @@
 
 from math import exp
 
-from tuner.documents.inference import Cell, Inference, Ratio, Unknown
+from tuner.documents.inference import ReproducedCell, ReproducedRatio, ShownInference, ShownUnknown
 from tuner.report.charts.look import Look, looks, sample
 from tuner.report.charts.strip import Scale, ranged
 from tuner.report.contest.published_section import percentile_text
@@ -11,7 +11,7 @@ from tuner.text.numbers import MISSING, estimate, significant
 from tuner.text.units import marked_up
 
 UNKNOWN_HEAD = ["Open value", "Unit", "Before", "Inferred", "Range searched", "Told by the printed numbers?"]
-RATIO_HEAD = ["Ratio", "Printed", "Ours at the inferred setting", "Reproduced?"]
+RATIO_HEAD = ["ReproducedRatio", "Printed", "Ours at the inferred setting", "Reproduced?"]
 VERDICTS = {"told": "✓ told", "loosely": "≈ loosely", "not": "✗ not told"}
 BY = {
     "here": "✓ inside at the inferred setting",
@@ -22,12 +22,12 @@ BY = {
 CLASSES = {"here": "inside", "near": "undecided", "elsewhere": "undecided", "nowhere": "outside"}
 
 
-def unknowns_table(inference: Inference) -> Markup:
+def unknowns_table(inference: ShownInference) -> Markup:
     """Return a row an open value: before, inferred, and where that lies in the range searched."""
     return table(UNKNOWN_HEAD, [_unknown(entry) for entry in inference.unknowns], class_="unknowns stacked")
 
 
-def cells_table(inference: Inference) -> Markup:
+def cells_table(inference: ShownInference) -> Markup:
     """Return the printed table, rows metrics and columns contenders, with what the inferred setting makes of it."""
     style = _looks(inference)
     names = [name for name in inference.contenders if any(cell.contender == name for cell in inference.cells)]
@@ -40,14 +40,14 @@ def cells_table(inference: Inference) -> Markup:
     return element("table", element("thead", top), element("tbody", *body), class_="values printed stacked")
 
 
-def ratios_table(inference: Inference) -> Markup:
+def ratios_table(inference: ShownInference) -> Markup:
     """Return a row a printed ratio of two contenders; nothing where there are none."""
     if not inference.ratios:
         return Markup()
     return table(RATIO_HEAD, [_ratio_row(entry) for entry in inference.ratios], class_="ratios stacked")
 
 
-def misfits_table(inference: Inference) -> Markup:
+def misfits_table(inference: ShownInference) -> Markup:
     """Return by which factor our medians typically miss the printed numbers, by kind, for each setting."""
     head = ["Setting", *[f"{kind}, {part}" for kind in inference.kinds for part in ("search", "held out")], "Inside"]
     rows = []
@@ -57,7 +57,7 @@ def misfits_table(inference: Inference) -> Markup:
     return table(head, rows, class_="misfits stacked")
 
 
-def _looks(inference: Inference) -> dict[str, Look]:
+def _looks(inference: ShownInference) -> dict[str, Look]:
     return dict(zip(inference.contenders, looks([(name, "") for name in inference.contenders]), strict=True))
 
 
@@ -65,7 +65,7 @@ def _factor(misfit: float) -> str:
     return f"× {significant(exp(misfit), 3)}"
 
 
-def _unknown(entry: Unknown) -> list[Markup | str]:
+def _unknown(entry: ShownUnknown) -> list[Markup | str]:
     shown = Scale(entry.low, entry.high, entry.log)
     ends = [significant(entry.low, 3), "log" if entry.log else "linear", significant(entry.high, 3)]
     drawn = ranged(shown, entry.near, entry.again, entry.default, entry.inferred)
@@ -88,11 +88,11 @@ def _unknown(entry: Unknown) -> list[Markup | str]:
     ]
 
 
-def _addresses(entry: Unknown) -> list[Markup]:
+def _addresses(entry: ShownUnknown) -> list[Markup]:
     return [element("small", element("code", address)) for address in entry.addresses]
 
 
-def _cells_row(cells: list[Cell], names: list[str]) -> Markup:
+def _cells_row(cells: list[ReproducedCell], names: list[str]) -> Markup:
     known = {cell.contender: _cell(cell) for cell in cells}
     unit = join((" [", marked_up(cells[0].unit), "]")) if cells[0].unit else Markup()
     head = element(
@@ -102,7 +102,7 @@ def _cells_row(cells: list[Cell], names: list[str]) -> Markup:
     return element("tr", head, *[element("td", element("div", cell), data_label=name) for name, cell in shown])
 
 
-def _cell(cell: Cell) -> Markup:
+def _cell(cell: ReproducedCell) -> Markup:
     median, ends = estimate(*cell.ours.central.parts)
     before, before_ends = estimate(*cell.default.central.parts)
     where = f"{BY[cell.by]}, percentile {percentile_text(cell.ours.percentile)}"
@@ -121,7 +121,7 @@ def _cell(cell: Cell) -> Markup:
     )
 
 
-def _ratio_row(entry: Ratio) -> list[Markup | str]:
+def _ratio_row(entry: ReproducedRatio) -> list[Markup | str]:
     median, ends = estimate(*entry.ours.central.parts)
     verdict = element(
         "span",

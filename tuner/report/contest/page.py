@@ -3,7 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from tuner.documents.contest import Contest
+from tuner.documents.contest import ShownContest
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.web import Arrays, grid, to_web
 from tuner.report.contest.best_section import best_table
@@ -52,7 +52,7 @@ def write_contest_page(folder: Path) -> Path:
     return put_page(folder, contest_page(load_shown(folder)))
 
 
-def contest_page(contest: Contest) -> Page:
+def contest_page(contest: ShownContest) -> Page:
     """Return the page of a contest, given in shown units."""
     fronts, responses, spreads = fronts_panels(contest), response_panels(contest), distribution_panels(contest)
     arrays, document = Arrays(), contest.document
@@ -80,7 +80,7 @@ def contest_page(contest: Contest) -> Page:
 
 
 def _sections(
-    contest: Contest, fronts: Sequence[Panel], responses: Sequence[Panel], spreads: Sequence[Panel]
+    contest: ShownContest, fronts: Sequence[Panel], responses: Sequence[Panel], spreads: Sequence[Panel]
 ) -> list[Section]:  # fmt: skip
     best, parts = contest.best_under, contest.differences
     return [
@@ -101,12 +101,12 @@ def _sections(
     ]
 
 
-def _values(contest: Contest) -> Markup:
+def _values(contest: ShownContest) -> Markup:
     parts = [_told("values", wide(values_table(contest)))] if contest.estimates else []
     return join((*parts, element("h3", "The contenders"), _told("contenders", wide(contenders_table(contest)))))
 
 
-def _fronts(contest: Contest, panels: Sequence[Panel]) -> Markup:
+def _fronts(contest: ShownContest, panels: Sequence[Panel]) -> Markup:
     if contest.fronts is None or not panels:
         return Markup()
     form = f"front-grid objectives-{min(max(len(contest.fronts.objectives), 2), 4)}"
@@ -115,14 +115,14 @@ def _fronts(contest: Contest, panels: Sequence[Panel]) -> Markup:
     )
 
 
-def _published(contest: Contest) -> Markup:
+def _published(contest: ShownContest) -> Markup:
     if not contest.cells:
         return Markup()
     picture = (element("h3", "As a picture"), aid(AIDS["strips"]), strips(contest))
     return join((aid(AIDS["published"]), printed_tables(contest), *picture))
 
 
-def _responses(contest: Contest, panels: Sequence[Panel]) -> Markup:
+def _responses(contest: ShownContest, panels: Sequence[Panel]) -> Markup:
     if not panels:
         return Markup()
     grids = [
@@ -132,7 +132,7 @@ def _responses(contest: Contest, panels: Sequence[Panel]) -> Markup:
     return join((aid(AIDS["responses"]), response_choices(contest), *grids))
 
 
-def _inference(contest: Contest) -> list[Section]:
+def _inference(contest: ShownContest) -> list[Section]:
     if contest.inference is None:
         return []
     told = element("ul", *[element("li", sentence) for sentence in contest.inference.words], class_="words")
@@ -141,7 +141,7 @@ def _inference(contest: Contest) -> list[Section]:
     return [Section("inference", "Open values inferred", join((told, *shown)))]
 
 
-def _provenance(contest: Contest) -> Markup:
+def _provenance(contest: ShownContest) -> Markup:
     folds = (
         folded("What the words mean", definitions(contest)),
         folded_text("Study file as given", contest.study),

@@ -1,6 +1,6 @@
 """The opening of the page: what was asked, the sentences, the claims with their verdicts, and the key figures."""
 
-from tuner.documents.contest import Claim, Contest, Ruling
+from tuner.documents.contest import ShownClaim, ShownContest, ShownRuling
 from tuner.report.prose import counted, listing
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import count, duration, estimate
@@ -10,7 +10,7 @@ SIGNS = {"survives": "✓", "fails": "✗", "undecided": "≈"}
 COUNTS = {"survives": "for it", "fails": "against it", "undecided": "without a decision"}
 
 
-def asked(contest: Contest) -> Markup:
+def asked(contest: ShownContest) -> Markup:
     """Return who flew what, how often and on which airframes."""
     many = counted(len(contest.contenders), "controller")
     where = listing([f"{count(entry.flights)} of {entry.scenario}" for entry in contest.compared_on])
@@ -18,7 +18,7 @@ def asked(contest: Contest) -> Markup:
     return join((element("strong", many[:1].upper() + many[1:]), flown, _tuned(contest)))
 
 
-def _tuned(contest: Contest) -> str:
+def _tuned(contest: ShownContest) -> str:
     """Return whose gains a search had chosen before."""
     names = {tuned: [entry.name for entry in contest.contenders if entry.tuned is tuned] for tuned in (True, False)}
     if not names[True]:
@@ -27,7 +27,7 @@ def _tuned(contest: Contest) -> str:
     return f"{tuned}, {listing(names[False])} flew with gains as given." if names[False] else f"{tuned}."
 
 
-def key_figures(contest: Contest) -> list[tuple[str, str]]:
+def key_figures(contest: ShownContest) -> list[tuple[str, str]]:
     """Return the numbers at the top of the page, name and value."""
     figures = [
         ("Contenders", count(len(contest.contenders))),
@@ -43,21 +43,21 @@ def key_figures(contest: Contest) -> list[tuple[str, str]]:
     return [*figures, ("Wall time", duration(contest.document["wall_seconds"]))]
 
 
-def words(contest: Contest) -> Markup:
+def words(contest: ShownContest) -> Markup:
     """Return the sentences of the contest but for those that only repeat a claim, which stands below them."""
     told = tuple(f'The claim "{claim.text}"' for claim in contest.claims if claim.text)
     shown = [sentence for sentence in contest.document["words"] if not (told and sentence.startswith(told))]
     return element("ul", *[element("li", sentence) for sentence in shown], class_="words") if shown else Markup()
 
 
-def claims(contest: Contest) -> Markup:
+def claims(contest: ShownContest) -> Markup:
     """Return every claim with its verdict, and the comparisons behind it folded away."""
     if not contest.claims:
         return Markup()
     return element("div", *[_claim(contest, claim) for claim in contest.claims], class_="claims")
 
 
-def _claim(contest: Contest, claim: Claim) -> Markup:
+def _claim(contest: ShownContest, claim: ShownClaim) -> Markup:
     text = claim.text or f"{claim.better} is better"
     counts = [(sum(row.verdict == kind for row in claim.rows), said) for kind, said in COUNTS.items()]
     rests = f"paired comparisons: {', '.join(f'{number} {said}' for number, said in counts if number)}"
@@ -69,7 +69,7 @@ def _claim(contest: Contest, claim: Claim) -> Markup:
     )
 
 
-def _ruling(contest: Contest, claim: Claim, row: Ruling) -> Markup:
+def _ruling(contest: ShownContest, claim: ShownClaim, row: ShownRuling) -> Markup:
     quantity = contest.quantity.get(row.quantity)
     unit = f" {plain(quantity.unit)}" if quantity and quantity.unit else ""
     value, ends = estimate(*row.difference, signed=True)

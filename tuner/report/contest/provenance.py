@@ -1,6 +1,6 @@
 """Where the numbers of a contest come from: seed, flights, machine, versions, the command, and what the words mean."""
 
-from tuner.documents.contest import Contest
+from tuner.documents.contest import ShownContest
 from tuner.report.answer_section import metric_anchor
 from tuner.report.provenance import TOLD
 from tuner.store.environment import Environment
@@ -33,7 +33,7 @@ WORDS = (
 )
 
 
-def facts(contest: Contest) -> Markup:
+def facts(contest: ShownContest) -> Markup:
     """Return study, seed, flights, machine, command and versions."""
     document = contest.document
     scenarios = [
@@ -63,7 +63,7 @@ def environment_facts(environment: Environment) -> list[tuple[str, str]]:
     return [*told, ("Commit", element("code", str(commit)))] if commit else told
 
 
-def definitions(contest: Contest) -> Markup:
+def definitions(contest: ShownContest) -> Markup:
     """Return what each metric measures, how operations are counted, and what the words of the page mean."""
     metrics = {entry.metric: entry for entry in contest.quantities}
     listed = join(
@@ -89,7 +89,7 @@ def definitions(contest: Contest) -> Markup:
     return element("dl", listed, told, class_="facts")
 
 
-def document_text(contest: Contest) -> str:
+def document_text(contest: ShownContest) -> str:
     """Return contest.json."""
     return contest.document.text().rstrip()
 

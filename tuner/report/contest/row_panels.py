@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from matplotlib.lines import Line2D
 
-from tuner.documents.contest import Cell, Contest, Difference, Quantity
+from tuner.documents.contest import ShownCell, ShownContest, ShownDifference, ShownQuantity
 from tuner.documents.results import Estimate
 from tuner.report.charts.chart import Axis, Line, Mark, Panel, Points, Rule, Words, row_axis, span_of, value_axis
 from tuner.report.charts.look import BOUND, INKS, Look
@@ -24,14 +24,14 @@ CLEAR, UNCLEAR = Look("ink", "diamond"), Look("ink", "diamond", hollow=True)
 INSIDE, OUTSIDE = Look("ink", "triangle-down", size=11), Look("ink", "triangle-down", hollow=True, size=11)
 
 
-def difference_panels(contest: Contest, columns: int) -> list[Panel]:
+def difference_panels(contest: ShownContest, columns: int) -> list[Panel]:
     """Return a forest for each quantity in which contenders differ, a row for each pair of kin; names at the left of each row."""
     found = [(quantity, _pairs(contest, quantity.label)) for quantity in contest.quantities]
     shown = [entry for entry in found if any(number for pair in entry[1] for number in pair.difference)][:MOST_PANELS]
     return [_forest(quantity, pairs, number % columns == 0) for number, (quantity, pairs) in enumerate(shown)]
 
 
-def value_panels(contest: Contest, columns: int) -> list[Panel]:
+def value_panels(contest: ShownContest, columns: int) -> list[Panel]:
     """Return a panel for each quantity, a row for each contender."""
     style, panels = looks_of(contest), []
     for number, quantity in enumerate(contest.quantities[:MOST_PANELS]):
@@ -45,7 +45,7 @@ def value_panels(contest: Contest, columns: int) -> list[Panel]:
     return panels
 
 
-def printed_panels(contest: Contest) -> list[Panel]:
+def printed_panels(contest: ShownContest) -> list[Panel]:
     """Return a panel for each row of the printed table, a row for each contender."""
     groups = [[cell for cell in contest.cells if (cell.metric, cell.scenario) == row] for row in rows_of(contest.cells)]
     columns = min(2, len(groups))
@@ -65,11 +65,11 @@ def printed_legend() -> tuple[list[Line2D], list[str]]:
     return handles, ["central 95 % of our flights", "their median", "printed, inside", "printed, outside"]
 
 
-def _pairs(contest: Contest, label: str) -> list[Difference]:
+def _pairs(contest: ShownContest, label: str) -> list[ShownDifference]:
     return [entry for entry in contest.differences if entry.quantity == label and related(contest, entry)]
 
 
-def _forest(quantity: Quantity, pairs: Sequence[Difference], named: bool) -> Panel:
+def _forest(quantity: ShownQuantity, pairs: Sequence[ShownDifference], named: bool) -> Panel:
     marks: list[Mark] = [Rule(look=ZERO, axis="x", value=0.0)]
     for row, entry in enumerate(pairs):
         marks += _estimate(entry.difference, row, UNCLEAR if entry.lower is None else CLEAR)
@@ -84,12 +84,12 @@ def _estimate(found: Estimate, row: int, look: Look) -> list[Mark]:
     return [Points(look=look, x=place[0], y=place[1], x_ends=(np.array([found.low]), np.array([found.high])))]
 
 
-def _title(quantity: Quantity) -> str:
+def _title(quantity: ShownQuantity) -> str:
     where = "" if quantity.scenario is None else f"scenario {quantity.scenario}"
     return f"{bracketed(quantity.label.removesuffix(f'@{quantity.scenario}'), quantity.unit)}\n{where}"
 
 
-def _printed(contest: Contest, cells: Sequence[Cell], named: bool) -> Panel:
+def _printed(contest: ShownContest, cells: Sequence[ShownCell], named: bool) -> Panel:
     style, marks = looks_of(contest), []
     for row, cell in enumerate(cells):
         look, (median, low, high) = style[cell.contender], cell.central

@@ -5,33 +5,43 @@ from pathlib import Path
 
 import numpy as np
 
-from tuner.documents.contest import Air, BestUnder, Cell, Claim, Contest, Front, Fronts, Quantity, Trace
+from tuner.documents.contest import (
+    Air,
+    ContenderFront,
+    Fronts,
+    ShownBestUnder,
+    ShownCell,
+    ShownClaim,
+    ShownContest,
+    ShownQuantity,
+    Trace,
+)
 from tuner.documents.contest_loading import load_contest
-from tuner.documents.inference import Inference, Spread
+from tuner.documents.inference import ShownInference, ShownSpread
 from tuner.documents.results import Estimate, Fan
 from tuner.text.units import in_degrees
 
 
-def load_shown(folder: Path) -> Contest:
+def load_shown(folder: Path) -> ShownContest:
     """Read a contest folder in shown units; StoreError where a file is missing or damaged."""
     return shown_contest(load_contest(folder))
 
 
-def shown_contest(contest: Contest) -> Contest:
+def shown_contest(contest: ShownContest) -> ShownContest:
     """Return a contest with all angles in degrees."""
     factors = {entry.label: in_degrees(entry.unit).factor for entry in contest.quantities}
 
     def shown(estimate: Estimate, label: str) -> Estimate:
         return _scaled(estimate, factors.get(label, 1.0))
 
-    def best(entry: BestUnder) -> BestUnder:
+    def best(entry: ShownBestUnder) -> ShownBestUnder:
         rows = {
             name: row and row._replace(estimate=shown(row.estimate, entry.objective))
             for name, row in entry.rows.items()
         }
         return replace(entry, limit=entry.limit * factors.get(entry.subject_to, 1.0), rows=rows)
 
-    def claimed(claim: Claim) -> Claim:
+    def claimed(claim: ShownClaim) -> ShownClaim:
         return claim._replace(rows=[row._replace(difference=shown(row.difference, row.quantity)) for row in claim.rows])
 
     return replace(
@@ -53,7 +63,7 @@ def shown_contest(contest: Contest) -> Contest:
     )
 
 
-def shown_inference(inference: Inference) -> Inference:
+def shown_inference(inference: ShownInference) -> ShownInference:
     """Return an inference with printed numbers and open values in degrees."""
     cells = []
     for cell in inference.cells:
@@ -68,7 +78,7 @@ def _scaled(entry: Estimate, factor: float) -> Estimate:
     return Estimate(*[None if part is None else part * factor for part in entry])
 
 
-def _quantity(entry: Quantity) -> Quantity:
+def _quantity(entry: ShownQuantity) -> ShownQuantity:
     unit, factor = in_degrees(entry.unit)
     return replace(entry, unit=unit, limit=None if entry.limit is None else entry.limit * factor)
 
@@ -76,21 +86,21 @@ def _quantity(entry: Quantity) -> Quantity:
 def _fronts(fronts: Fronts, factors: dict[str, float]) -> Fronts:
     scale = np.array([factors.get(label, 1.0) for label in fronts.objectives])
 
-    def scaled(front: Front) -> Front:
+    def scaled(front: ContenderFront) -> ContenderFront:
         return replace(front, values=front.values * scale, low=front.low * scale, high=front.high * scale)
 
     reference = {label: value * factors.get(label, 1.0) for label, value in fronts.reference.items()}
     return replace(fronts, fronts=[scaled(front) for front in fronts.fronts], reference=reference)
 
 
-def _cell(cell: Cell) -> Cell:
+def _cell(cell: ShownCell) -> ShownCell:
     unit, factor = in_degrees(cell.unit)
     return cell._replace(
         unit=unit, printed=cell.printed * factor, mean=cell.mean * factor, central=_scaled(cell.central, factor)
     )
 
 
-def _spread(spread: Spread, factor: float) -> Spread:
+def _spread(spread: ShownSpread, factor: float) -> ShownSpread:
     return spread._replace(central=_scaled(spread.central, factor))
 
 

@@ -1,6 +1,6 @@
 """Every contender in every quantity on the same flights, the best marked by a sign and not by colour alone."""
 
-from tuner.documents.contest import Contest, Quantity
+from tuner.documents.contest import ShownContest, ShownQuantity
 from tuner.documents.parts import Estimate
 from tuner.report.answer_section import metric_anchor, risk_words
 from tuner.report.charts.look import Look, sample
@@ -22,7 +22,7 @@ KINDS = {
 }
 
 
-def values_table(contest: Contest) -> Markup:
+def values_table(contest: ShownContest) -> Markup:
     """Return the table, a row a quantity and a column a contender."""
     groups = []
     for kind, title in KINDS.items():
@@ -33,7 +33,7 @@ def values_table(contest: Contest) -> Markup:
     return element("table", element("thead", _head(contest)), *groups, class_=f"values{many} stacked")
 
 
-def quantity_head(quantity: Quantity) -> Markup:
+def quantity_head(quantity: ShownQuantity) -> Markup:
     """Return label, unit, risk and scenario of a quantity, the label linked to the metric's definition."""
     name = element("code", quantity.label.removesuffix(f"@{quantity.scenario}"))
     link = element("a", name, href=f"#{metric_anchor(quantity.metric)}")
@@ -45,18 +45,18 @@ def quantity_head(quantity: Quantity) -> Markup:
     return join((link, unit, element("small", about)))
 
 
-def _head(contest: Contest) -> Markup:
+def _head(contest: ShownContest) -> Markup:
     names = [join((sample(looks_of(contest)[entry.name]), element("br"), entry.name)) for entry in contest.contenders]
     return element("tr", *[element("th", name, scope="col") for name in ("Quantity", *names, "On one scale")])
 
 
-def _group(contest: Contest, title: str, members: list[Quantity]) -> Markup:
+def _group(contest: ShownContest, title: str, members: list[ShownQuantity]) -> Markup:
     columns = str(len(contest.contenders) + 2)
     head = element("tr", element("th", title, scope="rowgroup", colspan=columns), class_="group")
     return element("tbody", head, *[element("tr", *_row(contest, quantity)) for quantity in members])
 
 
-def _row(contest: Contest, quantity: Quantity) -> list[Markup]:
+def _row(contest: ShownContest, quantity: ShownQuantity) -> list[Markup]:
     best, close = contest.best(quantity.label), contest.close_to_best(quantity.label)
     found = [(entry, contest.estimates.get((entry.name, quantity.label))) for entry in contest.contenders]
     shown = [_cell(quantity, value, entry.name in best, entry.name in close) for entry, value in found]
@@ -77,7 +77,7 @@ def _drawing(rows: list[tuple[Look, Estimate]], limit: float | None, width: floa
     return join((stacked(span, rows, limit), ruler(span)))
 
 
-def _cell(quantity: Quantity, entry: Estimate | None, best: bool, close: bool) -> Markup:
+def _cell(quantity: ShownQuantity, entry: Estimate | None, best: bool, close: bool) -> Markup:
     if entry is None:
         return Markup(MISSING)
     value, interval = estimate(*entry.parts)

@@ -1,6 +1,6 @@
 """How large the fronts are: the share of one common box that each dominates."""
 
-from tuner.documents.contest import Contest, Fronts
+from tuner.documents.contest import Fronts, ShownContest
 from tuner.report.charts.look import sample
 from tuner.report.contest.looks import looks_of
 from tuner.report.contest.values_section import BEST, CLOSE
@@ -11,7 +11,7 @@ from tuner.text.units import plain
 HEAD = ["Front of", "Points", "Share of the common box (hypervolume)"]
 
 
-def volumes_table(contest: Contest, fronts: Fronts) -> Markup:
+def volumes_table(contest: ShownContest, fronts: Fronts) -> Markup:
     """Return a row a front; the larger the share, the better."""
     shares = {entry.contender: entry.share.value for entry in fronts.volumes if entry.share.value is not None}
     best = {name for name, share in shares.items() if share == max(shares.values())}
