@@ -11,7 +11,7 @@ from tuner.text.numbers import MISSING, estimate, significant
 from tuner.text.units import marked_up
 
 UNKNOWN_HEAD = ["Open value", "Unit", "Before", "Inferred", "Range searched", "Told by the printed numbers?"]
-RATIO_HEAD = ["ReproducedRatio", "Printed", "Ours at the inferred setting", "Reproduced?"]
+RATIO_HEAD = ["Ratio", "Printed", "Ours at the inferred setting", "Reproduced?"]
 VERDICTS = {"told": "✓ told", "loosely": "≈ loosely", "not": "✗ not told"}
 BY = {
     "here": "✓ inside at the inferred setting",
