@@ -216,4 +216,4 @@ def test_the_report_has_the_sections_that_are_explained(tmp_path):
     headings = re.findall(r"<h2[^>]*>([^<]*)</h2>", page)
     explained = re.findall(r"^## (.*)$", READING, re.MULTILINE)
     # The first is about the lines at the top of a page without a feasible point, the last about another page.
-    assert explained == ["Nothing feasible", *headings, "A contest or a comparison"]
+    assert explained == ["Nothing feasible", "The table and the trade-off", *headings, "A contest or a comparison"]

@@ -9,7 +9,7 @@ from plant.errors import InputError, StoreError, UnknownNameError
 from tuner.api.frames import estimates, frame, json_text, shown
 from tuner.api.gains import Gains, gains_of, read_gains
 from tuner.documents.ending import GAINS
-from tuner.documents.opening import kind_in
+from tuner.documents.opening import kind_in, read_frame
 from tuner.experiments import registry
 from tuner.experiments.compare.entrants import rows_of, study_of
 from tuner.gains import Controller
@@ -207,34 +207,28 @@ class TuningResults(Results):
         """Every candidate that the search tried; columns as in generations/*.parquet."""
         import pandas as pd
 
-        parts = [pd.read_parquet(file) for file in sorted((self.home / "generations").glob("*.parquet"))]
+        parts = [read_frame(file) for file in sorted((self.home / "generations").glob("*.parquet"))]
         return pd.concat(parts, ignore_index=True).set_index("candidate")
 
     @cached_property
     def history(self) -> "pd.DataFrame":
         """Progress of the search, a row for each generation: flights, seconds, feasible share, hypervolume."""
-        import pandas as pd
-
-        return pd.read_csv(self.home / "history.csv").set_index("generation")
+        return read_frame(self.home / "history.csv").set_index("generation")
 
     @cached_property
     def margins(self) -> "pd.DataFrame":
         """Stability margins at hover by point and channel: factors, rad, s and rad/s; empty where nothing limits one."""
-        import pandas as pd
-
         file = self.home / "margins.parquet"
         if not file.exists():
             raise InputError("no steady flight was found, so there are no margins", file=file)
-        found = pd.read_parquet(file).drop(columns=CURVES).set_index(["point", "channel"])
+        found = read_frame(file).drop(columns=CURVES).set_index(["point", "channel"])
         found.attrs["units"] = MARGIN_UNITS
         return found
 
     @cached_property
     def responses(self) -> "pd.DataFrame":
         """Responses by point, scenario and signal: 5 %, 50 % and 95 % over flights, and the worst flight; times in s."""
-        import pandas as pd
-
-        return pd.read_parquet(self.home / "responses.parquet")
+        return read_frame(self.home / "responses.parquet")
 
     @property
     def recommended(self) -> Gains | None:

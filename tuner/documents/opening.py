@@ -64,17 +64,7 @@ class OpenedFolder(Generic[D]):
 
     def table(self, name: str) -> "pd.DataFrame":
         """Return a table of the folder as it stands, by the name of its file; StoreError where it is missing or damaged."""
-        import pandas as pd
-
-        file = self.folder / name
-        try:
-            if name.endswith(".csv"):
-                return pd.read_csv(BytesIO(read_input(file, MOST_TABLE)))
-            return pd.read_parquet(BytesIO(read_input(file, MOST_TABLE)))
-        except FileNotFoundError:
-            raise refuse(file, "there is no such file") from None
-        except (OSError, ValueError) as error:
-            raise refuse(file, f"not a readable table ({str(error).splitlines()[0]:.80})") from None
+        return read_frame(self.folder / name)
 
 
 class TuningFolder(OpenedFolder[Summary]):
@@ -168,3 +158,17 @@ def open_results(folder: Path) -> OpenedFolder[Any]:
         names = ", ".join(entry.main for entry in KINDS)
         raise StoreError(f"{folder} is no finished results folder: it holds none of {names}")
     return kind(folder)
+
+
+def read_frame(file: Path) -> "pd.DataFrame":
+    """Return a CSV or Parquet table as it stands; StoreError where it is missing or damaged."""
+    import pandas as pd
+
+    try:
+        if file.suffix == ".csv":
+            return pd.read_csv(BytesIO(read_input(file, MOST_TABLE)))
+        return pd.read_parquet(BytesIO(read_input(file, MOST_TABLE)))
+    except FileNotFoundError:
+        raise refuse(file, "there is no such file") from None
+    except (OSError, ValueError) as error:
+        raise refuse(file, f"not a readable table ({str(error).splitlines()[0]:.80})") from None

@@ -18,6 +18,9 @@ from tuner.cli.app import GROUPS
 from tuner.cli.printers.tuning import comparison_table, gains_table
 from tuner.cli.tables import PIPE_WIDTH, Table
 from tuner.cli.terminal import Console
+from tuner.documents.contest_document import ComparisonDocument
+from tuner.documents.plan import PlanDocument
+from tuner.documents.summary import Summary
 
 ROOT = Path(__file__).parents[3]
 WIDTHS = (60, 80, 200)
@@ -85,7 +88,7 @@ def test_the_help(monkeypatch, capsys):
 def test_the_tables_at_the_end_of_a_run(small_run, tmp_path, monkeypatch, capsys):
     made_up = fabricate(tmp_path / "made-up", 3, ("gusts", "calm air"))
     for folder in (small_run[1], made_up):
-        summary = json.loads((folder / "summary.json").read_text())
+        summary = Summary.read(folder / "summary.json")
         told = printed(
             capsys, lambda c, s=summary: c.print(gains_table(s)), lambda c, s=summary: c.print(comparison_table(s))
         )
@@ -143,10 +146,12 @@ def test_plan_compare_and_fly(small_run, tmp_path, monkeypatch, capsys):
     from tuner.cli.printers.planning import show as show_plan
 
     gains = small_run[1] / "gains.json"
-    plan = json.loads(command(monkeypatch, capsys, "plan", QUICKSTART, "--json")())
+    plan = PlanDocument.parse(command(monkeypatch, capsys, "plan", QUICKSTART, "--json")())
     check_widths(printed(capsys, lambda console: show_plan(plan, console)), monkeypatch)
     other = changed_gains(gains, tmp_path / "a_name_that_takes_some_room.json", 0.5)
-    found = json.loads(command(monkeypatch, capsys, "compare", small_run[1], other, "--seeds", "16", "--json")())
+    found = ComparisonDocument.parse(
+        command(monkeypatch, capsys, "compare", small_run[1], other, "--seeds", "16", "--json")()
+    )
     check_widths(printed(capsys, lambda console: print_comparison(found, console)), monkeypatch)
     # The drawn lines differ with the width; nothing else does.
     check_widths(command(monkeypatch, capsys, "fly", gains, "--seeds", "4"), monkeypatch, (60, 80))

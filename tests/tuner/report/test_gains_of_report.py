@@ -9,7 +9,7 @@ from tests.clients import program
 from tests.tuner.gains.making import document, whole_document, written
 from tuner.gains.examining import examine
 
-SCRIPT = Path(tuner.report.__file__).parent / "js" / "17_gains_file.js"
+SCRIPT = Path(tuner.report.__file__).parent / "js" / "13_gains_file.js"
 GLOBALS = """
 const data = { tuned: "p0001", gains_file: process.argv[1], constraints: [], requirements: [{ label: "ms", kind: "requirement", sense: "most" }] };
 const point = { name: "p0002", gains: [7.5], held_out: [9.0], low: [8.9], high: [9.1], requirements: [1.5] };

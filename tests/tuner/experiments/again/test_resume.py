@@ -327,7 +327,7 @@ def test_another_risk_and_another_metric_need_no_flight_of_the_candidates(unrace
 
 
 def test_another_limit_and_another_pick_need_no_flight_at_all(unraced, tmp_path):
-    outcome = judged(unraced[1], tmp_path / "r", constraint__1__most=0.03, pick__rule="closest")
+    outcome = judged(unraced[1], tmp_path / "r", constraint__1__max=0.03, pick__rule="closest")
     assert outcome.problem.flights_made in (0, 32)  # 32 where the pick is another one, which is then confirmed
 
 

@@ -142,7 +142,7 @@ def test_show_and_the_page_say_so_first_and_advise_no_flight(ran, monkeypatch, c
     text = tuning_page(load(folder)).text()
     assert NOTHING in text and text.index(NOTHING) < text.index('class="lead"') < text.index("Nothing is recommended")
     said = re.sub(r"<[^>]*>|\s", "", text[: text.index("</header>")])
-    assert "Recommendedpointnone" in said and "isrecommendedbecause" not in said
+    assert "Nothingisrecommended" in said and "againstthedefault" not in said
     assert "automatic limit, mission.followed" in text and "(automatic: mission.followed)" in out
     assert "Save infeasible.json" in text and "What to fly" not in text
     assert '"gains_name":"infeasible.json"' in text

@@ -105,7 +105,7 @@ def test_contenders_are_told_with_their_instructions(tmp_path):
         assert row is not None and known is not None
         assert row["instructions_step"] == known.instructions_step and row["text_bytes"] == known.text_bytes
         assert row["instructions_per_second"] == pytest.approx(250.0 * known.instructions_step)
-        json.dumps(row, allow_nan=False)
+        json.dumps(row.content(), allow_nan=False)
 
     class Found:
         names = [contender.name for contender in contest.contenders]
