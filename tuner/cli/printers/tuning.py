@@ -33,7 +33,7 @@ def print_tuning(results: "TuningResults", console: Console) -> None:
     screened = summary.screened
     if any(row.kind == "requirement" for row in summary.table):
         console.print(
-            f"Not worth a flight, for they break a hard requirement: {screened.candidates:,} candidates; "
+            f"Skipped without simulation (hard requirement violated): {screened.candidates:,} candidates; "
             f"{screened.flights:,} flights saved.",
         )
     raced = summary.raced
