@@ -35,7 +35,7 @@ MASKED = (
     # The machine, the libraries and the code.
     "environment.json", "run.json.machine", "start.json.machine", "run.json.model", "run.json.arithmetic", "threads", "commit", "generator.version",
     # What follows from any of them, to the last bit.
-    "sha256", "digest", "manifest.json.files", "export.json.files", "export-[a-z0-9]+.json.json.files",
+    "[a-z_]*sha256", "digest", "manifest.json.files", "export.json.files", "export-[a-z0-9]+.json.json.files",
 )  # fmt: skip
 """Names or paths, as regular expressions, below which values belong to a machine, an hour or a version: keys alone are compared."""
 IS_MASKED = re.compile(rf"(?:.*[./])?(?:{'|'.join(MASKED)})(?:\..*)?")
