@@ -9,11 +9,10 @@ from matplotlib.figure import Figure
 from plant.errors import InputError, UnknownNameError
 from tuner.analysis.margins.curves import curves_of, groups
 from tuner.analysis.margins.readings import Subject
-from tuner.documents.contest import ShownContest
-from tuner.documents.results import Results
+from tuner.documents.contest import ComparedFolder
+from tuner.documents.tuning import TuningFolder
 from tuner.report.charts.paper import style
 from tuner.report.contest.figures import FIGURES, values_figure
-from tuner.report.contest.shown import shown_contest
 from tuner.report.figures import flown_figure, front_figure, progress_figure, response_figure, response_names
 from tuner.report.inference_figure import inference_figure
 from tuner.report.margins.loop_figures import bode_figure, nichols_figure, nyquist_figure
@@ -42,7 +41,7 @@ def draw(figures: Figures, name: str) -> Figure:
     return figure
 
 
-def of_tuning(results: Results) -> Figures:
+def of_tuning(results: TuningFolder) -> Figures:
     """Return the figures of a tuning run."""
     responses = {
         name: lambda scenario=scenario: response_figure(results, scenario)
@@ -51,14 +50,14 @@ def of_tuning(results: Results) -> Figures:
     return {"front": lambda: front_figure(results), "progress": lambda: progress_figure(results), **responses}
 
 
-def of_contest(contest: ShownContest) -> Figures:
+def of_contest(contest: ComparedFolder) -> Figures:
     """Return the figures of a contest."""
-    return {name: lambda draw=draw: draw(shown_contest(contest)) for name, draw in FIGURES.items()}
+    return {name: lambda draw=draw: draw(contest) for name, draw in FIGURES.items()}
 
 
-def of_comparison(contest: ShownContest) -> Figures:
+def of_comparison(contest: ComparedFolder) -> Figures:
     """Return the figures of a comparison."""
-    return {**of_contest(contest), "values": lambda: values_figure(shown_contest(contest))}
+    return {**of_contest(contest), "values": lambda: values_figure(contest)}
 
 
 def of_inference(document: dict[str, Any]) -> Figures:

@@ -1,6 +1,6 @@
 """The trade-off: controls, linked views and the table of finalists. Scripts draw them from the data of the page."""
 
-from tuner.documents.results import Results
+from tuner.documents.tuning import TuningFolder
 from tuner.report.page import aid
 from tuner.text.markup import Markup, element, join
 from tuner.text.units import bracketed, plain
@@ -12,7 +12,7 @@ AID = (
 )
 
 
-def explorer_section(results: Results) -> Markup:
+def explorer_section(results: TuningFolder) -> Markup:
     """Return the section without its heading."""
     count = len(results.objectives)
     views = []
@@ -57,7 +57,7 @@ def plane() -> Markup:
     return view_box("plane", "Trade-off", text, WALK)
 
 
-def axis_choices(results: Results) -> Markup:
+def axis_choices(results: TuningFolder) -> Markup:
     """Return the choice of both axes of the plane, among objectives and gains."""
     groups = [
         ("Objectives", [bracketed(entry.label, entry.unit) for entry in results.objectives]),

@@ -11,8 +11,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from plant.errors import InputError
-from tuner.documents.loading import load
-from tuner.documents.results import DEFAULT, TUNED, Fan, Results
+from tuner.documents.tables import Fan
+from tuner.documents.tuning import DEFAULT, TUNED, TuningFolder
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Mark, Panel
 from tuner.report.charts.front import front_panels
@@ -36,7 +36,7 @@ def write_all(folder: Path) -> list[Path]:
 
 def draw_all(folder: Path) -> dict[str, bytes]:
     """Return every figure that the folder has data for, by its name in the folder."""
-    results = load(folder)
+    results = TuningFolder(folder)
     with style():
         drawn = {"front": front_figure(results), "progress": progress_figure(results)}
         for name, scenario in zip(response_names(results.scenarios), results.scenarios, strict=True):
@@ -59,7 +59,7 @@ def response_names(scenarios: list[str]) -> list[str]:
     return names
 
 
-def front_figure(results: Results) -> Figure:
+def front_figure(results: TuningFolder) -> Figure:
     """Return the front with a panel for each pair of objectives; of one objective, the points in order."""
     panels = front_panels(results)
     if len(panels) == 1:
@@ -68,7 +68,7 @@ def front_figure(results: Results) -> Figure:
     return figure_of(panels, min(len(panels), 3), 2.4)
 
 
-def progress_figure(results: Results) -> Figure:
+def progress_figure(results: TuningFolder) -> Figure:
     """Return hypervolume and share of feasible candidates by generation, side by side."""
     volume, feasible = progress_panels(results.history)[:2]
     panels = [
@@ -81,7 +81,7 @@ def progress_figure(results: Results) -> Figure:
     return figure
 
 
-def response_figure(results: Results, scenario: str) -> Figure:
+def response_figure(results: TuningFolder, scenario: str) -> Figure:
     """Return the responses in a scenario, tuned over default, a panel for each axis and one for rotor 1."""
     known = [
         fan for fan in results.fans if fan.scenario == scenario and results.front.role(fan.point) in (DEFAULT, TUNED)

@@ -4,7 +4,7 @@ from typing import Any
 
 import pytest
 
-from tuner.documents.results import SearchedVariable
+from tuner.documents.summary import VariableRow
 from tuner.report.gains_section import gains_table
 from tuner.report.prose import gap_words
 
@@ -31,7 +31,7 @@ def test_a_gap_to_lost_flights_says_nothing_of_optimism(low):
 
 def remark(tuned, *natural_ends):
     results: Any = type("Results", (), {"shown_as": "tuned"})()
-    results.variables = [SearchedVariable("tilt.k1", "k1", "", "1", 0.0, 40.0, "linear", 20.0, tuned, natural_ends)]
+    results.variables = [VariableRow(name="tilt.k1", symbol="k1", unit="1", low=0.0, high=40.0, scale="linear", natural_ends=natural_ends, default=20.0, tuned=tuned)]
     return gains_table(results)
 
 

@@ -26,7 +26,7 @@ from tuner.store.manifest import NONE_YET, read_manifest, refuse_damage, unfinis
 from tuner.text.units import in_shown_units
 
 if TYPE_CHECKING:
-    from tuner.documents.results import Results
+    from tuner.documents.tuning import TuningFolder
 
 Row = dict[str, Any]
 PLOT_WIDTH, PLOT_HEIGHT, BAR = 72, 16, 16
@@ -69,7 +69,7 @@ def refuse_other(folder: Path) -> None:
         )
 
 
-def tell_story(story: Row, results: "Results | None", as_json: bool, console: Console) -> None:
+def tell_story(story: Row, results: "TuningFolder | None", as_json: bool, console: Console) -> None:
     """Print the story of a tuning run, as JSON if asked for; results: behind it, None where the run is not finished."""
     if as_json:
         print(json_text(story, ascii_only=False))
@@ -130,7 +130,7 @@ def tell_unfinished(story: Row, console: Console) -> None:
         say(console, "If no process is at it any more, remove the folder and give the command again.")
 
 
-def tell_tuning(story: Row, results: "Results", console: Console) -> None:
+def tell_tuning(story: Row, results: "TuningFolder", console: Console) -> None:
     """Print everything of a finished run, in the order of the report."""
     head(console, story["title"])
     print_ending(story["ending"], console)
@@ -217,7 +217,7 @@ def gains_table(gains: list[Row], width: int, shown_as: str) -> Table:
     return table
 
 
-def tell_front(story: Row, results: "Results", console: Console) -> None:
+def tell_front(story: Row, results: "TuningFolder", console: Console) -> None:
     """Print a plot of two objectives, a table of the points for any other number."""
     if len(results.objectives) == 2:
         from tuner.report.terminal.front_plot import front_lines

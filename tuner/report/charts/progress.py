@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tuner.documents.results import History, Results
+from tuner.documents.tuning import History, TuningFolder
 from tuner.report.charts.chart import Axis, Bars, Line, Mark, Panel, Points
 from tuner.report.charts.front import LAYERS, layer_of, shown_range
 from tuner.report.charts.look import DEFAULT, FRONT, RULE, TUNED, Look
@@ -28,17 +28,17 @@ def progress_panels(history: History) -> list[Panel]:
     return panels
 
 
-def gap_panels(results: Results) -> list[Panel]:
+def gap_panels(results: TuningFolder) -> list[Panel]:
     """Return held-out over search values of every finalist, a panel an objective; on the dotted line they agree."""
     return [_gap(results, i) for i in range(len(results.objectives))]
 
 
-def place_panel(results: Results) -> Panel | None:
+def place_panel(results: TuningFolder) -> Panel | None:
     """Return how sure each finalist's place on the front is; None where the folder does not hold it."""
     front = results.front
-    if front.probability is None:
+    probability = front.columns.get("probability")
+    if probability is None:
         return None
-    probability = front.probability
     known = [row for row, role in enumerate(front.roles) if role != "default" and np.isfinite(probability[row])]
     rows = sorted(known, key=lambda row: -probability[row])
     bars = Bars(look=FRONT._replace(symbol=""), x=np.arange(1.0, len(rows) + 1.0), y=100.0 * probability[rows],
@@ -68,7 +68,7 @@ def _flights(history: History) -> Panel:
     )
 
 
-def _gap(results: Results, i: int) -> Panel:
+def _gap(results: TuningFolder, i: int) -> Panel:
     front, entry = results.front, results.objectives[i]
     search, held_out, shown = front.search[:, i], front.held_out[:, i], shown_range(front, i)
     seen = search[np.isfinite(search) & (held_out >= shown.low) & (held_out <= shown.high)]
@@ -87,7 +87,7 @@ def _gap(results: Results, i: int) -> Panel:
     return Panel(f"gap-{i}", entry.label, x, y, marks, aid=aid)
 
 
-def _gap_words(results: Results, i: int, row: int) -> str:
+def _gap_words(results: TuningFolder, i: int, row: int) -> str:
     front, unit = results.front, results.objectives[i].unit
     search, held_out = significant(front.search[row, i]), significant(front.held_out[row, i])
     return f"{front.points[row]}: search {search}, held-out {held_out} {unit}"

@@ -6,18 +6,18 @@ from pathlib import Path
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from tuner.documents.contest import ShownContest
+from tuner.documents.contest import ComparedFolder
+from tuner.documents.opening import open_results
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.paper import WIDTH, figure_of, save, style
 from tuner.report.contest import time_figures
 from tuner.report.contest.fronts_panels import fronts_panels
 from tuner.report.contest.row_panels import difference_panels, printed_legend, printed_panels, value_panels
-from tuner.report.contest.shown import load_shown
 
 COLUMNS = 3
 
 
-def fronts_figure(contest: ShownContest) -> Figure | None:
+def fronts_figure(contest: ComparedFolder) -> Figure | None:
     """Return the fronts of all contenders, for one objective the points in rows; None where nothing was tuned."""
     panels = fronts_panels(contest)
     if not panels:
@@ -28,7 +28,7 @@ def fronts_figure(contest: ShownContest) -> Figure | None:
     return figure_of(panels, min(len(panels), 3), 3.6 if single else 2.5, 0.85 * WIDTH if single else WIDTH)
 
 
-def differences_figure(contest: ShownContest) -> Figure | None:
+def differences_figure(contest: ComparedFolder) -> Figure | None:
     """Return forest plots of the paired differences; None where no two contenders differ in anything."""
     panels = difference_panels(contest, COLUMNS)
     if not panels:
@@ -37,14 +37,14 @@ def differences_figure(contest: ShownContest) -> Figure | None:
     return _small(panels, 0.7 + 0.15 * rows, "left of zero the one named first is lower; hollow: no clear difference")
 
 
-def values_figure(contest: ShownContest) -> Figure:
+def values_figure(contest: ComparedFolder) -> Figure:
     """Return every value with its interval, of the first quantities where there are more than fit on a page."""
     panels = value_panels(contest, COLUMNS)
     note = "bars: 95 % intervals over flights; dashed: limit; further left is better"
-    return _small(panels, 0.75 + 0.2 * len(contest.contenders), note)
+    return _small(panels, 0.75 + 0.2 * len(contest.document.contenders), note)
 
 
-def published_figure(contest: ShownContest) -> Figure | None:
+def published_figure(contest: ComparedFolder) -> Figure | None:
     """Return our central 95 % of flights with each printed number; None where no number was printed."""
     panels = printed_panels(contest)
     if not panels:
@@ -58,7 +58,7 @@ def published_figure(contest: ShownContest) -> Figure | None:
 
 
 # File name and what draws it; None where the folder has no data for it.
-FIGURES: dict[str, Callable[[ShownContest], Figure | None]] = {
+FIGURES: dict[str, Callable[[ComparedFolder], Figure | None]] = {
     "front": fronts_figure,
     "differences": differences_figure,
     "published": published_figure,
@@ -82,8 +82,8 @@ def write_values_figure(folder: Path) -> list[Path]:
     return _write(folder, {"values": values_figure})
 
 
-def _write(folder: Path, figures: dict[str, Callable[[ShownContest], Figure | None]]) -> list[Path]:
-    contest = load_shown(folder)
+def _write(folder: Path, figures: dict[str, Callable[[ComparedFolder], Figure | None]]) -> list[Path]:
+    contest = open_results(folder)
     # Names are text, even those with dollar signs.
     with style(), rc_context({"text.parse_math": False}):
         drawn = {name: draw(contest) for name, draw in figures.items()}

@@ -14,11 +14,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from tuner.documents.contest import Air, ShownContest, Trace
-from tuner.documents.results import Fan
+from tuner.documents.contest import Air, ComparedFolder, Trace
+from tuner.documents.tables import Fan
 from tuner.report.charts.look import INKS, Look
 from tuner.report.charts.paper import grid
-from tuner.report.contest.looks import looks_of
+from tuner.report.contest.controls import looks_of
 from tuner.report.contest.signals import asked_for, drifts, error, is_calm, rate, signal_title
 from tuner.text.units import bracketed
 
@@ -48,53 +48,53 @@ ERROR = Kind(error, lambda trace: bracketed(f"error of {trace.signal}", trace.un
 RATE = Kind(rate, lambda trace: bracketed(f"rate of {trace.signal}", f"{trace.unit}/s"), "no fan")
 
 
-def position_disturbance(contest: ShownContest) -> Figure | None:
+def position_disturbance(contest: ComparedFolder) -> Figure | None:
     """Return what pushes the vehicle in flight 0: injected accelerations, else the wind."""
     return _disturbance(contest, held_scenario(contest), LINEAR)
 
 
-def attitude_disturbance(contest: ShownContest) -> Figure | None:
+def attitude_disturbance(contest: ComparedFolder) -> Figure | None:
     """Return what turns the vehicle in flight 0: injected angular accelerations, else the rates of the gusts."""
     return _disturbance(contest, levelled_scenario(contest), ANGULAR)
 
 
-def positions(contest: ShownContest) -> Figure | None:
+def positions(contest: ComparedFolder) -> Figure | None:
     """Return positions with their reference."""
     return _responses(contest, held_scenario(contest), POSITION, VALUE)
 
 
-def angles(contest: ShownContest) -> Figure | None:
+def angles(contest: ComparedFolder) -> Figure | None:
     """Return attitude angles, with their reference where all contenders have the same."""
     return _responses(contest, levelled_scenario(contest), ATTITUDE, VALUE)
 
 
-def position_errors(contest: ShownContest) -> Figure | None:
+def position_errors(contest: ComparedFolder) -> Figure | None:
     """Return positions minus their reference."""
     return _responses(contest, held_scenario(contest), POSITION, ERROR)
 
 
-def angle_errors(contest: ShownContest) -> Figure | None:
+def angle_errors(contest: ComparedFolder) -> Figure | None:
     """Return attitude angles minus what was asked of each contender, by the reference or by its own position loop."""
     return _responses(contest, levelled_scenario(contest), ATTITUDE, ERROR)
 
 
-def angle_rates(contest: ShownContest) -> Figure | None:
+def angle_rates(contest: ComparedFolder) -> Figure | None:
     """Return the rates of the attitude angles, by differences of the recorded angles."""
     return _responses(contest, levelled_scenario(contest), ATTITUDE, RATE)
 
 
-def held_scenario(contest: ShownContest) -> str | None:
+def held_scenario(contest: ComparedFolder) -> str | None:
     """Return the first scenario in which a position is held, None where there is none."""
     return next((name for name in contest.scenarios if not drifts(contest, name)), None)
 
 
-def levelled_scenario(contest: ShownContest) -> str | None:
+def levelled_scenario(contest: ComparedFolder) -> str | None:
     """Return the first scenario in which nothing but the attitude is held, else the first, None where there is none."""
     level = [name for name in contest.scenarios if drifts(contest, name)]
     return next(iter([*level, *contest.scenarios]), None)
 
 
-def _disturbance(contest: ShownContest, scenario: str | None, kinds: tuple[str, ...]) -> Figure | None:
+def _disturbance(contest: ComparedFolder, scenario: str | None, kinds: tuple[str, ...]) -> Figure | None:
     blown = [entry for entry in contest.air if entry.scenario == scenario]
     for kind in kinds:
         shown = [entry for entry in blown if entry.signal.rpartition("_")[0] == kind]
@@ -115,7 +115,7 @@ def _air(shown: list[Air], scenario: str) -> Figure:
     return figure
 
 
-def _responses(contest: ShownContest, scenario: str | None, signals: tuple[str, ...], kind: Kind) -> Figure | None:
+def _responses(contest: ComparedFolder, scenario: str | None, signals: tuple[str, ...], kind: Kind) -> Figure | None:
     traces = [entry for entry in contest.traces if entry.scenario == scenario and entry.signal in signals]
     traces = [entry for entry in traces if entry.contender in contest.index and np.isfinite(kind.values(entry)).all()]
     present = [signal for signal in signals if any(entry.signal == signal for entry in traces)]
@@ -125,7 +125,7 @@ def _responses(contest: ShownContest, scenario: str | None, signals: tuple[str, 
     figure, axes = grid(len(present) * columns, columns, ROW)
     for number, ax in enumerate(axes):
         signal, airframe = present[number // columns], contest.airframes[number % columns]
-        names = [entry.name for entry in contest.contenders if entry.airframe == airframe]
+        names = [entry.name for entry in contest.document.contenders if entry.airframe == airframe]
         _panel(contest, ax, [entry for entry in traces if entry.signal == signal and entry.contender in names], kind)
     for ax, airframe in zip(axes[:columns], contest.airframes, strict=True):
         _legend(ax, airframe if columns > 1 else None)
@@ -134,7 +134,7 @@ def _responses(contest: ShownContest, scenario: str | None, signals: tuple[str, 
     return figure
 
 
-def _panel(contest: ShownContest, ax: Axes, traces: list[Trace], kind: Kind) -> None:
+def _panel(contest: ComparedFolder, ax: Axes, traces: list[Trace], kind: Kind) -> None:
     bands = []
     for number, trace in enumerate(traces):
         look = looks_of(contest)[trace.contender]
@@ -171,7 +171,7 @@ def _frame(ax: Axes, bands: list[tuple[float, float]]) -> None:
     ax.set_ylim(bottom - 0.05 * (top - bottom), top + 0.05 * (top - bottom))
 
 
-def _fan(contest: ShownContest, trace: Trace, kind: Kind) -> Fan | None:
+def _fan(contest: ComparedFolder, trace: Trace, kind: Kind) -> Fan | None:
     """Return the band of a line, None where there is none: rates are not recorded, nor errors from differing references."""
     key = (trace.contender, trace.scenario, trace.signal)
     fan = next((entry for entry in contest.fans if (entry.point, entry.scenario, entry.signal) == key), None)

@@ -14,7 +14,7 @@ from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
 from tests.tuner.experiments.again.killing import assert_covered
 from tests.tuner.experiments.compare.conftest import SEEDS, compared
 from tests.tuner.in_process import tuner
-from tuner.documents.contest_loading import load_contest
+from tuner.documents.opening import open_results
 from tuner.experiments.compare.entrants import Entrant
 from tuner.experiments.compare.plan import COMPARE, MOST_POINTS, thinned
 from tuner.experiments.contest.flying import comparison_problem, fly_all
@@ -212,7 +212,7 @@ def test_the_folder_holds_numbers_figures_and_a_page(comparison, written):
     page = (written / "report.html").read_text()
     assert "holdfast comparison" in page
     assert not re.search(r'<(?:script|link|img)[^>]*(?:src|href)="?https?:', page)
-    contest = load_contest(written)
+    contest = open_results(written)
     assert [entry.name for entry in contest.contenders] == ["small", "same", "softer", "larger"]
     assert contest.fronts is not None and contest.fans and contest.traces
 

@@ -6,13 +6,12 @@ from itertools import product
 import numpy as np
 import pytest
 
-from tuner.documents.contest import Gain
 from tuner.documents.parts import Estimate
 from tuner.report.charts.chart import span_of, value_axis
 from tuner.report.charts.look import COUNT, DASHES, INKS, SYMBOLS, looks, sample
 from tuner.report.charts.strip import INSET, Scale, interval, pinned, ruler, scale, stacked, ticks
 from tuner.report.charts.web import line_of, marker_of
-from tuner.report.contest.joined_gains import joined
+from tuner.report.contest.contenders_section import Gain, joined
 from tuner.report.page import asset
 
 
