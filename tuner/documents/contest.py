@@ -2,11 +2,19 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
 
-from tuner.documents.contest_document import BestUnder, ComparisonDocument, ContestDocument, FrontsPart, QuantityRow
+from tuner.documents.contest_document import (
+    BestUnder,
+    ComparisonDocument,
+    ContenderRow,
+    ContestDocument,
+    FrontsPart,
+    QuantityRow,
+)
 from tuner.documents.folder import OpenedFolder
 from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.parts import ENDS, Estimate, Row, row_in_degrees, scaled
@@ -80,10 +88,15 @@ class ComparedFolder(OpenedFolder[Compared]):
         """The document with all angles in degrees, and no unit as ""."""
         return document_in_degrees(self.document)
 
+    @property
+    def contenders(self) -> list[ContenderRow]:
+        """The controllers as they flew."""
+        return self.document.contenders
+
     @cached_property
     def index(self) -> dict[str, int]:
         """Place of each contender by name."""
-        return {entry.name: place for place, entry in enumerate(self.document.contenders)}
+        return {entry.name: place for place, entry in enumerate(self.contenders)}
 
     def layer(self, name: str) -> str:
         """Return the layer of a contender's traces in the figures, by which they can be switched off."""
@@ -102,7 +115,7 @@ class ComparedFolder(OpenedFolder[Compared]):
     @cached_property
     def airframes(self) -> list[str]:
         """Airframes in the order of the contenders."""
-        return list(dict.fromkeys(entry.airframe for entry in self.document.contenders))
+        return list(dict.fromkeys(entry.airframe for entry in self.contenders))
 
     def best(self, label: str) -> set[str]:
         """Return the contenders with the smallest value of a quantity, none where all have the same."""
@@ -189,6 +202,11 @@ class ComparisonFolder(ComparedFolder):
     """Results of a comparison."""
 
     kind, noun, main, model = "comparison", "a comparison", "comparison.json", ComparisonDocument
+
+
+def open_compared(folder: Path) -> ComparedFolder:
+    """Open the folder of a contest or a comparison; StoreError where its document is missing or damaged."""
+    return ComparisonFolder(folder) if (folder / ComparisonFolder.main).exists() else ContestFolder(folder)
 
 
 def factors(document: Compared) -> dict[str, float]:

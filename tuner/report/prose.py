@@ -29,10 +29,10 @@ def gap_words(picked: PickedOn, gap: Estimate) -> str:
 
     picked: `picked_on` of summary.json; a folder of an earlier version holds no `lost_in_search`.
     """
-    lost = picked.lost_in_search
-    if lost is None and "lost_in_search" in picked.model_fields_set:
+    lost = picked.lost_in_search if "lost_in_search" in picked.model_fields_set else 0.0
+    if lost is None:
         return "it was not flown in the search, whose value is that of flights that failed at once"
-    if lost:
+    if lost > 0.0:
         return f"it lost {per_cent(lost)} of its flights in the search, and a lost flight costs more than any other"
     if gap.low is not None and gap.low > 0.0:
         return "the search was optimistic"

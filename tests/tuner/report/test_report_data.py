@@ -3,7 +3,6 @@
 import base64
 import csv
 import json
-from dataclasses import replace
 from math import isfinite
 
 import numpy as np

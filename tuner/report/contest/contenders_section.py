@@ -44,13 +44,13 @@ class Gain(NamedTuple):
 
 def contenders_table(contest: ComparedFolder) -> Markup:
     """Return a row a contender."""
-    most = max((entry.cost.operations for entry in contest.document.contenders), default=0.0) or 1.0
-    return table(HEAD, [_row(contest, entry, most) for entry in contest.document.contenders], class_="contenders stacked")
+    most = max((entry.cost.operations for entry in contest.contenders), default=0.0) or 1.0
+    return table(HEAD, [_row(contest, entry, most) for entry in contest.contenders], class_="contenders stacked")
 
 
 def gains_cards(contest: ComparedFolder) -> Markup:
     """Return a card a contender with every gain it flew with."""
-    return element("div", *[_card(contest, entry) for entry in contest.document.contenders], class_="cards")
+    return element("div", *[_card(contest, entry) for entry in contest.contenders], class_="cards")
 
 
 def _row(contest: ComparedFolder, entry: ContenderRow, most: float) -> list[Markup | str]:

@@ -13,7 +13,7 @@ LAYERS = {"flight": ("flight 0", True), "band": ("5–95 % of flights", True), "
 @lru_cache(maxsize=1)
 def looks_of(contest: ComparedFolder) -> dict[str, Look]:
     """Return the look of each contender by name, the same in every chart, legend and table."""
-    flown = [((entry.laws.attitude, entry.laws.position), entry.airframe) for entry in contest.document.contenders]
+    flown = [((entry.laws.attitude, entry.laws.position), entry.airframe) for entry in contest.contenders]
     return dict(zip(contest.index, looks(flown), strict=True))
 
 
@@ -21,7 +21,7 @@ def contender_switches(contest: ComparedFolder) -> Markup:
     """Return a checkbox with line and symbol for each contender: the legend of all figures, which stays in sight."""
     boxes = [
         _switch(contest.layer(entry.name), True, sample(looks_of(contest)[entry.name]), entry.name)
-        for entry in contest.document.contenders
+        for entry in contest.contenders
     ]
     legend = element("legend", "Contenders shown in the figures", class_="hidden")
     return element("fieldset", legend, *boxes, class_="controls contenders-bar", id="contenders")

@@ -6,8 +6,7 @@ from pathlib import Path
 from matplotlib import rc_context
 from matplotlib.figure import Figure
 
-from tuner.documents.contest import ComparedFolder
-from tuner.documents.opening import open_results
+from tuner.documents.contest import ComparedFolder, open_compared
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.paper import WIDTH, figure_of, save, style
 from tuner.report.contest import time_figures
@@ -41,7 +40,7 @@ def values_figure(contest: ComparedFolder) -> Figure:
     """Return every value with its interval, of the first quantities where there are more than fit on a page."""
     panels = value_panels(contest, COLUMNS)
     note = "bars: 95 % intervals over flights; dashed: limit; further left is better"
-    return _small(panels, 0.75 + 0.2 * len(contest.document.contenders), note)
+    return _small(panels, 0.75 + 0.2 * len(contest.contenders), note)
 
 
 def published_figure(contest: ComparedFolder) -> Figure | None:
@@ -83,7 +82,7 @@ def write_values_figure(folder: Path) -> list[Path]:
 
 
 def _write(folder: Path, figures: dict[str, Callable[[ComparedFolder], Figure | None]]) -> list[Path]:
-    contest = open_results(folder)
+    contest = open_compared(folder)
     # Names are text, even those with dollar signs.
     with style(), rc_context({"text.parse_math": False}):
         drawn = {name: draw(contest) for name, draw in figures.items()}

@@ -3,8 +3,7 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from tuner.documents.contest import ComparedFolder
-from tuner.documents.opening import open_results
+from tuner.documents.contest import ComparedFolder, open_compared
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.web import Arrays, grid, to_web
 from tuner.report.contest.contenders_section import contenders_table, gains_cards
@@ -47,7 +46,7 @@ AIDS = {
 
 def write_contest_page(folder: Path) -> Path:
     """Write report.html into a contest folder; StoreError where a file is missing, damaged or cannot be written."""
-    return put_page(folder, contest_page(open_results(folder)))
+    return put_page(folder, contest_page(open_compared(folder)))
 
 
 def contest_page(contest: ComparedFolder) -> Page:

@@ -13,7 +13,7 @@ COUNTS = {"survives": "for it", "fails": "against it", "undecided": "without a d
 
 def asked(contest: ComparedFolder) -> Markup:
     """Return who flew what, how often and on which airframes."""
-    many = counted(len(contest.document.contenders), "controller")
+    many = counted(len(contest.contenders), "controller")
     where = listing([f"{count(entry.flights)} of {entry.scenario}" for entry in contest.document.compared_on])
     flown = f" flew {listing(contest.airframes)} through the same flights ({where}), each in the same air. "
     return join((element("strong", many[:1].upper() + many[1:]), flown, _tuned(contest)))
@@ -21,7 +21,7 @@ def asked(contest: ComparedFolder) -> Markup:
 
 def _tuned(contest: ComparedFolder) -> str:
     """Return whose gains a search had chosen before."""
-    names = {tuned: [entry.name for entry in contest.document.contenders if entry.tuned is tuned] for tuned in (True, False)}
+    names = {tuned: [entry.name for entry in contest.contenders if entry.tuned is tuned] for tuned in (True, False)}
     if not names[True]:
         return "Their gains are given, nothing was tuned."
     tuned = "A search had tuned " + ("every one" if not names[False] else listing(names[True])) + " before"
@@ -31,7 +31,7 @@ def _tuned(contest: ComparedFolder) -> str:
 def key_figures(contest: ComparedFolder) -> list[tuple[str, str]]:
     """Return the numbers at the top of the page, name and value."""
     figures = [
-        ("Contenders", count(len(contest.document.contenders))),
+        ("Contenders", count(len(contest.contenders))),
         ("Flights in all", count(contest.document.flights)),
         ("Flights of each in the comparison", count(sum(entry.flights for entry in contest.document.compared_on))),
     ]

@@ -37,11 +37,11 @@ def value_panels(contest: ComparedFolder, columns: int) -> list[Panel]:
     style, panels = looks_of(contest), []
     for number, quantity in enumerate(contest.shown.quantities[:MOST_PANELS]):
         marks: list[Mark] = []
-        for row, entry in enumerate(contest.document.contenders):
+        for row, entry in enumerate(contest.contenders):
             marks += _estimate(contest.estimates[entry.name, quantity.label], row, style[entry.name])
         if quantity.limit is not None:
             marks.append(Rule(look=BOUND, axis="x", value=quantity.limit))
-        names = [entry.name if number % columns == 0 else "" for entry in contest.document.contenders]
+        names = [entry.name if number % columns == 0 else "" for entry in contest.contenders]
         panels.append(Panel("", "", Axis(_title(quantity)), row_axis(names), marks, rows=True))
     return panels
 

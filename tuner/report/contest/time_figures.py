@@ -125,7 +125,7 @@ def _responses(contest: ComparedFolder, scenario: str | None, signals: tuple[str
     figure, axes = grid(len(present) * columns, columns, ROW)
     for number, ax in enumerate(axes):
         signal, airframe = present[number // columns], contest.airframes[number % columns]
-        names = [entry.name for entry in contest.document.contenders if entry.airframe == airframe]
+        names = [entry.name for entry in contest.contenders if entry.airframe == airframe]
         _panel(contest, ax, [entry for entry in traces if entry.signal == signal and entry.contender in names], kind)
     for ax, airframe in zip(axes[:columns], contest.airframes, strict=True):
         _legend(ax, airframe if columns > 1 else None)

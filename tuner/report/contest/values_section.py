@@ -31,7 +31,7 @@ def values_table(contest: ComparedFolder) -> Markup:
         members = [quantity for quantity in contest.shown.quantities if quantity.kind == kind]
         if members:
             groups.append(_group(contest, title, members))
-    many = " many" if len(contest.document.contenders) > MANY else ""
+    many = " many" if len(contest.contenders) > MANY else ""
     return element("table", element("thead", _head(contest)), *groups, class_=f"values{many} stacked")
 
 
@@ -48,23 +48,23 @@ def quantity_head(quantity: QuantityRow) -> Markup:
 
 
 def _head(contest: ComparedFolder) -> Markup:
-    names = [join((sample(looks_of(contest)[entry.name]), element("br"), entry.name)) for entry in contest.document.contenders]
+    names = [join((sample(looks_of(contest)[entry.name]), element("br"), entry.name)) for entry in contest.contenders]
     return element("tr", *[element("th", name, scope="col") for name in ("Quantity", *names, "On one scale")])
 
 
 def _group(contest: ComparedFolder, title: str, members: list[QuantityRow]) -> Markup:
-    columns = str(len(contest.document.contenders) + 2)
+    columns = str(len(contest.contenders) + 2)
     head = element("tr", element("th", title, scope="rowgroup", colspan=columns), class_="group")
     return element("tbody", head, *[element("tr", *_row(contest, quantity)) for quantity in members])
 
 
 def _row(contest: ComparedFolder, quantity: QuantityRow) -> list[Markup]:
     best, close = contest.best(quantity.label), contest.close_to_best(quantity.label)
-    found = [(entry, contest.estimates.get((entry.name, quantity.label))) for entry in contest.document.contenders]
+    found = [(entry, contest.estimates.get((entry.name, quantity.label))) for entry in contest.contenders]
     shown = [_cell(quantity, value, entry.name in best, entry.name in close) for entry, value in found]
     known = [(looks_of(contest)[entry.name], value) for entry, value in found if value is not None]
-    drawn = _drawing(known, quantity.limit, NARROW if len(contest.document.contenders) > MANY else WIDTH)
-    names = [*[entry.name for entry in contest.document.contenders], "On one scale"]
+    drawn = _drawing(known, quantity.limit, NARROW if len(contest.contenders) > MANY else WIDTH)
+    names = [*[entry.name for entry in contest.contenders], "On one scale"]
     content = [*shown, drawn]
     cells = [element("td", element("div", cell), data_label=name) for name, cell in zip(names, content, strict=True)]
     return [element("th", quantity_head(quantity), scope="row"), *cells]
