@@ -10,6 +10,7 @@ from plant.errors import InputError, UnknownNameError
 from tuner.analysis.margins.curves import curves_of, groups
 from tuner.analysis.margins.readings import Subject
 from tuner.documents.contest import ComparedFolder
+from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.tuning import TuningFolder
 from tuner.report.charts.paper import style
 from tuner.report.contest.figures import FIGURES, values_figure
@@ -60,9 +61,9 @@ def of_comparison(contest: ComparedFolder) -> Figures:
     return {**of_contest(contest), "values": lambda: values_figure(contest)}
 
 
-def of_inference(document: dict[str, Any]) -> Figures:
+def of_inference(document: InferenceDocument) -> Figures:
     """Return the figure of an inference."""
-    return {"inference": lambda: inference_figure(document)}
+    return {"inference": lambda: inference_figure(document.content())}
 
 
 def of_margins(subject: Subject) -> Figures:

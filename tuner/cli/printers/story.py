@@ -18,6 +18,7 @@ from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.opening import open_results
 from tuner.documents.parts import Estimate
+from tuner.documents.summary import PickedOn
 from tuner.experiments.registry import folder_kind
 from tuner.report.terminal.tuning import tuning_story
 from tuner.report.terminal.unfinished import unfinished_story
@@ -260,7 +261,7 @@ def trust_texts(story: Row) -> list[str]:
         said.append(
             f"{row['label']}: {digits(row['search'], width)}{unit} in the search, {digits(held['value'], width)}{unit} held "
             f"out, gap {digits(gap['value'], width)} [{digits(gap['low'], width)}, {digits(gap['high'], width)}]: "
-            f"{gap_words(picked, gap)}."
+            f"{gap_words(PickedOn.model_validate(picked), Estimate(**gap))}."
         )
     if picked:
         said.append(

@@ -85,9 +85,9 @@ def test_differences_are_of_flights_and_not_of_values(small_run, comparison):
 def test_another_order_turns_the_differences_round(paths):
     _, _, one = compared([paths[0], paths[2]])
     _, _, other = compared([paths[2], paths[0]], threads=1)
-    for row, turned in zip(one["differences"], other["differences"], strict=True):
-        assert (row["first"], row["second"]) == (turned["second"], turned["first"])
-        assert row["difference"] == -turned["difference"]
+    for row, turned in zip(one.differences, other.differences, strict=True):
+        assert (row.first, row.second) == (turned.second, turned.first)
+        assert row.difference == -turned.difference
         assert row["low"] == pytest.approx(-turned["high"], abs=1e-12)
 
 

@@ -96,7 +96,7 @@ def test_extents_end_where_stability_does(pid, monkeypatch):
     loop = Linear(pid.controller, pid.trim)
     ends = {(end.factor, end.criterion): end for end in extents(loop)}
     for end in ends.values():
-        assert end.row()["note"] is None or None in (end.low, end.high)
+        assert end.row().note is None or None in (end.low, end.high)
     narrow, wide = ends["inertia", "limits"], ends["inertia", "stability"]
     assert (wide.low or 0.0) <= (narrow.low or 0.0) < 1.0 < (narrow.high or 9.0) <= (wide.high or 9.0)
     nearest = narrow.high or narrow.low
