@@ -1,7 +1,7 @@
 """Figures of results as matplotlib objects, made without pyplot: the same as in the folders, in the same style."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 from matplotlib import rc_context
 from matplotlib.figure import Figure

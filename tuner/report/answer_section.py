@@ -7,10 +7,10 @@ from objectives.margins.quantities import QUANTITIES
 from tuner.documents.parts import Estimate
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import DEFAULT, TuningFolder
-from tuner.report.prose import law_title, limit_text, listing
-from tuner.report.words import plain_margin, plain_metric, plain_risk
+from tuner.report.words import law_title, plain_margin, plain_metric, plain_risk
 from tuner.text.markup import Markup, cells, element, join
 from tuner.text.numbers import MISSING, count, duration, estimate, fixed, significant
+from tuner.text.sentences import limit_text, listing
 from tuner.text.units import marked_up, plain
 
 HEAD = ["Quantity", "Default", "Tuned", "Change", "Verdict"]

@@ -4,7 +4,7 @@ from tuner.documents.parts import Estimate, row_in_degrees
 from tuner.documents.summary import PickedObjective
 from tuner.documents.tuning import TuningFolder
 from tuner.report.page import aid, folded, wide
-from tuner.report.prose import gap_words
+from tuner.report.words import gap_words
 from tuner.text.markup import Markup, element, table
 from tuner.text.numbers import estimate, significant
 from tuner.text.units import marked_up

@@ -5,9 +5,9 @@ import numpy as np
 from tuner.documents.tuning import DEFAULT, TuningFolder
 from tuner.report.charts.front import LAYERS, layer_of
 from tuner.report.charts.look import LOST, Look, symbol
-from tuner.report.prose import counted
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import count
+from tuner.text.sentences import counted
 
 LOST_WORDS = "lost flights when held out"
 BEYOND = "at the edge: beyond the axes, that way"

@@ -7,7 +7,7 @@ from tuner.documents.resolved import ResolvedSearch
 from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import metric_anchor
 from tuner.report.page import folded, folded_text, wide
-from tuner.report.prose import law_title
+from tuner.report.words import law_title
 from tuner.store.environment import Environment
 from tuner.study.processor_cost.words import told
 from tuner.text.markup import Markup, coded, described, element, join, table

@@ -7,7 +7,7 @@ import pytest
 from tuner.documents.parts import Estimate
 from tuner.documents.summary import PickedOn, VariableRow
 from tuner.report.gains_section import gains_table
-from tuner.report.prose import gap_words
+from tuner.report.words import gap_words
 
 
 def picked(**lost):

@@ -246,7 +246,7 @@ def front_table(rows: list[Row], labels: list[str]) -> Table:
 
 def trust_texts(story: Row) -> list[str]:
     """Return what the numbers rest on and how optimistic the search was."""
-    from tuner.report.prose import gap_words
+    from tuner.report.words import gap_words
 
     trust = story["trust"]
     said = [

@@ -7,7 +7,7 @@ import numpy as np
 from tuner.documents.tuning import HeldOutFront, TuningFolder
 from tuner.report.charts.chart import Axis, Mark, Panel, Points, Span, row_axis, span_of, value_axis
 from tuner.report.charts.look import DEFAULT, FINALIST, FRONT, INFEASIBLE, LOST, SEARCHED, START, TUNED, Look
-from tuner.report.prose import counted
+from tuner.text.sentences import counted
 
 # Layers of points from back to front, with what they are called and how they look in every renderer.
 LAYERS: dict[str, tuple[str, Look]] = {

@@ -7,7 +7,7 @@ from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import BoundRow, ContenderRow
 from tuner.report.charts.look import sample
 from tuner.report.contest.controls import looks_of
-from tuner.report.prose import law_title
+from tuner.report.words import law_title
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, count, per_cent, significant
 from tuner.text.units import marked_up

@@ -5,9 +5,9 @@ from tuner.documents.contest_document import DifferenceRow, QuantityRow
 from tuner.report.charts.look import sample
 from tuner.report.charts.strip import Scale, interval, ruler, scale
 from tuner.report.contest.controls import looks_of
-from tuner.report.prose import listing
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import estimate, fixed
+from tuner.text.sentences import listing
 from tuner.text.units import bracketed
 
 # Quantities whose forest plots stand open; the others are folded away.

@@ -13,8 +13,8 @@ from tuner.report.charts.front import lost_points
 from tuner.report.charts.look import Look
 from tuner.report.contest.contenders_section import Gain, joined
 from tuner.report.contest.controls import looks_of
-from tuner.report.prose import counted
 from tuner.text.numbers import estimate, significant
+from tuner.text.sentences import counted
 from tuner.text.units import plain
 
 # Projections drawn at most: those of five objectives.

@@ -6,11 +6,11 @@ from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.opening import InferenceFolder
 from tuner.report.contest.inference_section import cells_table, misfits_table, ratios_table, unknowns_table
 from tuner.report.page import Page, Section, aid, folded_text, put_page, wide
-from tuner.report.prose import counted, listing
 from tuner.report.provenance import environment_facts
 from tuner.store.environment import Environment
 from tuner.text.markup import Markup, described, element, join
 from tuner.text.numbers import count, duration, per_cent, significant
+from tuner.text.sentences import counted, listing
 
 AIDS = {
     "cells": "Printed numbers against held-out flights at the inferred setting: median with the central 95 % of flights. "

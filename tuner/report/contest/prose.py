@@ -2,9 +2,9 @@
 
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import ClaimRow, RulingRow
-from tuner.report.prose import counted, listing
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import count, duration, estimate
+from tuner.text.sentences import counted, listing
 from tuner.text.units import plain
 
 SIGNS = {"survives": "✓", "fails": "✗", "undecided": "≈"}

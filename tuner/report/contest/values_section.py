@@ -7,9 +7,9 @@ from tuner.report.answer_section import metric_anchor, risk_words
 from tuner.report.charts.look import Look, sample
 from tuner.report.charts.strip import NARROW, WIDTH, ruler, scale, stacked
 from tuner.report.contest.controls import looks_of
-from tuner.report.prose import limit_text
 from tuner.text.markup import Markup, coded, element, join, safe, table
 from tuner.text.numbers import MISSING, count, estimate, significant
+from tuner.text.sentences import limit_text
 from tuner.text.units import marked_up, plain
 
 BEST, CLOSE, BROKEN = "★", "≈", "✗"
