@@ -149,7 +149,7 @@ class ComparedFolder(OpenedFolder[Compared]):
     def scores(self) -> list[ContenderScores]:
         """Values of every contender in every quantity, over all scenarios that count for it."""
         file, found, known = self.folder / "scores.parquet", [], factors(self.document)
-        for (contender, label), values in groups(file, ["contender", "quantity"], ["value"]):
+        for (contender, label), values in groups(file, ("contender", "quantity"), ("value",)):
             if not np.isfinite(values).all():
                 raise refuse(file, "the column 'value' holds something that is no finite number")
             found.append(ContenderScores(contender, label, np.sort(values[:, 0]) * known.get(label, 1.0)))
@@ -163,7 +163,7 @@ class ComparedFolder(OpenedFolder[Compared]):
     @cached_property
     def traces(self) -> list[Trace]:
         """Every signal of the single flights."""
-        found, names, columns = [], ["contender", "scenario", "signal", "unit"], ["time", "value", "reference"]
+        found, names, columns = [], ("contender", "scenario", "signal", "unit"), ("time", "value", "reference")
         for (contender, scenario, signal, unit), values in groups(self.folder / "traces.parquet", names, columns):
             shown, factor = in_degrees(unit)
             time, value, reference = values.T
@@ -173,8 +173,8 @@ class ComparedFolder(OpenedFolder[Compared]):
     @cached_property
     def air(self) -> list[Air]:
         """Components of the air of the single flights."""
-        found, names = [], ["scenario", "signal", "unit"]
-        for (scenario, signal, unit), values in groups(self.folder / "wind.parquet", names, ["time", "value"]):
+        found, names = [], ("scenario", "signal", "unit")
+        for (scenario, signal, unit), values in groups(self.folder / "wind.parquet", names, ("time", "value")):
             shown, factor = in_degrees(unit)
             time, value = values.T
             found.append(Air(scenario, signal, shown, time, value * factor))

@@ -21,6 +21,11 @@ class FinalistColumn(NamedTuple):
     meaning: str = ""
     missing: int | None = None
 
+    @property
+    def about(self) -> dict[str, str]:
+        """The column as the page's table needs it."""
+        return {"name": self.name, "form": self.form, "heading": self.heading, "meaning": self.meaning}
+
     def read(self, table: Columns) -> np.ndarray | None:
         """Return the values (finalists,), None where the folder holds none."""
         if self.form == "flag":

@@ -19,8 +19,8 @@ if TYPE_CHECKING:
 
 Group = tuple[list[str], np.ndarray]
 """The names that the rows of a group share, and their numbers (rows, columns)."""
-FAN_KEYS = ["point", "scenario", "signal", "unit"]
-FAN_NUMBERS = ["time", "reference", "low", "median", "high"]
+FAN_KEYS = ("point", "scenario", "signal", "unit")
+FAN_NUMBERS = ("time", "reference", "low", "median", "high")
 
 
 @dataclass(frozen=True)
@@ -138,7 +138,7 @@ def numbers(table: "pa.Table", names: list[str], file: Path) -> np.ndarray:
 
 
 def groups(
-    file: Path, names: list[str], columns: list[str], optional: Sequence[str] = (), by_name: bool = False
+    file: Path, names: Sequence[str], columns: Sequence[str], optional: Sequence[str] = (), by_name: bool = False
 ) -> Iterator[Group]:
     """Yield the rows of a Parquet file with the same names, in order of first appearance; nothing where there is no file.
 
@@ -147,7 +147,7 @@ def groups(
     """
     if not file.exists():
         return
-    table = read_table(file, names + columns, optional)
+    table = read_table(file, (*names, *columns), optional)
     if table.num_rows == 0:
         return
     codes = [codes_of(table.column(name), file) for name in names]

@@ -24,20 +24,10 @@ SHOWN = ("limit", "default", "tuned", "difference")
 # Columns of fans, of the history and of the front that folders of earlier versions lack.
 WORST = ("worst", "worst_flight")
 SAVED = ("flights_saved", "flights_raced")
-JUDGED = (
-    "search",
-    "held_out",
-    "low",
-    "high",
-    "gap",
-    "gap_low",
-    "gap_high",
-    "difference",
-    "difference_low",
-    "difference_high",
-)
+JUDGED = ("search", "held_out", "low", "high")
+COMPARED = ("gap", "gap_low", "gap_high", "difference", "difference_low", "difference_high")
 LIMITED = ("value", "low", "high", "difference", "difference_low", "difference_high")
-LOOP_TEXTS, LOOP_LISTS = ["point", "channel", "case"], ["frequency", "real", "imag"]
+LOOP_TEXTS, LOOP_LISTS = ("point", "channel", "case"), ("frequency", "real", "imag")
 # Margin quantities of each loop that a reader of a report is shown.
 LOOP_MARGINS = [name for name in REPORTED if name in RECORDED]
 
@@ -225,10 +215,10 @@ class TuningFolder(OpenedFolder[Summary]):
         table, labels = Columns.read(self.folder / "front.csv"), [entry.label for entry in self.objectives]
         stored = {
             prefix: table.block([f"{prefix}:{label}" for label in labels])
-            for prefix in JUDGED
-            if prefix in JUDGED[:4] or f"{prefix}:{labels[0]}" in table.columns
+            for prefix in (*JUDGED, *COMPARED)
+            if prefix in JUDGED or f"{prefix}:{labels[0]}" in table.columns
         }
-        search, held_out, low, high = (stored[prefix] * self.factors for prefix in JUDGED[:4])
+        search, held_out, low, high = (stored[prefix] * self.factors for prefix in JUDGED)
         required = [f"requirement:{entry.label}" for entry in self.requirements]
         found = {entry.name: entry.read(table) for entry in FINALIST_COLUMNS}
         return HeldOutFront(

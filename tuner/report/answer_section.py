@@ -13,7 +13,7 @@ from tuner.text.numbers import MISSING, count, duration, estimate, fixed, signif
 from tuner.text.sentences import limit_text, listing
 from tuner.text.units import marked_up, plain
 
-HEAD = ["Quantity", "Default", "Tuned", "Change", "Verdict"]
+HEAD = ("Quantity", "Default", "Tuned", "Change", "Verdict")
 # A sign beside the word, for the quick eye; nothing is said by colour alone.
 SIGNS = {"better": "✓", "kept": "✓", "worse": "✗", "broken": "✗", "no clear difference": "≈"}
 # Margins told where a study asks for none, and the columns of margins.parquet that they are read from.

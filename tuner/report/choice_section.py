@@ -9,7 +9,7 @@ from tuner.text.markup import Markup, element, table
 from tuner.text.numbers import estimate, significant
 from tuner.text.units import marked_up
 
-HEAD = ["Objective", "Unit", "Search", "Held-out", "Held-out − search", "What it says"]
+HEAD = ("Objective", "Unit", "Search", "Held-out", "Held-out − search", "What it says")
 
 RULES = {"knee": "the bend of the front, where a little more of one objective begins to cost much of another. "}
 

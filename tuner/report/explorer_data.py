@@ -5,6 +5,7 @@
     held_out                           held-out flights of each point
     objectives, variables              dimensions of the explorer: label or name, unit, definition, range shown
     constraints, requirements          what is limited: label, unit, factor, limit as stored
+    columns                            numbers of every finalist that have a column: name, form, heading, meaning
     points                             default and finalists: values as stored, `factor` of their quantity makes shown units
     candidates                         what the search tried beside them: number, state, values, packed
     layers                             how the points look: label, marker and line of plotly.js
@@ -48,6 +49,7 @@ def explorer_data(results: TuningFolder, charts: dict[str, Any], arrays: Arrays)
         "variables": [_variable(entry, results.addresses[entry.name]) for entry in results.variables],
         "constraints": [_limited(entry) for entry in results.summary.compared if entry.kind == "constraint"],
         "requirements": [_required(entry) for entry in results.summary.required],
+        "columns": [entry.about for entry in FINALIST_COLUMNS if entry.heading],
         "points": [_point(results, row) for row in range(len(results.front.points))],
         "candidates": _candidates(results),
         "layers": _layers(results),

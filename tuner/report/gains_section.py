@@ -7,7 +7,7 @@ from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, significant
 from tuner.text.units import marked_up
 
-HEAD = ["Gain", "Symbol", "Unit", "Default", "Tuned", "Place in the search range"]
+HEAD = ("Gain", "Symbol", "Unit", "Default", "Tuned", "Place in the search range")
 # Within this share of the range from an end, the search may have wanted to go on.
 EDGE = 0.02
 # Width of the drawing of a place [px].

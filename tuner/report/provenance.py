@@ -114,7 +114,7 @@ def air_table(results: TuningFolder) -> Markup:
         axes = [" / ".join(significant(getattr(entry, f"{name}_{axis}"), 3) for axis in AXES) for name in TRIPLES]
         rows.append([entry.scenario, *[_cell(getattr(entry, key)) for _, key, _ in AIR], *axes])
     head = ["Scenario", *[f"{name} [{unit}]" if unit else name for name, _, unit in AIR]]
-    head += ["Lengths u / v / w [m]", "σ u / v / w [m/s]", "τ u / v / w [s]"]
+    head += ("Lengths u / v / w [m]", "σ u / v / w [m/s]", "τ u / v / w [s]")
     return table(head, rows, class_="air stacked")
 
 

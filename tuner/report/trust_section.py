@@ -60,7 +60,7 @@ def _prices(results: TuningFolder) -> Markup:
         ]
         for entry in costs
     ]
-    head = ["Limit", "Objective", "Unit", "Best with it", "Best without it"]
+    head = ("Limit", "Objective", "Unit", "Best with it", "Best without it")
     text = (
         "The best values that the search found, with each limit and without it; limits that cost nothing are left out."
     )
@@ -93,7 +93,7 @@ def _conflict(results: TuningFolder) -> Markup:
         ]
         for words, entry in steps
     ]
-    head = ["Giving way", "Lets in", "Largest step", "Limits"]
+    head = ("Giving way", "Lets in", "Largest step", "Limits")
     parts = [element("h3", "Limits in conflict"), aid("No candidate kept these together:"), sets]
     return join([*parts, wide(table(head, rows, class_="stacked"))] if rows else parts)
 

@@ -10,8 +10,8 @@ from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, estimate, significant
 from tuner.text.units import marked_up
 
-UNKNOWN_HEAD = ["Open value", "Unit", "Before", "Inferred", "Range searched", "Told by the printed numbers?"]
-RATIO_HEAD = ["Ratio", "Printed", "Ours at the inferred setting", "Reproduced?"]
+UNKNOWN_HEAD = ("Open value", "Unit", "Before", "Inferred", "Range searched", "Told by the printed numbers?")
+RATIO_HEAD = ("Ratio", "Printed", "Ours at the inferred setting", "Reproduced?")
 VERDICTS = {"told": "✓ told", "loosely": "≈ loosely", "not": "✗ not told"}
 BY = {
     "here": "✓ inside at the inferred setting",

@@ -15,7 +15,7 @@ from tuner.text.units import marked_up, plain
 BEST, CLOSE, BROKEN = "★", "≈", "✗"
 # With more contenders than these, columns and drawings are narrow.
 MANY = 4
-VOLUMES_HEAD = ["Front of", "Points", "Share of the common box (hypervolume)"]
+VOLUMES_HEAD = ("Front of", "Points", "Share of the common box (hypervolume)")
 KINDS = {
     "objective": "Objectives: smaller is better",
     "constraint": "Constraints: kept or broken",
