@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 
 Group = tuple[list[str], np.ndarray]
 """The names that the rows of a group share, and their numbers (rows, columns)."""
+# What pyarrow raises where a column holds something else.
+OTHER_TYPE = (ValueError, TypeError, NotImplementedError)
 FAN_KEYS = ("point", "scenario", "signal", "unit")
 FAN_NUMBERS = ("time", "reference", "low", "median", "high")
 
@@ -128,11 +130,9 @@ def read_table(file: Path, columns: Sequence[str], optional: Sequence[str] = ())
 
 def numbers(table: "pa.Table", names: list[str], file: Path) -> np.ndarray:
     """Return columns of a table as float64 (rows, columns); nulls are NaN."""
-    import pyarrow as pa
-
     try:
-        cast = [table.column(name).cast(pa.float64()).to_numpy() for name in names]
-    except pa.ArrowException as error:
+        cast = [table.column(name).cast("float64").to_numpy() for name in names]
+    except OTHER_TYPE as error:
         raise refuse(file, f"a column holds no numbers ({error})") from None
     return np.stack(cast, axis=1) if cast else np.empty((table.num_rows, 0))
 
@@ -162,11 +162,9 @@ def groups(
 
 def codes_of(column: Any, file: Path) -> tuple[np.ndarray, list[str]]:
     """Return a text column as codes (rows,) into a list of names, which are in order of appearance."""
-    import pyarrow as pa
-
     try:
-        encoded = column.cast(pa.string()).combine_chunks().dictionary_encode()
-    except pa.ArrowException as error:
+        encoded = column.cast("string").combine_chunks().dictionary_encode()
+    except OTHER_TYPE as error:
         raise refuse(file, f"a column holds no text ({error})") from None
     if encoded.null_count:
         raise refuse(file, "a name is missing")

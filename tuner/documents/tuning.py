@@ -14,7 +14,7 @@ from tuner.documents.parts import RecommendedGains, in_shown_units, is_level, ro
 from tuner.documents.resolved import Resolved
 from tuner.documents.sensitivity import SensitivityDocument
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary, VariableRow
-from tuner.documents.tables import Columns, Fan, numbers, read_fans, read_table
+from tuner.documents.tables import OTHER_TYPE, Columns, Fan, numbers, read_fans, read_table
 from tuner.store.document import read_text, refuse
 from tuner.store.start import Start
 from tuner.text.units import in_degrees
@@ -304,16 +304,14 @@ class TuningFolder(OpenedFolder[Summary]):
 
 def read_loops(file: Path) -> list[Loop]:
     """Return the margins and curves of margins.parquet."""
-    import pyarrow as pa
-
     table = read_table(file, [*LOOP_TEXTS, "stable", *LOOP_LISTS, *LOOP_MARGINS])
     try:
         frequency, real, imag = (
             np.array(table.column(name).to_pylist(), dtype=float).reshape(table.num_rows, -1) for name in LOOP_LISTS
         )
-        point, channel, case = (table.column(name).cast(pa.string()).to_pylist() for name in LOOP_TEXTS)
-        values = [table.column(name).cast(pa.float64()).to_pylist() for name in LOOP_MARGINS]
-    except (pa.ArrowException, ValueError, TypeError) as error:
+        point, channel, case = (table.column(name).cast("string").to_pylist() for name in LOOP_TEXTS)
+        values = [table.column(name).cast("float64").to_pylist() for name in LOOP_MARGINS]
+    except OTHER_TYPE as error:
         raise refuse(file, f"a column does not hold what it should ({error})") from None
     stable = table.column("stable").to_pylist()
     return [
