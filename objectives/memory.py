@@ -52,13 +52,18 @@ def model_key() -> str:
     return digest.hexdigest()
 
 
-def scenario_key(system: System, root: int, batch: FlightBatch, arithmetic: str = LANES) -> str:
-    """Return the hash of all that decides a flight of a batch but its gains and its index, the machine's arithmetic included."""
+def scenario_key(
+    system: System, root: int, batch: FlightBatch, arithmetic: str = LANES, model: str | None = None
+) -> str:
+    """Return the hash of all that decides a flight of a batch but its gains and its index, the machine's arithmetic included.
+
+    model: `model_key` of the sources that flew, by default those at hand.
+    """
     reference = asdict(batch.spec.reference)
     # What is in a waypoint file decides, not where it lies.
     reference.pop("path", None)
     content = {
-        "model": model_key(),
+        "model": model or model_key(),
         "laws": [system.cascade.position.name, system.cascade.attitude.name],
         "numbers": [flatten(part) for part in (system.vehicle, system.nominal, system.limits, system.timing)],
         "scenario": {**asdict(batch.spec), "reference": {**reference, "kind": batch.spec.reference.kind}},

@@ -153,7 +153,8 @@ class Problem:
     fly_all: fly what breaks a hard requirement too; a mask (n,) says so for single candidates. memory: of flights already
     flown; flights_made counts those that it did not know; spared(n) is called in place of on_flights_done, if set, for
     flights that are known or not made at all.
-    engine: by which flights are made, by default this machine; flyer: of this machine.
+    engine: by which flights are made, by default this machine; flyer: of this machine. model: `objectives.memory.model_key` under
+    which the memory keeps flights, by default that of the sources at hand.
     """
 
     spared: Callable[[int], None] | None = None
@@ -169,6 +170,7 @@ class Problem:
         screens: tuple[Screen, ...] = (),
         memory: FlightMemory | None = None,
         engine: Engine | None = None,
+        model: str | None = None,
     ) -> None:
         self.system = system
         self.space = space
@@ -179,6 +181,7 @@ class Problem:
         self.memory = memory
         self.flights_made = 0
         self._root = root
+        self._model = model
         self.engine = engine or LocalEngine(system, root, self.flyer)
         self._known_targets: dict[ScenarioSpec, Targets] = {}
 
@@ -306,7 +309,7 @@ class Problem:
 
     def key(self, batch: FlightBatch) -> str:
         """Return what names the flights of a batch, but for gains and index, see `objectives.memory`."""
-        return scenario_key(self.system, self._root, batch, self.engine.arithmetic)
+        return scenario_key(self.system, self._root, batch, self.engine.arithmetic, self._model)
 
     def results(
         self,

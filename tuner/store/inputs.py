@@ -107,11 +107,15 @@ def read_record(path: Path) -> RunRecord:
 
 
 def check_unchanged(path: Path, record: RunRecord, digest: str) -> None:
-    """Refuse to go on with a run whose study or model is no longer what it was."""
+    """Refuse a run whose study is no longer what it was."""
     if digest != record.digest:
         raise StoreError(
             f"{path / record.study} is not what the run began with, or this version reads it in another way; {again(path)}"
         )
+
+
+def check_model(path: Path, record: RunRecord) -> None:
+    """Refuse to go on with a run that other sources than those at hand have flown: half of it would have other bits."""
     if model_key() != record.model:
         raise StoreError(
             f"{path} was flown with another version of the model or of its compilers, whose bits may differ; "

@@ -13,6 +13,7 @@ from tuner.experiments.tuning.problem import flight_store, problem_of
 from tuner.experiments.tuning.search import replayed
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
+from tuner.store.inputs import check_model
 from tuner.study.kinds import load_tuning
 from tuner.study.study import Study
 
@@ -43,6 +44,7 @@ def rejudge(
 def judging_study(path: Path, study: Path | None, overrides: Mapping[str, Any]) -> tuple[Study, Study]:
     """Return the study of a results folder and the one to judge it by; InputError where that asks for other flights."""
     first, record = recorded_study(path)
+    check_model(path, record)
     if not (path / "summary.json").exists():
         raise StoreError(f"the run in {path} is not finished; go on with it by `tuner resume {path}` first")
     changes = {"search.generations": record.generations, **overrides}

@@ -12,7 +12,7 @@ from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed, ref
 from tuner.search.watcher import Watcher
 from tuner.store.advice import RECORD, RESUMED, TUNING
 from tuner.store.folder import Folder
-from tuner.store.inputs import RunRecord, check_unchanged, compute_as_recorded, read_record
+from tuner.store.inputs import RunRecord, check_model, check_unchanged, compute_as_recorded, read_record
 from tuner.study.kinds import AnyStudy, load_any
 from tuner.study.study import Study
 
@@ -62,6 +62,7 @@ def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Any, Fol
     record = read_record(path)
     _refuse_others(path, record, RESUMED)
     study = _study_again(path, record)
+    check_model(path, record)
     if not here:
         compute_as_recorded(path, record, None if record.kind == TUNING else "run it anew")
     folder = Folder.open(path)

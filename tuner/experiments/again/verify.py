@@ -14,6 +14,7 @@ from typing import Any
 
 import numpy as np
 
+from objectives.memory import model_key
 from objectives.problem import Problem
 from plant.errors import StoreError
 from plant.input_files import read_input_text
@@ -53,6 +54,7 @@ class Verdict:
     """candidates: replayed; flown: of these, flown again; flights: made for it; difference: the first one, or None.
 
     kind: of run. finished: whether there is a front. files: that are what was written, None where there is no manifest.
+    sources_changed: whether the run was flown by other sources of the model than those at hand.
     """
 
     candidates: int
@@ -63,6 +65,7 @@ class Verdict:
     elsewhere: str
     kind: str = TUNING
     files: int | None = None
+    sources_changed: bool = False
 
     @property
     def identical(self) -> bool:
@@ -84,9 +87,10 @@ class Verdict:
                 if self.files is None
                 else f" All {self.files} files are what was written."
             )
+        sources = " The sources of the model are not those of the run; its bits are." if self.sources_changed else ""
         return (
             f"Identical: {self.candidates:,} candidates replayed, {self.flown:,} of them flown again in {self.flights:,} "
-            f"flights; {front}; every bit is the same.{files}"
+            f"flights; {front}; every bit is the same.{sources}{files}"
         )
 
     def _words_of_files(self) -> str:
@@ -118,14 +122,14 @@ def verify(path: Path, sample: int | None, threads: int | None, watcher: Watcher
     study, record = recorded_study(path)
     store = flight_store(study, None, (path,))
     engine = engine_again(path, study.system, study.seed)
-    again = problem_of(study, threads, None, engine)
+    again = problem_of(study, threads, None, engine, record.model)
     generations: list[Generation] = []
     flown = np.zeros(0, dtype=int)
     finished = (path / "front.csv").exists() if manifest is None else manifest.complete
     try:
         if store.damaged:
             raise Different(f"{store.damaged[0]} is damaged")
-        problem = problem_of(study, threads, store, engine)
+        problem = problem_of(study, threads, store, engine, record.model)
         generations = replay(path, study, problem, record.generations if finished else None)
         flown = chosen(generations, sample, study.seed)
         warm_up(again, study, watcher)
@@ -137,9 +141,10 @@ def verify(path: Path, sample: int | None, threads: int | None, watcher: Watcher
     except (Different, StoreError) as found:
         difference = str(found)
     candidates = sum(len(entry.points) for entry in generations)
+    changed = record.model != model_key()
     files = len(manifest.files) if manifest is not None and manifest.complete else None
     return Verdict(
-        candidates, len(flown), again.flights_made, finished, difference, elsewhere(path), TUNING, files
+        candidates, len(flown), again.flights_made, finished, difference, elsewhere(path, changed), TUNING, files, changed
     )  # fmt: skip
 
 
@@ -273,8 +278,8 @@ def compare_csv(name: str, there: str, here: str) -> None:
         raise Different(f"{name} is written in another way")
 
 
-def elsewhere(path: Path) -> str:
-    """Say what of this machine differs from the one that recorded, where that could explain a difference."""
+def elsewhere(path: Path, sources_changed: bool) -> str:
+    """Say what of this machine and this version differs from those that recorded, where that could explain a difference."""
     try:
         then = Environment.read(path / "environment.json")
     except StoreError:
@@ -286,4 +291,5 @@ def elsewhere(path: Path) -> str:
         for name in names
         if getattr(then, name) != getattr(now, name)
     ]
+    changed += ["the sources of the model have changed since"] if sources_changed else []
     return f" ({'; '.join(changed)})" if changed else ""

@@ -22,11 +22,17 @@ def batches(study: Study, stream: str) -> tuple[FlightBatch, ...]:
     )
 
 
-def problem_of(study: Study, threads: int | None, memory: FlightMemory | None, engine: Engine | None = None) -> Problem:
-    """Return the problem that a study poses."""
+def problem_of(
+    study: Study,
+    threads: int | None,
+    memory: FlightMemory | None,
+    engine: Engine | None = None,
+    model: str | None = None,
+) -> Problem:
+    """Return the problem that a study poses; model: key of the sources that made the flights in memory, by default ours."""
     return Problem(
         study.system, study.space, study.objectives, study.constraints, study.seed, threads, study.screens, memory,
-        engine,
+        engine, model,
     )  # fmt: skip
 
 

@@ -123,6 +123,14 @@ def test_another_model_is_refused(copy, monkeypatch):
         reopen(copy, None)
 
 
+def test_a_run_of_other_sources_is_flown_again_and_compared(copy, monkeypatch):
+    monkeypatch.setattr("tuner.experiments.again.verify.model_key", lambda: "other")
+    monkeypatch.setattr("objectives.memory.model_key", lambda: "other")
+    same = verify(copy, 2, None, Watcher())
+    assert same.identical and same.sources_changed and same.flown == 2, same.words
+    assert "The sources of the model are not those of the run" in same.words
+
+
 def test_the_model_key_hangs_on_every_source_of_the_plant(tmp_path, monkeypatch):
     plant = tmp_path / "plant"
     shutil.copytree(next(iter(memory.plant.__path__)), plant)
