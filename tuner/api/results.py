@@ -18,11 +18,11 @@ from tuner.store.document import read_text
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
     from tuner.api.figures import Figures
     from tuner.documents.contest import ShownContest
     from tuner.documents.results import Results as TuningDocuments
+    from tuner.report.charts.paper import Figure
 
 Document = Any
 CURVES = ["frequency", "real", "imag"]

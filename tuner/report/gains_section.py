@@ -1,7 +1,7 @@
 """The tuned gains: a table with their place in the search range, and the same numbers to copy."""
 
 from tuner.documents.results import Results, SearchedVariable
-from tuner.report.charts.strip import Scale, placed
+from tuner.report.charts.strip import StripScale, placed
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, significant
 from tuner.text.units import marked_up
@@ -37,7 +37,7 @@ def study_lines(results: Results) -> str:
 
 def _row(variable: SearchedVariable) -> list[str]:
     ends = [significant(variable.low), variable.scale, significant(variable.high)]
-    shown = Scale(variable.low, variable.high, variable.scale == "log", WIDTH)
+    shown = StripScale(variable.low, variable.high, variable.scale == "log", WIDTH)
     scale = element("span", *[element("span", text) for text in ends], class_="ends")
     return [
         join((element("code", variable.name), element("small", variable.meaning))),
@@ -55,7 +55,7 @@ def _row(variable: SearchedVariable) -> list[str]:
     ]
 
 
-def _remark(variable: SearchedVariable, shown: Scale) -> str:
+def _remark(variable: SearchedVariable, shown: StripScale) -> str:
     place = shown.share(variable.tuned)
     if EDGE < place < 1.0 - EDGE:
         return ""

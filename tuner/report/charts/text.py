@@ -15,7 +15,7 @@ MARGIN = 0.04
 """Share of the range of the points that is left free on either side."""
 
 
-class Layer(NamedTuple):
+class TextLayer(NamedTuple):
     """Points (n, 2) that share a mark of one letter; later layers lie on top.
 
     cut: they do not widen the axes. edge: those outside the axes stand at the edge, instead of being left out.
@@ -31,7 +31,7 @@ class Layer(NamedTuple):
 def to_text(panel: Panel, names: dict[str, str], width: int, height: int) -> list[str]:
     """Return the points of a panel as lines; names: what the legend calls each letter."""
     layers = [
-        Layer(
+        TextLayer(
             letter,
             names.get(letter, mark.name),
             np.stack([mark.x, mark.y], axis=1),
@@ -45,7 +45,7 @@ def to_text(panel: Panel, names: dict[str, str], width: int, height: int) -> lis
     return scatter(layers, (panel.x.title, panel.y.title), width, height)
 
 
-def scatter(layers: Sequence[Layer], labels: tuple[str, str], width: int, height: int) -> list[str]:
+def scatter(layers: Sequence[TextLayer], labels: tuple[str, str], width: int, height: int) -> list[str]:
     """Return lines of at most `width` characters: label of y, `height` lines of the plot, axis, label of x, legend.
 
     Layers that are cut do not widen the axes; at least one point must stand in a layer that is not.
@@ -70,7 +70,7 @@ def scatter(layers: Sequence[Layer], labels: tuple[str, str], width: int, height
     return [*lines, *legend([layer for layer in layers if len(layer.points)], width)]
 
 
-def legend(layers: Sequence[Layer], width: int) -> list[str]:
+def legend(layers: Sequence[TextLayer], width: int) -> list[str]:
     """Return marks and names in lines of at most `width` characters."""
     lines: list[str] = []
     for layer in layers:

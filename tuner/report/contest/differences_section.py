@@ -2,7 +2,7 @@
 
 from tuner.documents.contest import ShownContest, ShownDifference, ShownQuantity
 from tuner.report.charts.look import sample
-from tuner.report.charts.strip import Scale, interval, ruler, scale
+from tuner.report.charts.strip import StripScale, interval, ruler, scale
 from tuner.report.contest.looks import looks_of
 from tuner.report.prose import listing
 from tuner.text.markup import Markup, element, join
@@ -51,7 +51,7 @@ def _card(contest: ShownContest, quantity: ShownQuantity, rows: list[ShownDiffer
     return element("figure", *parts, class_="forest")
 
 
-def _row(contest: ShownContest, quantity: ShownQuantity, entry: ShownDifference, shown: Scale) -> Markup:
+def _row(contest: ShownContest, quantity: ShownQuantity, entry: ShownDifference, shown: StripScale) -> Markup:
     second, first = (_name(contest, name) for name in (entry.second, entry.first))
     value, ends = estimate(*entry.difference, signed=True)
     share = _relative(contest, quantity, entry)

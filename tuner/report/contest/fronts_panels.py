@@ -7,7 +7,7 @@ from itertools import combinations
 import numpy as np
 
 from tuner.documents.contest import ContenderFront, Fronts, Gain, ShownContest
-from tuner.report.charts.chart import Line, Mark, Panel, Points, Span, row_axis, span_of, value_axis
+from tuner.report.charts.chart import AxisRange, Line, Mark, Panel, Points, row_axis, span_of, value_axis
 from tuner.report.charts.front import lost_points
 from tuner.report.charts.look import Look
 from tuner.report.contest.joined_gains import joined
@@ -56,7 +56,7 @@ def hover_texts(contest: ShownContest, fronts: Fronts, front: ContenderFront) ->
     return texts
 
 
-def _span(fronts: Fronts, objective: int) -> Span:
+def _span(fronts: Fronts, objective: int) -> AxisRange:
     """Return the part of an objective's axis that holds all fronts with their intervals."""
     return span_of(
         [part[:, objective] for front in fronts.fronts for part in (front.values, front.low, front.high)], LOG_FACTOR

@@ -4,7 +4,7 @@ from math import exp
 
 from tuner.documents.inference import ReproducedCell, ReproducedRatio, ShownInference, ShownUnknown
 from tuner.report.charts.look import Look, looks, sample
-from tuner.report.charts.strip import Scale, ranged
+from tuner.report.charts.strip import StripScale, ranged
 from tuner.report.contest.published_section import percentile_text
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, estimate, significant
@@ -66,7 +66,7 @@ def _factor(misfit: float) -> str:
 
 
 def _unknown(entry: ShownUnknown) -> list[Markup | str]:
-    shown = Scale(entry.low, entry.high, entry.log)
+    shown = StripScale(entry.low, entry.high, entry.log)
     ends = [significant(entry.low, 3), "log" if entry.log else "linear", significant(entry.high, 3)]
     drawn = ranged(shown, entry.near, entry.again, entry.default, entry.inferred)
     scale = element("span", *[element("span", text) for text in ends], class_="ends")

@@ -2,7 +2,7 @@
 
 from tuner.documents.contest import ShownCell, ShownContest
 from tuner.report.charts.look import sample
-from tuner.report.charts.strip import Scale, pinned, ruler, scale
+from tuner.report.charts.strip import StripScale, pinned, ruler, scale
 from tuner.report.contest.looks import looks_of
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import MISSING, estimate, fixed, significant
@@ -96,7 +96,7 @@ def _figure(contest: ShownContest, row: Row) -> Markup:
     )
 
 
-def _line(contest: ShownContest, cell: ShownCell, shown: Scale) -> Markup:
+def _line(contest: ShownContest, cell: ShownCell, shown: StripScale) -> Markup:
     look = looks_of(contest)[cell.contender]
     median, ends = estimate(*cell.central.parts)
     printed = element("strong", significant(cell.printed, 6))
