@@ -5,7 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tuner.documents.results import Results
 from tuner.report.charts.chart import Array, Panel, Points
+from tuner.report.charts.front import front_panels
 from tuner.report.charts.look import DEFAULT, FRONT, LOST, SEARCHED, TUNED
 
 LETTERS = {SEARCHED: ".", FRONT: "o", LOST: "x", DEFAULT: "D", TUNED: "@"}
@@ -26,6 +28,17 @@ class TextLayer(NamedTuple):
     points: Array
     cut: bool = False
     edge: bool = False
+
+
+def lost_words(lost: np.ndarray) -> str:
+    """Return the legend of points that lost flights; lost (points,): how many each lost."""
+    return f"lost flights when held out ({int((lost > 0).sum())} points, {int(lost.sum())} flights; at the edge if beyond it)"
+
+
+def front_lines(results: Results, width: int, height: int) -> list[str]:
+    """Return the lines; values are in the units that reports show, angles in degrees."""
+    names = {".": "tried, as the search saw it", "o": "front", "x": lost_words(results.front.lost), "@": results.called}
+    return to_text(front_panels(results)[0], names, width, height)
 
 
 def to_text(panel: Panel, names: dict[str, str], width: int, height: int) -> list[str]:

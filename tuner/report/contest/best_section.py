@@ -1,8 +1,7 @@
 """What each contender offers under a limit: the best value of one objective with another held down."""
 
 from tuner.documents.contest import ShownBest, ShownBestUnder, ShownContest
-from tuner.report.charts.look import sample
-from tuner.report.contest.looks import looks_of
+from tuner.report.charts.look import looks_of, sample
 from tuner.report.contest.values_section import BEST
 from tuner.text.markup import Markup, element, join, safe
 from tuner.text.numbers import estimate, significant

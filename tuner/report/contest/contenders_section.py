@@ -3,9 +3,8 @@
 from urllib.parse import quote
 
 from tuner.documents.contest import BoundRow, Gain, ShownContender, ShownContest
-from tuner.report.charts.look import sample
-from tuner.report.contest.joined_gains import joined
-from tuner.report.contest.looks import looks_of
+from tuner.report.charts.look import looks_of, sample
+from tuner.report.contest.shown import joined
 from tuner.report.prose import law_title
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, count, per_cent, significant

@@ -1,8 +1,7 @@
 """What a reader can switch: which contenders are drawn, everywhere at once, and what the responses show."""
 
 from tuner.documents.contest import ShownContest
-from tuner.report.charts.look import sample
-from tuner.report.contest.looks import looks_of
+from tuner.report.charts.look import looks_of, sample
 from tuner.text.markup import Markup, element, join
 
 # What the responses can show of a contender, and whether they do at first.

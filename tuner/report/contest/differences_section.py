@@ -1,9 +1,8 @@
 """Paired differences: a forest plot a quantity, each row a pair of contenders with difference, interval and verdict."""
 
 from tuner.documents.contest import ShownContest, ShownDifference, ShownQuantity
-from tuner.report.charts.look import sample
+from tuner.report.charts.look import looks_of, sample
 from tuner.report.charts.strip import StripScale, interval, ruler, scale
-from tuner.report.contest.looks import looks_of
 from tuner.report.prose import listing
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import estimate, fixed

@@ -4,7 +4,7 @@ import numpy as np
 
 from tuner.documents.contest import ContenderScores, ShownContest, ShownQuantity
 from tuner.report.charts.chart import Axis, Line, Mark, Panel, span_of, value_axis
-from tuner.report.contest.looks import looks_of
+from tuner.report.charts.look import looks_of
 from tuner.text.units import plain
 
 # Steps of a drawn function at most; a chart is some 400 pixels wide.

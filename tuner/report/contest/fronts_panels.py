@@ -9,9 +9,8 @@ import numpy as np
 from tuner.documents.contest import ContenderFront, Fronts, Gain, ShownContest
 from tuner.report.charts.chart import AxisRange, Line, Mark, Panel, Points, row_axis, span_of, value_axis
 from tuner.report.charts.front import lost_points
-from tuner.report.charts.look import Look
-from tuner.report.contest.joined_gains import joined
-from tuner.report.contest.looks import looks_of
+from tuner.report.charts.look import Look, looks_of
+from tuner.report.contest.shown import joined
 from tuner.report.prose import counted
 from tuner.text.numbers import estimate, significant
 from tuner.text.units import plain

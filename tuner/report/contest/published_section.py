@@ -1,9 +1,8 @@
 """Printed numbers against the distribution that the same experiment has here: as the paper's table, and as a picture."""
 
 from tuner.documents.contest import ShownCell, ShownContest
-from tuner.report.charts.look import sample
+from tuner.report.charts.look import looks_of, sample
 from tuner.report.charts.strip import StripScale, pinned, ruler, scale
-from tuner.report.contest.looks import looks_of
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import MISSING, estimate, fixed, significant
 from tuner.text.units import bracketed, marked_up

@@ -7,9 +7,8 @@ import numpy as np
 from tuner.documents.contest import ShownCell, ShownContest, ShownDifference, ShownQuantity
 from tuner.documents.results import Estimate
 from tuner.report.charts.chart import Axis, Line, Mark, Panel, Points, Rule, Words, row_axis, span_of, value_axis
-from tuner.report.charts.look import BOUND, Look
+from tuner.report.charts.look import BOUND, Look, looks_of
 from tuner.report.contest.differences_section import related
-from tuner.report.contest.looks import looks_of
 from tuner.report.contest.published_section import percentile_text, rows_of
 from tuner.text.units import bracketed
 

@@ -9,6 +9,7 @@ from tuner.documents.contest import (
     Air,
     ContenderFront,
     Fronts,
+    Gain,
     ShownBestUnder,
     ShownCell,
     ShownClaim,
@@ -20,6 +21,14 @@ from tuner.documents.contest_loading import load_contest
 from tuner.documents.inference import ShownInference, ShownSpread
 from tuner.documents.results import Estimate, Fan
 from tuner.text.units import in_degrees
+
+# Names that stand for several axes in an address, the larger ones first.
+GROUPS = (
+    ("position", ("x", "y", "z")),
+    ("attitude", ("roll", "pitch", "yaw")),
+    ("horizontal", ("x", "y")),
+    ("tilt", ("roll", "pitch")),
+)
 
 
 def load_shown(folder: Path) -> ShownContest:
@@ -120,3 +129,15 @@ def _trace(trace: Trace) -> Trace:
 def _air(entry: Air) -> Air:
     unit, factor = in_degrees(entry.unit)
     return entry._replace(unit=unit, value=entry.value * factor)
+
+
+def joined(gains: list[Gain]) -> list[Gain]:
+    """Return gains in their order, those of a whole group of axes as one where all are the same, as in most studies."""
+    told = list(gains)
+    for group, axes in GROUPS:
+        for name in dict.fromkeys(gain.address.partition(".")[2] for gain in gains):
+            members = [gain for gain in told if gain.address in [f"{axis}.{name}" for axis in axes]]
+            if len(members) == len(axes) and len({gain.value for gain in members}) == 1:
+                told[told.index(members[0])] = members[0]._replace(address=f"{group}.{name}")
+                told = [gain for gain in told if gain not in members]
+    return told

@@ -14,9 +14,8 @@ import numpy as np
 from tuner.documents.contest import Air, ShownContest, Trace
 from tuner.documents.results import Fan
 from tuner.report.charts.chart import Axis, Band, Line, Mark, Panel
-from tuner.report.charts.look import REFERENCE, Look
+from tuner.report.charts.look import REFERENCE, Look, looks_of
 from tuner.report.charts.paper import Figure, figure_of
-from tuner.report.contest.looks import looks_of
 from tuner.report.contest.signals import asked_for, drifts, error, is_calm, rate, signal_title
 from tuner.text.units import bracketed
 

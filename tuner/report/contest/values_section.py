@@ -3,9 +3,8 @@
 from tuner.documents.contest import ShownContest, ShownQuantity
 from tuner.documents.parts import Estimate
 from tuner.report.answer_section import metric_anchor, risk_words
-from tuner.report.charts.look import Look, sample
+from tuner.report.charts.look import Look, looks_of, sample
 from tuner.report.charts.strip import NARROW, WIDTH, ruler, scale, stacked
-from tuner.report.contest.looks import looks_of
 from tuner.report.prose import limit_text
 from tuner.text.markup import Markup, coded, element, join
 from tuner.text.numbers import MISSING, estimate

@@ -1,8 +1,7 @@
 """How large the fronts are: the share of one common box that each dominates."""
 
 from tuner.documents.contest import Fronts, ShownContest
-from tuner.report.charts.look import sample
-from tuner.report.contest.looks import looks_of
+from tuner.report.charts.look import looks_of, sample
 from tuner.report.contest.values_section import BEST, CLOSE
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import count, estimate, significant

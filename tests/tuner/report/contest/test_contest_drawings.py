@@ -12,7 +12,7 @@ from tuner.report.charts.chart import span_of, value_axis
 from tuner.report.charts.look import COUNT, DASHES, INKS, SYMBOLS, looks, sample
 from tuner.report.charts.strip import INSET, StripScale, interval, pinned, ruler, scale, stacked, ticks
 from tuner.report.charts.web import line_of, marker_of
-from tuner.report.contest.joined_gains import joined
+from tuner.report.contest.shown import joined
 from tuner.report.page import asset
 
 
@@ -112,7 +112,9 @@ def test_a_printed_number_is_drawn_beside_the_bar():
 
 def test_contenders_stand_on_one_scale_with_the_limit():
     a, b = looks([("a", "x"), ("b", "x")])
-    drawn = stacked(StripScale(0.0, 4.0, False, 224.0), [(a, Estimate(1.0, 0.5, 1.5)), (b, Estimate(3.0, 2.0, 4.0))], 2.0)
+    drawn = stacked(
+        StripScale(0.0, 4.0, False, 224.0), [(a, Estimate(1.0, 0.5, 1.5)), (b, Estimate(3.0, 2.0, 4.0))], 2.0
+    )
     assert numbers_of(drawn, "whisker c0") == [(37.0, 87.0)] and numbers_of(drawn, "whisker c1") == [(112.0, 212.0)]
     assert numbers_of(drawn, "limit") == [(112.0, 112.0)]
 
