@@ -3,20 +3,16 @@
 from collections.abc import Callable, Mapping
 from typing import TYPE_CHECKING
 
-from matplotlib import rc_context
-from matplotlib.figure import Figure
-
 from plant.errors import InputError, UnknownNameError
-from tuner.analysis.margins.curves import curves_of, groups
 from tuner.analysis.margins.readings import Subject
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.tuning import TuningFolder
-from tuner.report.charts.paper import style
+from tuner.report.charts.paper import Figure, style
 from tuner.report.contest.figures import FIGURES, values_figure
 from tuner.report.figures import flown_figure, front_figure, progress_figure, response_figure, response_names
 from tuner.report.inference_figure import inference_figure
-from tuner.report.margins.loop_figures import bode_figure, nichols_figure, nyquist_figure
+from tuner.report.margin_figures import bode_figure, loops_of, nichols_figure, nyquist_figure
 from tuner.report.sensitivity_figure import sensitivity_figure
 
 if TYPE_CHECKING:
@@ -34,8 +30,7 @@ def draw(figures: Figures, name: str) -> Figure:
     """Return a figure by its name; UnknownNameError where there is none, InputError where there is no data for it."""
     if name not in figures:
         raise UnknownNameError("figure", name, figures)
-    # Names are text, even those with dollar signs.
-    with style(), rc_context({"text.parse_math": False}):
+    with style():
         figure = figures[name]()
     if figure is None:
         raise InputError(f"these results hold nothing for the figure '{name}'")
@@ -68,8 +63,8 @@ def of_inference(document: InferenceDocument) -> Figures:
 
 def of_margins(subject: Subject) -> Figures:
     """Return the figures of the loops of a controller."""
-    panels = {group: curves_of(subject, group[0]) for group in groups(subject)}
-    return {name: lambda draw=draw: draw(subject, panels) for name, draw in LOOPS.items()}
+    loops = loops_of(subject)
+    return {name: lambda draw=draw: draw(subject, loops) for name, draw in LOOPS.items()}
 
 
 def of_flights(responses: "Responses", scenario: str) -> Figures:

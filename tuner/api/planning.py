@@ -19,7 +19,8 @@ from tuner.study.study import Study
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
+
+    from tuner.report.charts.paper import Figure
 
 Row = dict[str, Any]
 

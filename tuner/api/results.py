@@ -23,9 +23,10 @@ from tuner.store.document import read_text
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
     from tuner.api.figures import Figures
+    from tuner.documents.contest import ComparedFolder
+    from tuner.report.charts.paper import Figure
 
 Document = Any
 CURVES = ["frequency", "real", "imag"]

@@ -7,8 +7,6 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from plant.errors import InputError
 from tuner.documents.tables import Fan
@@ -17,7 +15,7 @@ from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Mark, Panel
 from tuner.report.charts.front import front_panels
 from tuner.report.charts.look import role_look
-from tuner.report.charts.paper import DPI, WIDTH, figure_of, printed, style
+from tuner.report.charts.paper import DPI, WIDTH, Figure, figure_of, printed, style
 from tuner.report.charts.progress import progress_panels
 from tuner.store.folder import put
 from tuner.text.units import in_degrees
@@ -75,10 +73,7 @@ def progress_figure(results: TuningFolder) -> Figure:
         replace(volume, y=Axis("hypervolume [share of box]")),
         replace(feasible, y=feasible.y._replace(title="feasible candidates [%]")),
     ]
-    figure = figure_of(panels, 2, 2.2, legend=False)
-    for ax in figure.axes:
-        ax.xaxis.set_major_locator(MaxNLocator(nbins=6, integer=True))
-    return figure
+    return figure_of(panels, 2, 2.2, legend=False)
 
 
 def response_figure(results: TuningFolder, scenario: str) -> Figure:
@@ -107,9 +102,7 @@ def write_responses(responses: "Responses", scenario: str, file: Path) -> None:
 def flown_figure(responses: "Responses", scenario: str) -> Figure:
     """Return the fans of one controller, a panel for each axis and one for rotor 1."""
     names = {TUNED: f"{len(responses.actual)} flights"}
-    figure = figure_of(_panels(fans_of(responses, scenario), names, {}), COLUMNS, ROW)
-    figure.suptitle(scenario)
-    return figure
+    return figure_of(_panels(fans_of(responses, scenario), names, {}), COLUMNS, ROW, note=f"scenario {scenario}")
 
 
 def fans_of(responses: "Responses", scenario: str) -> list[Fan]:

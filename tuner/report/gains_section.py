@@ -2,7 +2,7 @@
 
 from tuner.documents.summary import VariableRow
 from tuner.documents.tuning import TuningFolder
-from tuner.report.charts.strip import Scale, placed
+from tuner.report.charts.strip import StripScale, placed
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, significant
 from tuner.text.units import marked_up
@@ -38,7 +38,7 @@ def study_lines(results: TuningFolder) -> str:
 
 def _row(variable: VariableRow) -> list[str]:
     ends = [significant(variable.low), variable.scale, significant(variable.high)]
-    shown = Scale(variable.low, variable.high, variable.scale == "log", WIDTH)
+    shown = StripScale(variable.low, variable.high, variable.scale == "log", WIDTH)
     scale = element("span", *[element("span", text) for text in ends], class_="ends")
     return [
         join((element("code", variable.name), element("small", variable.meaning))),
@@ -56,7 +56,7 @@ def _row(variable: VariableRow) -> list[str]:
     ]
 
 
-def _remark(variable: VariableRow, shown: Scale) -> str:
+def _remark(variable: VariableRow, shown: StripScale) -> str:
     place = shown.share(variable.tuned)
     if EDGE < place < 1.0 - EDGE:
         return ""

@@ -59,5 +59,5 @@ def _opening(results: TuningFolder) -> Markup:
         class_="actions",
     )
     left = element("div", wide(answer_table(results)), actions)
-    right = element("div", plane(), layer_switches(results), axis_choices(results))
+    right = element("div", plane(results), layer_switches(results), axis_choices(results))
     return element("div", left, right, class_="opening", id="answer")

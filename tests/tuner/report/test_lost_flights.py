@@ -15,10 +15,10 @@ from tests.tuner.report.reading import Page
 from tuner.documents.opening import open_results
 from tuner.documents.tuning import TuningFolder
 from tuner.report import write_report
+from tuner.report.charts.text import front_lines
 from tuner.report.contest.figures import fronts_figure
 from tuner.report.contest.page import contest_page
 from tuner.report.figures import front_figure
-from tuner.report.terminal.front_plot import front_lines
 
 LOST = 3
 LEGEND = "lost six flights (three points)"

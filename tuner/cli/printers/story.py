@@ -221,7 +221,7 @@ def gains_table(gains: list[Row], width: int, shown_as: str) -> Table:
 def tell_front(story: Row, results: "TuningFolder", console: Console) -> None:
     """Print a plot of two objectives, a table of the points for any other number."""
     if len(results.objectives) == 2:
-        from tuner.report.terminal.front_plot import front_lines
+        from tuner.report.charts.text import front_lines
 
         for line in front_lines(results, min(console.width, PLOT_WIDTH), PLOT_HEIGHT):
             console.print(line, no_wrap=True, overflow="crop")

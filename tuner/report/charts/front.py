@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 
 from tuner.documents.tuning import HeldOutFront, TuningFolder
-from tuner.report.charts.chart import Axis, Mark, Panel, Points, Span, row_axis, span_of, value_axis
+from tuner.report.charts.chart import Axis, AxisRange, Mark, Panel, Points, row_axis, span_of, value_axis
 from tuner.report.charts.look import DEFAULT, FINALIST, FRONT, INFEASIBLE, LOST, SEARCHED, START, TUNED, Look
 from tuner.text.sentences import counted
 
@@ -33,7 +33,7 @@ def front_panels(results: TuningFolder) -> list[Panel]:
     return [_pair(results, i, j) for i, j in list(combinations(range(count), 2))[:MOST_PAIRS]]
 
 
-def shown_range(front: HeldOutFront, objective: int) -> Span:
+def shown_range(front: HeldOutFront, objective: int) -> AxisRange:
     """Return the part of an objective's axis that is shown: default, tuned and the held-out front, with intervals.
 
     Search candidates, and finalists that failed when held out, may lie decades away (a failed flight costs more than any
@@ -51,7 +51,7 @@ def layer_of(front: HeldOutFront, row: int) -> str:
 def objective_axis(results: TuningFolder, objective: int) -> Axis:
     """Return the axis of an objective."""
     entry, shown = results.objectives[objective], shown_range(results.front, objective)
-    return Axis(value_axis(entry.label, entry.unit, shown).title, shown.low, shown.high, shown.log)
+    return value_axis(entry.label, entry.unit, shown)
 
 
 def _pair(results: TuningFolder, i: int, j: int) -> Panel:

@@ -9,17 +9,19 @@ from tuner.report.charts.look import DEFAULT, FRONT, RULE, TUNED, Look
 from tuner.text.numbers import count, significant
 from tuner.text.units import bracketed
 
-GENERATION = Axis("generation")
+# Ticks of an axis of generations at most.
+MOST_TICKS = 6
 
 
 def progress_panels(history: History) -> list[Panel]:
     """Return hypervolume and share of feasible candidates by generation, and the flights made and saved where known."""
     volume, share = history.hypervolume, 100.0 * history.feasible_share
+    x = _generations(history)
     panels = [
-        Panel("progress-hypervolume", "Hypervolume [share of the box]", GENERATION, Axis(""),
+        Panel("progress-hypervolume", "Hypervolume [share of the box]", x, Axis(""),
               [_series(history, volume, TUNED._replace(symbol="circle"))],
               aid="Share of the box between zero and 1.1 times the default's values that the front dominates; level: found."),
-        Panel("progress-feasible", "Feasible candidates [%]", GENERATION, Axis("", -4.0, 104.0),
+        Panel("progress-feasible", "Feasible candidates [%]", x, Axis("", -4.0, 104.0),
               [_series(history, share, FRONT._replace(symbol="square"))],
               aid="Share of a generation's candidates that break no limit."),
     ]  # fmt: skip
@@ -48,9 +50,16 @@ def place_panel(results: TuningFolder) -> Panel | None:
                  [bars], aid=aid)  # fmt: skip
 
 
+def _generations(history: History) -> Axis:
+    """Return the axis of generations, which are whole numbers."""
+    last = int(history.generation[-1]) if len(history.generation) else 1
+    step = next(step for power in range(9) for digit in (1, 2, 5) if (step := digit * 10**power) * MOST_TICKS >= last)
+    return Axis("generation", ticks=tuple((float(tick), str(tick)) for tick in range(0, last + 1, step)))
+
+
 def _series(history: History, values: np.ndarray, look: Look) -> Line:
     flights = history.flights
-    return Line(look=look, x=history.generation, y=values, tips=(flights, flights), marked=True,
+    return Line(look=look, x=history.generation, y=values, tips=(flights, flights), marked=slice(None),
                 tip="%{y:.4~g} after %{customdata[0]:,.0f} flights")  # fmt: skip
 
 
@@ -64,7 +73,14 @@ def _flights(history: History) -> Panel:
             for name, counts, look in layers if counts is not None]  # fmt: skip
     aid = "What the search flew, and what requirements and races spared it."
     return Panel(
-        "progress-saved", "Flights", GENERATION, Axis("flights, cumulative"), bars, aid=aid, stacked=True, legend=True
+        "progress-saved",
+        "Flights",
+        _generations(history),
+        Axis("flights, cumulative"),
+        bars,
+        aid=aid,
+        stacked=True,
+        legend=True,
     )
 
 

@@ -5,8 +5,7 @@ from urllib.parse import quote
 
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import BoundRow, ContenderRow
-from tuner.report.charts.look import sample
-from tuner.report.contest.controls import looks_of
+from tuner.report.charts.look import looks_of, sample
 from tuner.report.words import law_title
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, count, per_cent, significant

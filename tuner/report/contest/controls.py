@@ -1,20 +1,11 @@
 """Contenders as they look in every chart and table, and what a reader can switch: who is drawn, and what responses show."""
 
-from functools import lru_cache
-
 from tuner.documents.contest import ComparedFolder
-from tuner.report.charts.look import Look, looks, sample
+from tuner.report.charts.look import looks_of, sample
 from tuner.text.markup import Markup, element, join
 
 # What the responses can show of a contender, and whether they do at first.
 LAYERS = {"flight": ("flight 0", True), "band": ("5–95 % of flights", True), "median": ("median of flights", False)}
-
-
-@lru_cache(maxsize=1)
-def looks_of(contest: ComparedFolder) -> dict[str, Look]:
-    """Return the look of each contender by name, the same in every chart, legend and table."""
-    flown = [((entry.laws.attitude, entry.laws.position), entry.airframe) for entry in contest.contenders]
-    return dict(zip(contest.index, looks(flown), strict=True))
 
 
 def contender_switches(contest: ComparedFolder) -> Markup:

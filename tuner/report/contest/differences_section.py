@@ -2,9 +2,8 @@
 
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import DifferenceRow, QuantityRow
-from tuner.report.charts.look import sample
-from tuner.report.charts.strip import Scale, interval, ruler, scale
-from tuner.report.contest.controls import looks_of
+from tuner.report.charts.look import looks_of, sample
+from tuner.report.charts.strip import StripScale, interval, ruler, scale
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import estimate, fixed
 from tuner.text.sentences import listing
@@ -52,7 +51,7 @@ def _card(contest: ComparedFolder, quantity: QuantityRow, rows: list[DifferenceR
     return element("figure", *parts, class_="forest")
 
 
-def _row(contest: ComparedFolder, quantity: QuantityRow, entry: DifferenceRow, shown: Scale) -> Markup:
+def _row(contest: ComparedFolder, quantity: QuantityRow, entry: DifferenceRow, shown: StripScale) -> Markup:
     second, first = (_name(contest, name) for name in (entry.second, entry.first))
     value, ends = estimate(*entry.estimate.parts, signed=True)
     share = _relative(contest, quantity, entry)

@@ -5,7 +5,7 @@ import numpy as np
 from tuner.documents.contest import ComparedFolder, ContenderScores
 from tuner.documents.contest_document import QuantityRow
 from tuner.report.charts.chart import Axis, Line, Mark, Panel, span_of, value_axis
-from tuner.report.contest.controls import looks_of
+from tuner.report.charts.look import looks_of
 from tuner.text.units import plain
 
 # Steps of a drawn function at most; a chart is some 400 pixels wide.

@@ -8,11 +8,10 @@ import numpy as np
 
 from tuner.documents.contest import ComparedFolder, ContenderFront
 from tuner.documents.contest_document import FrontsPart
-from tuner.report.charts.chart import Line, Mark, Panel, Points, Span, row_axis, span_of, value_axis
+from tuner.report.charts.chart import AxisRange, Line, Mark, Panel, Points, row_axis, span_of, value_axis
 from tuner.report.charts.front import lost_points
-from tuner.report.charts.look import Look
+from tuner.report.charts.look import Look, looks_of
 from tuner.report.contest.contenders_section import Gain, joined
-from tuner.report.contest.controls import looks_of
 from tuner.text.numbers import estimate, significant
 from tuner.text.sentences import counted
 from tuner.text.units import plain
@@ -55,7 +54,7 @@ def hover_texts(contest: ComparedFolder, fronts: FrontsPart, front: ContenderFro
     return texts
 
 
-def _span(contest: ComparedFolder, objective: int) -> Span:
+def _span(contest: ComparedFolder, objective: int) -> AxisRange:
     """Return the part of an objective's axis that holds all fronts with their intervals."""
     return span_of(
         [part[:, objective] for front in contest.front_points for part in (front.values, front.low, front.high)], LOG_FACTOR

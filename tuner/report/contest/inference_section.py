@@ -4,7 +4,7 @@ from math import exp
 
 from tuner.documents.inference_document import CellRow, InferenceDocument, RatioRow, UnknownRow
 from tuner.report.charts.look import Look, looks, sample
-from tuner.report.charts.strip import Scale, ranged
+from tuner.report.charts.strip import StripScale, ranged
 from tuner.report.contest.published_section import percentile_text
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, estimate, significant
@@ -66,7 +66,7 @@ def _factor(misfit: float) -> str:
 
 
 def _unknown(entry: UnknownRow) -> list[Markup | str]:
-    shown = Scale(entry.low, entry.high, entry.scale == "log")
+    shown = StripScale(entry.low, entry.high, entry.scale == "log")
     ends = [significant(entry.low, 3), entry.scale, significant(entry.high, 3)]
     drawn = ranged(shown, entry.near, entry.again, entry.default, entry.inferred)
     scale = element("span", *[element("span", text) for text in ends], class_="ends")

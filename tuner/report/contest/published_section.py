@@ -2,9 +2,8 @@
 
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.contest_document import PublishedRow
-from tuner.report.charts.look import sample
-from tuner.report.charts.strip import Scale, pinned, ruler, scale
-from tuner.report.contest.controls import looks_of
+from tuner.report.charts.look import looks_of, sample
+from tuner.report.charts.strip import StripScale, pinned, ruler, scale
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import MISSING, estimate, fixed, significant
 from tuner.text.units import bracketed, marked_up
@@ -97,7 +96,7 @@ def _figure(contest: ComparedFolder, row: Row) -> Markup:
     )
 
 
-def _line(contest: ComparedFolder, cell: PublishedRow, shown: Scale) -> Markup:
+def _line(contest: ComparedFolder, cell: PublishedRow, shown: StripScale) -> Markup:
     look = looks_of(contest)[cell.contender]
     median, ends = estimate(*cell.central.parts)
     printed = element("strong", significant(cell.printed, 6))

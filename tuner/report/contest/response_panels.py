@@ -3,8 +3,7 @@
 from tuner.documents.contest import ComparedFolder, Trace
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Line, Mark, Panel
-from tuner.report.charts.look import Look
-from tuner.report.contest.controls import looks_of
+from tuner.report.charts.look import Look, looks_of
 from tuner.report.contest.signals import asked_for, is_calm, signal_title
 
 AIR = Look("ink", width=1.0)

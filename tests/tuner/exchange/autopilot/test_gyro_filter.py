@@ -39,7 +39,7 @@ def test_the_phase_that_it_takes_is_that_of_the_law_with_the_filter_on_its_rate(
     """kp + ki/s + kd s F(s) at the crossover, with our F and with theirs; the crossover moves little for so small a change."""
     given = pid("iris", period=0.0025)
     gyro = GyroFilter("INS_GYRO_FILTER", 60.0, True)
-    rows = {row["loop"]: row for row in filter_rows(given, gyro)}
+    rows = {row.loop: row for row in filter_rows(given, gyro)}
     assert set(rows) == {"x", "y", "z", "roll", "pitch", "yaw"}
     gains = axis_gains(given, "roll")
     still = Vec3(0.0, 0.0, 0.0)

@@ -16,9 +16,8 @@ from tuner.analysis.margins.mismatch import CRITERIA, FACTORS, extents, mismatch
 from tuner.analysis.margins.readings import subject_of
 from tuner.analysis.margins.time_response import simulate, time_responses
 from tuner.api.gains import default_gains
-from tuner.report.margins import figures
-from tuner.report.margins.loop_figures import disk_circle
-from tuner.report.margins.mismatch_figure import mismatch_figure
+from tuner.report import margin_figures as figures
+from tuner.report.margin_figures import disk_circle, mismatch_figure
 
 
 @pytest.fixture(scope="module")
