@@ -12,8 +12,8 @@ from plant.input_files import MOST_TEXT, read_input, read_input_text
 from plant.references.waypoint_file import read_waypoints
 from tests.tuner.fuzz.fuzzing import patience
 from tests.tuner.in_process import tuner
-from tuner.documents.files import Columns, read_table
 from tuner.documents.summary import Summary
+from tuner.documents.tables import Columns, read_table
 from tuner.exchange.ardupilot.text import read_param
 from tuner.exchange.betaflight.text import read_cli
 from tuner.exchange.crazyflie import text as param_file

@@ -73,7 +73,7 @@ class KnownComparison:
 
 @dataclass(frozen=True)
 class Finalists:
-    """Held-out results; row 0 is the default, the others are the front of the search.
+    """Held-out results; row 0 is the default, the others are the front of the search. FINALIST_COLUMNS names what is written.
 
     evaluation: of all rows; low, high (rows, objectives): intervals; feasible, non_dominated: masks over the rows, the
     second among the feasible rows behind the default. search: values of the search; gap: held-out minus search, with
@@ -95,6 +95,11 @@ class Finalists:
     difference: np.ndarray
     difference_low: np.ndarray
     difference_high: np.ndarray
+
+    @property
+    def lost(self) -> np.ndarray:
+        """Held-out flights of each row that did not reach their end."""
+        return self.evaluation.lost
 
 
 @dataclass(frozen=True)

@@ -1,22 +1,18 @@
 """Figures of results as matplotlib objects, made without pyplot: the same as in the folders, in the same style."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
-
-from matplotlib import rc_context
-from matplotlib.figure import Figure
+from typing import TYPE_CHECKING
 
 from plant.errors import InputError, UnknownNameError
-from tuner.analysis.margins.curves import curves_of, groups
 from tuner.analysis.margins.readings import Subject
-from tuner.documents.contest import ShownContest
-from tuner.documents.results import Results
-from tuner.report.charts.paper import style
+from tuner.documents.contest import ComparedFolder
+from tuner.documents.inference_document import InferenceDocument
+from tuner.documents.tuning import TuningFolder
+from tuner.report.charts.paper import Figure, style
 from tuner.report.contest.figures import FIGURES, values_figure
-from tuner.report.contest.shown import shown_contest
 from tuner.report.figures import flown_figure, front_figure, progress_figure, response_figure, response_names
 from tuner.report.inference_figure import inference_figure
-from tuner.report.margins.loop_figures import bode_figure, nichols_figure, nyquist_figure
+from tuner.report.margin_figures import bode_figure, loops_of, nichols_figure, nyquist_figure
 from tuner.report.sensitivity_figure import sensitivity_figure
 
 if TYPE_CHECKING:
@@ -34,15 +30,14 @@ def draw(figures: Figures, name: str) -> Figure:
     """Return a figure by its name; UnknownNameError where there is none, InputError where there is no data for it."""
     if name not in figures:
         raise UnknownNameError("figure", name, figures)
-    # Names are text, even those with dollar signs.
-    with style(), rc_context({"text.parse_math": False}):
+    with style():
         figure = figures[name]()
     if figure is None:
         raise InputError(f"these results hold nothing for the figure '{name}'")
     return figure
 
 
-def of_tuning(results: Results) -> Figures:
+def of_tuning(results: TuningFolder) -> Figures:
     """Return the figures of a tuning run."""
     responses = {
         name: lambda scenario=scenario: response_figure(results, scenario)
@@ -51,25 +46,25 @@ def of_tuning(results: Results) -> Figures:
     return {"front": lambda: front_figure(results), "progress": lambda: progress_figure(results), **responses}
 
 
-def of_contest(contest: ShownContest) -> Figures:
+def of_contest(contest: ComparedFolder) -> Figures:
     """Return the figures of a contest."""
-    return {name: lambda draw=draw: draw(shown_contest(contest)) for name, draw in FIGURES.items()}
+    return {name: lambda draw=draw: draw(contest) for name, draw in FIGURES.items()}
 
 
-def of_comparison(contest: ShownContest) -> Figures:
+def of_comparison(contest: ComparedFolder) -> Figures:
     """Return the figures of a comparison."""
-    return {**of_contest(contest), "values": lambda: values_figure(shown_contest(contest))}
+    return {**of_contest(contest), "values": lambda: values_figure(contest)}
 
 
-def of_inference(document: dict[str, Any]) -> Figures:
+def of_inference(document: InferenceDocument) -> Figures:
     """Return the figure of an inference."""
-    return {"inference": lambda: inference_figure(document)}
+    return {"inference": lambda: inference_figure(document.content())}
 
 
 def of_margins(subject: Subject) -> Figures:
     """Return the figures of the loops of a controller."""
-    panels = {group: curves_of(subject, group[0]) for group in groups(subject)}
-    return {name: lambda draw=draw: draw(subject, panels) for name, draw in LOOPS.items()}
+    loops = loops_of(subject)
+    return {name: lambda draw=draw: draw(subject, loops) for name, draw in LOOPS.items()}
 
 
 def of_flights(responses: "Responses", scenario: str) -> Figures:

@@ -23,7 +23,8 @@ from tuner.search.watcher import Watcher, compilation
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
+
+    from tuner.report.charts.paper import Figure
 
 SHOWN_GROUPS = ("position", "attitude")
 FAN_FLIGHTS = 64

@@ -38,7 +38,8 @@ from tuner.study.processor_cost.table import tabled
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
+
+    from tuner.report.charts.paper import Figure
 
 Row = dict[str, Any]
 
@@ -171,7 +172,7 @@ def announce_compilation(watcher: Watcher) -> None:
 
 def write(document: MarginsDocument, subject: Subject, folder: Folder) -> MarginsDocument:
     """Write the figures and margins.json, with how far the vehicle may differ put in."""
-    from tuner.report.margins.figures import write_margin_figures
+    from tuner.report.margin_figures import write_margin_figures
 
     extents = [extent.row() for extent in write_margin_figures(subject, folder.path)]
     document = document.model_copy(update={"mismatch": extents})

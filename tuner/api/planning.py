@@ -19,7 +19,8 @@ from tuner.study.study import Study
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
+
+    from tuner.report.charts.paper import Figure
 
 Row = dict[str, Any]
 
@@ -73,7 +74,7 @@ def plan(
 
     Examples:
         >>> planned = tuner.plan(study)
-        >>> planned.document["flights"]["search_at_most"]
+        >>> planned.document.flights.search_at_most
         96
 
     """
@@ -152,7 +153,7 @@ def sensitivity(
 
     Examples:
         >>> found = tuner.sensitivity(study, samples=8)
-        >>> found.document["flights"]
+        >>> found.document.flights
         288
 
     """

@@ -8,8 +8,13 @@ from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.errors import InputError, StoreError, UnknownNameError
 from tuner.api.frames import estimates, frame, json_text, shown
 from tuner.api.gains import Gains, gains_of, read_gains
-from tuner.documents.ending import GAINS
-from tuner.documents.opening import kind_in, read_frame
+from tuner.documents import opening
+from tuner.documents.contest import ComparedFolder
+from tuner.documents.finalists import FINALIST_COLUMNS
+from tuner.documents.opening import kind_in
+from tuner.documents.summary import GAINS
+from tuner.documents.tables import read_frame
+from tuner.documents.tuning import TuningFolder
 from tuner.experiments import registry
 from tuner.experiments.compare.entrants import rows_of, study_of
 from tuner.gains import Controller
@@ -18,11 +23,10 @@ from tuner.store.document import read_text
 
 if TYPE_CHECKING:
     import pandas as pd
-    from matplotlib.figure import Figure
 
     from tuner.api.figures import Figures
-    from tuner.documents.contest import ShownContest
-    from tuner.documents.results import Results as TuningDocuments
+    from tuner.documents.contest import ComparedFolder
+    from tuner.report.charts.paper import Figure
 
 Document = Any
 CURVES = ["frequency", "real", "imag"]
@@ -141,11 +145,9 @@ class TuningResults(Results):
     main = "summary.json"
 
     @cached_property
-    def documents(self) -> "TuningDocuments":
+    def documents(self) -> TuningFolder:
         """Every document of the folder."""
-        from tuner.documents.loading import load
-
-        return load(self.home)
+        return TuningFolder(self.home)
 
     @property
     def feasible(self) -> bool:
@@ -171,20 +173,14 @@ class TuningResults(Results):
         import pandas as pd
 
         found = self.documents.front
-        columns: dict[str, Any] = {
-            "role": found.roles, "feasible": found.feasible, "on_front": found.non_dominated, "lost": found.lost,
-        }  # fmt: skip
-        if found.probability is not None:
-            columns["probability"] = found.probability
+        columns: dict[str, Any] = {"role": found.roles, "feasible": found.feasible, "on_front": found.non_dominated}
+        told = [entry for entry in FINALIST_COLUMNS if entry.form != "flag" and entry.name in found.columns]
+        columns |= {entry.name: found.columns[entry.name] for entry in told}
         units = {}
         for i, entry in enumerate(self.documents.objectives):
-            ends = (
-                (entry.label, found.held_out),
-                (f"{entry.label} low", found.low),
-                (f"{entry.label} high", found.high),
-            )
-            for name, values in ends:
-                columns[name], units[name] = values[:, i] / entry.factor, self._unit(entry.label)
+            for name, part in (("", "held_out"), (" low", "low"), (" high", "high")):
+                columns[entry.label + name] = found.stored[part][:, i]
+                units[entry.label + name] = self._unit(entry.label)
         for i, variable in enumerate(self.documents.variables):
             columns[variable.name], units[variable.name] = found.gains[:, i], variable.unit
         table = pd.DataFrame(columns, index=pd.Index(found.points, name="point"))
@@ -301,11 +297,9 @@ class ContestResults(Results):
     main = "contest.json"
 
     @cached_property
-    def documents(self) -> "ShownContest":
+    def documents(self) -> ComparedFolder:
         """Every document of the folder."""
-        from tuner.documents.contest_loading import load_contest
-
-        return load_contest(self.home)
+        return opening.open_results(self.home)
 
     @cached_property
     def summary(self) -> "pd.DataFrame":

@@ -1,4 +1,4 @@
-"""What a report knows of a contest folder. All values stay in SI units, angles in rad: as printed numbers and sentences are."""
+"""A contest's or a comparison's folder, opened: everything but `document` in shown units, angles in degrees."""
 
 from dataclasses import dataclass
 from functools import cached_property
@@ -7,85 +7,23 @@ from typing import NamedTuple
 
 import numpy as np
 
-from tuner.documents.contest_document import BoundRow, ComparedOn, ComparisonDocument, ContestDocument
-from tuner.documents.inference import ShownInference
-from tuner.documents.parts import Estimate
-from tuner.documents.results import Fan
-from tuner.store.environment import Environment
+from tuner.documents.contest_document import (
+    BestUnder,
+    ComparisonDocument,
+    ContenderRow,
+    ContestDocument,
+    FrontsPart,
+    QuantityRow,
+)
+from tuner.documents.folder import OpenedFolder
+from tuner.documents.inference_document import InferenceDocument
+from tuner.documents.parts import ENDS, Estimate, Row, row_in_degrees, scaled
+from tuner.documents.tables import Columns, Fan, groups, read_fans
+from tuner.store.document import refuse
+from tuner.text.units import in_degrees
 
-
-class Gain(NamedTuple):
-    """One gain of a contender, in the unit of the study file."""
-
-    address: str
-    value: float
-    unit: str
-
-
-@dataclass(frozen=True)
-class ShownContender:
-    """One controller as it flew. index: its place; folder: of its own results, "" for none.
-
-    point: of its own study; searched: the variables a search chose; operations: of its laws in one control step;
-    failures: share of its flights; instructions: mean of a control step on a microcontroller, None if not known.
-    """
-
-    index: int
-    name: str
-    slug: str
-    laws: dict[str, str]
-    airframe: str
-    tuned: bool
-    folder: str
-    point: str
-    gains: list[Gain]
-    searched: list[str]
-    operations: float
-    on_bounds: list[BoundRow]
-    failures: float
-    instructions: float | None = None
-
-
-@dataclass(frozen=True)
-class ShownQuantity:
-    """One number that is compared; smaller is better. unit: "" for none; limit: what it must not exceed."""
-
-    label: str
-    metric: str
-    unit: str
-    risk: str
-    scenario: str | None
-    definition: str
-    limit: float | None
-    kind: str
-
-
-class ShownDifference(NamedTuple):
-    """Second minus first contender on the same flights; lower: which of them is, None where the interval holds zero."""
-
-    first: str
-    second: str
-    quantity: str
-    difference: Estimate
-    lower: str | None
-
-
-class ShownRuling(NamedTuple):
-    """A claim for one opponent in one quantity; difference: claimed better minus opponent."""
-
-    than: str
-    quantity: str
-    difference: Estimate
-    verdict: str
-
-
-class ShownClaim(NamedTuple):
-    """A sentence put to the test, its verdict, and the comparisons behind it."""
-
-    text: str
-    better: str
-    verdict: str
-    rows: list[ShownRuling]
+DIFFERENCE = ("difference", "low", "high")
+PUBLISHED = ("printed", "mean", "low", "high", "p2_5", "median", "p97_5")
 
 
 @dataclass(frozen=True)
@@ -104,66 +42,6 @@ class ContenderFront:
     high: np.ndarray
     gains: list[dict[str, float]]
     lost: np.ndarray
-
-
-class Volume(NamedTuple):
-    """How much of the common box the front of a contender dominates, and of how many points it is.
-
-    even: contenders whose front the paired difference does not tell apart from this one.
-    """
-
-    contender: str
-    share: Estimate
-    points: int
-    even: set[str]
-
-
-@dataclass(frozen=True)
-class Fronts:
-    """All fronts. objectives: labels; meaning, reference: of the box that the volumes are shares of."""
-
-    objectives: list[str]
-    fronts: list[ContenderFront]
-    volumes: list[Volume]
-    meaning: str
-    reference: dict[str, float]
-
-
-class ShownBest(NamedTuple):
-    """The point of a front that is best in an objective while it keeps a limit in another."""
-
-    estimate: Estimate
-    point: str
-
-
-@dataclass(frozen=True)
-class ShownBestUnder:
-    """A question of the kind "smallest A with B at most L": contender -> answer, None where no point keeps the limit."""
-
-    objective: str
-    subject_to: str
-    limit: float
-    rows: dict[str, ShownBest | None]
-
-
-class ShownCell(NamedTuple):
-    """A printed number against our flights: their mean, and their 2.5, 50 and 97.5 % points as central (value: median).
-
-    percentile: share of our flights below the printed number [%]; inside: it lies between 2.5 and 97.5; fitted: the study
-    was set to meet this number, so meeting it says nothing.
-    """
-
-    contender: str
-    metric: str
-    scenario: str
-    unit: str
-    printed: float
-    source: str
-    mean: float
-    central: Estimate
-    percentile: float
-    inside: bool
-    fitted: bool
 
 
 class ContenderScores(NamedTuple):
@@ -196,50 +74,43 @@ class Air(NamedTuple):
     value: np.ndarray
 
 
-@dataclass(frozen=True)
-class ShownContest:
-    """A contest folder. document: contest.json; environment: environment.json; study: study.toml as given.
+Compared = ContestDocument | ComparisonDocument
 
-    estimates: by contender and quantity. fronts: None where nothing was tuned; inference: None where there is none.
+
+class ComparedFolder(OpenedFolder[Compared]):
+    """Contenders flown through the same flights; whatever is damaged becomes a StoreError naming it when it is asked for.
+
+    Tables may be missing; what they would hold is left out.
     """
 
-    folder: Path
-    document: ContestDocument | ComparisonDocument
-    environment: Environment
-    study: str
-    compared_on: list[ComparedOn]
-    contenders: list[ShownContender]
-    quantities: list[ShownQuantity]
-    estimates: dict[tuple[str, str], Estimate]
-    differences: list[ShownDifference]
-    fronts: Fronts | None
-    best_under: list[ShownBestUnder]
-    cells: list[ShownCell]
-    claims: list[ShownClaim]
-    scores: list[ContenderScores]
-    fans: list[Fan]
-    traces: list[Trace]
-    air: list[Air]
-    inference: ShownInference | None
+    @cached_property
+    def shown(self) -> Compared:
+        """The document with all angles in degrees, and no unit as ""."""
+        return document_in_degrees(self.document)
+
+    @property
+    def contenders(self) -> list[ContenderRow]:
+        """The controllers as they flew."""
+        return self.document.contenders
 
     @cached_property
     def index(self) -> dict[str, int]:
         """Place of each contender by name."""
-        return {entry.name: entry.index for entry in self.contenders}
+        return {entry.name: place for place, entry in enumerate(self.contenders)}
 
     def layer(self, name: str) -> str:
-        """Return what a contender's traces are called in the figures, so that they can be switched off."""
+        """Return the layer of a contender's traces in the figures, by which they can be switched off."""
         return f"contender-{self.index[name]}"
 
     @cached_property
-    def quantity(self) -> dict[str, ShownQuantity]:
+    def quantity(self) -> dict[str, QuantityRow]:
         """Quantities by label."""
-        return {entry.label: entry for entry in self.quantities}
+        return {entry.label: entry for entry in self.shown.quantities}
 
     @cached_property
-    def scenarios(self) -> list[str]:
-        """Scenarios with responses, in the order of the files."""
-        return list(dict.fromkeys(entry.scenario for entry in [*self.fans, *self.traces]))
+    def estimates(self) -> dict[tuple[str, str], Estimate]:
+        """Values by contender and quantity."""
+        return {(row.contender, row.quantity): row.estimate for row in self.shown.estimates}
 
     @cached_property
     def airframes(self) -> list[str]:
@@ -248,15 +119,133 @@ class ShownContest:
 
     def best(self, label: str) -> set[str]:
         """Return the contenders with the smallest value of a quantity, none where all have the same."""
-        found = [(entry.name, self.estimates.get((entry.name, label))) for entry in self.contenders]
+        found = [(name, self.estimates.get((name, label))) for name in self.index]
         known = {name: entry.value for name, entry in found if entry is not None and entry.value is not None}
         least = {name for name, value in known.items() if value == min(known.values())}
         return least if len(least) < len(known) or len(known) == 1 else set()
 
     def close_to_best(self, label: str) -> set[str]:
         """Return the contenders that a paired difference does not tell apart from a best one."""
-        best = self.best(label)
-        even = [
-            {entry.first, entry.second} for entry in self.differences if entry.quantity == label and entry.lower is None
-        ]
+        best, rows = self.best(label), self.shown.differences
+        even = [{entry.first, entry.second} for entry in rows if entry.quantity == label and entry.lower is None]
         return {name for pair in even if pair & best for name in pair - best}
+
+    @cached_property
+    def fronts(self) -> FrontsPart | None:
+        """The common box of the fronts and their shares of it; None where nothing was tuned, or their points are not there."""
+        return self.shown.fronts if (self.folder / "fronts.csv").exists() else None
+
+    @cached_property
+    def front_points(self) -> list[ContenderFront]:
+        """The points of every front; none where `fronts` is None."""
+        if self.fronts is None:
+            return []
+        table, objectives = Columns.read(self.folder / "fronts.csv"), self.fronts.objectives
+        known = factors(self.document)
+        scale = np.array([known.get(label, 1.0) for label in objectives])
+        return [_front(table, name, objectives, scale) for name in dict.fromkeys(table.text("contender"))]
+
+    @cached_property
+    def scores(self) -> list[ContenderScores]:
+        """Values of every contender in every quantity, over all scenarios that count for it."""
+        file, found, known = self.folder / "scores.parquet", [], factors(self.document)
+        for (contender, label), values in groups(file, ("contender", "quantity"), ("value",)):
+            if not np.isfinite(values).all():
+                raise refuse(file, "the column 'value' holds something that is no finite number")
+            found.append(ContenderScores(contender, label, np.sort(values[:, 0]) * known.get(label, 1.0)))
+        return found
+
+    @cached_property
+    def fans(self) -> list[Fan]:
+        """Fans of every contender, scenario and signal."""
+        return read_fans(self.folder / "responses.parquet")
+
+    @cached_property
+    def traces(self) -> list[Trace]:
+        """Every signal of the single flights."""
+        found, names, columns = [], ("contender", "scenario", "signal", "unit"), ("time", "value", "reference")
+        for (contender, scenario, signal, unit), values in groups(self.folder / "traces.parquet", names, columns):
+            shown, factor = in_degrees(unit)
+            time, value, reference = values.T
+            found.append(Trace(contender, scenario, signal, shown, time, value * factor, reference * factor))
+        return found
+
+    @cached_property
+    def air(self) -> list[Air]:
+        """Components of the air of the single flights."""
+        found, names = [], ("scenario", "signal", "unit")
+        for (scenario, signal, unit), values in groups(self.folder / "wind.parquet", names, ("time", "value")):
+            shown, factor = in_degrees(unit)
+            time, value = values.T
+            found.append(Air(scenario, signal, shown, time, value * factor))
+        return found
+
+    @cached_property
+    def scenarios(self) -> list[str]:
+        """Scenarios with responses, in the order of the files."""
+        return list(dict.fromkeys(entry.scenario for entry in [*self.fans, *self.traces]))
+
+    @cached_property
+    def inference(self) -> InferenceDocument | None:
+        """An inference that lies in the folder, in degrees."""
+        file = self.folder / "inference.json"
+        return InferenceDocument.read(file).in_degrees() if file.exists() else None
+
+
+class ContestFolder(ComparedFolder):
+    """Results of a contest."""
+
+    kind, noun, main, model = "contest", "a contest", "contest.json", ContestDocument
+
+
+class ComparisonFolder(ComparedFolder):
+    """Results of a comparison."""
+
+    kind, noun, main, model = "comparison", "a comparison", "comparison.json", ComparisonDocument
+
+
+def open_compared(folder: Path) -> ComparedFolder:
+    """Open the folder of a contest or a comparison; StoreError where its document is missing or damaged."""
+    return ComparisonFolder(folder) if (folder / ComparisonFolder.main).exists() else ContestFolder(folder)
+
+
+def factors(document: Compared) -> dict[str, float]:
+    """Return by label of a quantity what turns its numbers in files into shown ones."""
+    return {row.label: in_degrees(row.unit).factor for row in document.quantities}
+
+
+def document_in_degrees(document: Compared) -> Compared:
+    """Return what a contest found with all angles in degrees, and no unit as ""."""
+    known = factors(document)
+
+    def by_quantity(rows: list[Row], *names: str) -> list[Row]:
+        return [scaled(row, known.get(getattr(row, "quantity", ""), 1.0), *names) for row in rows]
+
+    def best(entry: BestUnder) -> BestUnder:
+        rows = [scaled(row, known.get(entry.objective, 1.0), *ENDS) for row in entry.rows]
+        return scaled(entry, known.get(entry.subject_to, 1.0), "limit").model_copy(update={"rows": rows})
+
+    box = document.fronts
+    reference = box and {label: value * known.get(label, 1.0) for label, value in box.reference.items()}
+    claims = [row.model_copy(update={"rows": by_quantity(row.rows, *DIFFERENCE)}) for row in document.claims]
+    return document.model_copy(update={
+        "quantities": [row_in_degrees(row, "limit") for row in document.quantities],
+        "estimates": by_quantity(document.estimates, *ENDS),
+        "differences": by_quantity(document.differences, *DIFFERENCE),
+        "claims": claims,
+        "fronts": box and box.model_copy(update={"reference": reference}),
+        "best_under": [best(entry) for entry in document.best_under],
+        "published": [row_in_degrees(row, *PUBLISHED) for row in document.published],
+    })  # fmt: skip
+
+
+def _front(table: Columns, name: str, objectives: list[str], factors: np.ndarray) -> ContenderFront:
+    rows = [i for i, entry in enumerate(table.text("contender")) if entry == name]
+    values, low, high = (table.block([f"{kind}:{label}" for label in objectives])[rows] * factors for kind in ENDS)
+    gains = {key.removeprefix("gain:"): table.numbers(key)[rows] for key in table.columns if key.startswith("gain:")}
+    # The laws of other contenders have other gains: their columns are empty here.
+    own = {address: column for address, column in gains.items() if np.isfinite(column).all()}
+    points = [{address: float(column[i]) for address, column in own.items()} for i in range(len(rows))]
+    names = [table.text("point")[i] for i in rows]
+    lost = table.numbers("lost")[rows].astype(int)
+    return ContenderFront(name, names, table.flags("recommended")[rows], values, low, high, points, lost)

@@ -1,6 +1,6 @@
 """contest.json and comparison.json: what a contest found, in numbers and sentences. Intervals are of 95 %, over flights."""
 
-from typing import Annotated, Literal, Self
+from typing import Annotated, ClassVar, Literal, Self
 
 from pydantic import Field, model_validator
 
@@ -114,8 +114,22 @@ class QuantityRow(DocumentPart):
     kind: Annotated[str, OneOf(("objective", "constraint", "published", "claimed"))] = "objective"
     limit: float | None = None
 
+    @property
+    def risk_text(self) -> str:
+        """Definition of the risk; its name in folders of earlier versions."""
+        return self.risk_definition or self.risk
 
-class EstimateRow(DocumentPart):
+
+class _WithInterval(DocumentPart):
+    middle: ClassVar[str] = "value"
+
+    @property
+    def estimate(self) -> Estimate:
+        """The number with its interval."""
+        return Estimate(*[getattr(self, name) for name in (self.middle, "low", "high")])
+
+
+class EstimateRow(_WithInterval):
     """The value of a quantity for a contender."""
 
     contender: str
@@ -124,15 +138,11 @@ class EstimateRow(DocumentPart):
     low: float
     high: float
 
-    @property
-    def estimate(self) -> Estimate:
-        """Value with its interval."""
-        return Estimate(self.value, self.low, self.high)
 
-
-class DifferenceRow(DocumentPart):
+class DifferenceRow(_WithInterval):
     """Second minus first contender on the same flights; lower: whom the interval calls lower, null where it holds zero."""
 
+    middle = "difference"
     first: str
     second: str
     quantity: str
@@ -141,11 +151,6 @@ class DifferenceRow(DocumentPart):
     high: float
     verdict: str
     lower: str | None
-
-    @property
-    def estimate(self) -> Estimate:
-        """Difference with its interval."""
-        return Estimate(self.difference, self.low, self.high)
 
 
 class FrontSize(DocumentPart):
@@ -156,7 +161,7 @@ class FrontSize(DocumentPart):
     broken: int = 0
 
 
-class VolumeRow(DocumentPart):
+class VolumeRow(_WithInterval):
     """Share of the common box that the front of a contender dominates."""
 
     contender: str
@@ -194,8 +199,17 @@ class FrontsPart(DocumentPart):
             raise ValueError(f"the key 'fronts.reference.{missing[0]}' is missing")
         return self
 
+    def size(self, contender: str) -> int:
+        """Return the number of points of a front."""
+        return next((row.points for row in self.sizes if row.contender == contender), 0)
 
-class BestRow(DocumentPart):
+    def even_with(self, contender: str) -> set[str]:
+        """Return the contenders whose front the paired difference does not tell apart from this one."""
+        pairs = [{row.first, row.second} for row in self.differences if row.larger is None]
+        return {name for pair in pairs if contender in pair for name in pair - {contender}}
+
+
+class BestRow(_WithInterval):
     """The point of a front that is best in an objective while it keeps a limit in another; null where none keeps it."""
 
     contender: str
@@ -203,11 +217,6 @@ class BestRow(DocumentPart):
     low: float | None
     high: float | None
     point: str | None
-
-    @property
-    def estimate(self) -> Estimate:
-        """Value with its interval."""
-        return Estimate(self.value, self.low, self.high)
 
 
 class BestUnder(DocumentPart):
@@ -253,20 +262,16 @@ class PublishedRow(DocumentPart):
 Verdict = Annotated[str, OneOf(("survives", "fails", "undecided"))]
 
 
-class RulingRow(DocumentPart):
+class RulingRow(_WithInterval):
     """A claim for one opponent in one quantity; difference: claimed better minus opponent."""
 
+    middle = "difference"
     than: str
     quantity: str
     difference: float
     low: float
     high: float
     verdict: Verdict
-
-    @property
-    def estimate(self) -> Estimate:
-        """Difference with its interval."""
-        return Estimate(self.difference, self.low, self.high)
 
 
 class ClaimRow(DocumentPart):

@@ -1,11 +1,14 @@
 """inference.json: which open values would reproduce published numbers, and how well."""
 
-from typing import Annotated
+from typing import Annotated, Self
 
 from pydantic import Field
 
-from tuner.documents.parts import Estimate
+from tuner.documents.parts import Estimate, row_in_degrees, scaled
 from tuner.store.document import Document, DocumentPart, OneOf, Scale
+from tuner.text.units import in_degrees
+
+SPREAD = ("mean", "median", "low68", "high68", "low95", "high95")
 
 
 class InferenceSettings(DocumentPart):
@@ -111,6 +114,12 @@ class CellRow(_Reproduced):
     tolerance: float
     best_ratio: float
 
+    def in_degrees(self) -> Self:
+        """Return it with angles in degrees."""
+        factor = in_degrees(self.unit).factor
+        ours, default = (scaled(entry, factor, *SPREAD) for entry in (self.ours, self.default))
+        return row_in_degrees(self, "published").model_copy(update={"ours": ours, "default": default})
+
     @property
     def nearest(self) -> float:
         """The median nearest to the published value of any setting."""
@@ -212,6 +221,10 @@ class InferenceDocument(Document):
     flights: int
     wall_seconds: float
     words: list[str]
+
+    def in_degrees(self) -> Self:
+        """Return it with published numbers and our flights in degrees, and no unit as ""."""
+        return self.model_copy(update={"cells": [row.in_degrees() for row in self.cells]})
 
     @property
     def misfit_kinds(self) -> list[str]:

@@ -5,7 +5,9 @@ from typing import Any, TypeVar
 
 from pydantic import ConfigDict
 
+from objectives.scales import DECIBEL
 from tuner.store.document import Document, DocumentPart
+from tuner.text.units import in_degrees
 from tuner.text.units import in_shown_units as shown_content
 
 ENDS = ("value", "low", "high")
@@ -43,10 +45,6 @@ class Estimate(DocumentPart):
     def __iter__(self) -> Iterator[float | None]:  # pyright: ignore[reportIncompatibleMethodOverride]
         return iter((self.value, self.low, self.high))
 
-    def times(self, factor: float) -> "Estimate":
-        """Return it in another unit."""
-        return Estimate(*[None if part is None else part * factor for part in self])
-
 
 class LawNames(DocumentPart):
     """The control law of each loop, by name."""
@@ -82,3 +80,25 @@ def in_shown_units(row: Row) -> Row:
     """Return a row with its numbers in its shown_unit, as `unit`; a row without one as it is."""
     content = row.content()
     return type(row).model_validate(shown_content(content)) if content.get("shown_unit") else row
+
+
+def is_level(row: DocumentPart) -> bool:
+    """Return whether a row about a factor is shown as one about its level in dB."""
+    return getattr(row, "shown_unit", None) == DECIBEL.unit
+
+
+def scaled(row: Row, factor: float, *names: str) -> Row:
+    """Return a row with these numbers times a factor, estimates with their ends; null stays null."""
+    return row.model_copy(update={name: _times(getattr(row, name), factor) for name in names})
+
+
+def row_in_degrees(row: Row, *names: str) -> Row:
+    """Return a row with a unit with these numbers, which have it, in degrees if they are angles; no unit is ""."""
+    unit, factor = in_degrees(row.unit)  # pyright: ignore[reportAttributeAccessIssue]
+    return scaled(row, factor, *names).model_copy(update={"unit": unit})
+
+
+def _times(entry: Any, factor: float) -> Any:
+    if isinstance(entry, Estimate):
+        return Estimate(*[_times(part, factor) for part in entry])
+    return None if entry is None else entry * factor

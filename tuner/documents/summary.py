@@ -1,12 +1,19 @@
 """summary.json: what a tuning run found."""
 
+import json
+from pathlib import Path
 from typing import Annotated, Literal, Self
 
 from pydantic import Field, model_validator
 
-from tuner.documents.ending import GAINS, INFEASIBLE
+from plant.input_files import read_input_text
 from tuner.documents.parts import Estimate
 from tuner.store.document import Document, DocumentPart, Scale, Sense
+
+GAINS, INFEASIBLE = "gains.json", "infeasible.json"
+"""Where a run leaves its recommended gains, and where those of the nearest point if nothing was feasible."""
+NOTHING = "Nothing feasible"
+"""What the first line begins with wherever a run that recommends nothing is told."""
 
 
 class Pick(DocumentPart):
@@ -280,3 +287,13 @@ class Summary(Document):
     def required(self) -> list[RequiredRow]:
         """The requirements of the table."""
         return [row for row in self.table if isinstance(row, RequiredRow)]
+
+
+def gains_name(feasible: bool) -> str:
+    """Return the name of the file that a run leaves the gains of that point in."""
+    return GAINS if feasible else INFEASIBLE
+
+
+def is_recommended(file: Path) -> bool:
+    """Return whether a gains file that can be read says nothing against being flown."""
+    return bool(json.loads(read_input_text(file)).get("study", {}).get("feasible", True))

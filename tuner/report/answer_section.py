@@ -4,14 +4,16 @@ import re
 from collections.abc import Sequence
 
 from objectives.margins.quantities import QUANTITIES
-from tuner.documents.results import DEFAULT, ComparedQuantity, Estimate, Required, Results
-from tuner.report.prose import law_title, limit_text, listing
-from tuner.report.words import plain_margin, plain_metric, plain_risk
+from tuner.documents.parts import Estimate
+from tuner.documents.summary import ComparedRow, RequiredRow
+from tuner.documents.tuning import DEFAULT, TuningFolder
+from tuner.report.words import law_title, plain_margin, plain_metric, plain_risk
 from tuner.text.markup import Markup, cells, element, join
 from tuner.text.numbers import MISSING, count, duration, estimate, fixed, significant
+from tuner.text.sentences import limit_text, listing
 from tuner.text.units import marked_up, plain
 
-HEAD = ["Quantity", "Default", "Tuned", "Change", "Verdict"]
+HEAD = ("Quantity", "Default", "Tuned", "Change", "Verdict")
 # A sign beside the word, for the quick eye; nothing is said by colour alone.
 SIGNS = {"better": "✓", "kept": "✓", "worse": "✗", "broken": "✗", "no clear difference": "≈"}
 # Margins told where a study asks for none, and the columns of margins.parquet that they are read from.
@@ -20,12 +22,12 @@ _LEVEL = re.compile(r"[a-z_]+(\d+(?:\.\d+)?)\(")
 _SHARE = re.compile(r"(?:the )?share (1 - )?`level`")
 
 
-def answer(results: Results) -> Markup:
+def answer(results: TuningFolder) -> Markup:
     """Return the opening sentences: what the recommended gains change, and on what evidence."""
     return join((_verdict_sentence(results), _margins_sentence(results), _evidence(results)), " ")
 
 
-def answer_table(results: Results) -> Markup:
+def answer_table(results: TuningFolder) -> Markup:
     """Return everything that was judged: objectives, limits on flights, and what is known without flying."""
     head = [name.replace("Tuned", results.shown_as.capitalize()) for name in HEAD]
     top = element("tr", join(element("th", name, scope="col") for name in head))
@@ -53,7 +55,7 @@ def risk_words(label: str, risk: str) -> str:
     return _SHARE.sub(lambda found: beyond if found[1] else f"{level[1]} %", risk)
 
 
-def definition_text(quantity: ComparedQuantity) -> str:
+def definition_text(quantity: ComparedRow) -> str:
     """Return what a quantity measures, and over which flights."""
     where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
     return f"{quantity.definition}; {risk_words(quantity.label, quantity.risk)}, {where}".replace("`", "")
@@ -64,7 +66,7 @@ def verdict(word: str) -> Markup:
     return element("span", f"{SIGNS.get(word, '')} {word}".strip(), class_=f"verdict {word.replace(' ', '-')}")
 
 
-def change(quantity: ComparedQuantity) -> tuple[str, str]:
+def change(quantity: ComparedRow) -> tuple[str, str]:
     """Return the difference and its interval as shares of the default's value, else as they are where there is no such share."""
     default, (value, low, high) = quantity.default.value, quantity.difference
     if not default or default < 0.0 or value is None or low is None or high is None:
@@ -75,8 +77,8 @@ def change(quantity: ComparedQuantity) -> tuple[str, str]:
     return f"{middle} %", f"[{bottom}, {top}]"
 
 
-def _verdict_sentence(results: Results) -> Markup:
-    point, why = results.tuned, results.summary["pick"]["why"].strip().rstrip(".")
+def _verdict_sentence(results: TuningFolder) -> Markup:
+    point, why = results.tuned, results.summary.pick.why.strip().rstrip(".")
     if not results.feasible:
         return join(
             (element("strong", "Nothing is recommended"), f"; {point} comes nearest and is shown. ", _limits(results))
@@ -93,7 +95,7 @@ def _verdict_sentence(results: Results) -> Markup:
     return join((against, unclear, ". " if told or even else "", _limits(results)))
 
 
-def _limits(results: Results) -> str:
+def _limits(results: TuningFolder) -> str:
     limited = [*results.constraints, *results.requirements]
     broken = [entry.label for entry in limited if entry.verdict == "broken"]
     if not limited:
@@ -101,7 +103,7 @@ def _limits(results: Results) -> str:
     return f"It breaks {listing(broken)}." if broken else "Every limit is kept."
 
 
-def _margins_sentence(results: Results) -> Markup:
+def _margins_sentence(results: TuningFolder) -> Markup:
     found = [(plain_margin(entry.label), entry.default.value, entry.tuned.value, _degrees(plain(entry.unit)))
              for entry in results.requirements] or _worst_margins(results)  # fmt: skip
     told = [f"{name} {significant(before, 3)} → {significant(after, 3)}{'' if unit == '°' else ' '}{unit}".rstrip()
@@ -112,12 +114,12 @@ def _margins_sentence(results: Results) -> Markup:
     return element("strong", f"{text[:1].upper()}{text[1:]}.")
 
 
-def _evidence(results: Results) -> str:
-    summary, controller = results.summary, results.resolved["controller"]
-    laws = listing([f"{law_title(controller[loop])} on {loop}" for loop in ("position", "attitude")])
+def _evidence(results: TuningFolder) -> str:
+    summary, controller = results.summary, results.resolved.controller
+    laws = f"{law_title(controller.position)} on position and {law_title(controller.attitude)} on attitude"
     return (
-        f"Values are from {count(summary['held_out'])} fresh scenarios with 95 % intervals, of {count(summary['flights'])} "
-        f"simulated flights in {duration(summary['wall_seconds'])}; {laws}."
+        f"Values are from {count(summary.held_out)} fresh scenarios with 95 % intervals, of {count(summary.flights)} "
+        f"simulated flights in {duration(summary.wall_seconds)}; {laws}."
     )
 
 
@@ -126,7 +128,7 @@ def _group(title: str, rows: Sequence[Sequence[str]], head: list[str]) -> Markup
     return element("tbody", first, *[element("tr", join(cells(head, row))) for row in rows])
 
 
-def _row(quantity: ComparedQuantity) -> list[str]:
+def _row(quantity: ComparedRow) -> list[str]:
     tip = definition_text(quantity)
     link = element("a", plain_metric(quantity.metric), href=f"#{metric_anchor(quantity.metric)}", data_tip=tip)
     return [
@@ -138,7 +140,7 @@ def _row(quantity: ComparedQuantity) -> list[str]:
     ]
 
 
-def _about(quantity: ComparedQuantity) -> Markup:
+def _about(quantity: ComparedRow) -> Markup:
     """Return risk, label and limit of a quantity in one short line."""
     parts = [plain_risk(quantity.label), element("code", quantity.label)]
     if quantity.limit is not None:
@@ -148,12 +150,12 @@ def _about(quantity: ComparedQuantity) -> Markup:
     return join((part for part in parts if part), ", ")
 
 
-def _change_cell(quantity: ComparedQuantity) -> Markup:
+def _change_cell(quantity: ComparedRow) -> Markup:
     value, ends = change(quantity)
     return element("span", element("strong", value, class_="number"), element("small", ends, class_="interval"))
 
 
-def _known_row(required: Required) -> list[str]:
+def _known_row(required: RequiredRow) -> list[str]:
     about = join((element("code", required.label), ", ", limit_text(required.limit, "", required.sense)))
     name = element("span", plain_margin(required.label), class_="term", tabindex="0", data_tip=required.quantity)
     return [
@@ -165,7 +167,7 @@ def _known_row(required: Required) -> list[str]:
     ]
 
 
-def _margin_rows(results: Results) -> list[list[str]]:
+def _margin_rows(results: TuningFolder) -> list[list[str]]:
     """Return margins before and after where the study itself asks for none."""
     if results.requirements:
         return []
@@ -176,7 +178,7 @@ def _margin_rows(results: Results) -> list[list[str]]:
     ]
 
 
-def _worst_margins(results: Results) -> list[tuple[str, float | None, float | None, str]]:
+def _worst_margins(results: TuningFolder) -> list[tuple[str, float | None, float | None, str]]:
     """Return margins of the worst loop as shown: name, default's and tuned's, unit; nothing where the folder holds none."""
     known = {
         point: [loop.values for loop in results.loops if loop.point == point] for point in (DEFAULT, results.tuned)

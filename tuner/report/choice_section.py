@@ -1,48 +1,48 @@
 """What the recommended point was chosen by: its values in the search and held out, how far they are apart."""
 
-from typing import Any
-
-from tuner.documents.results import Results
+from tuner.documents.parts import Estimate, row_in_degrees
+from tuner.documents.summary import PickedObjective
+from tuner.documents.tuning import TuningFolder
 from tuner.report.page import aid, folded, wide
-from tuner.report.prose import gap_words
+from tuner.report.words import gap_words
 from tuner.text.markup import Markup, element, table
 from tuner.text.numbers import estimate, significant
-from tuner.text.units import in_degrees, marked_up
+from tuner.text.units import marked_up
 
-HEAD = ["Objective", "Unit", "Search", "Held-out", "Held-out − search", "What it says"]
+HEAD = ("Objective", "Unit", "Search", "Held-out", "Held-out − search", "What it says")
 
 RULES = {"knee": "the bend of the front, where a little more of one objective begins to cost much of another. "}
 
 
-def choice_section(results: Results) -> Markup:
+def choice_section(results: TuningFolder) -> Markup:
     """Return why the point was chosen, with the values it was chosen by where the folder holds them."""
-    pick, picked = results.summary["pick"], results.summary.get("picked_on")
+    pick, picked = results.summary.pick, results.summary.picked_on
     if not results.feasible:
         return Markup()
-    why = f"Rule {pick['rule']}: {RULES.get(pick['rule'], '')}Of {results.tuned} it says: {pick['why'].strip().rstrip('.')}."
+    why = f"Rule {pick.rule}: {RULES.get(pick.rule, '')}Of {results.tuned} it says: {pick.why.strip().rstrip('.')}."
     if not picked:
         return aid(why)
     share = (
         f"{why} It was chosen by its held-out values, which flatters them a little; the table at the top rests on flights that "
-        f"had no part in the choice. On {significant(100.0 * picked['probability'], 3)} % of the resamples no other finalist is "
+        f"had no part in the choice. On {significant(100.0 * picked.probability, 3)} % of the resamples no other finalist is "
         "better in everything."
     )
-    rows = [[*_row(entry), gap_words(picked, entry["gap"])] for entry in picked["objectives"]]
+    rows = [[*_row(entry), gap_words(picked, entry.gap)] for entry in picked.objectives]
     return folded("How it was chosen", aid(share), wide(table(HEAD, rows, class_="stacked")))
 
 
-def _row(entry: dict[str, Any]) -> list[Markup]:
-    unit, factor = in_degrees(entry["unit"])
+def _row(stored: PickedObjective) -> list[Markup]:
+    entry = row_in_degrees(stored, "search", "held_out", "gap")
     return [
-        element("code", entry["label"]),
-        marked_up(unit),
-        element("span", significant(entry["search"] * factor), class_="number"),
-        _numbers(entry["held_out"], factor),
-        _numbers(entry["gap"], factor, signed=True),
+        element("code", entry.label),
+        marked_up(entry.unit),
+        element("span", significant(entry.search), class_="number"),
+        _numbers(entry.held_out),
+        _numbers(entry.gap, signed=True),
     ]
 
 
-def _numbers(entry: dict[str, float], factor: float, signed: bool = False) -> Markup:
-    value, interval = estimate(*[entry[key] * factor for key in ("value", "low", "high")], signed=signed)
+def _numbers(entry: Estimate, signed: bool = False) -> Markup:
+    value, interval = estimate(*entry.parts, signed=signed)
     number = element("span", value, class_="number")
     return element("span", number, element("small", interval, class_="interval"))

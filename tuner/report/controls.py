@@ -2,12 +2,12 @@
 
 import numpy as np
 
-from tuner.documents.results import DEFAULT, Results
+from tuner.documents.tuning import DEFAULT, TuningFolder
 from tuner.report.charts.front import LAYERS, layer_of
 from tuner.report.charts.look import LOST, Look, symbol
-from tuner.report.prose import counted
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import count
+from tuner.text.sentences import counted
 
 LOST_WORDS = "lost flights when held out"
 BEYOND = "at the edge: beyond the axes, that way"
@@ -15,7 +15,7 @@ HIDDEN = ("searched", "infeasible")
 """Layers that are not shown at first: what the search tried."""
 
 
-def layer_switches(results: Results) -> Markup:
+def layer_switches(results: TuningFolder) -> Markup:
     """Return a checkbox for each layer that has points, and one for the intervals."""
     sizes = layer_sizes(results)
     boxes = [
@@ -34,7 +34,7 @@ def layer_switches(results: Results) -> Markup:
     return element("fieldset", element("legend", "Show", class_="hidden"), *boxes, class_="controls", id="layers")
 
 
-def layer_sizes(results: Results) -> dict[str, int]:
+def layer_sizes(results: TuningFolder) -> dict[str, int]:
     """Return how many points each layer has."""
     front, tried = results.front, results.candidates
     flown = front.candidates[[role != DEFAULT for role in front.roles]]

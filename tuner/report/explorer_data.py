@@ -5,6 +5,7 @@
     held_out                           held-out flights of each point
     objectives, variables              dimensions of the explorer: label or name, unit, definition, range shown
     constraints, requirements          what is limited: label, unit, factor, limit as stored
+    columns                            numbers of every finalist that have a column: name, form, heading, meaning
     points                             default and finalists: values as stored, `factor` of their quantity makes shown units
     candidates                         what the search tried beside them: number, state, values, packed
     layers                             how the points look: label, marker and line of plotly.js
@@ -21,31 +22,34 @@ import numpy as np
 
 from objectives.margins.quantities import QUANTITIES
 from objectives.scales import DECIBEL
-from tuner.documents.loading_finalists import LOOP_MARGINS
-from tuner.documents.results import ComparedQuantity, Loop, Required, Results, SearchedVariable
+from tuner.documents.finalists import FINALIST_COLUMNS
+from tuner.documents.parts import is_level
+from tuner.documents.summary import ComparedRow, RequiredRow, VariableRow
+from tuner.documents.tuning import LOOP_MARGINS, Loop, TuningFolder
 from tuner.report.answer_section import definition_text
 from tuner.report.charts.front import LAYERS, shown_range
 from tuner.report.charts.web import Arrays, finite, line_of, marker_of, packed, singles
 from tuner.report.tuning_charts import kept_points
-from tuner.text.units import plain
+from tuner.text.units import in_degrees, plain
 
 # Candidates kept at most; beyond, they are thinned evenly.
 MOST_CANDIDATES = 6000
 INFEASIBLE, SEARCHED, START = 0, 1, 2
 
 
-def explorer_data(results: Results, charts: dict[str, Any], arrays: Arrays) -> dict[str, Any]:
+def explorer_data(results: TuningFolder, charts: dict[str, Any], arrays: Arrays) -> dict[str, Any]:
     """Return the document; no number in it is NaN or infinite."""
     return {
         "tuned": results.tuned,
         "called": results.called,
         "gains_file": results.gains_text,
-        "gains_name": results.gains_name,
-        "held_out": results.summary["held_out"],
+        "gains_name": results.summary.gains_file,
+        "held_out": results.summary.held_out,
         "objectives": [_objective(results, i) for i in range(len(results.objectives))],
         "variables": [_variable(entry, results.addresses[entry.name]) for entry in results.variables],
-        "constraints": [_limited(entry, entry.limit) for entry in results.constraints],
-        "requirements": [_required(entry) for entry in results.requirements],
+        "constraints": [_limited(entry) for entry in results.summary.compared if entry.kind == "constraint"],
+        "requirements": [_required(entry) for entry in results.summary.required],
+        "columns": [entry.about for entry in FINALIST_COLUMNS if entry.heading],
         "points": [_point(results, row) for row in range(len(results.front.points))],
         "candidates": _candidates(results),
         "layers": _layers(results),
@@ -56,29 +60,37 @@ def explorer_data(results: Results, charts: dict[str, Any], arrays: Arrays) -> d
     }
 
 
-def _objective(results: Results, i: int) -> dict[str, Any]:
-    entry, shown = results.objectives[i], shown_range(results.front, i)
-    return {**_limited(entry, None), "low": shown.low, "high": shown.high, "log": shown.log}
+def _objective(results: TuningFolder, i: int) -> dict[str, Any]:
+    entry = [row for row in results.summary.compared if row.kind == "objective"][i]
+    shown = shown_range(results.front, i)
+    return {**_limited(entry), "low": shown.low, "high": shown.high, "log": shown.log}
 
 
-def _limited(entry: ComparedQuantity, limit: float | None) -> dict[str, Any]:
+def _limited(stored: ComparedRow) -> dict[str, Any]:
+    unit, factor = in_degrees(stored.unit)
     return {
-        "label": entry.label,
-        "definition": definition_text(entry),
-        "unit": plain(entry.unit),
-        "factor": entry.factor,
-        "limit": None if limit is None else limit / entry.factor,
+        "label": stored.label,
+        "definition": definition_text(stored),
+        "unit": plain(unit),
+        "factor": factor,
+        "limit": stored.limit,
     }
 
 
-def _required(entry: Required) -> dict[str, Any]:
-    factor = entry.factor
-    about = {"label": entry.label, "definition": entry.quantity, "unit": plain(entry.unit), "factor": factor}
-    limit = DECIBEL.si(entry.limit) if entry.decibel else entry.limit / factor
-    return {**about, "decibel": entry.decibel, "limit": limit, "sense": entry.sense}
+def _required(stored: RequiredRow) -> dict[str, Any]:
+    decibel, (unit, factor) = is_level(stored), in_degrees(stored.unit)
+    return {
+        "label": stored.label,
+        "definition": stored.quantity,
+        "unit": DECIBEL.unit if decibel else plain(unit),
+        "factor": factor,
+        "decibel": decibel,
+        "limit": stored.limit,
+        "sense": stored.sense,
+    }
 
 
-def _variable(entry: SearchedVariable, addresses: list[str]) -> dict[str, Any]:
+def _variable(entry: VariableRow, addresses: list[str]) -> dict[str, Any]:
     return {
         "name": entry.name,
         "meaning": entry.meaning,
@@ -93,17 +105,14 @@ def _variable(entry: SearchedVariable, addresses: list[str]) -> dict[str, Any]:
     }
 
 
-def _point(results: Results, row: int) -> dict[str, Any]:
+def _point(results: TuningFolder, row: int) -> dict[str, Any]:
     front = results.front
-    probability = None if front.probability is None else front.probability[[row]]
     limited = {name: results.limited.get((front.points[row], name)) for name in (c.label for c in results.constraints)}
     return {
         "name": front.points[row],
         "role": front.roles[row],
         "front": bool(front.non_dominated[row]),
-        "feasible": bool(front.feasible[row]),
-        "lost": int(front.lost[row]),
-        "probability": None if probability is None else finite(probability)[0],
+        **{entry.name: entry.cell(front.columns, row) for entry in FINALIST_COLUMNS},
         "gains": finite(front.gains[row]),
         **{name: finite(values[row]) for name, values in front.stored.items()},
         "requirements": finite(front.requirements[row]),
@@ -111,14 +120,13 @@ def _point(results: Results, row: int) -> dict[str, Any]:
     }
 
 
-def _candidates(results: Results) -> dict[str, Any]:
+def _candidates(results: TuningFolder) -> dict[str, Any]:
     tried, front = results.candidates, results.front
     flown = front.candidates[[role != "default" for role in front.roles]]
     rows = thinned(np.flatnonzero(~(tried.feasible & np.isin(tried.number, flown))), MOST_CANDIDATES)
     state = np.where(tried.feasible[rows], SEARCHED, INFEASIBLE)
     state[tried.number[rows] == results.start] = START
-    factors = np.array([entry.factor for entry in results.objectives])
-    values = np.concatenate([tried.values[rows] / factors, tried.gains[rows]], axis=1)
+    values = np.concatenate([tried.values[rows] / results.factors, tried.gains[rows]], axis=1)
     return {
         "count": len(rows),
         "start": bool((state == START).any()),
@@ -135,7 +143,7 @@ def thinned(rows: np.ndarray, most: int) -> np.ndarray:
     return rows[np.linspace(0, len(rows) - 1, most).round().astype(int)]
 
 
-def _layers(results: Results) -> dict[str, Any]:
+def _layers(results: TuningFolder) -> dict[str, Any]:
     return {
         key: {
             "label": results.called if key == "tuned" else label,
@@ -146,7 +154,7 @@ def _layers(results: Results) -> dict[str, Any]:
     }
 
 
-def _margins(results: Results) -> dict[str, Any] | None:
+def _margins(results: TuningFolder) -> dict[str, Any] | None:
     if not results.loops:
         return None
     points: dict[str, list[dict[str, Any]]] = {}
@@ -166,7 +174,7 @@ def _quantity(name: str) -> dict[str, Any]:
     return {"name": name, "label": entry.label, **about}
 
 
-def channels(results: Results) -> list[str]:
+def channels(results: TuningFolder) -> list[str]:
     """Return the names of the loops that the folder holds."""
     return list(dict.fromkeys(loop.channel for loop in results.loops))
 
@@ -176,7 +184,7 @@ def _loop(loop: Loop) -> dict[str, Any]:
     return {"channel": loop.channel, "stable": loop.stable, "case": loop.case, "values": values}
 
 
-def _responses(results: Results) -> dict[str, Any] | None:
+def _responses(results: TuningFolder) -> dict[str, Any] | None:
     if not results.fans:
         return None
     points = kept_points(results)

@@ -1,10 +1,13 @@
 """The trade-off: controls, linked views and the table of finalists. Scripts draw them from the data of the page."""
 
-from tuner.documents.results import Results
+from tuner.documents.tuning import TuningFolder
+from tuner.report.charts.front import front_panels
+from tuner.report.charts.sketch import sketch
 from tuner.report.page import aid
 from tuner.text.markup import Markup, element, join
 from tuner.text.units import bracketed, plain
 
+NOTHING = Markup()
 WALK = "Arrow keys walk along the finalists, Escape lets go of the selection."
 AID = (
     "Every view shows the same points: what is selected in one, by drawing a box or with the sliders, is selected in all, in "
@@ -12,7 +15,7 @@ AID = (
 )
 
 
-def explorer_section(results: Results) -> Markup:
+def explorer_section(results: TuningFolder) -> Markup:
     """Return the section without its heading."""
     count = len(results.objectives)
     views = []
@@ -41,23 +44,24 @@ def explorer_section(results: Results) -> Markup:
     )
 
 
-def view_box(name: str, title: str, text: str, keys: str) -> Markup:
-    """Return the frame of a view that keys reach; keys: what they do."""
+def view_box(name: str, title: str, text: str, keys: str, still: Markup = NOTHING) -> Markup:
+    """Return the frame of a view that keys reach; keys: what they do; still: what is seen until the view is drawn."""
     drawn = element(
-        "div", id=name, class_=f"view {name}", tabindex="0", role="application", aria_roledescription="chart",
+        "div", still, id=name, class_=f"view {name}", tabindex="0", role="application", aria_roledescription="chart",
         aria_label=f"{title}. {text} {keys}",
     )  # fmt: skip
     caption = element("figcaption", title, element("small", text, class_="reading"))
     return element("figure", caption, element("div", drawn, class_="scroller"), class_=f"{name}-figure")
 
 
-def plane() -> Markup:
-    """Return the frame of the trade-off in two dimensions."""
+def plane(results: TuningFolder) -> Markup:
+    """Return the frame of the trade-off in two dimensions, with a still drawing of the first two objectives."""
     text = "Down and to the left is better; bars: 95 % intervals. Click to pick, draw a box to select."
-    return view_box("plane", "Trade-off", text, WALK)
+    still = sketch(front_panels(results)[0]) if len(results.objectives) > 1 else NOTHING
+    return view_box("plane", "Trade-off", text, WALK, still)
 
 
-def axis_choices(results: Results) -> Markup:
+def axis_choices(results: TuningFolder) -> Markup:
     """Return the choice of both axes of the plane, among objectives and gains."""
     groups = [
         ("Objectives", [bracketed(entry.label, entry.unit) for entry in results.objectives]),

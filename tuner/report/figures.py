@@ -7,17 +7,15 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 import numpy as np
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from plant.errors import InputError
-from tuner.documents.loading import load
-from tuner.documents.results import DEFAULT, TUNED, Fan, Results
+from tuner.documents.tables import Fan
+from tuner.documents.tuning import DEFAULT, TUNED, TuningFolder
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Mark, Panel
 from tuner.report.charts.front import front_panels
 from tuner.report.charts.look import role_look
-from tuner.report.charts.paper import DPI, WIDTH, figure_of, printed, style
+from tuner.report.charts.paper import DPI, WIDTH, Figure, figure_of, printed, style
 from tuner.report.charts.progress import progress_panels
 from tuner.store.folder import put
 from tuner.text.units import in_degrees
@@ -36,7 +34,7 @@ def write_all(folder: Path) -> list[Path]:
 
 def draw_all(folder: Path) -> dict[str, bytes]:
     """Return every figure that the folder has data for, by its name in the folder."""
-    results = load(folder)
+    results = TuningFolder(folder)
     with style():
         drawn = {"front": front_figure(results), "progress": progress_figure(results)}
         for name, scenario in zip(response_names(results.scenarios), results.scenarios, strict=True):
@@ -59,7 +57,7 @@ def response_names(scenarios: list[str]) -> list[str]:
     return names
 
 
-def front_figure(results: Results) -> Figure:
+def front_figure(results: TuningFolder) -> Figure:
     """Return the front with a panel for each pair of objectives; of one objective, the points in order."""
     panels = front_panels(results)
     if len(panels) == 1:
@@ -68,20 +66,17 @@ def front_figure(results: Results) -> Figure:
     return figure_of(panels, min(len(panels), 3), 2.4)
 
 
-def progress_figure(results: Results) -> Figure:
+def progress_figure(results: TuningFolder) -> Figure:
     """Return hypervolume and share of feasible candidates by generation, side by side."""
     volume, feasible = progress_panels(results.history)[:2]
     panels = [
         replace(volume, y=Axis("hypervolume [share of box]")),
         replace(feasible, y=feasible.y._replace(title="feasible candidates [%]")),
     ]
-    figure = figure_of(panels, 2, 2.2, legend=False)
-    for ax in figure.axes:
-        ax.xaxis.set_major_locator(MaxNLocator(nbins=6, integer=True))
-    return figure
+    return figure_of(panels, 2, 2.2, legend=False)
 
 
-def response_figure(results: Results, scenario: str) -> Figure:
+def response_figure(results: TuningFolder, scenario: str) -> Figure:
     """Return the responses in a scenario, tuned over default, a panel for each axis and one for rotor 1."""
     known = [
         fan for fan in results.fans if fan.scenario == scenario and results.front.role(fan.point) in (DEFAULT, TUNED)
@@ -107,9 +102,7 @@ def write_responses(responses: "Responses", scenario: str, file: Path) -> None:
 def flown_figure(responses: "Responses", scenario: str) -> Figure:
     """Return the fans of one controller, a panel for each axis and one for rotor 1."""
     names = {TUNED: f"{len(responses.actual)} flights"}
-    figure = figure_of(_panels(fans_of(responses, scenario), names, {}), COLUMNS, ROW)
-    figure.suptitle(scenario)
-    return figure
+    return figure_of(_panels(fans_of(responses, scenario), names, {}), COLUMNS, ROW, note=f"scenario {scenario}")
 
 
 def fans_of(responses: "Responses", scenario: str) -> list[Fan]:

@@ -1,12 +1,13 @@
 """The tuned gains: a table with their place in the search range, and the same numbers to copy."""
 
-from tuner.documents.results import Results, SearchedVariable
-from tuner.report.charts.strip import Scale, placed
+from tuner.documents.summary import VariableRow
+from tuner.documents.tuning import TuningFolder
+from tuner.report.charts.strip import StripScale, placed
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, significant
 from tuner.text.units import marked_up
 
-HEAD = ["Gain", "Symbol", "Unit", "Default", "Tuned", "Place in the search range"]
+HEAD = ("Gain", "Symbol", "Unit", "Default", "Tuned", "Place in the search range")
 # Within this share of the range from an end, the search may have wanted to go on.
 EDGE = 0.02
 # Width of the drawing of a place [px].
@@ -14,7 +15,7 @@ WIDTH = 160.0
 _GREEK = {"lambda": "λ", "delta": "δ", "zeta": "ζ", "omega": "ω", "alpha": "α", "beta": "β", "gamma": "γ"}
 
 
-def gains_table(results: Results) -> Markup:
+def gains_table(results: TuningFolder) -> Markup:
     """Return the table of searched gains, a row a decision variable."""
     head = [name.replace("Tuned", results.shown_as.capitalize()) for name in HEAD]
     return table(head, [_row(variable) for variable in results.variables], class_="gains stacked")
@@ -30,14 +31,14 @@ def symbol(text: str) -> Markup:
     return element("i", head, element("sub", tail) if tail else "")
 
 
-def study_lines(results: Results) -> str:
+def study_lines(results: TuningFolder) -> str:
     """Return the tuned gains as lines for the [gains] table of a study file."""
     return "\n".join(["[gains]", *[f'"{entry.name}" = {entry.tuned!r}' for entry in results.variables]])
 
 
-def _row(variable: SearchedVariable) -> list[str]:
+def _row(variable: VariableRow) -> list[str]:
     ends = [significant(variable.low), variable.scale, significant(variable.high)]
-    shown = Scale(variable.low, variable.high, variable.scale == "log", WIDTH)
+    shown = StripScale(variable.low, variable.high, variable.scale == "log", WIDTH)
     scale = element("span", *[element("span", text) for text in ends], class_="ends")
     return [
         join((element("code", variable.name), element("small", variable.meaning))),
@@ -55,7 +56,7 @@ def _row(variable: SearchedVariable) -> list[str]:
     ]
 
 
-def _remark(variable: SearchedVariable, shown: Scale) -> str:
+def _remark(variable: VariableRow, shown: StripScale) -> str:
     place = shown.share(variable.tuned)
     if EDGE < place < 1.0 - EDGE:
         return ""

@@ -1,97 +1,81 @@
 """The figure of an inference: our flights over each published cell, and how well each unknown is told."""
 
-import json
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any
 
-from matplotlib.axes import Axes
-from matplotlib.figure import Figure
+import numpy as np
 
-from plant.input_files import read_input_text
-from tuner.report.charts.look import DEFAULT, INKS, TUNED
-from tuner.report.charts.paper import grid, legend_above, save, style
+from objectives.decisions import Variable
+from tuner.documents.inference_document import CellRow, InferenceDocument, UnknownRow
+from tuner.report.charts.chart import Axis, Mark, Panel, Points, Rule, row_axis, segments, span_of, value_axis
+from tuner.report.charts.look import DEFAULT, FRONT, TUNED, Look
+from tuner.report.charts.paper import Figure, figure_of, save, style
 from tuner.study.inference import LEAST_RATIO
 from tuner.text.numbers import significant
 
-Document = dict[str, Any]
-# Height of a line of the left panel and of what surrounds the panels [in].
+# Height of a row of cells, rows of which an unknown takes two, and what surrounds the panels [in].
 LINE, AROUND = 0.19, 0.9
-ROLES = (("default", "default", 0.2), ("tuned", "inferred", -0.2))
-"""Look, name and offset of the two settings."""
+EXACT = Look("ink", width=1.4)
+# Spans above this factor are drawn on a logarithmic axis: ratios always are.
+LOG_FACTOR = 1.0
 
 
 def write_inference_figures(folder: Path) -> list[Path]:
     """Write figures/inference.png and .pdf of a results folder."""
-    document = json.loads(read_input_text(folder / "inference.json"))
     with style():
-        return save(inference_figure(document), folder, "figures/inference")
+        figure = inference_figure(InferenceDocument.read(folder / "inference.json"))
+        return save(figure, folder, "figures/inference")
 
 
-def inference_figure(document: Document) -> Figure:
+def inference_figure(document: InferenceDocument) -> Figure:
     """Return cells at the left, unknowns at the right."""
-    lines = max(len(document["cells"]), 2 * len(document["unknowns"]))
-    figure, (cells, unknowns) = grid(2, 2, AROUND + LINE * lines)
-    draw_cells(cells, document)
-    draw_unknowns(unknowns, document)
-    legend_above(figure, cells)
-    return figure
+    lines = max(len(document.cells), 2 * len(document.unknowns))
+    panels = [cells_panel(document.cells), unknowns_panel(document.unknowns, document.settings.near)]
+    return figure_of(panels, 2, AROUND + LINE * lines)
 
 
-def draw_cells(ax: Axes, document: Document) -> None:
-    """Draw central 95 % and 68 % and median of ours over published, default above inferred; bold: never inside."""
-    rows = document["cells"]
-    for look, name, offset in ROLES:
-        colour = INKS[look]
-        for i, row in enumerate(rows):
-            ours, y = row["ours" if name == "inferred" else "default"], i - offset
-            first = i == 0
-            for low, high, width in (("low95", "high95", 0.8), ("low68", "high68", 2.6)):
-                ends = [max(ours[key] / row["published"], LEAST_RATIO) for key in (low, high)]
-                ax.plot(ends, [y, y], color=colour, linewidth=width, solid_capstyle="butt")
-            middle = max(ours["median"] / row["published"], LEAST_RATIO)
-            label = f"{name}: median, 68 and 95 % of flights" if first else None
-            ax.plot(
-                middle, y, (DEFAULT if look == "default" else TUNED).marker, color=colour, markersize=3.5, label=label
-            )
-    ax.axvline(1.0, color=INKS["ink"], linewidth=0.9)
-    ax.set_xscale("log")
-    ax.set_yticks(range(len(rows)), [f"{row['contender']}  {row['metric']}" for row in rows])
-    for text, row in zip(ax.get_yticklabels(), rows, strict=True):
-        text.set_fontweight("normal" if row["reproducible"] else "bold")
-    ax.set_ylim(len(rows) - 0.4, -0.6)
-    ax.set_xlabel(f"ours / published, from {LEAST_RATIO:g} on\n(bold: under no setting inside)")
+def cells_panel(cells: Sequence[CellRow]) -> Panel:
+    """Return median, central 68 % and 95 % of ours over published, default above inferred; a star: under no setting inside."""
+    marks: list[Mark] = [Rule(look=EXACT, axis="x", value=1.0)]
+    known = []
+    for look, name, offset in ((DEFAULT, "default", 0.2), (TUNED, "inferred", -0.2)):
+        rows = [cell.ours if name == "inferred" else cell.default for cell in cells]
+        numbers = np.array([[row.low95, row.low68, row.median, row.high68, row.high95] for row in rows])
+        ratios = np.maximum(numbers / np.array([[cell.published] for cell in cells]), LEAST_RATIO)
+        low95, low68, median, high68, high95 = ratios.T
+        y, solid = offset - np.arange(len(cells)), look._replace(dash=(), width=4.0)
+        words = f"{name}: median, 68 and 95 % of flights"
+        marks.append(segments(low68, high68, y, solid))
+        marks.append(Points(name=words, look=look, x=median, y=y, x_ends=(low95, high95)))
+        known.append(ratios)
+    x = value_axis(
+        f"ours / published, from {LEAST_RATIO:g} on\n(*: under no setting inside)", "", span_of(known, LOG_FACTOR)
+    )
+    names = [f"{cell.contender}  {cell.metric}{'' if cell.reproducible else ' *'}" for cell in cells]
+    return Panel("", "", x, row_axis(names), marks, rows=True)
 
 
-def draw_unknowns(ax: Axes, document: Document) -> None:
-    """Draw for each unknown, on the range searched, what fits as well and what a table of one draw leaves open."""
-    rows = document["unknowns"]
-    for i, row in enumerate(rows):
-        near, again = (
-            [_unit(row, row[key]) for key in keys] for keys in (("near_low", "near_high"), ("low68", "high68"))
-        )
-        ax.plot(near, [i - 0.12] * 2, color=INKS["tuned"], linewidth=2.6, solid_capstyle="butt")
-        ax.plot(again, [i + 0.12] * 2, color=INKS["front"], linewidth=2.6, solid_capstyle="butt")
-        for look, key in (("default", "default"), ("tuned", "inferred")):
-            ax.plot(
-                _unit(row, row[key]),
-                i,
-                (DEFAULT if look == "default" else TUNED).marker,
-                color=INKS[look],
-                markersize=4,
-                zorder=4,
-            )
-        ends = f"{significant(row['low'], 3)}–{significant(row['high'], 3)} {row['unit']}, {row['scale']}"
-        ax.text(0.0, i - 0.3, f"{row['name']}: {significant(row['inferred'], 3)}  ({ends})", fontsize=7, va="bottom")
-    ax.set_xlim(-0.03, 1.03)
-    ax.set_ylim(len(rows) - 0.5, -0.8)
-    ax.set_yticks([])
-    ax.set_xticks([0.0, 1.0], ["low", "high"])
-    near = f"{100 * document['settings']['near']:g} %"
-    ax.set_xlabel(f"range searched. Blue: within {near} of the least\nmisfit. Green: what one draw leaves open (68 %)")
+def unknowns_panel(unknowns: Sequence[UnknownRow], near: float) -> Panel:
+    """Return for each unknown, on the range searched, what fits as well and what a table of one draw leaves open."""
+    y = -np.arange(float(len(unknowns)))
+    marks: list[Mark] = []
+    for look, offset, ends in ((TUNED, 0.12, ("near_low", "near_high")), (FRONT, -0.12, ("low68", "high68"))):
+        low, high = (np.array([_unit(row, getattr(row, end)) for row in unknowns]) for end in ends)
+        marks.append(segments(low, high, y + offset, look._replace(width=4.0)))
+    for look, key in ((DEFAULT, "default"), (TUNED, "inferred")):
+        marks.append(Points(look=look, x=np.array([_unit(row, getattr(row, key)) for row in unknowns]), y=y))
+    title = (
+        f"range searched. Blue: within {100 * near:g} % of the least\nmisfit. Green: what one draw leaves open (68 %)"
+    )
+    ranges = [f"{significant(row.low, 3)}–{significant(row.high, 3)} {row.unit}, {row.scale}" for row in unknowns]
+    names = [
+        f"{row.name}: {significant(row.inferred, 3)}\n({searched})"
+        for row, searched in zip(unknowns, ranges, strict=True)
+    ]
+    x = Axis(title, -0.03, 1.03, ticks=((0.0, "low"), (1.0, "high")))
+    return Panel("", "", x, row_axis(names), marks, rows=True)
 
 
-def _unit(row: Document, value: float) -> float:
+def _unit(row: UnknownRow, value: float) -> float:
     """Return where a value stands in the range of its unknown, 0 to 1 on its scale."""
-    from objectives.decisions import Variable
-
-    return Variable(row["name"], (), row["low"], row["high"], row["scale"]).unit(value)
+    return Variable(row.name, (), row.low, row.high, row.scale).unit(value)

@@ -88,9 +88,10 @@ def in_script(content: Mapping[str, Any]) -> str:
 
 
 def page_section(section: Section) -> Markup:
-    """Return a section of a page under its heading."""
-    head = element("h2", section.title, id=f"{section.key}-title")
-    return element("section", head, section.content, id=section.key, aria_labelledby=f"{section.key}-title")
+    """Return a section of a page, which its heading folds away."""
+    head = element("summary", element("h2", section.title, id=f"{section.key}-title"))
+    content = element("details", head, section.content, class_="fold", open=True)
+    return element("section", content, id=section.key, aria_labelledby=f"{section.key}-title")
 
 
 def warnings_aside(warnings: Sequence[str]) -> Markup:

@@ -2,7 +2,7 @@
 
 from collections.abc import Sequence
 
-from tuner.documents.results import Results
+from tuner.documents.tuning import TuningFolder
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.look import DEFAULT, REFERENCE, TUNED, WORST, sample
 from tuner.report.charts.web import grid
@@ -29,7 +29,7 @@ LOOPS_AID = (
 METRICS_AID = "On held-out flights, by which points are chosen; the table at the top rests on fresh ones."
 
 
-def point_section(results: Results, responses: Sequence[Panel], loops: Sequence[Panel]) -> Markup:
+def point_section(results: TuningFolder, responses: Sequence[Panel], loops: Sequence[Panel]) -> Markup:
     """Return the section without its heading."""
     metrics = folded(
         "Its numbers on held-out flights", aid(METRICS_AID), wide(Markup(), id="point-metrics"), id="point-numbers"
@@ -62,10 +62,10 @@ def _choice() -> Markup:
     return element("div", *parts, class_="controls")
 
 
-def _copies(results: Results) -> list[Markup]:
+def _copies(results: TuningFolder) -> list[Markup]:
     texts = (
         (f"{results.tuned} for the study file", "copy-study", study_lines(results)),
-        (f"All gains of {results.tuned} ({results.gains_name})", "copy-all", results.gains_text),
+        (f"All gains of {results.tuned} ({results.summary.gains_file})", "copy-all", results.gains_text),
     )
     return [
         folded(
@@ -75,7 +75,7 @@ def _copies(results: Results) -> list[Markup]:
     ]
 
 
-def _behind(results: Results) -> list[Markup]:
+def _behind(results: TuningFolder) -> list[Markup]:
     """Return the switch for the default behind what is drawn, and the key of all lines, once for responses and loops."""
     if not (results.fans or results.loops) or "default" not in results.front.roles:
         return []
@@ -86,7 +86,7 @@ def _behind(results: Results) -> list[Markup]:
     return [element("div", switch, *shown, class_="controls lines-key")]
 
 
-def _responses(results: Results, panels: Sequence[Panel]) -> list[Markup]:
+def _responses(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
     if not panels:
         text = "This folder holds no recorded responses (responses.parquet is missing or empty)."
         return [element("p", text, class_="note")]
@@ -102,7 +102,7 @@ def _responses(results: Results, panels: Sequence[Panel]) -> list[Markup]:
     ]
 
 
-def _loops(results: Results, panels: Sequence[Panel]) -> list[Markup]:
+def _loops(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
     if not panels:
         text = (
             "This folder holds no margins of its finalists (margins.parquet is missing); tuner margins works them out."

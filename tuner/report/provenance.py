@@ -3,10 +3,11 @@
 import shlex
 from math import degrees
 
-from tuner.documents.results import Results
+from tuner.documents.resolved import ResolvedSearch
+from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import metric_anchor
 from tuner.report.page import folded, folded_text, wide
-from tuner.report.prose import law_title
+from tuner.report.words import law_title
 from tuner.store.environment import Environment
 from tuner.study.processor_cost.words import told
 from tuner.text.markup import Markup, coded, described, element, join, table
@@ -14,7 +15,7 @@ from tuner.text.numbers import MISSING, count, duration, significant
 from tuner.text.units import marked_up
 
 # Keys of the environment that are told in words; the rest are versions of packages.
-TOLD = ("platform", "cpu", "simd", "threads", "started", "command", "commit")
+TOLD = ("platform", "cpu", "simd", "threads", "started", "command", "commit", "resumed")
 AIR = (
     ("Specification", "spec", ""),
     ("Intensity", "intensity", ""),
@@ -51,7 +52,7 @@ WORDS = (
 )
 
 
-def provenance_section(results: Results) -> Markup:
+def provenance_section(results: TuningFolder) -> Markup:
     """Return the section without its heading."""
     return join(
         (
@@ -68,46 +69,56 @@ def provenance_section(results: Results) -> Markup:
     )
 
 
-def run_facts(results: Results) -> Markup:
+def run_facts(results: TuningFolder) -> Markup:
     """Return study, seed, machine, command and versions."""
-    resolved, environment = results.resolved, results.environment
-    controller, search = resolved["controller"], resolved["search"]
-    versions = ", ".join(f"{name} {value}" for name, value in environment.items() if name not in TOLD and value)
+    resolved, environment, summary = results.resolved, results.environment, results.summary
+    controller, period = resolved.controller, resolved.controller.control_period
+    command, *about = environment_facts(environment)
     facts = [
-        ("Study", join((results.summary["study"], " (digest ", element("code", resolved.get("digest", MISSING)), ")"))),
-        ("Seed", str(resolved["seed"])),
-        ("Airframe", f"{resolved['airframe'].get('title') or resolved['airframe']['name']}"),
-        ("Position law", law_title(controller["position"])),
-        ("Attitude law", law_title(controller["attitude"])),
-        ("Control period", _with_unit(controller.get("control_period"), "s")),
-        ("Control step", _control_step(controller)),
-        ("Search", _search(search)),
-        ("Pick rule", results.summary["pick"]["rule"]),
-        ("Flights", f"{count(results.summary['flights'])} in {duration(results.summary['wall_seconds'])}"),
-        ("Command", element("code", str(environment.get("command", MISSING)))),
+        ("Study", join((summary.study, " (digest ", element("code", resolved.digest or MISSING), ")"))),
+        ("Seed", str(resolved.seed)),
+        ("Airframe", resolved.airframe.title or resolved.airframe.name),
+        ("Position law", law_title(controller.position)),
+        ("Attitude law", law_title(controller.attitude)),
+        ("Control period", MISSING if period is None else f"{significant(period)} s"),
+        ("Control step", (period and told(controller.position, controller.attitude, period)) or MISSING),
+        ("Search", _search(resolved.search)),
+        ("Pick rule", summary.pick.rule),
+        ("Flights", f"{count(summary.flights)} in {duration(summary.wall_seconds)}"),
+        command,
         ("To reproduce it", _reproduced(results)),
-        ("Started", str(environment.get("started", MISSING))),
-        ("Machine", _machine(environment)),
-        ("Versions", versions),
+        *about,
     ]
-    if environment.get("commit"):
-        facts.append(("Commit", element("code", str(environment["commit"]))))
     return described(facts, class_="facts columns")
 
 
-def air_table(results: Results) -> Markup:
+def environment_facts(environment: Environment) -> list[tuple[str, str]]:
+    """Return command, time, machine, versions and commit of a run, from environment.json."""
+    known = environment.content()
+    versions = ", ".join(f"{name} {value}" for name, value in known.items() if name not in TOLD and value)
+    told = [
+        ("Command", element("code", environment.command or MISSING)),
+        ("Started", environment.started or MISSING),
+        ("Machine", _machine(environment)),
+        ("Versions", versions or MISSING),
+    ]
+    return [*told, ("Commit", element("code", environment.commit))] if environment.commit else told
+
+
+def air_table(results: TuningFolder) -> Markup:
     """Return the air of each scenario: airspeed, scale lengths, intensities, time constants, and trim in its mean wind."""
     rows = []
-    for found in results.summary["air"]:
-        entry = {**found, "trim_tilt": degrees(found["trim_tilt"])} if "trim_tilt" in found else found
-        axes = [" / ".join(significant(entry.get(f"{name}_{axis}"), 3) for axis in AXES) for name in TRIPLES]
-        rows.append([str(entry["scenario"]), *[_cell(entry.get(key)) for _, key, _ in AIR], *axes])
+    for stored in results.summary.air:
+        tilt = None if stored.trim_tilt is None else degrees(stored.trim_tilt)
+        entry = stored.model_copy(update={"trim_tilt": tilt})
+        axes = [" / ".join(significant(getattr(entry, f"{name}_{axis}"), 3) for axis in AXES) for name in TRIPLES]
+        rows.append([entry.scenario, *[_cell(getattr(entry, key)) for _, key, _ in AIR], *axes])
     head = ["Scenario", *[f"{name} [{unit}]" if unit else name for name, _, unit in AIR]]
-    head += ["Lengths u / v / w [m]", "σ u / v / w [m/s]", "τ u / v / w [s]"]
+    head += ("Lengths u / v / w [m]", "σ u / v / w [m/s]", "τ u / v / w [s]")
     return table(head, rows, class_="air stacked")
 
 
-def definitions(results: Results) -> Markup:
+def definitions(results: TuningFolder) -> Markup:
     """Return what each metric measures and what the words of the report mean."""
     metrics = {entry.metric: entry for entry in results.quantities}
     listed = join(
@@ -123,7 +134,7 @@ def definitions(results: Results) -> Markup:
     return element("dl", listed, words, class_="facts")
 
 
-def resolved_text(results: Results) -> str:
+def resolved_text(results: TuningFolder) -> str:
     """Return every value of the study, defaults included, as JSON."""
     return results.resolved.text().rstrip()
 
@@ -132,35 +143,24 @@ def _in_unit(unit: str) -> Markup:
     return join((" [", marked_up(unit), "]")) if unit else Markup()
 
 
-def _control_step(controller: dict[str, object]) -> str:
-    period, laws = controller.get("control_period"), [str(controller[loop]) for loop in ("position", "attitude")]
-    return told(laws[0], laws[1], period) or MISSING if isinstance(period, (int, float)) else MISSING
-
-
-def _search(search: dict[str, object]) -> str:
-    size = [f"{search[key]} {noun}" for key, noun in (("generations", "generations"), ("population", "candidates each"))
-            if key in search]  # fmt: skip
-    return ", ".join([str(search["algorithm"]), " of ".join(size)]) if size else str(search["algorithm"])
+def _search(search: ResolvedSearch) -> str:
+    sizes = (search.generations, "generations"), (search.population, "candidates each")
+    size = [f"{number} {noun}" for number, noun in sizes if number is not None]
+    return ", ".join([search.algorithm, " of ".join(size)]) if size else search.algorithm
 
 
 def _machine(environment: Environment) -> str:
-    names = [str(environment[key]) for key in ("cpu", "simd", "platform") if environment.get(key)]
-    if environment.get("threads"):
-        names.insert(1, f"{environment['threads']} threads")
-    return ", ".join(names) or MISSING
+    threads = f"{environment.threads} threads" if environment.threads else None
+    return ", ".join(filter(None, [environment.cpu, threads, environment.simd, environment.platform])) or MISSING
 
 
-def _reproduced(results: Results) -> Markup:
+def _reproduced(results: TuningFolder) -> Markup:
     """Return the commands that check this folder and that fly it once more."""
     name = shlex.quote(results.folder.name or ".")
     again, check = f"tuner run {name}/study.toml --out again", f"tuner verify {name}"
     return join(
         (element("code", again), ", or ", element("code", check), "; any number of threads gives the same bits")
     )
-
-
-def _with_unit(value: object, unit: str) -> str:
-    return f"{significant(value)} {unit}" if isinstance(value, (int, float)) else MISSING
 
 
 def _cell(value: object) -> str:

@@ -4,7 +4,8 @@ from dataclasses import replace
 
 import numpy as np
 
-from tuner.documents.results import Fan, Loop, Results
+from tuner.documents.tables import Fan
+from tuner.documents.tuning import Loop, TuningFolder
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Mark, Panel
 from tuner.report.charts.look import role_look
@@ -20,7 +21,7 @@ NEAR = 0.3
 ANGLES = ("roll", "pitch", "yaw")
 
 
-def response_panels(results: Results) -> list[Panel]:
+def response_panels(results: TuningFolder) -> list[Panel]:
     """Return a panel a signal with the fans of as many points as there is room for; none where there are no responses."""
     if not results.fans:
         return []
@@ -32,7 +33,7 @@ def response_panels(results: Results) -> list[Panel]:
     return [_signal(results, [fan for fan in known if fan.signal == name], k, shown) for k, name in enumerate(names)]
 
 
-def margin_panels(results: Results) -> list[Panel]:
+def margin_panels(results: TuningFolder) -> list[Panel]:
     """Return Bode and Nyquist panels of all points and loops, none where the folder holds no loops."""
     if not results.loops:
         return []
@@ -54,7 +55,7 @@ def instants(count: int) -> int:
     return int(np.clip(BUDGET / (INSTANT * max(count, 1)), LEAST, MOST))
 
 
-def kept_points(results: Results) -> set[str]:
+def kept_points(results: TuningFolder) -> set[str]:
     """Return the points whose fans fit in at least so few instants: default and tuned first, the others evenly spread."""
     points = results.flown_points
     each = LEAST * INSTANT * len(results.fans) / len(points)
@@ -77,7 +78,7 @@ def common_range(known: list[Fan]) -> tuple[float, float] | None:
     return low - margin, high + margin
 
 
-def bound_of(results: Results, signal: str, scenario: str) -> tuple[float, str] | None:
+def bound_of(results: TuningFolder, signal: str, scenario: str) -> tuple[float, str] | None:
     """Return how far a signal may be from its reference, in shown units, and by what; None where nothing limits it."""
     peaks = [
         entry
@@ -86,14 +87,14 @@ def bound_of(results: Results, signal: str, scenario: str) -> tuple[float, str] 
     ]
     if peaks and peaks[0].limit is not None:
         return peaks[0].limit, f"{peaks[0].label} at most {peaks[0].limit:.3g} {peaks[0].unit}"
-    limits = results.resolved.get("limits") or {}
+    limits = results.resolved.limits
     key, words = ("position", "m") if signal in "xyz" else ("tilt_deg", "°")
     if signal in ("x", "y", "z", "roll", "pitch") and isinstance(limits.get(key), int | float):
         return float(limits[key]), f"flight lost beyond {limits[key]:g} {words}"
     return None
 
 
-def _signal(results: Results, known: list[Fan], k: int, rotors: tuple[float, float] | None) -> Panel:
+def _signal(results: TuningFolder, known: list[Fan], k: int, rotors: tuple[float, float] | None) -> Panel:
     signal, marks = known[0].signal, []
     for scenario in results.scenarios:
         mine = [fan for fan in known if fan.scenario == scenario]
@@ -105,7 +106,7 @@ def _signal(results: Results, known: list[Fan], k: int, rotors: tuple[float, flo
     return Panel(f"response-{k}", title, fans.TIME, y, marks, form=form, across=True)
 
 
-def _scenario(results: Results, mine: list[Fan], scenario: str) -> list[Mark]:
+def _scenario(results: TuningFolder, mine: list[Fan], scenario: str) -> list[Mark]:
     marks: list[Mark] = []
     shared = fans.agree(mine)
     # The default first: the picked point is drawn over it.

@@ -2,8 +2,7 @@
 
 from pathlib import Path
 
-from tuner.documents.loading import load
-from tuner.documents.results import Results
+from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import answer, answer_table
 from tuner.report.charts.progress import gap_panels, place_panel, progress_panels
 from tuner.report.charts.web import Arrays, grid, to_web
@@ -20,21 +19,21 @@ from tuner.text.markup import Markup, element, join
 
 def write_page(folder: Path) -> Path:
     """Write report.html into a results folder; StoreError where a file is missing, damaged or cannot be written."""
-    return put_page(folder, tuning_page(load(folder)))
+    return put_page(folder, tuning_page(TuningFolder(folder)))
 
 
-def tuning_page(results: Results) -> Page:
+def tuning_page(results: TuningFolder) -> Page:
     """Return the page of a results folder."""
     arrays, responses, loops = Arrays(), response_panels(results), margin_panels(results)
     trust = [*gap_panels(results), *filter(None, [place_panel(results)]), *progress_panels(results.history)]
     charts = {panel.key: to_web(panel, arrays) for panel in [*responses, *loops, *trust]}
     return Page(
         kind="tuning report",
-        title=results.summary["title"],
-        ending=results.summary.get("ending", []),
+        title=results.summary.title,
+        ending=results.summary.ending,
         lead=join((element("p", answer(results), class_="lead"), _description(results))),
         opening=_opening(results),
-        warnings=results.summary["warnings"],
+        warnings=results.summary.warnings,
         sections=(
             Section("front", "Explore the trade-off", explorer_section(results)),
             Section("point", "The point picked", point_section(results, responses, loops)),
@@ -45,14 +44,14 @@ def tuning_page(results: Results) -> Page:
     )
 
 
-def _description(results: Results) -> Markup:
-    text = results.resolved.get("description")
-    return element("p", str(text), class_="aid") if text else Markup()
+def _description(results: TuningFolder) -> Markup:
+    text = results.resolved.description
+    return element("p", text, class_="aid") if text else Markup()
 
 
-def _opening(results: Results) -> Markup:
+def _opening(results: TuningFolder) -> Markup:
     """Return the answer as a table beside the trade-off."""
-    name = results.gains_name
+    name = results.summary.gains_file
     actions = element(
         "div",
         element("button", f"Save {name}", type="button", id="save-tuned"),
@@ -60,5 +59,5 @@ def _opening(results: Results) -> Markup:
         class_="actions",
     )
     left = element("div", wide(answer_table(results)), actions)
-    right = element("div", plane(), layer_switches(results), axis_choices(results))
+    right = element("div", plane(results), layer_switches(results), axis_choices(results))
     return element("div", left, right, class_="opening", id="answer")

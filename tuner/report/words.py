@@ -1,9 +1,12 @@
-"""Metrics and margins in plain words, for the sentences and tables that a page opens with."""
+"""Laws, metrics, margins and gaps in plain words."""
 
 import re
 
 from objectives.margins.quantities import QUANTITIES
-from tuner.text.numbers import significant
+from plant.laws import LAWS
+from tuner.documents.parts import Estimate
+from tuner.documents.summary import PickedOn
+from tuner.text.numbers import per_cent, significant
 
 NOUNS = {
     "itae": "error", "iae": "error", "ise": "squared error", "rms": "RMS error", "peak": "peak", "overshoot": "overshoot",
@@ -39,3 +42,23 @@ def plain_margin(label: str) -> str:
     head, dot, axis = label.partition(".")
     label = QUANTITIES[head].label if head in QUANTITIES else head
     return f"{label}{dot and ' of '}{axis}"
+
+
+def law_title(name: str) -> str:
+    """Return what a law is called in full."""
+    return LAWS[name].title if name in LAWS else name
+
+
+def gap_words(picked: PickedOn, gap: Estimate) -> str:
+    """Return what the gap between held-out and search value of the recommended point says of the search.
+
+    picked: `picked_on` of summary.json; a folder of an earlier version holds no `lost_in_search`.
+    """
+    lost = picked.lost_in_search if "lost_in_search" in picked.model_fields_set else 0.0
+    if lost is None:
+        return "it was not flown in the search, whose value is that of flights that failed at once"
+    if lost > 0.0:
+        return f"it lost {per_cent(lost)} of its flights in the search, and a lost flight costs more than any other"
+    if gap.low is not None and gap.low > 0.0:
+        return "the search was optimistic"
+    return "the search was pessimistic" if gap.high is not None and gap.high < 0.0 else "no optimism of the search to be told"

@@ -41,28 +41,6 @@ class DocumentPart(BaseModel):
         strict=True, frozen=True, extra="forbid", allow_inf_nan=False, populate_by_name=True, defer_build=True,
     )  # fmt: skip
 
-    # Until all readers go by attribute: what a dictionary offers.
-    def keys(self) -> list[str]:
-        """Return the keys."""
-        return [f.alias or n for n, f in type(self).model_fields.items() if n in self.model_fields_set]
-
-    def __getitem__(self, key: str) -> Any:
-        found = next((n for n, f in type(self).model_fields.items() if key in (n, f.alias)), None)
-        if found is None or found not in self.model_fields_set:
-            raise KeyError(key)
-        return getattr(self, found)
-
-    def __contains__(self, key: str) -> bool:
-        return key in self.keys()
-
-    def get(self, key: str, otherwise: Any = None) -> Any:
-        """Return a value that may be missing."""
-        return self[key] if key in self else otherwise
-
-    def items(self) -> list[tuple[str, Any]]:
-        """Return keys with values."""
-        return [(key, self[key]) for key in self.keys()]
-
     def content(self) -> dict[str, Any]:
         """Return the object as data for JSON, keys in the order of the model."""
         return self.model_dump(by_alias=True, exclude_unset=True)

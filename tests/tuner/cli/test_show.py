@@ -16,7 +16,7 @@ from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_
 from tests.tuner.report.fabricate import OBJECTIVES, fabricate
 from tuner.cli.printers import story as show
 from tuner.cli.terminal import Console
-from tuner.report.charts.text import Layer, legend, place_bar, scatter
+from tuner.report.charts.text import TextLayer, legend, place_bar, scatter
 from tuner.report.terminal.tuning import tuning_story
 from tuner.report.terminal.unfinished import unfinished_story
 
@@ -164,7 +164,7 @@ def cells(lines):
 
 def test_corners_lie_in_the_corners_and_the_middle_in_the_middle():
     corners = np.array([[0.0, 0.0], [10.0, 0.0], [0.0, 4.0], [10.0, 4.0], [5.0, 2.0]])
-    inside = cells(plot(Layer("o", "points", corners)))
+    inside = cells(plot(TextLayer("o", "points", corners)))
     assert len(inside) == 11
     rows = [i for i, line in enumerate(inside) if "o" in line]
     assert rows == [0, 5, 10]
@@ -178,30 +178,30 @@ def test_later_layers_lie_on_top_and_cut_ones_do_not_widen():
     one = np.array([[1.0, 1.0]])
     two = np.array([[1.0, 1.0], [2.0, 2.0]])
     lines = plot(
-        Layer(".", "tried", np.array([[100.0, 100.0], [1.5, 1.5]]), cut=True),
-        Layer("o", "f", two),
-        Layer("@", "r", one),
+        TextLayer(".", "tried", np.array([[100.0, 100.0], [1.5, 1.5]]), cut=True),
+        TextLayer("o", "f", two),
+        TextLayer("@", "r", one),
     )
     inside = "".join(cells(lines))
     assert inside.count("@") == 1 and inside.count("o") == 1 and inside.count(".") == 1
-    assert plot(Layer("o", "f", two))[-3] == lines[-3]
+    assert plot(TextLayer("o", "f", two))[-3] == lines[-3]
 
 
 @pytest.mark.parametrize("value", [0.0, 3.5, -2.0])
 def test_a_single_point_has_axes(value):
-    assert "".join(cells(plot(Layer("@", "one", np.array([[value, value]]))))).count("@") == 1
+    assert "".join(cells(plot(TextLayer("@", "one", np.array([[value, value]]))))).count("@") == 1
 
 
 def test_the_ends_of_the_axes_hold_all_points():
     points = np.random.default_rng(1).normal(size=(40, 2)) * [3.0, 500.0]
-    lines = plot(Layer("o", "p", points), width=60)
+    lines = plot(TextLayer("o", "p", points), width=60)
     low, high = (float(text) for text in lines[-3].split())
     assert low <= points[:, 0].min() + 0.02 and high >= points[:, 0].max() - 0.02
     assert max(map(len, lines)) <= 60
 
 
 def test_the_legend_breaks_between_entries():
-    layers = [Layer(mark, "name " * 3 + mark, np.zeros((1, 2))) for mark in "abcd"]
+    layers = [TextLayer(mark, "name " * 3 + mark, np.zeros((1, 2))) for mark in "abcd"]
     lines = legend(layers, 40)
     assert max(map(len, lines)) <= 40
     assert [entry for line in lines for entry in line.split("   ")] == [

@@ -92,18 +92,18 @@ def test_a_parameter_out_of_range_is_refused_by_name():
 def test_what_is_carried_exactly_changes_nothing():
     found = verify_export(request(pid()), exporter().export(request(pid())), 8, Watcher())
     assert found.passed
-    assert all(row["relative"] == 0.0 for row in found.gains)
-    assert all(row["asked"] == row["held"] for row in (*found.margins, *found.metrics))
-    assert {row["label"] for row in found.margins} >= {"stable(roll)", "phase_margin(roll)", "gain_up(x)"}
+    assert all(row.relative == 0.0 for row in found.gains)
+    assert all(row.asked == row.held for row in (*found.margins, *found.metrics))
+    assert {row.label for row in found.margins} >= {"stable(roll)", "phase_margin(roll)", "gain_up(x)"}
 
 
 def test_rounding_shows_in_gains_margins_and_flights():
     asked = pid()
     found = verify_export(request(asked), exporter(rounded(4.0)).export(request(asked)), 8, Watcher())
-    by_gain = {row["gain"]: row for row in found.gains}
-    assert by_gain["roll.kp"]["held"] == 88.0 and by_gain["roll.kp"]["relative"] == pytest.approx(-2 / 90)
-    assert any(row["asked"] != row["held"] for row in found.margins)
-    assert any(row["difference"] != 0.0 for row in found.metrics)
+    by_gain = {row.gain: row for row in found.gains}
+    assert by_gain["roll.kp"].held == 88.0 and by_gain["roll.kp"].relative == pytest.approx(-2 / 90)
+    assert any(row.asked != row.held for row in found.margins)
+    assert any(row.difference != 0.0 for row in found.metrics)
 
 
 def test_rounding_that_breaks_a_limit_is_said():

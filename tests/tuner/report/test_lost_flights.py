@@ -12,13 +12,13 @@ from tests.tuner.report.contest.fabricate_contest import Made
 from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import FINALISTS, fabricate
 from tests.tuner.report.reading import Page
-from tuner.documents.loading import load
+from tuner.documents.opening import open_results
+from tuner.documents.tuning import TuningFolder
 from tuner.report import write_report
+from tuner.report.charts.text import front_lines
 from tuner.report.contest.figures import fronts_figure
 from tuner.report.contest.page import contest_page
-from tuner.report.contest.shown import load_shown
 from tuner.report.figures import front_figure
-from tuner.report.terminal.front_plot import front_lines
 
 LOST = 3
 LEGEND = "lost six flights (three points)"
@@ -41,7 +41,7 @@ def count_of(line: Any) -> int:
 
 
 def test_the_paper_figure_crosses_them_out_at_the_edge_and_counts_them(folder):
-    results = load(folder)
+    results = TuningFolder(folder)
     for ax in [ax for ax in front_figure(results).axes if ax.get_visible()]:
         crosses = drawn(ax, LEGEND)
         assert len(crosses) == LOST
@@ -54,7 +54,7 @@ def test_the_paper_figure_crosses_them_out_at_the_edge_and_counts_them(folder):
 
 
 def test_legends_of_the_paper_figure_lie_within_it(folder):
-    figure = front_figure(load(folder))
+    figure = front_figure(TuningFolder(folder))
     figure.draw_without_rendering()
     (legend,) = figure.legends
     box, whole = legend.get_window_extent(), figure.bbox
@@ -63,7 +63,7 @@ def test_legends_of_the_paper_figure_lie_within_it(folder):
 
 
 def test_every_finalist_is_drawn_once(folder):
-    results = load(folder)
+    results = TuningFolder(folder)
     for ax in [ax for ax in front_figure(results).axes if ax.get_visible()]:
         inside = sum(count_of(bars.lines[0]) for bars in ax.containers if isinstance(bars, ErrorbarContainer))
         edge = [line for line in ax.get_lines() if str(line.get_marker()) in ("<", ">", "^", "v")]
@@ -72,7 +72,7 @@ def test_every_finalist_is_drawn_once(folder):
 
 
 def test_a_run_without_lost_flights_has_no_such_marks(tmp_path):
-    results = load(fabricate(tmp_path / "made-up", responses=False))
+    results = TuningFolder(fabricate(tmp_path / "made-up", responses=False))
     labels = [str(line.get_label()) for line in front_figure(results).axes[0].get_lines()]
     assert [label for label in labels if "lost" in label] == []
     assert "lost flights" not in "\n".join(front_lines(results, 72, 16))
@@ -87,12 +87,12 @@ def test_the_page_knows_and_says_how_many_each_lost(folder):
 
 
 def test_an_older_folder_that_does_not_tell_is_read(tmp_path):
-    assert load(fabricate(tmp_path / "old", old=True)).front.lost.tolist() == [0] * (FINALISTS + 1)
+    assert TuningFolder(fabricate(tmp_path / "old", old=True)).front.lost.tolist() == [0] * (FINALISTS + 1)
 
 
 def test_the_terminal_plot_marks_them_at_its_edge(tmp_path, monkeypatch, capsys):
     folder = fabricate(tmp_path / "made-up", lost=LOST, responses=False)
-    lines = front_lines(load(folder), 72, 16)
+    lines = front_lines(TuningFolder(folder), 72, 16)
     assert f"x lost flights when held out ({LOST} points, {2 * LOST} flights; at the edge if beyond it)" in " ".join(
         lines
     )
@@ -105,7 +105,7 @@ def test_the_terminal_plot_marks_them_at_its_edge(tmp_path, monkeypatch, capsys)
 @pytest.mark.parametrize("objectives", [1, 2])
 def test_fronts_of_a_contest_cross_them_out(tmp_path, objectives):
     made = Made(objectives=objectives, lost=2)
-    contest = load_shown(fabricate_contest(tmp_path / "contest", made))
+    contest = open_results(fabricate_contest(tmp_path / "contest", made))
     assert contest.fronts is not None
     figure = fronts_figure(contest)
     assert figure is not None
@@ -114,5 +114,5 @@ def test_fronts_of_a_contest_cross_them_out(tmp_path, objectives):
     traces = json.dumps(Page(contest_page(contest).text()).data)
     assert traces.count('"x-thin"') == len(made.names)
     assert "lost two flights" in traces
-    clean = load_shown(fabricate_contest(tmp_path / "clean", Made(objectives=objectives)))
+    clean = open_results(fabricate_contest(tmp_path / "clean", Made(objectives=objectives)))
     assert "x-thin" not in json.dumps(Page(contest_page(clean).text()).data)

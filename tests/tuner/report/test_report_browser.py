@@ -12,8 +12,8 @@ import pyarrow.parquet as pq
 import pytest
 
 from tests.tuner.report.fabricate import fabricate
+from tests.tuner.report.screenshots import browser_path, chromium, offline_page
 from tuner.report import write_report
-from tuner.report.screenshots import browser_path, chromium, offline_page
 from tuner.text.numbers import estimate, significant
 
 pytest.importorskip("playwright", reason="Playwright's Python package is not installed")
@@ -67,7 +67,10 @@ class Reader:
         self.page.click(f'#finalists .picker[data-point="{name}"]')
 
     def plotted(self, element):
-        """The traces that Plotly shows, once they are drawn."""
+        """The traces that Plotly shows, once they are drawn; unfolds their section first where it is folded."""
+        folded = self.page.locator(f".fold:not([open]):has(#{element}) > summary")
+        if folded.count():
+            folded.click()
         self.page.locator(f"#{element}").scroll_into_view_if_needed()
         self.page.wait_for_selector(f"#{element}:not([aria-busy]) .plot-container", state="attached", timeout=60000)
         return self.page.evaluate("id => JSON.parse(JSON.stringify(document.getElementById(id).data))", element)
@@ -152,6 +155,36 @@ def test_page_of_each_number_of_objectives_works_without_network(opened):
     assert opened.page.locator(".view").count() == {1: 2, 2: 2, 3: 4, 4: 3}[count]
     for name in ("plane", "parallel", "gap-0", "progress-hypervolume", "response-0", "loop-nyquist"):
         assert opened.plotted(name), name
+
+
+def test_the_trade_off_is_seen_before_the_library_is_there(browser, opened):
+    page = offline_page(browser, 1400, height=900)
+    page.add_init_script("window.DecompressionStream = class { constructor() { throw new Error('no library'); } };")
+    page.goto((opened.folder / "report.html").resolve().as_uri())
+    page.wait_for_selector("html[data-ready]", state="attached")
+    drawn = page.locator("#plane .sketch")
+    assert drawn.count() == (len(opened.data()["objectives"]) > 1)
+    if drawn.count():
+        assert drawn.bounding_box()["y"] < 900
+        # A mark for every finalist, and none is lost behind the ends of the axes.
+        assert drawn.locator(".mark").count() >= len(opened.data()["points"])
+    page.context.close()
+
+
+def test_a_phone_folds_all_sections_but_the_first_and_links_unfold_them(browser, three):
+    reader = Reader(browser, three, width=390)
+    assert [fold.get_attribute("open") is not None for fold in reader.page.locator(".fold").all()] == [
+        True,
+        False,
+        False,
+        False,
+    ]
+    reader.page.click("nav a[href='#trust']")
+    assert reader.page.locator("#trust .fold").get_attribute("open") is not None
+    assert reader.plotted("gap-0")
+    reader.page.evaluate("() => window.dispatchEvent(new Event('beforeprint'))")
+    assert reader.page.locator(".fold:not([open])").count() == 0
+    reader.close()
 
 
 def test_brush_in_one_view_filters_all_others(reader):
@@ -429,6 +462,8 @@ def test_sparse_folders_have_sensible_pages(browser, tmp_path, kind):
     folder = fabricate(tmp_path / "sparse", **SPARSE[kind])
     write_report(folder)
     reader = Reader(browser, folder, width=390)
+    for link in reader.page.locator("nav a").all():
+        link.click()
     assert reader.names() == set(rows(folder))
     reader.page.fill("#level-0", "500")
     reader.pick("default") if "default" in reader.names() else reader.page.select_option("#choose-point", "default")

@@ -8,7 +8,7 @@ import pytest
 
 from plant.errors import InputError, StoreError
 from tests.tuner.report.fabricate import fabricate
-from tuner.documents.loading import load
+from tuner.documents.tuning import TuningFolder
 from tuner.report import write_figures
 from tuner.report.figures import fans_of, front_figure, response_names, write_responses
 
@@ -49,7 +49,7 @@ def test_same_folder_same_bytes(tmp_path):
 
 @pytest.mark.parametrize(("objectives", "panels"), [(1, 1), (2, 1), (3, 3), (4, 6)])
 def test_front_has_a_panel_for_each_pair_with_units(tmp_path, objectives, panels):
-    results = load(fabricate(tmp_path / "made-up", objectives=objectives, responses=False))
+    results = TuningFolder(fabricate(tmp_path / "made-up", objectives=objectives, responses=False))
     axes = [ax for ax in front_figure(results).axes if ax.get_visible()]
     assert len(axes) == panels
     labels = [ax.get_xlabel() for ax in axes] + [ax.get_ylabel() for ax in axes]

@@ -6,7 +6,7 @@ import pytest
 
 from plant.errors import StoreError
 from tests.tuner.report.fabricate import fabricate
-from tuner.documents.loading import load
+from tuner.documents.tuning import TuningFolder
 from tuner.report import write_report
 
 
@@ -78,7 +78,7 @@ def test_wrong_value_in_summary_is_located(made, path, value, key):
     node[path[-1]] = value
     (made / "summary.json").write_text(json.dumps(summary))
     with pytest.raises(StoreError) as caught:
-        load(made)
+        TuningFolder(made)
     assert "summary.json" in str(caught.value) and f"'{key}'" in str(caught.value)
 
 
@@ -86,19 +86,19 @@ def test_front_without_an_objective_of_the_summary(made):
     front = (made / "front.csv").read_text().replace("held_out:mean(travel)", "held_out:mean(effort)")
     (made / "front.csv").write_text(front)
     with pytest.raises(StoreError, match=r"front.csv: the column 'held_out:mean\(travel\)' is missing"):
-        load(made)
+        _ = TuningFolder(made).front
 
 
 def test_rows_of_a_fan_need_not_be_neighbours(made):
     import numpy as np
     import pyarrow.parquet as pq
 
-    before = load(made).fans
+    before = TuningFolder(made).fans
     table = pq.read_table(made / "responses.parquet")
     # Instant by instant: fans are torn apart, but time still ascends.
     order = np.argsort(table.column("time").to_numpy(), kind="stable")
     pq.write_table(table.take(order), made / "responses.parquet")
-    after = {(fan.point, fan.signal): fan for fan in load(made).fans}
+    after = {(fan.point, fan.signal): fan for fan in TuningFolder(made).fans}
     assert len(after) == len(before)
     for fan in before:
         again = after[fan.point, fan.signal]

@@ -8,8 +8,8 @@ import numpy as np
 
 from tests.tuner.report.fabricate import fabricate
 from tests.tuner.report.reading import read
-from tuner.documents.results import Fan
 from tuner.documents.sensitivity import IndexRow, SensitivityDocument
+from tuner.documents.tables import Fan
 from tuner.report import write_report
 from tuner.report.charts.fans import MOST_INSTANTS, thinned
 from tuner.report.charts.look import INKS

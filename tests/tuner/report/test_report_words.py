@@ -4,9 +4,14 @@ from typing import Any
 
 import pytest
 
-from tuner.documents.results import SearchedVariable
+from tuner.documents.parts import Estimate
+from tuner.documents.summary import PickedOn, VariableRow
 from tuner.report.gains_section import gains_table
-from tuner.report.prose import gap_words
+from tuner.report.words import gap_words
+
+
+def picked(**lost):
+    return PickedOn(probability=0.5, objectives=[], **lost)
 
 
 @pytest.mark.parametrize(
@@ -14,24 +19,29 @@ from tuner.report.prose import gap_words
     [(0.1, 0.3, "optimistic"), (-0.1, 0.3, "no optimism"), (-29.0, -28.0, "pessimistic"), (0.0, 0.3, "no optimism")],
 )
 def test_a_gap_is_judged_by_its_interval(low, high, said):
-    assert said in gap_words({"lost_in_search": 0.0}, {"low": low, "high": high})
+    assert said in gap_words(picked(lost_in_search=0.0), Estimate(None, low, high))
     # A folder of an earlier version does not tell what was lost.
-    assert said in gap_words({}, {"low": low, "high": high})
+    assert said in gap_words(picked(), Estimate(None, low, high))
 
 
 @pytest.mark.parametrize("low", [-29.0, 1.0])
 def test_a_gap_to_lost_flights_says_nothing_of_optimism(low):
     """30.00 m in the search, gap -28.49: the value of a flight that was lost, or never made."""
-    gap = {"low": low, "high": low + 1.0}
-    assert gap_words({"lost_in_search": 0.25}, gap).startswith("it lost 25 % of its flights in the search")
-    assert gap_words({"lost_in_search": None}, gap).startswith("it was not flown in the search")
+    gap = Estimate(None, low, low + 1.0)
+    assert gap_words(picked(lost_in_search=0.25), gap).startswith("it lost 25 % of its flights in the search")
+    assert gap_words(picked(lost_in_search=None), gap).startswith("it was not flown in the search")
     for lost in (0.25, None):
-        assert "optimis" not in gap_words({"lost_in_search": lost}, gap)
+        assert "optimis" not in gap_words(picked(lost_in_search=lost), gap)
 
 
 def remark(tuned, *natural_ends):
     results: Any = type("Results", (), {"shown_as": "tuned"})()
-    results.variables = [SearchedVariable("tilt.k1", "k1", "", "1", 0.0, 40.0, "linear", 20.0, tuned, natural_ends)]
+    results.variables = [
+        VariableRow(
+            name="tilt.k1", symbol="k1", unit="1", low=0.0, high=40.0, scale="linear", natural_ends=list(natural_ends),
+            default=20.0, tuned=tuned,
+        )
+    ]  # fmt: skip
     return gains_table(results)
 
 

@@ -1,6 +1,6 @@
 """The command that takes pictures of a report says what it cannot do. What it shows is looked at by people."""
 
-from tuner.report.screenshots import main
+from tests.tuner.report.screenshots import main
 
 
 def test_wrong_calls_are_told(tmp_path, capsys):

@@ -15,7 +15,7 @@ from plant.seeds import generator
 from tests.tuner.conftest import QUICKSTART, NoDrawing
 from tests.tuner.experiments.tuning.test_run import FILES
 from tuner.api.catalogue import LISTINGS
-from tuner.documents.ending import GAINS, INFEASIBLE
+from tuner.documents.summary import GAINS, INFEASIBLE
 from tuner.experiments.tuning.run import run_study
 from tuner.report import write_figures
 from tuner.report.figures import response_names

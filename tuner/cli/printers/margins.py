@@ -204,7 +204,7 @@ def both_margins(margins: dict[str, MarginsDocument]) -> Table:
     default, design = margins["default"], margins["design"]
     table = Table("Margins: default, then design", keys=2)
     table.add_column("", no_wrap=True)
-    table.columns_of("", *[channel.channel for channel in default["channels"]], left=[""])
+    table.columns_of("", *[channel.channel for channel in default.channels], left=[""])
     marks = {name: marks_of(document.requirements) for name, document in margins.items()}
     for name in REPORTED:
         for who, document in (("default", default), ("design", design)):

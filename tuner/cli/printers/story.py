@@ -18,6 +18,7 @@ from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.opening import open_results
 from tuner.documents.parts import Estimate
+from tuner.documents.summary import PickedOn
 from tuner.experiments.registry import folder_kind
 from tuner.report.terminal.tuning import tuning_story
 from tuner.report.terminal.unfinished import unfinished_story
@@ -26,7 +27,7 @@ from tuner.store.manifest import NONE_YET, read_manifest, refuse_damage, unfinis
 from tuner.text.units import in_shown_units
 
 if TYPE_CHECKING:
-    from tuner.documents.results import Results
+    from tuner.documents.tuning import TuningFolder
 
 Row = dict[str, Any]
 PLOT_WIDTH, PLOT_HEIGHT, BAR = 72, 16, 16
@@ -69,7 +70,7 @@ def refuse_other(folder: Path) -> None:
         )
 
 
-def tell_story(story: Row, results: "Results | None", as_json: bool, console: Console) -> None:
+def tell_story(story: Row, results: "TuningFolder | None", as_json: bool, console: Console) -> None:
     """Print the story of a tuning run, as JSON if asked for; results: behind it, None where the run is not finished."""
     if as_json:
         print(json_text(story, ascii_only=False))
@@ -130,7 +131,7 @@ def tell_unfinished(story: Row, console: Console) -> None:
         say(console, "If no process is at it any more, remove the folder and give the command again.")
 
 
-def tell_tuning(story: Row, results: "Results", console: Console) -> None:
+def tell_tuning(story: Row, results: "TuningFolder", console: Console) -> None:
     """Print everything of a finished run, in the order of the report."""
     head(console, story["title"])
     print_ending(story["ending"], console)
@@ -217,10 +218,10 @@ def gains_table(gains: list[Row], width: int, shown_as: str) -> Table:
     return table
 
 
-def tell_front(story: Row, results: "Results", console: Console) -> None:
+def tell_front(story: Row, results: "TuningFolder", console: Console) -> None:
     """Print a plot of two objectives, a table of the points for any other number."""
     if len(results.objectives) == 2:
-        from tuner.report.terminal.front_plot import front_lines
+        from tuner.report.charts.text import front_lines
 
         for line in front_lines(results, min(console.width, PLOT_WIDTH), PLOT_HEIGHT):
             console.print(line, no_wrap=True, overflow="crop")
@@ -245,7 +246,7 @@ def front_table(rows: list[Row], labels: list[str]) -> Table:
 
 def trust_texts(story: Row) -> list[str]:
     """Return what the numbers rest on and how optimistic the search was."""
-    from tuner.report.prose import gap_words
+    from tuner.report.words import gap_words
 
     trust = story["trust"]
     said = [
@@ -260,7 +261,7 @@ def trust_texts(story: Row) -> list[str]:
         said.append(
             f"{row['label']}: {digits(row['search'], width)}{unit} in the search, {digits(held['value'], width)}{unit} held "
             f"out, gap {digits(gap['value'], width)} [{digits(gap['low'], width)}, {digits(gap['high'], width)}]: "
-            f"{gap_words(picked, gap)}."
+            f"{gap_words(PickedOn.model_validate(picked), Estimate(**gap))}."
         )
     if picked:
         said.append(

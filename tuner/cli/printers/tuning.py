@@ -5,9 +5,8 @@ from typing import TYPE_CHECKING
 
 from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console, estimate
-from tuner.documents.ending import gains_name
 from tuner.documents.parts import in_shown_units
-from tuner.documents.summary import Summary
+from tuner.documents.summary import Summary, gains_name
 
 if TYPE_CHECKING:
     from tuner.api.results import TuningResults

@@ -6,9 +6,10 @@ from pathlib import Path
 import numpy as np
 
 from plant.errors import InputError, StoreError
-from tuner.documents.ending import GAINS as GAINS_FILE
-from tuner.documents.ending import INFEASIBLE, is_recommended
-from tuner.documents.opening import TuningFolder, kind_in
+from tuner.documents.opening import kind_in
+from tuner.documents.summary import GAINS as GAINS_FILE
+from tuner.documents.summary import INFEASIBLE, is_recommended
+from tuner.documents.tuning import TUNED, TuningFolder
 from tuner.gains import Controller, read_gains
 from tuner.store.advice import JUDGEMENT, TUNING
 from tuner.store.inputs import read_record
@@ -92,10 +93,7 @@ def read_folder(path: Path, name: str) -> Entrant:
     study = study_of(path)
     if known is None:
         raise StoreError(f"{path}: the run is not finished; go on with it: tuner resume {path}")
-    from tuner.documents.loading import load
-    from tuner.documents.results import TUNED
-
-    results = load(path)
+    results = TuningFolder(path)
     front = results.front
     tuned = front.of(TUNED)[0]
     rows = rows_of(study, front.gains)

@@ -9,6 +9,7 @@ from tuner.experiments.contest.claims import FAILS, SURVIVES, UNDECIDED, JudgedC
 from tuner.experiments.contest.published import Cell
 from tuner.study.contest import Quantity
 from tuner.text.numbers import estimate, per_cent, significant
+from tuner.text.sentences import listing
 
 if TYPE_CHECKING:
     from tuner.experiments.contest.result import Result
@@ -48,9 +49,9 @@ def _ranking(result: "Result", i: int, quantity: Quantity) -> str:
         share = f" ({per_cent(-apart.value / values[other])} less)" if values[other] > 0.0 else ""
         (beaten if apart.high < 0.0 else level).append((other, share))
     if beaten:
-        text += "; the paired interval puts it below " + listed(f"{result.names[k]}{share}" for k, share in beaten)
+        text += "; the paired interval puts it below " + listing(f"{result.names[k]}{share}" for k, share in beaten)
     if level:
-        text += f"; the difference to {listed(result.names[k] for k, _ in level)} is not significant"
+        text += f"; the difference to {listing(result.names[k] for k, _ in level)} is not significant"
     return f"{text}."
 
 
@@ -62,11 +63,11 @@ def front_words(result: "Result") -> Iterable[str]:
     shares = [f"{name} {_spanned(entry)}" for name, entry in zip(result.names, volumes.volumes, strict=True)]
     yield (
         "Share of the common box that each front dominates (the more the better, reference 1.1 times the nadir of all "
-        f"fronts): {listed(shares)}."
+        f"fronts): {listing(shares)}."
     )
     level = [(a, b) for a, b, apart in volumes.differences if apart.low <= 0.0 <= apart.high]
     if level:
-        pairs = listed(f"{result.names[a]} and {result.names[b]}" for a, b in level)
+        pairs = listing(f"{result.names[a]} and {result.names[b]}" for a, b in level)
         yield f"The differences in size between these fronts are not significant: {pairs}."
 
 
@@ -89,7 +90,7 @@ def limit_words(result: "Result") -> Iterable[str]:
         limit = f"{significant(best.limit, 3)}{_unit(held)}"
         yield (
             f"Lowest {wanted.label}{_bracketed(wanted)} with {held.label} at most {limit}, picked on held-out flights: "
-            f"{listed(parts)}."
+            f"{listing(parts)}."
         )
 
 
@@ -100,12 +101,12 @@ def published_words(result: "Result") -> Iterable[str]:
     if free:
         yield (
             f"Of {len(free)} comparisons with printed numbers, {_inside(free)} lie between the 2.5 and the 97.5 percentile of "
-            f"our flights: {listed(_per_contender(result, free))}."
+            f"our flights: {listing(_per_contender(result, free))}."
         )
     if fitted:
         yield (
             f"Of {len(fitted)} more with numbers that the study was set to meet, {_inside(fitted)} lie there: "
-            f"{listed(_per_contender(result, fitted))}."
+            f"{listing(_per_contender(result, fitted))}."
         )
 
 
@@ -133,7 +134,7 @@ def _counted(judged: JudgedClaim) -> str:
     verdicts = [ruling.verdict for ruling in judged.rulings]
     kinds = ((SURVIVES, "for it"), (FAILS, "against it"), (UNDECIDED, "without a decision"))
     counts = [f"{verdicts.count(kind)} {words}" for kind, words in kinds if kind in verdicts]
-    return f"of {len(verdicts)} paired comparisons {listed(counts)}"
+    return f"of {len(verdicts)} paired comparisons {listing(counts)}"
 
 
 def bound_words(result: "Result") -> Iterable[str]:
@@ -165,7 +166,7 @@ def cost_words(result: "Result") -> Iterable[str]:
 def _counts(names: list[str], counts: list[int]) -> str:
     """Return counts in rising order, each with the names that have it."""
     return "; ".join(
-        f"{count} with {listed(name for name, own in zip(names, counts, strict=True) if own == count)}"
+        f"{count} with {listing(name for name, own in zip(names, counts, strict=True) if own == count)}"
         for count in sorted(set(counts))
     )
 
@@ -192,12 +193,6 @@ def certainty_words(result: "Result") -> Iterable[str]:
 def flights_of(stream: str) -> str:
     """Return the flights of a comparison in words."""
     return f"{'confirmation' if stream == CONFIRMATION else 'comparison'} flights"
-
-
-def listed(parts: Iterable[str]) -> str:
-    """Return texts as "a, b and c"."""
-    texts = list(parts)
-    return texts[0] if len(texts) == 1 else f"{', '.join(texts[:-1])} and {texts[-1]}"
 
 
 def _unit(quantity: Quantity) -> str:

@@ -12,8 +12,8 @@ from tuner.documents.inference_document import (
     RatioRow,
     UnknownRow,
 )
-from tuner.experiments.contest.words import listed
 from tuner.text.numbers import per_cent, significant
+from tuner.text.sentences import listing
 
 
 def sentences(document: InferenceDocument) -> list[str]:
@@ -38,7 +38,7 @@ def misfit_words(document: InferenceDocument) -> Iterable[str]:
         f"{kind.metric} {_factor(misfit.inferred, kind)} (default {_factor(misfit.default, kind)})"
         for kind in document.kinds
     ]
-    yield f"Our medians miss the published cells typically by a factor of: {listed(parts)}."
+    yield f"Our medians miss the published cells typically by a factor of: {listing(parts)}."
 
 
 def cell_words(document: InferenceDocument) -> Iterable[str]:
@@ -46,18 +46,18 @@ def cell_words(document: InferenceDocument) -> Iterable[str]:
     cells, tried = document.cells, document.settings.tried
     never = [cell for cell in cells if not cell.reproducible]
     if never:
-        yield f"Reproduced by none of {tried} settings: {listed(_missed(cell) for cell in never)}."
+        yield f"Reproduced by none of {tried} settings: {listing(_missed(cell) for cell in never)}."
     else:
         yield f"Every published cell is reproduced by at least one of {tried} settings."
     elsewhere = [cell for cell in cells if cell.reproducible and not cell.consistent]
     if elsewhere:
         share = per_cent(document.settings.near)
-        names = listed(_missed(cell) for cell in elsewhere)
+        names = listing(_missed(cell) for cell in elsewhere)
         yield f"Reproduced only by settings that miss the rest by more than {share} above the least misfit: {names}."
     together = document.together
     held_out = f"held out it reproduces {together.held_out}"
     if together.missed:
-        held_out += f", all but {listed(_name(cell) for cell in together.missed)}"
+        held_out += f", all but {listing(_name(cell) for cell in together.missed)}"
     yield (
         f"The most that one setting of the search reproduces at once are {together.search} of {together.of} "
         f"({together.candidate}); {held_out}."
@@ -76,7 +76,7 @@ def ratio_words(document: InferenceDocument) -> Iterable[str]:
     )
     missed = [ratio for ratio in ratios if not ratio.consistent]
     if missed:
-        yield f"Ratios that no setting near the least misfit reproduces: {listed(_missed_ratio(ratio) for ratio in missed)}."
+        yield f"Ratios that no setting near the least misfit reproduces: {listing(_missed_ratio(ratio) for ratio in missed)}."
 
 
 def unknown_words(document: InferenceDocument) -> Iterable[str]:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from objectives.problem import Problem
-from tuner.documents.ending import INFEASIBLE, NOTHING
+from tuner.documents.summary import INFEASIBLE, NOTHING
 from tuner.experiments.tuning.conflicts import Conflict, Limit
 from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, Diagnosis, Obstacle, flown_obstacle, obstacle_texts
 from tuner.search.loop import Archive, Generation, point_name

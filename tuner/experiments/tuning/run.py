@@ -6,7 +6,7 @@ from pathlib import Path
 
 from objectives.engine import Engine
 from plant.scenarios import HELD_OUT
-from tuner.documents.ending import gains_name
+from tuner.documents.summary import gains_name
 from tuner.experiments.experiment import DRAWN, Experiment
 from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.conflicts import automatic_limit_texts

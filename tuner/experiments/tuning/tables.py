@@ -6,6 +6,7 @@ import numpy as np
 
 from objectives.problem import Evaluation
 from objectives.requirements import Requirement
+from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.search.loop import Generation
 
 if TYPE_CHECKING:
@@ -72,8 +73,7 @@ def front_table(outcome: "Outcome") -> Any:
     roles = ["default"] + [chosen if row == outcome.tuned else "" for row in range(1, len(rows))]
     columns: dict[str, Any] = {
         "point": outcome.names, "candidate": rows, "role": roles,
-        "non_dominated": finalists.non_dominated, "probability": finalists.probability, "feasible": finalists.feasible,
-        "lost": finalists.evaluation.lost,
+        **{entry.name: getattr(finalists, entry.name) for entry in FINALIST_COLUMNS},
     }  # fmt: skip
     gains = outcome.finalist_rows
     columns |= {

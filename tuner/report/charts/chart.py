@@ -11,6 +11,8 @@ from tuner.text.numbers import significant
 from tuner.text.units import bracketed
 
 Array = np.ndarray
+FAR = 1e9
+"""End of a region that has none."""
 Show = dict[str, Any]
 """When a mark is seen in the page: choice ("point", "scenario", "channel", "layer", "part") -> the value, or list of values."""
 
@@ -25,6 +27,7 @@ class Axis(NamedTuple):
     ticks: tuple[tuple[float, str], ...] = ()
     step: float | None = None
     bare: bool = False
+    """On paper its ticks have no numbers, and it has no title: another panel shows them."""
 
     @property
     def ends(self) -> tuple[float, float] | None:
@@ -63,15 +66,16 @@ class Points(Mark):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Line(Mark):
-    """A line through points (n,). steps: level up to the next point. tips: two further series told under the pointer.
+    """A line through points (n,), broken where they are NaN. steps: level up to the next point.
 
-    marked: with the symbol of its look at some of its points. coarse: 16 bits a number are enough for the page.
+    tips: two further series told under the pointer. marked: points that have the symbol of its look. coarse: 16 bits a number
+    are enough for the page.
     """
 
     x: Array
     y: Array
     steps: bool = False
-    marked: bool = False
+    marked: slice | None = None
     tips: tuple[Array, Array] | None = None
     tip: str = ""
     coarse: bool = False
@@ -79,7 +83,7 @@ class Line(Mark):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Band(Mark):
-    """The area between two series (n,)."""
+    """The area between two series (n,); hatched where the symbol of its look is "/"."""
 
     x: Array
     low: Array
@@ -119,13 +123,29 @@ class Disc(Mark):
 
 
 @dataclass(frozen=True, kw_only=True, eq=False)
+class Region(Mark):
+    """The part of a grid of x (k,) and y (l,) where values (l, k) lie between two ends, outlined there; NaN: nowhere."""
+
+    x: Array
+    y: Array
+    values: Array
+    low: float = -np.inf
+    high: float = np.inf
+
+    @property
+    def ends(self) -> tuple[float, float]:
+        """Both ends as finite numbers, which renderers need."""
+        return max(self.low, -FAR), min(self.high, FAR)
+
+
+@dataclass(frozen=True, kw_only=True, eq=False)
 class Words(Mark):
-    """A text at a place; right: at this height just outside the right edge."""
+    """A text at a place; right: its x is a share of the panel's width; inside: its y is one of the height as well."""
 
     x: float
     y: float
     text: str
-    right: bool = False
+    place: Literal["", "right", "inside"] = ""
 
 
 @dataclass(frozen=True, eq=False)
@@ -133,7 +153,7 @@ class Panel:
     """Marks over two axes. key: id in the page; form: how large it is there; aid: how to read it, in one line.
 
     square: a unit is as long on both axes. hides: the page leaves it out where none of its marks is seen. rows: its y axis is a
-    list of rows. legend: the page names the marks above it.
+    list of rows. legend: the marks are named above it, on paper under its title.
     """
 
     key: str
@@ -171,18 +191,28 @@ def row_axis(names: Sequence[str]) -> Axis:
     return Axis("", 0.4 - len(names), 0.6, ticks=tuple((-float(i), name) for i, name in enumerate(names)))
 
 
-def value_axis(label: str, unit: str, span: "Span") -> Axis:
+def segments(low: Array, high: Array, height: Array, look: Look) -> Line:
+    """Return intervals (n,) at heights (n,) as one line with gaps."""
+    x = np.stack([low, high, np.full(len(low), np.nan)], axis=1).ravel()
+    return Line(look=look, x=x, y=np.repeat(height, 3))
+
+
+def value_axis(label: str, unit: str, span: "AxisRange") -> Axis:
     """Return an axis of a quantity over a span, with ticks in full where it is logarithmic."""
-    ticks = tuple((value, significant(value)) for value in span.ticks()) if span.log else ()
-    return Axis(bracketed(label, unit), span.low, span.high, span.log, ticks)
+    return span.axis(bracketed(label, unit))
 
 
-class Span(NamedTuple):
+class AxisRange(NamedTuple):
     """Ends of an axis in the unit of its quantity."""
 
     low: float
     high: float
     log: bool
+
+    def axis(self, title: str) -> Axis:
+        """Return an axis from end to end, with ticks in full where it is logarithmic."""
+        ticks = tuple((value, significant(value)) for value in self.ticks()) if self.log else ()
+        return Axis(title, self.low, self.high, self.log, ticks)
 
     def ticks(self) -> list[float]:
         """Return round numbers inside a logarithmic span: the fewer in a decade, the more decades there are."""
@@ -193,7 +223,7 @@ class Span(NamedTuple):
         return [value for value in values if self.low <= value <= self.high]
 
 
-def span_of(parts: Sequence[Array], log_factor: float, padding: float = 0.06) -> Span:
+def span_of(parts: Sequence[Array], log_factor: float, padding: float = 0.06) -> AxisRange:
     """Return a span that holds all finite values of some arrays, with a little air around them.
 
     log_factor: logarithmic where they are positive and span more than this factor, so that they do not huddle in a corner.
@@ -201,10 +231,10 @@ def span_of(parts: Sequence[Array], log_factor: float, padding: float = 0.06) ->
     values = np.concatenate([np.asarray(part, dtype=float).ravel() for part in parts] or [np.zeros(0)])
     values = values[np.isfinite(values)]
     if len(values) == 0:
-        return Span(0.0, 1.0, False)
+        return AxisRange(0.0, 1.0, False)
     low, high = float(values.min(axis=0)), float(values.max(axis=0))
     if low > 0.0 and high > log_factor * low:
         stretch = (high / low) ** padding
-        return Span(low / stretch, high * stretch, True)
+        return AxisRange(low / stretch, high * stretch, True)
     margin = padding * (high - low) or 0.1 * abs(high) or 1.0
-    return Span(low - margin, high + margin, False)
+    return AxisRange(low - margin, high + margin, False)

@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from tuner.documents.results import Fan
+from tuner.documents.tables import Fan
 from tuner.report.charts.chart import Axis, Band, Line, Mark, Show
 from tuner.report.charts.look import BOUND, REFERENCE, WORST, Look
 from tuner.text.units import bracketed

@@ -4,10 +4,10 @@ from itertools import combinations
 
 import numpy as np
 
-from tuner.documents.results import HeldOutFront, Results
-from tuner.report.charts.chart import Axis, Mark, Panel, Points, Span, row_axis, span_of, value_axis
+from tuner.documents.tuning import HeldOutFront, TuningFolder
+from tuner.report.charts.chart import Axis, AxisRange, Mark, Panel, Points, row_axis, span_of, value_axis
 from tuner.report.charts.look import DEFAULT, FINALIST, FRONT, INFEASIBLE, LOST, SEARCHED, START, TUNED, Look
-from tuner.report.prose import counted
+from tuner.text.sentences import counted
 
 # Layers of points from back to front, with what they are called and how they look in every renderer.
 LAYERS: dict[str, tuple[str, Look]] = {
@@ -25,7 +25,7 @@ LOG_FACTOR = 20.0
 MOST_PAIRS = 12
 
 
-def front_panels(results: Results) -> list[Panel]:
+def front_panels(results: TuningFolder) -> list[Panel]:
     """Return a panel for each pair of objectives, or one with a row a point where there is one objective."""
     count = len(results.objectives)
     if count == 1:
@@ -33,7 +33,7 @@ def front_panels(results: Results) -> list[Panel]:
     return [_pair(results, i, j) for i, j in list(combinations(range(count), 2))[:MOST_PAIRS]]
 
 
-def shown_range(front: HeldOutFront, objective: int) -> Span:
+def shown_range(front: HeldOutFront, objective: int) -> AxisRange:
     """Return the part of an objective's axis that is shown: default, tuned and the held-out front, with intervals.
 
     Search candidates, and finalists that failed when held out, may lie decades away (a failed flight costs more than any
@@ -48,13 +48,13 @@ def layer_of(front: HeldOutFront, row: int) -> str:
     return front.roles[row] or ("front" if front.non_dominated[row] else "finalist")
 
 
-def objective_axis(results: Results, objective: int) -> Axis:
+def objective_axis(results: TuningFolder, objective: int) -> Axis:
     """Return the axis of an objective."""
     entry, shown = results.objectives[objective], shown_range(results.front, objective)
-    return Axis(value_axis(entry.label, entry.unit, shown).title, shown.low, shown.high, shown.log)
+    return value_axis(entry.label, entry.unit, shown)
 
 
-def _pair(results: Results, i: int, j: int) -> Panel:
+def _pair(results: TuningFolder, i: int, j: int) -> Panel:
     front, tried = results.front, results.candidates
     kept = tried.feasible
     marks: list[Mark] = [Points(name="searched", look=SEARCHED, x=tried.values[kept, i], y=tried.values[kept, j])]
@@ -62,7 +62,7 @@ def _pair(results: Results, i: int, j: int) -> Panel:
     return Panel(f"front-{i}-{j}", "", objective_axis(results, i), objective_axis(results, j), marks, form="pair")
 
 
-def _ranking(results: Results) -> Panel:
+def _ranking(results: TuningFolder) -> Panel:
     front = results.front
     order = np.argsort(front.held_out[:, 0], kind="stable")
     height = np.empty(len(order))
@@ -72,7 +72,7 @@ def _ranking(results: Results) -> Panel:
     return Panel("front-ranking", "", objective_axis(results, 0), rows, marks, form="pair", rows=True)
 
 
-def _finalists(results: Results, x: np.ndarray, y: np.ndarray, i: int, j: int | None) -> list[Mark]:
+def _finalists(results: TuningFolder, x: np.ndarray, y: np.ndarray, i: int, j: int | None) -> list[Mark]:
     front = results.front
     layers = np.array([layer_of(front, row) for row in range(len(front.points))])
     marks: list[Mark] = []

@@ -4,8 +4,10 @@ The page knows the colours as variables of its style sheet, light and dark; pape
 """
 
 from collections.abc import Hashable, Sequence
+from functools import lru_cache
 from typing import Any, NamedTuple
 
+from tuner.documents.contest import ComparedFolder
 from tuner.text.markup import Markup, element, join
 
 INKS = {
@@ -96,6 +98,13 @@ def looks(flown: Sequence[tuple[Hashable, str]]) -> list[Look]:
         symbol, hollow = symbols[(family + family // COUNT) % COUNT], airframes.index(airframe) % 2 == 1
         found.append(Look(f"c{family % COUNT}", symbol, hollow, DASHES[number % COUNT]))
     return found
+
+
+@lru_cache(maxsize=1)
+def looks_of(contest: ComparedFolder) -> dict[str, Look]:
+    """Return the look of each contender by name, the same in every chart, legend and table."""
+    flown = [((entry.laws.attitude, entry.laws.position), entry.airframe) for entry in contest.contenders]
+    return dict(zip(contest.index, looks(flown), strict=True))
 
 
 def drawn_mark(look: Look, x: float = 8.0, y: float = 8.0, size: float = 16.0) -> Markup:

@@ -1,4 +1,4 @@
-"""Charts for paper, drawn by matplotlib: size, type and marks of every figure, and how figures are saved as PNG and PDF.
+"""Charts for paper, the only module that knows matplotlib: size, type and marks of every figure, and how figures are saved.
 
 The inks stay apart for colour-blind eyes and in grey; shapes and dashes say the same.
 """
@@ -14,12 +14,13 @@ from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.backends.backend_pdf import FigureCanvasPdf
+from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
 from matplotlib.ticker import FixedLocator, NullLocator
 
-from tuner.report.charts.chart import Array, Axis, Band, Bars, Disc, Line, Mark, Panel, Points, Rule, Words
-from tuner.report.charts.look import INKS, Look
+from tuner.report.charts.chart import FAR, Array, Axis, Band, Bars, Disc, Line, Mark, Panel, Points, Region, Rule, Words
+from tuner.report.charts.look import INKS, REFERENCE, Look
 from tuner.store.folder import put
 
 # Marks at the edge of an axis for what lies beyond it: to the left, right, below, above.
@@ -27,7 +28,10 @@ EDGES = {(-1, 0): "<", (1, 0): ">", (0, -1): "v", (0, 1): "^"}
 # Text width of a two-column page [in], and resolution of the PNG [dots/in].
 WIDTH, DPI = 7.1, 200
 # Room that an entry of a legend takes: the mark with its gaps, a letter, and a row [in].
-LEGEND_MARK, LEGEND_LETTER, LEGEND_ROW = 0.55, 0.05, 0.16
+LEGEND_MARK, LEGEND_LETTER, LEGEND_ROW = 0.6, 0.05, 0.16
+# Type of notes, and of the axes of small panels.
+SMALL = 6.5
+HATCHES = {"/": "////", "x": "xxx", ".": "..."}
 STYLE: dict[Any, Any] = {
     "font.size": 8,
     "axes.labelsize": 8,
@@ -45,8 +49,12 @@ STYLE: dict[Any, Any] = {
     "xtick.major.width": 0.6,
     "ytick.major.width": 0.6,
     "lines.linewidth": 1.2,
+    # An interval ends where it ends.
+    "lines.solid_capstyle": "butt",
     # Text stays text in the PDF (TrueType), as journals ask.
     "pdf.fonttype": 42,
+    # Names are text, even those with dollar signs.
+    "text.parse_math": False,
 }
 
 
@@ -81,16 +89,41 @@ def legend_above(figure: Figure, *axes: Axes) -> None:
     figure.legend(found.values(), found.keys(), loc="outside upper center", ncols=columns)
 
 
+def legend_over(ax: Axes, title: str) -> None:
+    """Put the legend of a panel above it, under a title where there is one."""
+    labels = ax.get_legend_handles_labels()[1]
+    wide = sum(len(label) + 8 for label in labels) > (60 if title else 120)
+    columns = (2 if title else 4) if wide else len(labels) or 1
+    size: dict[str, Any] = {"fontsize": SMALL, "handlelength": 2.6} if title else {"handlelength": 3.2}
+    ax.legend(loc="lower center", bbox_to_anchor=(0.5, 1.0), borderaxespad=0.2, ncols=columns, columnspacing=1.2,
+              title=title or None, title_fontproperties={"size": 8}, **size)  # fmt: skip
+
+
 def figure_of(
-    panels: Sequence[Panel], columns: int, height: float, width: float = WIDTH, legend: bool = True
-) -> Figure:
-    """Return a figure of panels in reading order; height of a row and width of the figure [in]."""
+    panels: Sequence[Panel], columns: int, height: float, width: float = WIDTH, *,
+    legend: bool = True, titled: bool = False, small: bool = False, note: str = "",
+) -> Figure:  # fmt: skip
+    """Return a figure of panels in reading order; height of a row and width of the figure [in].
+
+    legend: of all panels above the figure, unless panels have their own. titled: panels are headed by their titles. small: axes
+    have small type and few numbers. note: at the foot.
+    """
     figure, axes = grid(len(panels), columns, height, width)
     for ax, panel in zip(axes, panels, strict=True):
         draw(ax, panel)
         mark_edges(ax, panel)
-    if legend:
+        if panel.legend:
+            legend_over(ax, panel.title)
+        elif titled:
+            ax.set_title(panel.title, loc="left", fontsize=7.5)
+        if small:
+            ax.tick_params(labelsize=SMALL)
+            ax.xaxis.label.set_fontsize(SMALL)
+            ax.locator_params(axis="x", nbins=3)
+    if legend and not any(panel.legend for panel in panels):
         legend_above(figure, *axes)
+    if note:
+        figure.supxlabel(note, fontsize=SMALL, color=INKS["ink"])
     return figure
 
 
@@ -102,12 +135,13 @@ def draw(ax: Axes, panel: Panel) -> None:
     _show_axis(ax, "y", panel.y)
     if panel.rows:
         ax.grid(visible=False, axis="y")
+        ax.tick_params(axis="y", length=0)
     if panel.square:
         ax.set_aspect("equal")
 
 
-def draw_mark(ax: Axes, mark: Mark, panel: Panel | None = None) -> None:
-    """Draw one mark; panel: whose edges hold points that lie beyond them."""
+def draw_mark(ax: Axes, mark: Mark, panel: Panel) -> None:
+    """Draw one mark of a panel, whose edges hold points that lie beyond them."""
     label = mark.name or "_"
     match mark:
         case Points():
@@ -115,30 +149,18 @@ def draw_mark(ax: Axes, mark: Mark, panel: Panel | None = None) -> None:
         case Line():
             _line(ax, mark, label)
         case Band():
-            ax.fill_between(mark.x, mark.low, mark.high, color=mark.look.ink, alpha=mark.look.opacity, linewidth=0)
+            _band(ax, mark, label)
         case Bars():
             _bars(ax, mark, label)
+        case Region():
+            _region(ax, mark, label)
         case Rule():
             draw_rule = ax.axvline if mark.axis == "x" else ax.axhline
             draw_rule(mark.value, label=label, zorder=1, **stroke(mark.look))
         case Disc():
-            face = mark.look.ink if mark.fill == "filled" else "none"
-            hatch = "////" if mark.fill == "hatched" else None
-            edge: dict[str, Any] = {"edgecolor": mark.look.ink, "linewidth": 0.8, "linestyle": mark.look.linestyle}
-            ax.add_patch(
-                Circle(
-                    (mark.x, mark.y),
-                    mark.radius,
-                    facecolor=face,
-                    hatch=hatch,
-                    alpha=mark.look.opacity,
-                    label=label,
-                    **edge,
-                )
-            )
+            _disc(ax, mark, label)
         case Words():
-            place: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "va": "center"} if mark.right else {}
-            ax.text(mark.x, mark.y, mark.text, fontsize=6.5, color=mark.look.ink, **place)
+            _words(ax, mark)
 
 
 def stroke(look: Look) -> dict[str, Any]:
@@ -146,19 +168,16 @@ def stroke(look: Look) -> dict[str, Any]:
     return {"color": look.ink, "linestyle": look.linestyle, "linewidth": 0.65 * look.width}
 
 
-def _points(ax: Axes, mark: Points, panel: Panel | None) -> None:
-    look, sides = mark.look, np.zeros((len(mark.x), 2), dtype=int)
-    if mark.edge and panel is not None:
-        sides = np.stack([_side(mark.x, panel.x), _side(mark.y, panel.y)], axis=1)
+def _points(ax: Axes, mark: Points, panel: Panel) -> None:
+    look, x, y = mark.look, mark.x, mark.y
+    sides = np.zeros((len(x), 2), dtype=int)
+    if mark.edge:
+        sides = np.stack([_side(x, panel.x), _side(y, panel.y)], axis=1)
+        x, y = _held(x, panel.x), _held(y, panel.y)
     crossed = look.symbol == "x-thin" and mark.edge
-    rows = np.ones(len(mark.x), dtype=bool) if crossed else np.logical_not(sides.any(axis=1)).reshape(-1)
-    x, y = (
-        (mark.x, mark.y)
-        if panel is None
-        else (_held(mark.x, panel.x), _held(mark.y, panel.y))
-        if mark.edge
-        else (mark.x, mark.y)
-    )
+    rows = np.ones(len(x), dtype=bool) if crossed else np.logical_not(sides.any(axis=1)).reshape(-1)
+    if len(x) and not rows.any():
+        return
     face = "white" if look.hollow and look.size < 15 else "none" if look.hollow else look.ink
     style: dict[str, Any] = {
         "color": look.ink,
@@ -167,8 +186,6 @@ def _points(ax: Axes, mark: Points, panel: Panel | None) -> None:
         "label": mark.name or "_",
     }
     order = 6 if crossed else 4 if look.size >= 10 else 3
-    if not rows.any():
-        return
     if mark.x_ends or mark.y_ends:
         bars = {"xerr": _reach(mark.x, mark.x_ends, rows), "yerr": _reach(mark.y, mark.y_ends, rows)}
         ax.errorbar(x[rows], y[rows], **bars, fmt=look.marker, elinewidth=0.6, zorder=order, **style)
@@ -193,12 +210,30 @@ def _held(values: Array, axis: Axis) -> Array:
 
 
 def _line(ax: Axes, mark: Line, label: str) -> None:
-    more = {"marker": mark.look.marker, "markersize": 3} if mark.marked else {}
+    look, more = mark.look, {}
+    if mark.marked is not None:
+        face = "white" if look.hollow else look.ink
+        more = {
+            "marker": look.marker,
+            "markersize": 3,
+            "markerfacecolor": face,
+            "markeredgewidth": 0.7,
+            "markevery": mark.marked,
+        }
     draw_line = ax.step if mark.steps else ax.plot
     where = {"where": "post"} if mark.steps else {}
-    draw_line(
-        mark.x, mark.y, label=label, zorder=2 if mark.name == "reference" else 3, **stroke(mark.look), **where, **more
-    )
+    # References and hair lines lie behind the others.
+    order = 2 if look == REFERENCE else 2.8 if look.width < 1.0 else 3
+    draw_line(mark.x, mark.y, label=label, zorder=order, **stroke(look), **where, **more)
+
+
+def _band(ax: Axes, mark: Band, label: str) -> None:
+    look, hatch = mark.look, HATCHES.get(mark.look.symbol)
+    if hatch:
+        ax.fill_between(mark.x, mark.low, mark.high, facecolor="none", edgecolor=look.ink, hatch=hatch, alpha=look.opacity,
+                        linewidth=0.8, label=label)  # fmt: skip
+    else:
+        ax.fill_between(mark.x, mark.low, mark.high, color=look.ink, alpha=look.opacity, linewidth=0, label=label)
 
 
 def _bars(ax: Axes, mark: Bars, label: str) -> None:
@@ -210,6 +245,38 @@ def _bars(ax: Axes, mark: Bars, label: str) -> None:
         # A percentile interval may leave its estimate out by a hair; a whisker has no negative length.
         whiskers = _reach(mark.x, mark.ends, np.ones(len(mark.x), dtype=bool))
         ax.errorbar(mark.x, mark.y, xerr=whiskers, fmt="none", ecolor=INKS["ink"], elinewidth=0.7, capsize=1.5)
+
+
+def _region(ax: Axes, mark: Region, label: str) -> None:
+    look, hatch = mark.look, HATCHES.get(mark.look.symbol)
+    # What lies below must not shine through, so the ink is thinned with white instead of made transparent.
+    face = tuple(1.0 - look.opacity * (1.0 - part) for part in to_rgb(look.ink))
+    values, outline = np.ma.masked_invalid(mark.values), [end for end in mark.ends if abs(end) < FAR]
+    filled = ax.contourf(mark.x, mark.y, values, levels=mark.ends, colors=[face], hatches=[hatch])
+    filled.set_edgecolor(look.ink)
+    filled.set_linewidth(0.0)
+    if look.width and any(values.min() < end < values.max() for end in outline):
+        ax.contour(mark.x, mark.y, values, levels=outline, colors=[INKS["ink"]], linewidths=0.65 * look.width,
+                   linestyles=[look.linestyle])  # fmt: skip
+    ax.fill([], [], facecolor=face, edgecolor=look.ink, hatch=hatch, linewidth=0.3, label=label)
+
+
+def _disc(ax: Axes, mark: Disc, label: str) -> None:
+    look = mark.look
+    ax.add_patch(Circle(
+        (mark.x, mark.y), mark.radius, facecolor=look.ink if mark.fill == "filled" else "none", edgecolor=look.ink,
+        hatch=HATCHES["/"] if mark.fill == "hatched" else None, linewidth=0.8, linestyle=look.linestyle, alpha=look.opacity,
+        label=label,
+    ))  # fmt: skip
+
+
+def _words(ax: Axes, mark: Words) -> None:
+    place: dict[str, Any] = {}
+    if mark.place == "right":
+        place = {"transform": ax.get_yaxis_transform(), "va": "center"}
+    elif mark.place == "inside":
+        place = {"transform": ax.transAxes, "ha": "right", "va": "center"}
+    ax.text(mark.x, mark.y, mark.text, fontsize=SMALL, color=mark.look.ink, **place)
 
 
 def mark_edges(ax: Axes, panel: Panel) -> None:
@@ -244,7 +311,10 @@ def _show_axis(ax: Axes, name: str, axis: Axis) -> None:
         line.set_major_locator(FixedLocator(np.arange(axis.ends[0], axis.ends[1] + 1e-9, axis.step).tolist()))
     if axis.ends:
         ax.set(**{f"{name}lim": axis.ends})
-    line.set_label_text(axis.title)
+    if axis.bare:
+        ax.tick_params(**{"labelbottom" if name == "x" else "labelleft": False})
+    else:
+        line.set_label_text(axis.title)
 
 
 def save(figure: Figure, folder: Path, name: str) -> list[Path]:

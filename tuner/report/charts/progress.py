@@ -2,24 +2,26 @@
 
 import numpy as np
 
-from tuner.documents.results import History, Results
+from tuner.documents.tuning import History, TuningFolder
 from tuner.report.charts.chart import Axis, Bars, Line, Mark, Panel, Points
 from tuner.report.charts.front import LAYERS, layer_of, shown_range
 from tuner.report.charts.look import DEFAULT, FRONT, RULE, TUNED, Look
 from tuner.text.numbers import count, significant
 from tuner.text.units import bracketed
 
-GENERATION = Axis("generation")
+# Ticks of an axis of generations at most.
+MOST_TICKS = 6
 
 
 def progress_panels(history: History) -> list[Panel]:
     """Return hypervolume and share of feasible candidates by generation, and the flights made and saved where known."""
     volume, share = history.hypervolume, 100.0 * history.feasible_share
+    x = _generations(history)
     panels = [
-        Panel("progress-hypervolume", "Hypervolume [share of the box]", GENERATION, Axis(""),
+        Panel("progress-hypervolume", "Hypervolume [share of the box]", x, Axis(""),
               [_series(history, volume, TUNED._replace(symbol="circle"))],
               aid="Share of the box between zero and 1.1 times the default's values that the front dominates; level: found."),
-        Panel("progress-feasible", "Feasible candidates [%]", GENERATION, Axis("", -4.0, 104.0),
+        Panel("progress-feasible", "Feasible candidates [%]", x, Axis("", -4.0, 104.0),
               [_series(history, share, FRONT._replace(symbol="square"))],
               aid="Share of a generation's candidates that break no limit."),
     ]  # fmt: skip
@@ -28,17 +30,17 @@ def progress_panels(history: History) -> list[Panel]:
     return panels
 
 
-def gap_panels(results: Results) -> list[Panel]:
+def gap_panels(results: TuningFolder) -> list[Panel]:
     """Return held-out over search values of every finalist, a panel an objective; on the dotted line they agree."""
     return [_gap(results, i) for i in range(len(results.objectives))]
 
 
-def place_panel(results: Results) -> Panel | None:
+def place_panel(results: TuningFolder) -> Panel | None:
     """Return how sure each finalist's place on the front is; None where the folder does not hold it."""
     front = results.front
-    if front.probability is None:
+    probability = front.columns.get("probability")
+    if probability is None:
         return None
-    probability = front.probability
     known = [row for row, role in enumerate(front.roles) if role != "default" and np.isfinite(probability[row])]
     rows = sorted(known, key=lambda row: -probability[row])
     bars = Bars(look=FRONT._replace(symbol=""), x=np.arange(1.0, len(rows) + 1.0), y=100.0 * probability[rows],
@@ -48,9 +50,16 @@ def place_panel(results: Results) -> Panel | None:
                  [bars], aid=aid)  # fmt: skip
 
 
+def _generations(history: History) -> Axis:
+    """Return the axis of generations, which are whole numbers."""
+    last = int(history.generation[-1]) if len(history.generation) else 1
+    step = next(step for power in range(9) for digit in (1, 2, 5) if (step := digit * 10**power) * MOST_TICKS >= last)
+    return Axis("generation", ticks=tuple((float(tick), str(tick)) for tick in range(0, last + 1, step)))
+
+
 def _series(history: History, values: np.ndarray, look: Look) -> Line:
     flights = history.flights
-    return Line(look=look, x=history.generation, y=values, tips=(flights, flights), marked=True,
+    return Line(look=look, x=history.generation, y=values, tips=(flights, flights), marked=slice(None),
                 tip="%{y:.4~g} after %{customdata[0]:,.0f} flights")  # fmt: skip
 
 
@@ -64,11 +73,18 @@ def _flights(history: History) -> Panel:
             for name, counts, look in layers if counts is not None]  # fmt: skip
     aid = "What the search flew, and what requirements and races spared it."
     return Panel(
-        "progress-saved", "Flights", GENERATION, Axis("flights, cumulative"), bars, aid=aid, stacked=True, legend=True
+        "progress-saved",
+        "Flights",
+        _generations(history),
+        Axis("flights, cumulative"),
+        bars,
+        aid=aid,
+        stacked=True,
+        legend=True,
     )
 
 
-def _gap(results: Results, i: int) -> Panel:
+def _gap(results: TuningFolder, i: int) -> Panel:
     front, entry = results.front, results.objectives[i]
     search, held_out, shown = front.search[:, i], front.held_out[:, i], shown_range(front, i)
     seen = search[np.isfinite(search) & (held_out >= shown.low) & (held_out <= shown.high)]
@@ -87,7 +103,7 @@ def _gap(results: Results, i: int) -> Panel:
     return Panel(f"gap-{i}", entry.label, x, y, marks, aid=aid)
 
 
-def _gap_words(results: Results, i: int, row: int) -> str:
+def _gap_words(results: TuningFolder, i: int, row: int) -> str:
     front, unit = results.front, results.objectives[i].unit
     search, held_out = significant(front.search[row, i]), significant(front.held_out[row, i])
     return f"{front.points[row]}: search {search}, held-out {held_out} {unit}"

@@ -22,7 +22,7 @@ PADDING = 0.04
 LETTER = 6.0
 
 
-class Scale(NamedTuple):
+class StripScale(NamedTuple):
     """What a drawing shows from its left to its right end."""
 
     low: float
@@ -42,21 +42,21 @@ class Scale(NamedTuple):
         return INSET + (self.width - 2 * INSET) * self.share(value)
 
 
-def scale(numbers: Iterable[float | None], zero: bool = True) -> Scale:
+def scale(numbers: Iterable[float | None], zero: bool = True) -> StripScale:
     """Return a scale that holds all numbers that there are, and zero where asked; logarithmic where they cover decades."""
     known = [number for number in numbers if number is not None and isfinite(number)]
     if known and min(known) > 0.0 and max(known) > LOG_FACTOR * min(known):
-        return Scale(0.8 * min(known), 1.25 * max(known), True)
+        return StripScale(0.8 * min(known), 1.25 * max(known), True)
     known += [0.0] if zero or not known else []
     low, high = min(known), max(known)
     if low == high:
-        return Scale(low, low + (abs(low) or 1.0))
+        return StripScale(low, low + (abs(low) or 1.0))
     margin = PADDING * (high - low)
     # Zero itself is a fine end of a scale, anything else would stand on the edge.
-    return Scale(low - margin if low else low, high + margin if high else high)
+    return StripScale(low - margin if low else low, high + margin if high else high)
 
 
-def interval(shown: Scale, estimate: Estimate, clear: bool) -> Markup:
+def interval(shown: StripScale, estimate: Estimate, clear: bool) -> Markup:
     """Draw a difference with its interval over the zero line; clear: the interval leaves out zero, so it is filled."""
     name = "clear" if clear else "unclear"
     parts = [_upright(shown, 0.0, "zero", ROW), _whisker(shown, estimate, ROW / 2, name)]
@@ -66,7 +66,7 @@ def interval(shown: Scale, estimate: Estimate, clear: bool) -> Markup:
     return _drawing(parts, shown.width, ROW)
 
 
-def stacked(shown: Scale, rows: list[tuple[Look, Estimate]], limit: float | None) -> Markup:
+def stacked(shown: StripScale, rows: list[tuple[Look, Estimate]], limit: float | None) -> Markup:
     """Draw an interval for each contender, one below the other, zero, and the limit."""
     height = CLOSE_ROW * len(rows) + 4.0
     parts = [_upright(shown, 0.0, "zero", height)] if shown.low <= 0.0 <= shown.high else []
@@ -80,7 +80,7 @@ def stacked(shown: Scale, rows: list[tuple[Look, Estimate]], limit: float | None
     return _drawing(parts, shown.width, height)
 
 
-def pinned(shown: Scale, central: Estimate, printed: float, look: Look, inside: bool) -> Markup:
+def pinned(shown: StripScale, central: Estimate, printed: float, look: Look, inside: bool) -> Markup:
     """Draw a central interval as a bar with its median (`central.value`), and a printed number as a pin."""
     y, parts = ROW / 2 + 3.0, []
     if central.low is not None and central.high is not None:
@@ -99,7 +99,7 @@ def pinned(shown: Scale, central: Estimate, printed: float, look: Look, inside: 
 
 
 def ranged(
-    shown: Scale, near: tuple[float, float], again: tuple[float, float], before: float, inferred: float
+    shown: StripScale, near: tuple[float, float], again: tuple[float, float], before: float, inferred: float
 ) -> Markup:
     """Draw a searched range with what fits about as well, what other draws would give, and both values."""
     y = ROW / 2
@@ -111,7 +111,7 @@ def ranged(
     return _drawing(parts, shown.width, ROW)
 
 
-def placed(shown: Scale, default: float, value: float) -> Markup:
+def placed(shown: StripScale, default: float, value: float) -> Markup:
     """Draw where default and value lie in a range."""
     y = ROW / 2
     parts = [_line(INSET, y, shown.width - INSET, y, "track")]
@@ -120,7 +120,7 @@ def placed(shown: Scale, default: float, value: float) -> Markup:
     return _drawing(parts, shown.width, ROW)
 
 
-def ruler(shown: Scale) -> Markup:
+def ruler(shown: StripScale) -> Markup:
     """Draw the scale: a line, ticks at round numbers, and what they are."""
     parts = [_line(INSET, 2, shown.width - INSET, 2, "track")]
     free = 0.0
@@ -133,7 +133,7 @@ def ruler(shown: Scale) -> Markup:
     return _drawing(parts, shown.width, 20.0)
 
 
-def ticks(shown: Scale) -> list[float]:
+def ticks(shown: StripScale) -> list[float]:
     """Return round numbers inside a scale: two to five, or powers of ten."""
     if shown.log:
         first, last = -floor(-log10(shown.low)), floor(log10(shown.high))
@@ -147,18 +147,18 @@ def ticks(shown: Scale) -> list[float]:
     return [step * k for k in range(first, first + 6) if step * k <= shown.high + 1e-9 * span]
 
 
-def _decade(shown: Scale) -> list[float]:
+def _decade(shown: StripScale) -> list[float]:
     power = 10.0 ** floor(log10(shown.low))
     return [m * power for m in (1.0, 3.0, 10.0, 30.0, 100.0)]
 
 
-def _whisker(shown: Scale, estimate: Estimate, y: float, name: str) -> Markup:
+def _whisker(shown: StripScale, estimate: Estimate, y: float, name: str) -> Markup:
     if estimate.low is None or estimate.high is None:
         return Markup()
     return _line(shown.place(estimate.low), y, shown.place(estimate.high), y, f"whisker {name}")
 
 
-def _upright(shown: Scale, value: float, name: str, height: float) -> Markup:
+def _upright(shown: StripScale, value: float, name: str, height: float) -> Markup:
     return _line(shown.place(value), 0, shown.place(value), height, name)
 
 

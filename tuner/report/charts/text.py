@@ -5,7 +5,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from tuner.documents.tuning import TuningFolder
 from tuner.report.charts.chart import Array, Panel, Points
+from tuner.report.charts.front import front_panels
 from tuner.report.charts.look import DEFAULT, FRONT, LOST, SEARCHED, TUNED
 
 LETTERS = {SEARCHED: ".", FRONT: "o", LOST: "x", DEFAULT: "D", TUNED: "@"}
@@ -15,7 +17,7 @@ MARGIN = 0.04
 """Share of the range of the points that is left free on either side."""
 
 
-class Layer(NamedTuple):
+class TextLayer(NamedTuple):
     """Points (n, 2) that share a mark of one letter; later layers lie on top.
 
     cut: they do not widen the axes. edge: those outside the axes stand at the edge, instead of being left out.
@@ -28,10 +30,21 @@ class Layer(NamedTuple):
     edge: bool = False
 
 
+def lost_words(lost: np.ndarray) -> str:
+    """Return the legend of points that lost flights; lost (points,): how many each lost."""
+    return f"lost flights when held out ({int((lost > 0).sum())} points, {int(lost.sum())} flights; at the edge if beyond it)"
+
+
+def front_lines(results: TuningFolder, width: int, height: int) -> list[str]:
+    """Return the lines; values are in the units that reports show, angles in degrees."""
+    names = {".": "tried, as the search saw it", "o": "front", "x": lost_words(results.front.lost), "@": results.called}
+    return to_text(front_panels(results)[0], names, width, height)
+
+
 def to_text(panel: Panel, names: dict[str, str], width: int, height: int) -> list[str]:
     """Return the points of a panel as lines; names: what the legend calls each letter."""
     layers = [
-        Layer(
+        TextLayer(
             letter,
             names.get(letter, mark.name),
             np.stack([mark.x, mark.y], axis=1),
@@ -45,7 +58,7 @@ def to_text(panel: Panel, names: dict[str, str], width: int, height: int) -> lis
     return scatter(layers, (panel.x.title, panel.y.title), width, height)
 
 
-def scatter(layers: Sequence[Layer], labels: tuple[str, str], width: int, height: int) -> list[str]:
+def scatter(layers: Sequence[TextLayer], labels: tuple[str, str], width: int, height: int) -> list[str]:
     """Return lines of at most `width` characters: label of y, `height` lines of the plot, axis, label of x, legend.
 
     Layers that are cut do not widen the axes; at least one point must stand in a layer that is not.
@@ -70,7 +83,7 @@ def scatter(layers: Sequence[Layer], labels: tuple[str, str], width: int, height
     return [*lines, *legend([layer for layer in layers if len(layer.points)], width)]
 
 
-def legend(layers: Sequence[Layer], width: int) -> list[str]:
+def legend(layers: Sequence[TextLayer], width: int) -> list[str]:
     """Return marks and names in lines of at most `width` characters."""
     lines: list[str] = []
     for layer in layers:

@@ -11,7 +11,21 @@ from typing import Any
 
 import numpy as np
 
-from tuner.report.charts.chart import Array, Axis, Band, Bars, Disc, Line, Look, Mark, Panel, Points, Rule, Words
+from tuner.report.charts.chart import (
+    Array,
+    Axis,
+    Band,
+    Bars,
+    Disc,
+    Line,
+    Look,
+    Mark,
+    Panel,
+    Points,
+    Region,
+    Rule,
+    Words,
+)
 from tuner.text.markup import Markup, element, join
 
 Trace = dict[str, Any]
@@ -117,6 +131,8 @@ def _traces(mark: Mark, arrays: Arrays) -> list[Trace]:
             return _band(mark, arrays)
         case Bars():
             return [_bars(mark, arrays)]
+        case Region():
+            return [_region(mark)]
     return []
 
 
@@ -160,12 +176,12 @@ def _reach(values: Array, ends: tuple[Array, Array], look: Look, arrays: Arrays)
 
 def _line(mark: Line, arrays: Arrays) -> Trace:
     trace = {
-        "mode": "lines+markers" if mark.marked else "lines",
+        "mode": "lines" if mark.marked is None else "lines+markers",
         "x": arrays.add(mark.x),
         "y": arrays.add(mark.y, mark.coarse),
     }
     trace |= {"line": line_of(mark.look) | ({"shape": "hv"} if mark.steps else {}), "meta": mark.show}
-    if mark.marked:
+    if mark.marked is not None:
         trace["marker"] = {**marker_of(mark.look), "size": 5}
     if mark.tips:
         trace["customdata"] = {"zip": [arrays.add(series, mark.coarse) for series in mark.tips]}
@@ -201,6 +217,15 @@ def _bars(mark: Bars, arrays: Arrays) -> Trace:
     return trace
 
 
+def _region(mark: Region) -> Trace:
+    return {
+        "type": "contour", "x": finite(mark.x), "y": finite(mark.y), "z": [finite(row) for row in mark.values],
+        "contours": {"type": "constraint", "operation": "[]", "value": list(mark.ends)}, "line": line_of(mark.look),
+        "fillcolor": f"@{mark.look.colour}/{mark.look.opacity:g}", "name": escape(mark.name), "meta": mark.show,
+        "hoverinfo": "skip",
+    }  # fmt: skip
+
+
 def _shape(mark: Rule | Disc) -> dict[str, Any]:
     line = line_of(mark.look)
     if isinstance(mark, Disc):
@@ -226,6 +251,7 @@ def _annotation(mark: Words) -> dict[str, Any]:
         "showarrow": False,
         "font": font,
         "meta": mark.show,
+        **({"xref": "paper", "yref": "paper", "xanchor": "right"} if mark.place == "inside" else {}),
     }
 
 

@@ -1,12 +1,12 @@
 """Who flew: laws, airframe, what a search chose, what a control step costs, and where each contender's own report is."""
 
+from typing import NamedTuple
 from urllib.parse import quote
 
-from tuner.documents.contest import BoundRow, Gain, ShownContender, ShownContest
-from tuner.report.charts.look import sample
-from tuner.report.contest.joined_gains import joined
-from tuner.report.contest.looks import looks_of
-from tuner.report.prose import law_title
+from tuner.documents.contest import ComparedFolder
+from tuner.documents.contest_document import BoundRow, ContenderRow
+from tuner.report.charts.look import looks_of, sample
+from tuner.report.words import law_title
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, count, per_cent, significant
 from tuner.text.units import marked_up
@@ -24,47 +24,67 @@ HEAD = [
 ]
 
 
-def contenders_table(contest: ShownContest) -> Markup:
+# Names that stand for several axes in an address, the larger ones first.
+GROUPS = (
+    ("position", ("x", "y", "z")),
+    ("attitude", ("roll", "pitch", "yaw")),
+    ("horizontal", ("x", "y")),
+    ("tilt", ("roll", "pitch")),
+)
+
+
+class Gain(NamedTuple):
+    """One gain of a contender, in the unit of the study file."""
+
+    address: str
+    value: float
+    unit: str
+
+
+def contenders_table(contest: ComparedFolder) -> Markup:
     """Return a row a contender."""
-    most = max((entry.operations for entry in contest.contenders), default=0.0) or 1.0
+    most = max((entry.cost.operations for entry in contest.contenders), default=0.0) or 1.0
     return table(HEAD, [_row(contest, entry, most) for entry in contest.contenders], class_="contenders stacked")
 
 
-def gains_cards(contest: ShownContest) -> Markup:
+def gains_cards(contest: ComparedFolder) -> Markup:
     """Return a card a contender with every gain it flew with."""
     return element("div", *[_card(contest, entry) for entry in contest.contenders], class_="cards")
 
 
-def _row(contest: ShownContest, entry: ShownContender, most: float) -> list[Markup | str]:
-    here = bool(entry.folder) and (contest.folder / entry.folder / "report.html").exists()
-    link = element("a", "its own report", href=f"{quote(entry.folder)}/report.html") if here else Markup(MISSING)
+def _row(contest: ComparedFolder, entry: ContenderRow, most: float) -> list[Markup | str]:
+    own = f"{entry.folder}/report.html"
+    here = entry.folder is not None and (contest.folder / own).exists()
+    link = element("a", "its own report", href=quote(own)) if here else Markup(MISSING)
+    processor = entry.cost.processor
     gains = element("span", entry.point, element("small", "tuned")) if entry.tuned else "as given"
     bar = element(
         "span",
-        style=f"width:{60.0 * entry.operations / most:.1f}px",
+        style=f"width:{60.0 * entry.cost.operations / most:.1f}px",
         class_=f"cost {looks_of(contest)[entry.name].colour}",
     )
     return [
         element("span", sample(looks_of(contest)[entry.name]), " ", element("strong", entry.name), class_="name"),
-        law_title(entry.laws["attitude"]),
-        law_title(entry.laws["position"]),
+        law_title(entry.laws.attitude),
+        law_title(entry.laws.position),
         entry.airframe,
         gains,
-        element("span", element("span", count(entry.operations), class_="number"), bar),
-        MISSING if entry.instructions is None else element("span", count(entry.instructions), class_="number"),
+        element("span", element("span", count(entry.cost.operations), class_="number"), bar),
+        MISSING if processor is None else element("span", count(processor.instructions_step), class_="number"),
         per_cent(entry.failures),
         link,
     ]
 
 
-def _card(contest: ShownContest, entry: ShownContender) -> Markup:
+def _card(contest: ComparedFolder, entry: ContenderRow) -> Markup:
     title = element("h3", sample(looks_of(contest)[entry.name]), " ", entry.name)
     about = element(
         "p",
-        f"{entry.laws['attitude']} on attitude, {entry.laws['position']} on position, {entry.airframe}",
+        f"{entry.laws.attitude} on attitude, {entry.laws.position} on position, {entry.airframe}",
         class_="aid",
     )
-    rows = [_gain_row(gain, gain.address in entry.searched) for gain in joined(entry.gains)]
+    gains = [Gain(address, gain.value, gain.unit) for address, gain in entry.gains.items()]
+    rows = [_gain_row(gain, gain.address in entry.searched) for gain in joined(gains)]
     notes = element("ul", *[element("li", _bound_text(bound)) for bound in entry.on_bounds], class_="notes")
     listed = element("table", element("tbody", *rows), class_="gain-list")
     return element("article", title, about, listed, notes if entry.on_bounds else "", class_="card")
@@ -87,3 +107,15 @@ def _bound_text(bound: BoundRow) -> Markup:
     why = "it has no meaning beyond" if bound.natural else "a wider range may do better"
     place = f"{'lower' if bound.end == 'low' else 'upper'} end {significant(bound.bound)}"
     return join((element("code", bound.variable), f" of {who} stands at the {place}: {why}."))
+
+
+def joined(gains: list[Gain]) -> list[Gain]:
+    """Return gains in their order, those of a whole group of axes as one where all have the same value."""
+    told = list(gains)
+    for group, axes in GROUPS:
+        for name in dict.fromkeys(gain.address.partition(".")[2] for gain in gains):
+            members = [gain for gain in told if gain.address in [f"{axis}.{name}" for axis in axes]]
+            if len(members) == len(axes) and len({gain.value for gain in members}) == 1:
+                told[told.index(members[0])] = members[0]._replace(address=f"{group}.{name}")
+                told = [gain for gain in told if gain not in members]
+    return told

@@ -1,15 +1,14 @@
-"""What a reader can switch: which contenders are drawn, everywhere at once, and what the responses show."""
+"""Contenders as they look in every chart and table, and what a reader can switch: who is drawn, and what responses show."""
 
-from tuner.documents.contest import ShownContest
-from tuner.report.charts.look import sample
-from tuner.report.contest.looks import looks_of
+from tuner.documents.contest import ComparedFolder
+from tuner.report.charts.look import looks_of, sample
 from tuner.text.markup import Markup, element, join
 
 # What the responses can show of a contender, and whether they do at first.
 LAYERS = {"flight": ("flight 0", True), "band": ("5–95 % of flights", True), "median": ("median of flights", False)}
 
 
-def contender_switches(contest: ShownContest) -> Markup:
+def contender_switches(contest: ComparedFolder) -> Markup:
     """Return a checkbox with line and symbol for each contender: the legend of all figures, which stays in sight."""
     boxes = [
         _switch(contest.layer(entry.name), True, sample(looks_of(contest)[entry.name]), entry.name)
@@ -24,7 +23,7 @@ def interval_switch() -> Markup:
     return element("div", _switch("intervals", True, "95 % intervals"), class_="controls", id="layers")
 
 
-def response_choices(contest: ShownContest) -> Markup:
+def response_choices(contest: ComparedFolder) -> Markup:
     """Return the choices of scenario and airframe, and of what is drawn of each contender."""
     parts = [
         _choice("Scenario ", contest.scenarios, "choose-scenario"),

@@ -1,24 +1,24 @@
 """Paired differences: a forest plot a quantity, each row a pair of contenders with difference, interval and verdict."""
 
-from tuner.documents.contest import ShownContest, ShownDifference, ShownQuantity
-from tuner.report.charts.look import sample
-from tuner.report.charts.strip import Scale, interval, ruler, scale
-from tuner.report.contest.looks import looks_of
-from tuner.report.prose import listing
+from tuner.documents.contest import ComparedFolder
+from tuner.documents.contest_document import DifferenceRow, QuantityRow
+from tuner.report.charts.look import looks_of, sample
+from tuner.report.charts.strip import StripScale, interval, ruler, scale
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import estimate, fixed
+from tuner.text.sentences import listing
 from tuner.text.units import bracketed
 
 # Quantities whose forest plots stand open; the others are folded away.
 OPEN_KINDS = ("objective", "constraint")
 
 
-def forests(contest: ShownContest) -> Markup:
+def forests(contest: ComparedFolder) -> Markup:
     """Return a card for each quantity with differences; those that only printed numbers or claims ask for are folded."""
     shown, folded, same = [], [], []
-    for quantity in contest.quantities:
-        rows = [entry for entry in contest.differences if entry.quantity == quantity.label]
-        if rows and not any(number for entry in rows for number in entry.difference):
+    for quantity in contest.shown.quantities:
+        rows = [entry for entry in contest.shown.differences if entry.quantity == quantity.label]
+        if rows and not any(number for entry in rows for number in entry.estimate):
             same.append(quantity.label)
         elif rows:
             (shown if quantity.kind in OPEN_KINDS else folded).append(_card(contest, quantity, rows))
@@ -33,14 +33,14 @@ def forests(contest: ShownContest) -> Markup:
     return join(parts)
 
 
-def related(contest: ShownContest, entry: ShownDifference) -> bool:
+def related(contest: ComparedFolder, entry: DifferenceRow) -> bool:
     """Say whether two contenders share the airframe or the laws; a difference in both says little about either."""
     first, second = (contest.contenders[contest.index[name]] for name in (entry.first, entry.second))
     return first.airframe == second.airframe or first.laws == second.laws
 
 
-def _card(contest: ShownContest, quantity: ShownQuantity, rows: list[ShownDifference]) -> Markup:
-    shown = scale(number for entry in rows for number in entry.difference)
+def _card(contest: ComparedFolder, quantity: QuantityRow, rows: list[DifferenceRow]) -> Markup:
+    shown = scale(number for entry in rows for number in entry.estimate)
     near = [_row(contest, quantity, entry, shown) for entry in rows if related(contest, entry)]
     far = [_row(contest, quantity, entry, shown) for entry in rows if not related(contest, entry)]
     foot = element("div", element("span"), ruler(shown), class_="strip-row", aria_hidden="true")
@@ -51,34 +51,34 @@ def _card(contest: ShownContest, quantity: ShownQuantity, rows: list[ShownDiffer
     return element("figure", *parts, class_="forest")
 
 
-def _row(contest: ShownContest, quantity: ShownQuantity, entry: ShownDifference, shown: Scale) -> Markup:
+def _row(contest: ComparedFolder, quantity: QuantityRow, entry: DifferenceRow, shown: StripScale) -> Markup:
     second, first = (_name(contest, name) for name in (entry.second, entry.first))
-    value, ends = estimate(*entry.difference, signed=True)
+    value, ends = estimate(*entry.estimate.parts, signed=True)
     share = _relative(contest, quantity, entry)
     number = element("strong", value, f" ({share})" if share else "")
     return element(
         "li",
         element("span", second, " − ", first, class_="pair"),
-        interval(shown, entry.difference, entry.lower is not None),
+        interval(shown, entry.estimate, entry.lower is not None),
         element("span", number, " ", element("small", ends, class_="interval"), class_="number"),
         _verdict(entry),
         class_="strip-row",
     )
 
 
-def _name(contest: ShownContest, name: str) -> Markup:
+def _name(contest: ComparedFolder, name: str) -> Markup:
     return element("span", sample(looks_of(contest)[name]), " ", name, class_="name")
 
 
-def _verdict(entry: ShownDifference) -> Markup:
+def _verdict(entry: DifferenceRow) -> Markup:
     if entry.lower is None:
         return element("span", "≈ no clear difference", class_="verdict no-clear-difference")
     return element("span", f"✓ {entry.lower} is lower", class_="verdict")
 
 
-def _relative(contest: ShownContest, quantity: ShownQuantity, entry: ShownDifference) -> str:
+def _relative(contest: ComparedFolder, quantity: QuantityRow, entry: DifferenceRow) -> str:
     """Return the difference as a share of the first contender's value, where that says something."""
-    first, value = contest.estimates.get((entry.first, quantity.label)), entry.difference.value
-    if first is None or value is None or not first.value or first.value < 0.0:
+    first = contest.estimates.get((entry.first, quantity.label))
+    if first is None or not first.value or first.value < 0.0:
         return ""
-    return f"{fixed(100.0 * value / first.value, 0, signed=True)} %"
+    return f"{fixed(100.0 * entry.difference / first.value, 0, signed=True)} %"

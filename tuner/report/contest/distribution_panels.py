@@ -2,9 +2,10 @@
 
 import numpy as np
 
-from tuner.documents.contest import ContenderScores, ShownContest, ShownQuantity
+from tuner.documents.contest import ComparedFolder, ContenderScores
+from tuner.documents.contest_document import QuantityRow
 from tuner.report.charts.chart import Axis, Line, Mark, Panel, span_of, value_axis
-from tuner.report.contest.looks import looks_of
+from tuner.report.charts.look import looks_of
 from tuner.text.units import plain
 
 # Steps of a drawn function at most; a chart is some 400 pixels wide.
@@ -16,7 +17,7 @@ LOG_FACTOR = 25.0
 SHARE = Axis("flights [%]", -2.0, 102.0)
 
 
-def distribution_panels(contest: ShownContest) -> list[Panel]:
+def distribution_panels(contest: ComparedFolder) -> list[Panel]:
     """Return a panel for each metric and scenario that varies over flights."""
     style, panels = looks_of(contest), []
     for number, quantity in enumerate(_metrics(contest)):
@@ -40,13 +41,13 @@ def steps(values: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
     return values[rows], 100.0 * (rows + 1) / len(values)
 
 
-def _metrics(contest: ShownContest) -> list[ShownQuantity]:
+def _metrics(contest: ComparedFolder) -> list[QuantityRow]:
     """Return one quantity for each metric and scenario: different risks of one metric have the same flights behind them."""
-    found = {(entry.metric, entry.scenario): entry for entry in reversed(contest.quantities)}
-    return [entry for entry in contest.quantities if found[entry.metric, entry.scenario] is entry]
+    found = {(entry.metric, entry.scenario): entry for entry in reversed(contest.shown.quantities)}
+    return [entry for entry in contest.shown.quantities if found[entry.metric, entry.scenario] is entry]
 
 
-def _curve(contest: ShownContest, entry: ContenderScores, unit: str) -> Mark:
+def _curve(contest: ComparedFolder, entry: ContenderScores, unit: str) -> Mark:
     x, y = steps(entry.values)
     return Line(
         name=entry.contender, look=looks_of(contest)[entry.contender], x=np.append(x[0], x), y=np.append(0.0, y), steps=True,

@@ -3,21 +3,16 @@
 from collections.abc import Callable
 from pathlib import Path
 
-from matplotlib import rc_context
-from matplotlib.figure import Figure
-
-from tuner.documents.contest import ShownContest
-from tuner.report.charts.chart import Panel
-from tuner.report.charts.paper import WIDTH, figure_of, save, style
+from tuner.documents.contest import ComparedFolder, open_compared
+from tuner.report.charts.paper import WIDTH, Figure, figure_of, save, style
 from tuner.report.contest import time_figures
 from tuner.report.contest.fronts_panels import fronts_panels
-from tuner.report.contest.row_panels import difference_panels, printed_legend, printed_panels, value_panels
-from tuner.report.contest.shown import load_shown
+from tuner.report.contest.row_panels import difference_panels, printed_panels, value_panels
 
 COLUMNS = 3
 
 
-def fronts_figure(contest: ShownContest) -> Figure | None:
+def fronts_figure(contest: ComparedFolder) -> Figure | None:
     """Return the fronts of all contenders, for one objective the points in rows; None where nothing was tuned."""
     panels = fronts_panels(contest)
     if not panels:
@@ -28,37 +23,35 @@ def fronts_figure(contest: ShownContest) -> Figure | None:
     return figure_of(panels, min(len(panels), 3), 3.6 if single else 2.5, 0.85 * WIDTH if single else WIDTH)
 
 
-def differences_figure(contest: ShownContest) -> Figure | None:
+def differences_figure(contest: ComparedFolder) -> Figure | None:
     """Return forest plots of the paired differences; None where no two contenders differ in anything."""
     panels = difference_panels(contest, COLUMNS)
     if not panels:
         return None
     rows = max(len(panel.y.ticks) for panel in panels)
-    return _small(panels, 0.7 + 0.15 * rows, "left of zero the one named first is lower; hollow: no clear difference")
+    note = "left of zero the one named first is lower; hollow: no clear difference"
+    return figure_of(panels, min(COLUMNS, len(panels)), 0.7 + 0.15 * rows, small=True, note=note)
 
 
-def values_figure(contest: ShownContest) -> Figure:
+def values_figure(contest: ComparedFolder) -> Figure:
     """Return every value with its interval, of the first quantities where there are more than fit on a page."""
     panels = value_panels(contest, COLUMNS)
     note = "bars: 95 % intervals over flights; dashed: limit; further left is better"
-    return _small(panels, 0.75 + 0.2 * len(contest.contenders), note)
+    return figure_of(panels, min(COLUMNS, len(panels)), 0.75 + 0.2 * len(contest.contenders), small=True, note=note)
 
 
-def published_figure(contest: ShownContest) -> Figure | None:
+def published_figure(contest: ComparedFolder) -> Figure | None:
     """Return our central 95 % of flights with each printed number; None where no number was printed."""
     panels = printed_panels(contest)
     if not panels:
         return None
     rows = max(len(panel.y.ticks) for panel in panels)
-    figure = figure_of(panels, min(2, len(panels)), max(0.75 + 0.18 * rows, 1.3), legend=False)
-    figure.legend(*printed_legend(), loc="outside upper center", ncols=4)
     note = "right: percentile of the printed number among our flights; *: the study was set to meet it"
-    figure.supxlabel(note, fontsize=6.5)
-    return figure
+    return figure_of(panels, min(2, len(panels)), max(0.75 + 0.18 * rows, 1.3), note=note)
 
 
 # File name and what draws it; None where the folder has no data for it.
-FIGURES: dict[str, Callable[[ShownContest], Figure | None]] = {
+FIGURES: dict[str, Callable[[ComparedFolder], Figure | None]] = {
     "front": fronts_figure,
     "differences": differences_figure,
     "published": published_figure,
@@ -82,21 +75,9 @@ def write_values_figure(folder: Path) -> list[Path]:
     return _write(folder, {"values": values_figure})
 
 
-def _write(folder: Path, figures: dict[str, Callable[[ShownContest], Figure | None]]) -> list[Path]:
-    contest = load_shown(folder)
-    # Names are text, even those with dollar signs.
-    with style(), rc_context({"text.parse_math": False}):
+def _write(folder: Path, figures: dict[str, Callable[[ComparedFolder], Figure | None]]) -> list[Path]:
+    contest = open_compared(folder)
+    with style():
         drawn = {name: draw(contest) for name, draw in figures.items()}
         shown = {name: figure for name, figure in drawn.items() if figure is not None}
         return [file for name, figure in shown.items() for file in save(figure, folder, f"figures/{name}")]
-
-
-def _small(panels: list[Panel], height: float, note: str) -> Figure:
-    """Return a figure of many small panels whose axes are in small type."""
-    figure = figure_of(panels, min(COLUMNS, len(panels)), height, legend=False)
-    for ax in figure.axes:
-        ax.tick_params(labelsize=6.5)
-        ax.xaxis.label.set_fontsize(6.5)
-        ax.locator_params(axis="x", nbins=3)
-    figure.supxlabel(note, fontsize=6.5)
-    return figure

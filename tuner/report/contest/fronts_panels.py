@@ -6,29 +6,29 @@ from itertools import combinations
 
 import numpy as np
 
-from tuner.documents.contest import ContenderFront, Fronts, Gain, ShownContest
-from tuner.report.charts.chart import Line, Mark, Panel, Points, Span, row_axis, span_of, value_axis
+from tuner.documents.contest import ComparedFolder, ContenderFront
+from tuner.documents.contest_document import FrontsPart
+from tuner.report.charts.chart import AxisRange, Line, Mark, Panel, Points, row_axis, span_of, value_axis
 from tuner.report.charts.front import lost_points
-from tuner.report.charts.look import Look
-from tuner.report.contest.joined_gains import joined
-from tuner.report.contest.looks import looks_of
-from tuner.report.prose import counted
+from tuner.report.charts.look import Look, looks_of
+from tuner.report.contest.contenders_section import Gain, joined
 from tuner.text.numbers import estimate, significant
+from tuner.text.sentences import counted
 from tuner.text.units import plain
 
 # Projections drawn at most: those of five objectives.
 MOST_PAIRS = 10
-# Fronts are much like hyperbolas: they stand apart on logarithmic axes, and huddle in a corner of others.
+# FrontsPart are much like hyperbolas: they stand apart on logarithmic axes, and huddle in a corner of others.
 LOG_FACTOR = 5.0
 RING = Look("ink", hollow=True, size=20)
 # Where the names of recommended points stand, one contender after the other: such points are often neighbours.
 PLACES = ("top right", "bottom left", "bottom right", "top left")
 
 
-def fronts_panels(contest: ShownContest) -> list[Panel]:
+def fronts_panels(contest: ComparedFolder) -> list[Panel]:
     """Return the panels, one with a row a contender where there is one objective; nothing where nothing was tuned."""
     fronts = contest.fronts
-    if fronts is None or not fronts.fronts:
+    if fronts is None or not contest.front_points:
         return []
     count = len(fronts.objectives)
     if count == 1:
@@ -37,10 +37,8 @@ def fronts_panels(contest: ShownContest) -> list[Panel]:
     return [_pair(contest, fronts, i, j) for i, j in pairs]
 
 
-def hover_texts(contest: ShownContest, fronts: Fronts, front: ContenderFront) -> list[str]:
+def hover_texts(contest: ComparedFolder, fronts: FrontsPart, front: ContenderFront) -> list[str]:
     """Return the text under the pointer of each point: values with intervals, and gains."""
-    contender = contest.contenders[contest.index[front.contender]]
-    units = {gain.address: gain.unit for gain in contender.gains}
     texts = []
     for row, point in enumerate(front.points):
         mark = ", recommended" if front.recommended[row] else ""
@@ -50,29 +48,29 @@ def hover_texts(contest: ShownContest, fronts: Fronts, front: ContenderFront) ->
             middle, low, high = (float(part[row, i]) for part in (front.values, front.low, front.high))
             value, ends = estimate(middle, low, high)
             lines.append(escape(f"{label}: {value} {ends} {plain(contest.quantity[label].unit)}"))
-        gains = joined([Gain(name, value, units.get(name, "1")) for name, value in front.gains[row].items()])
+        gains = joined([Gain(name, value, "") for name, value in front.gains[row].items()])
         lines += [escape(f"{gain.address} = {significant(gain.value)}") for gain in gains]
         texts.append("<br>".join(lines))
     return texts
 
 
-def _span(fronts: Fronts, objective: int) -> Span:
+def _span(contest: ComparedFolder, objective: int) -> AxisRange:
     """Return the part of an objective's axis that holds all fronts with their intervals."""
     return span_of(
-        [part[:, objective] for front in fronts.fronts for part in (front.values, front.low, front.high)], LOG_FACTOR
+        [part[:, objective] for front in contest.front_points for part in (front.values, front.low, front.high)], LOG_FACTOR
     )
 
 
-def _pair(contest: ShownContest, fronts: Fronts, i: int, j: int) -> Panel:
-    marks = [mark for front in fronts.fronts for mark in _front(contest, fronts, front, (i, j))]
+def _pair(contest: ComparedFolder, fronts: FrontsPart, i: int, j: int) -> Panel:
+    marks = [mark for front in contest.front_points for mark in _front(contest, fronts, front, (i, j))]
     x, y = (
-        value_axis(fronts.objectives[k], contest.quantity[fronts.objectives[k]].unit, _span(fronts, k)) for k in (i, j)
+        value_axis(fronts.objectives[k], contest.quantity[fronts.objectives[k]].unit, _span(contest, k)) for k in (i, j)
     )
     title = f"{fronts.objectives[j]} over {fronts.objectives[i]}"
     return Panel(f"front-{i}-{j}", title, x, y, marks, form="pair")
 
 
-def _front(contest: ShownContest, fronts: Fronts, front: ContenderFront, pair: Sequence[int]) -> list[Mark]:
+def _front(contest: ComparedFolder, fronts: FrontsPart, front: ContenderFront, pair: Sequence[int]) -> list[Mark]:
     look, show = looks_of(contest)[front.contender], {"layer": contest.layer(front.contender)}
     x, y = (front.values[:, k] for k in pair)
     marks: list[Mark] = []
@@ -83,7 +81,7 @@ def _front(contest: ShownContest, fronts: Fronts, front: ContenderFront, pair: S
 
 
 def _points(
-    contest: ShownContest, fronts: Fronts, front: ContenderFront, x: np.ndarray, y: np.ndarray, look: Look,
+    contest: ComparedFolder, fronts: FrontsPart, front: ContenderFront, x: np.ndarray, y: np.ndarray, look: Look,
     ends: Sequence[tuple[np.ndarray, np.ndarray]],
 ) -> list[Mark]:  # fmt: skip
     show, chosen = {"layer": contest.layer(front.contender)}, front.recommended
@@ -96,12 +94,12 @@ def _points(
     return [points, *lost_points(x, y, front.lost, show), *([ring] if chosen.any() else [])]
 
 
-def _ranking(contest: ShownContest, fronts: Fronts) -> Panel:
+def _ranking(contest: ComparedFolder, fronts: FrontsPart) -> Panel:
     """One objective: a row of points for each contender, the best to the left."""
-    names, marks = [front.contender for front in fronts.fronts], []
-    for row, front in enumerate(fronts.fronts):
+    names, marks = [front.contender for front in contest.front_points], []
+    for row, front in enumerate(contest.front_points):
         height, ends = np.full(len(front.points), -float(row)), [(front.low[:, 0], front.high[:, 0])]
         marks += _points(contest, fronts, front, front.values[:, 0], height, looks_of(contest)[front.contender], ends)
     label = fronts.objectives[0]
-    x = value_axis(label, contest.quantity[label].unit, _span(fronts, 0))
+    x = value_axis(label, contest.quantity[label].unit, _span(contest, 0))
     return Panel("front-ranking", label, x, row_axis(names), marks, form="pair", rows=True)

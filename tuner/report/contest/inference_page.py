@@ -2,16 +2,15 @@
 
 from pathlib import Path
 
-from tuner.documents.inference import ShownInference, load_inference
+from tuner.documents.inference_document import InferenceDocument
+from tuner.documents.opening import InferenceFolder
 from tuner.report.contest.inference_section import cells_table, misfits_table, ratios_table, unknowns_table
-from tuner.report.contest.provenance import environment_facts
-from tuner.report.contest.shown import shown_inference
 from tuner.report.page import Page, Section, aid, folded_text, put_page, wide
-from tuner.report.prose import counted, listing
-from tuner.store.document import read_text
+from tuner.report.provenance import environment_facts
 from tuner.store.environment import Environment
 from tuner.text.markup import Markup, described, element, join
 from tuner.text.numbers import count, duration, per_cent, significant
+from tuner.text.sentences import counted, listing
 
 AIDS = {
     "cells": "Printed numbers against held-out flights at the inferred setting: median with the central 95 % of flights. "
@@ -26,13 +25,11 @@ AIDS = {
 
 def write_inference_page(folder: Path) -> Path:
     """Write report.html into a folder with an inference; StoreError where a file is missing or damaged."""
-    inference = shown_inference(load_inference(folder / "inference.json"))
-    environment = Environment.read(folder / "environment.json")
-    study = read_text(folder / "study.toml")
-    return put_page(folder, inference_page(inference, environment, study))
+    found = InferenceFolder(folder)
+    return put_page(folder, inference_page(found.document.in_degrees(), found.environment, found.study))
 
 
-def inference_parts(inference: ShownInference) -> list[Section]:
+def inference_parts(inference: InferenceDocument) -> list[Section]:
     """Return the sections of an inference; those without content are left out."""
     parts = (
         ("cells", "Printed numbers, reproduced or not", cells_table(inference)),
@@ -43,18 +40,17 @@ def inference_parts(inference: ShownInference) -> list[Section]:
     return [Section(key, name, join((aid(AIDS[key]), wide(content)))) for key, name, content in parts if content]
 
 
-def inference_page(inference: ShownInference, environment: Environment, study: str) -> Page:
+def inference_page(inference: InferenceDocument, environment: Environment, study: str) -> Page:
     """Return the page of an inference, given in shown units; it has no charts that need a script."""
-    description = inference.document.get("description")
     words = element("ul", *[element("li", sentence) for sentence in inference.words], class_="words")
     provenance = Section("provenance", "Provenance", _provenance(inference, environment, study))
     return Page(
         kind="inference report",
-        title=inference.document["title"],
+        title=inference.title,
         lead=join(
             (
                 element("p", _asked(inference), class_="lead"),
-                element("p", str(description), class_="aid") if description else "",
+                element("p", inference.description, class_="aid") if inference.description else "",
                 words,
             )
         ),
@@ -64,7 +60,7 @@ def inference_page(inference: ShownInference, environment: Environment, study: s
     )
 
 
-def _asked(inference: ShownInference) -> str:
+def _asked(inference: InferenceDocument) -> str:
     cells, unknowns = len(inference.cells), len(inference.unknowns)
     return (
         f"{counted(unknowns, 'open value').capitalize()} were searched so that {listing(inference.contenders)} meet "
@@ -72,28 +68,28 @@ def _asked(inference: ShownInference) -> str:
     )
 
 
-def _key_figures(inference: ShownInference) -> list[tuple[str, str]]:
-    default, inferred = inference.misfits[:2]
+def _key_figures(inference: InferenceDocument) -> list[tuple[str, str]]:
+    default, inferred = inference.misfit.default, inference.misfit.inferred
     cells = len(inference.cells)
     never = sum(cell.by == "nowhere" for cell in inference.cells)
     return [
         ("Numbers inside, inferred", f"{inferred.inside} of {cells}"),
         ("Numbers inside, before", f"{default.inside} of {cells}"),
         ("Inside under no setting", count(never)),
-        ("Settings tried", count(inference.document["settings"]["tried"])),
-        ("Flights", count(inference.document["flights"])),
-        ("Wall time", duration(inference.document["wall_seconds"])),
+        ("Settings tried", count(inference.settings.tried)),
+        ("Flights", count(inference.flights)),
+        ("Wall time", duration(inference.wall_seconds)),
     ]
 
 
-def _provenance(inference: ShownInference, environment: Environment, study: str) -> Markup:
-    document, settings = inference.document, inference.document["settings"]
+def _provenance(inference: InferenceDocument, environment: Environment, study: str) -> Markup:
+    settings = inference.settings
     facts = [
-        ("Study", str(document.get("study", ""))),
-        ("Seed", significant(document["seed"], 15)),
-        ("Flights of a setting", f"{count(settings['flights'])} of each contender and scenario, {count(settings['held_out'])} "
+        ("Study", inference.study),
+        ("Seed", significant(inference.seed, 15)),
+        ("Flights of a setting", f"{count(settings.flights)} of each contender and scenario, {count(settings.held_out)} "
          "held out"),
-        ("Fits about as well", f"misfit within {per_cent(settings['near'])} of the least"),
+        ("Fits about as well", f"misfit within {per_cent(settings.near)} of the least"),
         *environment_facts(environment),
     ]  # fmt: skip
     return join((described(facts, class_="facts columns"), folded_text("Study file as given", study)))

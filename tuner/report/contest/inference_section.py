@@ -2,16 +2,16 @@
 
 from math import exp
 
-from tuner.documents.inference import ReproducedCell, ReproducedRatio, ShownInference, ShownUnknown
+from tuner.documents.inference_document import CellRow, InferenceDocument, RatioRow, UnknownRow
 from tuner.report.charts.look import Look, looks, sample
-from tuner.report.charts.strip import Scale, ranged
+from tuner.report.charts.strip import StripScale, ranged
 from tuner.report.contest.published_section import percentile_text
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, estimate, significant
 from tuner.text.units import marked_up
 
-UNKNOWN_HEAD = ["Open value", "Unit", "Before", "Inferred", "Range searched", "Told by the printed numbers?"]
-RATIO_HEAD = ["Ratio", "Printed", "Ours at the inferred setting", "Reproduced?"]
+UNKNOWN_HEAD = ("Open value", "Unit", "Before", "Inferred", "Range searched", "Told by the printed numbers?")
+RATIO_HEAD = ("Ratio", "Printed", "Ours at the inferred setting", "Reproduced?")
 VERDICTS = {"told": "✓ told", "loosely": "≈ loosely", "not": "✗ not told"}
 BY = {
     "here": "✓ inside at the inferred setting",
@@ -22,12 +22,12 @@ BY = {
 CLASSES = {"here": "inside", "near": "undecided", "elsewhere": "undecided", "nowhere": "outside"}
 
 
-def unknowns_table(inference: ShownInference) -> Markup:
+def unknowns_table(inference: InferenceDocument) -> Markup:
     """Return a row an open value: before, inferred, and where that lies in the range searched."""
     return table(UNKNOWN_HEAD, [_unknown(entry) for entry in inference.unknowns], class_="unknowns stacked")
 
 
-def cells_table(inference: ShownInference) -> Markup:
+def cells_table(inference: InferenceDocument) -> Markup:
     """Return the printed table, rows metrics and columns contenders, with what the inferred setting makes of it."""
     style = _looks(inference)
     names = [name for name in inference.contenders if any(cell.contender == name for cell in inference.cells)]
@@ -40,24 +40,24 @@ def cells_table(inference: ShownInference) -> Markup:
     return element("table", element("thead", top), element("tbody", *body), class_="values printed stacked")
 
 
-def ratios_table(inference: ShownInference) -> Markup:
+def ratios_table(inference: InferenceDocument) -> Markup:
     """Return a row a printed ratio of two contenders; nothing where there are none."""
     if not inference.ratios:
         return Markup()
     return table(RATIO_HEAD, [_ratio_row(entry) for entry in inference.ratios], class_="ratios stacked")
 
 
-def misfits_table(inference: ShownInference) -> Markup:
+def misfits_table(inference: InferenceDocument) -> Markup:
     """Return by which factor our medians typically miss the printed numbers, by kind, for each setting."""
-    head = ["Setting", *[f"{kind}, {part}" for kind in inference.kinds for part in ("search", "held out")], "Inside"]
+    head = ["Setting", *[f"{kind}, {part}" for kind in inference.misfit_kinds for part in ("search", "held out")], "Inside"]
     rows = []
-    for entry in inference.misfits:
-        factors = [_factor(part[kind]) for kind in inference.kinds for part in (entry.search, entry.held_out)]
-        rows.append([entry.name, *factors, f"{entry.inside} of {len(inference.cells)}"])
+    for name, entry in inference.misfits:
+        factors = [_factor(part[kind]) for kind in inference.misfit_kinds for part in (entry.search, entry.held_out)]
+        rows.append([name, *factors, f"{entry.inside} of {len(inference.cells)}"])
     return table(head, rows, class_="misfits stacked")
 
 
-def _looks(inference: ShownInference) -> dict[str, Look]:
+def _looks(inference: InferenceDocument) -> dict[str, Look]:
     return dict(zip(inference.contenders, looks([(name, "") for name in inference.contenders]), strict=True))
 
 
@@ -65,9 +65,9 @@ def _factor(misfit: float) -> str:
     return f"× {significant(exp(misfit), 3)}"
 
 
-def _unknown(entry: ShownUnknown) -> list[Markup | str]:
-    shown = Scale(entry.low, entry.high, entry.log)
-    ends = [significant(entry.low, 3), "log" if entry.log else "linear", significant(entry.high, 3)]
+def _unknown(entry: UnknownRow) -> list[Markup | str]:
+    shown = StripScale(entry.low, entry.high, entry.scale == "log")
+    ends = [significant(entry.low, 3), entry.scale, significant(entry.high, 3)]
     drawn = ranged(shown, entry.near, entry.again, entry.default, entry.inferred)
     scale = element("span", *[element("span", text) for text in ends], class_="ends")
     near, again = (" to ".join(significant(end, 3) for end in pair) for pair in (entry.near, entry.again))
@@ -80,7 +80,7 @@ def _unknown(entry: ShownUnknown) -> list[Markup | str]:
     verdict = element("span", VERDICTS.get(entry.verdict, entry.verdict), class_="verdict")
     return [
         name,
-        marked_up(entry.unit or MISSING),
+        marked_up(MISSING if entry.unit == "1" else entry.unit),
         significant(entry.default, 3),
         element("strong", significant(entry.inferred, 3), class_="number"),
         element("span", drawn, scale),
@@ -88,11 +88,11 @@ def _unknown(entry: ShownUnknown) -> list[Markup | str]:
     ]
 
 
-def _addresses(entry: ShownUnknown) -> list[Markup]:
+def _addresses(entry: UnknownRow) -> list[Markup]:
     return [element("small", element("code", address)) for address in entry.addresses]
 
 
-def _cells_row(cells: list[ReproducedCell], names: list[str]) -> Markup:
+def _cells_row(cells: list[CellRow], names: list[str]) -> Markup:
     known = {cell.contender: _cell(cell) for cell in cells}
     unit = join((" [", marked_up(cells[0].unit), "]")) if cells[0].unit else Markup()
     head = element(
@@ -102,7 +102,7 @@ def _cells_row(cells: list[ReproducedCell], names: list[str]) -> Markup:
     return element("tr", head, *[element("td", element("div", cell), data_label=name) for name, cell in shown])
 
 
-def _cell(cell: ReproducedCell) -> Markup:
+def _cell(cell: CellRow) -> Markup:
     median, ends = estimate(*cell.ours.central.parts)
     before, before_ends = estimate(*cell.default.central.parts)
     where = f"{BY[cell.by]}, percentile {percentile_text(cell.ours.percentile)}"
@@ -113,7 +113,7 @@ def _cell(cell: ReproducedCell) -> Markup:
     )
     return element(
         "span",
-        element("span", "printed ", element("strong", significant(cell.printed, 6)), class_="number"),
+        element("span", "printed ", element("strong", significant(cell.published, 6)), class_="number"),
         element("span", f"ours {median} {ends}", class_="number ours"),
         element("small", where, class_=CLASSES[cell.by]),
         nearest,
@@ -121,7 +121,7 @@ def _cell(cell: ReproducedCell) -> Markup:
     )
 
 
-def _ratio_row(entry: ReproducedRatio) -> list[Markup | str]:
+def _ratio_row(entry: RatioRow) -> list[Markup | str]:
     median, ends = estimate(*entry.ours.central.parts)
     verdict = element(
         "span",
@@ -132,7 +132,7 @@ def _ratio_row(entry: ReproducedRatio) -> list[Markup | str]:
     about = element("small", f"{entry.second} to {entry.first}, scenario {entry.scenario}")
     return [
         join((element("code", entry.metric), about)),
-        significant(entry.printed, 4),
+        significant(entry.published, 4),
         element("span", median, " ", element("small", ends, class_="interval")),
         element("span", verdict, nearest),
     ]

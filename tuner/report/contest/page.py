@@ -3,10 +3,9 @@
 from collections.abc import Sequence
 from pathlib import Path
 
-from tuner.documents.contest import ShownContest
+from tuner.documents.contest import ComparedFolder, open_compared
 from tuner.report.charts.chart import Panel
 from tuner.report.charts.web import Arrays, grid, to_web
-from tuner.report.contest.best_section import best_table
 from tuner.report.contest.contenders_section import contenders_table, gains_cards
 from tuner.report.contest.controls import contender_switches, interval_switch, response_choices
 from tuner.report.contest.differences_section import forests
@@ -17,9 +16,7 @@ from tuner.report.contest.prose import asked, claims, key_figures, words
 from tuner.report.contest.provenance import definitions, document_text, facts
 from tuner.report.contest.published_section import printed_tables, strips
 from tuner.report.contest.response_panels import response_panels
-from tuner.report.contest.shown import load_shown
-from tuner.report.contest.values_section import values_table
-from tuner.report.contest.volumes_section import volumes_table
+from tuner.report.contest.values_section import best_table, values_table, volumes_table
 from tuner.report.page import Page, Section, aid, folded, folded_text, put_page, wide
 from tuner.text.markup import Markup, described, element, join
 
@@ -49,27 +46,26 @@ AIDS = {
 
 def write_contest_page(folder: Path) -> Path:
     """Write report.html into a contest folder; StoreError where a file is missing, damaged or cannot be written."""
-    return put_page(folder, contest_page(load_shown(folder)))
+    return put_page(folder, contest_page(open_compared(folder)))
 
 
-def contest_page(contest: ShownContest) -> Page:
-    """Return the page of a contest, given in shown units."""
+def contest_page(contest: ComparedFolder) -> Page:
+    """Return the page of a contest."""
     fronts, responses, spreads = fronts_panels(contest), response_panels(contest), distribution_panels(contest)
     arrays, document = Arrays(), contest.document
-    description = document.get("description")
     lead = (
         element("p", asked(contest), " Angles are in degrees.", class_="lead"),
-        element("p", str(description), class_="aid") if description else "",
+        element("p", document.description, class_="aid") if document.description else "",
         words(contest),
         claims(contest),
     )
     return Page(
-        kind="comparison" if (contest.folder / "comparison.json").exists() else "contest report",
-        title=document["title"],
-        ending=document.get("ending", []),
+        kind="comparison" if contest.kind == "comparison" else "contest report",
+        title=document.title,
+        ending=document.ending,
         lead=join(lead),
         opening=Markup(),
-        warnings=document["warnings"],
+        warnings=document.warnings,
         sections=_sections(contest, fronts, responses, spreads),
         data={
             "charts": {panel.key: to_web(panel, arrays) for panel in [*fronts, *responses, *spreads]},
@@ -80,9 +76,9 @@ def contest_page(contest: ShownContest) -> Page:
 
 
 def _sections(
-    contest: ShownContest, fronts: Sequence[Panel], responses: Sequence[Panel], spreads: Sequence[Panel]
+    contest: ComparedFolder, fronts: Sequence[Panel], responses: Sequence[Panel], spreads: Sequence[Panel]
 ) -> list[Section]:  # fmt: skip
-    best, parts = contest.best_under, contest.differences
+    best, parts = contest.shown.best_under, contest.shown.differences
     return [
         Section("values", "Side by side", _values(contest)),
         Section("fronts", "Trade-offs", _fronts(contest, fronts)),
@@ -101,12 +97,12 @@ def _sections(
     ]
 
 
-def _values(contest: ShownContest) -> Markup:
+def _values(contest: ComparedFolder) -> Markup:
     parts = [_told("values", wide(values_table(contest)))] if contest.estimates else []
     return join((*parts, element("h3", "The contenders"), _told("contenders", wide(contenders_table(contest)))))
 
 
-def _fronts(contest: ShownContest, panels: Sequence[Panel]) -> Markup:
+def _fronts(contest: ComparedFolder, panels: Sequence[Panel]) -> Markup:
     if contest.fronts is None or not panels:
         return Markup()
     form = f"front-grid objectives-{min(max(len(contest.fronts.objectives), 2), 4)}"
@@ -115,14 +111,14 @@ def _fronts(contest: ShownContest, panels: Sequence[Panel]) -> Markup:
     )
 
 
-def _published(contest: ShownContest) -> Markup:
-    if not contest.cells:
+def _published(contest: ComparedFolder) -> Markup:
+    if not contest.shown.published:
         return Markup()
     picture = (element("h3", "As a picture"), aid(AIDS["strips"]), strips(contest))
     return join((aid(AIDS["published"]), printed_tables(contest), *picture))
 
 
-def _responses(contest: ShownContest, panels: Sequence[Panel]) -> Markup:
+def _responses(contest: ComparedFolder, panels: Sequence[Panel]) -> Markup:
     if not panels:
         return Markup()
     grids = [
@@ -132,7 +128,7 @@ def _responses(contest: ShownContest, panels: Sequence[Panel]) -> Markup:
     return join((aid(AIDS["responses"]), response_choices(contest), *grids))
 
 
-def _inference(contest: ShownContest) -> list[Section]:
+def _inference(contest: ComparedFolder) -> list[Section]:
     if contest.inference is None:
         return []
     told = element("ul", *[element("li", sentence) for sentence in contest.inference.words], class_="words")
@@ -141,7 +137,7 @@ def _inference(contest: ShownContest) -> list[Section]:
     return [Section("inference", "Open values inferred", join((told, *shown)))]
 
 
-def _provenance(contest: ShownContest) -> Markup:
+def _provenance(contest: ComparedFolder) -> Markup:
     folds = (
         folded("What the words mean", definitions(contest)),
         folded_text("Study file as given", contest.study),

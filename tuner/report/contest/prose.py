@@ -1,24 +1,25 @@
 """The opening of the page: what was asked, the sentences, the claims with their verdicts, and the key figures."""
 
-from tuner.documents.contest import ShownClaim, ShownContest, ShownRuling
-from tuner.report.prose import counted, listing
+from tuner.documents.contest import ComparedFolder
+from tuner.documents.contest_document import ClaimRow, RulingRow
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import count, duration, estimate
+from tuner.text.sentences import counted, listing
 from tuner.text.units import plain
 
 SIGNS = {"survives": "✓", "fails": "✗", "undecided": "≈"}
 COUNTS = {"survives": "for it", "fails": "against it", "undecided": "without a decision"}
 
 
-def asked(contest: ShownContest) -> Markup:
+def asked(contest: ComparedFolder) -> Markup:
     """Return who flew what, how often and on which airframes."""
     many = counted(len(contest.contenders), "controller")
-    where = listing([f"{count(entry.flights)} of {entry.scenario}" for entry in contest.compared_on])
+    where = listing([f"{count(entry.flights)} of {entry.scenario}" for entry in contest.document.compared_on])
     flown = f" flew {listing(contest.airframes)} through the same flights ({where}), each in the same air. "
     return join((element("strong", many[:1].upper() + many[1:]), flown, _tuned(contest)))
 
 
-def _tuned(contest: ShownContest) -> str:
+def _tuned(contest: ComparedFolder) -> str:
     """Return whose gains a search had chosen before."""
     names = {tuned: [entry.name for entry in contest.contenders if entry.tuned is tuned] for tuned in (True, False)}
     if not names[True]:
@@ -27,37 +28,37 @@ def _tuned(contest: ShownContest) -> str:
     return f"{tuned}, {listing(names[False])} flew with gains as given." if names[False] else f"{tuned}."
 
 
-def key_figures(contest: ShownContest) -> list[tuple[str, str]]:
+def key_figures(contest: ComparedFolder) -> list[tuple[str, str]]:
     """Return the numbers at the top of the page, name and value."""
     figures = [
         ("Contenders", count(len(contest.contenders))),
-        ("Flights in all", count(contest.document["flights"])),
-        ("Flights of each in the comparison", count(sum(entry.flights for entry in contest.compared_on))),
+        ("Flights in all", count(contest.document.flights)),
+        ("Flights of each in the comparison", count(sum(entry.flights for entry in contest.document.compared_on))),
     ]
-    free = [cell.inside for cell in contest.cells if not cell.fitted]
+    free = [cell.inside for cell in contest.shown.published if not cell.fitted]
     if free:
         figures.append(("Printed numbers inside", f"{sum(free)} of {len(free)}"))
-    surviving = [claim.verdict == "survives" for claim in contest.claims]
+    surviving = [claim.verdict == "survives" for claim in contest.shown.claims]
     if surviving:
         figures.append(("Claims that survive", f"{sum(surviving)} of {len(surviving)}"))
-    return [*figures, ("Wall time", duration(contest.document["wall_seconds"]))]
+    return [*figures, ("Wall time", duration(contest.document.wall_seconds))]
 
 
-def words(contest: ShownContest) -> Markup:
+def words(contest: ComparedFolder) -> Markup:
     """Return the sentences of the contest but for those that only repeat a claim, which stands below them."""
-    told = tuple(f'The claim "{claim.text}"' for claim in contest.claims if claim.text)
-    shown = [sentence for sentence in contest.document["words"] if not (told and sentence.startswith(told))]
+    told = tuple(f'The claim "{claim.text}"' for claim in contest.shown.claims if claim.text)
+    shown = [sentence for sentence in contest.document.words if not (told and sentence.startswith(told))]
     return element("ul", *[element("li", sentence) for sentence in shown], class_="words") if shown else Markup()
 
 
-def claims(contest: ShownContest) -> Markup:
+def claims(contest: ComparedFolder) -> Markup:
     """Return every claim with its verdict, and the comparisons behind it folded away."""
-    if not contest.claims:
+    if not contest.shown.claims:
         return Markup()
-    return element("div", *[_claim(contest, claim) for claim in contest.claims], class_="claims")
+    return element("div", *[_claim(contest, claim) for claim in contest.shown.claims], class_="claims")
 
 
-def _claim(contest: ShownContest, claim: ShownClaim) -> Markup:
+def _claim(contest: ComparedFolder, claim: ClaimRow) -> Markup:
     text = claim.text or f"{claim.better} is better"
     counts = [(sum(row.verdict == kind for row in claim.rows), said) for kind, said in COUNTS.items()]
     rests = f"paired comparisons: {', '.join(f'{number} {said}' for number, said in counts if number)}"
@@ -69,10 +70,10 @@ def _claim(contest: ShownContest, claim: ShownClaim) -> Markup:
     )
 
 
-def _ruling(contest: ShownContest, claim: ShownClaim, row: ShownRuling) -> Markup:
+def _ruling(contest: ComparedFolder, claim: ClaimRow, row: RulingRow) -> Markup:
     quantity = contest.quantity.get(row.quantity)
     unit = f" {plain(quantity.unit)}" if quantity and quantity.unit else ""
-    value, ends = estimate(*row.difference, signed=True)
+    value, ends = estimate(*row.estimate.parts, signed=True)
     pair = f" {claim.better} − {row.than} in "
     return element("li", _verdict(row.verdict), pair, element("code", row.quantity), f": {value}{unit} {ends}")
 

@@ -1,9 +1,8 @@
 """Where the numbers of a contest come from: seed, flights, machine, versions, the command, and what the words mean."""
 
-from tuner.documents.contest import ShownContest
+from tuner.documents.contest import ComparedFolder
 from tuner.report.answer_section import metric_anchor
-from tuner.report.provenance import TOLD
-from tuner.store.environment import Environment
+from tuner.report.provenance import environment_facts
 from tuner.text.markup import Markup, coded, described, element, join
 from tuner.text.numbers import MISSING, count, duration, significant
 from tuner.text.units import marked_up
@@ -33,39 +32,26 @@ WORDS = (
 )
 
 
-def facts(contest: ShownContest) -> Markup:
+def facts(contest: ComparedFolder) -> Markup:
     """Return study, seed, flights, machine, command and versions."""
     document = contest.document
     scenarios = [
         f"{entry.scenario}: {count(entry.flights)} of {significant(entry.duration)} s each"
-        for entry in contest.compared_on
+        for entry in contest.document.compared_on
     ]
     shown = [
-        ("Study", str(document.get("study", MISSING))),
-        ("Seed", significant(document["seed"], 15)),
-        ("Flights", f"{count(document['flights'])} in {duration(document['wall_seconds'])}"),
+        ("Study", document.study),
+        ("Seed", significant(document.seed, 15)),
+        ("Flights", f"{count(document.flights)} in {duration(document.wall_seconds)}"),
         ("Compared on", "; ".join(scenarios) or MISSING),
         *environment_facts(contest.environment),
     ]
     return described(shown, class_="facts columns")
 
 
-def environment_facts(environment: Environment) -> list[tuple[str, str]]:
-    """Return command, time, machine, versions and commit of a run, from environment.json."""
-    versions = ", ".join(f"{name} {value}" for name, value in environment.items() if name not in TOLD and value)
-    told = [
-        ("Command", element("code", str(environment.get("command", MISSING)))),
-        ("Started", str(environment.get("started", MISSING))),
-        ("Machine", _machine(environment)),
-        ("Versions", versions or MISSING),
-    ]
-    commit = environment.get("commit")
-    return [*told, ("Commit", element("code", str(commit)))] if commit else told
-
-
-def definitions(contest: ShownContest) -> Markup:
+def definitions(contest: ComparedFolder) -> Markup:
     """Return what each metric measures, how operations are counted, and what the words of the page mean."""
-    metrics = {entry.metric: entry for entry in contest.quantities}
+    document, metrics = contest.document, {entry.metric: entry for entry in contest.shown.quantities}
     listed = join(
         element(
             "div",
@@ -78,24 +64,15 @@ def definitions(contest: ShownContest) -> Markup:
     words = list(WORDS)
     if contest.fronts is not None and contest.fronts.meaning:
         words.append(("Share of the box", contest.fronts.meaning))
-    meaning = next((row["cost"].get("meaning") for row in contest.document["contenders"]), None)
-    if meaning:
-        words.append(("Operations", meaning))
-    counted = next((own for row in contest.document["contenders"] if (own := row["cost"].get("processor"))), None)
-    if counted:
-        tools = f"{counted['compiler']} ({counted['flags']}), {counted['emulator']}"
-        words.append(("Instructions", f"On a {counted['target']}: {counted['meaning']}. {tools}."))
+    costs = [row.cost for row in document.contenders]
+    words += [("Operations", cost.meaning) for cost in costs[:1]]
+    for counted in [cost.processor for cost in costs if cost.processor is not None][:1]:
+        tools = f"{counted.compiler} ({counted.flags}), {counted.emulator}"
+        words.append(("Instructions", f"On a {counted.target}: {counted.meaning}. {tools}."))
     told = join(element("div", element("dt", term), element("dd", said)) for term, said in words)
     return element("dl", listed, told, class_="facts")
 
 
-def document_text(contest: ShownContest) -> str:
+def document_text(contest: ComparedFolder) -> str:
     """Return contest.json."""
     return contest.document.text().rstrip()
-
-
-def _machine(environment: Environment) -> str:
-    names = [str(environment[key]) for key in ("cpu", "simd", "platform") if environment.get(key)]
-    if environment.get("threads"):
-        names.insert(1, f"{environment['threads']} threads")
-    return ", ".join(names) or MISSING

@@ -1,9 +1,9 @@
 """Printed numbers against the distribution that the same experiment has here: as the paper's table, and as a picture."""
 
-from tuner.documents.contest import ShownCell, ShownContest
-from tuner.report.charts.look import sample
-from tuner.report.charts.strip import Scale, pinned, ruler, scale
-from tuner.report.contest.looks import looks_of
+from tuner.documents.contest import ComparedFolder
+from tuner.documents.contest_document import PublishedRow
+from tuner.report.charts.look import looks_of, sample
+from tuner.report.charts.strip import StripScale, pinned, ruler, scale
 from tuner.text.markup import Markup, element, join
 from tuner.text.numbers import MISSING, estimate, fixed, significant
 from tuner.text.units import bracketed, marked_up
@@ -14,36 +14,36 @@ Row = tuple[str, str]
 """Metric and scenario: a row of the printed table."""
 
 
-def printed_tables(contest: ShownContest) -> Markup:
+def printed_tables(contest: ComparedFolder) -> Markup:
     """Return a table for each airframe that printed numbers were compared on, laid out as a paper prints it."""
     parts = []
     for airframe in contest.airframes:
         names = [entry.name for entry in contest.contenders if entry.airframe == airframe]
-        cells = [cell for cell in contest.cells if cell.contender in names]
+        cells = [cell for cell in contest.shown.published if cell.contender in names]
         if cells:
             parts.append(element("h3", f"Flown on {airframe}"))
             parts.append(element("div", _table(contest, cells), class_="wide"))
     return join(parts)
 
 
-def strips(contest: ShownContest) -> Markup:
+def strips(contest: ComparedFolder) -> Markup:
     """Return a figure for each printed row: the central 95 % of our flights with median, and the printed number."""
-    return element("div", *[_figure(contest, row) for row in rows_of(contest.cells)], class_="forests")
+    return element("div", *[_figure(contest, row) for row in rows_of(contest.shown.published)], class_="forests")
 
 
-def rows_of(cells: list[ShownCell]) -> list[Row]:
+def rows_of(cells: list[PublishedRow]) -> list[Row]:
     """Return the rows of the printed table in the order of the cells."""
     return list(dict.fromkeys((cell.metric, cell.scenario) for cell in cells))
 
 
-def tally(cells: list[ShownCell]) -> str:
+def tally(cells: list[PublishedRow]) -> str:
     """Return "2 of 3", how many printed numbers lie inside; those that the study was set to meet are told apart."""
     free, fitted = ([cell.inside for cell in cells if cell.fitted is known] for known in (False, True))
     text = f"{sum(free)} of {len(free)}"
     return f"{text}; {sum(fitted)} of {len(fitted)} fitted" if fitted else text
 
 
-def verdict(cell: ShownCell) -> str:
+def verdict(cell: PublishedRow) -> str:
     """Return inside or outside with a sign, the percentile, and whether the study was set to meet the number."""
     return f"{SIGNS[cell.inside]}, percentile {percentile_text(cell.percentile)}{', fitted' if cell.fitted else ''}"
 
@@ -54,7 +54,7 @@ def percentile_text(percentile: float) -> str:
     return fixed(percentile, 1 if 0.0 < near < 9.95 else 0)
 
 
-def _table(contest: ShownContest, cells: list[ShownCell]) -> Markup:
+def _table(contest: ComparedFolder, cells: list[PublishedRow]) -> Markup:
     names = [name for name in contest.index if any(cell.contender == name for cell in cells)]
     heads = [join((sample(looks_of(contest)[name]), element("br"), name)) for name in names]
     top = element("tr", *[element("th", head, scope="col") for head in ("Printed number", "Unit", *heads)])
@@ -65,7 +65,7 @@ def _table(contest: ShownContest, cells: list[ShownCell]) -> Markup:
     return element("table", element("thead", top), element("tbody", *body, total), class_="values printed stacked")
 
 
-def _row(cells: list[ShownCell], names: list[str]) -> Markup:
+def _row(cells: list[PublishedRow], names: list[str]) -> Markup:
     known = {cell.contender: _cell(cell) for cell in cells}
     about = ", ".join(part for part in (f"scenario {cells[0].scenario}", cells[0].source) if part)
     head = element("th", element("code", cells[0].metric), element("small", about), scope="row")
@@ -76,7 +76,7 @@ def _row(cells: list[ShownCell], names: list[str]) -> Markup:
     return element("tr", head, *[element("td", element("div", cell), data_label=name) for name, cell in shown])
 
 
-def _cell(cell: ShownCell) -> Markup:
+def _cell(cell: PublishedRow) -> Markup:
     mean, ends = estimate(cell.mean, cell.central.low, cell.central.high)
     return element(
         "span",
@@ -86,8 +86,8 @@ def _cell(cell: ShownCell) -> Markup:
     )
 
 
-def _figure(contest: ShownContest, row: Row) -> Markup:
-    cells = [cell for cell in contest.cells if (cell.metric, cell.scenario) == row]
+def _figure(contest: ComparedFolder, row: Row) -> Markup:
+    cells = [cell for cell in contest.shown.published if (cell.metric, cell.scenario) == row]
     shown = scale((number for cell in cells for number in (*cell.central, cell.printed)), zero=True)
     caption = element("figcaption", bracketed(row[0], cells[0].unit), element("small", f" scenario {row[1]}"))
     foot = element("div", element("span"), ruler(shown), class_="strip-row", aria_hidden="true")
@@ -96,7 +96,7 @@ def _figure(contest: ShownContest, row: Row) -> Markup:
     )
 
 
-def _line(contest: ShownContest, cell: ShownCell, shown: Scale) -> Markup:
+def _line(contest: ComparedFolder, cell: PublishedRow, shown: StripScale) -> Markup:
     look = looks_of(contest)[cell.contender]
     median, ends = estimate(*cell.central.parts)
     printed = element("strong", significant(cell.printed, 6))

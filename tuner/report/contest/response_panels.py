@@ -1,16 +1,15 @@
 """What the air did and how every contender answered: flight 0 of each, in the same air, over the fans of many flights."""
 
-from tuner.documents.contest import ShownContest, Trace
+from tuner.documents.contest import ComparedFolder, Trace
 from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Line, Mark, Panel
-from tuner.report.charts.look import Look
-from tuner.report.contest.looks import looks_of
+from tuner.report.charts.look import Look, looks_of
 from tuner.report.contest.signals import asked_for, is_calm, signal_title
 
 AIR = Look("ink", width=1.0)
 
 
-def response_panels(contest: ShownContest) -> list[Panel]:
+def response_panels(contest: ComparedFolder) -> list[Panel]:
     """Return a panel for every signal of air and vehicles, in the order of the files.
 
     Components of the air that are zero in every scenario are left out.
@@ -26,7 +25,7 @@ def response_panels(contest: ShownContest) -> list[Panel]:
     ]
 
 
-def _air(contest: ShownContest, signal: str) -> Panel:
+def _air(contest: ComparedFolder, signal: str) -> Panel:
     entries = [entry for entry in contest.air if entry.signal == signal]
     lines = [Line(look=AIR, x=entry.time, y=entry.value, tip="%{y:.3~g}", show={"scenario": entry.scenario})
              for entry in entries if entry.value.any()]  # fmt: skip
@@ -34,7 +33,7 @@ def _air(contest: ShownContest, signal: str) -> Panel:
     return Panel(f"response-{signal}", title, fans.TIME, Axis(""), lines, form="air", hides=True, across=True)
 
 
-def _signal(contest: ShownContest, signal: str, unit: str) -> Panel:
+def _signal(contest: ComparedFolder, signal: str, unit: str) -> Panel:
     """Bands stand behind all lines."""
     style, marks = looks_of(contest), []
     for fan in contest.fans:
@@ -51,12 +50,12 @@ def _signal(contest: ShownContest, signal: str, unit: str) -> Panel:
     return Panel(f"response-{signal}", signal_title(signal, unit), fans.TIME, Axis(""), marks, form=form, across=True)
 
 
-def _flight(contest: ShownContest, look: Look, entry: Trace) -> Mark:
+def _flight(contest: ComparedFolder, look: Look, entry: Trace) -> Mark:
     show = {**_show(contest, entry.contender, entry.scenario), "part": "flight"}
     return Line(name=entry.contender, look=look, x=entry.time, y=entry.value, tip="%{y:.3~g}", show=show)
 
 
-def _show(contest: ShownContest, name: str, scenario: str) -> dict[str, str]:
+def _show(contest: ComparedFolder, name: str, scenario: str) -> dict[str, str]:
     """Return when a mark of a contender is seen; its "point" is the airframe, where there is a choice of these."""
     show = {"scenario": scenario, "layer": contest.layer(name)}
     return show | ({"point": contest.contenders[contest.index[name]].airframe} if len(contest.airframes) > 1 else {})

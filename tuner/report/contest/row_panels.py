@@ -1,17 +1,15 @@
 """Rows under one axis: paired differences, values of all contenders, and printed numbers against our flights."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from matplotlib.lines import Line2D
 
-from tuner.documents.contest import ShownCell, ShownContest, ShownDifference, ShownQuantity
-from tuner.documents.results import Estimate
+from tuner.documents.contest import ComparedFolder
+from tuner.documents.contest_document import DifferenceRow, PublishedRow, QuantityRow
+from tuner.documents.parts import Estimate
 from tuner.report.charts.chart import Axis, Line, Mark, Panel, Points, Rule, Words, row_axis, span_of, value_axis
-from tuner.report.charts.look import BOUND, INKS, Look
+from tuner.report.charts.look import BOUND, Look, looks_of
 from tuner.report.contest.differences_section import related
-from tuner.report.contest.looks import looks_of
 from tuner.report.contest.published_section import percentile_text, rows_of
 from tuner.text.units import bracketed
 
@@ -22,19 +20,29 @@ LOG_FACTOR = 30.0
 ZERO = Look("ink", width=1.2)
 CLEAR, UNCLEAR = Look("ink", "diamond"), Look("ink", "diamond", hollow=True)
 INSIDE, OUTSIDE = Look("ink", "triangle-down", size=11), Look("ink", "triangle-down", hollow=True, size=11)
+# How our flights are drawn below a printed number, whatever the colour of the contender.
+CENTRAL, MEDIAN = Look("faint", width=7.5, opacity=0.6), Look("faint", "line-ns", size=20)
+NOTHING = np.zeros(0)
+LEGEND: tuple[Mark, ...] = (
+    Line(name="central 95 % of our flights", look=CENTRAL, x=NOTHING, y=NOTHING),
+    Points(name="their median", look=MEDIAN, x=NOTHING, y=NOTHING),
+    Points(name="printed, inside", look=INSIDE, x=NOTHING, y=NOTHING),
+    Points(name="printed, outside", look=OUTSIDE, x=NOTHING, y=NOTHING),
+)
+"""What the marks of printed numbers are called: marks without a place."""
 
 
-def difference_panels(contest: ShownContest, columns: int) -> list[Panel]:
+def difference_panels(contest: ComparedFolder, columns: int) -> list[Panel]:
     """Return a forest for each quantity in which contenders differ, a row for each pair of kin; names at the left of each row."""
-    found = [(quantity, _pairs(contest, quantity.label)) for quantity in contest.quantities]
-    shown = [entry for entry in found if any(number for pair in entry[1] for number in pair.difference)][:MOST_PANELS]
+    found = [(quantity, _pairs(contest, quantity.label)) for quantity in contest.shown.quantities]
+    shown = [entry for entry in found if any(number for pair in entry[1] for number in pair.estimate)][:MOST_PANELS]
     return [_forest(quantity, pairs, number % columns == 0) for number, (quantity, pairs) in enumerate(shown)]
 
 
-def value_panels(contest: ShownContest, columns: int) -> list[Panel]:
+def value_panels(contest: ComparedFolder, columns: int) -> list[Panel]:
     """Return a panel for each quantity, a row for each contender."""
     style, panels = looks_of(contest), []
-    for number, quantity in enumerate(contest.quantities[:MOST_PANELS]):
+    for number, quantity in enumerate(contest.shown.quantities[:MOST_PANELS]):
         marks: list[Mark] = []
         for row, entry in enumerate(contest.contenders):
             marks += _estimate(contest.estimates[entry.name, quantity.label], row, style[entry.name])
@@ -45,34 +53,23 @@ def value_panels(contest: ShownContest, columns: int) -> list[Panel]:
     return panels
 
 
-def printed_panels(contest: ShownContest) -> list[Panel]:
+def printed_panels(contest: ComparedFolder) -> list[Panel]:
     """Return a panel for each row of the printed table, a row for each contender."""
-    groups = [[cell for cell in contest.cells if (cell.metric, cell.scenario) == row] for row in rows_of(contest.cells)]
+    known = contest.shown.published
+    groups = [[cell for cell in known if (cell.metric, cell.scenario) == row] for row in rows_of(known)]
     columns = min(2, len(groups))
     same = all([cell.contender for cell in cells] == [cell.contender for cell in groups[0]] for cells in groups)
     return [_printed(contest, cells, number % columns == 0 or not same) for number, cells in enumerate(groups)]
 
 
-def printed_legend() -> tuple[list[Line2D], list[str]]:
-    """Return what the marks of printed numbers are called."""
-    ink: dict[str, Any] = {"linestyle": "none", "markeredgecolor": INSIDE.ink, "markersize": 5, "marker": "v"}
-    handles = [
-        Line2D([], [], color=INKS["faint"], linewidth=5, alpha=0.6),
-        Line2D([], [], marker="|", color=INKS["faint"], markersize=9, markeredgewidth=1.8, linestyle="none"),
-        Line2D([], [], markerfacecolor=INSIDE.ink, **ink),
-        Line2D([], [], markerfacecolor="white", **ink),
-    ]
-    return handles, ["central 95 % of our flights", "their median", "printed, inside", "printed, outside"]
+def _pairs(contest: ComparedFolder, label: str) -> list[DifferenceRow]:
+    return [entry for entry in contest.shown.differences if entry.quantity == label and related(contest, entry)]
 
 
-def _pairs(contest: ShownContest, label: str) -> list[ShownDifference]:
-    return [entry for entry in contest.differences if entry.quantity == label and related(contest, entry)]
-
-
-def _forest(quantity: ShownQuantity, pairs: Sequence[ShownDifference], named: bool) -> Panel:
+def _forest(quantity: QuantityRow, pairs: Sequence[DifferenceRow], named: bool) -> Panel:
     marks: list[Mark] = [Rule(look=ZERO, axis="x", value=0.0)]
     for row, entry in enumerate(pairs):
-        marks += _estimate(entry.difference, row, UNCLEAR if entry.lower is None else CLEAR)
+        marks += _estimate(entry.estimate, row, UNCLEAR if entry.lower is None else CLEAR)
     names = [f"{entry.second} − {entry.first}" if named else "" for entry in pairs]
     return Panel("", "", Axis(_title(quantity)), row_axis(names), marks, rows=True)
 
@@ -84,24 +81,24 @@ def _estimate(found: Estimate, row: int, look: Look) -> list[Mark]:
     return [Points(look=look, x=place[0], y=place[1], x_ends=(np.array([found.low]), np.array([found.high])))]
 
 
-def _title(quantity: ShownQuantity) -> str:
+def _title(quantity: QuantityRow) -> str:
     where = "" if quantity.scenario is None else f"scenario {quantity.scenario}"
     return f"{bracketed(quantity.label.removesuffix(f'@{quantity.scenario}'), quantity.unit)}\n{where}"
 
 
-def _printed(contest: ShownContest, cells: Sequence[ShownCell], named: bool) -> Panel:
-    style, marks = looks_of(contest), []
+def _printed(contest: ComparedFolder, cells: Sequence[PublishedRow], named: bool) -> Panel:
+    style, marks = looks_of(contest), list(LEGEND)
     for row, cell in enumerate(cells):
         look, (median, low, high) = style[cell.contender], cell.central
         if median is not None and low is not None and high is not None:
-            bar = look._replace(width=7.5, dash=(), opacity=0.35)
+            bar = look._replace(width=CENTRAL.width, dash=(), opacity=0.35)
             marks.append(Line(look=bar, x=np.array([low, high]), y=np.full(2, -float(row))))
-            middle = look._replace(symbol="line-ns", size=20)
+            middle = look._replace(symbol=MEDIAN.symbol, size=MEDIAN.size)
             marks.append(Points(look=middle, x=np.array([median]), y=np.array([-float(row)])))
         pin = INSIDE if cell.inside else OUTSIDE
         marks.append(Points(look=pin, x=np.array([cell.printed]), y=np.array([0.12 - row])))
         percentile = f"{percentile_text(cell.percentile)} %{'*' if cell.fitted else ''}"
-        marks.append(Words(look=ZERO, x=1.01, y=-float(row), text=percentile, right=True))
+        marks.append(Words(look=ZERO, x=1.01, y=-float(row), text=percentile, place="right"))
     known = np.array([number for cell in cells for number in (*cell.central, cell.printed) if number is not None])
     span = span_of([known], LOG_FACTOR)
     # From zero where the numbers do not cover decades.

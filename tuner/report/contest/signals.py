@@ -5,7 +5,7 @@ from collections.abc import Iterable
 
 import numpy as np
 
-from tuner.documents.contest import Air, ShownContest, Trace
+from tuner.documents.contest import Air, ComparedFolder, Trace
 from tuner.report.charts.fans import ROTOR_UNIT, TITLES, is_rotor
 from tuner.text.units import bracketed
 
@@ -33,7 +33,7 @@ def is_calm(air: Iterable[Air], signal: str) -> bool:
     return not any(entry.value.any() for entry in air if entry.signal == signal)
 
 
-def drifts(contest: ShownContest, scenario: str) -> bool:
+def drifts(contest: ComparedFolder, scenario: str) -> bool:
     """Say whether the study file lets x and y of a scenario run free, so that there is no position to hold."""
     try:
         tables = tomllib.loads(contest.study).get("scenario", [])
@@ -43,7 +43,7 @@ def drifts(contest: ShownContest, scenario: str) -> bool:
     return kinds.get(scenario) == DRIFTING
 
 
-def asked_for(contest: ShownContest, scenario: str, signal: str) -> tuple[np.ndarray, np.ndarray] | None:
+def asked_for(contest: ComparedFolder, scenario: str, signal: str) -> tuple[np.ndarray, np.ndarray] | None:
     """Return time [s] and reference of a signal; None where contenders have different ones, as of roll under a position
     loop, or there is none.
     """

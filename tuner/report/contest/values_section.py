@@ -1,19 +1,20 @@
-"""Every contender in every quantity on the same flights, the best marked by a sign and not by colour alone."""
+"""Tables of values: every contender in every quantity, the best under a limit, shares of the common box; ★ marks the best."""
 
-from tuner.documents.contest import ShownContest, ShownQuantity
+from tuner.documents.contest import ComparedFolder
+from tuner.documents.contest_document import BestRow, BestUnder, FrontsPart, QuantityRow
 from tuner.documents.parts import Estimate
 from tuner.report.answer_section import metric_anchor, risk_words
-from tuner.report.charts.look import Look, sample
+from tuner.report.charts.look import Look, looks_of, sample
 from tuner.report.charts.strip import NARROW, WIDTH, ruler, scale, stacked
-from tuner.report.contest.looks import looks_of
-from tuner.report.prose import limit_text
-from tuner.text.markup import Markup, coded, element, join
-from tuner.text.numbers import MISSING, estimate
+from tuner.text.markup import Markup, coded, element, join, safe, table
+from tuner.text.numbers import MISSING, count, estimate, significant
+from tuner.text.sentences import limit_text
 from tuner.text.units import marked_up, plain
 
 BEST, CLOSE, BROKEN = "★", "≈", "✗"
 # With more contenders than these, columns and drawings are narrow.
 MANY = 4
+VOLUMES_HEAD = ("Front of", "Points", "Share of the common box (hypervolume)")
 KINDS = {
     "objective": "Objectives: smaller is better",
     "constraint": "Constraints: kept or broken",
@@ -22,41 +23,41 @@ KINDS = {
 }
 
 
-def values_table(contest: ShownContest) -> Markup:
+def values_table(contest: ComparedFolder) -> Markup:
     """Return the table, a row a quantity and a column a contender."""
     groups = []
     for kind, title in KINDS.items():
-        members = [quantity for quantity in contest.quantities if quantity.kind == kind]
+        members = [quantity for quantity in contest.shown.quantities if quantity.kind == kind]
         if members:
             groups.append(_group(contest, title, members))
     many = " many" if len(contest.contenders) > MANY else ""
     return element("table", element("thead", _head(contest)), *groups, class_=f"values{many} stacked")
 
 
-def quantity_head(quantity: ShownQuantity) -> Markup:
+def quantity_head(quantity: QuantityRow) -> Markup:
     """Return label, unit, risk and scenario of a quantity, the label linked to the metric's definition."""
     name = element("code", quantity.label.removesuffix(f"@{quantity.scenario}"))
     link = element("a", name, href=f"#{metric_anchor(quantity.metric)}")
     where = "all scenarios" if quantity.scenario is None else f"scenario {quantity.scenario}"
-    about = join((coded(risk_words(quantity.label, quantity.risk)), ", ", where))
+    about = join((coded(risk_words(quantity.label, quantity.risk_text)), ", ", where))
     if quantity.limit is not None:
         about = join((limit_text(quantity.limit, plain(quantity.unit)), "; ", about))
     unit = join((" [", marked_up(quantity.unit), "]")) if quantity.unit else Markup()
     return join((link, unit, element("small", about)))
 
 
-def _head(contest: ShownContest) -> Markup:
+def _head(contest: ComparedFolder) -> Markup:
     names = [join((sample(looks_of(contest)[entry.name]), element("br"), entry.name)) for entry in contest.contenders]
     return element("tr", *[element("th", name, scope="col") for name in ("Quantity", *names, "On one scale")])
 
 
-def _group(contest: ShownContest, title: str, members: list[ShownQuantity]) -> Markup:
+def _group(contest: ComparedFolder, title: str, members: list[QuantityRow]) -> Markup:
     columns = str(len(contest.contenders) + 2)
     head = element("tr", element("th", title, scope="rowgroup", colspan=columns), class_="group")
     return element("tbody", head, *[element("tr", *_row(contest, quantity)) for quantity in members])
 
 
-def _row(contest: ShownContest, quantity: ShownQuantity) -> list[Markup]:
+def _row(contest: ComparedFolder, quantity: QuantityRow) -> list[Markup]:
     best, close = contest.best(quantity.label), contest.close_to_best(quantity.label)
     found = [(entry, contest.estimates.get((entry.name, quantity.label))) for entry in contest.contenders]
     shown = [_cell(quantity, value, entry.name in best, entry.name in close) for entry, value in found]
@@ -77,7 +78,7 @@ def _drawing(rows: list[tuple[Look, Estimate]], limit: float | None, width: floa
     return join((stacked(span, rows, limit), ruler(span)))
 
 
-def _cell(quantity: ShownQuantity, entry: Estimate | None, best: bool, close: bool) -> Markup:
+def _cell(quantity: QuantityRow, entry: Estimate | None, best: bool, close: bool) -> Markup:
     if entry is None:
         return Markup(MISSING)
     value, interval = estimate(*entry.parts)
@@ -86,3 +87,58 @@ def _cell(quantity: ShownQuantity, entry: Estimate | None, best: bool, close: bo
     broken = quantity.limit is not None and entry.value is not None and entry.value > quantity.limit
     remark = element("small", f"{BROKEN} limit broken", class_="broken") if broken else ""
     return element("span", number, element("small", interval, class_="interval"), remark)
+
+
+def best_table(contest: ComparedFolder) -> Markup:
+    """Return the table, a row a question and a column a contender with a front."""
+    known = {row.contender for entry in contest.shown.best_under for row in entry.rows}
+    names = [name for name in contest.index if name in known]
+    heads = [join((sample(looks_of(contest)[name]), element("br"), name)) for name in names]
+    top = element("tr", *[element("th", head, scope="col") for head in ("Smallest", *heads)])
+    rows = [_best_row(contest, entry, names) for entry in contest.shown.best_under]
+    return element("table", element("thead", top), element("tbody", *rows), class_="values stacked")
+
+
+def _best_row(contest: ComparedFolder, entry: BestUnder, names: list[str]) -> Markup:
+    objective, other = contest.quantity[entry.objective], contest.quantity[entry.subject_to]
+    condition = join(
+        ("with ", element("code", other.label), f" at most {significant(entry.limit)} ", marked_up(other.unit))
+    )
+    unit = join((" [", marked_up(objective.unit), "]")) if objective.unit else Markup()
+    head = join((element("code", objective.label), unit, element("small", condition)))
+    rows = {row.contender: row for row in entry.rows}
+    known = {name: row.value for name, row in rows.items() if row.value is not None}
+    best = min(known, key=lambda name: known[name]) if known else None
+    cells = [
+        element("td", element("div", _best_cell(rows.get(name), name == best)), data_label=name) for name in names
+    ]
+    return element("tr", element("th", head, scope="row"), *cells)
+
+
+def _best_cell(row: BestRow | None, best: bool) -> Markup:
+    if row is None or row.point is None:
+        return element("small", "no point keeps it")
+    value, interval = estimate(*row.estimate.parts)
+    number = element("strong" if best else "span", f"{BEST} " if best else "", value, class_="number")
+    return element("span", number, element("small", interval, class_="interval"), element("small", safe(row.point)))
+
+
+def volumes_table(contest: ComparedFolder, fronts: FrontsPart) -> Markup:
+    """Return a row a front; the larger the share, the better."""
+    shares = {row.contender: row.value for row in fronts.hypervolume}
+    best = {name for name, share in shares.items() if share == max(shares.values())}
+    rows = []
+    for entry in fronts.hypervolume:
+        value, ends = estimate(*entry.estimate.parts)
+        largest = entry.contender in best
+        sign = f"{BEST} " if largest else f"{CLOSE} " if fronts.even_with(entry.contender) & best else ""
+        number = element("strong" if largest else "span", sign, value, class_="number")
+        name = join((sample(looks_of(contest)[entry.contender]), " ", entry.contender))
+        points = count(fronts.size(entry.contender))
+        rows.append([name, points, element("span", number, " ", element("small", ends, class_="interval"))])
+    reference = [(contest.quantity[label], value) for label, value in fronts.reference.items()]
+    corner = ", ".join(
+        f"{entry.label} {significant(value, 3)} {plain(entry.unit)}".rstrip() for entry, value in reference
+    )
+    note = element("p", f"The far corner of the box: {corner}.", class_="aid")
+    return join((table(VOLUMES_HEAD, rows, class_="volumes stacked"), note))

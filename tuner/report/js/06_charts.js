@@ -110,6 +110,7 @@ function addChart(id, keys, build, drawn) {
     figure.classList.toggle("empty", !made);
     figure.hidden = !made && Boolean(data.charts[id]?.layout.meta?.hides);
     if (!made) return;
+    element.querySelector(".sketch")?.remove();
     window.Plotly.react(element, made.traces, made.layout, CONFIG);
     if (!chart.wired && element.on) { chart.wired = true; drawn?.(element); }
   };

@@ -7,8 +7,18 @@ function startFinalists() {
   showFinalists(holder);
 }
 
-// Keys by which rows are sorted: -1 as they come, objectives, then the share of resamples.
-const sortKey = (row, order) => (order < objectives.length ? row.values[order] : -(row.point.probability ?? 0));
+// Keys by which rows are sorted: -1 as they come, objectives, then the columns that finalists.py tells; shares from the largest down.
+function sortKey(row, order) {
+  if (order < objectives.length) return row.values[order];
+  const { name, form } = data.columns[order - objectives.length];
+  return (row.point[name] ?? 0) * (form === "share" ? -1 : 1);
+}
+
+// A cell of such a column; the default is none of the points that shares are told of.
+function columnCell(row, { name, form }) {
+  const value = row.point[name];
+  return form !== "share" ? significant(value) : row.layer === "default" ? MISSING : perCent(value);
+}
 
 function showFinalists(holder) {
   const { ranges, order, picked } = store.get();
@@ -21,8 +31,7 @@ function showFinalists(holder) {
   const head = [
     "Point",
     ...objectives.map((entry, i) => sorter(axisTitle(entry), entry.definition, i)),
-    sorter("Non-dominated", "share of the resamples of the held-out scenarios on which the point is non-dominated among all finalists",
-      objectives.length),
+    ...data.columns.map((entry, k) => sorter(entry.heading, entry.meaning, objectives.length + k)),
     "State",
   ];
   const body = rows.map((row) => [
@@ -32,7 +41,7 @@ function showFinalists(holder) {
       const [value, interval] = estimate(row.values[i], row.low[i], row.high[i]);
       return make("span", { class: "number" }, value, " ", make("small", { class: "interval" }, interval));
     }),
-    make("span", { class: "number" }, row.layer === "default" ? MISSING : perCent(row.point.probability)),
+    ...data.columns.map((entry) => make("span", { class: "number" }, columnCell(row, entry))),
     [STATES[row.layer], faultsOf(row)].filter(Boolean).join(", "),
   ]);
   const table = tableOf(head, body, { class: "stacked" });

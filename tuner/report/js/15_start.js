@@ -19,6 +19,19 @@ function print(on) {
   }
 }
 
+// On a phone all sections but the first are folded away, until they are asked for by their heading or by a link.
+function startFolds() {
+  const folds = [...document.querySelectorAll("section > .fold")];
+  if (window.matchMedia("(max-width: 44rem)").matches) for (const fold of folds.slice(1)) fold.open = false;
+  const unfold = (hash) => {
+    const target = hash.length > 1 && byId(decodeURIComponent(hash.slice(1)));
+    for (const fold of folds) if (target && (fold.contains(target) || fold.parentElement === target)) fold.open = true;
+  };
+  document.addEventListener("click", (event) => unfold(event.target.closest?.("a[href^='#']")?.hash ?? ""));
+  window.addEventListener("beforeprint", () => { for (const fold of folds) fold.open = true; });
+  if (!linked()) unfold(window.location.hash);
+}
+
 function startCopies() {
   for (const button of document.querySelectorAll("[data-copy]")) {
     button.addEventListener("click", () => copyText(byId(button.dataset.copy).textContent, button));
@@ -27,6 +40,7 @@ function startCopies() {
   byId("copy-tuned")?.addEventListener("click", (event) => copyText(data.gains_file, event.currentTarget));
 }
 
+startFolds();
 startTips();
 startControls();
 if (finalists.length) {
@@ -44,4 +58,5 @@ window.matchMedia("(prefers-color-scheme: dark)").addEventListener("change", red
 window.addEventListener("beforeprint", () => print(true));
 window.addEventListener("afterprint", () => print(false));
 document.documentElement.dataset.ready = String(Math.round(performance.now()));
-if (byId("library").textContent) library();
+// The still drawing and the tables are painted first: the library holds the page up for a second.
+if (byId("library").textContent) requestAnimationFrame(() => setTimeout(library));

@@ -6,16 +6,16 @@ from typing import Any
 import numpy as np
 
 from objectives.decisions import Variable as Range
-from tuner.documents.loading import load
-from tuner.documents.results import Results
+from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.documents.summary import VariableRow
+from tuner.documents.tuning import TuningFolder
 
 Row = dict[str, Any]
 
 
-def tuning_story(folder: Path) -> tuple[Row, Results]:
+def tuning_story(folder: Path) -> tuple[Row, TuningFolder]:
     """Return the story of a folder and the results behind it; StoreError names a file that is missing or damaged."""
-    results = load(folder)
+    results = TuningFolder(folder)
     summary = results.summary
     feasible = summary.recommends
     shown = {"point": summary.shown, **summary.pick.content()}
@@ -40,7 +40,7 @@ def tuning_story(folder: Path) -> tuple[Row, Results]:
     }, results
 
 
-def asked(results: Results) -> Row:
+def asked(results: TuningFolder) -> Row:
     """Return what was asked and what it took."""
     resolved, summary = results.resolved, results.summary
     return {
@@ -63,9 +63,9 @@ def gain(row: VariableRow) -> Row:
     return {**known, "default_place": span.unit(row.default), "place": span.unit(row.tuned)}
 
 
-def front(results: Results) -> list[Row]:
+def front(results: TuningFolder) -> list[Row]:
     """Return default and held-out front: values with intervals by objective, probability of being on the front."""
-    found, factors = results.front, np.array([entry.factor for entry in results.objectives])
+    found = results.front
     shown = [
         i
         for i in np.argsort(found.held_out[:, 0], kind="stable")
@@ -73,18 +73,17 @@ def front(results: Results) -> list[Row]:
     ]
     rows = []
     for i in shown:
-        ends = [(part[i] / factors).tolist() for part in (found.held_out, found.low, found.high)]
+        ends = [found.stored[name][i].tolist() for name in ("held_out", "low", "high")]
         values = {
             entry.label: {"value": value, "low": low, "high": high}
             for entry, value, low, high in zip(results.objectives, *ends, strict=True)
         }
-        chance = None if found.probability is None else float(found.probability[i])
-        known = {"point": found.points[i], "role": found.roles[i], "probability": chance, "lost": int(found.lost[i])}
-        rows.append({**known, "values": values})
+        told = {entry.name: entry.cell(found.columns, i) for entry in FINALIST_COLUMNS if entry.form != "flag"}
+        rows.append({"point": found.points[i], "role": found.roles[i], **told, "values": values})
     return rows
 
 
-def trust(results: Results) -> Row:
+def trust(results: TuningFolder) -> Row:
     """Return how the recommended point did in the search and held out, and how the search ended."""
     history, summary = results.history, results.summary
     return {

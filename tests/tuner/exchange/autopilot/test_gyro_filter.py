@@ -39,7 +39,7 @@ def test_the_phase_that_it_takes_is_that_of_the_law_with_the_filter_on_its_rate(
     """kp + ki/s + kd s F(s) at the crossover, with our F and with theirs; the crossover moves little for so small a change."""
     given = pid("iris", period=0.0025)
     gyro = GyroFilter("INS_GYRO_FILTER", 60.0, True)
-    rows = {row["loop"]: row for row in filter_rows(given, gyro)}
+    rows = {row.loop: row for row in filter_rows(given, gyro)}
     assert set(rows) == {"x", "y", "z", "roll", "pitch", "yaw"}
     gains = axis_gains(given, "roll")
     still = Vec3(0.0, 0.0, 0.0)
@@ -48,9 +48,9 @@ def test_the_phase_that_it_takes_is_that_of_the_law_with_the_filter_on_its_rate(
     s, theirs = 1j * w, butterworth(w, 60.0)
     ours = 1.0 / (1.0 + gains.t_f * s)
     phases = [np.angle(gains.kp + gains.ki / s + gains.kd * s * filtered, deg=True) for filtered in (ours, theirs)]
-    assert rows["roll"]["taken"] == pytest.approx(np.radians(phases[0] - phases[1]), abs=np.radians(0.5))
-    assert rows["z"]["taken"] == pytest.approx(0.0, abs=1e-9)
-    assert all(row["taken"] == pytest.approx(row["ours"] - row["theirs"]) for row in rows.values())
+    assert rows["roll"].taken == pytest.approx(np.radians(phases[0] - phases[1]), abs=np.radians(0.5))
+    assert rows["z"].taken == pytest.approx(0.0, abs=1e-9)
+    assert all(row.taken == pytest.approx(row.ours - row.theirs) for row in rows.values())
     slower = with_filter(given, subject, 10.0)
     assert axis_gains(slower, "roll").t_f > axis_gains(with_filter(given, subject, 60.0), "roll").t_f
 

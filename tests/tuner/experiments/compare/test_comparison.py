@@ -14,7 +14,7 @@ from plant.scenarios import CONFIRMATION, HELD_OUT, SEARCH
 from tests.tuner.experiments.again.killing import assert_covered
 from tests.tuner.experiments.compare.conftest import SEEDS, compared
 from tests.tuner.in_process import tuner
-from tuner.documents.contest_loading import load_contest
+from tuner.documents.opening import open_results
 from tuner.experiments.compare.entrants import Entrant
 from tuner.experiments.compare.plan import COMPARE, MOST_POINTS, thinned
 from tuner.experiments.contest.flying import comparison_problem, fly_all
@@ -31,7 +31,7 @@ def alone(study, row, count=SEEDS, stream=COMPARE):
 
 
 def values(document, name):
-    return {row["quantity"]: row["value"] for row in document["estimates"] if row["contender"] == name}
+    return {row.quantity: row.value for row in document.estimates if row.contender == name}
 
 
 def test_the_stream_is_none_of_the_others():
@@ -49,9 +49,9 @@ def test_values_are_those_of_the_gains_flown_alone(small_run, comparison):
 
 
 def test_the_same_gains_twice_do_not_differ_at_all(comparison):
-    rows = [row for row in comparison[2]["differences"] if {row["first"], row["second"]} == {"small", "same"}]
+    rows = [row for row in comparison[2].differences if {row.first, row.second} == {"small", "same"}]
     assert rows
-    assert all(row["difference"] == row["low"] == row["high"] == 0.0 and row["lower"] is None for row in rows)
+    assert all(row.difference == row.low == row.high == 0.0 and row.lower is None for row in rows)
 
 
 def test_another_airframe_flies_in_the_same_air_with_its_own_numbers(comparison):
@@ -75,20 +75,20 @@ def test_differences_are_of_flights_and_not_of_values(small_run, comparison):
     i = [quantity.label for quantity in result.contest.quantities].index(label)
     apart = result.flown.scores[2, i] - result.flown.scores[0, i]
     row = next(
-        r for r in document["differences"] if (r["first"], r["second"], r["quantity"]) == ("small", "softer", label)
+        r for r in document.differences if (r.first, r.second, r.quantity) == ("small", "softer", label)
     )
-    assert row["difference"] == pytest.approx(apart.mean(axis=0), rel=1e-12)
+    assert row.difference == pytest.approx(apart.mean(axis=0), rel=1e-12)
     half = 1.96 * apart.std(axis=0, ddof=1) / SEEDS**0.5
-    assert 0.6 * half < 0.5 * (row["high"] - row["low"]) < 1.4 * half
+    assert 0.6 * half < 0.5 * (row.high - row.low) < 1.4 * half
 
 
 def test_another_order_turns_the_differences_round(paths):
     _, _, one = compared([paths[0], paths[2]])
     _, _, other = compared([paths[2], paths[0]], threads=1)
-    for row, turned in zip(one["differences"], other["differences"], strict=True):
-        assert (row["first"], row["second"]) == (turned["second"], turned["first"])
-        assert row["difference"] == -turned["difference"]
-        assert row["low"] == pytest.approx(-turned["high"], abs=1e-12)
+    for row, turned in zip(one.differences, other.differences, strict=True):
+        assert (row.first, row.second) == (turned.second, turned.first)
+        assert row.difference == -turned.difference
+        assert row.low == pytest.approx(-turned.high, abs=1e-12)
 
 
 def test_threads_do_not_matter(paths, comparison):
@@ -179,7 +179,7 @@ def test_a_point_under_a_limit_is_picked_by_the_held_out_values_of_its_run(small
 
 
 def test_few_flights_and_other_airframes_are_told(comparison):
-    warnings = comparison[2]["warnings"]
+    warnings = comparison[2].warnings
     assert any("f450" in text for text in warnings)
     assert any("would put five into its tail" in text for text in warnings)
 
@@ -212,7 +212,7 @@ def test_the_folder_holds_numbers_figures_and_a_page(comparison, written):
     page = (written / "report.html").read_text()
     assert "holdfast comparison" in page
     assert not re.search(r'<(?:script|link|img)[^>]*(?:src|href)="?https?:', page)
-    contest = load_contest(written)
+    contest = open_results(written)
     assert [entry.name for entry in contest.contenders] == ["small", "same", "softer", "larger"]
     assert contest.fronts is not None and contest.fans and contest.traces
 

@@ -5,7 +5,7 @@ import json
 from tests.tuner.cli.test_cli import refused
 from tests.tuner.experiments.contest.contest_text import changed, write
 from tests.tuner.in_process import tuner as in_process
-from tuner.documents.ending import NOTHING
+from tuner.documents.summary import NOTHING
 from tuner.text.errors import NOTHING_FEASIBLE
 
 

@@ -20,12 +20,12 @@ from tuner.experiments.contest.words import (
     certainty_words,
     claim_words,
     cost_words,
-    listed,
     objective_words,
     published_words,
 )
 from tuner.study.bounds import OnBound
 from tuner.study.contest import Claim, Published, Quantity
+from tuner.text.sentences import listing
 
 TRAVEL = Objective(parse("travel"), Risk("mean"))
 
@@ -95,7 +95,7 @@ def test_equal_costs_are_told_together_and_lost_flights_are_told():
 
 @pytest.mark.parametrize(("parts", "text"), [("a", "a"), ("ab", "a and b"), ("abc", "a, b and c")])
 def test_lists_read_as_english(parts, text):
-    assert listed(parts) == text
+    assert listing(parts) == text
 
 
 def outcome(rule, values) -> Any:

@@ -20,8 +20,8 @@ from tuner import report
 from tuner.cli.main import _invoke
 from tuner.cli.printers import story as show
 from tuner.cli.terminal import Console
-from tuner.documents.ending import GAINS, INFEASIBLE, NOTHING
-from tuner.documents.loading import load
+from tuner.documents.summary import GAINS, INFEASIBLE, NOTHING
+from tuner.documents.tuning import TuningFolder
 from tuner.experiments.tuning.starts import design_row, study_designs
 from tuner.report.tuning_page import tuning_page
 from tuner.study import load_study
@@ -139,7 +139,7 @@ def test_show_and_the_page_say_so_first_and_advise_no_flight(ran, monkeypatch, c
     show.tell_folder(folder, as_json=True)
     story = json.loads(capsys.readouterr().out)
     assert story["feasible"] is False and story["recommended"] is None and story["nearest"]["point"]
-    text = tuning_page(load(folder)).text()
+    text = tuning_page(TuningFolder(folder)).text()
     assert NOTHING in text and text.index(NOTHING) < text.index('class="lead"') < text.index("Nothing is recommended")
     said = re.sub(r"<[^>]*>|\s", "", text[: text.index("</header>")])
     assert "Nothingisrecommended" in said and "againstthedefault" not in said

@@ -14,8 +14,8 @@ from objectives.requirements import Requirement, Screen
 from plant.gains import gain_addresses
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.cli.printers.tuning import comparison_table
-from tuner.documents.loading import load
 from tuner.documents.summary import Summary
+from tuner.documents.tuning import TuningFolder
 from tuner.experiments.tuning.run import run_study
 from tuner.report import write_report
 from tuner.search.watcher import Watcher
@@ -145,7 +145,7 @@ def test_terminal_and_page_show_them(ran):
     # Angles in degrees: 12 rad/s are 687.5 deg/s.
     assert "at least 687.5" in page and "°/s" in page and "slope of the sliding surface" in page
     assert ("Every limit is kept." in page) != ("It breaks" in page)
-    (slope, _) = load(folder).requirements
+    (slope, _) = TuningFolder(folder).requirements
     assert slope.limit == pytest.approx(np.degrees(12.0)) and slope.tuned.low is None
 
 

@@ -6,13 +6,12 @@ from itertools import product
 import numpy as np
 import pytest
 
-from tuner.documents.contest import Gain
 from tuner.documents.parts import Estimate
 from tuner.report.charts.chart import span_of, value_axis
 from tuner.report.charts.look import COUNT, DASHES, INKS, SYMBOLS, looks, sample
-from tuner.report.charts.strip import INSET, Scale, interval, pinned, ruler, scale, stacked, ticks
+from tuner.report.charts.strip import INSET, StripScale, interval, pinned, ruler, scale, stacked, ticks
 from tuner.report.charts.web import line_of, marker_of
-from tuner.report.contest.joined_gains import joined
+from tuner.report.contest.contenders_section import Gain, joined
 from tuner.report.page import asset
 
 
@@ -65,14 +64,14 @@ def test_a_scale_holds_all_numbers_and_zero(numbers, low, high, log):
 
 
 def test_places_are_proportional_or_logarithmic():
-    linear, log = Scale(-1.0, 3.0, False, 124.0), Scale(1e-3, 1e1, True, 124.0)
+    linear, log = StripScale(-1.0, 3.0, False, 124.0), StripScale(1e-3, 1e1, True, 124.0)
     assert [linear.place(value) for value in (-1.0, 0.0, 3.0, 9.0)] == [12.0, 37.0, 112.0, 112.0]
     assert [log.place(value) for value in (1e-3, 1e-2, 1e1, 1e-9)] == pytest.approx([12.0, 37.0, 112.0, 12.0])
 
 
 @pytest.mark.parametrize(("low", "span"), list(product((0.0, -0.37, 2.2, -1e6), (1e-7, 0.0042, 1.0, 17.0, 2.3e5))))
 def test_ticks_are_few_round_and_inside(low, span):
-    shown = Scale(low, low + span)
+    shown = StripScale(low, low + span)
     found = ticks(shown)
     assert 1 <= len(found) <= 6
     assert all(low - 1e-6 * span <= value <= low + span * (1.0 + 1e-6) for value in found)
@@ -82,8 +81,8 @@ def test_ticks_are_few_round_and_inside(low, span):
 
 
 def test_ticks_of_decades_are_powers_of_ten():
-    assert ticks(Scale(4e-4, 0.2, True)) == pytest.approx([1e-3, 1e-2, 1e-1])
-    assert ticks(Scale(0.02, 0.8, True)) == pytest.approx([0.03, 0.1, 0.3])
+    assert ticks(StripScale(4e-4, 0.2, True)) == pytest.approx([1e-3, 1e-2, 1e-1])
+    assert ticks(StripScale(0.02, 0.8, True)) == pytest.approx([0.03, 0.1, 0.3])
 
 
 def numbers_of(markup, name):
@@ -93,7 +92,7 @@ def numbers_of(markup, name):
 
 
 def test_a_difference_is_drawn_where_it_is():
-    shown = Scale(-2.0, 2.0, False, 224.0)
+    shown = StripScale(-2.0, 2.0, False, 224.0)
     clear, unclear = (interval(shown, Estimate(-1.0, -1.5, -0.5), clear) for clear in (True, False))
     assert numbers_of(clear, "whisker clear") == [(37.0, 87.0)] and numbers_of(clear, "zero") == [(112.0, 112.0)]
     assert 'class="diamond clear"' in clear and 'd="M62.0' in clear
@@ -103,7 +102,7 @@ def test_a_difference_is_drawn_where_it_is():
 
 def test_a_printed_number_is_drawn_beside_the_bar():
     look = looks([("pid", "a")])[0]
-    shown = Scale(0.0, 10.0, False, 224.0)
+    shown = StripScale(0.0, 10.0, False, 224.0)
     inside = pinned(shown, Estimate(4.0, 2.0, 6.0), 5.0, look, True)
     assert 'x="52.0"' in inside and 'width="80.0"' in inside and numbers_of(inside, "median c0") == [(92.0, 92.0)]
     assert numbers_of(inside, "pin") == [(112.0, 112.0)] and "pin inside" in inside
@@ -112,13 +111,15 @@ def test_a_printed_number_is_drawn_beside_the_bar():
 
 def test_contenders_stand_on_one_scale_with_the_limit():
     a, b = looks([("a", "x"), ("b", "x")])
-    drawn = stacked(Scale(0.0, 4.0, False, 224.0), [(a, Estimate(1.0, 0.5, 1.5)), (b, Estimate(3.0, 2.0, 4.0))], 2.0)
+    drawn = stacked(
+        StripScale(0.0, 4.0, False, 224.0), [(a, Estimate(1.0, 0.5, 1.5)), (b, Estimate(3.0, 2.0, 4.0))], 2.0
+    )
     assert numbers_of(drawn, "whisker c0") == [(37.0, 87.0)] and numbers_of(drawn, "whisker c1") == [(112.0, 212.0)]
     assert numbers_of(drawn, "limit") == [(112.0, 112.0)]
 
 
 def test_numbers_of_a_ruler_do_not_touch():
-    drawn = ruler(Scale(0.0, 6e-7, False, 132.0))
+    drawn = ruler(StripScale(0.0, 6e-7, False, 132.0))
     places = [float(x) for x in re.findall(r'<text x="([\d.]+)"', drawn)]
     texts = re.findall(r">([^<>]+)</text>", drawn)
     assert len(texts) >= 2

@@ -9,9 +9,9 @@ import pytest
 
 from plant.errors import StoreError
 from tests.tuner.report.contest.fabricate_contest import ALL, Made, answer, asked, fabricate
-from tests.tuner.report.contest.reading_contest import front_rows, rows_of, stored
+from tests.tuner.report.contest.reading_contest import content, front_rows, shown_rows_of
 from tests.tuner.report.test_report_figures import pdf_box, png_size
-from tuner.documents.contest_loading import load_contest
+from tuner.documents.opening import open_results
 from tuner.report.charts.look import INKS
 from tuner.report.charts.paper import style
 from tuner.report.contest import time_figures, write_contest_figures
@@ -27,7 +27,7 @@ def folder(tmp_path_factory):
 
 @pytest.fixture(scope="module")
 def contest(folder):
-    return load_contest(folder)
+    return open_results(folder)
 
 
 def panels(figure):
@@ -103,12 +103,12 @@ def test_flight_0_of_every_contender_is_drawn_over_its_band(folder, contest, nam
         signal, airframe = signals[number // 2], contest.airframes[number % 2]
         flown = [entry.name for entry in contest.contenders if entry.airframe == airframe]
         assert list(lines(ax)) == flown and len(ax.collections) == len(flown)
-        assert ax.get_ylabel().endswith("[m]" if signal in "xyz" else "[rad]")
+        assert ax.get_ylabel().endswith("[m]" if signal in "xyz" else "[°]")
         for contender, band in zip(flown, ax.collections, strict=True):
-            rows = rows_of(folder, "traces.parquet", contender=contender, scenario=scenario, signal=signal)
+            rows = shown_rows_of(folder, "traces.parquet", contender=contender, scenario=scenario, signal=signal)
             wanted = shown(np.array(rows["value"]), np.array(rows["reference"]))
             assert up(lines(ax)[contender]) == pytest.approx(wanted)
-            fan = rows_of(folder, "responses.parquet", point=contender, scenario=scenario, signal=signal)
+            fan = shown_rows_of(folder, "responses.parquet", point=contender, scenario=scenario, signal=signal)
             ends = [shown(np.array(fan[end]), np.array(fan["reference"])) for end in ("low", "high")]
             heights = np.asarray(band.get_paths()[0].vertices)[:, 1]
             assert (heights.min(), heights.max()) == pytest.approx((ends[0].min(), ends[1].max()))
@@ -133,7 +133,7 @@ def test_rates_follow_from_the_angles(contest):
     figure = time_figures.angle_rates(contest)
     assert "by differences over 0.05 s" in note(figure)
     assert [ax.get_ylabel() for ax in panels(figure)[::2]] == [
-        f"rate of {name} [rad/s]" for name in ("roll", "pitch", "yaw")
+        f"rate of {name} [°/s]" for name in ("roll", "pitch", "yaw")
     ]
     assert all(len(ax.collections) == 0 for ax in panels(figure))
 
@@ -144,7 +144,7 @@ def test_bands_far_wider_than_the_flight_do_not_press_it_flat(tmp_path):
     table["high"] += 100.0
     table["low"] -= 100.0
     table.to_parquet(folder / "responses.parquet")
-    for ax in panels(time_figures.positions(load_contest(folder))):
+    for ax in panels(time_figures.positions(open_results(folder))):
         values = np.concatenate([up(line) for line in ax.get_lines()])
         span = values.max() - values.min()
         low, high = ax.get_ylim()
@@ -156,28 +156,28 @@ def test_what_disturbs_is_the_injection_or_else_the_wind(folder, contest):
     wind, turning = time_figures.position_disturbance(contest), time_figures.attitude_disturbance(contest)
     for figure, scenario, kind in ((wind, "gusts", "wind"), (turning, "level", "angular_acceleration")):
         for ax, axis in zip(panels(figure), "xyz", strict=True):
-            air = rows_of(folder, "wind.parquet", scenario=scenario, signal=f"{kind}_{axis}")
+            air = shown_rows_of(folder, "wind.parquet", scenario=scenario, signal=f"{kind}_{axis}")
             assert up(ax.get_lines()[0]) == pytest.approx(air["value"])
     assert panels(wind)[0].get_ylabel() == "wind x\n[m/s]"
-    assert panels(turning)[0].get_ylabel() == "injected angular\nacceleration x\n[rad/s²]"
+    assert panels(turning)[0].get_ylabel() == "injected angular\nacceleration x\n[°/s²]"
 
 
 def test_scenarios_are_chosen_by_what_they_hold(contest, tmp_path):
     assert (time_figures.held_scenario(contest), time_figures.levelled_scenario(contest)) == ("gusts", "level")
     folder = fabricate(tmp_path / "made-up")
     (folder / "study.toml").write_text("this is = not toml =")
-    unknown = load_contest(folder)
+    unknown = open_results(folder)
     assert (time_figures.held_scenario(unknown), time_figures.levelled_scenario(unknown)) == ("gusts", "gusts")
 
 
 def test_errors_of_what_position_loops_ask_for_have_no_band(tmp_path):
     folder = fabricate(tmp_path / "made-up")
     (folder / "study.toml").write_text('title = "one of many files"')
-    figure = time_figures.angle_errors(load_contest(folder))
+    figure = time_figures.angle_errors(open_results(folder))
     roll, _, yaw = panels(figure)
     assert len(roll.collections) == 0 and len(yaw.collections) == 3
     time = across(lines(roll)["ADRC"])
-    wanted = answer("roll", "gusts", time, "ADRC") - asked("roll", "gusts", time, "ADRC")
+    wanted = np.degrees(answer("roll", "gusts", time, "ADRC") - asked("roll", "gusts", time, "ADRC"))
     assert up(lines(roll)["ADRC"]) == pytest.approx(wanted)
 
 
@@ -192,10 +192,10 @@ def test_contenders_differ_in_colour_line_and_mark(contest):
 @pytest.mark.parametrize("objectives", [1, 2, 3])
 def test_fronts_stand_at_their_values_with_the_recommended_points_ringed(tmp_path, objectives):
     folder = fabricate(tmp_path / "made-up", Made(objectives=objectives))
-    contest, rows = load_contest(folder), front_rows(folder)
+    contest, rows = open_results(folder), front_rows(folder)
     with style():
         figure = fronts_figure(contest)
-    axes, labels = panels(figure), stored(folder)["fronts"]["objectives"]
+    axes, labels = panels(figure), content(folder)["fronts"]["objectives"]
     assert len(axes) == {1: 1, 2: 1, 3: 3}[objectives]
     assert axes[0].get_xlabel() == "cvar80(itae.position) [m]"
     containers: list[Any] = axes[0].containers
@@ -211,7 +211,7 @@ def test_fronts_stand_at_their_values_with_the_recommended_points_ringed(tmp_pat
 
 
 def test_printed_numbers_stand_where_they_are(folder, contest):
-    axes, told = panels(published_figure(contest)), stored(folder)["published"]
+    axes, told = panels(published_figure(contest)), content(folder)["published"]
     for ax, metric in zip(axes, ("peak.roll", "settling.yaw"), strict=True):
         cells = [cell for cell in told if cell["metric"] == metric]
         pins = [line for line in ax.get_lines() if line.get_marker() == "v" and len(across(line))]
@@ -224,7 +224,7 @@ def test_printed_numbers_stand_where_they_are(folder, contest):
 
 
 def test_differences_stand_where_they_are(folder, contest):
-    axes, told = panels(differences_figure(contest)), stored(folder)["differences"]
+    axes, told = panels(differences_figure(contest)), content(folder)["differences"]
     labels = list(dict.fromkeys(d["quantity"] for d in told if d["quantity"] != "mean(failure)"))
     laws = {entry.name: entry.laws for entry in contest.contenders}
     airframes = {entry.name: entry.airframe for entry in contest.contenders}

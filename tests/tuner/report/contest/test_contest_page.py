@@ -23,7 +23,7 @@ from tests.tuner.report.contest.reading_contest import (
     table_rows,
 )
 from tests.tuner.report.reading import read, resolved, strings
-from tuner.documents.contest_loading import load_contest
+from tuner.documents.opening import open_results
 from tuner.report.contest import write_contest_report
 from tuner.report.page import asset
 from tuner.text.numbers import estimate, significant
@@ -421,7 +421,7 @@ def test_what_has_no_data_is_left_out(tmp_path):
     page = read(folder)
     assert [i for i in page.ids if i.endswith("-title")] == ["values-title", "gains-title", "provenance-title"]
     assert page.data["charts"] == {} and "Mind this" not in said(folder)
-    assert load_contest(folder).fronts is None
+    assert open_results(folder).fronts is None
 
 
 @pytest.mark.parametrize(

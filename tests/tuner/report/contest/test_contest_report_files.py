@@ -9,7 +9,7 @@ import pytest
 from plant.errors import StoreError
 from tests.tuner.report.contest.fabricate_contest import fabricate, rewrite
 from tuner.cli.read import report as report_command
-from tuner.documents.contest_loading import load_contest
+from tuner.documents.opening import open_results
 from tuner.report.contest import write_contest_report
 
 
@@ -75,7 +75,7 @@ def test_wrong_value_is_located(made, path, value):
 
     rewrite(made, spoil)
     with pytest.raises(StoreError) as caught:
-        load_contest(made)
+        open_results(made)
     assert "contest.json" in str(caught.value)
 
 
@@ -83,7 +83,7 @@ def test_wrong_value_is_located(made, path, value):
 def test_missing_key_is_named(made, key):
     rewrite(made, lambda content: content.pop(key))
     with pytest.raises(StoreError, match=f"the key '{key}' is missing"):
-        load_contest(made)
+        open_results(made)
 
 
 def test_number_that_is_none_is_refused(made):
@@ -91,24 +91,24 @@ def test_number_that_is_none_is_refused(made):
     table.loc[3, "value"] = np.nan
     table.to_parquet(made / "scores.parquet")
     with pytest.raises(StoreError, match=r"scores.parquet: the column 'value' holds something"):
-        load_contest(made)
+        _ = open_results(made).scores
 
 
 def test_column_that_is_not_there_is_named(made):
     fronts = (made / "fronts.csv").read_text().replace("value:mean(travel)", "value:mean(effort)")
     (made / "fronts.csv").write_text(fronts)
     with pytest.raises(StoreError, match=r"fronts.csv: the column 'value:mean\(travel\)' is missing"):
-        load_contest(made)
+        _ = open_results(made).front_points
 
 
 def test_rows_need_not_be_neighbours(made):
-    before = load_contest(made)
+    before = open_results(made)
     for name in ("traces", "responses", "scores", "wind"):
         table = pq.read_table(made / f"{name}.parquet")
         key = "flight" if name == "scores" else "time"
         order = np.argsort(table.column(key).to_numpy(), kind="stable")
         pq.write_table(table.take(order), made / f"{name}.parquet")
-    after = load_contest(made)
+    after = open_results(made)
     for kind in ("traces", "fans", "scores", "air"):
         assert len(getattr(after, kind)) == len(getattr(before, kind)) > 0
         for ours, again in zip(getattr(before, kind), getattr(after, kind), strict=True):
@@ -116,7 +116,7 @@ def test_rows_need_not_be_neighbours(made):
 
 
 def test_scores_of_all_scenarios_count_together(made):
-    found = {(entry.contender, entry.quantity): entry.values for entry in load_contest(made).scores}
+    found = {(entry.contender, entry.quantity): entry.values for entry in open_results(made).scores}
     both, one = found["PID", "mean(travel)"], found["PID", "mean(peak.roll)@level"]
     assert (len(both), len(one)) == (64, 24) and np.all(np.diff(both) >= 0.0)
 

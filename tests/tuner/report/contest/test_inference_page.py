@@ -12,7 +12,7 @@ from tests.tuner.report.contest.fabricate_inference import fabricate_inference, 
 from tests.tuner.report.contest.reading_contest import factor_of, markup_of, said, table_rows
 from tests.tuner.report.reading import read
 from tuner.cli.read import report as report_command
-from tuner.report.charts.strip import Scale
+from tuner.report.charts.strip import StripScale
 from tuner.report.contest import write_contest_report, write_inference_report
 from tuner.text.numbers import estimate, significant
 
@@ -82,7 +82,7 @@ def test_every_open_value_has_its_range(folder):
         )
     near = re.search(r'<line x1="([\d.]+)" [^>]*x2="([\d.]+)" [^>]*class="near"', markup_of(folder))
     assert near is not None
-    scale = Scale(0.5, 10.0, True)
+    scale = StripScale(0.5, 10.0, True)
     assert [float(end) for end in near.groups()] == pytest.approx(
         [scale.place(0.8 * 4.25), scale.place(1.3 * 4.25)], abs=0.06
     )

@@ -103,8 +103,8 @@ def test_contenders_are_told_with_their_instructions(tmp_path):
     for row, law in zip(rows, ("pid", "hybrid", "ladrc"), strict=True):
         known = tabled("ladrc", law)
         assert row is not None and known is not None
-        assert row["instructions_step"] == known.instructions_step and row["text_bytes"] == known.text_bytes
-        assert row["instructions_per_second"] == pytest.approx(250.0 * known.instructions_step)
+        assert row.instructions_step == known.instructions_step and row.text_bytes == known.text_bytes
+        assert row.instructions_per_second == pytest.approx(250.0 * known.instructions_step)
         json.dumps(row.content(), allow_nan=False)
 
     class Found:

@@ -16,9 +16,8 @@ from tuner.analysis.margins.mismatch import CRITERIA, FACTORS, extents, mismatch
 from tuner.analysis.margins.readings import subject_of
 from tuner.analysis.margins.time_response import simulate, time_responses
 from tuner.api.gains import default_gains
-from tuner.report.margins import figures
-from tuner.report.margins.loop_figures import disk_circle
-from tuner.report.margins.mismatch_figure import mismatch_figure
+from tuner.report import margin_figures as figures
+from tuner.report.margin_figures import disk_circle, mismatch_figure
 
 
 @pytest.fixture(scope="module")
@@ -96,7 +95,7 @@ def test_extents_end_where_stability_does(pid, monkeypatch):
     loop = Linear(pid.controller, pid.trim)
     ends = {(end.factor, end.criterion): end for end in extents(loop)}
     for end in ends.values():
-        assert end.row()["note"] is None or None in (end.low, end.high)
+        assert end.row().note is None or None in (end.low, end.high)
     narrow, wide = ends["inertia", "limits"], ends["inertia", "stability"]
     assert (wide.low or 0.0) <= (narrow.low or 0.0) < 1.0 < (narrow.high or 9.0) <= (wide.high or 9.0)
     nearest = narrow.high or narrow.low

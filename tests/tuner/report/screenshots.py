@@ -1,4 +1,4 @@
-"""Pictures of a report at three widths, light and dark: `python -m tuner.report.screenshots RESULTS OUT`.
+"""Pictures of a report at three widths, light and dark: `python -m tests.tuner.report.screenshots RESULTS OUT`.
 
 Needs Playwright's Python package (in the extra `test`) and a Chromium on the machine; the network is blocked. Writes
 OUT/WIDTH-SCHEME.png of the whole page and OUT/SECTION-WIDTH-SCHEME.png of each section.
@@ -85,7 +85,7 @@ def pictures(page: Any, out: Path, name: str) -> list[Path]:
 def main(arguments: list[str]) -> int:
     """Run the command."""
     if len(arguments) != 2:
-        print("usage: python -m tuner.report.screenshots RESULTS OUT", file=sys.stderr)
+        print("usage: python -m tests.tuner.report.screenshots RESULTS OUT", file=sys.stderr)
         return 2
     results, out = (Path(argument) for argument in arguments)
     try:

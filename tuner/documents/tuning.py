@@ -1,0 +1,323 @@
+"""A tuning run's folder, opened. Objectives, limits and responses are in shown units, angles in degrees; documents are in SI."""
+
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+
+import numpy as np
+
+from objectives.margins.quantities import RECORDED, REPORTED
+from plant.gains import GROUPS
+from tuner.documents.finalists import FINALIST_COLUMNS
+from tuner.documents.folder import OpenedFolder
+from tuner.documents.parts import RecommendedGains, in_shown_units, is_level, row_in_degrees
+from tuner.documents.resolved import Resolved
+from tuner.documents.sensitivity import SensitivityDocument
+from tuner.documents.summary import ComparedRow, RequiredRow, Summary, VariableRow
+from tuner.documents.tables import OTHER_TYPE, Columns, Fan, numbers, read_fans, read_table
+from tuner.store.document import read_text, refuse
+from tuner.store.start import Start
+from tuner.text.units import in_degrees
+
+DEFAULT, TUNED = "default", "tuned"
+SHOWN = ("limit", "default", "tuned", "difference")
+# Columns of fans, of the history and of the front that folders of earlier versions lack.
+WORST = ("worst", "worst_flight")
+SAVED = ("flights_saved", "flights_raced")
+JUDGED = ("search", "held_out", "low", "high")
+COMPARED = ("gap", "gap_low", "gap_high", "difference", "difference_low", "difference_high")
+LIMITED = ("value", "low", "high", "difference", "difference_low", "difference_high")
+LOOP_TEXTS, LOOP_LISTS = ("point", "channel", "case"), ("frequency", "real", "imag")
+# Margin quantities of each loop that a reader of a report is shown.
+LOOP_MARGINS = [name for name in REPORTED if name in RECORDED]
+
+
+@dataclass(frozen=True)
+class HeldOutFront:
+    """The points flown on held-out scenarios.
+
+    points, roles, candidates (n,); gains (n, variables); search, held_out, low, high (n, objectives). stored: by the names of
+    their columns, values (n, objectives) in the units of the file, where the folder holds them: search, held_out, low, high, gap
+    and difference with their ends. requirements (n, requirements): likewise, NaN where not known. columns: those of
+    FINALIST_COLUMNS that the folder holds, by name, each (n,).
+    """
+
+    points: list[str]
+    roles: list[str]
+    candidates: np.ndarray
+    gains: np.ndarray
+    search: np.ndarray
+    held_out: np.ndarray
+    low: np.ndarray
+    high: np.ndarray
+    stored: dict[str, np.ndarray]
+    requirements: np.ndarray
+    columns: dict[str, np.ndarray]
+
+    @property
+    def non_dominated(self) -> np.ndarray:
+        """Mask of the points that are on the front."""
+        return self.columns["non_dominated"]
+
+    @property
+    def feasible(self) -> np.ndarray:
+        """Mask of the points that keep every limit."""
+        return self.columns["feasible"]
+
+    @property
+    def lost(self) -> np.ndarray:
+        """Held-out flights of each point that did not reach their end; 0 where the folder does not tell."""
+        return self.columns["lost"]
+
+    def of(self, role: str) -> list[int]:
+        """Return the rows with a role, one or none."""
+        return [i for i, entry in enumerate(self.roles) if entry == role]
+
+    def role(self, point: str) -> str:
+        """Return "default", "tuned" or "" for a point by name."""
+        return self.roles[self.points.index(point)] if point in self.points else ""
+
+
+@dataclass(frozen=True)
+class Candidates:
+    """Everything the search tried: number (n,), gains (n, variables), values (n, objectives) as shown, feasible (n,)."""
+
+    number: np.ndarray
+    gains: np.ndarray
+    values: np.ndarray
+    feasible: np.ndarray
+
+
+@dataclass(frozen=True)
+class History:
+    """Progress by generation, each (generations,); all but the shares are cumulative.
+
+    flights_saved, flights_raced: not flown because of requirements, and because a race ended early; None in older folders.
+    """
+
+    generation: np.ndarray
+    flights: np.ndarray
+    seconds: np.ndarray
+    feasible_share: np.ndarray
+    hypervolume: np.ndarray
+    flights_saved: np.ndarray | None = None
+    flights_raced: np.ndarray | None = None
+
+    def series(self) -> dict[str, np.ndarray]:
+        """Return what is known, by name."""
+        return {name: values for name, values in vars(self).items() if values is not None}
+
+
+@dataclass(frozen=True)
+class Loop:
+    """One loop of a point at hover: margins as stored, None where unlimited; response (f,) at frequency (f,) [rad/s]."""
+
+    point: str
+    channel: str
+    stable: bool
+    values: dict[str, float | None]
+    case: str
+    frequency: np.ndarray
+    response: np.ndarray
+
+
+class TuningFolder(OpenedFolder[Summary]):
+    """Results of a tuning run; whatever is missing or damaged becomes a StoreError naming it when it is asked for."""
+
+    kind, noun, main, model = "tuning", "a tuning run", "summary.json", Summary
+
+    @property
+    def summary(self) -> Summary:
+        """What the run found, in SI units."""
+        return self.document
+
+    @cached_property
+    def resolved(self) -> Resolved:
+        """Every value of the study."""
+        return Resolved.read(self.folder / "resolved.json")
+
+    @cached_property
+    def gains(self) -> RecommendedGains:
+        """The gains of the point that stands beside the default."""
+        return RecommendedGains.read(self.folder / self.summary.gains_file)
+
+    @cached_property
+    def gains_text(self) -> str:
+        """gains.json as it stands, or infeasible.json."""
+        return read_text(self.folder / self.summary.gains_file)
+
+    @cached_property
+    def quantities(self) -> list[ComparedRow]:
+        """Objectives and constraints, as shown."""
+        return [row_in_degrees(row, *SHOWN) for row in self.summary.compared]
+
+    @property
+    def objectives(self) -> list[ComparedRow]:
+        """The objectives, in the order of the columns of values."""
+        return [row for row in self.quantities if row.kind == "objective"]
+
+    @property
+    def constraints(self) -> list[ComparedRow]:
+        """Metrics that must not exceed a limit."""
+        return [row for row in self.quantities if row.kind == "constraint"]
+
+    @cached_property
+    def requirements(self) -> list[RequiredRow]:
+        """Requirements that are known without flying, as shown: angles in degrees, levels in dB."""
+        rows = self.summary.required
+        return [in_shown_units(row) if is_level(row) else row_in_degrees(row, *SHOWN) for row in rows]
+
+    @property
+    def variables(self) -> list[VariableRow]:
+        """The searched gains."""
+        return self.summary.variables
+
+    @property
+    def tuned(self) -> str:
+        """Name of the point beside the default: the recommended one, or the nearest where nothing is feasible."""
+        return self.summary.shown
+
+    @property
+    def feasible(self) -> bool:
+        """Whether anything is recommended."""
+        return self.summary.recommends
+
+    @property
+    def shown_as(self) -> str:
+        """Heading of the column of that point: "tuned" or "nearest"."""
+        return self.summary.shown_as
+
+    @property
+    def called(self) -> str:
+        """Name of that point in a sentence."""
+        return "recommended" if self.feasible else "nearest to feasible"
+
+    @cached_property
+    def factors(self) -> np.ndarray:
+        """Factors (objectives,) from numbers of files to shown ones."""
+        rows = [row for row in self.summary.compared if row.kind == "objective"]
+        return np.array([in_degrees(row.unit).factor for row in rows])
+
+    @cached_property
+    def addresses(self) -> dict[str, list[str]]:
+        """Gains that each variable stands for, as resolved.json says, or as the names of groups do."""
+        told = {entry.name: entry.addresses for entry in self.resolved.variables}
+        found = {}
+        for name in [variable.name for variable in self.variables]:
+            group, _, gain = name.partition(".")
+            named = told.get(name) or [f"{axis}.{gain}" for axis in GROUPS.get(group, (group,))]
+            found[name] = [address for address in named if address in self.gains.gains]
+        return found
+
+    @cached_property
+    def front(self) -> HeldOutFront:
+        """The points flown on held-out scenarios."""
+        table, labels = Columns.read(self.folder / "front.csv"), [entry.label for entry in self.objectives]
+        stored = {
+            prefix: table.block([f"{prefix}:{label}" for label in labels])
+            for prefix in (*JUDGED, *COMPARED)
+            if prefix in JUDGED or f"{prefix}:{labels[0]}" in table.columns
+        }
+        search, held_out, low, high = (stored[prefix] * self.factors for prefix in JUDGED)
+        required = [f"requirement:{entry.label}" for entry in self.requirements]
+        found = {entry.name: entry.read(table) for entry in FINALIST_COLUMNS}
+        return HeldOutFront(
+            points=table.text("point"),
+            roles=[TUNED if role == "nearest" else role for role in table.text("role")],
+            candidates=table.numbers("candidate"),
+            gains=table.block([f"gain:{variable.name}" for variable in self.variables]),
+            search=search,
+            held_out=held_out,
+            low=low,
+            high=high,
+            stored=stored,
+            requirements=table.block(required, optional=True),
+            columns={name: values for name, values in found.items() if values is not None},
+        )
+
+    @cached_property
+    def candidates(self) -> Candidates:
+        """Everything that the search tried."""
+        folder = self.folder / "generations"
+        gains = [f"gain:{variable.name}" for variable in self.variables]
+        columns = ["candidate", "feasible", *gains, *[f"objective:{entry.label}" for entry in self.objectives]]
+        files = sorted(folder.glob("*.parquet"))
+        if not files:
+            raise refuse(folder, "there is no generation in it")
+        rows = np.concatenate([numbers(read_table(file, columns), columns, file) for file in files], axis=0)
+        split = 2 + len(gains)
+        return Candidates(rows[:, 0].astype(int), rows[:, 2:split], rows[:, split:] * self.factors, rows[:, 1] > 0.5)
+
+    @cached_property
+    def history(self) -> History:
+        """Progress of the search."""
+        table = Columns.read(self.folder / "history.csv")
+        names = ("generation", "flights", "seconds", "feasible_share", "hypervolume")
+        saved = {name: table.numbers(name) for name in SAVED if name in table.columns}
+        return History(*[table.numbers(name) for name in names], **saved)
+
+    @cached_property
+    def fans(self) -> list[Fan]:
+        """Responses of points over flights, none where the folder holds none."""
+        return read_fans(self.folder / "responses.parquet", WORST, by_name=True)
+
+    @cached_property
+    def scenarios(self) -> list[str]:
+        """Scenarios with responses, in the order of the study."""
+        return list(dict.fromkeys(fan.scenario for fan in self.fans))
+
+    @cached_property
+    def flown_points(self) -> list[str]:
+        """Points with responses: default first, then tuned, then the others as they come."""
+        names = dict.fromkeys(fan.point for fan in self.fans)
+        return sorted(names, key=lambda name: (DEFAULT, TUNED, "").index(self.front.role(name)))
+
+    @cached_property
+    def limited(self) -> dict[tuple[str, str], np.ndarray]:
+        """Numbers of `LIMITED` by point and constraint, held out and as stored; nothing where the folder holds no such table."""
+        file = self.folder / "constraints.csv"
+        if not file.exists() or len(read_text(file).splitlines()) < 2:
+            return {}
+        table = Columns.read(file)
+        return dict(zip(zip(table.text("point"), table.text("label"), strict=True), table.block(LIMITED), strict=True))
+
+    @cached_property
+    def loops(self) -> list[Loop]:
+        """Margins and curves of every point and channel; none where there are none in the folder."""
+        file = self.folder / "margins.parquet"
+        return read_loops(file) if file.exists() else []
+
+    @cached_property
+    def start(self) -> int | None:
+        """The candidate that the search started from as designed: the second of the first generation, behind the default."""
+        file = self.folder / "start.json"
+        if "design" not in (self.resolved.search.initial or []) or not file.exists():
+            return None
+        return None if any('"design"' in warning for warning in Start.read(file).warnings) else 1
+
+    @cached_property
+    def sensitivity(self) -> SensitivityDocument | None:
+        """A sensitivity analysis that lies in the folder."""
+        file = self.folder / "sensitivity.json"
+        return SensitivityDocument.read(file) if file.exists() else None
+
+
+def read_loops(file: Path) -> list[Loop]:
+    """Return the margins and curves of margins.parquet."""
+    table = read_table(file, [*LOOP_TEXTS, "stable", *LOOP_LISTS, *LOOP_MARGINS])
+    try:
+        frequency, real, imag = (
+            np.array(table.column(name).to_pylist(), dtype=float).reshape(table.num_rows, -1) for name in LOOP_LISTS
+        )
+        point, channel, case = (table.column(name).cast("string").to_pylist() for name in LOOP_TEXTS)
+        values = [table.column(name).cast("float64").to_pylist() for name in LOOP_MARGINS]
+    except OTHER_TYPE as error:
+        raise refuse(file, f"a column does not hold what it should ({error})") from None
+    stable = table.column("stable").to_pylist()
+    return [
+        Loop(
+            point[k], channel[k], bool(stable[k]), {name: column[k] for name, column in zip(LOOP_MARGINS, values, strict=True)},
+            case[k] or "", frequency[k], real[k] + 1j * imag[k],
+        )
+        for k in range(table.num_rows)
+    ]  # fmt: skip
