@@ -19,7 +19,7 @@ from tuner.exchange.fmi.code import PLATFORM, binding, compiler, shared_library
 from tuner.exchange.fmi.variables import variables
 from tuner.exchange.fmi.xml_files import IDENTIFIER, model_description, parameter_values
 from tuner.exchange.target import Bundle, Option, Request, Target
-from tuner.exchange.texts import c_comment, heading, xml_text
+from tuner.exchange.texts import c_comment, filled, heading, xml_text
 from tuner.gains import Controller
 
 # The earliest date that a zip archive can hold.
@@ -78,12 +78,9 @@ def code_of(request: Request) -> Code:
     sources = {f"{NAME}.h": generated.header, f"{NAME}.c": generated.source}
     sources |= {name: files("tuner.exchange.fmi").joinpath(name).read_text(encoding="utf-8") for name in OWN}
 
-    def tied(guid: str) -> str:
-        period, delayed = controller.control_period, controller.options.delay
-        return binding(found, heading(request, c_comment), guid, period, delayed, f"{NAME}.h", PREFIX)
-
-    guid = guid_of(request.digest, sources | {"binding.h": tied("")})
-    sources["binding.h"] = tied(guid)
+    about = heading(request, c_comment)
+    guid = guid_of(request.digest, sources | {"binding.h": binding(controller, found, about, "")})
+    sources["binding.h"] = binding(controller, found, about, guid)
     gcc = compiler()
     return Code(sources, guid, None if gcc is None else shared_library(sources, UNITS, gcc))
 
@@ -99,16 +96,8 @@ def guid_of(digest: str, sources: dict[str, str]) -> str:
 
 def documentation(request: Request, code: Code) -> str:
     """Return the page that simulators show for an FMU."""
-    lines = "".join(f"<p>{line}.</p>\n" for line in heading(request, xml_text))
-    build = f"gcc -std=c99 -O2 -ffp-contract=off -fPIC -shared sources/*.c -o {IDENTIFIER}.so -lm"
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head><meta charset="utf-8"><title>Quadrotor controller</title></head>\n<body>\n'
-        f"<h1>Quadrotor controller</h1>\n{lines}<p>GUID {code.guid}. World axes are ENU, body axes FLU, all numbers SI.</p>\n"
-        "<p>A communication step must be a whole number of control periods; inputs are held during it. Gains are constants "
-        "built into the code: they can be read, not set.</p>\n"
-        f"<p>To build the library for another platform: <code>{build}</code>. "
-        "Multiply and add must not be contracted, else last bits differ.</p>\n</body>\n</html>\n"
-    )
+    lines = "\n".join(f"<p>{line}.</p>" for line in heading(request, xml_text))
+    return filled("fmi", "index.html", heading=lines, guid=code.guid)
 
 
 def export(request: Request) -> Bundle:

@@ -6,6 +6,7 @@ from plant.records import paths
 from plant.references.track import Reference
 from plant.sensors import Measurement
 from tuner.exchange.processor_cost.inputs import Instant, attitude_row, step_row
+from tuner.exchange.texts import filled
 
 ATTITUDE_MEMBERS = (
     *[f"setpoint.{name}" for name in ("roll", "pitch", "yaw", "yaw_rate")],
@@ -17,78 +18,6 @@ STEP_MEMBERS = (
     *[f"measurement.{path}" for path in paths(Measurement)],
 )
 
-MAIN = """\
-#include <stdio.h>
-#include "{header}"
-#include "ticks.h"
-
-#define INSTANTS {count}
-static const {real} step_inputs[INSTANTS][{step_width}] = {{
-{step_rows}
-}};
-static const {real} attitude_inputs[INSTANTS][{attitude_width}] = {{
-{attitude_rows}
-}};
-static {prefix}_state state;
-static {prefix}_reference reference;
-static {prefix}_measurement measurement;
-static {prefix}_command command;
-static {prefix}_attitude_state attitude;
-static {prefix}_attitude_setpoint setpoint;
-static {prefix}_attitude_measurement seen;
-static {prefix}_attitude_applied applied;
-static {prefix}_vec3 torque;
-static unsigned empty;
-
-static void take_step_inputs(int k)
-{{
-    const {real} *const in = step_inputs[k];
-{take_step}
-}}
-
-static void take_attitude_inputs(int k)
-{{
-    const {real} *const in = attitude_inputs[k];
-{take_attitude}
-}}
-
-static unsigned counted_step(void)
-{{
-    const unsigned before = ticks_now();
-    (void){prefix}_step(&state, &reference, &measurement, &command);
-    return instructions(ticks_between(before, ticks_now()), empty);
-}}
-
-static unsigned counted_attitude_step(void)
-{{
-    const unsigned before = ticks_now();
-    (void){prefix}_attitude_step(&attitude, &setpoint, &seen, &applied, &torque);
-    return instructions(ticks_between(before, ticks_now()), empty);
-}}
-
-int main(void)
-{{
-    unsigned before;
-    ticks_start();
-    before = ticks_now();
-    empty = ticks_between(before, ticks_now());
-    take_step_inputs(0);
-    take_attitude_inputs(0);
-    if ({prefix}_init(&state, &measurement) != 0 || {prefix}_attitude_init(&attitude, &seen) != 0)
-        return 1;
-    printf("%u %u\\n", (unsigned)sizeof state, (unsigned)sizeof attitude);
-    for (int k = 0; k < INSTANTS; ++k) {{
-        unsigned whole;
-        take_step_inputs(k);
-        take_attitude_inputs(k);
-        whole = counted_step();
-        printf("%u %u\\n", counted_attitude_step(), whole);
-    }}
-    printf("%.9g %.9g %.9g %.9g\\n", (double)command.thrust, (double)torque.x, (double)torque.y, (double)torque.z);
-    return 0;
-}}
-"""
-
 
 def measuring_program(instants: Sequence[Instant], header: str, prefix: str, real: str) -> str:
     """Return the C source of the program.
@@ -97,7 +26,9 @@ def measuring_program(instants: Sequence[Instant], header: str, prefix: str, rea
     attitude step and of the step of the cascade, each from before its call to after its return; last, thrust of the cascade [N]
     and torque of the attitude loops [N m], which tell that both were given what was recorded.
     """
-    return MAIN.format(
+    return filled(
+        "processor_cost",
+        "main.c",
         header=header,
         prefix=prefix,
         real=real,
