@@ -11,16 +11,16 @@ from tuner.exchange.matlab import export as matlab
 from tuner.exchange.px4 import export as px4
 from tuner.exchange.ros2 import export as ros2
 from tuner.exchange.rotorpy import export as rotorpy
-from tuner.exchange.target import Importer, Target
+from tuner.exchange.target import ExportTarget, Importer
 
 MODULES = (c99, px4, ardupilot, crazyflie, betaflight, betaflight_adrc, ros2, fmi, matlab, rotorpy)
-EXPORTERS: dict[str, Target] = {module.TARGET.name: module.TARGET for module in MODULES}
+EXPORTERS: dict[str, ExportTarget] = {module.TARGET.name: module.TARGET for module in MODULES}
 """Every target, in the order of listings."""
 IMPORTERS: dict[str, Importer] = {name: target.importer for name, target in EXPORTERS.items() if target.importer}
 """The way back, of the targets that have one."""
 
 
-def exporter(name: str) -> Target:
+def exporter(name: str) -> ExportTarget:
     """Return the target of a name; raises UnknownNameError."""
     name = name.lower()
     if name not in EXPORTERS:

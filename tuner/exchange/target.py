@@ -47,7 +47,7 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Parameter:
+class HeldParameter:
     """One number as the target holds it.
 
     name, unit: the target's. asked: before rounding; held: after rounding to the target's resolution. low, high: the range
@@ -94,12 +94,12 @@ class Bundle:
     held: Controller
     differences: tuple[str, ...]
     target_version: str
-    parameters: tuple[Parameter, ...] = ()
+    parameters: tuple[HeldParameter, ...] = ()
     gyro: GyroFilter | None = None
 
 
 @dataclass(frozen=True)
-class Imported:
+class ImportedController:
     """controller: what the file's gains are on the airframe; notes: one sentence for each thing taken as default or left out;
     untouched: names in the file of what does not act in these loops.
     """
@@ -111,18 +111,18 @@ class Imported:
 
 @dataclass(frozen=True)
 class Importer:
-    """One target. read(file, airframe, settings) -> Imported raises InputError naming file and parameter; options are checked
+    """The way back of one target. read(file, airframe, settings) raises InputError naming file and parameter; options are checked
     before it is called.
     """
 
     name: str
     title: str
     options: tuple[Option, ...]
-    read: Callable[[Path, Airframe, Mapping[str, str]], Imported]
+    read: Callable[[Path, Airframe, Mapping[str, str]], ImportedController]
 
 
 @dataclass(frozen=True)
-class Target:
+class ExportTarget:
     """A target of exports, and where its files can be read, a source of imports.
 
     export(request) -> Bundle raises InputError where the target cannot hold something; laws and options are checked before it

@@ -11,7 +11,8 @@ from math import degrees
 from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError, shortened
-from tuner.exchange.autopilot.parameters import Entry, defaults, parameters
+from tuner.exchange.autopilot.assembly import CURVE, curve
+from tuner.exchange.autopilot.parameters import ParameterInfo, defaults, parameters
 from tuner.exchange.autopilot.pid import (
     axis_gains,
     rate_filters,
@@ -34,7 +35,7 @@ from tuner.exchange.betaflight.map import (
     to_betaflight,
 )
 from tuner.exchange.betaflight.text import profile, read_cli, read_release, read_selected, whole, write_cli
-from tuner.exchange.target import Bundle, Option, Parameter, Request, Target, number
+from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request
 from tuner.exchange.texts import heading, parameter_comment
 from tuner.gains import Controller
 
@@ -50,11 +51,7 @@ LOADING = (
 )
 
 OPTIONS = (
-    Option(
-        "thrust_curve",
-        "factor f of the rotors' thrust T = T_max (f u^2 + (1 - f) u) of the command u, 0 to 1",
-        default="1",
-    ),
+    CURVE,
     Option("profile", "PID profile that is written, 0 to 3", default="0"),
 )
 
@@ -62,7 +59,7 @@ OPTIONS = (
 def export(request: Request) -> Bundle:
     """Return the file; raises InputError where the gains have no form in Betaflight or leave its ranges."""
     asked = with_measured_rates(request.controller)
-    rotors = actuation(asked.airframe.vehicle, number(request.settings, "thrust_curve", 0.0, 1.0, "1"))
+    rotors = actuation(asked.airframe.vehicle, curve(request.settings))
     before = aboard(request)
     check_level(asked, rotors, before)
     wanted = to_betaflight(asked, rotors, before)
@@ -131,7 +128,10 @@ def settings(values: Mapping[str, float], switches: Mapping[str, tuple[str, str]
 
 
 def rollback(
-    request: Request, table: Mapping[str, Entry], switches: Mapping[str, tuple[str, str]], values: Mapping[str, float]
+    request: Request,
+    table: Mapping[str, ParameterInfo],
+    switches: Mapping[str, tuple[str, str]],
+    values: Mapping[str, float],
 ) -> bytes:
     """Return the file that restores the previous settings; those in no previous file are Betaflight's defaults."""
     chosen = profile(request.settings)
@@ -164,7 +164,7 @@ def check_level(controller: Controller, rotors: Actuation, before: Mapping[str, 
         )
 
 
-def check_rounding(written: tuple[Parameter, ...]) -> None:
+def check_rounding(written: tuple[HeldParameter, ...]) -> None:
     """Refuse gains that round to nothing: a loop without damping or without integral is another law."""
     for parameter in written:
         if parameter.held == 0.0 and parameter.asked > 0.0:
@@ -188,7 +188,7 @@ def held_controller(
 
 
 def _differences(
-    controller: Controller, written: tuple[Parameter, ...], rotors: Actuation, before: Mapping[str, float],
+    controller: Controller, written: tuple[HeldParameter, ...], rotors: Actuation, before: Mapping[str, float],
     kept: tuple[str, ...], request: Request,
 ) -> tuple[str, ...]:  # fmt: skip
     cascade = loops(controller, rotors, before)
@@ -240,7 +240,7 @@ def _extra(before: Mapping[str, float], kept: tuple[str, ...], request: Request)
     )
 
 
-TARGET = Target(
+TARGET = ExportTarget(
     name="betaflight",
     title=f"{NAME}, settings for the command line",
     export=export,

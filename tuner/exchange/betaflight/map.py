@@ -18,7 +18,7 @@ from plant.airframes.actuation import Actuation
 from plant.cascade import ATTITUDE_AXES
 from plant.laws.pid import Gains
 from plant.vehicle import Vehicle
-from tuner.exchange.autopilot.parameters import Entry
+from tuner.exchange.autopilot.parameters import ParameterInfo
 from tuner.exchange.autopilot.pid import RateLoop, axis_gains, parallel, rate_loop
 from tuner.exchange.autopilot.scales import TorqueScale, betaflight_factors, command_slope, torque_scale
 from tuner.gains import Controller
@@ -26,14 +26,14 @@ from tuner.gains import Controller
 OFF = "nothing: it is switched off"
 
 
-def _axis(axis: str, p: float, i: float, d: float, d_max: float, f: float) -> list[Entry]:
+def _axis(axis: str, p: float, i: float, d: float, d_max: float, f: float) -> list[ParameterInfo]:
     """Return one rate loop with its defaults."""
     return [
-        Entry(f"p_{axis}", "1", 0.0, 250.0, p, f"{axis}.kd"),
-        Entry(f"i_{axis}", "1", 0.0, 250.0, i, f"{axis}.ki"),
-        Entry(f"d_{axis}", "1", 0.0, 250.0, d, OFF),
-        Entry(f"d_max_{axis}", "1", 0.0, 250.0, d_max, OFF),
-        Entry(f"f_{axis}", "1", 0.0, 1000.0, f, OFF),
+        ParameterInfo(f"p_{axis}", "1", 0.0, 250.0, p, f"{axis}.kd"),
+        ParameterInfo(f"i_{axis}", "1", 0.0, 250.0, i, f"{axis}.ki"),
+        ParameterInfo(f"d_{axis}", "1", 0.0, 250.0, d, OFF),
+        ParameterInfo(f"d_max_{axis}", "1", 0.0, 250.0, d_max, OFF),
+        ParameterInfo(f"f_{axis}", "1", 0.0, 1000.0, f, OFF),
     ]
 
 
@@ -43,13 +43,13 @@ TABLE = {
         *_axis("roll", 45.0, 80.0, 30.0, 40.0, 120.0),
         *_axis("pitch", 47.0, 84.0, 34.0, 46.0, 125.0),
         *_axis("yaw", 45.0, 80.0, 0.0, 0.0, 120.0),
-        Entry("angle_p_gain", "0.1/s", 0.0, 200.0, 50.0, "roll.kp, roll.ki or roll.kd"),
-        Entry("angle_feedforward", "1", 0.0, 200.0, 50.0, OFF),
-        Entry("angle_limit", "deg", 10.0, 80.0, 60.0, "controller.tilt_limit"),
-        Entry("anti_gravity_gain", "1", 0.0, 250.0, 80.0, OFF),
-        Entry("tpa_rate", "%", 0.0, 100.0, 65.0, OFF),
-        Entry("yaw_lowpass_hz", "Hz", 0.0, 500.0, 100.0, OFF),
-        Entry("thrust_linear", "%", 0.0, 150.0, 0.0, OFF),
+        ParameterInfo("angle_p_gain", "0.1/s", 0.0, 200.0, 50.0, "roll.kp, roll.ki or roll.kd"),
+        ParameterInfo("angle_feedforward", "1", 0.0, 200.0, 50.0, OFF),
+        ParameterInfo("angle_limit", "deg", 10.0, 80.0, 60.0, "controller.tilt_limit"),
+        ParameterInfo("anti_gravity_gain", "1", 0.0, 250.0, 80.0, OFF),
+        ParameterInfo("tpa_rate", "%", 0.0, 100.0, 65.0, OFF),
+        ParameterInfo("yaw_lowpass_hz", "Hz", 0.0, 500.0, 100.0, OFF),
+        ParameterInfo("thrust_linear", "%", 0.0, 150.0, 0.0, OFF),
     )
 }
 # Switches: setting -> what the export sets, the default.
@@ -118,11 +118,11 @@ RELEASES = {
 }
 
 
-def _adrc(axis: str, wo: float) -> list[Entry]:
+def _adrc(axis: str, wo: float) -> list[ParameterInfo]:
     return [
-        Entry(f"adrc_wc_{axis}", "rad/s", 5.0, 300.0, 60.0, f"{axis}.omega_c"),
-        Entry(f"adrc_wo_{axis}", "rad/s", 10.0, 600.0, wo, f"{axis}.omega_o"),
-        Entry(f"adrc_b0_{axis}", "deg/s3", 100.0, 65535.0, 2000.0, "the airframe or --set thrust_curve"),
+        ParameterInfo(f"adrc_wc_{axis}", "rad/s", 5.0, 300.0, 60.0, f"{axis}.omega_c"),
+        ParameterInfo(f"adrc_wo_{axis}", "rad/s", 10.0, 600.0, wo, f"{axis}.omega_o"),
+        ParameterInfo(f"adrc_b0_{axis}", "deg/s3", 100.0, 65535.0, 2000.0, "the airframe or --set thrust_curve"),
     ]
 
 
@@ -132,8 +132,8 @@ ADRC_TABLE = {
         *_adrc("roll", 100.0),
         *_adrc("pitch", 100.0),
         *_adrc("yaw", 80.0),
-        Entry("adrc_hover_throttle", "%", 5.0, 100.0, 35.0, "the airframe or --set thrust_curve"),
-        Entry("adrc_sigma_decay", "0.1/s", 0.0, 100.0, 3.0, OFF),
+        ParameterInfo("adrc_hover_throttle", "%", 5.0, 100.0, 35.0, "the airframe or --set thrust_curve"),
+        ParameterInfo("adrc_sigma_decay", "0.1/s", 0.0, 100.0, 3.0, OFF),
     )
 }
 ADRC_SWITCHES = {"pid_type": ("ADRC", "CLASSIC")}

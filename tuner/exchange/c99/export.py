@@ -8,7 +8,7 @@ from plant.backends.c_code import REALS, Real
 from tuner.exchange.aboard import rollback_request
 from tuner.exchange.c99.golden import golden, golden_header, golden_program
 from tuner.exchange.c99.sources import c_sources
-from tuner.exchange.target import Bundle, Option, Request, Target
+from tuner.exchange.target import Bundle, ExportTarget, Option, Request
 from tuner.exchange.texts import c_comment, filled, markdown, tool
 from tuner.gains import Controller
 
@@ -89,7 +89,7 @@ def files(request: Request, sentence: str) -> dict[str, bytes]:
     return {name: text.encode() for name, text in texts.items()}
 
 
-TARGET = Target(
+TARGET = ExportTarget(
     "c99",
     "C99 source with golden vectors, for any firmware",
     export,

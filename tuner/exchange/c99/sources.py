@@ -13,7 +13,7 @@ from plant.sensors import Measurement
 from plant.vectors import Quaternion, Rotors, Vec3
 from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, Command
 from tuner.exchange.c99.routines import Call, Style, function_of, function_text, loops
-from tuner.exchange.c99.tracing import UNIT_WITHIN, Entry, Traces, trace
+from tuner.exchange.c99.tracing import UNIT_WITHIN, TracedFunction, Traces, trace
 from tuner.exchange.texts import c_comment, c_string, filled, tool
 from tuner.gains import Controller
 
@@ -141,7 +141,13 @@ def _gains(controller: Controller) -> dict[str, dict[str, str]]:
 
 
 def _entry(
-    style: Style, name: str, entry: Entry, parameters: list[str], kind: str, call: Call | None, output: str = ""
+    style: Style,
+    name: str,
+    entry: TracedFunction,
+    parameters: list[str],
+    kind: str,
+    call: Call | None,
+    output: str = "",
 ) -> str:
     """Write an entry point: what it works out goes into `next`, and from there into the state only if all of it is finite."""
     p = style.prefix
@@ -161,7 +167,7 @@ def _place(path: str) -> str:
     return path
 
 
-def _measure(style: Style, entry: Entry, call: Call) -> str:
+def _measure(style: Style, entry: TracedFunction, call: Call) -> str:
     p = style.prefix
     lines = style.writer(call=call).statements([*entry.results, (f"const {p}_real sum", entry.sum)])
     q = "attitude->"

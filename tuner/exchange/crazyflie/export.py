@@ -21,7 +21,7 @@ from tuner.exchange.autopilot.scales import motors_text
 from tuner.exchange.c99.sources import c_sources
 from tuner.exchange.crazyflie import text as param_file
 from tuner.exchange.crazyflie.map import ATTITUDE, ENTRIES, HORIZONTAL, MOTORS, check_mixing, held, parameters
-from tuner.exchange.target import Bundle, Option, Request, Target, number
+from tuner.exchange.target import Bundle, ExportTarget, Option, Request, number
 from tuner.exchange.texts import c_comment, filled, heading, markdown, parameter_comment
 from tuner.gains import Controller
 
@@ -40,7 +40,7 @@ INTEGRAL = {"roll": 33.3, "pitch": 33.3, "yaw": 166.7}
 
 
 def export(request: Request) -> Bundle:
-    """Write parameters or a controller, as the option `form` says; see `Target.export`."""
+    """Write parameters or a controller, as the option `form` says; see `ExportTarget.export`."""
     controller = request.controller
     laws = {controller.cascade.position.name, controller.cascade.attitude.name}
     form = request.settings["form"]
@@ -171,7 +171,7 @@ def refuse_period(controller: Controller) -> None:
         raise InputError(message, key="controller.control_period")
 
 
-TARGET = Target(
+TARGET = ExportTarget(
     name="crazyflie",
     title="Crazyflie, parameters for cflib (PID) or an out-of-tree controller (any law)",
     export=export,

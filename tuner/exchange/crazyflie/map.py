@@ -28,11 +28,11 @@ import numpy as np
 from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import LEAST_LIFT
 from plant.errors import InputError
-from tuner.exchange.autopilot.parameters import MOST, Entry, single
+from tuner.exchange.autopilot.parameters import MOST, ParameterInfo, single
 from tuner.exchange.autopilot.parameters import parameters as held_against_table
 from tuner.exchange.autopilot.pid import RateLoop, axis_gains, parallel, rate_loop, with_gains, with_measured_rates
 from tuner.exchange.autopilot.scales import Motors, TorqueScale, torque_scale
-from tuner.exchange.target import Parameter
+from tuner.exchange.target import HeldParameter
 from tuner.gains import Controller
 
 INT16, UINT16 = 32767.0, 65535.0
@@ -40,37 +40,37 @@ ATTITUDE_RATE, POSITION_RATE = 500.0, 100.0
 ATTITUDE, HORIZONTAL = ("roll", "pitch", "yaw"), ("x", "y")
 
 
-def _rate(axis: str, kp: float, ki: float, kd: float) -> list[Entry]:
+def _rate(axis: str, kp: float, ki: float, kd: float) -> list[ParameterInfo]:
     group = f"pid_rate.{axis}_"
     return [
-        Entry(f"{group}kp", "counts/(deg/s)", 0.0, INT16, kp, f"{axis}.kd"),
-        Entry(f"{group}ki", "counts/deg", 0.0, INT16 * ATTITUDE_RATE, ki, f"{axis}.ki"),
-        Entry(f"{group}kd", "counts/(deg/s2)", 0.0, INT16, kd, f"{axis}.kd"),
-        Entry(f"{group}kff", "counts/(deg/s)", 0.0, INT16, 0.0, f"{axis}.kp"),
+        ParameterInfo(f"{group}kp", "counts/(deg/s)", 0.0, INT16, kp, f"{axis}.kd"),
+        ParameterInfo(f"{group}ki", "counts/deg", 0.0, INT16 * ATTITUDE_RATE, ki, f"{axis}.ki"),
+        ParameterInfo(f"{group}kd", "counts/(deg/s2)", 0.0, INT16, kd, f"{axis}.kd"),
+        ParameterInfo(f"{group}kff", "counts/(deg/s)", 0.0, INT16, 0.0, f"{axis}.kp"),
     ]
 
 
 def _outer(
     group: str, names: tuple[str, str, str, str], usual: tuple[float, float, float], rate: float, axis: str
-) -> list[Entry]:
+) -> list[ParameterInfo]:
     units = ("1/s", "1/s2", "1", "1/s")
     return [
-        Entry(f"{group}{name}", unit, 0.0, rate, value, f"{axis}.kp")
+        ParameterInfo(f"{group}{name}", unit, 0.0, rate, value, f"{axis}.kp")
         for name, unit, value in zip(names, units, (*usual, 0.0), strict=True)
     ]
 
 
-def _velocity(axis: str, unit: str, kp: float, ki: float) -> list[Entry]:
+def _velocity(axis: str, unit: str, kp: float, ki: float) -> list[ParameterInfo]:
     group = f"velCtlPid.v{axis}"
     return [
-        Entry(f"{group}Kp", f"{unit}/(m/s)", 0.0, MOST, kp, f"{axis}.kd"),
-        Entry(f"{group}Ki", f"{unit}/m", 0.0, MOST, ki, f"{axis}.ki"),
-        Entry(f"{group}Kd", f"{unit}/(m/s2)", 0.0, MOST, 0.0, f"{axis}.kd"),
-        Entry(f"{group}KFF", f"{unit}/(m/s)", 0.0, MOST, 0.0, f"{axis}.kd"),
+        ParameterInfo(f"{group}Kp", f"{unit}/(m/s)", 0.0, MOST, kp, f"{axis}.kd"),
+        ParameterInfo(f"{group}Ki", f"{unit}/m", 0.0, MOST, ki, f"{axis}.ki"),
+        ParameterInfo(f"{group}Kd", f"{unit}/(m/s2)", 0.0, MOST, 0.0, f"{axis}.kd"),
+        ParameterInfo(f"{group}KFF", f"{unit}/(m/s)", 0.0, MOST, 0.0, f"{axis}.kd"),
     ]
 
 
-def _entries() -> list[Entry]:
+def _entries() -> list[ParameterInfo]:
     angle, place = ("kp", "ki", "kd", "kff"), ("Kp", "Ki", "Kd", "Kff")
     return [
         *_rate("roll", 250.0, 500.0, 2.5),
@@ -85,10 +85,10 @@ def _entries() -> list[Entry]:
         *_outer("posCtlPid.x", place, (2.0, 0.0, 0.0), POSITION_RATE, "x"),
         *_outer("posCtlPid.y", place, (2.0, 0.0, 0.0), POSITION_RATE, "y"),
         *_outer("posCtlPid.z", place, (2.0, 0.5, 0.0), POSITION_RATE, "z"),
-        Entry("posCtlPid.rLimit", "deg", 0.0, 90.0, 20.0, "the tilt limit"),
-        Entry("posCtlPid.pLimit", "deg", 0.0, 90.0, 20.0, "the tilt limit"),
-        Entry("posCtlPid.thrustBase", "counts", 0.0, UINT16, 36000.0, "the airframe's mass"),
-        Entry("posCtlPid.thrustMin", "counts", 0.0, UINT16, 20000.0, "the airframe's mass"),
+        ParameterInfo("posCtlPid.rLimit", "deg", 0.0, 90.0, 20.0, "the tilt limit"),
+        ParameterInfo("posCtlPid.pLimit", "deg", 0.0, 90.0, 20.0, "the tilt limit"),
+        ParameterInfo("posCtlPid.thrustBase", "counts", 0.0, UINT16, 36000.0, "the airframe's mass"),
+        ParameterInfo("posCtlPid.thrustMin", "counts", 0.0, UINT16, 20000.0, "the airframe's mass"),
     ]
 
 
@@ -178,7 +178,7 @@ def values(controller: Controller, full: float) -> dict[str, float]:
     return found | {"posCtlPid.thrustBase": one.hover, "posCtlPid.thrustMin": LEAST_LIFT * one.hover}
 
 
-def parameters(controller: Controller, full: float) -> tuple[Parameter, ...]:
+def parameters(controller: Controller, full: float) -> tuple[HeldParameter, ...]:
     """Return every parameter as the vehicle holds it: uint16 or float32; raises InputError naming one that is out of range."""
     asked = values(controller, full)
     whole = {name: value for name, value in asked.items() if name in INTEGERS}

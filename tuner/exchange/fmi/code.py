@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from plant.errors import InputError
-from tuner.exchange.fmi.variables import Variable
+from tuner.exchange.fmi.variables import FmuVariable
 from tuner.exchange.texts import filled
 from tuner.gains import Controller
 
@@ -24,7 +24,7 @@ FURTHER_STEP = """\
 """
 
 
-def binding(controller: Controller, found: Sequence[Variable], heading: Sequence[str], guid: str) -> str:
+def binding(controller: Controller, found: Sequence[FmuVariable], heading: Sequence[str], guid: str) -> str:
     """Return binding.h, which ties the general FMI code to a controller."""
     inputs, outputs, constants = ([entry for entry in found if entry.kind == kind] for kind in KINDS)
     delayed = controller.options.delay
@@ -42,7 +42,7 @@ def binding(controller: Controller, found: Sequence[Variable], heading: Sequence
 KINDS = ("input", "output", "constant")
 
 
-def _values(entries: Sequence[Variable]) -> str:
+def _values(entries: Sequence[FmuVariable]) -> str:
     return "\n".join(f"    {float(entry.start)!r}, /* {entry.name} [{entry.unit}] */" for entry in entries)
 
 

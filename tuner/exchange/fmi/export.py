@@ -18,7 +18,7 @@ from tuner.exchange.c99.sources import c_sources
 from tuner.exchange.fmi.code import PLATFORM, binding, compiler, shared_library
 from tuner.exchange.fmi.variables import variables
 from tuner.exchange.fmi.xml_files import IDENTIFIER, model_description, parameter_values
-from tuner.exchange.target import Bundle, Option, Request, Target
+from tuner.exchange.target import Bundle, ExportTarget, Option, Request
 from tuner.exchange.texts import c_comment, filled, heading, xml_text
 from tuner.gains import Controller
 
@@ -145,7 +145,7 @@ def differences(request: Request, code: Code) -> tuple[str, ...]:
     return tuple(said)
 
 
-TARGET = Target(
+TARGET = ExportTarget(
     name="fmi",
     title="FMI 2.0 co-simulation FMU and SSV, for Simulink, Dymola, OpenModelica and other simulators",
     export=export,

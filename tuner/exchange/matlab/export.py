@@ -12,7 +12,7 @@ from plant.cascade import LEAST_COSINE, LEAST_LIFT
 from plant.gains import gain_addresses
 from plant.nominal import nominal
 from tuner.exchange.aboard import rollback_request
-from tuner.exchange.target import Bundle, Request, Target
+from tuner.exchange.target import Bundle, ExportTarget, Request
 from tuner.exchange.texts import heading, matlab_comment, matlab_string
 
 FUNCTION = "holdfast_gains"
@@ -30,7 +30,7 @@ Entry = tuple[Any, str]
 
 
 def export(request: Request) -> Bundle:
-    """Write the function; every law can be carried, see `Target.export`."""
+    """Write the function; every law can be carried, see `ExportTarget.export`."""
     earlier, sentence = rollback_request(request)
     return Bundle(
         files={FILE: function(request)},
@@ -127,4 +127,4 @@ def comment(unit: str) -> str:
     return f"  % {unit}" if unit else ""
 
 
-TARGET = Target(name="matlab", title="MATLAB and Octave, a struct of gains with units", export=export)
+TARGET = ExportTarget(name="matlab", title="MATLAB and Octave, a struct of gains with units", export=export)

@@ -17,7 +17,7 @@ from plant.gains import gain_addresses
 from tuner.exchange.aboard import rollback_request
 from tuner.exchange.rotorpy import controller as rotorpy_controller
 from tuner.exchange.rotorpy.vehicle import differences, hover_speed, parameters
-from tuner.exchange.target import Bundle, Request, Target
+from tuner.exchange.target import Bundle, ExportTarget, Request
 from tuner.exchange.texts import filled, heading, markdown, python_docstring, tool
 
 PACKAGE = "holdfast_rotorpy"
@@ -30,7 +30,7 @@ _OF_PLANT = re.compile(r"^from plant(\.[\w.]+)? import", re.MULTILINE)
 
 
 def export(request: Request) -> Bundle:
-    """Write the package; every law can be carried, see `Target.export`."""
+    """Write the package; every law can be carried, see `ExportTarget.export`."""
     earlier, sentence = rollback_request(request)
     return Bundle(
         files=package(request),
@@ -150,4 +150,4 @@ def _modules(request: Request, sentence: str) -> dict[str, str]:
     return {name: filled("rotorpy", Path(name).name, **words) for name in MODULES}
 
 
-TARGET = Target(name="rotorpy", title="RotorPy, a controller object with its vehicle (Python)", export=export)
+TARGET = ExportTarget(name="rotorpy", title="RotorPy, a controller object with its vehicle (Python)", export=export)
