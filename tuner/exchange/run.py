@@ -13,7 +13,8 @@ from plant.input_files import read_input_text
 from tuner.documents.export import ExportDocument
 from tuner.exchange.aboard import remembered
 from tuner.exchange.autopilot.parameters import fits
-from tuner.exchange.target import Bundle, ExportTarget, Request, settings_of
+from tuner.exchange.registry import settings_of
+from tuner.exchange.target import Bundle, ExportTarget, Request
 from tuner.exchange.verification import FLIGHTS, Verification, verify_export
 from tuner.exchange.writing import check_free, export_document, export_records, write_export
 from tuner.gains import content_sha256, read_gains

@@ -10,8 +10,9 @@ import pytest
 from plant.errors import InputError, StoreError
 from plant.gains import gain_addresses
 from tests.tuner.exchange.controllers import controller, pid
+from tuner.exchange.registry import settings_of
 from tuner.exchange.run import bundle_of, check_laws, export_gains
-from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request, number, settings_of
+from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request, number
 from tuner.exchange.verification import verify_export
 from tuner.exchange.writing import sha256
 from tuner.gains import to_document

@@ -10,7 +10,7 @@ from objectives.theory import THEOREMS
 from plant.airframes.schema import GROUPS, LENGTH, SCALARS
 from plant.errors import InputError
 from plant.laws import LAWS
-from tuner.gains.ucum import UCUM, ucum
+from tuner.gains.quantities import UCUM, ucum
 from tuner.study.processor_cost.requirement import QUANTITIES
 
 LOOPS = ("position", "attitude")

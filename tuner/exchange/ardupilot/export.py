@@ -22,7 +22,7 @@ from tuner.exchange.autopilot.assembly import CURVE, curve
 from tuner.exchange.autopilot.parameters import Values
 from tuner.exchange.autopilot.pid import rate_filters, rate_sources, setpoint_weights
 from tuner.exchange.autopilot.scales import Motors, is_plus, motors_text
-from tuner.exchange.target import Bundle, ExportTarget, Option, Request
+from tuner.exchange.target import FIRMWARE, Bundle, ExportTarget, Option, Request
 from tuner.gains import Controller
 
 FILE = DIALECTS["4.6"].file
@@ -36,7 +36,7 @@ FRAME_TYPES = {
 }
 
 OPTIONS = (
-    Option("firmware", "version of ArduPilot Copter on the vehicle: names and units differ", FIRMWARES),
+    Option(FIRMWARE, "version of ArduPilot Copter on the vehicle: names and units differ", FIRMWARES),
     Option(
         "separator", "between name and value: comma (Mission Planner) or blank (MAVProxy)", tuple(SEPARATORS), "comma"
     ),
@@ -56,7 +56,7 @@ def export(request: Request) -> Bundle:
     """Return the parameter file; raises InputError where the gains have no form in ArduPilot, leave its documented ranges, or
     would keep the vehicle from arming.
     """
-    vehicle, dialect = request.controller.airframe.vehicle, DIALECTS[request.settings["firmware"]]
+    vehicle, dialect = request.controller.airframe.vehicle, DIALECTS[request.settings[FIRMWARE]]
     ardupilot = ArduPilot(dialect, vehicle, actuation(vehicle, curve(request.settings)))
     present = _aboard(request, dialect)
     about = f"For {dialect.name} and no other version: a vehicle ignores names that it does not know."
@@ -74,7 +74,7 @@ def _aboard(request: Request, dialect: Dialect) -> Aboard | None:
     record = request.controller.vehicle
     if present is None or request.previous is not None or record is None:
         return present
-    recorded = DIALECTS[record.settings["firmware"]] if record.settings.get("firmware") in DIALECTS else dialect
+    recorded = DIALECTS.get(record.settings.get(FIRMWARE, ""), dialect)
     return replace(present, values=translated(present.values, recorded, dialect))
 
 

@@ -33,16 +33,16 @@ from tuner.exchange.autopilot.assembly import (
 )
 from tuner.exchange.autopilot.cascade import ParameterFile, imported
 from tuner.exchange.autopilot.parameters import defaults, stated
-from tuner.exchange.target import ImportedController, Importer, Option
+from tuner.exchange.target import FIRMWARE, ImportedController, Importer, Option
 
-FIRMWARE = Option("firmware", "version of ArduPilot Copter that the file is of: names and units differ", FIRMWARES)
+VERSION = Option(FIRMWARE, "version of ArduPilot Copter that the file is of: names and units differ", FIRMWARES)
 # Versions that a firmware's names and units hold for.
 READ_AS = {"4.6": ("4.5", "4.6"), "4.7": ("4.7", "4.8")}
 
 
 def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
     """Return the controller of a file; raises InputError naming file and parameter."""
-    dialect = DIALECTS[settings["firmware"]]
+    dialect = DIALECTS[settings[FIRMWARE]]
     plain = read_param(file)
     check_names(plain, dialect, file)
     version = stated(file, WHAT).version
@@ -66,7 +66,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         *unused_note(values, filters, "Low-pass filters of errors [Hz] are left out"),
         *unused_note(
             values,
-            [dialect.roles[role] for role in ("vz_i", "vz_d", "az_d")],
+            dialect.named("vz_i", "vz_d", "az_d"),
             "Terms that our law has not are left out",
         ),
     )
@@ -119,13 +119,12 @@ def _old_notes(modern: Modern) -> tuple[str, ...]:
 
 
 def _named(dialect: Dialect, rate_term: str, *roles: str) -> tuple[str, ...]:
-    rates = tuple(f"ATC_RAT_{short}_{rate_term}" for short in SHORT.values())
-    return (*rates, *(dialect.roles[role] for role in roles))
+    return (*(f"ATC_RAT_{short}_{rate_term}" for short in SHORT.values()), *dialect.named(*roles))
 
 
 IMPORTER = Importer(
     name="ardupilot",
     title="ArduPilot Copter 4.6 or 4.7, parameter file",
-    options=(FIRMWARE, control_period("0.0025"), CURVE, ATTITUDE_FILTER, POSITION_FILTER, DERIVATIVE),
+    options=(VERSION, control_period("0.0025"), CURVE, ATTITUDE_FILTER, POSITION_FILTER, DERIVATIVE),
     read=read,
 )

@@ -103,13 +103,14 @@ class ArduPilot(Autopilot):
 
     def vertical(self, values: Values) -> Vertical:
         """Return the vertical loop; values: complete."""
-        scale, roles = self.climb(values), self.version.roles
-        accel, accel_i, outer, p = (values[roles[role]] for role in ("az_p", "az_i", "z_p", "vz_p"))
+        scale, names = self.climb(values), self.version.named("az_p", "az_i", "z_p", "vz_p")
+        accel, accel_i, outer, p = (values[name] for name in names)
         return Vertical(scale * accel, scale * accel_i, outer, p)
 
     def accel_share(self, model: float, share: float) -> dict[str, float]:
         """Return the P gain on the measured acceleration as a share of the hover throttle per 10 m/s2; model: MOT_THST_EXPO."""
-        return {self.version.roles["az_p"]: 0.1 * share * hover_share(self.rotors, model) / self.version.acceleration}
+        (name,) = self.version.named("az_p")
+        return {name: 0.1 * share * hover_share(self.rotors, model) / self.version.acceleration}
 
     def to_parameters(
         self, controller: Controller, beside: Values, present: Values | None = None, counted: bool = False
@@ -120,11 +121,11 @@ class ArduPilot(Autopilot):
 
     def _vertical_parameters(self, controller: Controller, beside: Values, present: Values | None) -> dict[str, float]:
         """Return the vertical loop; of several forms the one nearest to the vehicle's, or that fits its ranges best."""
-        roles, scale = self.version.roles, self.climb(beside)
+        scale, (az_p, *names) = self.climb(beside), self.version.named("az_p", "z_p", "vz_p", "az_i")
         theirs = None if present is None else self.vertical(self.completed(present))
-        accel = scale * beside[roles["az_p"]]
+        accel = scale * beside[az_p]
         candidates = [
-            {roles["z_p"]: loop.outer, roles["vz_p"]: loop.p, roles["az_i"]: loop.accel_i / scale}
+            dict(zip(names, (loop.outer, loop.p, loop.accel_i / scale), strict=True))
             for loop in vertical_loops(axis_gains(controller, "z"), accel, theirs)
         ]
         if not candidates:
@@ -137,7 +138,7 @@ class ArduPilot(Autopilot):
 
     def to_gains(self, values: Values, filters: Mapping[str, float], counted: bool = False) -> dict[str, Gains]:
         """Return our gains; see `Autopilot.to_gains`."""
-        vertical = vertical_gains(self.vertical(values), filters["z"])
+        vertical = vertical_gains(self.vertical(values), filters.get("z", 0.0))
         return super().to_gains(values, filters, counted) | {"z": vertical}
 
     def tilt_limit(self, values: Values) -> tuple[float, str]:
@@ -161,17 +162,16 @@ class ArduPilot(Autopilot):
         del values[YAW_FILTER]
         for short in SHORT.values():
             values |= {f"ATC_RAT_{short}_IMAX": 1.0, f"ATC_RAT_{short}_FLTT": 50.0 if short == "YAW" else 100.0}
-        values |= {version.roles[role]: 0.0 for role in OFF_ROLES}
-        values |= {version.roles["vxy_imax"]: version.metre * HORIZONTAL_LIMIT, version.roles["az_imax"]: version.whole}
+        values |= dict.fromkeys(version.named(*OFF_ROLES), 0.0)
+        limits = (version.metre * HORIZONTAL_LIMIT, version.whole)
+        values |= dict(zip(version.named("vxy_imax", "az_imax"), limits, strict=True))
         values |= {EXPO: curve, "MOT_THST_HOVER": hover_share(self.rotors, curve)}
-        share = 1.0 if settings["accel_gain"] == "vehicle" else accel_gain(settings)
-        return values | self.accel_share(curve, share)
+        return values | self.accel_share(curve, accel_gain(settings) or 1.0)
 
     def chosen(self, settings: Mapping[str, str], kept: dict[str, float]) -> dict[str, float]:
         """Return what stays on a vehicle, with the gain on the acceleration that the options choose."""
-        if settings["accel_gain"] == "vehicle":
-            return kept
-        return kept | self.accel_share(self.completed(kept)[EXPO], accel_gain(settings))
+        share = accel_gain(settings)
+        return kept if share is None else kept | self.accel_share(self.completed(kept)[EXPO], share)
 
     def check(self, values: Values) -> None:
         """Refuse parameters with which a vehicle does not arm."""
@@ -182,6 +182,6 @@ class ArduPilot(Autopilot):
         return write_param(values, settings["separator"], comments)
 
 
-def accel_gain(settings: Mapping[str, str]) -> float:
-    """Return the option as a share of the hover throttle per 10 m/s2 [1]."""
-    return number(settings, "accel_gain", 0.2, 5.0, "1")
+def accel_gain(settings: Mapping[str, str]) -> float | None:
+    """Return the option as a share of the hover throttle per 10 m/s2 [1]; None for what is on the vehicle."""
+    return None if settings["accel_gain"] == "vehicle" else number(settings, "accel_gain", 0.2, 5.0, "1")

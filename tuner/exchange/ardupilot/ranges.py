@@ -26,8 +26,8 @@ EXPO, TILT = "MOT_THST_EXPO", "PSC_ANGLE_MAX"
 # Low-pass of the rate error of yaw: with neither D nor FF the same as one on the torque.
 YAW_FILTER = "ATC_RAT_YAW_FLTE"
 SHORT = {"roll": "RLL", "pitch": "PIT", "yaw": "YAW"}
-# Roles that the vertical loop of ours carries.
-VERTICAL = ("z_p", "vz_p", "az_i")
+# Roles that our vertical loop carries, and those that scale it.
+VERTICAL, SCALING = ("z_p", "vz_p", "az_i"), ("az_p",)
 
 
 @dataclass(frozen=True)
@@ -44,6 +44,10 @@ class Dialect(ParameterSet):
     metre: float
     whole: float
 
+    def named(self, *roles: str) -> tuple[str, ...]:
+        """Return the parameters of roles."""
+        return tuple(self.roles[role] for role in roles)
+
 
 NAMES_46 = {
     "xy_p": "PSC_POSXY_P", "vxy_p": "PSC_VELXY_P", "vxy_i": "PSC_VELXY_I", "vxy_d": "PSC_VELXY_D", "vxy_imax": "PSC_VELXY_IMAX",
@@ -58,6 +62,7 @@ NAMES_47 = {
     "az_p": "PSC_D_ACC_P", "az_i": "PSC_D_ACC_I", "az_d": "PSC_D_ACC_D", "az_imax": "PSC_D_ACC_IMAX", "az_ff": "PSC_D_ACC_FF",
 }  # fmt: skip
 
+VERTICAL_GAINS = "z.kp, z.ki, z.kd or --set accel_gain"
 # Role -> unit, what of ours it follows from.
 ROLES = {
     "xy_p": ("1/s", "x.kp, x.ki or x.kd"),
@@ -66,18 +71,14 @@ ROLES = {
     "vxy_d": ("1", OFF),
     "vxy_flte": ("Hz", OFF),
     "vxy_ff": ("1/s", OFF),
-    "z_p": ("1/s", "z.kp, z.ki, z.kd or --set accel_gain"),
-    "vz_p": ("1/s", "z.kp, z.ki, z.kd or --set accel_gain"),
+    "z_p": ("1/s", VERTICAL_GAINS),
+    "vz_p": ("1/s", VERTICAL_GAINS),
     "vz_i": ("1/s2", OFF),
     "vz_d": ("1", OFF),
     "vz_flte": ("Hz", OFF),
     "vz_ff": ("1/s", OFF),
     "az_d": ("throttle", OFF),
     "az_ff": ("throttle", OFF),
-}
-ACCELERATION = {
-    "az_p": "the airframe or --set accel_gain",
-    "az_i": "z.kp, z.ki, z.kd or --set accel_gain",
 }
 # Role -> low, high, default.
 RANGES_46 = {
@@ -124,7 +125,7 @@ def _dialect(
     whole: float,
 ) -> Dialect:
     gain = "throttle per m/s2" if scale == 1.0 else "1/10 throttle per m/s2"
-    units = ROLES | {"az_p": (gain, ACCELERATION["az_p"]), "az_i": (f"{gain} and s", ACCELERATION["az_i"])}
+    units = ROLES | {"az_p": (gain, "the airframe or --set accel_gain"), "az_i": (f"{gain} and s", VERTICAL_GAINS)}
     units |= {"vxy_imax": ("m/s2" if metre == 1.0 else "cm/s2", "nothing: it is 10 m/s2")}
     units |= {"az_imax": ("throttle" if whole == 1.0 else "1/1000 throttle", "nothing: it is the whole throttle")}
     position = [ParameterInfo(names[role], units[role][0], *ranges[role], units[role][1]) for role in names]
@@ -141,8 +142,7 @@ def _dialect(
     cascades = {
         axis: CascadeNames(f"ATC_ANG_{short}_P", *(f"ATC_RAT_{short}_{term}" for term in "PID"))
         for axis, short in SHORT.items()
-    }
-    cascades["x"] = CascadeNames(*(names[role] for role in ("xy_p", "vxy_p", "vxy_i", "vxy_d")))
+    } | {"x": CascadeNames(*(names[role] for role in ("xy_p", "vxy_p", "vxy_i", "vxy_d")))}
     own = {name for entries in cascades.values() for name in entries[:3]} | {names[role] for role in VERTICAL}
     return Dialect(
         target="ardupilot",
@@ -152,7 +152,7 @@ def _dialect(
         names=cascades,
         # The P gain on the acceleration is free, and so not among them.
         carried=frozenset(own | {TILT, YAW_FILTER}),
-        scaling=(EXPO, names["az_p"]),
+        scaling=(EXPO, *(names[role] for role in SCALING)),
         yaw_filter=YAW_FILTER,
         gyro="INS_GYRO_FILTER",
         gyro_cutoff=20.0,
@@ -241,7 +241,7 @@ def check_arming(values: Values, dialect: Dialect) -> None:
 
 def positive_names(values: Values, dialect: Dialect) -> list[str]:
     """Return what must be above 0; P and I of a rate loop may be 0 where it has feed-forward."""
-    names = [dialect.roles[role] for role in POSITIVE_ROLES] + [f"ATC_ANG_{short}_P" for short in SHORT.values()]
+    names = [*dialect.named(*POSITIVE_ROLES)] + [f"ATC_ANG_{short}_P" for short in SHORT.values()]
     for short in SHORT.values():
         if not values.get(f"ATC_RAT_{short}_FF", 0.0) >= SMALLEST:
             names += [f"ATC_RAT_{short}_P", f"ATC_RAT_{short}_I"]
