@@ -102,5 +102,5 @@ def test_roots_are_annotations_that_say_the_powers(unit):
 
 
 def test_an_unknown_unit_says_where_to_add_it():
-    with pytest.raises(InputError, match="furlong.*ucum.py"):
+    with pytest.raises(InputError, match="furlong.*quantities.py"):
         ucum("furlong")
