@@ -52,7 +52,7 @@ def export_gains(
     bundle = bundle_of(target, request)
     verification = verify_export(request, bundle, flights, watcher)
     document = export_document(target, request, bundle, verification)
-    content["exports"] = [*content.get("exports", []), *export_records(document)]
+    content |= {"exports": [*content.get("exports", []), *export_records(document)]}
     write_export(out, bundle, document, content)
     return Export(document, verification, out, request.controller.airframe.title)
 

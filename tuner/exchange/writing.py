@@ -72,8 +72,7 @@ def write_export(out: Path, bundle: Bundle, document: ExportDocument, gains: Row
     """
     check_free(out)
     files = {**bundle.files, **{f"rollback/{name}": content for name, content in bundle.rollback.items()}}
-    files["export.json"] = as_json(document.content())
-    files["gains.json"] = as_json(gains)
+    files |= {"export.json": as_json(document.content()), "gains.json": as_json(gains)}
     part = out.with_name(f".{out.name}.part{os.getpid()}")
     try:
         for name, content in files.items():

@@ -106,9 +106,14 @@ class AirframePart(NamedTuple):
     sha256: str | None = None
 
     @property
+    def rotors(self) -> list[Row]:
+        """Rotors in our order."""
+        return self.actuation["rotors"]
+
+    @property
     def vehicle(self) -> Vehicle:
         """What flies."""
-        rotors = [RotorPart(**rotor) for rotor in plain(self.actuation["rotors"])]
+        rotors = [RotorPart(**rotor) for rotor in plain(self.rotors)]
         fields = {key: Vec3(**number) if key in GROUPS else number for key, number in plain(self.numbers).items()}
         places = {f"rotor_{axis}": Rotors(*[rotor.position[axis] for rotor in rotors]) for axis in "xy"}
         return Vehicle(**fields, **places, spin=Rotors(*[SPINS[rotor.spin] for rotor in rotors]))
@@ -116,7 +121,7 @@ class AirframePart(NamedTuple):
     @property
     def digest(self) -> str:
         """Hash of what flies."""
-        return canonical_hash({"numbers": self.numbers, "rotors": self.actuation["rotors"]})
+        return canonical_hash({"numbers": self.numbers, "rotors": self.rotors})
 
 
 def airframe_of(block: Row, path: Path) -> Airframe:

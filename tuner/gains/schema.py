@@ -153,8 +153,7 @@ def controller_schema(laws: list[str]) -> Row:
     """Return the schema of "controller"."""
     period = measured("s", minimum=SHORTEST, maximum=LONGEST)
     options = {
-        "attitude_rate": {"enum": ["measured", "observer"]},
-        "position_rate": {"enum": ["measured", "observer"]},
+        **dict.fromkeys(("attitude_rate", "position_rate"), {"enum": ["measured", "observer"]}),
         "lag_aware": {"type": "boolean"},
         "delay": {"type": "boolean"},
     }

@@ -16,7 +16,16 @@ from plant.errors import InputError
 from tuner.exchange.aboard import DERIVATIVE, OTHERS, Aboard, aboard
 from tuner.exchange.ardupilot.import_ import IMPORTER
 from tuner.exchange.ardupilot.map import ArduPilot
-from tuner.exchange.ardupilot.ranges import DIALECTS, EXPO, FIRMWARES, Dialect, check_names, translated
+from tuner.exchange.ardupilot.ranges import (
+    ACCEL_GAIN,
+    DIALECTS,
+    EXPO,
+    FIRMWARES,
+    SEPARATOR,
+    Dialect,
+    check_names,
+    translated,
+)
 from tuner.exchange.ardupilot.text import OLDER, SEPARATORS, modernised, read_param
 from tuner.exchange.autopilot.assembly import CURVE, curve
 from tuner.exchange.autopilot.parameters import Values
@@ -38,11 +47,11 @@ FRAME_TYPES = {
 OPTIONS = (
     Option(FIRMWARE, "version of ArduPilot Copter on the vehicle: names and units differ", FIRMWARES),
     Option(
-        "separator", "between name and value: comma (Mission Planner) or blank (MAVProxy)", tuple(SEPARATORS), "comma"
+        SEPARATOR, "between name and value: comma (Mission Planner) or blank (MAVProxy)", tuple(SEPARATORS), "comma"
     ),
     CURVE,
     Option(
-        "accel_gain",
+        ACCEL_GAIN,
         "P gain on the measured vertical acceleration, as a share of the hover throttle per 10 m/s2, 0.2 to 5; vehicle: as it is "
         "on the vehicle, and 1 where that is not known",
         default="vehicle",

@@ -20,7 +20,7 @@ import numpy as np
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
 from plant.laws.pid import Gains
-from tuner.exchange.ardupilot.ranges import EXPO, SHORT, TILT, YAW_FILTER, Dialect, check_arming
+from tuner.exchange.ardupilot.ranges import ACCEL_GAIN, EXPO, SEPARATOR, SHORT, TILT, YAW_FILTER, Dialect, check_arming
 from tuner.exchange.ardupilot.text import write_param
 from tuner.exchange.autopilot.cascade import Autopilot
 from tuner.exchange.autopilot.parameters import Values, misfit
@@ -179,9 +179,9 @@ class ArduPilot(Autopilot):
 
     def written(self, values: Values, settings: Mapping[str, str], comments: Sequence[str]) -> bytes:
         """Return the content of a parameter file."""
-        return write_param(values, settings["separator"], comments)
+        return write_param(values, settings[SEPARATOR], comments)
 
 
 def accel_gain(settings: Mapping[str, str]) -> float | None:
     """Return the option as a share of the hover throttle per 10 m/s2 [1]; None for what is on the vehicle."""
-    return None if settings["accel_gain"] == "vehicle" else number(settings, "accel_gain", 0.2, 5.0, "1")
+    return None if settings[ACCEL_GAIN] == "vehicle" else number(settings, ACCEL_GAIN, 0.2, 5.0, "1")

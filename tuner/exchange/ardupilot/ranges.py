@@ -22,6 +22,8 @@ from tuner.exchange.autopilot.parameters import ParameterInfo, Values
 TORQUE = "normalised torque"
 OFF = "nothing: it is switched off"
 FIRMWARES = ("4.6", "4.7")
+# Options of the export.
+ACCEL_GAIN, SEPARATOR = "accel_gain", "separator"
 EXPO, TILT = "MOT_THST_EXPO", "PSC_ANGLE_MAX"
 # Low-pass of the rate error of yaw: with neither D nor FF the same as one on the torque.
 YAW_FILTER = "ATC_RAT_YAW_FLTE"
@@ -241,8 +243,8 @@ def check_arming(values: Values, dialect: Dialect) -> None:
 
 def positive_names(values: Values, dialect: Dialect) -> list[str]:
     """Return what must be above 0; P and I of a rate loop may be 0 where it has feed-forward."""
-    names = [*dialect.named(*POSITIVE_ROLES)] + [f"ATC_ANG_{short}_P" for short in SHORT.values()]
+    names = [*dialect.named(*POSITIVE_ROLES), *(f"ATC_ANG_{short}_P" for short in SHORT.values())]
     for short in SHORT.values():
         if not values.get(f"ATC_RAT_{short}_FF", 0.0) >= SMALLEST:
-            names += [f"ATC_RAT_{short}_P", f"ATC_RAT_{short}_I"]
+            names += (f"ATC_RAT_{short}_P", f"ATC_RAT_{short}_I")
     return names

@@ -24,6 +24,7 @@ from tuner.exchange.autopilot.pid import (
 from tuner.exchange.autopilot.scales import Motors, command_slope, motors_text
 from tuner.exchange.betaflight.import_ import IMPORTER
 from tuner.exchange.betaflight.map import (
+    ANGLE_LIMIT,
     EXTRA,
     LEVEL,
     SWITCHES,
@@ -98,11 +99,9 @@ def aboard(request: Request) -> dict[str, float]:
             "date, then give its file"
         )
         raise InputError(message, file=file, key="version")
-    if texts.get("use_integrated_yaw", "OFF") != "OFF":
-        given = shortened(texts["use_integrated_yaw"])
-        message = (
-            f"given {given}; integrated yaw is another law than PID: set it OFF on the vehicle and give its file again"
-        )
+    if (integrated := texts.get("use_integrated_yaw", "OFF")) != "OFF":
+        law = "integrated yaw is another law than PID"
+        message = f"given {shortened(integrated)}; {law}: set it OFF on the vehicle and give its file again"
         raise InputError(message, file=file, key="use_integrated_yaw")
     return defaults(TABLE) | {name: whole(text, name, file) for name, text in texts.items() if name in TABLE}
 
@@ -111,8 +110,8 @@ def stays(wanted: Mapping[str, float], before: Mapping[str, float]) -> tuple[str
     """Return the settings that a known vehicle keeps: terms that our law has not, and a tilt limit beyond the largest of ours."""
     if not before:
         return ()
-    beyond = before["angle_limit"] > wanted["angle_limit"] >= nearest(degrees(MOST_TILT))
-    return (*EXTRA, "angle_limit") if beyond else EXTRA
+    beyond = before[ANGLE_LIMIT] > wanted[ANGLE_LIMIT] >= nearest(degrees(MOST_TILT))
+    return (*EXTRA, ANGLE_LIMIT) if beyond else EXTRA
 
 
 def nearest(value: float) -> float:
@@ -183,7 +182,7 @@ def held_controller(
     filters = {axis: axis_gains(asked, axis).t_f for axis in ATTITUDE_AXES}
     heading_loop = loops(asked, rotors, before)["yaw"].outer
     gains = from_betaflight(values, asked.airframe.vehicle, rotors, filters, heading_loop)
-    tilt = tilt_limit(values) if "angle_limit" in values else asked.options.tilt_limit
+    tilt = tilt_limit(values) if ANGLE_LIMIT in values else asked.options.tilt_limit
     return replace(with_gains(asked, gains), options=replace(asked.options, tilt_limit=tilt))
 
 

@@ -32,6 +32,7 @@ from tuner.exchange.autopilot.pid import weighted
 from tuner.exchange.betaflight.map import (
     EXTRA,
     FILTERS,
+    NAMES,
     OTHERS,
     RELEASES,
     SWITCHES,
@@ -69,11 +70,11 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     heading = number(settings, HEADING.name, 0.01, 50.0, "1/s")
     gains = from_betaflight(values, vehicle, rotors, filters(settings), heading)
     shares = {
-        f"d_{axis}": values[f"d_{axis}"] * D_SCALE * degrees(torque / inertia)
+        NAMES[axis].d: values[NAMES[axis].d] * D_SCALE * degrees(torque / inertia)
         for axis, inertia, torque in zip(ATTITUDE_AXES, vehicle.inertia, betaflight_torque(rotors), strict=True)
     }
     if settings[DERIVATIVE.name] == "inertia":
-        gains = {axis: weighted(loop, 1.0 / (1.0 + shares[f"d_{axis}"])) for axis, loop in gains.items()}
+        gains = {axis: weighted(loop, 1.0 / (1.0 + shares[NAMES[axis].d])) for axis, loop in gains.items()}
     tilt = tilt_limit(values)
     called = {current: old for old, current in release.renamed.items()}
     terms = tuple(name for name in EXTRA if name in TABLE and not name.startswith("d_"))
@@ -119,9 +120,9 @@ def lower_d(values: dict[str, float], release: Release) -> dict[str, float]:
         return values
     found = dict(values)
     for axis in ATTITUDE_AXES:
-        upper = values[f"d_max_{axis}"]
-        if not 0.0 < values[f"d_{axis}"] < upper:
-            found[f"d_{axis}"] = upper
+        names = NAMES[axis]
+        if not 0.0 < values[names.d] < values[names.d_max]:
+            found[names.d] = values[names.d_max]
     return found
 
 

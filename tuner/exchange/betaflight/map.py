@@ -13,6 +13,7 @@ the head 6317fe2 of pull request 15400. The firmware enforces these ranges; a te
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import degrees, pi, radians
+from typing import NamedTuple
 
 from plant.airframes.actuation import Actuation
 from plant.cascade import ATTITUDE_AXES
@@ -26,14 +27,28 @@ from tuner.gains import Controller
 OFF = "nothing: it is switched off"
 
 
+class RateNames(NamedTuple):
+    """Settings of one rate loop: P, I, lower and upper D, feed-forward."""
+
+    p: str
+    i: str
+    d: str
+    d_max: str
+    f: str
+
+
+NAMES = {axis: RateNames(*(f"{term}_{axis}" for term in RateNames._fields)) for axis in ATTITUDE_AXES}
+
+
 def _axis(axis: str, p: float, i: float, d: float, d_max: float, f: float) -> list[ParameterInfo]:
     """Return one rate loop with its defaults."""
+    names = NAMES[axis]
     return [
-        ParameterInfo(f"p_{axis}", "1", 0.0, 250.0, p, f"{axis}.kd"),
-        ParameterInfo(f"i_{axis}", "1", 0.0, 250.0, i, f"{axis}.ki"),
-        ParameterInfo(f"d_{axis}", "1", 0.0, 250.0, d, OFF),
-        ParameterInfo(f"d_max_{axis}", "1", 0.0, 250.0, d_max, OFF),
-        ParameterInfo(f"f_{axis}", "1", 0.0, 1000.0, f, OFF),
+        ParameterInfo(names.p, "1", 0.0, 250.0, p, f"{axis}.kd"),
+        ParameterInfo(names.i, "1", 0.0, 250.0, i, f"{axis}.ki"),
+        ParameterInfo(names.d, "1", 0.0, 250.0, d, OFF),
+        ParameterInfo(names.d_max, "1", 0.0, 250.0, d_max, OFF),
+        ParameterInfo(names.f, "1", 0.0, 1000.0, f, OFF),
     ]
 
 
@@ -140,6 +155,7 @@ ADRC_SWITCHES = {"pid_type": ("ADRC", "CLASSIC")}
 
 
 NAME = "Betaflight"
+ANGLE_GAIN, ANGLE_LIMIT = "angle_p_gain", "angle_limit"
 # Torque output per setting and deg/s (P), per setting and deg (I); I of yaw counts more.
 P_SCALE, I_SCALE, YAW_I = 0.032029, 0.244381, 2.5
 # Outputs of the loops for the whole motor range, and level strength of 1/s.
@@ -173,7 +189,7 @@ def loops(controller: Controller, actuation: Actuation, before: Mapping[str, flo
         smaller = RateLoop(larger.i / larger.p, larger.p, larger.p * larger.outer)
         forms[axis] = larger
         if before and larger.i > 0.0:
-            present = before["i_yaw"] if axis == "yaw" else before["angle_p_gain"]
+            present = before["i_yaw" if axis == "yaw" else ANGLE_GAIN]
             setting = _scales(axis, inertia, torque)[1]
             away = [
                 abs((setting * form.i if axis == "yaw" else LEVEL * form.outer) - present) for form in (larger, smaller)
@@ -191,12 +207,12 @@ def to_betaflight(
     torques = betaflight_torque(actuation)
     for axis, inertia, torque in zip(ATTITUDE_AXES, controller.airframe.vehicle.inertia, torques, strict=True):
         p, i = _scales(axis, inertia, torque)
-        values |= {f"p_{axis}": p * cascade[axis].p, f"i_{axis}": i * cascade[axis].i}
-        values |= {f"d_{axis}": 0.0, f"d_max_{axis}": 0.0, f"f_{axis}": 0.0}
+        names = NAMES[axis]
+        values |= {names.p: p * cascade[axis].p, names.i: i * cascade[axis].i, **dict.fromkeys(names[2:], 0.0)}
     return values | {
-        "angle_p_gain": LEVEL * cascade["roll"].outer,
+        ANGLE_GAIN: LEVEL * cascade["roll"].outer,
         "angle_feedforward": 0.0,
-        "angle_limit": degrees(controller.options.tilt_limit),
+        ANGLE_LIMIT: degrees(controller.options.tilt_limit),
         "anti_gravity_gain": 0.0,
         "tpa_rate": 0.0,
         "yaw_lowpass_hz": 0.0,
@@ -213,14 +229,14 @@ def from_betaflight(
     gains: dict[str, Gains] = {}
     for axis, inertia, torque in zip(ATTITUDE_AXES, vehicle.inertia, betaflight_torque(actuation), strict=True):
         p, i = _scales(axis, inertia, torque)
-        outer = yaw_outer if axis == "yaw" else values["angle_p_gain"] / LEVEL
-        gains[axis] = parallel(RateLoop(outer, values[f"p_{axis}"] / p, values[f"i_{axis}"] / i), filters[axis])
+        outer = yaw_outer if axis == "yaw" else values[ANGLE_GAIN] / LEVEL
+        gains[axis] = parallel(RateLoop(outer, values[NAMES[axis].p] / p, values[NAMES[axis].i] / i), filters[axis])
     return gains
 
 
 def tilt_limit(values: Mapping[str, float]) -> float:
     """Return the largest tilt [rad]."""
-    return radians(values["angle_limit"])
+    return radians(values[ANGLE_LIMIT])
 
 
 def reversed_yaw(rotors: Actuation) -> str:

@@ -21,12 +21,13 @@ None is in this code: these gains were tuned for a command that acts in the peri
 
 
 PREFIX = "holdfast"
+REAL = Option("real", "type of all numbers", ("float", "double"), "float")
 
 
 def export(request: Request) -> Bundle:
     """Write the bundle, and that of the gains to go back to."""
     back, sentence = rollback_request(request)
-    real = REALS[request.settings["real"]]
+    real = REALS[request.settings[REAL.name]]
     return Bundle(
         files(request, "These gains were tuned by holdfast."),
         files(back, sentence),
@@ -55,7 +56,7 @@ def held(controller: Controller, real: Real) -> Controller:
 
 def files(request: Request, sentence: str) -> dict[str, bytes]:
     """Write the files for a controller; sentence: what its gains are."""
-    controller, real = request.controller, REALS[request.settings["real"]]
+    controller, real = request.controller, REALS[request.settings[REAL.name]]
     code = c_sources(controller, real.name, PREFIX, request.digest)
     vectors = golden(controller, real)
     position, attitude = controller.cascade.position.name, controller.cascade.attitude.name
@@ -81,7 +82,7 @@ def files(request: Request, sentence: str) -> dict[str, bytes]:
     texts = {
         f"{code.name}.h": code.header,
         f"{code.name}.c": code.source,
-        "golden.h": golden_header(vectors, real, words),
+        "golden.h": golden_header(vectors, real, PREFIX, words),
         "test_golden.c": golden_program(real, words),
         "Makefile": filled("c99", "Makefile", **words),
         "README.md": readme,
@@ -93,5 +94,5 @@ TARGET = ExportTarget(
     "c99",
     "C99 source with golden vectors, for any firmware",
     export,
-    options=(Option("real", "type of all numbers", ("float", "double"), "float"),),
+    options=(REAL,),
 )

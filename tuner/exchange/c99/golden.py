@@ -221,24 +221,24 @@ def _setpoint(share: float) -> AttitudeSetpoint:
     return AttitudeSetpoint(0.3 if share < 0.5 else -0.2, -0.2 if share < 0.3 else 0.1, -3.0, 0.2)
 
 
-def golden_header(vectors: Golden, real: Real, words: dict[str, str]) -> str:
-    """Write golden.h; words: p, P, digest, airframe, laws."""
+def golden_header(vectors: Golden, real: Real, prefix: str, words: dict[str, str]) -> str:
+    """Write golden.h; prefix: of all names; words: p, P, digest, airframe, laws."""
     defines: list[str] = []
     arrays: list[str] = []
     for name, entry in (("", vectors.step), ("attitude_", vectors.attitude_step)):
         start, inputs = f"golden_{name}start", f"golden_{name}inputs"
         defines.append(f"#define GOLDEN_{name.upper()}STEPS {len(entry.inputs)}u")
-        arrays.append(f"static const {words['p']}_real {start}[{len(entry.start)}] = {{{_row(entry.start, real)}}};")
+        arrays.append(f"static const {prefix}_real {start}[{len(entry.start)}] = {{{_row(entry.start, real)}}};")
         defines.append(f"#define GOLDEN_{name.upper()}INITIAL {len(entry.initial)}u")
         initial = f"golden_{name}initial[{len(entry.initial)}]"
-        arrays.append(f"static const {words['p']}_real {initial} = {{{_row(entry.initial, real)}}};")
-        arrays.append(_array(inputs, entry.inputs, real, words["p"]))
+        arrays.append(f"static const {prefix}_real {initial} = {{{_row(entry.initial, real)}}};")
+        arrays.append(_array(inputs, entry.inputs, real, prefix))
         for kind, table in (("outputs", entry.outputs), ("states", entry.states)):
             defines.append(f"#define GOLDEN_{name.upper()}{kind.upper()} {table.shape[1]}u")
-            arrays.append(_array(f"golden_{name}{kind}", table, real, words["p"]))
+            arrays.append(_array(f"golden_{name}{kind}", table, real, prefix))
     defines.append(f"#define GOLDEN_MEASUREMENTS {len(vectors.measure_inputs)}u")
-    arrays.append(_array("golden_measure_inputs", vectors.measure_inputs, real, words["p"]))
-    arrays.append(_array("golden_measure_outputs", vectors.measure_outputs, real, words["p"]))
+    arrays.append(_array("golden_measure_inputs", vectors.measure_inputs, real, prefix))
+    arrays.append(_array("golden_measure_outputs", vectors.measure_outputs, real, prefix))
     return filled("c99", "golden.h", **words, real=real.name, defines="\n".join(defines), arrays="\n\n".join(arrays))
 
 

@@ -183,5 +183,5 @@ def _measure(style: Style, entry: TracedFunction, call: Call) -> str:
         "*m = next;",
         f"return {p.upper()}_OK;",
     ]
-    taken = [f"const {p}_vec3 *position", f"const {p}_vec3 *velocity", f"const {p}_quaternion *attitude"]
+    taken = (f"const {p}_vec3 *position", f"const {p}_vec3 *velocity", f"const {p}_quaternion *attitude")
     return function_text(f"{p}_status {p}_measure", [*taken, f"const {p}_vec3 *rate", f"{p}_measurement *m"], body)

@@ -35,6 +35,15 @@ CONTROLLER_FILES = (
 TICK = 0.001
 BY_LAW, PARAMETERS, CONTROLLER = "by-law", "parameters", "controller"
 AIRFRAME = "airframe"
+FORM = Option(
+    "form",
+    "parameters of the firmware's PID, or a controller to build in; by-law: parameters where both laws are pid",
+    (BY_LAW, PARAMETERS, CONTROLLER),
+    BY_LAW,
+)
+FULL_THRUST = Option(
+    "full_thrust", "thrust of one motor at 65535 counts [N]; airframe: that of its largest speed", (), AIRFRAME
+)
 # The firmware's limit on the integral of a rate error [deg]; it is no parameter.
 INTEGRAL = {"roll": 33.3, "pitch": 33.3, "yaw": 166.7}
 
@@ -43,7 +52,7 @@ def export(request: Request) -> Bundle:
     """Write parameters or a controller, as the option `form` says; see `ExportTarget.export`."""
     controller = request.controller
     laws = {controller.cascade.position.name, controller.cascade.attitude.name}
-    form = request.settings["form"]
+    form = request.settings[FORM.name]
     if form == PARAMETERS and laws != {"pid"}:
         others = ", ".join(sorted(laws - {"pid"}))
         message = f"given '{form}', but the laws are {others}; the firmware's own loops are pid: leave the option out"
@@ -77,9 +86,9 @@ def as_parameters(request: Request) -> Bundle:
 
 def full_thrust(request: Request) -> float:
     """Return the thrust of one motor at 65535 counts [N]."""
-    if request.settings["full_thrust"] == AIRFRAME:
+    if request.settings[FULL_THRUST.name] == AIRFRAME:
         return actuation(request.controller.airframe.vehicle).thrust_max
-    return number(request.settings, "full_thrust", 0.01, 100.0, "N")
+    return number(request.settings, FULL_THRUST.name, 0.01, 100.0, "N")
 
 
 def rollback(request: Request) -> bytes:
@@ -175,11 +184,5 @@ TARGET = ExportTarget(
     name="crazyflie",
     title="Crazyflie, parameters for cflib (PID) or an out-of-tree controller (any law)",
     export=export,
-    options=(
-        Option(
-            "form", "parameters of the firmware's PID, or a controller to build in; by-law: parameters where both laws are pid",
-            (BY_LAW, PARAMETERS, CONTROLLER), BY_LAW,
-        ),
-        Option("full_thrust", "thrust of one motor at 65535 counts [N]; airframe: that of its largest speed", (), AIRFRAME),
-    ),
-)  # fmt: skip
+    options=(FORM, FULL_THRUST),
+)

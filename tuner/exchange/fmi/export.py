@@ -44,6 +44,7 @@ PREFIX = "holdfast"
 OWN = ("fmi2_interface.h", "fmi2_cosimulation.c")
 NAME = f"{PREFIX}_controller"
 UNITS = ("fmi2_cosimulation.c", f"{NAME}.c")
+REAL = Option("real", "floating-point type of the code", ("float", "double"), "float")
 MOCK_UP, VALUES = "holdfast.fmu", "holdfast.ssv"
 
 
@@ -66,7 +67,7 @@ def fmu(request: Request) -> tuple[bytes, Code]:
         **{f"sources/{name}": text.encode() for name, text in code.sources.items()},
     }
     if code.binary is not None:
-        content[f"binaries/{PLATFORM}/{IDENTIFIER}.so"] = code.binary
+        content |= {f"binaries/{PLATFORM}/{IDENTIFIER}.so": code.binary}
     return archive(content), code
 
 
@@ -74,13 +75,13 @@ def code_of(request: Request) -> Code:
     """Write the sources of an FMU and compile them where that can be done here."""
     controller = request.controller
     found = variables(controller)
-    generated = c_sources(controller, request.settings["real"], PREFIX, request.digest)
+    generated = c_sources(controller, request.settings[REAL.name], PREFIX, request.digest)
     sources = {f"{NAME}.h": generated.header, f"{NAME}.c": generated.source}
     sources |= {name: files("tuner.exchange.fmi").joinpath(name).read_text(encoding="utf-8") for name in OWN}
 
     about = heading(request, c_comment)
     guid = guid_of(request.digest, sources | {"binding.h": binding(controller, found, about, "")})
-    sources["binding.h"] = binding(controller, found, about, guid)
+    sources |= {"binding.h": binding(controller, found, about, guid)}
     gcc = compiler()
     return Code(sources, guid, None if gcc is None else shared_library(sources, UNITS, gcc))
 
@@ -108,7 +109,7 @@ def export(request: Request) -> Bundle:
     return Bundle(
         files={MOCK_UP: mock_up, VALUES: parameter_values(request)},
         rollback={MOCK_UP: former, VALUES: parameter_values(back), "README.txt": f"{sentence}\n".encode()},
-        held=held(request.controller, request.settings["real"]),
+        held=held(request.controller, request.settings[REAL.name]),
         differences=differences(request, code),
         target_version="FMI 2.0 co-simulation, SSP 1.0",
     )
@@ -123,7 +124,7 @@ def held(controller: Controller, real: str) -> Controller:
 
 def differences(request: Request, code: Code) -> tuple[str, ...]:
     """Return what the target adds or lacks."""
-    controller, real = request.controller, request.settings["real"]
+    controller, real = request.controller, request.settings[REAL.name]
     said = [
         "Gains are constants built into the code: a simulator can read them, not set or tune them; export again to change."
     ]
@@ -149,5 +150,5 @@ TARGET = ExportTarget(
     name="fmi",
     title="FMI 2.0 co-simulation FMU and SSV, for Simulink, Dymola, OpenModelica and other simulators",
     export=export,
-    options=(Option("real", "floating-point type of the code", ("float", "double"), "float"),),
+    options=(REAL,),
 )

@@ -134,13 +134,13 @@ def write_table(path: Path, said: Callable[[str], None]) -> None:
 
 
 ATTITUDE_MEMBERS = (
-    *[f"setpoint.{name}" for name in ("roll", "pitch", "yaw", "yaw_rate")],
-    *[f"seen.{name}.{axis}" for name in ("angles", "rate") for axis in "xyz"],
-    *[f"applied.{name}.{axis}" for name in ("effect", "excess") for axis in "xyz"],
+    *(f"setpoint.{name}" for name in ("roll", "pitch", "yaw", "yaw_rate")),
+    *(f"seen.{name}.{axis}" for name in ("angles", "rate") for axis in "xyz"),
+    *(f"applied.{name}.{axis}" for name in ("effect", "excess") for axis in "xyz"),
 )
 STEP_MEMBERS = (
-    *[f"reference.{path}" for path in paths(Reference)],
-    *[f"measurement.{path}" for path in paths(Measurement)],
+    *(f"reference.{path}" for path in paths(Reference)),
+    *(f"measurement.{path}" for path in paths(Measurement)),
 )
 
 

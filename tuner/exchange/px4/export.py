@@ -15,7 +15,7 @@ from tuner.exchange.autopilot.parameters import Values
 from tuner.exchange.autopilot.pid import rate_filters, rate_sources, setpoint_weights
 from tuner.exchange.autopilot.scales import Motors, command_slope, motors, motors_text
 from tuner.exchange.px4.import_ import IMPORTER
-from tuner.exchange.px4.map import INTEGRAL_LIMITS, MODEL, PX4, YAW_FILTER, Px4
+from tuner.exchange.px4.map import INTEGRAL_LIMITS, MODEL, PX4, THRUST_MODEL, YAW_FILTER, Px4
 from tuner.exchange.px4.text import read_params
 from tuner.exchange.target import Bundle, ExportTarget, Option, Request
 from tuner.gains import Controller
@@ -27,7 +27,7 @@ MOTORS: Motors = (3, 1, 2, 4)
 OPTIONS = (
     CURVE,
     Option(
-        "thrust_model",
+        THRUST_MODEL,
         "vehicle: THR_MDL_FAC stays as it is on the vehicle, and is f where that is not known; linearised: it is f, thrust "
         "follows the command; local: it is 0, the slope at hover counts",
         ("vehicle", "linearised", "local"),

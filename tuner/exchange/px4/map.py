@@ -82,6 +82,7 @@ TABLE = {
 
 GRAVITY = 9.80665
 HOVER, MODEL, TILT = "MPC_THR_HOVER", "THR_MDL_FAC", "MPC_TILTMAX_AIR"
+THRUST_MODEL = "thrust_model"
 INTEGRAL_LIMITS = {"roll": "MC_RR_INT_LIM", "pitch": "MC_PR_INT_LIM", "yaw": "MC_YR_INT_LIM"}
 # The same filter as ours, alpha = h/(h + tau).
 YAW_FILTER = "MC_YAW_TQ_CUTOFF"
@@ -142,7 +143,7 @@ class Px4(Autopilot):
 
     def switched_off(self, settings: Mapping[str, str]) -> dict[str, float]:
         """Return what PX4 has beside what our loops carry such that it flies what ours fly."""
-        model = 0.0 if settings["thrust_model"] == "local" else self.rotors.curve
+        model = 0.0 if settings[THRUST_MODEL] == "local" else self.rotors.curve
         rates = {
             f"MC_{axis.upper()}RATE_{term}": float(term == "K") for axis in ATTITUDE_AXES for term in ("D", "FF", "K")
         }
@@ -152,7 +153,7 @@ class Px4(Autopilot):
 
     def chosen(self, settings: Mapping[str, str], kept: dict[str, float]) -> dict[str, float]:
         """Return what stays on a vehicle, with the thrust model that the options choose."""
-        if settings["thrust_model"] == "vehicle":
+        if settings[THRUST_MODEL] == "vehicle":
             return kept
         off = self.switched_off(settings)
         return kept | {name: off[name] for name in (MODEL, HOVER)}
