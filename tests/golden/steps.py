@@ -28,9 +28,9 @@ LISTINGS = (
 EXPORTS = {
     "ardupilot": (PID_GAINS, "--firmware 4.6"), "betaflight": (PID_GAINS, ""), "crazyflie": (PID_GAINS, ""),
     "px4": (PID_GAINS, ""), "ros2": (PID_GAINS, ""), "c99": ("run/gains.json", ""), "matlab": ("run/gains.json", ""),
-    "rotorpy": ("run/gains.json", ""),
+    "rotorpy": ("run/gains.json", ""), "fmi": ("run/gains.json", ""),
 }  # fmt: skip
-"""Target -> gains that it carries, and options. The FMU needs a compiler of C, which not every machine has."""
+"""Target -> gains that it carries, and options."""
 
 STEPS = (
     step("check study", "check tuning.toml"),

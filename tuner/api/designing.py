@@ -19,7 +19,7 @@ from tuner.documents.margins import MarginsDocument
 from tuner.experiments.tuning.starts import design_row, study_designs, without_design
 from tuner.gains import Controller
 from tuner.gains.document import seed_entry
-from tuner.gains.ucum import quantity
+from tuner.gains.quantities import quantity
 from tuner.search.watcher import Watcher
 from tuner.study.margins import holds_place
 from tuner.study.study import Study

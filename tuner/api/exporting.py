@@ -14,8 +14,8 @@ from tuner.api.gains import Gains, GainsLike, gains_of, taken, write_new
 from tuner.documents.export import ExportDocument
 from tuner.exchange.registry import exporter as find_exporter
 from tuner.exchange.registry import importer as find_importer
+from tuner.exchange.registry import settings_of
 from tuner.exchange.run import Export, export_gains
-from tuner.exchange.target import settings_of
 from tuner.exchange.verification import FLIGHTS
 from tuner.search.watcher import Watcher
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass, replace
 from pathlib import Path
 
 from plant.gains import default_row
-from tuner.exchange.target import Option, Request, Target
+from tuner.exchange.target import ExportTarget, Option, Request
 from tuner.gains import Controller, content_hash, content_sha256, read_gains, to_document
 
 KEEP = "keep"
@@ -63,7 +63,7 @@ def plain_name(file: Path) -> str:
     return re.sub(r"[^A-Za-z0-9 ._-]", "_", file.name)[-MOST_NAME:]
 
 
-def remembered(controller: Controller, target: Target, given: list[str]) -> list[str]:
+def remembered(controller: Controller, target: ExportTarget, given: list[str]) -> list[str]:
     """Return the options with those of the import that the person did not give anew."""
     record = controller.vehicle
     if record is None or record.target != target.name:

@@ -1,6 +1,8 @@
-"""Targets by name; a new one is a folder with a `TARGET` in its `export.py` and one line here."""
+"""Targets by name, and the options given for one; a new target is a folder with a `TARGET` in its `export.py` and a line here."""
 
-from plant.errors import UnknownNameError
+from collections.abc import Sequence
+
+from plant.errors import InputError, UnknownNameError
 from tuner.exchange.ardupilot import export as ardupilot
 from tuner.exchange.betaflight import adrc as betaflight_adrc
 from tuner.exchange.betaflight import export as betaflight
@@ -11,16 +13,16 @@ from tuner.exchange.matlab import export as matlab
 from tuner.exchange.px4 import export as px4
 from tuner.exchange.ros2 import export as ros2
 from tuner.exchange.rotorpy import export as rotorpy
-from tuner.exchange.target import Importer, Target
+from tuner.exchange.target import FIRMWARE, ExportTarget, Importer, flag
 
 MODULES = (c99, px4, ardupilot, crazyflie, betaflight, betaflight_adrc, ros2, fmi, matlab, rotorpy)
-EXPORTERS: dict[str, Target] = {module.TARGET.name: module.TARGET for module in MODULES}
+EXPORTERS: dict[str, ExportTarget] = {module.TARGET.name: module.TARGET for module in MODULES}
 """Every target, in the order of listings."""
 IMPORTERS: dict[str, Importer] = {name: target.importer for name, target in EXPORTERS.items() if target.importer}
 """The way back, of the targets that have one."""
 
 
-def exporter(name: str) -> Target:
+def exporter(name: str) -> ExportTarget:
     """Return the target of a name; raises UnknownNameError."""
     name = name.lower()
     if name not in EXPORTERS:
@@ -33,3 +35,40 @@ def importer(name: str) -> Importer:
     if name not in IMPORTERS:
         raise UnknownNameError("source", name, IMPORTERS, key="--from")
     return IMPORTERS[name]
+
+
+def settings_of(target: ExportTarget | Importer, given: Sequence[str]) -> dict[str, str]:
+    """Return a value for every option from "NAME=VALUE" texts and defaults; raises InputError naming the option."""
+    options = {option.name: option for option in target.options}
+    values: dict[str, str] = {}
+    for entry in given:
+        name, sign, value = entry.partition("=")
+        if not sign:
+            raise InputError(f"given '{entry}'; write NAME=VALUE, for instance {_example(target)}", key="--set")
+        if name not in options:
+            if name == FIRMWARE:
+                raise InputError(f"given '{value}'; '{target.name}' does not ask for it, leave it out", key=flag(name))
+            if not options:
+                raise InputError(f"given '{entry}'; '{target.name}' has no options", key="--set")
+            raise UnknownNameError(f"option of '{target.name}'", name, options, key="--set")
+        if name in values:
+            raise InputError(f"'{name}' is given twice; leave one out", key="--set")
+        values[name] = value
+    for option in target.options:
+        if option.name not in values:
+            if option.default is None:
+                raise InputError(
+                    f"'{target.name}' needs {option.name} ({option.about}): {flag(option.name)}"
+                    f"{' ' if option.name == FIRMWARE else '='}{' or '.join(option.choices) or 'NUMBER'}",
+                    key=flag(option.name),
+                )
+            values[option.name] = option.default
+        elif option.choices and values[option.name] not in option.choices:
+            allowed = ", ".join(option.choices)
+            raise InputError(f"given '{values[option.name]}'; allowed: {allowed}", key=flag(option.name))
+    return values
+
+
+def _example(target: ExportTarget | Importer) -> str:
+    known = target.options[0] if target.options else None
+    return "NAME=VALUE" if known is None else f"{known.name}={known.default or (known.choices or ('1',))[0]}"

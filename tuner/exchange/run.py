@@ -13,7 +13,8 @@ from plant.input_files import read_input_text
 from tuner.documents.export import ExportDocument
 from tuner.exchange.aboard import remembered
 from tuner.exchange.autopilot.parameters import fits
-from tuner.exchange.target import Bundle, Request, Target, settings_of
+from tuner.exchange.registry import settings_of
+from tuner.exchange.target import Bundle, ExportTarget, Request
 from tuner.exchange.verification import FLIGHTS, Verification, verify_export
 from tuner.exchange.writing import check_free, export_document, export_records, write_export
 from tuner.gains import content_sha256, read_gains
@@ -33,7 +34,7 @@ class Export:
 
 
 def export_gains(
-    gains: Path, target: Target, given: Sequence[str], previous: Path | None, out: Path, flights: int = FLIGHTS,
+    gains: Path, target: ExportTarget, given: Sequence[str], previous: Path | None, out: Path, flights: int = FLIGHTS,
     watcher: Watcher = QUIET, force: bool = False,
 ) -> Export:  # fmt: skip
     """Export a gains.json; given: NAME=VALUE options; previous: see `Request`; watcher hears of compilation and flights; force:
@@ -51,7 +52,7 @@ def export_gains(
     bundle = bundle_of(target, request)
     verification = verify_export(request, bundle, flights, watcher)
     document = export_document(target, request, bundle, verification)
-    content["exports"] = [*content.get("exports", []), *export_records(document)]
+    content |= {"exports": [*content.get("exports", []), *export_records(document)]}
     write_export(out, bundle, document, content)
     return Export(document, verification, out, request.controller.airframe.title)
 
@@ -68,7 +69,7 @@ def check_feasible(content: dict[str, Any], force: bool) -> None:
     )
 
 
-def check_laws(target: Target, request: Request) -> None:
+def check_laws(target: ExportTarget, request: Request) -> None:
     """Refuse laws that a target does not have: what it would fly is then another controller."""
     cascade = request.controller.cascade
     for loop, law, carried in (
@@ -83,7 +84,7 @@ def check_laws(target: Target, request: Request) -> None:
             )
 
 
-def bundle_of(target: Target, request: Request) -> Bundle:
+def bundle_of(target: ExportTarget, request: Request) -> Bundle:
     """Return what a target makes of a controller; gains are finite before, numbers in the target's ranges after it."""
     controller = request.controller
     for gain in gain_addresses(controller.cascade):

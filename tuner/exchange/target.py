@@ -4,13 +4,12 @@ A target either takes a controller as it is, to its own resolution, or refuses w
 hold. What it adds or lacks beside the gains stands in `Bundle.differences`.
 """
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Protocol
 
 from plant.airframes import Airframe
-from plant.errors import InputError, UnknownNameError
+from plant.errors import InputError
 from tuner.gains import Controller
 
 # The option that has a flag of its own.
@@ -47,7 +46,7 @@ class Request:
 
 
 @dataclass(frozen=True)
-class Parameter:
+class HeldParameter:
     """One number as the target holds it.
 
     name, unit: the target's. asked: before rounding; held: after rounding to the target's resolution. low, high: the range
@@ -94,12 +93,12 @@ class Bundle:
     held: Controller
     differences: tuple[str, ...]
     target_version: str
-    parameters: tuple[Parameter, ...] = ()
+    parameters: tuple[HeldParameter, ...] = ()
     gyro: GyroFilter | None = None
 
 
 @dataclass(frozen=True)
-class Imported:
+class ImportedController:
     """controller: what the file's gains are on the airframe; notes: one sentence for each thing taken as default or left out;
     untouched: names in the file of what does not act in these loops.
     """
@@ -111,18 +110,18 @@ class Imported:
 
 @dataclass(frozen=True)
 class Importer:
-    """One target. read(file, airframe, settings) -> Imported raises InputError naming file and parameter; options are checked
+    """The way back of one target. read(file, airframe, settings) raises InputError naming file and parameter; options are checked
     before it is called.
     """
 
     name: str
     title: str
     options: tuple[Option, ...]
-    read: Callable[[Path, Airframe, Mapping[str, str]], Imported]
+    read: Callable[[Path, Airframe, Mapping[str, str]], ImportedController]
 
 
 @dataclass(frozen=True)
-class Target:
+class ExportTarget:
     """A target of exports, and where its files can be read, a source of imports.
 
     export(request) -> Bundle raises InputError where the target cannot hold something; laws and options are checked before it
@@ -140,54 +139,6 @@ class Target:
     importer: Importer | None = None
 
 
-class Optioned(Protocol):
-    """A target or an importer, whose options are checked alike."""
-
-    @property
-    def name(self) -> str:
-        """Name in its registry."""
-        ...
-
-    @property
-    def options(self) -> tuple[Option, ...]:
-        """Options that may be given."""
-        ...
-
-
-def settings_of(optioned: Optioned, given: Sequence[str]) -> dict[str, str]:
-    """Return a value for every option from "NAME=VALUE" texts and defaults; raises InputError naming the option."""
-    options = {option.name: option for option in optioned.options}
-    values: dict[str, str] = {}
-    for entry in given:
-        name, sign, value = entry.partition("=")
-        if not sign:
-            raise InputError(f"given '{entry}'; write NAME=VALUE, for instance {_example(optioned)}", key="--set")
-        if name not in options:
-            if name == FIRMWARE:
-                raise InputError(
-                    f"given '{value}'; '{optioned.name}' does not ask for it, leave it out", key=_flag(name)
-                )
-            if not options:
-                raise InputError(f"given '{entry}'; '{optioned.name}' has no options", key="--set")
-            raise UnknownNameError(f"option of '{optioned.name}'", name, options, key="--set")
-        if name in values:
-            raise InputError(f"'{name}' is given twice; leave one out", key="--set")
-        values[name] = value
-    for option in optioned.options:
-        if option.name not in values:
-            if option.default is None:
-                raise InputError(
-                    f"'{optioned.name}' needs {option.name} ({option.about}): {_flag(option.name)}"
-                    f"{' ' if option.name == FIRMWARE else '='}{' or '.join(option.choices) or 'NUMBER'}",
-                    key=_flag(option.name),
-                )
-            values[option.name] = option.default
-        elif option.choices and values[option.name] not in option.choices:
-            allowed = ", ".join(option.choices)
-            raise InputError(f"given '{values[option.name]}'; allowed: {allowed}", key=_flag(option.name))
-    return values
-
-
 def number(settings: Mapping[str, str], name: str, low: float, high: float, unit: str) -> float:
     """Return an option as a number of that unit; raises InputError where it is none, or outside [low, high]."""
     text, with_unit = settings[name], "" if unit == "1" else f" {unit}"
@@ -195,16 +146,12 @@ def number(settings: Mapping[str, str], name: str, low: float, high: float, unit
         value = float(text)
     except ValueError:
         asked = f"a number{'' if unit == '1' else f' in {unit}'}"
-        raise InputError(f"given '{text}'; this must be {asked}", key=_flag(name)) from None
+        raise InputError(f"given '{text}'; this must be {asked}", key=flag(name)) from None
     if not low <= value <= high:
-        raise InputError(f"given {text}{with_unit}; allowed: {low:g} to {high:g}{with_unit}", key=_flag(name))
+        raise InputError(f"given {text}{with_unit}; allowed: {low:g} to {high:g}{with_unit}", key=flag(name))
     return value
 
 
-def _flag(name: str) -> str:
+def flag(name: str) -> str:
+    """Return the flag of an option on the command line."""
     return f"--{name}" if name == FIRMWARE else f"--set {name}"
-
-
-def _example(optioned: Optioned) -> str:
-    known = optioned.options[0] if optioned.options else None
-    return "NAME=VALUE" if known is None else f"{known.name}={known.default or (known.choices or ('1',))[0]}"

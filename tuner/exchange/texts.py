@@ -1,4 +1,4 @@
-"""Texts inside the languages that exports are written in: one function for each place where a text can stand.
+"""Texts inside the languages that exports are written in: one function for each place where a text can stand, and templates.
 
 The border refuses what no name and no title holds (`plant.texts`), yet every text from a file goes through one of these all the
 same: whatever it is, it stays a comment or a string and is never code. Characters that do not print come out as their escapes.
@@ -6,7 +6,9 @@ same: whatever it is, it stays a comment or a string and is never code. Characte
 
 import re
 from collections.abc import Callable
+from functools import cache
 from html import escape
+from importlib.resources import files
 
 from plant.errors import one_line, shortened
 from tuner.exchange.target import Request
@@ -89,3 +91,16 @@ def heading(request: Request, write: Callable[[str], str]) -> tuple[str, str, st
             f"control period {controller.control_period:.10g} s"
         ),
     )
+
+
+def filled(target: str, name: str, **values: object) -> str:
+    """Return a target's template with every @WORD@ in it replaced, all at once, so that nothing inside a value is replaced.
+
+    target: folder in tuner/exchange; name: of the file that is written, whose template is templates/NAME.in there.
+    """
+    return re.sub(r"@(\w+)@", lambda word: str(values[word[1]]), _template(target, name))
+
+
+@cache
+def _template(target: str, name: str) -> str:
+    return files("tuner.exchange").joinpath(target, "templates", f"{name}.in").read_text(encoding="utf-8")

@@ -12,7 +12,7 @@ from plant.errors import StoreError
 from tuner.documents.export import EXPORT_FORMAT, EXPORT_VERSION, ExportDocument, ExportedParameter
 from tuner.documents.parts import LawNames
 from tuner.exchange.aboard import origin
-from tuner.exchange.target import Bundle, Parameter, Request, Target
+from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Request
 from tuner.exchange.texts import tool
 from tuner.exchange.verification import Verification
 
@@ -23,7 +23,7 @@ Row = dict[str, Any]
 
 
 def export_document(
-    target: Target, request: Request, bundle: Bundle, verification: Verification
+    target: ExportTarget, request: Request, bundle: Bundle, verification: Verification
 ) -> ExportDocument:  # fmt: skip
     """Return the content of export.json."""
     controller = request.controller
@@ -48,7 +48,7 @@ def export_document(
     )
 
 
-def exported(parameter: Parameter) -> ExportedParameter:
+def exported(parameter: HeldParameter) -> ExportedParameter:
     """Return a parameter as a row of export.json."""
     known = {**asdict(parameter), "change": _change(parameter)}
     return ExportedParameter(**{key: _finite(value) for key, value in known.items()})
@@ -72,8 +72,7 @@ def write_export(out: Path, bundle: Bundle, document: ExportDocument, gains: Row
     """
     check_free(out)
     files = {**bundle.files, **{f"rollback/{name}": content for name, content in bundle.rollback.items()}}
-    files["export.json"] = as_json(document.content())
-    files["gains.json"] = as_json(gains)
+    files |= {"export.json": as_json(document.content()), "gains.json": as_json(gains)}
     part = out.with_name(f".{out.name}.part{os.getpid()}")
     try:
         for name, content in files.items():
@@ -108,7 +107,7 @@ def sha256(content: bytes) -> str:
     return hashlib.sha256(content).hexdigest()
 
 
-def _change(parameter: Parameter) -> float | None:
+def _change(parameter: HeldParameter) -> float | None:
     return None if parameter.before is None else parameter.held - parameter.before
 
 

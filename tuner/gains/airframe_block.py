@@ -10,7 +10,7 @@ What flies is `numbers` and the rotors; the rest of `actuation` follows from the
 from collections.abc import Iterator
 from math import isclose
 from pathlib import Path
-from typing import Any
+from typing import NamedTuple
 
 import numpy as np
 
@@ -25,8 +25,8 @@ from plant.texts import LONGEST_TITLE, NAME
 from plant.vectors import Rotors, Vec3
 from plant.vehicle import Vehicle
 from tuner.gains.hashing import canonical_hash
+from tuner.gains.quantities import plain, quantities, quantity, ucum
 from tuner.gains.sections import DIGEST, Row, closed, measured
-from tuner.gains.ucum import quantity, ucum
 
 # A reaction torque about +z, up, is that of a propeller that turns clockwise seen from above.
 SPINS = {"clockwise": 1.0, "counterclockwise": -1.0}
@@ -86,82 +86,88 @@ def actuation_block(actuators: Actuation) -> Row:
     }
 
 
-def vehicle_of(block: Row) -> Vehicle:
-    """Return the vehicle of a block that the schema accepts."""
-    numbers, rotors = block["numbers"], block["actuation"]["rotors"]
-    fields: Row = {key: float(numbers[key]["value"]) for key in SCALARS}
-    fields |= {key: Vec3(*[float(numbers[key][axis]["value"]) for axis in "xyz"]) for key in GROUPS}
-    fields |= {f"rotor_{axis}": Rotors(*[float(rotor["position"][axis]["value"]) for rotor in rotors]) for axis in "xy"}
-    return Vehicle(**fields, spin=Rotors(*[SPINS[rotor["spin"]] for rotor in rotors]))
+class RotorPart(NamedTuple):
+    """A rotor as read: place {x, y} [m], spin as in SPINS, torque ratio [m]."""
+
+    position: dict[str, float]
+    spin: str
+    torque_ratio: float
+
+
+class AirframePart(NamedTuple):
+    """A block that the schema accepts."""
+
+    name: str
+    title: str
+    frame: str
+    numbers: Row
+    actuation: Row
+    allow_unphysical: bool = False
+    sha256: str | None = None
+
+    @property
+    def rotors(self) -> list[Row]:
+        """Rotors in our order."""
+        return self.actuation["rotors"]
+
+    @property
+    def vehicle(self) -> Vehicle:
+        """What flies."""
+        rotors = [RotorPart(**rotor) for rotor in plain(self.rotors)]
+        fields = {key: Vec3(**number) if key in GROUPS else number for key, number in plain(self.numbers).items()}
+        places = {f"rotor_{axis}": Rotors(*[rotor.position[axis] for rotor in rotors]) for axis in "xy"}
+        return Vehicle(**fields, **places, spin=Rotors(*[SPINS[rotor.spin] for rotor in rotors]))
+
+    @property
+    def digest(self) -> str:
+        """Hash of what flies."""
+        return canonical_hash({"numbers": self.numbers, "rotors": self.rotors})
 
 
 def airframe_of(block: Row, path: Path) -> Airframe:
     """Return the airframe of a block that the schema accepts; path: the file that it stands in."""
-    numbers = {**SCALARS, **{f"{key}.{axis}": field for key, field in GROUPS.items() for axis in "xyz"}}
-    sources = {
-        key: Sourced(_value_at(block["numbers"], key), field.unit, f"recorded in {path.name}")
-        for key, field in numbers.items()
-    }
-    return Airframe(block["name"], block["title"], block["frame"], vehicle_of(block), sources, path)
+    part = AirframePart(**block)
+    fields = {**SCALARS, **{f"{key}.{axis}": field for key, field in GROUPS.items() for axis in "xyz"}}
+    given = dict(quantities(part.numbers))
+    sources = {key: Sourced(float(given[key]), field.unit, f"recorded in {path.name}") for key, field in fields.items()}
+    return Airframe(part.name, part.title, part.frame, part.vehicle, sources, path)
 
 
 def airframe_problems(block: Row) -> Iterator[InputError]:
     """Yield what is wrong with a block that the schema accepts, keys inside the block."""
-    wrong = list(_disproportionate(block)) or list(_unphysical(block)) or list(_derived_problems(block))
-    yield from wrong
-    rotors = block["actuation"]["rotors"]
-    if "sha256" in block and block["sha256"] != canonical_hash({"numbers": block["numbers"], "rotors": rotors}):
+    part = AirframePart(**block)
+    yield from list(_disproportionate(part)) or list(_unphysical(part)) or list(_derived_problems(part))
+    if part.sha256 not in (None, part.digest):
         message = (
             "numbers and rotors have another hash: edited by hand? To accept the edit, remove airframe.sha256, too"
         )
         yield InputError(message, key="sha256")
 
 
-def _disproportionate(block: Row) -> Iterator[InputError]:
-    for section in ("numbers", "actuation"):
-        for key, value in _numbers(block[section], section):
-            if value != 0.0 and not SMALLEST <= abs(value) <= LARGEST:
-                message = f"given {value:g}; allowed: 0, or a size from {SMALLEST:g} to {LARGEST:g}"
-                yield InputError(message, key=f"{key}.value")
+def _disproportionate(part: AirframePart) -> Iterator[InputError]:
+    for key, value in (*quantities(part.numbers, "numbers"), *quantities(part.actuation, "actuation")):
+        if value != 0.0 and not SMALLEST <= abs(value) <= LARGEST:
+            message = f"given {value:g}; allowed: 0, or a size from {SMALLEST:g} to {LARGEST:g}"
+            yield InputError(message, key=f"{key}.value")
 
 
-def _unphysical(block: Row) -> Iterator[InputError]:
-    vehicle = vehicle_of(block)
-    if np.linalg.cond(mixer_matrix(vehicle)) > MOST_CONDITION:
+def _unphysical(part: AirframePart) -> Iterator[InputError]:
+    if np.linalg.cond(mixer_matrix(part.vehicle)) > MOST_CONDITION:
         message = (
             "rotors at these places with these turns make no independent roll, pitch and yaw torques; correct them"
         )
         yield InputError(message, key="actuation.rotors")
-    if (broken := broken_rules(vehicle)) and not block.get("allow_unphysical", False):
+    if (broken := broken_rules(part.vehicle)) and not part.allow_unphysical:
         remedy = 'correct the numbers, or write "allow_unphysical": true in airframe'
         yield InputError(f"no real airframe has these numbers: {'; '.join(broken)}; {remedy}", key="numbers")
 
 
-def _derived_problems(block: Row) -> Iterator[InputError]:
-    factor = block["actuation"]["thrust_curve"]["factor"]["value"]
-    for key, here in _numbers(actuation_block(actuation(vehicle_of(block), factor)), ""):
-        there = _value_at(block["actuation"], key)
-        if not isclose(here, there, rel_tol=AGREEMENT):
-            message = f"given {there:g}; from the airframe's numbers follows {here:.12g}: correct either"
+def _derived_problems(part: AirframePart) -> Iterator[InputError]:
+    given = dict(quantities(part.actuation))
+    for key, here in quantities(actuation_block(actuation(part.vehicle, given["thrust_curve.factor"]))):
+        if not isclose(here, given[key], rel_tol=AGREEMENT):
+            message = f"given {given[key]:g}; from the airframe's numbers follows {here:.12g}: correct either"
             yield InputError(message, key=f"actuation.{key}.value")
-
-
-def _numbers(value: Any, key: str) -> Iterator[tuple[str, float]]:
-    """Yield dotted key and value of every quantity in a block."""
-    if isinstance(value, dict) and "value" in value:
-        yield key, value["value"]
-    elif isinstance(value, dict):
-        for name, inner in value.items():
-            yield from _numbers(inner, f"{key}.{name}" if key else name)
-    elif isinstance(value, list):
-        for i, inner in enumerate(value):
-            yield from _numbers(inner, f"{key}[{i}]")
-
-
-def _value_at(block: Any, key: str) -> float:
-    for part in key.replace("[", ".").replace("]", "").split("."):
-        block = block[int(part)] if isinstance(block, list) else block[part]
-    return float(block["value"])
 
 
 def airframe_schema() -> Row:

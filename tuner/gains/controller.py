@@ -1,10 +1,12 @@
-"""Controller that a gains.json describes."""
+"""Controller that a gains.json describes, and the parts of the file that tell of it."""
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any, NamedTuple
 
 from plant.airframes import Airframe
-from plant.cascade import Cascade
+from plant.cascade import Cascade, close_cascade
+from plant.laws import law
 from plant.nominal import ControlOptions
 
 
@@ -39,3 +41,30 @@ class Controller:
     plant_step: float
     gains: tuple[float, ...]
     vehicle: VehicleRecord | None = None
+
+
+class ControllerPart(NamedTuple):
+    """The key "controller" of a file that the schema accepts, without units: periods [s], tilt limit [rad], cut-off [Hz]."""
+
+    position: str
+    attitude: str
+    control_period: float
+    plant_step: float
+    tilt_limit: float
+    attitude_rate: Any
+    position_rate: Any
+    lag_aware: bool
+    delay: bool
+    structure: Mapping[str, str]
+    discretisation: Mapping[str, str]
+    yaw_torque_cutoff: float = 0.0
+
+    @property
+    def cascade(self) -> Cascade:
+        """Cascade of the laws."""
+        return close_cascade(law(self.position), law(self.attitude))
+
+    @property
+    def options(self) -> ControlOptions:
+        """Options; raises InputError where one is out of range."""
+        return ControlOptions(**{name: getattr(self, name) for name in ControlOptions.__dataclass_fields__})

@@ -8,8 +8,8 @@ from plant.gains import gain_addresses
 from tuner.gains.airframe_block import airframe_block
 from tuner.gains.controller import Controller, VehicleRecord
 from tuner.gains.hashing import content_hash
+from tuner.gains.quantities import quantity
 from tuner.gains.sections import CONVENTIONS, FORMAT, MOST_EXACT, STRUCTURE, VERSION, Row
-from tuner.gains.ucum import quantity
 from tuner.text.version import version
 
 Ranges = Mapping[str, tuple[float, float]]

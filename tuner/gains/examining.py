@@ -2,22 +2,21 @@
 
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass
-from math import inf, isfinite
+from math import isfinite
 from pathlib import Path
 from re import search
 from typing import Any
 
 from plant.airframes import Airframe
-from plant.cascade import Cascade, close_cascade
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GainAddress, gain_addresses
-from plant.laws import law
-from plant.nominal import ControlOptions
 from plant.texts import check_name, check_texts
 from tuner.gains.airframe_block import airframe_of, airframe_problems
+from tuner.gains.controller import ControllerPart
 from tuner.gains.document import within
 from tuner.gains.hashing import content_hash
 from tuner.gains.parsing import check_identity, parsed
+from tuner.gains.quantities import GainEntry, plain
 from tuner.gains.ranges import check_plant_step, check_value, timing_of
 from tuner.gains.schema import gains_schema, validator
 from tuner.gains.sections import DIGEST, VERSIONS, Row
@@ -80,14 +79,13 @@ def schema_problems(document: Row) -> list[InputError]:
 def _told(error: Any) -> Iterator[InputError]:
     kind, given, asked, key = error.validator, error.instance, error.validator_value, dotted(error.absolute_path)
     if kind == "additionalProperties":
-        known = [*error.schema["properties"], *error.schema.get("patternProperties", ())]
+        known = error.schema.get("properties", {})
         for name in _unknown(error):
-            valid = [entry for entry in known if not entry.startswith("^")]
-            yield UnknownNameError(KINDS.get(key, "key"), name, valid, key=joined(key, name))
+            yield UnknownNameError(KINDS.get(key, "key"), name, list(known), key=joined(key, name))
     elif kind == "required":
         for name in asked:
             if name not in given:
-                remedy = _remedy(error.schema["properties"].get(name, {}))
+                remedy = _remedy(error.schema.get("properties", {}).get(name, {}))
                 yield InputError(f"this key is required and missing{remedy}", key=joined(key, name))
     elif kind == "enum" and isinstance(given, str):
         yield UnknownNameError(KINDS.get(key, "choice"), given, asked, key=key)
@@ -98,8 +96,7 @@ def _told(error: Any) -> Iterator[InputError]:
 
 
 def _unknown(error: Any) -> list[str]:
-    patterns = error.schema.get("patternProperties", {})
-    known = error.schema["properties"]
+    known, patterns = error.schema.get("properties", {}), error.schema.get("patternProperties", {})
     return [name for name in error.instance if name not in known and not any(search(p, name) for p in patterns)]
 
 
@@ -118,10 +115,12 @@ def _expected(kind: str, asked: Any) -> str:
         return f"{BOUNDS[kind]} {asked:g}"
     if kind in ("minItems", "maxItems"):
         return f"a list of {asked}"
-    if kind == "maxLength" and asked != DIGEST["maxLength"]:
+    if asked in DIGEST.values():
+        return "64 hexadecimal digits"
+    if kind == "maxLength":
         return f"a text of at most {asked} letters"
-    if kind in ("pattern", "maxLength"):
-        return "64 hexadecimal digits" if asked in (DIGEST["pattern"], DIGEST["maxLength"]) else "16 to 19 digits"
+    if kind == "pattern":
+        return "16 to 19 digits"
     if kind == "minLength":
         return "a text that is not empty"
     if kind == "enum":
@@ -181,14 +180,13 @@ def _brought_up(given: Row, path: Path, airframe: Airframe | None) -> Row:
 
 def _semantic_problems(document: Row, airframe: Airframe | None, path: Path) -> Iterator[InputError]:
     """Yield what no schema can tell: numbers that contradict each other, gains that the period does not allow."""
-    structure, block = document["controller"], document["airframe"]
+    structure, block = ControllerPart(**plain(document["controller"])), document["airframe"]
     yield from _located("airframe", airframe_problems(block))
-    yield from _failed("controller", lambda: options_of(structure))
+    yield from _failed("controller", lambda: structure.options)
     yield from _failed("controller", lambda: _check_timing(structure, airframe or airframe_of(block, path)))
-    period = structure["control_period"]["value"]
-    for gain in gain_addresses(cascade_of(structure)):
-        entry = document["gains"][gain.address]
-        yield from _failed("gains", lambda entry=entry, gain=gain: _check_gain(gain, entry, period))
+    for gain in gain_addresses(structure.cascade):
+        entry = GainEntry(**document["gains"][gain.address])
+        yield from _failed("gains", lambda entry=entry, gain=gain: _check_gain(gain, entry, structure.control_period))
 
 
 def _hash_problems(document: Row) -> Iterator[InputError]:
@@ -202,23 +200,23 @@ def _hash_problems(document: Row) -> Iterator[InputError]:
         yield InputError(message, key="sha256")
 
 
-def _check_timing(structure: Row, airframe: Airframe) -> None:
-    for key in ("control_period", "plant_step"):
-        check_magnitude(structure[key]["value"], None, key)
-    timing = timing_of(*[float(structure[key]["value"]) for key in ("control_period", "plant_step")])
-    check_plant_step(timing, airframe)
+def _check_timing(structure: ControllerPart, airframe: Airframe) -> None:
+    check_magnitude(structure.control_period, None, "control_period")
+    check_magnitude(structure.plant_step, None, "plant_step")
+    check_plant_step(timing_of(structure.control_period, structure.plant_step), airframe)
 
 
-def _check_gain(gain: GainAddress, entry: Row, period: float) -> None:
-    check_magnitude(entry["value"], None, f"{gain.address}.value")
-    check_value(f"{gain.address}.value", gain, entry["value"], period)
-    low, high = entry.get("low", -inf), entry.get("high", inf)
-    if low > high:
-        raise InputError(f"given {low:g}; this must not be above high = {high:g}", key=f"{gain.address}.low")
-    if not within(entry["value"], low, high):
+def _check_gain(gain: GainAddress, entry: GainEntry, period: float) -> None:
+    check_magnitude(entry.value, None, f"{gain.address}.value")
+    check_value(f"{gain.address}.value", gain, entry.value, period)
+    if entry.low > entry.high:
+        raise InputError(
+            f"given {entry.low:g}; this must not be above high = {entry.high:g}", key=f"{gain.address}.low"
+        )
+    if not within(entry.value, entry.low, entry.high):
         message = (
-            f"given {entry['value']:g} {gain.unit}, outside of the range {low:g} to {high:g} that stands beside it: correct one "
-            "of them, or leave low and high out"
+            f"given {entry.value:g} {gain.unit}, outside of the range {entry.low:g} to {entry.high:g} that stands beside it: "
+            "correct one of them, or leave low and high out"
         )
         raise InputError(message, key=f"{gain.address}.value")
 
@@ -233,20 +231,3 @@ def _failed(key: str, check: Callable[[], object]) -> Iterator[InputError]:
 def _located(key: str, errors: Iterator[InputError]) -> Iterator[InputError]:
     for error in errors:
         yield moved(error, None, f"{key}.{error.key}" if error.key else key)
-
-
-def cascade_of(structure: Row) -> Cascade:
-    """Return the cascade of a "controller" that the schema accepts."""
-    return close_cascade(law(structure["position"]), law(structure["attitude"]))
-
-
-def options_of(structure: Row) -> ControlOptions:
-    """Return the options of a "controller" that the schema accepts; raises InputError where one is out of range."""
-    return ControlOptions(
-        attitude_rate=structure["attitude_rate"],
-        position_rate=structure["position_rate"],
-        lag_aware=structure["lag_aware"],
-        delay=structure["delay"],
-        tilt_limit=float(structure["tilt_limit"]["value"]),
-        yaw_torque_cutoff=float(structure.get("yaw_torque_cutoff", {"value": 0.0})["value"]),
-    )

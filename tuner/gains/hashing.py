@@ -56,7 +56,8 @@ def same_result(recorded: Row, made: Row) -> bool:
     try:
         if recorded["version"] != VERSION:
             return _values(recorded) == _values(made)
-        if recorded.get("sha256", made["sha256"]) not in (content_hash(recorded), made["sha256"]):
+        digest = made["sha256"]
+        if recorded.get("sha256", digest) not in (content_hash(recorded), digest):
             return False
         return _told(recorded) == _told(made)
     except (KeyError, TypeError, AttributeError, ValueError):

@@ -2,12 +2,14 @@
 
 import sys
 from pathlib import Path
+from typing import Any, NamedTuple
 
 from plant.airframes import Airframe, load, names
 from plant.gains import gain_addresses
 from tuner.gains.airframe_block import airframe_of, numbers_block
-from tuner.gains.controller import Controller, VehicleRecord
-from tuner.gains.examining import Examined, cascade_of, examine, options_of
+from tuner.gains.controller import Controller, ControllerPart, VehicleRecord
+from tuner.gains.examining import Examined, examine
+from tuner.gains.quantities import plain
 from tuner.gains.sections import Row
 from tuner.text.locating import located
 
@@ -40,20 +42,30 @@ def content_sha256(path: Path) -> str:
 
 def controller_of(read: Examined, airframe: Airframe | None = None) -> Controller:
     """Return the controller of a file without problems."""
-    structure = read.document["controller"]
-    cascade = cascade_of(structure)
-    own = airframe or _airframe(read)
-    period, step = (float(structure[key]["value"]) for key in ("control_period", "plant_step"))
-    gains = read.document["gains"]
-    row = tuple(float(gains[gain.address]["value"]) for gain in gain_addresses(cascade))
-    return Controller(own, cascade, options_of(structure), period, step, row, _vehicle(read.document.get("vehicle")))
+    document = read.document
+    structure, vehicle = ControllerPart(**plain(document["controller"])), document.get("vehicle")
+    gains = plain(document["gains"])
+    return Controller(
+        airframe or _airframe(read),
+        structure.cascade,
+        structure.options,
+        structure.control_period,
+        structure.plant_step,
+        tuple(gains[gain.address] for gain in gain_addresses(structure.cascade)),
+        None if vehicle is None else _record(vehicle),
+    )
 
 
-def _vehicle(block: Row | None) -> VehicleRecord | None:
-    if block is None:
-        return None
-    settings, parameters = ({row["name"]: row["value"] for row in block[key]} for key in ("settings", "parameters"))
-    return VehicleRecord(**{**block, "settings": settings, "parameters": parameters, "kept": tuple(block["kept"])})
+class NamedValue(NamedTuple):
+    """An entry of the settings or parameters of a vehicle."""
+
+    name: str
+    value: Any
+
+
+def _record(block: Row) -> VehicleRecord:
+    lists = {key: dict(NamedValue(**row) for row in block[key]) for key in ("settings", "parameters")}
+    return VehicleRecord(**{**block, **lists, "kept": tuple(block["kept"])})
 
 
 def _airframe(read: Examined) -> Airframe:

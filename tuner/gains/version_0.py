@@ -13,8 +13,8 @@ from plant.errors import InputError, UnknownNameError
 from plant.input_files import read_input_text
 from plant.laws import LAWS
 from tuner.gains.airframe_block import airframe_block
-from tuner.gains.sections import CONVENTIONS, STRUCTURE, VERSION, Row
-from tuner.gains.ucum import UCUM
+from tuner.gains.quantities import UCUM
+from tuner.gains.sections import CONVENTIONS, FORMAT, STRUCTURE, VERSION, Row
 
 PERIODS = ("control_period", "plant_step", "tilt_limit")
 
@@ -26,7 +26,7 @@ def brought_up(old: Row, path: Path, airframe: Airframe | None) -> Row:
     """
     own = airframe or _airframe(old.get("airframe"), path.parent)
     document: Row = {
-        "format": old["format"],
+        "format": FORMAT,
         "version": VERSION,
         "generator": {"name": "holdfast", "version": "0.1"},
         "conventions": CONVENTIONS,

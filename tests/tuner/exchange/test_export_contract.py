@@ -13,9 +13,9 @@ from plant.errors import InputError
 from plant.gains import gain_addresses
 from tests.tuner.exchange.controllers import controller, pid
 from tuner.api.catalogue import targets
-from tuner.exchange.registry import EXPORTERS, exporter
+from tuner.exchange.registry import EXPORTERS, exporter, settings_of
 from tuner.exchange.run import bundle_of, check_laws
-from tuner.exchange.target import Request, settings_of
+from tuner.exchange.target import Request
 
 VERSION = version("holdfast")
 DIGEST = "0123456789abcdef" * 4

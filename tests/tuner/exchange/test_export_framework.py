@@ -10,8 +10,9 @@ import pytest
 from plant.errors import InputError, StoreError
 from plant.gains import gain_addresses
 from tests.tuner.exchange.controllers import controller, pid
+from tuner.exchange.registry import settings_of
 from tuner.exchange.run import bundle_of, check_laws, export_gains
-from tuner.exchange.target import Bundle, Option, Parameter, Request, Target, number, settings_of
+from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request, number
 from tuner.exchange.verification import verify_export
 from tuner.exchange.writing import sha256
 from tuner.gains import to_document
@@ -29,7 +30,7 @@ def exporter(held=lambda c: c, parameters=(), options=(), laws=()):
             parameters,
         )
 
-    return Target("paper", "A target made of paper", bring, laws, laws, options)
+    return ExportTarget("paper", "A target made of paper", bring, laws, laws, options)
 
 
 def request(given):
@@ -82,7 +83,7 @@ def test_a_law_that_the_target_lacks_is_refused():
 
 
 def test_a_parameter_out_of_range_is_refused_by_name():
-    parameter = Parameter("MC_P", "1", 0.7, 0.7, 0.0, 0.5)
+    parameter = HeldParameter("MC_P", "1", 0.7, 0.7, 0.0, 0.5)
     for held in (0.7, float("nan"), float("inf")):
         with pytest.raises(InputError, match="MC_P"):
             bundle_of(exporter(parameters=(replace(parameter, held=held),)), request(pid()))

@@ -11,7 +11,7 @@ from plant.nominal import mixer_matrix
 from plant.vectors import Rotors
 from tests.tuner.gains.making import airframe, controller, document, rehashed, written
 from tuner.gains import read_gains, to_document
-from tuner.gains.airframe_block import airframe_block, vehicle_of
+from tuner.gains.airframe_block import AirframePart, airframe_block
 from tuner.gains.hashing import canonical_hash
 
 
@@ -25,7 +25,7 @@ def heavier(made, mass=0.75):
 @pytest.mark.parametrize("name", names())
 def test_every_airframe_is_told_bit_for_bit(name, tmp_path, capsys):
     made = document(frame=name)
-    assert vehicle_of(made["airframe"]) == airframe(name).vehicle
+    assert AirframePart(**made["airframe"]).vehicle == airframe(name).vehicle
     if name != "paper-literal":
         assert read_gains(written(tmp_path, made)).airframe == airframe(name)
     assert made["airframe"].get("allow_unphysical", False) is (name == "paper-literal")

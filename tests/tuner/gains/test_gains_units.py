@@ -10,7 +10,7 @@ from objectives.theory import THEOREMS
 from plant.airframes.schema import GROUPS, LENGTH, SCALARS
 from plant.errors import InputError
 from plant.laws import LAWS
-from tuner.gains.ucum import UCUM, ucum
+from tuner.gains.quantities import UCUM, ucum
 from tuner.study.processor_cost.requirement import QUANTITIES
 
 LOOPS = ("position", "attitude")
@@ -102,5 +102,5 @@ def test_roots_are_annotations_that_say_the_powers(unit):
 
 
 def test_an_unknown_unit_says_where_to_add_it():
-    with pytest.raises(InputError, match="furlong.*ucum.py"):
+    with pytest.raises(InputError, match="furlong.*quantities.py"):
         ucum("furlong")

@@ -1,55 +1,40 @@
 """ArduPilot Copter 4.6 and 4.7: our PID as a parameter file `.param`.
 
 Angle loop P around rate loop PI, horizontal position P around velocity PI, vertical position P around velocity P around
-acceleration PI (`ardupilot.map`). Rate gains are normalised by ArduPilot's fixed motor factors of +-0.5. On a vehicle that is
-known (`aboard`) everything that our loops do not carry stays as it is; otherwise every parameter that acts in these loops is
-written, also where it only switches something off. libraries/AC_PID/AC_PID.cpp,
+acceleration PI (`ardupilot.map`). Rate gains are normalised by ArduPilot's fixed motor factors of +-0.5. Where the vehicle is
+not known every parameter that acts in these loops is written, also where it only switches something off.
+libraries/AC_PID/AC_PID.cpp,
 AC_AttitudeControl/AC_PosControl.cpp, AP_Motors/AP_MotorsMatrix.cpp.
 """
 
-from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
 
 from plant.airframes.actuation import Actuation, actuation
-from plant.cascade import ATTITUDE_AXES, AXES
+from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
-from tuner.exchange.aboard import DERIVATIVE, KEEP, OTHERS, Aboard, aboard, said_of_others
+from tuner.exchange.aboard import DERIVATIVE, OTHERS, Aboard, aboard
 from tuner.exchange.ardupilot.import_ import IMPORTER
-from tuner.exchange.ardupilot.map import (
+from tuner.exchange.ardupilot.map import ArduPilot
+from tuner.exchange.ardupilot.ranges import (
+    ACCEL_GAIN,
+    DIALECTS,
     EXPO,
-    YAW_FILTER,
-    accel_share,
-    ardupilot_loops,
-    ardupilot_scales,
-    carried_names,
-    completed,
-    from_ardupilot,
-    held_vertical,
-    switched_off,
-    tilt_limit,
-    to_ardupilot,
+    FIRMWARES,
+    SEPARATOR,
+    Dialect,
+    check_names,
+    translated,
 )
-from tuner.exchange.ardupilot.ranges import DIALECTS, FIRMWARES, Dialect, check_arming, check_names, translated
-from tuner.exchange.ardupilot.text import OLDER, SEPARATORS, modernised, read_param, write_param
-from tuner.exchange.autopilot.parameters import defaults, parameters, single
-from tuner.exchange.autopilot.pid import (
-    axis_gains,
-    check_horizontal,
-    held_cutoff,
-    held_tilt,
-    rate_filters,
-    rate_sources,
-    setpoint_weights,
-    with_gains,
-    with_measured_rates,
-)
+from tuner.exchange.ardupilot.text import OLDER, SEPARATORS, modernised, read_param
+from tuner.exchange.autopilot.assembly import CURVE, curve
+from tuner.exchange.autopilot.parameters import Values
+from tuner.exchange.autopilot.pid import rate_filters, rate_sources, setpoint_weights
 from tuner.exchange.autopilot.scales import Motors, is_plus, motors_text
-from tuner.exchange.target import Bundle, GyroFilter, Option, Request, Target, number
-from tuner.exchange.texts import heading, parameter_comment
+from tuner.exchange.target import FIRMWARE, Bundle, ExportTarget, Option, Request
 from tuner.gains import Controller
 
-FILE = "holdfast.param"
+FILE = DIALECTS["4.6"].file
 # Its numbers of our rotors 1 to 4 in the frames X and plus, and the frame by (plus, first rotor clockwise).
 MOTORS: Motors = (3, 1, 2, 4)
 FRAME_TYPES = {
@@ -59,21 +44,14 @@ FRAME_TYPES = {
     (True, False): "frame plus reversed (FRAME_TYPE 6)",
 }
 
-# Low-pass of the gyro and its default [Hz].
-GYRO, GYRO_CUTOFF = "INS_GYRO_FILTER", 20.0
-
 OPTIONS = (
-    Option("firmware", "version of ArduPilot Copter on the vehicle: names and units differ", FIRMWARES),
+    Option(FIRMWARE, "version of ArduPilot Copter on the vehicle: names and units differ", FIRMWARES),
     Option(
-        "separator", "between name and value: comma (Mission Planner) or blank (MAVProxy)", tuple(SEPARATORS), "comma"
+        SEPARATOR, "between name and value: comma (Mission Planner) or blank (MAVProxy)", tuple(SEPARATORS), "comma"
     ),
+    CURVE,
     Option(
-        "thrust_curve",
-        "factor f of the rotors' thrust T = T_max (f u^2 + (1 - f) u) of the command u, 0 to 1",
-        default="1",
-    ),
-    Option(
-        "accel_gain",
+        ACCEL_GAIN,
         "P gain on the measured vertical acceleration, as a share of the hover throttle per 10 m/s2, 0.2 to 5; vehicle: as it is "
         "on the vehicle, and 1 where that is not known",
         default="vehicle",
@@ -87,39 +65,15 @@ def export(request: Request) -> Bundle:
     """Return the parameter file; raises InputError where the gains have no form in ArduPilot, leave its documented ranges, or
     would keep the vehicle from arming.
     """
-    asked = with_measured_rates(request.controller, yaw_filter=True)
-    dialect = DIALECTS[request.settings["firmware"]]
-    target = f"ArduPilot Copter {dialect.firmware}"
-    check_horizontal(asked, target)
-    rotors = actuation(asked.airframe.vehicle, number(request.settings, "thrust_curve", 0.0, 1.0, "1"))
+    vehicle, dialect = request.controller.airframe.vehicle, DIALECTS[request.settings[FIRMWARE]]
+    ardupilot = ArduPilot(dialect, vehicle, actuation(vehicle, curve(request.settings)))
     present = _aboard(request, dialect)
-    before = {} if present is None else present.values
-    beside = _beside(request, rotors, dialect, present)
-    complete = completed(beside, dialect)
-    counted = request.settings["rate_derivative"] == "inertia"
-    carried = to_ardupilot(asked, rotors, dialect, complete, None if present is None else present.values, counted)
-    wanted = {name: {**carried, **beside}[name] for name in dialect.table if name in carried or name in beside}
-    kept = [name for name, value in beside.items() if before.get(name) == value]
-    written = parameters(dialect.table, wanted, single, target, before, kept)
-    values = {parameter.name: parameter.held for parameter in written}
-    check_arming({**before, **values}, dialect)
-    about = (
-        *heading(request, parameter_comment),
-        f"For {target} and no other version: a vehicle ignores names that it does not know.",
-        _frame(rotors),
-    )
-    assumed = {name: complete[name] for name in (EXPO, dialect.names["az_p"]) if name not in beside}
-    return Bundle(
-        files={FILE: write_param(values, request.settings["separator"], about)},
-        rollback={FILE: _rollback(request, values, dialect, target, present)},
-        held=held_controller(asked, {**before, **complete, **values}, rotors, dialect, counted),
-        differences=(
-            *said_of_others(present, {name: beside[name] for name in kept}, assumed),
-            *_differences(request.controller, {**complete, **values}, rotors, dialect, present),
-        ),
-        target_version=target,
-        parameters=written,
-        gyro=GyroFilter(GYRO, before.get(GYRO, GYRO_CUTOFF), GYRO in before),
+    about = f"For {dialect.name} and no other version: a vehicle ignores names that it does not know."
+    return ardupilot.export(
+        request,
+        present,
+        (about, _frame(ardupilot.rotors)),
+        lambda values, complete: _differences(ardupilot, request.controller, {**complete, **values}, present),
     )
 
 
@@ -129,48 +83,8 @@ def _aboard(request: Request, dialect: Dialect) -> Aboard | None:
     record = request.controller.vehicle
     if present is None or request.previous is not None or record is None:
         return present
-    recorded = DIALECTS[record.settings["firmware"]] if record.settings.get("firmware") in DIALECTS else dialect
+    recorded = DIALECTS.get(record.settings.get(FIRMWARE, ""), dialect)
     return replace(present, values=translated(present.values, recorded, dialect))
-
-
-def _beside(request: Request, rotors: Actuation, dialect: Dialect, present: Aboard | None) -> Mapping[str, float]:
-    """Return what is written beside what our loops carry: as it is on the vehicle, or such that nothing else acts."""
-    settings, vehicle = request.settings, request.controller.airframe.vehicle
-    curve, asked = number(settings, "thrust_curve", 0.0, 1.0, "1"), settings["accel_gain"]
-    share = 1.0 if asked == "vehicle" else number(settings, "accel_gain", 0.2, 5.0, "1")
-    if present is None or settings[OTHERS.name] != KEEP:
-        return switched_off(rotors, dialect, curve) | accel_share(vehicle, rotors, dialect, curve, share)
-    carried = carried_names(dialect)
-    kept = {name: value for name, value in present.values.items() if name in dialect.table and name not in carried}
-    if asked == "vehicle":
-        return kept
-    return kept | accel_share(vehicle, rotors, dialect, completed(kept, dialect)[EXPO], share)
-
-
-def held_controller(
-    asked: Controller, values: Mapping[str, float], rotors: Actuation, dialect: Dialect, counted: bool
-) -> Controller:
-    """Return the controller that ArduPilot flies with rounded parameters; our derivative filters stay as asked."""
-    filters = {axis: axis_gains(asked, axis).t_f for axis in AXES}
-    gains = from_ardupilot(values, asked.airframe.vehicle, rotors, dialect, filters, counted)
-    tilt, cutoff = held_tilt(tilt_limit(values, dialect)[0]), held_cutoff(values[YAW_FILTER])
-    options = replace(asked.options, tilt_limit=tilt, yaw_torque_cutoff=cutoff)
-    return replace(with_gains(asked, gains), options=options)
-
-
-def _rollback(
-    request: Request, values: Mapping[str, float], dialect: Dialect, target: str, present: Aboard | None
-) -> bytes:  # fmt: skip
-    """Return the file that restores the previous parameters; those that are not known are the defaults."""
-    before = {} if present is None else present.values
-    usual = defaults(dialect.table)
-    missing = [name for name in values if name not in before]
-    source = f"the defaults of {target}: no previous parameter file was given" if present is None else present.origin
-    about = [*heading(request, parameter_comment)[:2], f"Rollback to {source}."]
-    if present is not None and missing:
-        about.append(f"At the default of {target}, for that file lacks them: {', '.join(missing)}")
-    back = {name: before.get(name, usual[name]) for name in values}
-    return write_param(back, request.settings["separator"], about)
 
 
 def _previous(file: Path, dialect: Dialect) -> dict[str, float]:
@@ -191,11 +105,11 @@ def _frame(rotors: Actuation) -> str:
 
 
 def _differences(
-    controller: Controller, values: Mapping[str, float], rotors: Actuation, dialect: Dialect, present: Aboard | None
+    ardupilot: ArduPilot, controller: Controller, values: Values, present: Aboard | None
 ) -> tuple[str, ...]:
-    vehicle = controller.airframe.vehicle
-    accel = held_vertical(values, ardupilot_scales(vehicle, rotors, values[EXPO]), dialect).accel
-    weights = {axis: loop.setpoint_weight for axis, loop in ardupilot_loops(values, vehicle, rotors, dialect).items()}
+    dialect, thrust_max = ardupilot.version, ardupilot.rotors.thrust_max
+    accel = ardupilot.vertical(values).accel
+    weights = {axis: loop.setpoint_weight for axis, loop in ardupilot.loops(values).items()}
     position = "PSC_ACCZ_FLTE" if dialect.firmware == "4.6" else "PSC_D_ACC_FLTE"
     return (
         *rate_sources(controller, yaw_filter=True),
@@ -213,25 +127,25 @@ def _differences(
         "small errors only.",
         "Anti-windup differs: ArduPilot lets an integral only shrink while its output is limited and clips it at its IMAX "
         f"({values['ATC_RAT_RLL_IMAX']:g} of the normalised torque in roll; "
-        f"{values[dialect.names['vxy_imax']] / dialect.metre:g} m/s2 for the horizontal velocity), ours back-calculates with "
+        f"{values[dialect.roles['vxy_imax']] / dialect.metre:g} m/s2 for the horizontal velocity), ours back-calculates with "
         "ki/kp.",
         f"Thrust is linearised by MOT_THST_EXPO = {values[EXPO]:.4g} between MOT_SPIN_MIN and MOT_SPIN_MAX: "
-        f"the largest thrust ({rotors.thrust_max:.4g} N of each rotor) is taken at MOT_SPIN_MAX, and none at MOT_SPIN_MIN.",
+        f"the largest thrust ({thrust_max:.4g} N of each rotor) is taken at MOT_SPIN_MAX, and none at MOT_SPIN_MIN.",
         "The battery's voltage scales the thrust unless MOT_BAT_VOLT_MAX and MOT_BAT_VOLT_MIN are set; ours is constant.",
         *_older(controller, present),
     )
 
 
-def _switched_off(values: Mapping[str, float], dialect: Dialect) -> tuple[str, ...]:
+def _switched_off(values: Values, dialect: Dialect) -> tuple[str, ...]:
     """Return sentences on what is written only to switch something off."""
     sentences = []
     if values["ATC_RAT_RLL_FLTT"] == 100.0:
         sentences.append(
             "The rate target, which holds the measured angle, is low-passed by ATC_RAT_*_FLTT, set to 100 Hz for roll and "
             "pitch and 50 Hz for yaw, the highest documented; ours is not. "
-            f"{dialect.names['vxy_flte']} and {dialect.names['vz_flte']} (default 5 Hz) are switched off."
+            f"{dialect.roles['vxy_flte']} and {dialect.roles['vz_flte']} (default 5 Hz) are switched off."
         )
-    if values["ATC_RAT_RLL_D"] == values[dialect.names["vxy_d"]] == 0.0:
+    if values["ATC_RAT_RLL_D"] == values[dialect.roles["vxy_d"]] == 0.0:
         sentences.append(
             "The D, FF, D_FF and SMAX terms are 0: ArduPilot's derivative of the filtered rate error and its slew limiter have "
             "no counterpart in our law."
@@ -250,7 +164,7 @@ def _older(controller: Controller, present: Aboard | None) -> tuple[str, ...]:
     )
 
 
-TARGET = Target(
+TARGET = ExportTarget(
     name="ardupilot",
     title="ArduPilot Copter 4.6 or 4.7, parameter file",
     export=export,

@@ -4,99 +4,75 @@ Files of Copter 3.3 to 4.5 are read as 4.6, under the names that the firmware's 
 """
 
 from collections.abc import Mapping
-from dataclasses import replace
 from pathlib import Path
 
 from plant.airframes import Airframe
 from plant.airframes.actuation import actuation
 from plant.errors import InputError
-from tuner.exchange.ardupilot.map import (
-    EXPO,
+from tuner.exchange.aboard import DERIVATIVE
+from tuner.exchange.ardupilot.map import ArduPilot
+from tuner.exchange.ardupilot.ranges import (
+    AROUND,
+    DIALECTS,
+    FIRMWARES,
     SHORT,
     YAW_FILTER,
-    added_inertia,
-    ardupilot_scales,
-    carried_names,
-    completed,
-    from_ardupilot,
-    held_vertical,
-    names,
-    tilt_limit,
+    Dialect,
+    check_names,
 )
-from tuner.exchange.ardupilot.ranges import AROUND, DIALECTS, FIRMWARES, Dialect, check_names
 from tuner.exchange.ardupilot.text import OLDER, WHAT, Modern, modernised, read_param
 from tuner.exchange.autopilot.assembly import (
     ATTITUDE_FILTER,
     CURVE,
-    DERIVATIVE,
     POSITION_FILTER,
     absent_note,
-    assumed_note,
     control_period,
-    controller,
     curve,
-    filters,
-    inertia_note,
-    kept_notes,
-    record_of,
-    tilt_note,
     unused_note,
     version_note,
 )
-from tuner.exchange.autopilot.parameters import stated
-from tuner.exchange.autopilot.pid import held_cutoff
-from tuner.exchange.target import Imported, Importer, Option
+from tuner.exchange.autopilot.cascade import ParameterFile, imported
+from tuner.exchange.autopilot.parameters import defaults, stated
+from tuner.exchange.target import FIRMWARE, ImportedController, Importer, Option
 
-FIRMWARE = Option("firmware", "version of ArduPilot Copter that the file is of: names and units differ", FIRMWARES)
+VERSION = Option(FIRMWARE, "version of ArduPilot Copter that the file is of: names and units differ", FIRMWARES)
 # Versions that a firmware's names and units hold for.
 READ_AS = {"4.6": ("4.5", "4.6"), "4.7": ("4.7", "4.8")}
 
 
-def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Imported:
+def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
     """Return the controller of a file; raises InputError naming file and parameter."""
-    dialect = DIALECTS[settings["firmware"]]
+    dialect = DIALECTS[settings[FIRMWARE]]
     plain = read_param(file)
     check_names(plain, dialect, file)
     version = stated(file, WHAT).version
     check_version(version, dialect, file)
     modern = modernised(plain, file)
     check_age(modern, dialect, file)
-    given, target = modern.values, _target(dialect, modern, version)
-    vehicle, rotors = airframe.vehicle, actuation(airframe.vehicle, curve(settings))
-    values = completed(given, dialect)
-    counted = settings[DERIVATIVE.name] == "inertia"
-    gains = from_ardupilot(values, vehicle, rotors, dialect, filters(settings), counted)
-    shares = {names(dialect)[axis][3]: share for axis, share in added_inertia(values, vehicle, rotors, dialect).items()}
-    tilt, tilt_name = tilt_limit(values, dialect)
-    accel = held_vertical(values, ardupilot_scales(vehicle, rotors, values[EXPO]), dialect).accel
-    known = [name for name in given if name in dialect.table or name.startswith(AROUND)]
-    record = record_of(file, "ardupilot", target, settings, given, known, carried_names(dialect))
-    untouched = tuple(name for name in given if name not in record.parameters)
+    given, target = modern.values, _target(dialect, modern)
+    ardupilot = ArduPilot(dialect, airframe.vehicle, actuation(airframe.vehicle, curve(settings)))
+    values = ardupilot.completed(given)
+    accel = ardupilot.vertical(values).accel
+    filters = [name for name in _named(dialect, "FLTE", "vxy_flte", "vz_flte") if name != YAW_FILTER]
     notes = (
         f"Read as {target}, with the rotors of the airframe {airframe.name} in the frame that the vehicle is set up with.",
         *version_note(version, target, READ_AS[dialect.firmware]),
         *_old_notes(modern),
-        *absent_note(given, completed({}, dialect), f"ArduPilot Copter {dialect.firmware}"),
+        *absent_note(given, defaults(dialect.table), dialect.name),
         f"The PI on the vertical acceleration has K = {accel:.3g}; our z gains have the same poles without it.",
-        *inertia_note(shares, counted),
+    )
+    later_notes = (
         *unused_note(values, _named(dialect, "FF", "vxy_ff", "vz_ff", "az_ff"), "Feed-forward is left out"),
+        *unused_note(values, filters, "Low-pass filters of errors [Hz] are left out"),
         *unused_note(
             values,
-            tuple(name for name in _named(dialect, "FLTE", "vxy_flte", "vz_flte") if name != YAW_FILTER),
-            "Low-pass filters of errors [Hz] are left out",
-        ),
-        *unused_note(
-            values,
-            tuple(dialect.names[role] for role in ("vz_i", "vz_d", "az_d")),
+            dialect.named("vz_i", "vz_d", "az_d"),
             "Terms that our law has not are left out",
         ),
-        *tilt_note(tilt, tilt_name),
-        *kept_notes(record, untouched),
-        assumed_note(settings),
     )
-    found = controller(file, airframe, gains, tilt, settings)
-    options = replace(found.options, yaw_torque_cutoff=held_cutoff(values[YAW_FILTER]))
-    return Imported(replace(found, options=options, vehicle=record), notes, untouched)
+    known = [name for name in given if name in dialect.table or name.startswith(AROUND)]
+    described = ParameterFile(file, given, target, known, notes, later_notes)
+    return imported(ardupilot, described, airframe, settings, values)
 
 
 def check_version(version: str | None, dialect: Dialect, file: Path) -> None:
@@ -119,10 +95,9 @@ def check_age(modern: Modern, dialect: Dialect, file: Path) -> None:
         raise InputError(message, file=file, key=old)
 
 
-def _target(dialect: Dialect, modern: Modern, version: str | None) -> str:
+def _target(dialect: Dialect, modern: Modern) -> str:
     """Return what the file is, as a record keeps it."""
-    target = f"ArduPilot Copter {dialect.firmware}"
-    return f"ArduPilot Copter {OLDER} as {dialect.firmware}" if modern.renamed else target
+    return f"ArduPilot Copter {OLDER} as {dialect.firmware}" if modern.renamed else dialect.name
 
 
 def _old_notes(modern: Modern) -> tuple[str, ...]:
@@ -144,13 +119,12 @@ def _old_notes(modern: Modern) -> tuple[str, ...]:
 
 
 def _named(dialect: Dialect, rate_term: str, *roles: str) -> tuple[str, ...]:
-    rates = tuple(f"ATC_RAT_{short}_{rate_term}" for short in SHORT.values())
-    return (*rates, *(dialect.names[role] for role in roles))
+    return (*(f"ATC_RAT_{short}_{rate_term}" for short in SHORT.values()), *dialect.named(*roles))
 
 
 IMPORTER = Importer(
     name="ardupilot",
     title="ArduPilot Copter 4.6 or 4.7, parameter file",
-    options=(FIRMWARE, control_period("0.0025"), CURVE, ATTITUDE_FILTER, POSITION_FILTER, DERIVATIVE),
+    options=(VERSION, control_period("0.0025"), CURVE, ATTITUDE_FILTER, POSITION_FILTER, DERIVATIVE),
     read=read,
 )

@@ -16,27 +16,39 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plant.errors import InputError
-from tuner.exchange.autopilot.parameters import Entry
+from tuner.exchange.autopilot.cascade import CascadeNames, ParameterSet
+from tuner.exchange.autopilot.parameters import ParameterInfo, Values
 
 TORQUE = "normalised torque"
 OFF = "nothing: it is switched off"
 FIRMWARES = ("4.6", "4.7")
+# Options of the export.
+ACCEL_GAIN, SEPARATOR = "accel_gain", "separator"
+EXPO, TILT = "MOT_THST_EXPO", "PSC_ANGLE_MAX"
+# Low-pass of the rate error of yaw: with neither D nor FF the same as one on the torque.
+YAW_FILTER = "ATC_RAT_YAW_FLTE"
+SHORT = {"roll": "RLL", "pitch": "PIT", "yaw": "YAW"}
+# Roles that our vertical loop carries, and those that scale it.
+VERTICAL, SCALING = ("z_p", "vz_p", "az_i"), ("az_p",)
 
 
 @dataclass(frozen=True)
-class Dialect:
-    """Names of the position parameters in a version, and their units.
+class Dialect(ParameterSet):
+    """Parameters of a version, and the units of its position loops.
 
-    names: our name of a role -> parameter. acceleration: throttle per m/s2 for one unit of the acceleration gains. metre: the
-    integral limit of 1 m/s2; whole: integral limit of the whole throttle. table: every parameter that is written.
+    roles: our name of a role -> parameter. acceleration: throttle per m/s2 for one unit of the acceleration gains. metre: the
+    integral limit of 1 m/s2; whole: integral limit of the whole throttle.
     """
 
     firmware: str
-    names: Mapping[str, str]
+    roles: Mapping[str, str]
     acceleration: float
     metre: float
     whole: float
-    table: Mapping[str, Entry]
+
+    def named(self, *roles: str) -> tuple[str, ...]:
+        """Return the parameters of roles."""
+        return tuple(self.roles[role] for role in roles)
 
 
 NAMES_46 = {
@@ -52,6 +64,7 @@ NAMES_47 = {
     "az_p": "PSC_D_ACC_P", "az_i": "PSC_D_ACC_I", "az_d": "PSC_D_ACC_D", "az_imax": "PSC_D_ACC_IMAX", "az_ff": "PSC_D_ACC_FF",
 }  # fmt: skip
 
+VERTICAL_GAINS = "z.kp, z.ki, z.kd or --set accel_gain"
 # Role -> unit, what of ours it follows from.
 ROLES = {
     "xy_p": ("1/s", "x.kp, x.ki or x.kd"),
@@ -60,18 +73,14 @@ ROLES = {
     "vxy_d": ("1", OFF),
     "vxy_flte": ("Hz", OFF),
     "vxy_ff": ("1/s", OFF),
-    "z_p": ("1/s", "z.kp, z.ki, z.kd or --set accel_gain"),
-    "vz_p": ("1/s", "z.kp, z.ki, z.kd or --set accel_gain"),
+    "z_p": ("1/s", VERTICAL_GAINS),
+    "vz_p": ("1/s", VERTICAL_GAINS),
     "vz_i": ("1/s2", OFF),
     "vz_d": ("1", OFF),
     "vz_flte": ("Hz", OFF),
     "vz_ff": ("1/s", OFF),
     "az_d": ("throttle", OFF),
     "az_ff": ("throttle", OFF),
-}
-ACCELERATION = {
-    "az_p": "the airframe or --set accel_gain",
-    "az_i": "z.kp, z.ki, z.kd or --set accel_gain",
 }
 # Role -> low, high, default.
 RANGES_46 = {
@@ -90,22 +99,22 @@ RANGES_47 = {
 }  # fmt: skip
 
 
-def _rate(name: str, ours: str, p: tuple[float, float, float], i: tuple[float, float, float]) -> list[Entry]:
+def _rate(name: str, ours: str, p: tuple[float, float, float], i: tuple[float, float, float]) -> list[ParameterInfo]:
     """Return one angle and rate loop; p, i: low, high, default."""
     rate, yaw = f"ATC_RAT_{name}", name == "YAW"
     flte = (0.0, 20.0, 2.5) if yaw else (0.0, 100.0, 0.0)
     fltt = (1.0, 50.0, 20.0) if yaw else (5.0, 100.0, 20.0)
     return [
-        Entry(f"ATC_ANG_{name}_P", "1/s", 3.0, 12.0, 4.5, f"{ours}.kp, {ours}.ki or {ours}.kd"),
-        Entry(f"{rate}_P", f"{TORQUE} per rad/s", *p, f"{ours}.kd"),
-        Entry(f"{rate}_I", f"{TORQUE} per rad", *i, f"{ours}.ki"),
-        Entry(f"{rate}_D", f"{TORQUE} per rad/s2", 0.0, 0.02 if yaw else 0.05, 0.0 if yaw else 0.0036, OFF),
-        Entry(f"{rate}_FF", f"{TORQUE} per rad/s", 0.0, 0.5, 0.0, OFF),
-        Entry(f"{rate}_D_FF", f"{TORQUE} per rad/s2", 0.0, 0.02, 0.0, OFF),
-        Entry(f"{rate}_IMAX", TORQUE, 0.0, 1.0, 0.5, "nothing: it is the whole torque"),
-        Entry(f"{rate}_FLTT", "Hz", *fltt, "nothing: it is the highest documented"),
-        Entry(f"{rate}_FLTE", "Hz", *flte, "controller.yaw_torque_cutoff" if yaw else OFF),
-        Entry(f"{rate}_SMAX", "1/s", 0.0, 200.0, 0.0, OFF),
+        ParameterInfo(f"ATC_ANG_{name}_P", "1/s", 3.0, 12.0, 4.5, f"{ours}.kp, {ours}.ki or {ours}.kd"),
+        ParameterInfo(f"{rate}_P", f"{TORQUE} per rad/s", *p, f"{ours}.kd"),
+        ParameterInfo(f"{rate}_I", f"{TORQUE} per rad", *i, f"{ours}.ki"),
+        ParameterInfo(f"{rate}_D", f"{TORQUE} per rad/s2", 0.0, 0.02 if yaw else 0.05, 0.0 if yaw else 0.0036, OFF),
+        ParameterInfo(f"{rate}_FF", f"{TORQUE} per rad/s", 0.0, 0.5, 0.0, OFF),
+        ParameterInfo(f"{rate}_D_FF", f"{TORQUE} per rad/s2", 0.0, 0.02, 0.0, OFF),
+        ParameterInfo(f"{rate}_IMAX", TORQUE, 0.0, 1.0, 0.5, "nothing: it is the whole torque"),
+        ParameterInfo(f"{rate}_FLTT", "Hz", *fltt, "nothing: it is the highest documented"),
+        ParameterInfo(f"{rate}_FLTE", "Hz", *flte, "controller.yaw_torque_cutoff" if yaw else OFF),
+        ParameterInfo(f"{rate}_SMAX", "1/s", 0.0, 200.0, 0.0, OFF),
     ]
 
 
@@ -117,24 +126,44 @@ def _dialect(
     metre: float,
     whole: float,
 ) -> Dialect:
-    units = {role: (unit, source) for role, (unit, source) in ROLES.items()}
     gain = "throttle per m/s2" if scale == 1.0 else "1/10 throttle per m/s2"
-    units |= {"az_p": (gain, ACCELERATION["az_p"]), "az_i": (f"{gain} and s", ACCELERATION["az_i"])}
+    units = ROLES | {"az_p": (gain, "the airframe or --set accel_gain"), "az_i": (f"{gain} and s", VERTICAL_GAINS)}
     units |= {"vxy_imax": ("m/s2" if metre == 1.0 else "cm/s2", "nothing: it is 10 m/s2")}
     units |= {"az_imax": ("throttle" if whole == 1.0 else "1/1000 throttle", "nothing: it is the whole throttle")}
-    position = [Entry(names[role], units[role][0], *ranges[role], units[role][1]) for role in names]
+    position = [ParameterInfo(names[role], units[role][0], *ranges[role], units[role][1]) for role in names]
     attitude = [
         *_rate("RLL", "roll", (0.01, 0.5, 0.135), (0.01, 2.0, 0.135)),
         *_rate("PIT", "pitch", (0.01, 0.5, 0.135), (0.01, 2.0, 0.135)),
         *_rate("YAW", "yaw", (0.1, 2.5, 0.18), (0.01, 1.0, 0.018)),
     ]
     common = [
-        Entry("PSC_ANGLE_MAX", "deg", 0.0, 45.0, 0.0, "controller.tilt_limit"),
-        Entry("MOT_THST_EXPO", "1", -1.0, 1.0, 0.65, "--set thrust_curve"),
-        Entry("MOT_THST_HOVER", "1", 0.2, 0.8, 0.35, "the airframe or --set thrust_curve"),
+        ParameterInfo("PSC_ANGLE_MAX", "deg", 0.0, 45.0, 0.0, "controller.tilt_limit"),
+        ParameterInfo("MOT_THST_EXPO", "1", -1.0, 1.0, 0.65, "--set thrust_curve"),
+        ParameterInfo("MOT_THST_HOVER", "1", 0.2, 0.8, 0.35, "the airframe or --set thrust_curve"),
     ]
-    table = {entry.name: entry for entry in (*attitude, *position, *common)}
-    return Dialect(firmware, names, scale, metre, whole, table)
+    cascades = {
+        axis: CascadeNames(f"ATC_ANG_{short}_P", *(f"ATC_RAT_{short}_{term}" for term in "PID"))
+        for axis, short in SHORT.items()
+    } | {"x": CascadeNames(*(names[role] for role in ("xy_p", "vxy_p", "vxy_i", "vxy_d")))}
+    own = {name for entries in cascades.values() for name in entries[:3]} | {names[role] for role in VERTICAL}
+    return Dialect(
+        target="ardupilot",
+        name=f"ArduPilot Copter {firmware}",
+        file="holdfast.param",
+        table={entry.name: entry for entry in (*attitude, *position, *common)},
+        names=cascades,
+        # The P gain on the acceleration is free, and so not among them.
+        carried=frozenset(own | {TILT, YAW_FILTER}),
+        scaling=(EXPO, *(names[role] for role in SCALING)),
+        yaw_filter=YAW_FILTER,
+        gyro="INS_GYRO_FILTER",
+        gyro_cutoff=20.0,
+        firmware=firmware,
+        roles=names,
+        acceleration=scale,
+        metre=metre,
+        whole=whole,
+    )
 
 
 # What acts in or around these loops and is never written begins with one of these: an import names it where a file has it.
@@ -144,7 +173,7 @@ AROUND = (
 )  # fmt: skip
 
 
-def translated(values: Mapping[str, float], source: Dialect, target: Dialect) -> dict[str, float]:
+def translated(values: Values, source: Dialect, target: Dialect) -> dict[str, float]:
     """Return parameters of one dialect under the names and in the units of another; raises nothing, other names stay."""
     if source.firmware == target.firmware:
         return dict(values)
@@ -153,9 +182,9 @@ def translated(values: Mapping[str, float], source: Dialect, target: Dialect) ->
         "vxy_imax": target.metre / source.metre,
         "az_imax": target.whole / source.whole,
     }
-    roles = {name: role for role, name in source.names.items()}
+    roles = {name: role for role, name in source.roles.items()}
     found = {
-        target.names[roles[name]] if name in roles else name: units.get(roles.get(name, ""), 1.0) * value
+        target.roles[roles[name]] if name in roles else name: units.get(roles.get(name, ""), 1.0) * value
         for name, value in values.items()
     }
     for name, (other, unit) in LEAN_ANGLE[target.firmware].items():
@@ -168,10 +197,10 @@ def translated(values: Mapping[str, float], source: Dialect, target: Dialect) ->
 LEAN_ANGLE = {"4.6": {"ANGLE_MAX": ("ATC_ANGLE_MAX", 100.0)}, "4.7": {"ATC_ANGLE_MAX": ("ANGLE_MAX", 0.01)}}
 
 
-def check_names(values: Mapping[str, float], dialect: Dialect, file: Path) -> None:
+def check_names(values: Values, dialect: Dialect, file: Path) -> None:
     """Refuse a file with names of the other version; raises InputError that names the right one."""
     for other in DIALECTS.values():
-        foreign = sorted((set(other.names.values()) - set(dialect.names.values())) & set(values))
+        foreign = sorted((set(other.roles.values()) - set(dialect.roles.values())) & set(values))
         if foreign:
             raise InputError(
                 f"is a name of Copter {other.firmware}, and the file is read as {dialect.firmware}: units differ by up to 1000; "
@@ -191,11 +220,10 @@ DIALECTS = {
 # What counts as above 0 there: FLT_EPSILON of is_positive.
 SMALLEST = 1.1920929e-7
 POSITIVE_ROLES = ("xy_p", "z_p", "vz_p", "az_p", "az_i")
-SHORTS = ("RLL", "PIT", "YAW")
 BALANCE = {"ACRO_BAL_ROLL": "ATC_ANG_RLL_P", "ACRO_BAL_PITCH": "ATC_ANG_PIT_P"}
 
 
-def check_arming(values: Mapping[str, float], dialect: Dialect) -> None:
+def check_arming(values: Values, dialect: Dialect) -> None:
     """Refuse parameters with which a vehicle does not arm; values: what it has with the file; raises InputError naming one."""
     for name in positive_names(values, dialect):
         if name in values and not values[name] >= SMALLEST:
@@ -213,10 +241,10 @@ def check_arming(values: Mapping[str, float], dialect: Dialect) -> None:
             )
 
 
-def positive_names(values: Mapping[str, float], dialect: Dialect) -> list[str]:
+def positive_names(values: Values, dialect: Dialect) -> list[str]:
     """Return what must be above 0; P and I of a rate loop may be 0 where it has feed-forward."""
-    names = [dialect.names[role] for role in POSITIVE_ROLES] + [f"ATC_ANG_{short}_P" for short in SHORTS]
-    for short in SHORTS:
+    names = [*dialect.named(*POSITIVE_ROLES), *(f"ATC_ANG_{short}_P" for short in SHORT.values())]
+    for short in SHORT.values():
         if not values.get(f"ATC_RAT_{short}_FF", 0.0) >= SMALLEST:
-            names += [f"ATC_RAT_{short}_P", f"ATC_RAT_{short}_I"]
+            names += (f"ATC_RAT_{short}_P", f"ATC_RAT_{short}_I")
     return names

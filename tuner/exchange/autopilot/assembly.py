@@ -1,7 +1,7 @@
 """From gains by axis to a controller: what every importer does once it has them."""
 
 import hashlib
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterable, Mapping
 from math import ceil, degrees
 from pathlib import Path
 
@@ -13,9 +13,8 @@ from plant.input_files import read_input
 from plant.laws import law
 from plant.laws.pid import Gains
 from plant.nominal import ControlOptions
-from tuner.exchange.aboard import DERIVATIVE as DERIVATIVE
 from tuner.exchange.aboard import plain_name
-from tuner.exchange.autopilot.pid import held_tilt, weighted, with_gains
+from tuner.exchange.autopilot.pid import held_tilt, with_gains
 from tuner.exchange.target import Option, number
 from tuner.gains import Controller, VehicleRecord
 from tuner.gains.ranges import LONGEST, SHORTEST, check_plant_step, check_value, timing_of
@@ -58,11 +57,6 @@ def assumed_note(settings: Mapping[str, str]) -> str:
         f"({settings[ATTITUDE_FILTER.name]} s in the attitude, {settings[POSITION_FILTER.name]} s in the position loops): "
         "give --set control_period, attitude_filter, position_filter."
     )
-
-
-def lightened(gains: Gains, share: float) -> Gains:
-    """Return the gains of a loop whose derivative on the acceleration adds a share of the inertia."""
-    return weighted(gains, 1.0 / (1.0 + share))
 
 
 def controller(
@@ -128,7 +122,7 @@ def inertia_note(shares: Mapping[str, float], counted: bool) -> tuple[str, ...]:
     )
 
 
-def unused_note(values: Mapping[str, float], names: tuple[str, ...], what: str) -> tuple[str, ...]:
+def unused_note(values: Mapping[str, float], names: Iterable[str], what: str) -> tuple[str, ...]:
     """Return a sentence that names the parameters among some that are not 0."""
     there = [f"{name} = {values[name]:g}" for name in names if values.get(name, 0.0) != 0.0]
     return (f"{what}: {', '.join(there)}.",) if there else ()

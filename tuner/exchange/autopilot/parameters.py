@@ -15,7 +15,7 @@ import numpy as np
 
 from plant.errors import InputError, one_line, shortened
 from plant.input_files import read_input_text
-from tuner.exchange.target import Parameter
+from tuner.exchange.target import HeldParameter
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 # Comments that tell where a file is from: "# Version: 1.16.0" and "# ArduCopter V3.4.6 (e707341b)".
@@ -98,11 +98,13 @@ def as_bytes(lines: list[str]) -> bytes:
 
 
 Rounding = Callable[[float], float]
-NOTHING: Mapping[str, float] = {}
+Values = Mapping[str, float]
+# Name of a parameter -> value in the target's unit.
+NOTHING: Values = {}
 
 
 @dataclass(frozen=True)
-class Entry:
+class ParameterInfo:
     """One parameter of a target: name, unit, documented range and default, and what of ours it follows from."""
 
     name: str
@@ -113,19 +115,19 @@ class Entry:
     source: str
 
 
-def unbounded(name: str, unit: str, low: float, usual: float, source: str) -> Entry:
+def unbounded(name: str, unit: str, low: float, usual: float, source: str) -> ParameterInfo:
     """Return an entry without a documented upper limit; that of float32 stands in its place."""
-    return Entry(name, unit, low, MOST, usual, source)
+    return ParameterInfo(name, unit, low, MOST, usual, source)
 
 
 def parameters(
-    table: Mapping[str, Entry],
-    values: Mapping[str, float],
+    table: Mapping[str, ParameterInfo],
+    values: Values,
     rounding: Rounding,
     target: str,
-    before: Mapping[str, float] = NOTHING,
+    before: Values = NOTHING,
     kept: Collection[str] = (),
-) -> tuple[Parameter, ...]:
+) -> tuple[HeldParameter, ...]:
     """Return every value with its entry, rounded; target: name and version, for the messages; before: what is on the vehicle;
     kept: names that stay as they are there.
 
@@ -144,33 +146,35 @@ def parameters(
     return tuple(found)
 
 
-def fits(parameter: Parameter) -> bool:
+def fits(parameter: HeldParameter) -> bool:
     """Return whether a value lies in its documented range, or is on the vehicle already."""
     return parameter.low <= parameter.held <= parameter.high or parameter.held == parameter.before
 
 
-def _parameter(entry: Entry, asked: float, rounding: Rounding, before: float | None, kept: bool) -> Parameter:
+def _parameter(
+    entry: ParameterInfo, asked: float, rounding: Rounding, before: float | None, kept: bool
+) -> HeldParameter:
     held = rounding(asked) if isfinite(asked) else asked
     low, high = single(entry.low), single(entry.high)
-    return Parameter(entry.name, entry.unit, asked, held, low, high, entry.usual, before, kept)
+    return HeldParameter(entry.name, entry.unit, asked, held, low, high, entry.usual, before, kept)
 
 
-def _outside(entry: Entry, asked: float) -> str:
+def _outside(entry: ParameterInfo, asked: float) -> str:
     unit = "" if entry.unit == "1" else f" {entry.unit}"
     limit = f"at least {entry.low:g}" if entry.high == MOST else f"{entry.low:g} to {entry.high:g}"
     return f"works out at {asked:.6g}{unit}, allowed {limit}{unit}: change {entry.source}"
 
 
-def misfit(table: Mapping[str, Entry], values: Mapping[str, float]) -> float:
+def misfit(table: Mapping[str, ParameterInfo], values: Values) -> float:
     """Return how far values leave their documented ranges, each in widths of its range, added up; 0 where all fit."""
     return sum(_overshoot(table[name], value) for name, value in values.items())
 
 
-def _overshoot(entry: Entry, value: float) -> float:
+def _overshoot(entry: ParameterInfo, value: float) -> float:
     low, high, given = single(entry.low), single(entry.high), single(value)
     return max(low - given, given - high, 0.0) / (high - low)
 
 
-def defaults(table: Mapping[str, Entry]) -> dict[str, float]:
+def defaults(table: Mapping[str, ParameterInfo]) -> dict[str, float]:
     """Return the target's default of every parameter."""
     return {entry.name: entry.usual for entry in table.values()}

@@ -15,6 +15,7 @@ from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
 from plant.gains import gain_addresses
+from tuner.exchange.autopilot.assembly import curve
 from tuner.exchange.autopilot.parameters import parameters
 from tuner.exchange.autopilot.scales import motors_text
 from tuner.exchange.betaflight.export import (
@@ -27,7 +28,7 @@ from tuner.exchange.betaflight.export import (
 )
 from tuner.exchange.betaflight.map import ADRC_SWITCHES, ADRC_TABLE, betaflight_torque, reversed_yaw
 from tuner.exchange.betaflight.text import profile, write_cli
-from tuner.exchange.target import Bundle, Request, Target, number
+from tuner.exchange.target import Bundle, ExportTarget, Request
 from tuner.exchange.texts import heading, parameter_comment
 from tuner.gains import Controller
 
@@ -44,7 +45,7 @@ def export(request: Request) -> Bundle:
     """Return the file; raises InputError where the gains have no counterpart or leave the ranges."""
     asked = request.controller
     check_damping(asked)
-    rotors = actuation(asked.airframe.vehicle, number(request.settings, "thrust_curve", 0.0, 1.0, "1"))
+    rotors = actuation(asked.airframe.vehicle, curve(request.settings))
     written = parameters(ADRC_TABLE, to_adrc(asked, rotors), nearest, NAME)
     values = {parameter.name: parameter.held for parameter in written}
     about = (
@@ -120,7 +121,7 @@ def _differences(controller: Controller, values: dict[str, float], rotors: Actua
     )  # fmt: skip
 
 
-TARGET = Target(
+TARGET = ExportTarget(
     name="betaflight-adrc",
     title="Betaflight with ADRC (pull request 15400), settings for the command line",
     export=export,

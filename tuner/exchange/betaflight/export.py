@@ -11,7 +11,8 @@ from math import degrees
 from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError, shortened
-from tuner.exchange.autopilot.parameters import Entry, defaults, parameters
+from tuner.exchange.autopilot.assembly import CURVE, curve
+from tuner.exchange.autopilot.parameters import ParameterInfo, defaults, parameters
 from tuner.exchange.autopilot.pid import (
     axis_gains,
     rate_filters,
@@ -23,6 +24,7 @@ from tuner.exchange.autopilot.pid import (
 from tuner.exchange.autopilot.scales import Motors, command_slope, motors_text
 from tuner.exchange.betaflight.import_ import IMPORTER
 from tuner.exchange.betaflight.map import (
+    ANGLE_LIMIT,
     EXTRA,
     LEVEL,
     SWITCHES,
@@ -34,7 +36,7 @@ from tuner.exchange.betaflight.map import (
     to_betaflight,
 )
 from tuner.exchange.betaflight.text import profile, read_cli, read_release, read_selected, whole, write_cli
-from tuner.exchange.target import Bundle, Option, Parameter, Request, Target, number
+from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request
 from tuner.exchange.texts import heading, parameter_comment
 from tuner.gains import Controller
 
@@ -50,11 +52,7 @@ LOADING = (
 )
 
 OPTIONS = (
-    Option(
-        "thrust_curve",
-        "factor f of the rotors' thrust T = T_max (f u^2 + (1 - f) u) of the command u, 0 to 1",
-        default="1",
-    ),
+    CURVE,
     Option("profile", "PID profile that is written, 0 to 3", default="0"),
 )
 
@@ -62,7 +60,7 @@ OPTIONS = (
 def export(request: Request) -> Bundle:
     """Return the file; raises InputError where the gains have no form in Betaflight or leave its ranges."""
     asked = with_measured_rates(request.controller)
-    rotors = actuation(asked.airframe.vehicle, number(request.settings, "thrust_curve", 0.0, 1.0, "1"))
+    rotors = actuation(asked.airframe.vehicle, curve(request.settings))
     before = aboard(request)
     check_level(asked, rotors, before)
     wanted = to_betaflight(asked, rotors, before)
@@ -101,11 +99,9 @@ def aboard(request: Request) -> dict[str, float]:
             "date, then give its file"
         )
         raise InputError(message, file=file, key="version")
-    if texts.get("use_integrated_yaw", "OFF") != "OFF":
-        given = shortened(texts["use_integrated_yaw"])
-        message = (
-            f"given {given}; integrated yaw is another law than PID: set it OFF on the vehicle and give its file again"
-        )
+    if (integrated := texts.get("use_integrated_yaw", "OFF")) != "OFF":
+        law = "integrated yaw is another law than PID"
+        message = f"given {shortened(integrated)}; {law}: set it OFF on the vehicle and give its file again"
         raise InputError(message, file=file, key="use_integrated_yaw")
     return defaults(TABLE) | {name: whole(text, name, file) for name, text in texts.items() if name in TABLE}
 
@@ -114,8 +110,8 @@ def stays(wanted: Mapping[str, float], before: Mapping[str, float]) -> tuple[str
     """Return the settings that a known vehicle keeps: terms that our law has not, and a tilt limit beyond the largest of ours."""
     if not before:
         return ()
-    beyond = before["angle_limit"] > wanted["angle_limit"] >= nearest(degrees(MOST_TILT))
-    return (*EXTRA, "angle_limit") if beyond else EXTRA
+    beyond = before[ANGLE_LIMIT] > wanted[ANGLE_LIMIT] >= nearest(degrees(MOST_TILT))
+    return (*EXTRA, ANGLE_LIMIT) if beyond else EXTRA
 
 
 def nearest(value: float) -> float:
@@ -131,7 +127,10 @@ def settings(values: Mapping[str, float], switches: Mapping[str, tuple[str, str]
 
 
 def rollback(
-    request: Request, table: Mapping[str, Entry], switches: Mapping[str, tuple[str, str]], values: Mapping[str, float]
+    request: Request,
+    table: Mapping[str, ParameterInfo],
+    switches: Mapping[str, tuple[str, str]],
+    values: Mapping[str, float],
 ) -> bytes:
     """Return the file that restores the previous settings; those in no previous file are Betaflight's defaults."""
     chosen = profile(request.settings)
@@ -164,7 +163,7 @@ def check_level(controller: Controller, rotors: Actuation, before: Mapping[str, 
         )
 
 
-def check_rounding(written: tuple[Parameter, ...]) -> None:
+def check_rounding(written: tuple[HeldParameter, ...]) -> None:
     """Refuse gains that round to nothing: a loop without damping or without integral is another law."""
     for parameter in written:
         if parameter.held == 0.0 and parameter.asked > 0.0:
@@ -183,12 +182,12 @@ def held_controller(
     filters = {axis: axis_gains(asked, axis).t_f for axis in ATTITUDE_AXES}
     heading_loop = loops(asked, rotors, before)["yaw"].outer
     gains = from_betaflight(values, asked.airframe.vehicle, rotors, filters, heading_loop)
-    tilt = tilt_limit(values) if "angle_limit" in values else asked.options.tilt_limit
+    tilt = tilt_limit(values) if ANGLE_LIMIT in values else asked.options.tilt_limit
     return replace(with_gains(asked, gains), options=replace(asked.options, tilt_limit=tilt))
 
 
 def _differences(
-    controller: Controller, written: tuple[Parameter, ...], rotors: Actuation, before: Mapping[str, float],
+    controller: Controller, written: tuple[HeldParameter, ...], rotors: Actuation, before: Mapping[str, float],
     kept: tuple[str, ...], request: Request,
 ) -> tuple[str, ...]:  # fmt: skip
     cascade = loops(controller, rotors, before)
@@ -240,7 +239,7 @@ def _extra(before: Mapping[str, float], kept: tuple[str, ...], request: Request)
     )
 
 
-TARGET = Target(
+TARGET = ExportTarget(
     name="betaflight",
     title=f"{NAME}, settings for the command line",
     export=export,

@@ -12,10 +12,10 @@ from plant.airframes import Airframe
 from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
+from tuner.exchange.aboard import DERIVATIVE
 from tuner.exchange.autopilot.assembly import (
     ATTITUDE_FILTER,
     CURVE,
-    DERIVATIVE,
     POSITION_FILTER,
     absent_note,
     assumed_note,
@@ -24,14 +24,15 @@ from tuner.exchange.autopilot.assembly import (
     curve,
     filters,
     inertia_note,
-    lightened,
     tilt_note,
     unused_note,
 )
 from tuner.exchange.autopilot.parameters import defaults
+from tuner.exchange.autopilot.pid import weighted
 from tuner.exchange.betaflight.map import (
     EXTRA,
     FILTERS,
+    NAMES,
     OTHERS,
     RELEASES,
     SWITCHES,
@@ -43,7 +44,7 @@ from tuner.exchange.betaflight.map import (
     tilt_limit,
 )
 from tuner.exchange.betaflight.text import profile, read_cli, read_mixer, read_release, whole
-from tuner.exchange.target import Imported, Importer, Option, number
+from tuner.exchange.target import ImportedController, Importer, Option, number
 
 # Output per setting D and deg/s2, src/main/flight/pid.h.
 D_SCALE = 0.000529
@@ -55,7 +56,7 @@ HEADING = Option("heading_gain", "angle loop around the yaw rate, which Betaflig
 PROFILE = Option("profile", "PID profile that is read, 0 to 3", default="0")
 
 
-def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Imported:
+def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
     """Return the controller of a file; raises InputError naming file and setting."""
     stated = read_release(file)
     release = stated or RELEASES[USUAL]
@@ -69,11 +70,11 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     heading = number(settings, HEADING.name, 0.01, 50.0, "1/s")
     gains = from_betaflight(values, vehicle, rotors, filters(settings), heading)
     shares = {
-        f"d_{axis}": values[f"d_{axis}"] * D_SCALE * degrees(torque / inertia)
+        NAMES[axis].d: values[NAMES[axis].d] * D_SCALE * degrees(torque / inertia)
         for axis, inertia, torque in zip(ATTITUDE_AXES, vehicle.inertia, betaflight_torque(rotors), strict=True)
     }
     if settings[DERIVATIVE.name] == "inertia":
-        gains = {axis: lightened(loop, shares[f"d_{axis}"]) for axis, loop in gains.items()}
+        gains = {axis: weighted(loop, 1.0 / (1.0 + shares[NAMES[axis].d])) for axis, loop in gains.items()}
     tilt = tilt_limit(values)
     called = {current: old for old, current in release.renamed.items()}
     terms = tuple(name for name in EXTRA if name in TABLE and not name.startswith("d_"))
@@ -97,7 +98,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         *_filters(texts),
         *tilt_note(tilt, called.get("angle_limit", "angle_limit")),
     )
-    return Imported(controller(file, airframe, gains, tilt, settings), (*notes, assumed_note(settings)))
+    return ImportedController(controller(file, airframe, gains, tilt, settings), (*notes, assumed_note(settings)))
 
 
 def renamed(texts: Mapping[str, str], release: Release, stated: bool, file: Path) -> dict[str, str]:
@@ -119,9 +120,9 @@ def lower_d(values: dict[str, float], release: Release) -> dict[str, float]:
         return values
     found = dict(values)
     for axis in ATTITUDE_AXES:
-        upper = values[f"d_max_{axis}"]
-        if not 0.0 < values[f"d_{axis}"] < upper:
-            found[f"d_{axis}"] = upper
+        names = NAMES[axis]
+        if not 0.0 < values[names.d] < values[names.d_max]:
+            found[names.d] = values[names.d_max]
     return found
 
 

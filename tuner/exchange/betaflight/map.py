@@ -13,12 +13,13 @@ the head 6317fe2 of pull request 15400. The firmware enforces these ranges; a te
 from collections.abc import Mapping
 from dataclasses import dataclass, field
 from math import degrees, pi, radians
+from typing import NamedTuple
 
 from plant.airframes.actuation import Actuation
 from plant.cascade import ATTITUDE_AXES
 from plant.laws.pid import Gains
 from plant.vehicle import Vehicle
-from tuner.exchange.autopilot.parameters import Entry
+from tuner.exchange.autopilot.parameters import ParameterInfo
 from tuner.exchange.autopilot.pid import RateLoop, axis_gains, parallel, rate_loop
 from tuner.exchange.autopilot.scales import TorqueScale, betaflight_factors, command_slope, torque_scale
 from tuner.gains import Controller
@@ -26,14 +27,28 @@ from tuner.gains import Controller
 OFF = "nothing: it is switched off"
 
 
-def _axis(axis: str, p: float, i: float, d: float, d_max: float, f: float) -> list[Entry]:
+class RateNames(NamedTuple):
+    """Settings of one rate loop: P, I, lower and upper D, feed-forward."""
+
+    p: str
+    i: str
+    d: str
+    d_max: str
+    f: str
+
+
+NAMES = {axis: RateNames(*(f"{term}_{axis}" for term in RateNames._fields)) for axis in ATTITUDE_AXES}
+
+
+def _axis(axis: str, p: float, i: float, d: float, d_max: float, f: float) -> list[ParameterInfo]:
     """Return one rate loop with its defaults."""
+    names = NAMES[axis]
     return [
-        Entry(f"p_{axis}", "1", 0.0, 250.0, p, f"{axis}.kd"),
-        Entry(f"i_{axis}", "1", 0.0, 250.0, i, f"{axis}.ki"),
-        Entry(f"d_{axis}", "1", 0.0, 250.0, d, OFF),
-        Entry(f"d_max_{axis}", "1", 0.0, 250.0, d_max, OFF),
-        Entry(f"f_{axis}", "1", 0.0, 1000.0, f, OFF),
+        ParameterInfo(names.p, "1", 0.0, 250.0, p, f"{axis}.kd"),
+        ParameterInfo(names.i, "1", 0.0, 250.0, i, f"{axis}.ki"),
+        ParameterInfo(names.d, "1", 0.0, 250.0, d, OFF),
+        ParameterInfo(names.d_max, "1", 0.0, 250.0, d_max, OFF),
+        ParameterInfo(names.f, "1", 0.0, 1000.0, f, OFF),
     ]
 
 
@@ -43,13 +58,13 @@ TABLE = {
         *_axis("roll", 45.0, 80.0, 30.0, 40.0, 120.0),
         *_axis("pitch", 47.0, 84.0, 34.0, 46.0, 125.0),
         *_axis("yaw", 45.0, 80.0, 0.0, 0.0, 120.0),
-        Entry("angle_p_gain", "0.1/s", 0.0, 200.0, 50.0, "roll.kp, roll.ki or roll.kd"),
-        Entry("angle_feedforward", "1", 0.0, 200.0, 50.0, OFF),
-        Entry("angle_limit", "deg", 10.0, 80.0, 60.0, "controller.tilt_limit"),
-        Entry("anti_gravity_gain", "1", 0.0, 250.0, 80.0, OFF),
-        Entry("tpa_rate", "%", 0.0, 100.0, 65.0, OFF),
-        Entry("yaw_lowpass_hz", "Hz", 0.0, 500.0, 100.0, OFF),
-        Entry("thrust_linear", "%", 0.0, 150.0, 0.0, OFF),
+        ParameterInfo("angle_p_gain", "0.1/s", 0.0, 200.0, 50.0, "roll.kp, roll.ki or roll.kd"),
+        ParameterInfo("angle_feedforward", "1", 0.0, 200.0, 50.0, OFF),
+        ParameterInfo("angle_limit", "deg", 10.0, 80.0, 60.0, "controller.tilt_limit"),
+        ParameterInfo("anti_gravity_gain", "1", 0.0, 250.0, 80.0, OFF),
+        ParameterInfo("tpa_rate", "%", 0.0, 100.0, 65.0, OFF),
+        ParameterInfo("yaw_lowpass_hz", "Hz", 0.0, 500.0, 100.0, OFF),
+        ParameterInfo("thrust_linear", "%", 0.0, 150.0, 0.0, OFF),
     )
 }
 # Switches: setting -> what the export sets, the default.
@@ -118,11 +133,11 @@ RELEASES = {
 }
 
 
-def _adrc(axis: str, wo: float) -> list[Entry]:
+def _adrc(axis: str, wo: float) -> list[ParameterInfo]:
     return [
-        Entry(f"adrc_wc_{axis}", "rad/s", 5.0, 300.0, 60.0, f"{axis}.omega_c"),
-        Entry(f"adrc_wo_{axis}", "rad/s", 10.0, 600.0, wo, f"{axis}.omega_o"),
-        Entry(f"adrc_b0_{axis}", "deg/s3", 100.0, 65535.0, 2000.0, "the airframe or --set thrust_curve"),
+        ParameterInfo(f"adrc_wc_{axis}", "rad/s", 5.0, 300.0, 60.0, f"{axis}.omega_c"),
+        ParameterInfo(f"adrc_wo_{axis}", "rad/s", 10.0, 600.0, wo, f"{axis}.omega_o"),
+        ParameterInfo(f"adrc_b0_{axis}", "deg/s3", 100.0, 65535.0, 2000.0, "the airframe or --set thrust_curve"),
     ]
 
 
@@ -132,14 +147,15 @@ ADRC_TABLE = {
         *_adrc("roll", 100.0),
         *_adrc("pitch", 100.0),
         *_adrc("yaw", 80.0),
-        Entry("adrc_hover_throttle", "%", 5.0, 100.0, 35.0, "the airframe or --set thrust_curve"),
-        Entry("adrc_sigma_decay", "0.1/s", 0.0, 100.0, 3.0, OFF),
+        ParameterInfo("adrc_hover_throttle", "%", 5.0, 100.0, 35.0, "the airframe or --set thrust_curve"),
+        ParameterInfo("adrc_sigma_decay", "0.1/s", 0.0, 100.0, 3.0, OFF),
     )
 }
 ADRC_SWITCHES = {"pid_type": ("ADRC", "CLASSIC")}
 
 
 NAME = "Betaflight"
+ANGLE_GAIN, ANGLE_LIMIT = "angle_p_gain", "angle_limit"
 # Torque output per setting and deg/s (P), per setting and deg (I); I of yaw counts more.
 P_SCALE, I_SCALE, YAW_I = 0.032029, 0.244381, 2.5
 # Outputs of the loops for the whole motor range, and level strength of 1/s.
@@ -173,7 +189,7 @@ def loops(controller: Controller, actuation: Actuation, before: Mapping[str, flo
         smaller = RateLoop(larger.i / larger.p, larger.p, larger.p * larger.outer)
         forms[axis] = larger
         if before and larger.i > 0.0:
-            present = before["i_yaw"] if axis == "yaw" else before["angle_p_gain"]
+            present = before["i_yaw" if axis == "yaw" else ANGLE_GAIN]
             setting = _scales(axis, inertia, torque)[1]
             away = [
                 abs((setting * form.i if axis == "yaw" else LEVEL * form.outer) - present) for form in (larger, smaller)
@@ -191,12 +207,12 @@ def to_betaflight(
     torques = betaflight_torque(actuation)
     for axis, inertia, torque in zip(ATTITUDE_AXES, controller.airframe.vehicle.inertia, torques, strict=True):
         p, i = _scales(axis, inertia, torque)
-        values |= {f"p_{axis}": p * cascade[axis].p, f"i_{axis}": i * cascade[axis].i}
-        values |= {f"d_{axis}": 0.0, f"d_max_{axis}": 0.0, f"f_{axis}": 0.0}
+        names = NAMES[axis]
+        values |= {names.p: p * cascade[axis].p, names.i: i * cascade[axis].i, **dict.fromkeys(names[2:], 0.0)}
     return values | {
-        "angle_p_gain": LEVEL * cascade["roll"].outer,
+        ANGLE_GAIN: LEVEL * cascade["roll"].outer,
         "angle_feedforward": 0.0,
-        "angle_limit": degrees(controller.options.tilt_limit),
+        ANGLE_LIMIT: degrees(controller.options.tilt_limit),
         "anti_gravity_gain": 0.0,
         "tpa_rate": 0.0,
         "yaw_lowpass_hz": 0.0,
@@ -213,14 +229,14 @@ def from_betaflight(
     gains: dict[str, Gains] = {}
     for axis, inertia, torque in zip(ATTITUDE_AXES, vehicle.inertia, betaflight_torque(actuation), strict=True):
         p, i = _scales(axis, inertia, torque)
-        outer = yaw_outer if axis == "yaw" else values["angle_p_gain"] / LEVEL
-        gains[axis] = parallel(RateLoop(outer, values[f"p_{axis}"] / p, values[f"i_{axis}"] / i), filters[axis])
+        outer = yaw_outer if axis == "yaw" else values[ANGLE_GAIN] / LEVEL
+        gains[axis] = parallel(RateLoop(outer, values[NAMES[axis].p] / p, values[NAMES[axis].i] / i), filters[axis])
     return gains
 
 
 def tilt_limit(values: Mapping[str, float]) -> float:
     """Return the largest tilt [rad]."""
-    return radians(values["angle_limit"])
+    return radians(values[ANGLE_LIMIT])
 
 
 def reversed_yaw(rotors: Actuation) -> str:

@@ -34,8 +34,8 @@ def write_cli(values: Mapping[str, str], profile: int, comments: Sequence[str], 
 
     selected: the profile that the vehicle flies afterwards, if another one.
     """
-    body = [f"set {name} = {value}" for name, value in values.items()]
-    last = [] if selected in (None, profile) else [f"profile {selected}"]
+    body = (f"set {name} = {value}" for name, value in values.items())
+    last = () if selected in (None, profile) else (f"profile {selected}",)
     return as_bytes(
         [*(f"# {comment}" for comment in comments), "batch start", f"profile {profile}", *body, *last, "save"]
     )

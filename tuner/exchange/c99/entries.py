@@ -112,41 +112,20 @@ def entries(cascade: Cascade) -> Entries:
         applied: AttitudeApplied,
         h: float,
     ) -> tuple[Vec3, Any]:
-        effect, excess, inertia, observed = (
-            applied.effect,
-            applied.excess,
-            nominal.vehicle.inertia,
-            nominal.attitude_observer,
-        )
+        inertia = nominal.vehicle.inertia
         yaw_now = nearest_turn(m.angles.z, state.yaw_seen)
-        yaw_goal = nearest_turn(setpoint.yaw, yaw_now)
-        t_x, roll = law_step(
-            state.roll,
-            constants.roll,
-            Channel(1.0 / inertia.x, observed),
-            Setpoint(setpoint.roll, 0.0, 0.0),
-            Measured(m.angles.x, m.rate.x),
-            Applied(effect.x, excess.x),
-            h,
-        )
+        goal = Setpoint(nearest_turn(setpoint.yaw, yaw_now), setpoint.yaw_rate, 0.0)
+        seen, became = Measured(m.angles.x, m.rate.x), Applied(applied.effect.x, applied.excess.x)
+        channel = Channel(1.0 / inertia.x, nominal.attitude_observer)
+        t_x, roll = law_step(state.roll, constants.roll, channel, Setpoint(setpoint.roll, 0.0, 0.0), seen, became, h)
+        seen, became = Measured(m.angles.y, m.rate.y), Applied(applied.effect.y, applied.excess.y)
+        channel = Channel(1.0 / inertia.y, nominal.attitude_observer)
         t_y, pitch = law_step(
-            state.pitch,
-            constants.pitch,
-            Channel(1.0 / inertia.y, observed),
-            Setpoint(setpoint.pitch, 0.0, 0.0),
-            Measured(m.angles.y, m.rate.y),
-            Applied(effect.y, excess.y),
-            h,
+            state.pitch, constants.pitch, channel, Setpoint(setpoint.pitch, 0.0, 0.0), seen, became, h
         )
-        t_z, yaw = law_step(
-            state.yaw,
-            constants.yaw,
-            Channel(1.0 / inertia.z, observed),
-            Setpoint(yaw_goal, setpoint.yaw_rate, 0.0),
-            Measured(yaw_now, m.rate.z),
-            Applied(effect.z, excess.z),
-            h,
-        )
+        seen, became = Measured(yaw_now, m.rate.z), Applied(applied.effect.z, applied.excess.z)
+        channel = Channel(1.0 / inertia.z, nominal.attitude_observer)
+        t_z, yaw = law_step(state.yaw, constants.yaw, channel, goal, seen, became, h)
         turning = nominal.yaw_smoothing * t_z + (1.0 - nominal.yaw_smoothing) * state.yaw_torque
         return Vec3(t_x, t_y, turning), AttitudeState(roll, pitch, yaw, yaw_now, turning)
 

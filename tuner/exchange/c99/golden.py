@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from plant.backends.c_code import DOUBLE, Real
+from plant.backends.c_code import DOUBLE, Real, literal
 from plant.disturbance import Disturbance
 from plant.integrator import runge_kutta_step
 from plant.nominal import Nominal
@@ -31,6 +31,7 @@ from tuner.exchange.c99.entries import (
 )
 from tuner.exchange.c99.precision import as_signals, matrix, rebinder, signals
 from tuner.exchange.c99.tracing import constants_of, nominal_of
+from tuner.exchange.texts import filled
 from tuner.gains import Controller
 
 STEPS, ATTITUDES = 200, 48
@@ -218,3 +219,39 @@ def _attitude(controller: Controller, bound: Entries, real: Real, steps: int) ->
 def _setpoint(share: float) -> AttitudeSetpoint:
     """Reference of the angles at a share of the flight."""
     return AttitudeSetpoint(0.3 if share < 0.5 else -0.2, -0.2 if share < 0.3 else 0.1, -3.0, 0.2)
+
+
+def golden_header(vectors: Golden, real: Real, prefix: str, words: dict[str, str]) -> str:
+    """Write golden.h; prefix: of all names; words: p, P, digest, airframe, laws."""
+    defines: list[str] = []
+    arrays: list[str] = []
+    for name, entry in (("", vectors.step), ("attitude_", vectors.attitude_step)):
+        start, inputs = f"golden_{name}start", f"golden_{name}inputs"
+        defines.append(f"#define GOLDEN_{name.upper()}STEPS {len(entry.inputs)}u")
+        arrays.append(f"static const {prefix}_real {start}[{len(entry.start)}] = {{{_row(entry.start, real)}}};")
+        defines.append(f"#define GOLDEN_{name.upper()}INITIAL {len(entry.initial)}u")
+        initial = f"golden_{name}initial[{len(entry.initial)}]"
+        arrays.append(f"static const {prefix}_real {initial} = {{{_row(entry.initial, real)}}};")
+        arrays.append(_array(inputs, entry.inputs, real, prefix))
+        for kind, table in (("outputs", entry.outputs), ("states", entry.states)):
+            defines.append(f"#define GOLDEN_{name.upper()}{kind.upper()} {table.shape[1]}u")
+            arrays.append(_array(f"golden_{name}{kind}", table, real, prefix))
+    defines.append(f"#define GOLDEN_MEASUREMENTS {len(vectors.measure_inputs)}u")
+    arrays.append(_array("golden_measure_inputs", vectors.measure_inputs, real, prefix))
+    arrays.append(_array("golden_measure_outputs", vectors.measure_outputs, real, prefix))
+    return filled("c99", "golden.h", **words, real=real.name, defines="\n".join(defines), arrays="\n\n".join(arrays))
+
+
+def golden_program(real: Real, words: dict[str, str]) -> str:
+    """Write test_golden.c; words: as in `golden_header`."""
+    return filled("c99", "test_golden.c", **words, digits=17 if real.name == "double" else 9)
+
+
+def _array(name: str, table: np.ndarray, real: Real, prefix: str) -> str:
+    rows = ",\n".join(f"    {{{_row(row, real)}}}" for row in table)
+    return f"static const {prefix}_real {name}[{len(table)}][{table.shape[1]}] = {{\n{rows}\n}};"
+
+
+def _row(values: np.ndarray, real: Real) -> str:
+    # Numbers as they are: what is too small to be normal stays so.
+    return ", ".join(literal(float(value), real, raised=False).strip("()") for value in values)

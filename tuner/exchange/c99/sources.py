@@ -12,47 +12,16 @@ from plant.references.track import Reference
 from plant.sensors import Measurement
 from plant.vectors import Quaternion, Rotors, Vec3
 from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, Command
-from tuner.exchange.c99.header import header_text
 from tuner.exchange.c99.routines import Call, Style, function_of, function_text, loops
-from tuner.exchange.c99.tracing import UNIT_WITHIN, Entry, Traces, trace
-from tuner.exchange.texts import c_comment, tool
+from tuner.exchange.c99.tracing import UNIT_WITHIN, TracedFunction, Traces, trace
+from tuner.exchange.texts import c_comment, c_string, filled, tool
 from tuner.gains import Controller
 
-GUARDS = """\
-#if defined(__FAST_MATH__) || defined(__ASSOCIATIVE_MATH__) || defined(__RECIPROCAL_MATH__) || \\
-    (defined(__FINITE_MATH_ONLY__) && __FINITE_MATH_ONLY__)
-#error "compile this file without -ffast-math and its parts: they delete the test for NaN and change the order of sums"
-#endif
-#if {evaluation}
-#error "{real} must be worked out as {real} (FLT_EVAL_METHOD): on 32-bit x86 compile with -msse2 -mfpmath=sse"
-#endif
-
-#ifdef __cplusplus
-#define {P}_RESTRICT __restrict
-#else
-#define {P}_RESTRICT restrict
-#endif"""
 # Ways to work out floating point that keep every operation of a type in it; 16 differs from 0 in half precision alone.
 EVALUATION = {
     "float": "FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 16",
     "double": "FLT_EVAL_METHOD != 0 && FLT_EVAL_METHOD != 1 && FLT_EVAL_METHOD != 16",
 }
-FLOOR = """\
-/* Largest whole number that is not above x; beyond {largest} every number is whole. */
-static inline {p}_real {p}_floor({p}_real x)
-{{
-    {p}_real whole;
-    if (!(fabs{suffix}(x) < {largest}))
-        return x;
-    whole = ({p}_real)({whole})x;
-    return whole > x ? whole - {one} : whole;
-}}"""
-LOOP = """\
-/* What a loop gives: its command, and a sum that is finite only if all it takes and gives is. */
-typedef struct {{
-    {p}_real value;
-    {p}_real sum;
-}} {p}_loop;"""
 REFUSE = """\
 if (!(sum - sum == {zero})) {{ /* infinite or NaN: something that came in or would go out is */
 {refused}    return {P}_REFUSED;
@@ -92,8 +61,35 @@ def c_sources(controller: Controller, real: str = "float", prefix: str = "holdfa
     style = Style(REALS[real], prefix, records)
     for kind in (controller.cascade.Memory, Rotors, controller.cascade.attitude.Memory):
         records.name(kind)
-    header = header_text(controller, real, prefix, digest or own_digest(controller), records)
+    header = _header(controller, style, digest or own_digest(controller))
     return CSources(header, _source(controller, traces, style), f"{prefix}_controller", traces)
+
+
+def _header(controller: Controller, style: Style, digest: str) -> str:
+    """Write the header; the types of all states are among the records of the style."""
+    cascade, kind, records = controller.cascade, style.real, style.records
+    return filled(
+        "c99",
+        "controller.h",
+        p=style.prefix,
+        P=style.prefix.upper(),
+        tool=tool(),
+        title=c_comment(controller.airframe.title),
+        airframe=c_comment(controller.airframe.name),
+        position=cascade.position.name,
+        attitude=cascade.attitude.name,
+        period=f"{controller.control_period:.9g}",
+        period_literal=literal(controller.control_period, kind),
+        mass=literal(controller.airframe.vehicle.mass, kind),
+        real=kind.name,
+        suffix=kind.suffix,
+        digest=c_comment(digest),
+        airframe_text=c_string(controller.airframe.name),
+        digest_text=c_string(digest),
+        typedefs="\n\n".join(records.typedefs),
+        memory=records.name(cascade.Memory),
+        loop_memory=records.name(cascade.attitude.Memory),
+    )
 
 
 def _source(controller: Controller, traces: Traces, style: Style) -> str:
@@ -107,15 +103,7 @@ def _source(controller: Controller, traces: Traces, style: Style) -> str:
         kind = outer if node.text[1] == traces.position.name else inner
         return kind.call("control.")(node, local, args)
 
-    largest = literal(real.largest_fraction, real)
-    parts = [
-        f"/* Controller of {c_comment(controller.airframe.title)}; what it is stands in {p}_controller.h. "
-        f"Written by {tool()}. */",
-        f'#include "{p}_controller.h"\n\n#include <float.h>\n#include <math.h>\n#include <stdint.h>',
-        GUARDS.format(P=p.upper(), real=real.name, evaluation=EVALUATION[real.name]),
-        FLOOR.format(p=p, suffix=real.suffix, largest=largest, whole=real.whole, one=literal(1.0, real)),
-        function_of(traces.atan2, style),
-        LOOP.format(p=p),
+    functions = [
         outer.text,
         inner.text,
         _entry(style, "init", traces.init, [f"{p}_state *state", f"const {p}_measurement *m"], "state", None),
@@ -136,7 +124,11 @@ def _source(controller: Controller, traces: Traces, style: Style) -> str:
         ),
         _measure(style, traces.measure, call_cascade),
     ]  # fmt: skip
-    return "\n\n".join(parts) + "\n"
+    return filled(
+        "c99", "controller.c", p=p, P=p.upper(), title=c_comment(controller.airframe.title), tool=tool(), real=real.name,
+        evaluation=EVALUATION[real.name], suffix=real.suffix, largest=literal(real.largest_fraction, real),
+        whole=real.whole, one=literal(1.0, real), atan2=function_of(traces.atan2, style), functions="\n\n".join(functions),
+    )  # fmt: skip
 
 
 def _gains(controller: Controller) -> dict[str, dict[str, str]]:
@@ -149,7 +141,13 @@ def _gains(controller: Controller) -> dict[str, dict[str, str]]:
 
 
 def _entry(
-    style: Style, name: str, entry: Entry, parameters: list[str], kind: str, call: Call | None, output: str = ""
+    style: Style,
+    name: str,
+    entry: TracedFunction,
+    parameters: list[str],
+    kind: str,
+    call: Call | None,
+    output: str = "",
 ) -> str:
     """Write an entry point: what it works out goes into `next`, and from there into the state only if all of it is finite."""
     p = style.prefix
@@ -169,7 +167,7 @@ def _place(path: str) -> str:
     return path
 
 
-def _measure(style: Style, entry: Entry, call: Call) -> str:
+def _measure(style: Style, entry: TracedFunction, call: Call) -> str:
     p = style.prefix
     lines = style.writer(call=call).statements([*entry.results, (f"const {p}_real sum", entry.sum)])
     q = "attitude->"
@@ -185,5 +183,5 @@ def _measure(style: Style, entry: Entry, call: Call) -> str:
         "*m = next;",
         f"return {p.upper()}_OK;",
     ]
-    taken = [f"const {p}_vec3 *position", f"const {p}_vec3 *velocity", f"const {p}_quaternion *attitude"]
+    taken = (f"const {p}_vec3 *position", f"const {p}_vec3 *velocity", f"const {p}_quaternion *attitude")
     return function_text(f"{p}_status {p}_measure", [*taken, f"const {p}_vec3 *rate", f"{p}_measurement *m"], body)

@@ -31,7 +31,7 @@ UNIT_WITHIN = 0.01
 
 
 @dataclass(frozen=True)
-class Entry:
+class TracedFunction:
     """One traced function: (path of a result, value), and the sum that is finite only if all it takes and gives is."""
 
     results: tuple[tuple[str, Any], ...]
@@ -43,11 +43,11 @@ class Traces:
     """All entry points of a controller, and the routines that they call."""
 
     entries: Entries
-    init: Entry
-    step: Entry
-    attitude_init: Entry
-    attitude_step: Entry
-    measure: Entry
+    init: TracedFunction
+    step: TracedFunction
+    attitude_init: TracedFunction
+    attitude_step: TracedFunction
+    measure: TracedFunction
     position: Routine
     attitude: Routine
     atan2: Routine
@@ -133,7 +133,7 @@ def _bind(
     return rebinder({cascade.position.step: loop, cascade.attitude.step: loop, vector_math.atan2: atan2})
 
 
-def _entry(graph: Graph, *given: tuple[str, Any]) -> Entry:
+def _entry(graph: Graph, *given: tuple[str, Any]) -> TracedFunction:
     """Results by path, but for the memories that a routine fills; all inputs are looked at, used or not."""
     named_results = [
         (prefix + path, value)
@@ -144,4 +144,4 @@ def _entry(graph: Graph, *given: tuple[str, Any]) -> Entry:
     own = [node for node in graph.all_inputs() if not node.text.startswith("state->")]
     looked_at = to_look_at([*(value for _, value in kept), *own])
     total = sum(looked_at[1:], looked_at[0])
-    return Entry(tuple(kept), total)
+    return TracedFunction(tuple(kept), total)

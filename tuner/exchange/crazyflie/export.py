@@ -1,4 +1,12 @@
-"""Crazyflie: parameters of the firmware's own cascade where both laws are PID, an out-of-tree controller for every law."""
+"""Crazyflie: parameters of the firmware's own cascade where both laws are PID, an out-of-tree controller for every law.
+
+The controller stands around the C99 code: bitcraze/crazyflie-firmware, docs/development/oot.md and
+src/modules/interface/stabilizer_types.h. The firmware gives position [m], velocity [m/s] and the attitude quaternion in our
+frames, gyro rates in deg/s about our axes, and setpoints of attitude in degrees with pitch positive nose up, the opposite of
+ours. Torques are written so that the firmware's mixing, with its own arm and its own torque per thrust, ends at the very rotor
+thrusts that the controller decided, whatever the airframe's arm and propellers are: at 0.0397 m instead of the firmware's
+0.046 m, torques as they are would come out 14 % small.
+"""
 
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,25 +20,39 @@ from tuner.exchange.autopilot.pid import axis_gains, rate_filters, rate_loop, ra
 from tuner.exchange.autopilot.scales import motors_text
 from tuner.exchange.c99.sources import c_sources
 from tuner.exchange.crazyflie import text as param_file
-from tuner.exchange.crazyflie import wrapper
 from tuner.exchange.crazyflie.map import ATTITUDE, ENTRIES, HORIZONTAL, MOTORS, check_mixing, held, parameters
-from tuner.exchange.target import Bundle, Option, Request, Target, number
-from tuner.exchange.texts import heading, parameter_comment
+from tuner.exchange.target import Bundle, ExportTarget, Option, Request, number
+from tuner.exchange.texts import c_comment, filled, heading, markdown, parameter_comment
 from tuner.gains import Controller
 
 FIRMWARE = "crazyflie-firmware 2025 and later, platform cf2"
 FILE = "holdfast_params.yaml"
+CONTROLLER_FILES = (
+    "Kbuild", "Makefile", "README.md", "app-config", "src/Kbuild", "src/app_main.c", "src/controller_holdfast.c",
+    "src/controller_holdfast.h",
+)  # fmt: skip
+# Period of the firmware's stabilizer loop [s].
+TICK = 0.001
 BY_LAW, PARAMETERS, CONTROLLER = "by-law", "parameters", "controller"
 AIRFRAME = "airframe"
+FORM = Option(
+    "form",
+    "parameters of the firmware's PID, or a controller to build in; by-law: parameters where both laws are pid",
+    (BY_LAW, PARAMETERS, CONTROLLER),
+    BY_LAW,
+)
+FULL_THRUST = Option(
+    "full_thrust", "thrust of one motor at 65535 counts [N]; airframe: that of its largest speed", (), AIRFRAME
+)
 # The firmware's limit on the integral of a rate error [deg]; it is no parameter.
 INTEGRAL = {"roll": 33.3, "pitch": 33.3, "yaw": 166.7}
 
 
 def export(request: Request) -> Bundle:
-    """Write parameters or a controller, as the option `form` says; see `Target.export`."""
+    """Write parameters or a controller, as the option `form` says; see `ExportTarget.export`."""
     controller = request.controller
     laws = {controller.cascade.position.name, controller.cascade.attitude.name}
-    form = request.settings["form"]
+    form = request.settings[FORM.name]
     if form == PARAMETERS and laws != {"pid"}:
         others = ", ".join(sorted(laws - {"pid"}))
         message = f"given '{form}', but the laws are {others}; the firmware's own loops are pid: leave the option out"
@@ -64,9 +86,9 @@ def as_parameters(request: Request) -> Bundle:
 
 def full_thrust(request: Request) -> float:
     """Return the thrust of one motor at 65535 counts [N]."""
-    if request.settings["full_thrust"] == AIRFRAME:
+    if request.settings[FULL_THRUST.name] == AIRFRAME:
         return actuation(request.controller.airframe.vehicle).thrust_max
-    return number(request.settings, "full_thrust", 0.01, 100.0, "N")
+    return number(request.settings, FULL_THRUST.name, 0.01, 100.0, "N")
 
 
 def rollback(request: Request) -> bytes:
@@ -130,14 +152,26 @@ def as_controller(request: Request) -> Bundle:
 
 
 def with_code(request: Request, sentence: str = "") -> dict[str, bytes]:
-    """Return the files of the out-of-tree controller."""
-    code = c_sources(request.controller, real="float", prefix="holdfast", digest=request.digest)
-    return wrapper.files(request, code.header, code.source, sentence)
+    """Return name -> content of the firmware's out-of-tree folder."""
+    controller = request.controller
+    code = c_sources(controller, real="float", prefix="holdfast", digest=request.digest)
+    rotors = actuation(controller.airframe.vehicle)
+    told = [text for text in (*heading(request, str), sentence) if text]
+    words = {
+        "heading": "\n".join(f" * {c_comment(text)}" for text in told),
+        "introduction": "  \n".join(map(markdown, told)),
+        "ticks": round(controller.control_period / TICK), "period": f"{controller.control_period:.9g}",
+        "rotor_max": f"{rotors.thrust_max:#.9g}", "rotor_hover": f"{rotors.hover_thrust:#.9g}",
+        "thrust": f"{rotors.thrust_max:.4g}", "motors": motors_text(rotors, MOTORS),
+    }  # fmt: skip
+    texts = {name: filled("crazyflie", name, **words) for name in CONTROLLER_FILES}
+    texts |= {"src/holdfast_controller.c": code.source, "src/holdfast_controller.h": code.header}
+    return {name: text.encode("ascii", "backslashreplace") for name, text in texts.items()}
 
 
 def refuse_period(controller: Controller) -> None:
     """Refuse a control period that is no whole number of the stabilizer's ticks; raises InputError."""
-    ticks = controller.control_period / wrapper.TICK
+    ticks = controller.control_period / TICK
     if ticks < 0.5 or abs(ticks - round(ticks)) > 1e-6:
         message = (
             f"given {1000.0 * controller.control_period:.6g} ms; the firmware's stabilizer runs every 1 ms: tune with a whole "
@@ -146,15 +180,9 @@ def refuse_period(controller: Controller) -> None:
         raise InputError(message, key="controller.control_period")
 
 
-TARGET = Target(
+TARGET = ExportTarget(
     name="crazyflie",
     title="Crazyflie, parameters for cflib (PID) or an out-of-tree controller (any law)",
     export=export,
-    options=(
-        Option(
-            "form", "parameters of the firmware's PID, or a controller to build in; by-law: parameters where both laws are pid",
-            (BY_LAW, PARAMETERS, CONTROLLER), BY_LAW,
-        ),
-        Option("full_thrust", "thrust of one motor at 65535 counts [N]; airframe: that of its largest speed", (), AIRFRAME),
-    ),
-)  # fmt: skip
+    options=(FORM, FULL_THRUST),
+)

@@ -28,11 +28,12 @@ import numpy as np
 from plant.airframes.actuation import Actuation, actuation
 from plant.cascade import LEAST_LIFT
 from plant.errors import InputError
-from tuner.exchange.autopilot.parameters import MOST, Entry, single
+from tuner.exchange.autopilot.cascade import CascadeNames
+from tuner.exchange.autopilot.parameters import MOST, ParameterInfo, single
 from tuner.exchange.autopilot.parameters import parameters as held_against_table
 from tuner.exchange.autopilot.pid import RateLoop, axis_gains, parallel, rate_loop, with_gains, with_measured_rates
 from tuner.exchange.autopilot.scales import Motors, TorqueScale, torque_scale
-from tuner.exchange.target import Parameter
+from tuner.exchange.target import HeldParameter
 from tuner.gains import Controller
 
 INT16, UINT16 = 32767.0, 65535.0
@@ -40,37 +41,37 @@ ATTITUDE_RATE, POSITION_RATE = 500.0, 100.0
 ATTITUDE, HORIZONTAL = ("roll", "pitch", "yaw"), ("x", "y")
 
 
-def _rate(axis: str, kp: float, ki: float, kd: float) -> list[Entry]:
+def _rate(axis: str, kp: float, ki: float, kd: float) -> list[ParameterInfo]:
     group = f"pid_rate.{axis}_"
     return [
-        Entry(f"{group}kp", "counts/(deg/s)", 0.0, INT16, kp, f"{axis}.kd"),
-        Entry(f"{group}ki", "counts/deg", 0.0, INT16 * ATTITUDE_RATE, ki, f"{axis}.ki"),
-        Entry(f"{group}kd", "counts/(deg/s2)", 0.0, INT16, kd, f"{axis}.kd"),
-        Entry(f"{group}kff", "counts/(deg/s)", 0.0, INT16, 0.0, f"{axis}.kp"),
+        ParameterInfo(f"{group}kp", "counts/(deg/s)", 0.0, INT16, kp, f"{axis}.kd"),
+        ParameterInfo(f"{group}ki", "counts/deg", 0.0, INT16 * ATTITUDE_RATE, ki, f"{axis}.ki"),
+        ParameterInfo(f"{group}kd", "counts/(deg/s2)", 0.0, INT16, kd, f"{axis}.kd"),
+        ParameterInfo(f"{group}kff", "counts/(deg/s)", 0.0, INT16, 0.0, f"{axis}.kp"),
     ]
 
 
 def _outer(
     group: str, names: tuple[str, str, str, str], usual: tuple[float, float, float], rate: float, axis: str
-) -> list[Entry]:
+) -> list[ParameterInfo]:
     units = ("1/s", "1/s2", "1", "1/s")
     return [
-        Entry(f"{group}{name}", unit, 0.0, rate, value, f"{axis}.kp")
+        ParameterInfo(f"{group}{name}", unit, 0.0, rate, value, f"{axis}.kp")
         for name, unit, value in zip(names, units, (*usual, 0.0), strict=True)
     ]
 
 
-def _velocity(axis: str, unit: str, kp: float, ki: float) -> list[Entry]:
+def _velocity(axis: str, unit: str, kp: float, ki: float) -> list[ParameterInfo]:
     group = f"velCtlPid.v{axis}"
     return [
-        Entry(f"{group}Kp", f"{unit}/(m/s)", 0.0, MOST, kp, f"{axis}.kd"),
-        Entry(f"{group}Ki", f"{unit}/m", 0.0, MOST, ki, f"{axis}.ki"),
-        Entry(f"{group}Kd", f"{unit}/(m/s2)", 0.0, MOST, 0.0, f"{axis}.kd"),
-        Entry(f"{group}KFF", f"{unit}/(m/s)", 0.0, MOST, 0.0, f"{axis}.kd"),
+        ParameterInfo(f"{group}Kp", f"{unit}/(m/s)", 0.0, MOST, kp, f"{axis}.kd"),
+        ParameterInfo(f"{group}Ki", f"{unit}/m", 0.0, MOST, ki, f"{axis}.ki"),
+        ParameterInfo(f"{group}Kd", f"{unit}/(m/s2)", 0.0, MOST, 0.0, f"{axis}.kd"),
+        ParameterInfo(f"{group}KFF", f"{unit}/(m/s)", 0.0, MOST, 0.0, f"{axis}.kd"),
     ]
 
 
-def _entries() -> list[Entry]:
+def _entries() -> list[ParameterInfo]:
     angle, place = ("kp", "ki", "kd", "kff"), ("Kp", "Ki", "Kd", "Kff")
     return [
         *_rate("roll", 250.0, 500.0, 2.5),
@@ -85,14 +86,22 @@ def _entries() -> list[Entry]:
         *_outer("posCtlPid.x", place, (2.0, 0.0, 0.0), POSITION_RATE, "x"),
         *_outer("posCtlPid.y", place, (2.0, 0.0, 0.0), POSITION_RATE, "y"),
         *_outer("posCtlPid.z", place, (2.0, 0.5, 0.0), POSITION_RATE, "z"),
-        Entry("posCtlPid.rLimit", "deg", 0.0, 90.0, 20.0, "the tilt limit"),
-        Entry("posCtlPid.pLimit", "deg", 0.0, 90.0, 20.0, "the tilt limit"),
-        Entry("posCtlPid.thrustBase", "counts", 0.0, UINT16, 36000.0, "the airframe's mass"),
-        Entry("posCtlPid.thrustMin", "counts", 0.0, UINT16, 20000.0, "the airframe's mass"),
+        ParameterInfo("posCtlPid.rLimit", "deg", 0.0, 90.0, 20.0, "the tilt limit"),
+        ParameterInfo("posCtlPid.pLimit", "deg", 0.0, 90.0, 20.0, "the tilt limit"),
+        ParameterInfo("posCtlPid.thrustBase", "counts", 0.0, UINT16, 36000.0, "the airframe's mass"),
+        ParameterInfo("posCtlPid.thrustMin", "counts", 0.0, UINT16, 20000.0, "the airframe's mass"),
     ]
 
 
 ENTRIES = {entry.name: entry for entry in _entries()}
+NAMES = {
+    **{
+        axis: CascadeNames(f"pid_attitude.{axis}_kp", *(f"pid_rate.{axis}_k{term}" for term in "pid"))
+        for axis in ATTITUDE
+    },
+    **{axis: CascadeNames(f"posCtlPid.{axis}Kp", *(f"velCtlPid.v{axis}K{term}" for term in "pid")) for axis in "xyz"},
+}
+TILT = ("posCtlPid.rLimit", "posCtlPid.pLimit")
 # Held as uint16; all others are float32.
 INTEGERS = frozenset({"posCtlPid.thrustBase", "posCtlPid.thrustMin"})
 
@@ -144,6 +153,22 @@ class Units:
     lifting: float
     hover: float
 
+    def written(self, axis: str, p: float, i: float) -> tuple[float, float]:
+        """Return P and I of a loop on a rate or speed in the firmware's units."""
+        if axis in self.turning:
+            per_degree = radians(1.0) / self.turning[axis]
+            return p * per_degree, i * per_degree
+        unit = self.lifting if axis == "z" else self.leaning
+        return p / unit, i / unit
+
+    def ours(self, axis: str, p: float, i: float) -> tuple[float, float]:
+        """Return P and I of a loop on a rate or speed in our units."""
+        if axis in self.turning:
+            unit = self.turning[axis] / radians(1.0)
+        else:
+            unit = self.lifting if axis == "z" else self.leaning
+        return p * unit, i * unit
+
 
 def units(controller: Controller, full: float) -> Units:
     """Work out the units for an airframe; full: thrust of one motor at 65535 counts [N]."""
@@ -163,22 +188,15 @@ def values(controller: Controller, full: float) -> dict[str, float]:
     """Return name -> value, unrounded; raises InputError naming gain or airframe where the firmware has no such loop."""
     one = units(controller, full)
     found = dict.fromkeys(ENTRIES, 0.0)
-    for axis in ATTITUDE:
+    for axis, names in NAMES.items():
         loop = rate_loop(axis_gains(controller, axis), axis)
-        per_degree = radians(1.0) / one.turning[axis]
-        found[f"pid_attitude.{axis}_kp"] = loop.outer
-        found |= {f"pid_rate.{axis}_kp": loop.p * per_degree, f"pid_rate.{axis}_ki": loop.i * per_degree}
-    for axis in (*HORIZONTAL, "z"):
-        loop = rate_loop(axis_gains(controller, axis), axis)
-        unit = one.lifting if axis == "z" else one.leaning
-        found[f"posCtlPid.{axis}Kp"] = loop.outer
-        found |= {f"velCtlPid.v{axis}Kp": loop.p / unit, f"velCtlPid.v{axis}Ki": loop.i / unit}
-    tilt = degrees(controller.options.tilt_limit)
-    found |= {"posCtlPid.rLimit": tilt, "posCtlPid.pLimit": tilt}
+        p, i = one.written(axis, loop.p, loop.i)
+        found |= {names.outer: loop.outer, names.p: p, names.i: i}
+    found |= dict.fromkeys(TILT, degrees(controller.options.tilt_limit))
     return found | {"posCtlPid.thrustBase": one.hover, "posCtlPid.thrustMin": LEAST_LIFT * one.hover}
 
 
-def parameters(controller: Controller, full: float) -> tuple[Parameter, ...]:
+def parameters(controller: Controller, full: float) -> tuple[HeldParameter, ...]:
     """Return every parameter as the vehicle holds it: uint16 or float32; raises InputError naming one that is out of range."""
     asked = values(controller, full)
     whole = {name: value for name, value in asked.items() if name in INTEGERS}
@@ -193,14 +211,9 @@ def held(controller: Controller, full: float, written: Mapping[str, float]) -> C
     """Return the controller that the firmware flies with these parameters; rates come from its gyro and its estimator."""
     one = units(controller, full)
     gains = {}
-    for axis in ATTITUDE:
-        per_degree = one.turning[axis] / radians(1.0)
-        p, i = (written[f"pid_rate.{axis}_{part}"] * per_degree for part in ("kp", "ki"))
-        gains[axis] = parallel(RateLoop(written[f"pid_attitude.{axis}_kp"], p, i), GYRO_FILTER)
-    for axis in (*HORIZONTAL, "z"):
-        unit = one.lifting if axis == "z" else one.leaning
-        p, i = (written[f"velCtlPid.v{axis}{part}"] * unit for part in ("Kp", "Ki"))
-        gains[axis] = parallel(RateLoop(written[f"posCtlPid.{axis}Kp"], p, i), 0.0)
-    tilt = radians(written["posCtlPid.rLimit"])
+    for axis, names in NAMES.items():
+        p, i = one.ours(axis, written[names.p], written[names.i])
+        gains[axis] = parallel(RateLoop(written[names.outer], p, i), GYRO_FILTER if axis in ATTITUDE else 0.0)
+    tilt = radians(written[TILT[0]])
     limited = replace(controller, options=replace(controller.options, tilt_limit=tilt))
     return with_measured_rates(with_gains(limited, gains))

@@ -14,10 +14,10 @@ from tuner.exchange.autopilot.parameters import as_bytes, enter, positional, rea
 from tuner.exchange.crazyflie.map import ENTRIES, INTEGERS
 
 TYPE, VERSION = "persistent_param_state", "1"
-_NAME = r"(?P<name>\w+\.\w+):"
-_FLOW = re.compile(rf"\s+{_NAME}\s*\{{(?P<fields>[^}}]*)\}}\s*\Z")
+_NAME = r"(\w+\.\w+):"
+_FLOW = re.compile(rf"\s+{_NAME}\s*\{{([^}}]*)\}}\s*\Z")
 _OPEN = re.compile(rf"\s+{_NAME}\s*\Z")
-_FIELD = re.compile(r"\s*(?P<key>is_stored|default_value|stored_value)\s*:\s*(?P<value>[^,\s]+)\s*\Z")
+_FIELD = re.compile(r"\s*(is_stored|default_value|stored_value)\s*:\s*([^,\s]+)\s*\Z")
 _QUOTED_VERSION = re.compile(r"""version:\s*(['"])1\1\s*\Z""")
 
 
@@ -56,12 +56,12 @@ def _states(lines: list[str], file: Path) -> dict[str, dict[str, str]]:
     fields: dict[str, str] = {}
     for line in lines:
         if flow := _FLOW.match(line):
-            parts = [_FIELD.match(part) for part in flow["fields"].split(",")]
-            states[flow["name"]] = {part["key"]: part["value"] for part in parts if part}
+            parts = [_FIELD.match(part) for part in flow[2].split(",")]
+            states[flow[1]] = dict(part.group(1, 2) for part in parts if part)
         elif opening := _OPEN.match(line):
-            fields = states.setdefault(opening["name"], {})
+            fields = states.setdefault(opening[1], {})
         elif part := _FIELD.match(line):
-            fields[part["key"]] = part["value"]
+            fields[part[1]] = part[2]
         elif line and line[0] == " ":
             raise InputError(
                 f"'{line.strip()}' is no parameter; give a parameter file of cflib (YAML)", file=file, key="params"

@@ -18,8 +18,8 @@ from tuner.exchange.c99.sources import c_sources
 from tuner.exchange.fmi.code import PLATFORM, binding, compiler, shared_library
 from tuner.exchange.fmi.variables import variables
 from tuner.exchange.fmi.xml_files import IDENTIFIER, model_description, parameter_values
-from tuner.exchange.target import Bundle, Option, Request, Target
-from tuner.exchange.texts import c_comment, heading, xml_text
+from tuner.exchange.target import Bundle, ExportTarget, Option, Request
+from tuner.exchange.texts import c_comment, filled, heading, xml_text
 from tuner.gains import Controller
 
 # The earliest date that a zip archive can hold.
@@ -44,6 +44,7 @@ PREFIX = "holdfast"
 OWN = ("fmi2_interface.h", "fmi2_cosimulation.c")
 NAME = f"{PREFIX}_controller"
 UNITS = ("fmi2_cosimulation.c", f"{NAME}.c")
+REAL = Option("real", "floating-point type of the code", ("float", "double"), "float")
 MOCK_UP, VALUES = "holdfast.fmu", "holdfast.ssv"
 
 
@@ -66,7 +67,7 @@ def fmu(request: Request) -> tuple[bytes, Code]:
         **{f"sources/{name}": text.encode() for name, text in code.sources.items()},
     }
     if code.binary is not None:
-        content[f"binaries/{PLATFORM}/{IDENTIFIER}.so"] = code.binary
+        content |= {f"binaries/{PLATFORM}/{IDENTIFIER}.so": code.binary}
     return archive(content), code
 
 
@@ -74,16 +75,13 @@ def code_of(request: Request) -> Code:
     """Write the sources of an FMU and compile them where that can be done here."""
     controller = request.controller
     found = variables(controller)
-    generated = c_sources(controller, request.settings["real"], PREFIX, request.digest)
+    generated = c_sources(controller, request.settings[REAL.name], PREFIX, request.digest)
     sources = {f"{NAME}.h": generated.header, f"{NAME}.c": generated.source}
     sources |= {name: files("tuner.exchange.fmi").joinpath(name).read_text(encoding="utf-8") for name in OWN}
 
-    def tied(guid: str) -> str:
-        period, delayed = controller.control_period, controller.options.delay
-        return binding(found, heading(request, c_comment), guid, period, delayed, f"{NAME}.h", PREFIX)
-
-    guid = guid_of(request.digest, sources | {"binding.h": tied("")})
-    sources["binding.h"] = tied(guid)
+    about = heading(request, c_comment)
+    guid = guid_of(request.digest, sources | {"binding.h": binding(controller, found, about, "")})
+    sources |= {"binding.h": binding(controller, found, about, guid)}
     gcc = compiler()
     return Code(sources, guid, None if gcc is None else shared_library(sources, UNITS, gcc))
 
@@ -99,16 +97,8 @@ def guid_of(digest: str, sources: dict[str, str]) -> str:
 
 def documentation(request: Request, code: Code) -> str:
     """Return the page that simulators show for an FMU."""
-    lines = "".join(f"<p>{line}.</p>\n" for line in heading(request, xml_text))
-    build = f"gcc -std=c99 -O2 -ffp-contract=off -fPIC -shared sources/*.c -o {IDENTIFIER}.so -lm"
-    return (
-        '<!DOCTYPE html>\n<html lang="en">\n<head><meta charset="utf-8"><title>Quadrotor controller</title></head>\n<body>\n'
-        f"<h1>Quadrotor controller</h1>\n{lines}<p>GUID {code.guid}. World axes are ENU, body axes FLU, all numbers SI.</p>\n"
-        "<p>A communication step must be a whole number of control periods; inputs are held during it. Gains are constants "
-        "built into the code: they can be read, not set.</p>\n"
-        f"<p>To build the library for another platform: <code>{build}</code>. "
-        "Multiply and add must not be contracted, else last bits differ.</p>\n</body>\n</html>\n"
-    )
+    lines = "\n".join(f"<p>{line}.</p>" for line in heading(request, xml_text))
+    return filled("fmi", "index.html", heading=lines, guid=code.guid)
 
 
 def export(request: Request) -> Bundle:
@@ -119,7 +109,7 @@ def export(request: Request) -> Bundle:
     return Bundle(
         files={MOCK_UP: mock_up, VALUES: parameter_values(request)},
         rollback={MOCK_UP: former, VALUES: parameter_values(back), "README.txt": f"{sentence}\n".encode()},
-        held=held(request.controller, request.settings["real"]),
+        held=held(request.controller, request.settings[REAL.name]),
         differences=differences(request, code),
         target_version="FMI 2.0 co-simulation, SSP 1.0",
     )
@@ -134,7 +124,7 @@ def held(controller: Controller, real: str) -> Controller:
 
 def differences(request: Request, code: Code) -> tuple[str, ...]:
     """Return what the target adds or lacks."""
-    controller, real = request.controller, request.settings["real"]
+    controller, real = request.controller, request.settings[REAL.name]
     said = [
         "Gains are constants built into the code: a simulator can read them, not set or tune them; export again to change."
     ]
@@ -156,9 +146,9 @@ def differences(request: Request, code: Code) -> tuple[str, ...]:
     return tuple(said)
 
 
-TARGET = Target(
+TARGET = ExportTarget(
     name="fmi",
     title="FMI 2.0 co-simulation FMU and SSV, for Simulink, Dymola, OpenModelica and other simulators",
     export=export,
-    options=(Option("real", "floating-point type of the code", ("float", "double"), "float"),),
+    options=(REAL,),
 )

@@ -47,7 +47,7 @@ GAIN_PREFIX = "gains."
 
 
 @dataclass(frozen=True)
-class Variable:
+class FmuVariable:
     """name: in the FMU. kind: "input", "output" or "constant". unit: ours, "1" without. start: initial value. member: place
     in the C interface, e.g. "reference.position.x"; empty for constants. about: one sentence.
     """
@@ -60,22 +60,22 @@ class Variable:
     member: str = ""
 
 
-def variables(controller: Controller) -> list[Variable]:
+def variables(controller: Controller) -> list[FmuVariable]:
     """Return all variables in the order of their value references."""
     return [*_inputs(), *_outputs(controller), *_constants(controller)]
 
 
-def gain_variables(controller: Controller) -> list[Variable]:
+def gain_variables(controller: Controller) -> list[FmuVariable]:
     """Return the gains alone, in column order."""
     return [
-        Variable(
+        FmuVariable(
             f"{GAIN_PREFIX}{gain.address}", "constant", gain.unit, controller.gains[gain.column], gain.info.meaning
         )
         for gain in gain_addresses(controller.cascade)
     ]
 
 
-def _inputs() -> list[Variable]:
+def _inputs() -> list[FmuVariable]:
     goal, seen = "reference", "measurement"
     return [
         *_vector(goal, "position", "m", "Position asked for, world ENU"),
@@ -95,35 +95,35 @@ def _inputs() -> list[Variable]:
     ]
 
 
-def _outputs(controller: Controller) -> list[Variable]:
+def _outputs(controller: Controller) -> list[FmuVariable]:
     vehicle = controller.airframe.vehicle
     hover = nominal(vehicle, controller.options, controller.control_period).hover
     places = ("front left", "front right", "rear left", "rear right")
     about = "Thrust of the rotor {} that the controller commands"
     return [
         *[
-            Variable(f"rotor_thrust[{i + 1}]", "output", "N", hover, about.format(place), f"rotor_thrust[{i}]")
+            FmuVariable(f"rotor_thrust[{i + 1}]", "output", "N", hover, about.format(place), f"rotor_thrust[{i}]")
             for i, place in enumerate(places)
         ],
-        Variable("thrust", "output", "N", 4.0 * hover, "Sum of the rotor thrusts", "thrust"),
+        FmuVariable("thrust", "output", "N", 4.0 * hover, "Sum of the rotor thrusts", "thrust"),
         *[
-            Variable(f"torque.{axis}", "output", "N m", 0.0, "Torque of the rotor thrusts, body FLU",
+            FmuVariable(f"torque.{axis}", "output", "N m", 0.0, "Torque of the rotor thrusts, body FLU",
                      f"torque.{axis}")
             for axis in VECTOR
         ],
     ]  # fmt: skip
 
 
-def _constants(controller: Controller) -> list[Variable]:
-    period = Variable("control_period", "constant", "s", controller.control_period, "Time between two control steps")
+def _constants(controller: Controller) -> list[FmuVariable]:
+    period = FmuVariable("control_period", "constant", "s", controller.control_period, "Time between two control steps")
     return [period, *gain_variables(controller)]
 
 
-def _input(record: str, name: str, unit: str, about: str, start: float = 0.0) -> Variable:
-    return Variable(f"{record}.{name}", "input", unit, start, about, f"{record}.{name}")
+def _input(record: str, name: str, unit: str, about: str, start: float = 0.0) -> FmuVariable:
+    return FmuVariable(f"{record}.{name}", "input", unit, start, about, f"{record}.{name}")
 
 
 def _vector(
     record: str, name: str, unit: str, about: str, start: tuple[float, float, float] = (0.0, 0.0, 0.0)
-) -> list[Variable]:
+) -> list[FmuVariable]:
     return [_input(record, f"{name}.{axis}", unit, about, value) for axis, value in zip(VECTOR, start, strict=True)]

@@ -11,7 +11,7 @@ without a unit and its description names it.
 
 from collections.abc import Iterable, Mapping, Sequence
 
-from tuner.exchange.fmi.variables import Variable, base_unit, gain_variables
+from tuner.exchange.fmi.variables import FmuVariable, base_unit, gain_variables
 from tuner.exchange.target import Request
 from tuner.exchange.texts import heading, xml_text
 
@@ -43,7 +43,7 @@ def _text(value: object) -> str:
 IDENTIFIER = "holdfast_controller"
 
 
-def model_description(request: Request, found: Sequence[Variable], guid: str, sources: Sequence[str]) -> bytes:
+def model_description(request: Request, found: Sequence[FmuVariable], guid: str, sources: Sequence[str]) -> bytes:
     """Return modelDescription.xml; sources: names of the C files to compile."""
     controller = request.controller
     laws = f"{controller.cascade.position.name} on position, {controller.cascade.attitude.name} on attitude"
@@ -71,7 +71,7 @@ def model_description(request: Request, found: Sequence[Variable], guid: str, so
     )
 
 
-def units_of(found: Sequence[Variable]) -> list[str]:
+def units_of(found: Sequence[FmuVariable]) -> list[str]:
     """Return the units that occur, in the order of their first use."""
     return list(dict.fromkeys(entry.unit for entry in found))
 
@@ -98,7 +98,7 @@ def _unit(unit: str) -> str:
     return element("Unit", {"name": unit}, [] if base is None else [element("BaseUnit", base)])
 
 
-def _variable(reference: int, entry: Variable) -> str:
+def _variable(reference: int, entry: FmuVariable) -> str:
     kind = {
         "input": {"causality": "input", "variability": "discrete"},
         "output": {"causality": "output", "variability": "discrete", "initial": "calculated"},
@@ -109,7 +109,7 @@ def _variable(reference: int, entry: Variable) -> str:
     return element("ScalarVariable", about | kind, [element("Real", {"unit": entry.unit} | start)])
 
 
-def _structure(found: Sequence[Variable]) -> str:
+def _structure(found: Sequence[FmuVariable]) -> str:
     """Return outputs and what is worked out at initialization; the outputs of a step depend on all inputs and on the past."""
     outputs = [i + 1 for i, entry in enumerate(found) if entry.kind == "output"]
     return element(

@@ -8,11 +8,12 @@ ulp, this file has none.
 import re
 from typing import Any
 
+from plant.airframes.schema import GROUPS, SCALARS
 from plant.cascade import LEAST_COSINE, LEAST_LIFT
 from plant.gains import gain_addresses
 from plant.nominal import nominal
 from tuner.exchange.aboard import rollback_request
-from tuner.exchange.target import Bundle, Request, Target
+from tuner.exchange.target import Bundle, ExportTarget, Request
 from tuner.exchange.texts import heading, matlab_comment, matlab_string
 
 FUNCTION = "holdfast_gains"
@@ -25,12 +26,14 @@ KEYWORDS = frozenset(
     "parfor persistent return spmd switch try until do unwind_protect while".split()
 )
 
+# Units of where the rotors stand and which way they turn.
+PLACES = {"rotor_x": "m", "rotor_y": "m", "spin": "1"}
 # A number or a column of numbers with its unit; texts and flags have none.
 Entry = tuple[Any, str]
 
 
 def export(request: Request) -> Bundle:
-    """Write the function; every law can be carried, see `Target.export`."""
+    """Write the function; every law can be carried, see `ExportTarget.export`."""
     earlier, sentence = rollback_request(request)
     return Bundle(
         files={FILE: function(request)},
@@ -69,21 +72,10 @@ def entries(request: Request) -> dict[str, Entry]:
         "limits.least_cosine": (LEAST_COSINE, "1"),
         "airframe.name": (controller.airframe.name, ""),
     }
-    units = {
-        "mass": "kg",
-        "inertia": "kg m2",
-        "rotor_x": "m",
-        "rotor_y": "m",
-        "spin": "1",
-        "thrust_coefficient": "N s2",
-    }
-    units |= {"torque_ratio": "m", "rotor_inertia": "kg m2", "lag_up": "s", "lag_down": "s", "speed_min": "rad/s"}
-    units |= {"speed_max": "rad/s", "drag_linear": "N s/m", "drag_quadratic": "N s2/m2", "drag_height": "m"}
-    units |= {"rate_damping": "N m s", "gravity": "m/s2"}
+    units = {name: field.unit for name, field in (SCALARS | GROUPS).items()} | PLACES
     found |= {f"airframe.{name}": (value, units[name]) for name, value in vehicle._asdict().items()}
-    for gain in gain_addresses(controller.cascade):
-        found[f"gains.{gain.address}"] = (controller.gains[gain.column], gain.unit)
-    return found
+    gains = gain_addresses(controller.cascade)
+    return found | {f"gains.{gain.address}": (controller.gains[gain.column], gain.unit) for gain in gains}
 
 
 def literal(value: Any) -> str:
@@ -127,4 +119,4 @@ def comment(unit: str) -> str:
     return f"  % {unit}" if unit else ""
 
 
-TARGET = Target(name="matlab", title="MATLAB and Octave, a struct of gains with units", export=export)
+TARGET = ExportTarget(name="matlab", title="MATLAB and Octave, a struct of gains with units", export=export)

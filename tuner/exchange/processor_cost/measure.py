@@ -5,24 +5,31 @@ a step can be moved out of the counted section.
 
 The packaged table of costs is made anew after a change of a law, of the cascade or of the C99 export by
 
-    python -m tuner.exchange.processor_cost --write tuner/study/processor_cost/cortex_m4f.json
+    python -m tuner.exchange.processor_cost.measure --write tuner/study/processor_cost/cortex_m4f.json
 """
 
+import argparse
 import json
 import re
+import sys
 import tempfile
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from pathlib import Path
 from typing import Any
 
 from plant.airframes import load
 from plant.cascade import close_cascade
+from plant.errors import InputError
 from plant.gains import default_row
 from plant.laws import LAWS, law
 from plant.nominal import ControlOptions
+from plant.records import paths
+from plant.references.track import Reference
+from plant.sensors import Measurement
+from tuner.exchange.c99.sources import c_sources
 from tuner.exchange.processor_cost import qemu
-from tuner.exchange.processor_cost.inputs import typical_inputs
-from tuner.exchange.processor_cost.program import measuring_program
+from tuner.exchange.processor_cost.inputs import Instant, attitude_row, step_row, typical_inputs
+from tuner.exchange.texts import filled
 from tuner.gains import Controller
 from tuner.study.processor_cost.cost import MEANING, TARGET, Cost
 from tuner.study.processor_cost.table import CONTROL_PERIOD, COUNTED, SHARED
@@ -35,8 +42,6 @@ STACK_FLAGS = ("-fcallgraph-info=su",)
 
 def measure_cost(controller: Controller) -> Cost:
     """Count the cost of a controller; raises InputError where compiler or emulator are missing."""
-    from tuner.exchange.c99.sources import c_sources
-
     qemu.require()
     code = c_sources(controller, REAL, PREFIX)
     main = measuring_program(typical_inputs(controller), f"{code.name}.h", PREFIX, REAL)
@@ -126,3 +131,66 @@ def _line(name: str, cost: Cost) -> str:
 def write_table(path: Path, said: Callable[[str], None]) -> None:
     """Count every pair of laws and write the table."""
     path.write_text(measured_table(said), encoding="utf-8")
+
+
+ATTITUDE_MEMBERS = (
+    *(f"setpoint.{name}" for name in ("roll", "pitch", "yaw", "yaw_rate")),
+    *(f"seen.{name}.{axis}" for name in ("angles", "rate") for axis in "xyz"),
+    *(f"applied.{name}.{axis}" for name in ("effect", "excess") for axis in "xyz"),
+)
+STEP_MEMBERS = (
+    *(f"reference.{path}" for path in paths(Reference)),
+    *(f"measurement.{path}" for path in paths(Measurement)),
+)
+
+
+def measuring_program(instants: Sequence[Instant], header: str, prefix: str, real: str) -> str:
+    """Return the C source of the program.
+
+    It prints the sizes of the state of the cascade and of the attitude loops [bytes]; for every instant the instructions of the
+    attitude step and of the step of the cascade, each from before its call to after its return; last, thrust of the cascade [N]
+    and torque of the attitude loops [N m], which tell that both were given what was recorded.
+    """
+    return filled(
+        "processor_cost",
+        "main.c",
+        header=header,
+        prefix=prefix,
+        real=real,
+        count=len(instants),
+        step_width=len(STEP_MEMBERS),
+        attitude_width=len(ATTITUDE_MEMBERS),
+        step_rows=_rows(map(step_row, instants)),
+        attitude_rows=_rows(map(attitude_row, instants)),
+        take_step=_assignments(STEP_MEMBERS),
+        take_attitude=_assignments(ATTITUDE_MEMBERS),
+    )
+
+
+def _rows(rows: Iterable[Sequence[float]]) -> str:
+    """Return numbers in hexadecimal, so that none is rounded twice."""
+    return ",\n".join("    {" + ", ".join(float(value).hex() for value in row) + "}" for row in rows)
+
+
+def _assignments(members: Sequence[str]) -> str:
+    return "\n".join(f"    {member} = in[{i}];" for i, member in enumerate(members))
+
+
+def main() -> int:
+    """Write the table; exit code 2 where the toolchain is missing."""
+    parser = argparse.ArgumentParser(
+        prog="python -m tuner.exchange.processor_cost.measure", description="Count every pair of laws anew."
+    )
+    parser.add_argument(
+        "--write", type=Path, required=True, help="the file to write, tuner/study/processor_cost/cortex_m4f.json"
+    )
+    try:
+        write_table(parser.parse_args().write, lambda line: print(line, flush=True))
+    except InputError as error:
+        print(error, file=sys.stderr)
+        return 2
+    return 0
+
+
+if __name__ == "__main__":
+    sys.exit(main())

@@ -22,7 +22,7 @@ from plant.laws.pid import Gains
 from plant.records import flatten, pack
 from tuner.exchange.aboard import rollback_request
 from tuner.exchange.autopilot.pid import rate_sources, with_measured_rates
-from tuner.exchange.target import Bundle, Parameter, Request, Target
+from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Request
 from tuner.exchange.texts import heading, yaml_comment
 from tuner.gains import Controller
 
@@ -50,7 +50,7 @@ SCHEMA = {
 
 
 @dataclass(frozen=True)
-class Axis:
+class AxisOutput:
     """inertia [kg m2, or kg]: turns gains into p, i, d; low, high: limits of the controller's output [N m, or N]."""
 
     inertia: float
@@ -58,7 +58,7 @@ class Axis:
     high: float
 
 
-def axes_of(controller: Controller) -> dict[str, Axis]:
+def axes_of(controller: Controller) -> dict[str, AxisOutput]:
     """Return what turns the gains of each axis into torque or force, with the limits of its output.
 
     Torques: the largest that the rotors have at hover. Forces: the tilt cone at hover, and for z what the rotors and the bound on
@@ -71,18 +71,18 @@ def axes_of(controller: Controller) -> dict[str, Axis]:
     lift = 4.0 * vehicle.thrust_coefficient * vehicle.speed_max**2 - weight
     torque = {axis: derived[f"{axis}_torque"].value for axis in ATTITUDE_AXES}
     return {
-        "x": Axis(vehicle.mass, -sideways, sideways),
-        "y": Axis(vehicle.mass, -sideways, sideways),
-        "z": Axis(vehicle.mass, (LEAST_LIFT - 1.0) * weight, lift),
+        "x": AxisOutput(vehicle.mass, -sideways, sideways),
+        "y": AxisOutput(vehicle.mass, -sideways, sideways),
+        "z": AxisOutput(vehicle.mass, (LEAST_LIFT - 1.0) * weight, lift),
         **{
-            axis: Axis(inertia, -torque[axis], torque[axis])
+            axis: AxisOutput(inertia, -torque[axis], torque[axis])
             for axis, inertia in zip(ATTITUDE_AXES, vehicle.inertia, strict=True)
         },
     }
 
 
 def export(request: Request) -> Bundle:
-    """Write the parameters; see `Target.export`. Raises InputError for a period of no whole number of Hz."""
+    """Write the parameters; see `ExportTarget.export`. Raises InputError for a period of no whole number of Hz."""
     controller = request.controller
     refuse(controller)
     back, sentence = rollback(request)
@@ -154,7 +154,7 @@ def numbers(controller: Controller) -> dict[str, dict[str, float]]:
     return found
 
 
-def parameters(controller: Controller) -> list[Parameter]:
+def parameters(controller: Controller) -> list[HeldParameter]:
     """Return every number with its unit; the schema sets no limits but the sign of a gain."""
     listed = []
     for name, fields in numbers(controller).items():
@@ -166,7 +166,7 @@ def parameters(controller: Controller) -> list[Parameter]:
             low = -np.inf if field.endswith("_min") else 0.0
             label = f"{node}.gains.{name}.{field}"
             usual = 0.0 if field in ("p", "i", "d") else None
-            listed.append(Parameter(label, units.get(field, unit), value, float(double(value)), low, np.inf, usual))
+            listed.append(HeldParameter(label, units.get(field, unit), value, float(double(value)), low, np.inf, usual))
     return listed
 
 
@@ -248,7 +248,7 @@ def node_lines(node: str, values: Mapping[str, Mapping[str, float]]) -> list[str
     return lines
 
 
-TARGET = Target(
+TARGET = ExportTarget(
     name="ros2",
     title="ROS 2, parameters of ros2_control's pid_controller (YAML)",
     export=export,

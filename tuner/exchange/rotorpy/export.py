@@ -14,16 +14,15 @@ from pathlib import Path
 
 from plant import laws
 from plant.gains import gain_addresses
-from plant.nominal import ControlOptions
-from plant.vehicle import Vehicle
 from tuner.exchange.aboard import rollback_request
 from tuner.exchange.rotorpy import controller as rotorpy_controller
-from tuner.exchange.rotorpy.vehicle import differences, parameter_text
-from tuner.exchange.target import Bundle, Request, Target
-from tuner.exchange.texts import heading, markdown, python_docstring, tool
+from tuner.exchange.rotorpy.vehicle import differences, hover_speed, parameters
+from tuner.exchange.target import Bundle, ExportTarget, Request
+from tuner.exchange.texts import filled, heading, markdown, python_docstring, tool
 
 PACKAGE = "holdfast_rotorpy"
 VERSION = "RotorPy 3.0"
+MODULES = ("README.md", *(f"{PACKAGE}/{name}.py" for name in ("__init__", "gains", "vehicle_params")))
 # What stands in the packages inside, whose own would import every law.
 PART = '"""Copies of holdfast\'s model functions, those that this controller calls."""\n'
 CONTROLLER = Path(rotorpy_controller.__file__)
@@ -31,7 +30,7 @@ _OF_PLANT = re.compile(r"^from plant(\.[\w.]+)? import", re.MULTILINE)
 
 
 def export(request: Request) -> Bundle:
-    """Write the package; every law can be carried, see `Target.export`."""
+    """Write the package; every law can be carried, see `ExportTarget.export`."""
     earlier, sentence = rollback_request(request)
     return Bundle(
         files=package(request),
@@ -51,13 +50,8 @@ def export(request: Request) -> Bundle:
 def package(request: Request, sentence: str = "") -> dict[str, bytes]:
     """Return name -> content of the files of the package and of its README."""
     cascade = request.controller.cascade
-    files = {
-        "README.md": readme(request, sentence),
-        f"{PACKAGE}/__init__.py": _init(request),
-        f"{PACKAGE}/gains.py": _gains(request, sentence),
-        f"{PACKAGE}/vehicle_params.py": vehicle_parameters(request),
-        f"{PACKAGE}/flight_controller.py": relative(CONTROLLER.read_text(encoding="utf-8"), ".plant"),
-    }
+    files = _modules(request, sentence)
+    files[f"{PACKAGE}/flight_controller.py"] = relative(CONTROLLER.read_text(encoding="utf-8"), ".plant")
     files |= {
         f"{PACKAGE}/{name}": text for name, text in copies({cascade.position.name, cascade.attitude.name}).items()
     }
@@ -126,112 +120,34 @@ def _joined(root: str, rest: str) -> str:
     return root + rest.lstrip(".") if root.endswith(".") else root + rest
 
 
-def _init(request: Request) -> str:
-    return "\n".join(
-        [
-            f'"""{heading(request, python_docstring)[2]}; gains from {tool()}, flown in RotorPy: see `controller`."""',
-            "",
-            "from .flight_controller import FlightController",
-            "from .gains import controller",
-            "from .vehicle_params import initial_state, quad_params",
-            "",
-            '__all__ = ["FlightController", "controller", "initial_state", "quad_params"]',
-            "",
-        ]
-    )
-
-
-def _gains(request: Request, sentence: str) -> str:
-    """Return the module with the numbers: gains by address, vehicle, options; repr gives every double back as it was."""
+def _modules(request: Request, sentence: str) -> dict[str, str]:
+    """Return README.md and the modules that are written anew; repr gives every double back as it was."""
     controller = request.controller
-    position, attitude = module_of(controller.cascade.position.name), module_of(controller.cascade.attitude.name)
-    modules = [f"from .plant.laws import {name}" for name in sorted({position, attitude})]
-    rows = [
-        f'    "{gain.address}": {controller.gains[gain.column]!r},  # {gain.unit}'
-        for gain in gain_addresses(controller.cascade)
+    vehicle, cascade = controller.airframe.vehicle, controller.cascade
+    position, attitude = module_of(cascade.position.name), module_of(cascade.attitude.name)
+    about = heading(request, python_docstring)
+    gains = [
+        f'    "{gain.address}": {controller.gains[gain.column]!r},  # {gain.unit}' for gain in gain_addresses(cascade)
     ]
-    return "\n".join(
-        [
-            '"""The gains and the vehicle they were tuned for.',
-            "",
-            *[f"{line}." for line in heading(request, python_docstring)],
-            *([python_docstring(sentence)] if sentence else []),
-            '"""',
-            "",
-            "from .flight_controller import FlightController",
-            *modules,
-            "from .plant.nominal import ControlOptions",
-            "from .plant.vectors import Rotors, Vec3",
-            "from .plant.vehicle import Vehicle",
-            "",
-            "GAINS = {",
-            *rows,
-            "}",
-            f"VEHICLE = {controller.airframe.vehicle!r}",
-            f"OPTIONS = {_options(controller.options)}",
-            f"CONTROL_PERIOD = {controller.control_period!r}  # s",
-            "",
-            "",
-            "def controller() -> FlightController:",
-            '    """Return a controller at rest."""',
-            f"    laws = {position}.LAW, {attitude}.LAW",
-            "    return FlightController(*laws, list(GAINS.values()), VEHICLE, OPTIONS, CONTROL_PERIOD)",
-            "",
-        ]
-    )
+    words = {
+        "tool": tool(), "package": PACKAGE, "laws": about[2], "heading": "\n".join(about),
+        "lines": "\n".join([*(f"{line}." for line in about), *([python_docstring(sentence)] if sentence else [])]),
+        "introduction": "\n".join(
+            [*(f"{line}.  " for line in heading(request, markdown)), *([markdown(sentence)] if sentence else [])]
+        ),
+        "imports": "\n".join(f"from .plant.laws import {name}" for name in sorted({position, attitude})),
+        "gains": "\n".join(gains), "position": position, "attitude": attitude,
+        "options": ", ".join(f"{name}={value!r}" for name, value in asdict(controller.options).items()),
+        "vehicle": repr(vehicle), "period": repr(controller.control_period), "rate": f"{1.0 / controller.control_period:g}",
+        "parameters": "\n".join(f'    "{name}": {value!r},' for name, value in parameters(vehicle).items()),
+        "rotors": "\n".join(
+            f'        "r{i}": np.array([{x!r}, {y!r}, {vehicle.drag_height!r}]),'
+            for i, (x, y) in enumerate(zip(vehicle.rotor_x, vehicle.rotor_y, strict=True), 1)
+        ),
+        "spin": repr(list(vehicle.spin)), "hover_speed": repr(hover_speed(vehicle)),
+        "differences": "\n".join(f"- {line}" for line in differences(vehicle)),
+    }  # fmt: skip
+    return {name: filled("rotorpy", Path(name).name, **words) for name in MODULES}
 
 
-def _options(options: ControlOptions) -> str:
-    return f"ControlOptions({', '.join(f'{name}={value!r}' for name, value in asdict(options).items())})"
-
-
-def vehicle_parameters(request: Request) -> str:
-    """Return the module with RotorPy's dictionary of the vehicle and its state at rest."""
-    vehicle: Vehicle = request.controller.airframe.vehicle
-    lines = [
-        '"""The airframe in RotorPy\'s terms; see README.md for what differs.',
-        "",
-        *heading(request, python_docstring),
-        '"""',
-        "",
-    ]
-    return "\n".join([*lines, parameter_text(vehicle)])
-
-
-def readme(request: Request, sentence: str) -> str:
-    """Return how to run it, and what differs."""
-    rate = 1.0 / request.controller.control_period
-    return "\n".join(
-        [
-            "# Gains in RotorPy",
-            "",
-            *[f"{line}.  " for line in heading(request, markdown)],
-            *([markdown(sentence)] if sentence else []),
-            "",
-            f"Copy `{PACKAGE}/` beside your script (`pip install rotorpy`; nothing else is needed) and run:",
-            "",
-            "```python",
-            "import numpy as np",
-            "from rotorpy.environments import Environment",
-            "from rotorpy.trajectories.hover_traj import HoverTraj",
-            "from rotorpy.vehicles.multirotor import Multirotor",
-            f"from {PACKAGE} import controller, initial_state, quad_params",
-            "",
-            'vehicle = Multirotor(quad_params, initial_state(), control_abstraction="cmd_ctbm")',
-            "target = HoverTraj(x0=np.array([1.0, 0.0, 0.0]))",
-            f"flight = Environment(vehicle, controller(), target, sim_rate={rate:g})",
-            'print(flight.run(t_final=8)["state"]["x"][-1])',
-            "```",
-            "",
-            f"`sim_rate` must be a whole multiple of {rate:g} Hz. ",
-            "`plant/` holds copies of holdfast's model functions (BSD-3-Clause).",
-            "",
-            "What differs from holdfast's own simulation:",
-            "",
-            *[f"- {line}" for line in differences(request.controller.airframe.vehicle)],
-            "",
-        ]
-    )
-
-
-TARGET = Target(name="rotorpy", title="RotorPy, a controller object with its vehicle (Python)", export=export)
+TARGET = ExportTarget(name="rotorpy", title="RotorPy, a controller object with its vehicle (Python)", export=export)

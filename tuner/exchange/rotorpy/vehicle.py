@@ -52,43 +52,6 @@ def parameters(vehicle: Vehicle) -> dict[str, float]:
     }  # fmt: skip
 
 
-def parameter_text(vehicle: Vehicle) -> str:
-    """Return the Python text of `quad_params` and `initial_state`."""
-    places = list(zip(vehicle.rotor_x, vehicle.rotor_y, strict=True))
-    rotors = [
-        f'        "r{i}": np.array([{x!r}, {y!r}, {vehicle.drag_height!r}]),' for i, (x, y) in enumerate(places, 1)
-    ]
-    return "\n".join(
-        [
-            "import numpy as np",
-            "",
-            "# SI units. Rotors: 1 front left, 2 front right, 3 rear left, 4 rear right, place in body FLU [m];",
-            "# rotor_directions: +1 where the reaction torque on the body is about +z.",
-            "quad_params = {",
-            *[f'    "{name}": {value!r},' for name, value in parameters(vehicle).items()],
-            '    "rotor_pos": {',
-            *rotors,
-            "    },",
-            f'    "rotor_directions": np.array({list(vehicle.spin)!r}),',
-            '    "rI": np.zeros(3),',
-            "}",
-            "",
-            "",
-            "def initial_state(position=(0.0, 0.0, 0.0)) -> dict:",
-            '    """Return the vehicle at rest, level, with its rotors at hover speed; position in world ENU [m]."""',
-            "    return {",
-            '        "x": np.array(position, dtype=float),',
-            '        "v": np.zeros(3),',
-            '        "q": np.array([0.0, 0.0, 0.0, 1.0]),',
-            '        "w": np.zeros(3),',
-            '        "wind": np.zeros(3),',
-            f'        "rotor_speeds": np.full(4, {hover_speed(vehicle)!r}),',
-            "    }",
-            "",
-        ]
-    )
-
-
 def differences(vehicle: Vehicle) -> tuple[str, ...]:
     """Return one sentence for each way in which RotorPy's plant is not ours."""
     said = ["RotorPy integrates with an adaptive step to 1e-3; give Multirotor integrator_kwargs for less."]

@@ -10,8 +10,8 @@ from tuner.documents.summary import ComparedRow, RequiredRow, Summary
 from tuner.experiments.tuning.run_margins import margin_model
 from tuner.gains import Controller, to_document
 from tuner.gains.document import seed_entry
+from tuner.gains.quantities import quantity, ucum
 from tuner.gains.sections import DEMAND, DESCRIBING, LINEARISED, PLANT_INPUT
-from tuner.gains.ucum import quantity, ucum
 from tuner.study.processor_cost.table import tabled
 from tuner.study.processor_cost.words import gains_rows
 

@@ -27,7 +27,8 @@ from tuner.exchange.ardupilot.export import FILE, TARGET
 from tuner.exchange.ardupilot.map import vertical_gains, vertical_loops
 from tuner.exchange.ardupilot.ranges import DIALECTS, check_names, positive_names
 from tuner.exchange.autopilot.parameters import MOST, single
-from tuner.exchange.target import Request, settings_of
+from tuner.exchange.registry import settings_of
+from tuner.exchange.target import Request
 
 DIGEST = "cd" * 32
 FIRMWARES = ("4.6", "4.7")

@@ -9,7 +9,8 @@ from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.flying_autopilots import ardupilot_torque, attitude_feedback, attitude_gains, by_address
 from tests.tuner.exchange.importing.reading import exported, read, same_flight, write
 from tuner.exchange.ardupilot.export import FILE, TARGET
-from tuner.exchange.target import Request, settings_of
+from tuner.exchange.registry import settings_of
+from tuner.exchange.target import Request
 
 FITTING = {
     "yaw__kp": 26.0, "yaw__ki": 10.0, "yaw__kd": 6.5, "z__kp": 7.4, "z__ki": 4.9, "z__kd": 3.4, "pitch__kp": 80.0,

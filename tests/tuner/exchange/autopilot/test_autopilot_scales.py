@@ -30,8 +30,8 @@ from tuner.exchange.autopilot.scales import (
     px4_factors,
     torque_scale,
 )
-from tuner.exchange.registry import exporter
-from tuner.exchange.target import Request, settings_of
+from tuner.exchange.registry import exporter, settings_of
+from tuner.exchange.target import Request
 
 FACTORS = {"px4": px4_factors, "ardupilot": ardupilot_factors, "betaflight": betaflight_factors}
 

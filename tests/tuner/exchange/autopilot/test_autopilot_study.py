@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 from tests.tuner.conftest import QUICKSTART
-from tuner.exchange.registry import EXPORTERS
-from tuner.exchange.target import Request, settings_of
+from tuner.exchange.registry import EXPORTERS, settings_of
+from tuner.exchange.target import Request
 from tuner.gains import Controller
 from tuner.study import load_study
 

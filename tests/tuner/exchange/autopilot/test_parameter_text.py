@@ -11,7 +11,7 @@ from plant.errors import InputError
 from plant.seeds import generator
 from tuner.exchange.autopilot.parameters import (
     MOST,
-    Entry,
+    ParameterInfo,
     enter,
     misfit,
     parameters,
@@ -72,7 +72,10 @@ def test_files_that_cannot_be_read(tmp_path):
         read_lines(tmp_path, "a file")
 
 
-TABLE = {"MC_P": Entry("MC_P", "1/s", 0.1, 0.6, 0.3, "roll.kd"), "MC_N": Entry("MC_N", "1", 0.0, MOST, 1.0, "roll.ki")}
+TABLE = {
+    "MC_P": ParameterInfo("MC_P", "1/s", 0.1, 0.6, 0.3, "roll.kd"),
+    "MC_N": ParameterInfo("MC_N", "1", 0.0, MOST, 1.0, "roll.ki"),
+}
 
 
 @pytest.mark.parametrize(

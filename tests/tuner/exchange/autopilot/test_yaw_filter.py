@@ -6,9 +6,9 @@ import pytest
 
 from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.importing.reading import read, write
-from tuner.exchange.registry import exporter
+from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.run import bundle_of
-from tuner.exchange.target import Request, settings_of
+from tuner.exchange.target import Request
 
 
 def bundle(target, cutoff, *given):

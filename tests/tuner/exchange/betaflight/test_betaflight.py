@@ -17,7 +17,8 @@ from tuner.exchange.betaflight import adrc as betaflight_adrc
 from tuner.exchange.betaflight import export as betaflight
 from tuner.exchange.betaflight.export import FILE, TARGET
 from tuner.exchange.betaflight.map import to_betaflight
-from tuner.exchange.target import Request, settings_of
+from tuner.exchange.registry import settings_of
+from tuner.exchange.target import Request
 
 DIGEST = "ef" * 32
 

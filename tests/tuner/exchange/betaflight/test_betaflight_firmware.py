@@ -9,7 +9,8 @@ from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.importing.reading import read, same_flight, write
 from tuner.exchange.betaflight.export import FILE, TARGET
 from tuner.exchange.betaflight.map import SWITCHES, TABLE
-from tuner.exchange.target import Request, settings_of
+from tuner.exchange.registry import settings_of
+from tuner.exchange.target import Request
 
 YAW = {"yaw__kp": 20.0, "yaw__ki": 12.0, "yaw__kd": 6.0}
 FLOWN = {"p_roll": "52", "i_pitch": "70"} | {name: "2" for name in ("d_yaw", "d_max_yaw", "f_yaw", "anti_gravity_gain", "yaw_lowpass_hz", "thrust_linear", "angle_feedforward")}  # fmt: skip

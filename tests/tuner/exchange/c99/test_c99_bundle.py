@@ -17,8 +17,8 @@ from plant.laws import LAWS
 from plant.nominal import ControlOptions
 from tests.clients import program
 from tests.tuner.exchange.c99.compiled import FLAGS, uneven
-from tuner.exchange.c99 import c_sources
 from tuner.exchange.c99.export import TARGET, held
+from tuner.exchange.c99.sources import c_sources
 from tuner.exchange.target import Request
 from tuner.gains import read_gains, to_document
 

@@ -16,7 +16,7 @@ from tests.clients import ask, program
 from tests.tuner.exchange.fmi.fmus import STEP_INPUTS, STEP_OUTPUTS, request
 from tuner.exchange.fmi.export import TARGET, fmu
 from tuner.exchange.fmi.variables import base_unit, exponents
-from tuner.exchange.target import settings_of
+from tuner.exchange.registry import settings_of
 from tuner.gains import content_hash, to_document
 
 SOURCES = ["binding.h", "fmi2_cosimulation.c", "fmi2_interface.h", "holdfast_controller.c", "holdfast_controller.h"]

@@ -1,8 +1,8 @@
 """Parameter files read back, for the tests of importers."""
 
 from plant.airframes import load
-from tuner.exchange.registry import importer
-from tuner.exchange.target import Request, settings_of
+from tuner.exchange.registry import importer, settings_of
+from tuner.exchange.target import Request
 
 DIGEST = "12" * 32
 

@@ -15,9 +15,9 @@ from tests.tuner.exchange.importing.vehicle_files import ardupilot_files, px4_fi
 from tests.tuner.exchange.px4.test_px4 import values_of
 from tuner.exchange.ardupilot import export as ardupilot
 from tuner.exchange.px4 import export as px4
-from tuner.exchange.registry import exporter
+from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.run import bundle_of
-from tuner.exchange.target import Request, settings_of
+from tuner.exchange.target import Request
 from tuner.gains import read_gains, to_document
 
 # What our PID carries, typed from the form that docs/exports.md gives: outer P, inner P and I of every loop, and the tilt.

@@ -19,8 +19,7 @@ from tuner.exchange.c99.sources import c_sources
 from tuner.exchange.c99.tracing import constants_of, nominal_of
 from tuner.exchange.processor_cost import qemu
 from tuner.exchange.processor_cost.inputs import attitude_row, step_row, typical_inputs
-from tuner.exchange.processor_cost.measure import default_controller, measure_cost, table_text
-from tuner.exchange.processor_cost.program import measuring_program
+from tuner.exchange.processor_cost.measure import default_controller, measure_cost, measuring_program, table_text
 from tuner.study.processor_cost.cost import cost_from
 from tuner.study.processor_cost.table import read_table, tabled
 

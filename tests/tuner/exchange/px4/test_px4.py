@@ -20,7 +20,8 @@ from tests.tuner.exchange.flying_autopilots import (
     px4_torque,
 )
 from tuner.exchange.px4.export import FILE, TARGET
-from tuner.exchange.target import Request, settings_of
+from tuner.exchange.registry import settings_of
+from tuner.exchange.target import Request
 
 DIGEST = "ab" * 32
 

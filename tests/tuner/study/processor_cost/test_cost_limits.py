@@ -12,7 +12,7 @@ from tests.tuner.experiments.contest.contest_text import CONTEST, changed, write
 from tuner.experiments.contest.cost import cost_of
 from tuner.experiments.contest.document import processor_count
 from tuner.experiments.contest.words import cost_words
-from tuner.gains.sections import cost_schema
+from tuner.gains.schema import cost_schema
 from tuner.study import load_study
 from tuner.study.contest_reading import load_contest
 from tuner.study.processor_cost.requirement import QUANTITIES

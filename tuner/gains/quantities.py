@@ -1,8 +1,12 @@
-"""Units of gains.json: UCUM case-sensitive codes for the spellings that the rest of the tool uses.
+"""Numbers of gains.json: {value, unit}, with UCUM case-sensitive codes for the spellings that the rest of the tool uses.
 
 The Unified Code for Units of Measure, version 2.1, 2017 (ucum.org). It has no fractional exponents: a unit with a root is
 written as an annotation in braces, which UCUM takes for a dimensionless number that a person can read.
 """
+
+from collections.abc import Iterator
+from math import inf
+from typing import Any, NamedTuple
 
 from plant.errors import InputError
 
@@ -24,10 +28,38 @@ UCUM = {
 def ucum(unit: str) -> str:
     """Return the UCUM code of a unit in our spelling; raises InputError for one that the table lacks."""
     if unit not in UCUM:
-        raise InputError(f"the unit '{unit}' has no UCUM code yet; add it to tuner/gains/ucum.py")
+        raise InputError(f"the unit '{unit}' has no UCUM code yet; add it to tuner/gains/quantities.py")
     return UCUM[unit]
 
 
 def quantity(value: float, unit: str) -> dict[str, float | str]:
     """Return {value, unit} of a number whose unit is in our spelling."""
     return {"value": value, "unit": ucum(unit)}
+
+
+class GainEntry(NamedTuple):
+    """A gain in the file; low, high: the range that a search had for it, in the same unit."""
+
+    value: float
+    unit: str
+    low: float = -inf
+    high: float = inf
+
+
+def quantities(block: Any, key: str = "") -> Iterator[tuple[str, float]]:
+    """Yield dotted key and value of every quantity in a block."""
+    if isinstance(block, dict) and "unit" in block:
+        yield key, GainEntry(**block).value
+    elif isinstance(block, dict):
+        for name, inner in block.items():
+            yield from quantities(inner, f"{key}.{name}" if key else name)
+    elif isinstance(block, list):
+        for i, inner in enumerate(block):
+            yield from quantities(inner, f"{key}[{i}]")
+
+
+def plain(block: Any) -> Any:
+    """Return a block with every quantity as its number."""
+    if isinstance(block, dict):
+        return float(GainEntry(**block).value) if "unit" in block else {key: plain(part) for key, part in block.items()}
+    return [plain(part) for part in block] if isinstance(block, list) else block
