@@ -5,7 +5,7 @@ import pytest
 
 from tuner.report.charts.chart import Axis, Band, Bars, Disc, Line, Mark, Panel, Points, Region, Rule, Words
 from tuner.report.charts.look import FRONT, TUNED
-from tuner.report.charts.paper import figure_of, style
+from tuner.report.charts.paper import figure_of, printed, style
 from tuner.report.charts.sketch import sketch
 from tuner.report.charts.web import Arrays, to_web
 
@@ -35,8 +35,7 @@ def test_no_mark_is_forgotten():
 def test_a_mark_is_drawn_in_the_page_and_on_paper(kind):
     with style():
         (bare, drawn) = (figure_of([panel(*marks)], 1, 2.0) for marks in ((), (MARKS[kind],)))
-        pictures = [bytes(figure.canvas.print_to_buffer()[0]) for figure in (bare, drawn)]
-    assert pictures[0] != pictures[1]
+        assert printed(bare)[".png"] != printed(drawn)[".png"]
     made = to_web(panel(MARKS[kind]), Arrays())
     assert made["traces"] or made["layout"].get("shapes") or made["layout"].get("annotations")
 
