@@ -107,7 +107,7 @@ def nyquist_figure(subject: Subject, loops: Loops) -> Figure:
         marks: list[Mark] = [
             Disc(name=f"Ms > {peak:g}", look=FORBIDDEN, x=-1.0, y=0.0, radius=1.0 / peak, fill="hatched"),
             *_free_disk(subject, group[0]),
-            *_cases(curves.loop.real, curves.loop.imag, curves.labels),
+            *_cases(np.real(curves.loop), np.imag(curves.loop), curves.labels),
             Points(look=CRITICAL, x=np.array([-1.0]), y=np.zeros(1)),
         ]
         panels.append(Panel("", " and ".join(group), x, y, marks, square=True))
@@ -216,14 +216,16 @@ def _forbidden_gains() -> Band:
 
 
 def _map_panel(entry: Map, ends: Sequence[Extent]) -> Panel:
-    grid = {"x": entry.x, "y": entry.y}
-    marks: list[Mark] = [
-        Region(name="no steady flight", look=GROUNDED, values=np.zeros_like(entry.stability), **grid),
-        Region(name="stable, a limit broken", look=BROKEN, values=entry.stability, **grid),
-        Region(name="not stable", look=UNSTABLE, values=entry.stability, high=0.0, **grid),
-        Region(name="limits kept", look=KEPT, values=entry.limits, low=0.0, **grid),
-        Points(look=NOMINAL, x=np.ones(1), y=np.ones(1)),
-    ]
+    everywhere = np.zeros_like(entry.stability)
+    regions = (
+        ("no steady flight", GROUNDED, everywhere, (-np.inf, np.inf)),
+        ("stable, a limit broken", BROKEN, entry.stability, (-np.inf, np.inf)),
+        ("not stable", UNSTABLE, entry.stability, (-np.inf, 0.0)),
+        ("limits kept", KEPT, entry.limits, (0.0, np.inf)),
+    )
+    marks: list[Mark] = [Region(name=name, look=look, x=entry.x, y=entry.y, values=values, low=span[0], high=span[1])
+                         for name, look, values, span in regions]  # fmt: skip
+    marks.append(Points(look=NOMINAL, x=np.ones(1), y=np.ones(1)))
     x, y = (Axis(f"{TITLES[name]}, actual over assumed", float(values[0]), float(values[-1]), True, TICKS)
             for name, values in ((entry.across, entry.x), (entry.up, entry.y)))  # fmt: skip
     title = "\n".join(line for factor in (entry.across, entry.up) for line in _extent_lines(factor, ends))

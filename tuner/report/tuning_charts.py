@@ -18,7 +18,6 @@ MOST, LEAST = 200, 60
 INSTANT = 4.4 * 2 * 4 / 3
 # A bound is drawn where default or tuned come within reach of it, as a share of the bound; others would press the signal flat.
 NEAR = 0.3
-ANGLES = ("roll", "pitch", "yaw")
 
 
 def response_panels(results: TuningFolder) -> list[Panel]:

@@ -312,7 +312,7 @@ def _show_axis(ax: Axes, name: str, axis: Axis) -> None:
     if axis.ends:
         ax.set(**{f"{name}lim": axis.ends})
     if axis.bare:
-        ax.tick_params(**{"labelbottom" if name == "x" else "labelleft": False})
+        line.set_tick_params(labelbottom=False, labelleft=False)
     else:
         line.set_label_text(axis.title)
 
