@@ -201,7 +201,7 @@ def test_help_has_an_example(command):
 
 
 def test_out_holds_the_document_with_extents_that_are_printed_too(tmp_path, monkeypatch):
-    from tuner.report.margins import figures
+    from tuner.report import margin_figures as figures
 
     from tuner.analysis.margins.mismatch import Extent
 
