@@ -39,7 +39,10 @@ def _saved(results: TuningFolder) -> Markup:
     summary = results.summary
     told = [
         f"{count(entry.flights)} flights of {count(entry.candidates)} candidates {why}"
-        for entry, why in ((summary.screened, "that break a hard requirement"), (summary.raced, "whose race ended early"))
+        for entry, why in (
+            (summary.screened, "that break a hard requirement"),
+            (summary.raced, "whose race ended early"),
+        )
         if entry is not None and entry.candidates
     ]
     flown = f"{count(summary.flights)} flights were made."

@@ -61,4 +61,8 @@ def gap_words(picked: PickedOn, gap: Estimate) -> str:
         return f"it lost {per_cent(lost)} of its flights in the search, and a lost flight costs more than any other"
     if gap.low is not None and gap.low > 0.0:
         return "the search was optimistic"
-    return "the search was pessimistic" if gap.high is not None and gap.high < 0.0 else "no optimism of the search to be told"
+    return (
+        "the search was pessimistic"
+        if gap.high is not None and gap.high < 0.0
+        else "no optimism of the search to be told"
+    )

@@ -57,7 +57,8 @@ def hover_texts(contest: ComparedFolder, fronts: FrontsPart, front: ContenderFro
 def _span(contest: ComparedFolder, objective: int) -> AxisRange:
     """Return the part of an objective's axis that holds all fronts with their intervals."""
     return span_of(
-        [part[:, objective] for front in contest.front_points for part in (front.values, front.low, front.high)], LOG_FACTOR
+        [part[:, objective] for front in contest.front_points for part in (front.values, front.low, front.high)],
+        LOG_FACTOR,
     )
 
 

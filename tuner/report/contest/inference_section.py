@@ -49,7 +49,11 @@ def ratios_table(inference: InferenceDocument) -> Markup:
 
 def misfits_table(inference: InferenceDocument) -> Markup:
     """Return by which factor our medians typically miss the printed numbers, by kind, for each setting."""
-    head = ["Setting", *[f"{kind}, {part}" for kind in inference.misfit_kinds for part in ("search", "held out")], "Inside"]
+    head = [
+        "Setting",
+        *[f"{kind}, {part}" for kind in inference.misfit_kinds for part in ("search", "held out")],
+        "Inside",
+    ]
     rows = []
     for name, entry in inference.misfits:
         factors = [_factor(part[kind]) for kind in inference.misfit_kinds for part in (entry.search, entry.held_out)]

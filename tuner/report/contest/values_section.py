@@ -109,9 +109,7 @@ def _best_row(contest: ComparedFolder, entry: BestUnder, names: list[str]) -> Ma
     rows = {row.contender: row for row in entry.rows}
     known = {name: row.value for name, row in rows.items() if row.value is not None}
     best = min(known, key=lambda name: known[name]) if known else None
-    cells = [
-        element("td", element("div", _best_cell(rows.get(name), name == best)), data_label=name) for name in names
-    ]
+    cells = [element("td", element("div", _best_cell(rows.get(name), name == best)), data_label=name) for name in names]
     return element("tr", element("th", head, scope="row"), *cells)
 
 

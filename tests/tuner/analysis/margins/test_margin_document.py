@@ -201,9 +201,8 @@ def test_help_has_an_example(command):
 
 
 def test_out_holds_the_document_with_extents_that_are_printed_too(tmp_path, monkeypatch):
-    from tuner.report import margin_figures as figures
-
     from tuner.analysis.margins.mismatch import Extent
+    from tuner.report import margin_figures as figures
 
     ends = [Extent("mass", "stability", 0.5, None), Extent("mass", "limits", 1.0, 1.0)]
     monkeypatch.setattr(figures, "write_margin_figures", lambda *_: ends)

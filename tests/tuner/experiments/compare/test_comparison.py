@@ -74,9 +74,7 @@ def test_differences_are_of_flights_and_not_of_values(small_run, comparison):
     label = next(o.label for o in small_run[0].study.objectives if o.risk.name == "mean")
     i = [quantity.label for quantity in result.contest.quantities].index(label)
     apart = result.flown.scores[2, i] - result.flown.scores[0, i]
-    row = next(
-        r for r in document.differences if (r.first, r.second, r.quantity) == ("small", "softer", label)
-    )
+    row = next(r for r in document.differences if (r.first, r.second, r.quantity) == ("small", "softer", label))
     assert row.difference == pytest.approx(apart.mean(axis=0), rel=1e-12)
     half = 1.96 * apart.std(axis=0, ddof=1) / SEEDS**0.5
     assert 0.6 * half < 0.5 * (row.high - row.low) < 1.4 * half
