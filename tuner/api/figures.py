@@ -58,7 +58,7 @@ def of_comparison(contest: ComparedFolder) -> Figures:
 
 def of_inference(document: InferenceDocument) -> Figures:
     """Return the figure of an inference."""
-    return {"inference": lambda: inference_figure(document.content())}
+    return {"inference": lambda: inference_figure(document)}
 
 
 def of_margins(subject: Subject) -> Figures:
