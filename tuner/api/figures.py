@@ -1,7 +1,8 @@
 """Figures of results as matplotlib objects, made without pyplot: the same as in the folders, in the same style."""
 
 from collections.abc import Callable, Mapping
-from typing import TYPE_CHECKING, Any
+from dataclasses import dataclass
+from typing import TYPE_CHECKING
 
 from matplotlib import rc_context
 from matplotlib.figure import Figure
@@ -10,6 +11,7 @@ from plant.errors import InputError, UnknownNameError
 from tuner.analysis.margins.curves import curves_of, groups
 from tuner.analysis.margins.readings import Subject
 from tuner.documents.contest import ShownContest
+from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.results import Results
 from tuner.report.charts.paper import style
 from tuner.report.contest.figures import FIGURES, values_figure
@@ -24,25 +26,36 @@ if TYPE_CHECKING:
     from tuner.analysis.sensitivity.analysis import Analysis
     from tuner.study.study import Study
 
-Figures = Mapping[str, Callable[[], Figure | None]]
+Drawers = Mapping[str, Callable[[], Figure | None]]
 """Figures by name, each drawn when it is called; None where there is no data for it."""
 
 LOOPS = {"bode": bode_figure, "nyquist": nyquist_figure, "nichols": nichols_figure}
 
 
-def draw(figures: Figures, name: str) -> Figure:
-    """Return a figure by its name; UnknownNameError where there is none, InputError where there is no data for it."""
-    if name not in figures:
-        raise UnknownNameError("figure", name, figures)
-    # Names are text, even those with dollar signs.
-    with style(), rc_context({"text.parse_math": False}):
-        figure = figures[name]()
-    if figure is None:
-        raise InputError(f"these results hold nothing for the figure '{name}'")
-    return figure
+@dataclass(frozen=True)
+class Figures:
+    """Figures of some results; drawers: by name."""
+
+    drawers: Drawers
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the figures."""
+        return list(self.drawers)
+
+    def draw(self, name: str) -> Figure:
+        """Return a figure; UnknownNameError where there is none of that name, InputError where there is no data for it."""
+        if name not in self.drawers:
+            raise UnknownNameError("figure", name, self.drawers)
+        # Names are text, even those with dollar signs.
+        with style(), rc_context({"text.parse_math": False}):
+            figure = self.drawers[name]()
+        if figure is None:
+            raise InputError(f"these results hold nothing for the figure '{name}'")
+        return figure
 
 
-def of_tuning(results: Results) -> Figures:
+def of_tuning(results: Results) -> Drawers:
     """Return the figures of a tuning run."""
     responses = {
         name: lambda scenario=scenario: response_figure(results, scenario)
@@ -51,32 +64,39 @@ def of_tuning(results: Results) -> Figures:
     return {"front": lambda: front_figure(results), "progress": lambda: progress_figure(results), **responses}
 
 
-def of_contest(contest: ShownContest) -> Figures:
+def of_contest(contest: ShownContest) -> Drawers:
     """Return the figures of a contest."""
     return {name: lambda draw=draw: draw(shown_contest(contest)) for name, draw in FIGURES.items()}
 
 
-def of_comparison(contest: ShownContest) -> Figures:
+def of_comparison(contest: ShownContest) -> Drawers:
     """Return the figures of a comparison."""
     return {**of_contest(contest), "values": lambda: values_figure(shown_contest(contest))}
 
 
-def of_inference(document: dict[str, Any]) -> Figures:
+def of_inference(document: InferenceDocument) -> Drawers:
     """Return the figure of an inference."""
     return {"inference": lambda: inference_figure(document)}
 
 
-def of_margins(subject: Subject) -> Figures:
+def of_margins(subject: Subject) -> Drawers:
     """Return the figures of the loops of a controller."""
     panels = {group: curves_of(subject, group[0]) for group in groups(subject)}
     return {name: lambda draw=draw: draw(subject, panels) for name, draw in LOOPS.items()}
 
 
-def of_flights(responses: "Responses", scenario: str) -> Figures:
+def of_flights(responses: "Responses", scenario: str) -> Drawers:
     """Return the figure of flights of one controller."""
     return {"responses": lambda: flown_figure(responses, scenario)}
 
 
-def of_sensitivity(study: "Study", analysis: "Analysis") -> Figures:
+def of_sensitivity(study: "Study", analysis: "Analysis") -> Drawers:
     """Return the figure of a sensitivity analysis."""
     return {"sensitivity": lambda: sensitivity_figure(study, analysis)}
+
+
+DRAWN: dict[str, Callable[..., Drawers]] = {
+    "tuning": of_tuning, "contest": of_contest, "comparison": of_comparison, "inference": of_inference, "margins": of_margins,
+    "flights": of_flights, "sensitivity": of_sensitivity,
+}  # fmt: skip
+"""Kind of results -> their figures."""

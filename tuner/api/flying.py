@@ -15,7 +15,7 @@ from plant.errors import InputError
 from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
 from tuner.analysis.default_scenario import LIMITS, SCENARIO, system_of
 from tuner.analysis.responses import Responses, fan_table, fly_responses
-from tuner.api.frames import Documented, frame, shown
+from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import GainsLike, as_gains
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.gains import Controller
@@ -87,9 +87,7 @@ class Flights(Documented):
             >>> tuner.fly(gains, flights=4).figure().savefig("responses.png")
 
         """
-        from tuner.api.figures import draw, of_flights
-
-        return draw(of_flights(self.recorded, self.scenario), "responses")
+        return figures("flights", self.recorded, self.scenario).draw("responses")
 
     def write_figure(self, path: str | Path) -> None:
         """Draw the responses into a file.
@@ -153,8 +151,8 @@ def fly(
         with compilation(watcher or Watcher()):
             problem.warm_up(sortie.gains, sortie.spec)
     evaluation = problem.evaluate_gains(sortie.gains[None], (FlightBatch(sortie.spec, HELD_OUT, flights),))
-    figures = statistics(problem.objectives, evaluation.scores[0])
-    return Flights(sortie.spec.name, flights, figures, sortie, problem)
+    metrics = statistics(problem.objectives, evaluation.scores[0])
+    return Flights(sortie.spec.name, flights, metrics, sortie, problem)
 
 
 def prepare(controller: Controller, study: StudyLike | None, scenario: int, seed: int) -> Sortie:

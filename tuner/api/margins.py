@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from objectives.margins.curve import is_compiled
 from objectives.margins.trim import Trim
 from objectives.theory import THEOREMS, Setting, Theorem
 from objectives.theory.disturbance_rate import worst_rates
@@ -24,7 +25,7 @@ from tuner.analysis.margins.readings import Subject, subject_of
 from tuner.analysis.margins.study_limits import study_requirements
 from tuner.api import POSITION_LAW
 from tuner.api.flying import prepare
-from tuner.api.frames import Documented, frame, shown
+from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import GainsLike, as_gains, default_gains
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.documents.margins import MarginsDocument
@@ -96,9 +97,7 @@ class Margins(Documented):
             >>> tuner.margins(gains).figure("nyquist").savefig("nyquist.png")
 
         """
-        from tuner.api.figures import draw, of_margins
-
-        return draw(of_margins(self.subject), name)
+        return figures("margins", self.subject).draw(name)
 
     def _repr_html_(self) -> str:
         kept = "All limits are kept." if self.passed else "A limit is broken."
@@ -163,8 +162,6 @@ def margins(
 
 def announce_compilation(watcher: Watcher) -> None:
     """Tell that the first margins on a machine wait for the compiler."""
-    from objectives.margins.curve import is_compiled
-
     if not is_compiled():
         watcher.on_message("Compiling the margins for this machine; once, some 10 s.")
 

@@ -6,10 +6,14 @@ from typing import TYPE_CHECKING, Any, ClassVar
 
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.errors import InputError, StoreError, UnknownNameError
-from tuner.api.frames import estimates, frame, json_text, shown
+from tuner.api.frames import estimates, figures, frame, json_text, shown
 from tuner.api.gains import Gains, gains_of, read_gains
+from tuner.documents.contest import ShownContest
+from tuner.documents.contest_loading import load_contest
 from tuner.documents.ending import GAINS
+from tuner.documents.loading import load
 from tuner.documents.opening import kind_in, read_frame
+from tuner.documents.results import Results as TuningDocuments
 from tuner.experiments import registry
 from tuner.experiments.compare.entrants import rows_of, study_of
 from tuner.gains import Controller
@@ -21,8 +25,6 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from tuner.api.figures import Figures
-    from tuner.documents.contest import ShownContest
-    from tuner.documents.results import Results as TuningDocuments
 
 Document = Any
 CURVES = ["frequency", "real", "imag"]
@@ -83,7 +85,7 @@ class Results:
     @property
     def figures(self) -> list[str]:
         """Names of the figures that there is data for."""
-        return list(self._figures())
+        return self._figures.names
 
     def figure(self, name: str = "front") -> "Figure":
         """Draw a figure.
@@ -104,9 +106,7 @@ class Results:
             >>> results.figure("progress").savefig("progress.png")
 
         """
-        from tuner.api.figures import draw
-
-        return draw(self._figures(), name)
+        return self._figures.draw(name)
 
     def report(self) -> Path:
         """Write report.html and the figures of the folder again.
@@ -124,8 +124,14 @@ class Results:
         """
         return registry.draw(self.home)
 
+    @cached_property
+    def documents(self) -> Any:
+        """Everything that the figures show."""
+        return self.document
+
+    @property
     def _figures(self) -> "Figures":
-        raise NotImplementedError
+        return figures(self.kind, self.documents)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.title!r}, {str(self.folder)!r})"
@@ -141,10 +147,8 @@ class TuningResults(Results):
     main = "summary.json"
 
     @cached_property
-    def documents(self) -> "TuningDocuments":
+    def documents(self) -> TuningDocuments:
         """Every document of the folder."""
-        from tuner.documents.loading import load
-
         return load(self.home)
 
     @property
@@ -283,11 +287,6 @@ class TuningResults(Results):
     def _unit(self, label: str) -> str:
         return next(row.unit for row in self.document.table if row.label == label)
 
-    def _figures(self) -> "Figures":
-        from tuner.api.figures import of_tuning
-
-        return of_tuning(self.documents)
-
     def _repr_html_(self) -> str:
         ending = self.document.ending
         picked = [f"Recommended: {self.document.tuned}: {self.document.pick.why}."] if self.feasible else []
@@ -301,10 +300,8 @@ class ContestResults(Results):
     main = "contest.json"
 
     @cached_property
-    def documents(self) -> "ShownContest":
+    def documents(self) -> ShownContest:
         """Every document of the folder."""
-        from tuner.documents.contest_loading import load_contest
-
         return load_contest(self.home)
 
     @cached_property
@@ -328,22 +325,12 @@ class ContestResults(Results):
         """Sentences that the numbers allow."""
         return list(self.document.words)
 
-    def _figures(self) -> "Figures":
-        from tuner.api.figures import of_contest
-
-        return of_contest(self.documents)
-
 
 class ComparisonResults(ContestResults):
     """Results of a comparison: given controllers on the same flights, each against the first."""
 
     kind = "comparison"
     main = "comparison.json"
-
-    def _figures(self) -> "Figures":
-        from tuner.api.figures import of_comparison
-
-        return of_comparison(self.documents)
 
 
 class InferenceResults(Results):
@@ -382,11 +369,6 @@ class InferenceResults(Results):
     def figure(self, name: str = "inference") -> "Figure":
         """Draw a figure; see `Results.figure`."""
         return super().figure(name)
-
-    def _figures(self) -> "Figures":
-        from tuner.api.figures import of_inference
-
-        return of_inference(self.document)
 
 
 KINDS: tuple[type[Results], ...] = (ContestResults, InferenceResults, ComparisonResults, TuningResults)

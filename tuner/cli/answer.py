@@ -46,9 +46,8 @@ def progress(as_json: bool, quiet: bool = False) -> Iterator[Watcher]:
         yield Watcher() if quiet else Messages()
         return
     from tuner.cli.display import TerminalWatcher
-    from tuner.cli.terminal import Console
 
-    with TerminalWatcher(Console()) as watcher:
+    with TerminalWatcher() as watcher:
         yield watcher
 
 

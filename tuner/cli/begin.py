@@ -21,7 +21,7 @@ from tuner.cli.app import (
     found_study,
     set_option,
     study_option,
-)  # fmt: skip
+)
 from tuner.cli.judge import answer_validity
 from tuner.text.errors import BROKEN
 

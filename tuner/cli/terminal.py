@@ -4,16 +4,18 @@ Numbers follow the rules of `tuner.text.numbers`, in letters that can be copied 
 """
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich import console
 from rich.segment import Segment
 from rich.text import Text
 
 from plant.texts import inert
-from tuner.documents.contest_document import EstimateRow
-from tuner.documents.parts import Estimate
 from tuner.text import numbers
+
+if TYPE_CHECKING:
+    from tuner.documents.contest_document import EstimateRow
+    from tuner.documents.parts import Estimate
 
 PLAIN = str.maketrans({"−": "-", "\u202f": ","})
 
@@ -51,7 +53,7 @@ def digits(value: float, width: float) -> str:
     return numbers.beside(value, width).translate(PLAIN)
 
 
-def estimate(entry: Estimate | EstimateRow, signed: bool = False) -> str:
+def estimate(entry: "Estimate | EstimateRow", signed: bool = False) -> str:
     """Return the value over its interval, or alone where it has none; signed: with a plus on positive values."""
     if entry.value is None:
         return "unbounded"
@@ -62,6 +64,6 @@ def estimate(entry: Estimate | EstimateRow, signed: bool = False) -> str:
     return f"{sign}{value}\n{interval}".translate(PLAIN)
 
 
-def difference(entry: Estimate) -> str:
+def difference(entry: "Estimate") -> str:
     """Return a difference over its interval, with its sign."""
     return estimate(entry, signed=True)

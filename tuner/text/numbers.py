@@ -75,13 +75,6 @@ def duration(seconds: float) -> str:
     return f"{whole // 3600} h {whole % 3600 // 60} min"
 
 
-def compact(value: float | None, digits: int = 5) -> float | None:
-    """Return a number to so many significant digits, for data embedded in a page; None where it is not finite."""
-    if value is None or not isfinite(value):
-        return None
-    return float(f"{value:.{digits}g}")
-
-
 def _layout(value: float, low: float, high: float) -> tuple[int, int]:
     """Return decimals and common power of ten of a value and its interval."""
     largest = max(abs(value), abs(low), abs(high))
