@@ -24,6 +24,7 @@ PRINTERS = {
     "Margins": "margins:print_margins",
     "Plan": "planning:print_plan",
     "Sensitivity": "planning:print_sensitivity",
+    "Story": "story:print_story",
     "Theory": "gains:print_theory",
     "TuningResults": "tuning:print_tuning",
     "Verdict": "tuning:print_verdict",

@@ -1,8 +1,8 @@
 """Sentences and their parts: lists, counts, laws, limits, and what a gap says."""
 
-from typing import Any
-
 from plant.laws import LAWS
+from tuner.documents.parts import Estimate
+from tuner.documents.summary import PickedOn
 from tuner.text.numbers import count, per_cent, significant
 
 NUMBER_WORDS = ("no", "one", "two", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
@@ -24,19 +24,19 @@ def counted(number: int, noun: str) -> str:
     return f"{word} {noun}{'' if number == 1 else 's'}"
 
 
-def gap_words(picked: dict[str, Any], gap: dict[str, float]) -> str:
+def gap_words(picked: PickedOn, gap: Estimate) -> str:
     """Return what the gap between held-out and search value of the recommended point says of the search.
 
     picked: `picked_on` of summary.json; a folder of an earlier version holds no `lost_in_search`.
     """
-    lost = picked.get("lost_in_search", 0.0)
+    lost = picked.lost_in_search if "lost_in_search" in picked.model_fields_set else 0.0
     if lost is None:
         return "it was not flown in the search, whose value is that of flights that failed at once"
     if lost > 0.0:
         return f"it lost {per_cent(lost)} of its flights in the search, and a lost flight costs more than any other"
-    if gap["low"] > 0.0:
+    if gap.low > 0.0:
         return "the search was optimistic"
-    return "the search was pessimistic" if gap["high"] < 0.0 else "no optimism of the search to be told"
+    return "the search was pessimistic" if gap.high < 0.0 else "no optimism of the search to be told"
 
 
 def limit_text(limit: float, unit: str, sense: str = "most") -> str:

@@ -12,13 +12,13 @@ from tests.tuner.report.contest.fabricate_contest import Made
 from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import FINALISTS, fabricate
 from tests.tuner.report.reading import Page
+from tuner.cli.printers.story import front_lines
 from tuner.documents.loading import load
 from tuner.report import write_report
 from tuner.report.contest.figures import fronts_figure
 from tuner.report.contest.page import contest_page
 from tuner.report.contest.shown import load_shown
 from tuner.report.figures import front_figure
-from tuner.report.terminal.front_plot import front_lines
 
 LOST = 3
 LEGEND = "lost six flights (three points)"

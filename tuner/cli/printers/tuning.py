@@ -7,7 +7,7 @@ from tuner.cli.tables import Table, say_files
 from tuner.cli.terminal import Console, estimate
 from tuner.documents.ending import gains_name
 from tuner.documents.parts import in_shown_units
-from tuner.documents.summary import Summary
+from tuner.documents.summary import Summary, TableRow
 
 if TYPE_CHECKING:
     from tuner.api.results import TuningResults
@@ -64,7 +64,7 @@ def comparison_table(summary: Summary) -> Table:
     for name in ("default", shown, f"{shown} - default"):
         table.add_column(name, justify="right", no_wrap=True)
     for row in map(in_shown_units, summary.table):
-        limit = "" if row.limit is None else f"at {getattr(row, 'sense', 'most')} {row.limit:g} "
+        limit = "" if row.limit is None else f"{limit_text(row)} "
         limit = f"automatic, {limit}" if getattr(row, "automatic", "") else limit
         unit = "" if row.unit == "1" else row.unit
         parts = [estimate(getattr(row, key)) for key in ("default", "tuned", "difference")]
@@ -72,6 +72,11 @@ def comparison_table(summary: Summary) -> Table:
         label = row.label.replace("@", "\n@")
         table.add_row(f"{label}\n{limit}{unit}".rstrip(), *parts)
     return table
+
+
+def limit_text(row: TableRow) -> str:
+    """Return the limit of a row in words."""
+    return f"at {getattr(row, 'sense', 'most')} {row.limit:g}"
 
 
 def gains_table(summary: Summary) -> Table:
