@@ -2,7 +2,7 @@
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from matplotlib import rc_context
 from matplotlib.figure import Figure
@@ -11,7 +11,6 @@ from plant.errors import InputError, UnknownNameError
 from tuner.analysis.margins.curves import curves_of, groups
 from tuner.analysis.margins.readings import Subject
 from tuner.documents.contest import ShownContest
-from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.results import Results
 from tuner.report.charts.paper import style
 from tuner.report.contest.figures import FIGURES, values_figure
@@ -74,7 +73,7 @@ def of_comparison(contest: ShownContest) -> Drawers:
     return {**of_contest(contest), "values": lambda: values_figure(shown_contest(contest))}
 
 
-def of_inference(document: InferenceDocument) -> Drawers:
+def of_inference(document: Any) -> Drawers:
     """Return the figure of an inference."""
     return {"inference": lambda: inference_figure(document)}
 

@@ -48,7 +48,13 @@ class Console(console.Console):
             self.print(f"- {text}")
 
 
-def digits(value: float, width: float) -> str:
+def width(entry: Any) -> float:
+    """Return the width of the interval of a number, and where it has none the number itself."""
+    apart = 0.0 if entry.low is None or entry.high is None else entry.high - entry.low
+    return apart or entry.value or 0.0
+
+
+def digits(value: float | None, width: float) -> str:
     """Return a number with as many digits as the width of its interval, or a companion of that size, gives sense to."""
     return numbers.beside(value, width).translate(PLAIN)
 

@@ -34,9 +34,9 @@ def gap_words(picked: PickedOn, gap: Estimate) -> str:
         return "it was not flown in the search, whose value is that of flights that failed at once"
     if lost > 0.0:
         return f"it lost {per_cent(lost)} of its flights in the search, and a lost flight costs more than any other"
-    if gap.low > 0.0:
+    if (gap.low or 0.0) > 0.0:
         return "the search was optimistic"
-    return "the search was pessimistic" if gap.high < 0.0 else "no optimism of the search to be told"
+    return "the search was pessimistic" if (gap.high or 0.0) < 0.0 else "no optimism of the search to be told"
 
 
 def limit_text(limit: float, unit: str, sense: str = "most") -> str:

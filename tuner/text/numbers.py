@@ -22,9 +22,9 @@ def estimate(value: float | None, low: float | None, high: float | None, signed:
     return middle + tail, f"[{bottom}, {top}]{tail}"
 
 
-def beside(value: float, width: float) -> str:
+def beside(value: float | None, width: float) -> str:
     """Return a number with the digits that an interval of this width around it supports."""
-    if not isfinite(value) or not isfinite(width):
+    if value is None or not isfinite(value) or not isfinite(width):
         return significant(value)
     decimals, power = _layout(value, value, value + abs(width))
     return fixed(value * 10.0**-power, decimals) + _times_ten(power)

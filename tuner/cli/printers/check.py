@@ -4,11 +4,11 @@ from math import degrees
 from typing import TYPE_CHECKING, Any
 
 from tuner.cli.tables import Table, wide_console
-from tuner.cli.terminal import Console, digits
+from tuner.cli.terminal import Console, digits, width
 from tuner.documents.judgement import JudgedRow, JudgementDocument
-from tuner.documents.parts import in_shown_units as shown_row
+from tuner.documents.parts import in_shown_units
+from tuner.experiments.tuning.preview import DefaultRow, StudyPreview, TrimRow, VehicleRow
 from tuner.gains.sections import VERSIONS
-from tuner.text.units import in_shown_units
 
 if TYPE_CHECKING:
     from tuner.api.checking import Checked, Judgement
@@ -23,10 +23,10 @@ def print_checked(checked: "Checked", _: Console) -> None:
     """Print what a file holds."""
     if checked.examined is not None:
         print(f"{checked.examined.path}: valid: {sentence(checked.examined)}")
-    elif checked.kind == "study":
+    elif isinstance(checked.document, StudyPreview):
         show_study(checked.document, wide_console())
     else:
-        print_figures(checked.document)
+        print_figures(checked.content)
 
 
 def print_figures(figures: Row) -> None:
@@ -63,67 +63,66 @@ def sentence(examined: "Examined") -> str:
     return ", ".join(words)
 
 
-def show_study(figures: Row, console: Console) -> None:
+def show_study(found: StudyPreview, console: Console) -> None:
     """Print it: what would fly, the vehicle, its trim, the default's margins, and what stands in the way."""
     table = Table(box=None, show_header=False)
     table.add_column("", no_wrap=True)
     table.add_column("")
     for key in ("title", "variables", "objectives", "constraints", "requirements", "search_flights", "digest"):
-        value = figures[key]
+        value = getattr(found, key)
         table.add_row(key, ", ".join(value) if isinstance(value, list) else str(value))
-    table.add_row("vehicle", vehicle_text(figures["vehicle"]))
-    for row in figures["trim"]:
+    table.add_row("vehicle", vehicle_text(found.vehicle))
+    for row in found.trim:
         table.add_row("trim", trim_text(row))
     console.print(table)
-    for text in figures["told"]:
+    for text in found.told:
         console.print(text)
-    if figures["default"]:
-        console.print(default_table(figures["default"]))
-    for text in figures["problems"]:
+    if found.default:
+        console.print(default_table(found.default))
+    for text in found.problems:
         console.print(f"Problem: {text}", style="red")
-    console.warn(figures["warnings"])
+    console.warn(found.warnings)
 
 
-def vehicle_text(row: Row) -> str:
+def vehicle_text(row: VehicleRow) -> str:
     """Return the vehicle in a line."""
-    hover, share = row["hover_speed"]["value"], row["hover_speed_share"]["value"]
     return (
-        f"{row['name']}, {row['mass']['value']:g} kg, thrust-to-weight {row['thrust_to_weight']['value']:.2f}, hovers at "
-        f"{hover:.0f} rad/s ({100.0 * share:.0f} % of the largest rotor speed)"
+        f"{row.name}, {row.mass.value:g} kg, thrust-to-weight {row.thrust_to_weight.value:.2f}, hovers at "
+        f"{row.hover_speed.value:.0f} rad/s ({100.0 * row.hover_speed_share.value:.0f} % of the largest rotor speed)"
     )
 
 
-def trim_text(row: Row) -> str:
+def trim_text(row: TrimRow) -> str:
     """Return a trim in a line."""
-    where = f"{row['scenario']}: mean wind {row['wind']:.3g} m/s"
-    if row["tilt"] is None:
+    where = f"{row.scenario}: mean wind {row.wind:.3g} m/s"
+    if row.tilt is None or row.margin is None:
         return f"{where}, no balance"
-    tilt = f"tilt {degrees(row['tilt']):.1f} deg, {degrees(row['margin']):.1f} deg to the limit"
-    return f"{where}, {tilt}, thrust {row['thrust']:.2f} times the weight"
+    tilt = f"tilt {degrees(row.tilt):.1f} deg, {degrees(row.margin):.1f} deg to the limit"
+    return f"{where}, {tilt}, thrust {row.thrust:.2f} times the weight"
 
 
-def default_table(rows: list[Row]) -> Table:
+def default_table(rows: list[DefaultRow]) -> Table:
     """Return the default's margins and other known limits, loops across."""
-    loops = list(dict.fromkeys(row["loop"] for row in rows if row["loop"] is not None))
+    loops = list(dict.fromkeys(row.loop for row in rows if row.loop is not None))
     table = Table("The default gains, before any flight", keys=1)
     table.add_column("", overflow="fold")
-    for name in ("limit", *loops, *([] if all(row["loop"] for row in rows) else ["all"])):
+    for name in ("limit", *loops, *([] if all(row.loop for row in rows) else ["all"])):
         table.add_column(name, justify="right", no_wrap=True)
     shown = [in_shown_units(row) for row in rows]
-    for label in dict.fromkeys(row["label"] for row in shown):
-        mine = {row["loop"]: row for row in shown if row["label"] == label}
+    for label in dict.fromkeys(row.label for row in shown):
+        mine = {row.loop: row for row in shown if row.label == label}
         first = next(iter(mine.values()))
-        unit = "" if first["unit"] == "1" else f" {first['unit']}"
+        unit = "" if first.unit == "1" else f" {first.unit}"
         cells = [_cell(mine.get(loop)) for loop in (*loops, *([None] if len(table.columns) > 2 + len(loops) else []))]
-        table.add_row(label, f"{SIGNS[first['sense']]} {first['limit']:g}{unit}", *cells)
+        table.add_row(label, f"{SIGNS[first.sense]} {first.limit:g}{unit}", *cells)
     return table
 
 
-def _cell(row: Row | None) -> str:
+def _cell(row: DefaultRow | None) -> str:
     if row is None:
         return ""
-    value = "no bound" if row["value"] is None else f"{row['value']:.3g}"
-    return value if row["kept"] else f"{value} {'!' if row['hard'] else '~'}"
+    value = "no bound" if row.value is None else f"{row.value:.3g}"
+    return value if row.kept else f"{value} {'!' if row.hard else '~'}"
 
 
 def print_judgement(judgement: "Judgement", console: Console) -> None:
@@ -134,7 +133,7 @@ def print_judgement(judgement: "Judgement", console: Console) -> None:
     for name in ("limit", "value", "95 % interval", "unit", "verdict"):
         left = name in ("unit", "verdict")
         table.add_column(name, justify="left" if left else "right", no_wrap=True)
-    for row in map(shown_row, document.rows):
+    for row in map(in_shown_units, document.rows):
         table.add_row(*cells(row), style=STYLES.get(row.verdict))
     console.print(table)
     console.print(said(document))
@@ -147,9 +146,9 @@ def cells(row: JudgedRow) -> list[str]:
     if row.low is None or row.high is None or row.value is None:
         value = "unbounded" if row.value is None else f"{row.value:.4g}"
         return [row.label, limit, value, "", unit, row.verdict]
-    width = row.high - row.low or row.value
-    ends = f"{digits(row.low, width)} to {digits(row.high, width)}"
-    return [row.label, limit, digits(row.value, width), ends, unit, row.verdict]
+    room = width(row)
+    ends = f"{digits(row.low, room)} to {digits(row.high, room)}"
+    return [row.label, limit, digits(row.value, room), ends, unit, row.verdict]
 
 
 def said(document: JudgementDocument) -> str:

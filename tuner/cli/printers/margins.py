@@ -194,8 +194,8 @@ def gains_table(design: "Design") -> Table:
     table = Table("Gains")
     table.columns_of("gain", "default", "design", left=["gain"])
     table.add_column("unit", no_wrap=True)
-    for name, row in design.table.iterrows():
-        table.add_row(str(name), f"{row['default']:.4g}", f"{row['design']:.4g}", str(row["unit"]))
+    for name, default, new, unit in design.table.itertuples():
+        table.add_row(str(name), f"{default:.4g}", f"{new:.4g}", str(unit))
     return table
 
 
@@ -204,7 +204,7 @@ def both_margins(margins: dict[str, MarginsDocument]) -> Table:
     default, design = margins["default"], margins["design"]
     table = Table("Margins: default, then design", keys=2)
     table.add_column("", no_wrap=True)
-    table.columns_of("", *[channel.channel for channel in default["channels"]], left=[""])
+    table.columns_of("", *[channel.channel for channel in default.channels], left=[""])
     marks = {name: marks_of(document.requirements) for name, document in margins.items()}
     for name in REPORTED:
         for who, document in (("default", default), ("design", design)):

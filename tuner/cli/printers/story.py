@@ -11,7 +11,7 @@ from tuner.cli.printers.contest import print_found
 from tuner.cli.printers.inference import print_tables
 from tuner.cli.printers.tuning import limit_text, print_ending
 from tuner.cli.tables import Table, say_files
-from tuner.cli.terminal import Console, difference, digits, estimate
+from tuner.cli.terminal import Console, difference, digits, estimate, width
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.parts import in_shown_units
@@ -61,7 +61,7 @@ def tell_unfinished(story: UnfinishedRun | UnfinishedContest, console: Console) 
     else:
         say(console, f"Not finished: {story.generations_done} of {story.generations or 'its'} generations, "
                      f"{story.flights:,} flights in {story.seconds:.0f} s.")  # fmt: skip
-        if story.generations_done:
+        if story.feasible_share is not None:
             say(console, f"Feasible {100.0 * story.feasible_share:.0f} %, hypervolume {story.hypervolume:.4f}.")
     if story.commands:
         section(console, "If no process is at it any more, go on with it", story.commands)
@@ -185,7 +185,7 @@ def front_table(rows: list[FrontPoint], labels: list[str]) -> Table:
     for row in [*named, *others[::step]]:
         name = row.role if row.role == "default" else f"{row.point} {row.role}".rstrip()
         values = [row.values[label] for label in labels]
-        table.add_row(Text(name), *[digits(v.value, v.high - v.low or v.value) for v in values])
+        table.add_row(Text(name), *[digits(v.value, width(v)) for v in values])
     return table
 
 
@@ -197,16 +197,15 @@ def trust_texts(story: TuningStory) -> list[str]:
         "[..]: 95 % intervals, differences paired flight by flight."
     ]
     picked = trust.picked_on
-    for row in picked.objectives if picked else []:
-        gap, held = row.gap, row.held_out
-        width = held.high - held.low or held.value
+    for row in () if picked is None else picked.objectives:
+        gap, held, room = row.gap, row.held_out, width(row.held_out)
         unit = "" if row.unit == "1" else f" {row.unit}"
         said.append(
-            f"{row.label}: {digits(row.search, width)}{unit} in the search, {digits(held.value, width)}{unit} held "
-            f"out, gap {digits(gap.value, width)} [{digits(gap.low, width)}, {digits(gap.high, width)}]: "
+            f"{row.label}: {digits(row.search, room)}{unit} in the search, {digits(held.value, room)}{unit} held "
+            f"out, gap {digits(gap.value, room)} [{digits(gap.low, room)}, {digits(gap.high, room)}]: "
             f"{gap_words(picked, gap)}."
         )
-    if picked:
+    if picked is not None:
         said.append(
             f"It is on the front in {100.0 * picked.probability:.0f} % of the resamples of the held-out flights."
         )
