@@ -39,7 +39,7 @@ def compare(
 
     Examples:
         >>> compared = tuner.compare(["results/first", "mine.json"], flights=8)
-        >>> compared.document["first"]
+        >>> compared.document.first
         'first'
 
     """

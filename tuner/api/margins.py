@@ -214,7 +214,7 @@ class Theory(Documented):
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each axis and theorem: value, disturbance rate, and whether the first exceeds the second."""
-        return frame(self.document.theorems, ["axis", "theorem"])
+        return frame(self.document.theorems, ("axis", "theorem"))
 
     def _repr_html_(self) -> str:
         return shown("Guarantees of theory", (), self.table.reset_index())
@@ -323,7 +323,7 @@ class Cost(Documented):
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each controller: instructions of a step, bytes of code, state and stack."""
-        return frame(self.document.costs, ["position", "attitude"])
+        return frame(self.document.costs, ("position", "attitude"))
 
     def _repr_html_(self) -> str:
         return shown("Cost of a control step", [f"Counted: {MEANING}."], self.table.reset_index())

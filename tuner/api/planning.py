@@ -73,7 +73,7 @@ def plan(
 
     Examples:
         >>> planned = tuner.plan(study)
-        >>> planned.document["flights"]["search_at_most"]
+        >>> planned.document.flights.search_at_most
         96
 
     """
@@ -150,7 +150,7 @@ def sensitivity(
 
     Examples:
         >>> found = tuner.sensitivity(study, samples=8)
-        >>> found.document["flights"]
+        >>> found.document.flights
         288
 
     """

@@ -27,7 +27,7 @@ if TYPE_CHECKING:
     from tuner.api.figures import Figures
 
 Document = Any
-CURVES = ["frequency", "real", "imag"]
+CURVES = ("frequency", "real", "imag")
 """Columns of margins.parquet that hold a curve each."""
 MARGIN_UNITS = {name: QUANTITIES[name].unit for name in RECORDED}
 
@@ -203,8 +203,7 @@ class TuningResults(Results):
         a point belongs on the front.
         """
         every = self.finalists
-        kept = every["on_front"] & every["feasible"] & (every["role"] != "default")
-        return every.loc[kept].drop(columns=["on_front"])
+        return every.query("on_front and feasible and role != 'default'").drop(columns="on_front")
 
     @cached_property
     def candidates(self) -> "pd.DataFrame":
@@ -225,7 +224,7 @@ class TuningResults(Results):
         file = self.home / "margins.parquet"
         if not file.exists():
             raise InputError("no steady flight was found, so there are no margins", file=file)
-        found = read_frame(file).drop(columns=CURVES).set_index(["point", "channel"])
+        found = read_frame(file).drop(columns=list(CURVES)).set_index(["point", "channel"])
         found.attrs["units"] = MARGIN_UNITS
         return found
 
@@ -318,7 +317,7 @@ class ContestResults(Results):
     @cached_property
     def differences(self) -> "pd.DataFrame":
         """Paired differences with 95 % intervals: a row for each two contenders and each quantity."""
-        return frame(self.document.differences, ["first", "second", "quantity"])
+        return frame(self.document.differences, ("first", "second", "quantity"))
 
     @property
     def words(self) -> list[str]:

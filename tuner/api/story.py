@@ -4,7 +4,7 @@ import csv
 import tomllib
 from dataclasses import dataclass
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, Literal
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 import numpy as np
 
@@ -199,11 +199,11 @@ def unfinished_story(folder: Path) -> UnfinishedRun | UnfinishedContest:
     last = last_generation(folder / "history.csv")
     return UnfinishedRun(
         kind=record.kind, finished=False, title=title, generations=record.generations,
-        generations_done=int(last["generation"]) + 1 if last else 0,
-        flights=int(last["flights"]) if last else 0,
-        seconds=float(last["seconds"]) if last else 0.0,
-        feasible_share=float(last["feasible_share"]) if last else None,
-        hypervolume=float(last["hypervolume"]) if last else None,
+        generations_done=int(last.generation) + 1 if last else 0,
+        flights=int(last.flights) if last else 0,
+        seconds=last.seconds if last else 0.0,
+        feasible_share=last.feasible_share if last else None,
+        hypervolume=last.hypervolume if last else None,
         commands=commands,
     )  # fmt: skip
 
@@ -216,7 +216,17 @@ def title_of(study: Path) -> str:
         return study.name
 
 
-def last_generation(file: Path) -> dict[str, str] | None:
+class LastGeneration(NamedTuple):
+    """Columns of the last row of history.csv."""
+
+    generation: float
+    flights: float
+    seconds: float
+    feasible_share: float
+    hypervolume: float
+
+
+def last_generation(file: Path) -> LastGeneration | None:
     """Return the last row of history.csv, None before the first generation has ended."""
     try:
         rows = list(csv.DictReader(read_input_text(file).splitlines()))
@@ -224,7 +234,7 @@ def last_generation(file: Path) -> dict[str, str] | None:
         return None
     except (OSError, UnicodeDecodeError) as error:
         raise StoreError(f"{file} cannot be read ({error}); {mend(file.parent, file.name)}") from None
-    return rows[-1] if rows else None
+    return LastGeneration(*(float(rows[-1][name]) for name in LastGeneration._fields)) if rows else None
 
 
 def tuning_story(folder: Path, results: "Results") -> TuningStory:

@@ -16,7 +16,7 @@ from tests.tuner.report.fabricate import fabricate
 from tuner.api.catalogue import LISTINGS
 from tuner.cli.app import GROUPS
 from tuner.cli.printers.tuning import comparison_table, gains_table
-from tuner.cli.tables import PIPE_WIDTH, Table
+from tuner.cli.tables import PIPE_WIDTH, TerminalTable
 from tuner.cli.terminal import Console
 from tuner.documents.contest_document import ComparisonDocument
 from tuner.documents.plan import PlanDocument
@@ -176,7 +176,7 @@ def rendered(table, width):
 
 
 def two_by_three(keys):
-    table = Table("Title", keys=keys)
+    table = TerminalTable("Title", keys=keys)
     for name in ("name", "alpha beta", "gamma"):
         table.add_column(name)
     table.add_row("first-row", "aaaa bbbb", "cccccc")

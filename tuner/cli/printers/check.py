@@ -3,7 +3,7 @@
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
-from tuner.cli.tables import Table, wide_console
+from tuner.cli.tables import TerminalTable, wide_console
 from tuner.cli.terminal import Console, digits, width
 from tuner.documents.judgement import JudgedRow, JudgementDocument
 from tuner.documents.parts import in_shown_units
@@ -31,7 +31,7 @@ def print_checked(checked: "Checked", _: Console) -> None:
 
 def print_figures(figures: Row) -> None:
     """Print figures, a line each."""
-    table = Table(box=None, show_header=False)
+    table = TerminalTable(box=None, show_header=False)
     table.add_column("", no_wrap=True)
     table.add_column("")
     for key, value in figures.items():
@@ -65,7 +65,7 @@ def sentence(examined: "Examined") -> str:
 
 def show_study(found: StudyPreview, console: Console) -> None:
     """Print it: what would fly, the vehicle, its trim, the default's margins, and what stands in the way."""
-    table = Table(box=None, show_header=False)
+    table = TerminalTable(box=None, show_header=False)
     table.add_column("", no_wrap=True)
     table.add_column("")
     for key in ("title", "variables", "objectives", "constraints", "requirements", "search_flights", "digest"):
@@ -101,10 +101,10 @@ def trim_text(row: TrimRow) -> str:
     return f"{where}, {tilt}, thrust {row.thrust:.2f} times the weight"
 
 
-def default_table(rows: list[DefaultRow]) -> Table:
+def default_table(rows: list[DefaultRow]) -> TerminalTable:
     """Return the default's margins and other known limits, loops across."""
     loops = list(dict.fromkeys(row.loop for row in rows if row.loop is not None))
-    table = Table("The default gains, before any flight", keys=1)
+    table = TerminalTable("The default gains, before any flight", keys=1)
     table.add_column("", overflow="fold")
     for name in ("limit", *loops, *([] if all(row.loop for row in rows) else ["all"])):
         table.add_column(name, justify="right", no_wrap=True)
@@ -128,11 +128,8 @@ def _cell(row: DefaultRow | None) -> str:
 def print_judgement(judgement: "Judgement", console: Console) -> None:
     """Print the table and the verdict."""
     document = judgement.document
-    table = Table(f"{document.flights:,} flights of a stream of their own, 95 % intervals", keys=1)
-    table.add_column("", no_wrap=True)
-    for name in ("limit", "value", "95 % interval", "unit", "verdict"):
-        left = name in ("unit", "verdict")
-        table.add_column(name, justify="left" if left else "right", no_wrap=True)
+    table = TerminalTable(f"{document.flights:,} flights of a stream of their own, 95 % intervals", keys=1)
+    table.columns_of("", "limit", "value", "95 % interval", "unit", "verdict", left=("", "unit", "verdict"))
     for row in map(in_shown_units, document.rows):
         table.add_row(*cells(row), style=STYLES.get(row.verdict))
     console.print(table)

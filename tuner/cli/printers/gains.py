@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from tuner.analysis.responses import SIGNALS, UNITS
-from tuner.cli.tables import Table
+from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console, digits
 from tuner.study.processor_cost.table import CONTROL_PERIOD
 
@@ -25,12 +25,12 @@ def print_flights(flown: "Flights", console: Console) -> None:
     print_sparks(flown, console)
 
 
-def metrics_table(flown: "Flights") -> Table:
+def metrics_table(flown: "Flights") -> TerminalTable:
     """Return the metrics."""
     sortie, seeds = flown.sortie, flown.count
     laws = f"{sortie.system.cascade.position.name} / {sortie.system.cascade.attitude.name}"
-    table = Table(f"{laws}: {sortie.spec.name}, {seeds} flights of {sortie.spec.duration:g} s", keys=2)
-    table.columns_of("metric", "unit", "mean +- 95 %", "median", "95 % of them", "worst", left=["metric", "unit"])
+    table = TerminalTable(f"{laws}: {sortie.spec.name}, {seeds} flights of {sortie.spec.duration:g} s", keys=2)
+    table.columns_of("metric", "unit", "mean +- 95 %", "median", "95 % of them", "worst", left=("metric", "unit"))
     for row in flown.document.metrics:
         half = 0.5 * (row.high - row.low)
         scale = 2.0 * half or row.mean
@@ -63,9 +63,8 @@ def print_theory(theory: "Theory", console: Console) -> None:
         return
     scenarios = ", ".join(told.scenarios)
     origin = f"measured in {scenarios}: {100.0 * told.level:g} % quantile over {theory.control_period:g} s"
-    table = Table(f"What theory guarantees; disturbance rate {origin}", keys=2)
-    for name in ("axis", "theorem", "value", "disturbance rate", "holds"):
-        table.add_column(name, justify="right" if name in ("value", "disturbance rate") else "left", no_wrap=True)
+    table = TerminalTable(f"What theory guarantees; disturbance rate {origin}", keys=2)
+    table.columns_of("axis", "theorem", "value", "disturbance rate", "holds", left=("axis", "theorem", "holds"))
     words = {True: "yes", False: "no", None: "a bound"}
     for row in rows:
         value = "unbounded" if row.value is None else f"{row.value:.4g} {row.unit}"
@@ -81,16 +80,10 @@ def print_costs(cost: "Cost", console: Console) -> None:
     rows = cost.document.costs
     first = rows[0]
     title = f"Instructions and bytes on a {first.target} (mean, largest), position law {first.position}"
-    table = Table(title, keys=1)
-    table.add_column("attitude law", no_wrap=True)
-    at = f"{1.0 / first.control_period.value:.4g} Hz"
-    for name in (
-        "attitude\nloops",
-        "whole\ncascade",
-        f"million/s\nat {at}",
-        *(f"{x}\nbyte" for x in ("code", "state", "stack")),
-    ):
-        table.add_column(name, justify="right", no_wrap=True)
+    table = TerminalTable(title, keys=1)
+    speed = f"million/s\nat {1.0 / first.control_period.value:.4g} Hz"
+    sizes = [f"{what}\nbyte" for what in ("code", "state", "stack")]
+    table.columns_of("attitude law", "attitude\nloops", "whole\ncascade", speed, *sizes, left=("attitude law",))
     for row in rows:
         table.add_row(
             row.attitude, f"{row.instructions_attitude:.0f}, {row.most_attitude}",

@@ -10,7 +10,7 @@ from tuner.cli.printers.compare import block_table, print_comparison
 from tuner.cli.printers.contest import print_found
 from tuner.cli.printers.inference import print_tables
 from tuner.cli.printers.tuning import limit_text, print_ending
-from tuner.cli.tables import Table, say_files
+from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, difference, digits, estimate, width
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.inference_document import InferenceDocument
@@ -138,10 +138,10 @@ def default_and_tuned(row: TableRow, shown_as: str) -> list[list[str]]:
     ]
 
 
-def gains_table(gains: list[PlacedGain], width: int, shown_as: str) -> Table:
+def gains_table(gains: list[PlacedGain], width: int, shown_as: str) -> TerminalTable:
     """Return the searched gains with units and their place in the range."""
-    table = Table(box=None)
-    table.columns_of("gain", "default", shown_as, left=["gain"])
+    table = TerminalTable(box=None)
+    table.columns_of("gain", "default", shown_as, left=("gain",))
     table.add_column("unit")
     # The bar is longer than the ends of the range where there is room, else it goes.
     wide = width >= 72
@@ -174,9 +174,9 @@ def lost_words(lost: np.ndarray) -> str:
     return f"lost flights when held out ({int((lost > 0).sum())} points, {int(lost.sum())} flights; at the edge if beyond it)"
 
 
-def front_table(rows: list[FrontPoint], labels: list[str]) -> Table:
+def front_table(rows: list[FrontPoint], labels: list[str]) -> TerminalTable:
     """Return default, recommended and further points of the front, evenly among them, a row each."""
-    table = Table(box=None)
+    table = TerminalTable(box=None)
     for name in ("", *labels):
         table.add_column(Text(name), justify="left" if not name else "right")
     named = [row for row in rows if row.role]

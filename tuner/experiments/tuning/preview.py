@@ -69,7 +69,7 @@ class UnreachedLimit(ObstacleRow):
     certain: bool
 
 
-class AutomaticLimit(DocumentPart):
+class UnwrittenLimit(DocumentPart):
     """A limit that the study does not write; key: of the study file, moves it."""
 
     label: str
@@ -86,7 +86,7 @@ class StudyPreview(DocumentPart):
     variables: int
     objectives: list[str]
     constraints: list[str]
-    automatic_limits: list[AutomaticLimit]
+    automatic_limits: list[UnwrittenLimit]
     requirements: list[str]
     search_flights: int
     digest: str
@@ -181,7 +181,7 @@ def study_preview(asked: Study) -> StudyPreview:
         variables=len(asked.space.variables),
         objectives=[objective.label for objective in asked.objectives],
         constraints=[entry.objective.label for entry in asked.constraints],
-        automatic_limits=[AutomaticLimit(**row) for row in automatic_rows(asked.constraints)],
+        automatic_limits=[UnwrittenLimit(**row) for row in automatic_rows(asked.constraints)],
         requirements=[requirement.label for requirement in asked.requirements],
         search_flights=search_flights(asked),
         digest=asked.digest(),
