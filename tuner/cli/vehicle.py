@@ -51,13 +51,9 @@ def schema(name: Annotated[str, typer.Argument(help="gains, summary, contest, ..
 
     Example: tuner schema gains > gains.schema.json
     """
-    from plant.errors import UnknownNameError
-    from tuner.documents.registry import DOCUMENTS, schema_of
-    from tuner.gains.schema import schema_text
+    from tuner.documents.registry import schema_of
 
-    if name != "gains" and name not in DOCUMENTS:
-        raise UnknownNameError("schema", name, ["gains", *DOCUMENTS])
-    print(schema_text() if name == "gains" else schema_of(name), end="")
+    print(schema_of(name), end="")
 
 
 @app.command()
