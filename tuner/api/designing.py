@@ -19,7 +19,6 @@ from tuner.documents.margins import MarginsDocument
 from tuner.documents.parts import NumberWithUnit
 from tuner.experiments.tuning.starts import design_row, study_designs, without_design
 from tuner.gains import Controller
-from tuner.gains.document import seed_entry
 from tuner.gains.ucum import quantity
 from tuner.search.watcher import Watcher
 from tuner.store.document import DocumentPart
@@ -116,7 +115,7 @@ def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher 
         for axis, found in designs.items()
     ]  # fmt: skip
     announce_compilation(watcher or Watcher())
-    controllers = {"default": controller_for(asked, asked.default_row), "design": controller_for(asked, row)}
+    controllers = {"default": asked.controller(asked.default_row), "design": asked.controller(row)}
     margins = {name: margins_in(asked, controller) for name, controller in controllers.items()}
     gains = gains_of(controllers["design"], provenance_of(asked, axes))
     if out is not None:
@@ -127,25 +126,11 @@ def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher 
 
 def provenance_of(study: Study, axes: list[DesignedAxis]) -> Row:
     """Return what gains.json says of the origin of a design."""
-    origin = {
-        "name": study.path.name, "title": study.title, "seed": seed_entry(study.seed), "digest": study.digest(),
-        "point": "design",
-    }  # fmt: skip
     coded = [
         {**row.content(), "load_rejection": row.load_rejection and quantity(**row.load_rejection.content())}
         for row in axes
     ]
-    return {"study": origin, "design": coded}
-
-
-def controller_for(study: Study, gains: np.ndarray) -> Controller:
-    """Return a controller of a study with a gains row."""
-    system = study.system
-    timing = system.timing
-    row = tuple(float(gain) for gain in gains)
-    return Controller(
-        study.airframe, system.cascade, study.options, timing.control_period, timing.plant_step, row, study.vehicle
-    )
+    return {"study": study.origin("design"), "design": coded}
 
 
 def differing(study: Study, row: np.ndarray) -> list[str]:

@@ -18,8 +18,6 @@ from tuner.documents.opening import kind_in, read_frame
 from tuner.documents.results import Results as TuningDocuments
 from tuner.experiments import registry
 from tuner.experiments.compare.entrants import rows_of, study_of
-from tuner.gains import Controller
-from tuner.gains.document import seed_entry
 from tuner.store.document import read_text
 
 if TYPE_CHECKING:
@@ -269,16 +267,7 @@ class TuningResults(Results):
             raise UnknownNameError("point", point, front.points)
         study = study_of(self.home)
         row = rows_of(study, front.gains)[front.points.index(point)]
-        timing = study.system.timing
-        controller = Controller(
-            study.airframe, study.system.cascade, study.options, timing.control_period, timing.plant_step,
-            tuple(float(gain) for gain in row), study.vehicle,
-        )  # fmt: skip
-        origin = {
-            "name": study.path.name, "title": study.title, "seed": seed_entry(study.seed), "digest": study.digest(),
-            "point": point,
-        }  # fmt: skip
-        return gains_of(controller, {"study": origin})
+        return gains_of(study.controller(row), {"study": study.origin(point)})
 
     def _unit(self, label: str) -> str:
         return next(row.unit for row in self.document.table if row.label == label)

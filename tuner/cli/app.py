@@ -133,6 +133,11 @@ Dask = Annotated[
 ]
 
 
+def target_options(change: list[str] | None, firmware: str | None) -> list[str]:
+    """Return what --set and --firmware give as NAME=VALUE texts."""
+    return [*(change or []), *([] if firmware is None else [f"firmware={firmware}"])]
+
+
 def set_option(about: str) -> Any:
     """Return an option --set that may be repeated."""
     return typer.Option("--set", help=about)

@@ -7,7 +7,7 @@ import typer
 
 import tuner
 from tuner.cli.answer import answer, progress
-from tuner.cli.app import TARGET, AsJson, GainsFile, Threads, app, set_option
+from tuner.cli.app import TARGET, AsJson, GainsFile, Threads, app, set_option, target_options
 from tuner.text.errors import BROKEN
 
 
@@ -37,10 +37,10 @@ def export(
 
     Example: tuner export results/quickstart/gains.json --to c99
     """
-    given = [*(change or []), *([f"firmware={firmware}"] if firmware is not None else [])]
     with progress(as_json) as watcher:
         made = tuner.export(
-            gains, to, out, options=given, previous=previous, flights=flights, force=force, watcher=watcher
+            gains, to, out, options=target_options(change, firmware), previous=previous, flights=flights, force=force,
+            watcher=watcher,
         )  # fmt: skip
     answer(made, as_json, 0 if made.passed else BROKEN)
 

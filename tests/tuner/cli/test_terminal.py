@@ -128,13 +128,13 @@ def test_check(small_run, monkeypatch, capsys):
 
 
 def test_design(tmp_path, monkeypatch, capsys):
-    from tuner.api.designing import Design, controller_for, margins_in
+    from tuner.api.designing import Design, margins_in
     from tuner.api.gains import gains_of
     from tuner.cli.printers.margins import print_design
     from tuner.study import load_study
 
     study = load_study(QUICKSTART)
-    controller = controller_for(study, study.default_row)
+    controller = study.controller(study.default_row)
     found = gains_of(controller, {})
     margins = {name: margins_in(study, controller) for name in ("default", "design")}
     design = Design(found, found, [], margins, [])

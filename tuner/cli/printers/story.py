@@ -15,7 +15,7 @@ from tuner.cli.terminal import Console, difference, digits, estimate, width
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.parts import in_shown_units
-from tuner.documents.summary import TableRow
+from tuner.documents.summary import PickedObjective, PickedOn, TableRow
 from tuner.report.charts.front import front_panels
 from tuner.report.charts.text import place_bar, to_text
 from tuner.report.prose import gap_words
@@ -197,15 +197,8 @@ def trust_texts(story: TuningStory) -> list[str]:
         "[..]: 95 % intervals, differences paired flight by flight."
     ]
     picked = trust.picked_on
-    for row in () if picked is None else picked.objectives:
-        gap, held, room = row.gap, row.held_out, width(row.held_out)
-        unit = "" if row.unit == "1" else f" {row.unit}"
-        said.append(
-            f"{row.label}: {digits(row.search, room)}{unit} in the search, {digits(held.value, room)}{unit} held "
-            f"out, gap {digits(gap.value, room)} [{digits(gap.low, room)}, {digits(gap.high, room)}]: "
-            f"{gap_words(picked, gap)}."
-        )
     if picked is not None:
+        said += [gap_text(picked, row) for row in picked.objectives]
         said.append(
             f"It is on the front in {100.0 * picked.probability:.0f} % of the resamples of the held-out flights."
         )
@@ -214,3 +207,13 @@ def trust_texts(story: TuningStory) -> list[str]:
         f"{trust.front_size} points, hypervolume {trust.hypervolume:.4f}."
     )
     return said
+
+
+def gap_text(picked: PickedOn, row: PickedObjective) -> str:
+    """Return an objective of the recommended point in the search and held out, in a sentence."""
+    gap, held, room = row.gap, row.held_out, width(row.held_out)
+    unit = "" if row.unit == "1" else f" {row.unit}"
+    return (
+        f"{row.label}: {digits(row.search, room)}{unit} in the search, {digits(held.value, room)}{unit} held "
+        f"out, gap {digits(gap.value, room)} [{digits(gap.low, room)}, {digits(gap.high, room)}]: {gap_words(picked, gap)}."
+    )
