@@ -65,6 +65,11 @@ class Results:
         return list(getattr(self.document, "warnings", []))
 
     @property
+    def words(self) -> list[str]:
+        """Sentences that the numbers of a contest, a comparison or an inference allow."""
+        return list(getattr(self.document, "words", []))
+
+    @property
     def json(self) -> str:
         """The main document as it stands in the folder, or as it would."""
         return json_text(self.document, ascii_only=False) if self.folder is None else read_text(self.folder / self.main)
@@ -136,7 +141,7 @@ class Results:
         return f"{type(self).__name__}({self.title!r}, {str(self.folder)!r})"
 
     def _repr_html_(self) -> str:
-        return shown(self.title, [*getattr(self.document, "words", []), *self.warnings], self.summary)
+        return shown(self.title, [*self.words, *self.warnings], self.summary)
 
 
 class TuningResults(Results):
@@ -305,11 +310,6 @@ class ContestResults(Results):
         """Paired differences with 95 % intervals: a row for each two contenders and each quantity."""
         return frame(self.document.differences, ("first", "second", "quantity"))
 
-    @property
-    def words(self) -> list[str]:
-        """Sentences that the numbers allow."""
-        return list(self.document.words)
-
 
 class ComparisonResults(ContestResults):
     """Results of a comparison: given controllers on the same flights, each against the first."""
@@ -345,11 +345,6 @@ class InferenceResults(Results):
             for row in self.document.cells
         ]  # fmt: skip
         return frame(rows)
-
-    @property
-    def words(self) -> list[str]:
-        """Sentences that the numbers allow."""
-        return list(self.document.words)
 
     def figure(self, name: str = "inference") -> "Figure":
         """Draw a figure; see `Results.figure`."""

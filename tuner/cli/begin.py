@@ -20,8 +20,9 @@ from tuner.cli.app import (
     app,
     found_study,
     set_option,
+    study_option,
+    target_options,
 )
-from tuner.cli.app import study_option, target_options
 from tuner.cli.judge import answer_validity
 from tuner.text.errors import BROKEN
 

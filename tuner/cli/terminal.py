@@ -48,6 +48,21 @@ class Console(console.Console):
             self.print(f"- {text}")
 
 
+def unit_text(unit: str, form: str = "{}") -> str:
+    """Return a unit as it stands among other words, nothing for a number without one."""
+    return "" if unit == "1" else form.format(unit)
+
+
+def bound_text(row: Any) -> str:
+    """Return the sense and the limit of a row as a sign and a number."""
+    return f"{'>=' if row.sense == 'least' else '<='} {row.limit:g}"
+
+
+def limit_text(row: Any) -> str:
+    """Return the limit of a row in words; one without a sense is an upper one."""
+    return f"at {getattr(row, 'sense', 'most')} {row.limit:g}"
+
+
 def width(entry: Any) -> float:
     """Return the width of the interval of a number, and where it has none the number itself."""
     apart = 0.0 if entry.low is None or entry.high is None else entry.high - entry.low

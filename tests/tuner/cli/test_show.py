@@ -14,7 +14,7 @@ from tests.tuner.in_process import tuner
 from tests.tuner.report.contest.fabricate_contest import Made
 from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import OBJECTIVES, fabricate
-from tuner.api.story import story, unfinished_story
+from tuner.api.story import UnfinishedRun, story, unfinished_story
 from tuner.cli.printers.story import print_story
 from tuner.cli.terminal import Console
 from tuner.report.charts.text import Layer, legend, place_bar, scatter
@@ -64,6 +64,7 @@ def test_two_objectives_are_plotted_and_others_listed(made_up, capsys):
     text = shown(folder, 100, capsys)
     assert ("@ recommended" in text) == (objectives == 2)
     told = story(folder)
+    assert told.results is not None
     tuned = next(row for row in told.document.front if row.role == "tuned")
     assert tuned.point == told.results.tuned
     if objectives != 2:
@@ -75,6 +76,7 @@ def test_the_story_is_in_the_units_of_the_folder(made_up):
     folder, objectives = made_up
     told = story(folder)
     results = told.results
+    assert results is not None
     default = next(row for row in told.document.front if row.role == "default")
     for i, entry in enumerate(results.objectives):
         held_out = results.front.held_out[results.front.of("default")[0], i]
@@ -118,6 +120,7 @@ def test_an_unfinished_run_says_how_far_it_is(small_run, tmp_path, capsys):
     lines = (folder / "history.csv").read_text().splitlines()
     (folder / "history.csv").write_text("\n".join(lines[:3]) + "\n")
     told = unfinished_story(folder)
+    assert isinstance(told, UnfinishedRun)
     assert (told.generations_done, told.generations, told.finished) == (2, 3, False)
     text = shown(folder, 60, capsys)
     assert "2 of 3 generations" in text and f"tuner resume {folder}" in text

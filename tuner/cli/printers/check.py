@@ -4,7 +4,7 @@ from math import degrees
 from typing import TYPE_CHECKING, Any
 
 from tuner.cli.tables import TerminalTable, wide_console
-from tuner.cli.terminal import Console, digits, width
+from tuner.cli.terminal import Console, bound_text, digits, unit_text, width
 from tuner.documents.judgement import JudgedRow, JudgementDocument
 from tuner.documents.parts import in_shown_units
 from tuner.experiments.tuning.preview import DefaultRow, StudyPreview, TrimRow, VehicleRow
@@ -15,7 +15,6 @@ if TYPE_CHECKING:
     from tuner.gains.examining import Examined
 
 Row = dict[str, Any]
-SIGNS = {"most": "<=", "least": ">="}
 STYLES = {"fail": "bold red", "not certain": "yellow", "target missed": "yellow"}
 
 
@@ -42,8 +41,7 @@ def print_figures(figures: Row) -> None:
 def shown(value: Any) -> str:
     """Return a figure as text: a list with commas, a number with its unit."""
     if isinstance(value, dict):
-        unit = "" if value["unit"] == "1" else f" {value['unit']}"
-        return f"{value['value']:.4g}{unit}"
+        return f"{value['value']:.4g}{unit_text(value['unit'], ' {}')}"
     return ", ".join(value) if isinstance(value, list) else str(value)
 
 
@@ -112,9 +110,8 @@ def default_table(rows: list[DefaultRow]) -> TerminalTable:
     for label in dict.fromkeys(row.label for row in shown):
         mine = {row.loop: row for row in shown if row.label == label}
         first = next(iter(mine.values()))
-        unit = "" if first.unit == "1" else f" {first.unit}"
         cells = [_cell(mine.get(loop)) for loop in (*loops, *([None] if len(table.columns) > 2 + len(loops) else []))]
-        table.add_row(label, f"{SIGNS[first.sense]} {first.limit:g}{unit}", *cells)
+        table.add_row(label, f"{bound_text(first)}{unit_text(first.unit, ' {}')}", *cells)
     return table
 
 
@@ -138,8 +135,8 @@ def print_judgement(judgement: "Judgement", console: Console) -> None:
 
 def cells(row: JudgedRow) -> list[str]:
     """Return the texts of one row."""
-    limit = "" if row.limit is None else f"{SIGNS[row.sense]} {row.limit:g}"
-    unit = "" if row.unit == "1" else row.unit
+    limit = "" if row.limit is None else bound_text(row)
+    unit = unit_text(row.unit)
     if row.low is None or row.high is None or row.value is None:
         value = "unbounded" if row.value is None else f"{row.value:.4g}"
         return [row.label, limit, value, "", unit, row.verdict]

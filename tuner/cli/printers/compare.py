@@ -7,7 +7,7 @@ from rich.text import Text
 
 from tuner.cli.printers.tuning import print_ending
 from tuner.cli.tables import TerminalTable, say_files
-from tuner.cli.terminal import Console, difference, estimate
+from tuner.cli.terminal import Console, difference, estimate, limit_text, unit_text
 from tuner.documents.contest_document import ComparisonDocument, DifferenceRow, QuantityRow
 
 if TYPE_CHECKING:
@@ -50,9 +50,8 @@ def blocks(found: ComparisonDocument) -> Iterator[tuple[QuantityRow, list[list[s
 
 def heading(quantity: QuantityRow) -> str:
     """Return label, unit and limit of a quantity."""
-    unit = "" if quantity.unit == "1" else f" [{quantity.unit}]"
-    limit = "" if quantity.limit is None else f", at most {quantity.limit:g}"
-    return f"{quantity.label}{unit}{limit}"
+    limit = "" if quantity.limit is None else f", {limit_text(quantity)}"
+    return f"{quantity.label}{unit_text(quantity.unit, ' [{}]')}{limit}"
 
 
 def against(row: DifferenceRow | None) -> tuple[str, str]:

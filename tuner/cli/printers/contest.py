@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 
 from tuner.cli.printers.tuning import print_ending
 from tuner.cli.tables import TerminalTable, say_files
-from tuner.cli.terminal import Console, digits, estimate
+from tuner.cli.terminal import Console, digits, estimate, limit_text, unit_text
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.experiments.contest.words import flights_of
 
@@ -38,9 +38,8 @@ def estimates_table(found: ContestDocument | ComparisonDocument) -> TerminalTabl
     table.add_column("", no_wrap=True)
     judged = [quantity for quantity in found.quantities if quantity.kind in ("objective", "constraint")]
     for quantity in judged:
-        unit = "" if quantity.unit == "1" else quantity.unit
-        limit = "" if quantity.limit is None else f"at most {quantity.limit:g} "
-        table.add_column(f"{quantity.label}\n{limit}{unit}".rstrip(), justify="right")
+        limit = "" if quantity.limit is None else f"{limit_text(quantity)} "
+        table.add_column(f"{quantity.label}\n{limit}{unit_text(quantity.unit)}".rstrip(), justify="right")
     table.add_column("instructions\na step", justify="right")
     values = {(entry.contender, entry.quantity): entry for entry in found.estimates}
     for contender in found.contenders:

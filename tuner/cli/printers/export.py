@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 
 from plant.gains import gain_addresses
 from tuner.cli.tables import TerminalTable, say_files, wide_console
-from tuner.cli.terminal import Console
+from tuner.cli.terminal import Console, bound_text, unit_text
 from tuner.documents.export import ExportDocument, ExportedParameter, RoundedMargin, VerificationPart
 from tuner.documents.parts import in_shown_units
 
@@ -55,7 +55,7 @@ def parameters_table(rows: list[ExportedParameter]) -> TerminalTable:
     for row in rows:
         new, old = f"{row.held:.6g}", row.before if known else row.usual
         cells = ["" if old is None else f"{old:.6g}", new, *([change_text(row)] if known else [])]
-        table.add_row(row.name, *cells, _allowed(row), "" if row.unit == "1" else row.unit)
+        table.add_row(row.name, *cells, _allowed(row), unit_text(row.unit))
     return table
 
 
@@ -100,8 +100,7 @@ def changes_table(verification: VerificationPart) -> TerminalTable:
     table = TerminalTable(title, keys=1)
     table.columns_of("", "unit", "limit", "tuned", "held", left=("", "unit"))
     for row in map(in_shown_units, changed_margins(verification)):
-        sign = ">=" if row.sense == "least" else "<="
-        table.add_row(row.label, row.unit, f"{sign} {row.limit:g}", _shown(row.asked), _shown(row.held))
+        table.add_row(row.label, row.unit, bound_text(row), _shown(row.asked), _shown(row.held))
     for row in verification.metrics:
         table.add_row(f"mean({row.metric})", row.unit, "", _shown(row.asked), _shown(row.held))
     return table

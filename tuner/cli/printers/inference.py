@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from tuner.cli.tables import TerminalTable, say_files
-from tuner.cli.terminal import Console
+from tuner.cli.terminal import Console, unit_text
 from tuner.documents.inference_document import InferenceDocument
 from tuner.text.numbers import significant
 
@@ -55,6 +55,5 @@ def unknowns_table(document: InferenceDocument) -> TerminalTable:
             for low, high in (("near_low", "near_high"), ("low68", "high68"))
         ]
         verdict = {"told": "yes", "loosely": "partly", "not": "no"}[row.verdict]
-        unit = "" if row.unit == "1" else f" {row.unit}"
-        table.add_row(f"{row.name}{unit}", significant(row.inferred, 2), *spans, verdict)
+        table.add_row(f"{row.name}{unit_text(row.unit, ' {}')}", significant(row.inferred, 2), *spans, verdict)
     return table

@@ -8,7 +8,7 @@ from rich.text import Text
 from objectives.margins.quantities import QUANTITIES, REPORTED
 from tuner.analysis.margins.limits import LIMITS
 from tuner.cli.tables import TerminalTable, say_files
-from tuner.cli.terminal import Console
+from tuner.cli.terminal import Console, bound_text, unit_text
 from tuner.documents.margins import ChannelMargins, LimitRow, MarginsDocument, NotedValue, Reading
 from tuner.documents.parts import in_shown_units
 
@@ -90,7 +90,7 @@ def marks_of(requirements: list[LimitRow]) -> dict[tuple[str, str], str]:
 def heading(name: str) -> str:
     """Return the name of a line of the table: a margin quantity with the unit in which it is printed."""
     quantity = QUANTITIES[name]
-    return quantity.short if quantity.shown_unit == "1" else f"{quantity.short} [{quantity.shown_unit}]"
+    return f"{quantity.short}{unit_text(quantity.shown_unit, ' [{}]')}"
 
 
 def reading(entry: Reading, name: str) -> str:
@@ -127,10 +127,8 @@ def requirements_table(rows: list[LimitRow]) -> TerminalTable:
     table.columns_of("requirement", "value", "limit", "unit", "", left=("requirement", "unit", ""))
     for row in map(in_shown_units, rows):
         verdict = "kept" if row.kept else "BROKEN" if row.hard else "missed"
-        sign = ">=" if row.sense == "least" else "<="
         value = "inf" if row.value is None else f"{row.value:.4g}"
-        unit = "" if row.unit == "1" else row.unit
-        table.add_row(row.label, value, f"{sign} {row.limit:g}", unit, verdict)
+        table.add_row(row.label, value, bound_text(row), unit_text(row.unit), verdict)
     return table
 
 
@@ -157,8 +155,7 @@ def print_certificates(console: Console, document: MarginsDocument) -> None:
     table = TerminalTable("Proved by matrix inequalities")
     table.columns_of("axis", "certificate", "value", "what", left=("axis", "certificate", "what"), wrap=("what",))
     for row in rows:
-        unit = "" if row.unit == "1" else f" {row.unit}"
-        value = "nothing" if row.value is None else f"{row.value:.4g}{unit}"
+        value = "nothing" if row.value is None else f"{row.value:.4g}{unit_text(row.unit, ' {}')}"
         table.add_row(row.axis, row.name, value, row.why)
     console.print(table)
 

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING
 from tuner.analysis.sensitivity.document import FAILURE, outputs
 from tuner.analysis.sensitivity.scales import RANK
 from tuner.cli.tables import TerminalTable
-from tuner.cli.terminal import Console, digits
+from tuner.cli.terminal import Console, digits, unit_text
 from tuner.documents.plan import ContestPlanDocument, PlanDocument, PlannedObjective
 from tuner.documents.sensitivity import VarianceRow
 
@@ -98,11 +98,10 @@ def precision_table(document: PlanDocument) -> TerminalTable:
     table = TerminalTable(title, keys=1)
     table.columns_of("objective", "default", "search", "held out", "needed", left=("objective",))
     for row in document.objectives:
-        unit = "" if row.unit == "1" else f" {row.unit}"
         value = digits(row.default, row.width.held_out or row.default)
         needed = "-" if row.scenarios_needed is None else f"{row.scenarios_needed:,}"
         table.add_row(
-            row.label, f"{value}{unit}", width(row, "search"), width(row, "held_out"),
+            row.label, f"{value}{unit_text(row.unit, ' {}')}", width(row, "search"), width(row, "held_out"),
             f"{needed} / {row.flights.held_out:,}",
         )  # fmt: skip
     return table

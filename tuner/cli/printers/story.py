@@ -9,9 +9,9 @@ from tuner.api.story import AskedPart, FrontPoint, PlacedGain, TuningStory, Unfi
 from tuner.cli.printers.compare import block_table, print_comparison
 from tuner.cli.printers.contest import print_found
 from tuner.cli.printers.inference import print_tables
-from tuner.cli.printers.tuning import limit_text, print_ending
+from tuner.cli.printers.tuning import print_ending
 from tuner.cli.tables import TerminalTable, say_files
-from tuner.cli.terminal import Console, difference, digits, estimate, width
+from tuner.cli.terminal import Console, difference, digits, estimate, limit_text, unit_text, width
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.parts import in_shown_units
@@ -124,10 +124,9 @@ def asked_text(asked: AskedPart) -> str:
 
 def heading(row: TableRow) -> str:
     """Return label, unit and limit of a row of the table."""
-    unit = "" if row.unit == "1" else f" [{row.unit}]"
     limit = "" if row.limit is None else f", {limit_text(row)}"
     automatic = getattr(row, "automatic", "")
-    return f"{row.label}{unit}{limit}{f' (automatic: {automatic})' if automatic else ''}"
+    return f"{row.label}{unit_text(row.unit, ' [{}]')}{limit}{f' (automatic: {automatic})' if automatic else ''}"
 
 
 def default_and_tuned(row: TableRow, shown_as: str) -> list[list[str]]:
@@ -149,8 +148,7 @@ def gains_table(gains: list[PlacedGain], width: int, shown_as: str) -> TerminalT
     for row in gains:
         bar = place_bar(row.place, row.default_place, BAR if wide else BAR // 2)
         ends = f"{row.low:g} {bar} {row.high:g}" if wide else bar
-        unit = "" if row.unit == "1" else row.unit
-        table.add_row(Text(row.name), f"{row.default:.4g}", f"{row.tuned:.4g}", Text(unit), ends)
+        table.add_row(Text(row.name), f"{row.default:.4g}", f"{row.tuned:.4g}", Text(unit_text(row.unit)), ends)
     return table
 
 
@@ -212,7 +210,7 @@ def trust_texts(story: TuningStory) -> list[str]:
 def gap_text(picked: PickedOn, row: PickedObjective) -> str:
     """Return an objective of the recommended point in the search and held out, in a sentence."""
     gap, held, room = row.gap, row.held_out, width(row.held_out)
-    unit = "" if row.unit == "1" else f" {row.unit}"
+    unit = unit_text(row.unit, " {}")
     return (
         f"{row.label}: {digits(row.search, room)}{unit} in the search, {digits(held.value, room)}{unit} held "
         f"out, gap {digits(gap.value, room)} [{digits(gap.low, room)}, {digits(gap.high, room)}]: {gap_words(picked, gap)}."

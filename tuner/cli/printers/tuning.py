@@ -4,10 +4,10 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from tuner.cli.tables import TerminalTable, say_files
-from tuner.cli.terminal import Console, estimate
+from tuner.cli.terminal import Console, estimate, limit_text, unit_text
 from tuner.documents.ending import gains_name
 from tuner.documents.parts import in_shown_units
-from tuner.documents.summary import Summary, TableRow
+from tuner.documents.summary import Summary
 
 if TYPE_CHECKING:
     from tuner.api.results import TuningResults
@@ -64,17 +64,11 @@ def comparison_table(summary: Summary) -> TerminalTable:
     for row in map(in_shown_units, summary.table):
         limit = "" if row.limit is None else f"{limit_text(row)} "
         limit = f"automatic, {limit}" if getattr(row, "automatic", "") else limit
-        unit = "" if row.unit == "1" else row.unit
         parts = [estimate(getattr(row, key)) for key in ("default", "tuned", "difference")]
         parts[2] = f"{row.verdict}: {parts[2]}"
         label = row.label.replace("@", "\n@")
-        table.add_row(f"{label}\n{limit}{unit}".rstrip(), *parts)
+        table.add_row(f"{label}\n{limit}{unit_text(row.unit)}".rstrip(), *parts)
     return table
-
-
-def limit_text(row: TableRow) -> str:
-    """Return the limit of a row in words."""
-    return f"at {getattr(row, 'sense', 'most')} {row.limit:g}"
 
 
 def gains_table(summary: Summary) -> TerminalTable:
