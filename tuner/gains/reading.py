@@ -9,7 +9,7 @@ from tuner.gains.airframe_block import airframe_of, numbers_block
 from tuner.gains.controller import Controller, VehicleRecord
 from tuner.gains.examining import Examined, cascade_of, examine, options_of
 from tuner.gains.sections import Row
-from tuner.text.locating import located
+from tuner.text.input_errors import located
 
 # Notes that were given already: a command may read a file twice.
 _noted: set[str] = set()
