@@ -12,6 +12,7 @@ from plant.input_files import MOST_TEXT, read_input, read_input_text
 from plant.references.waypoint_file import read_waypoints
 from tests.tuner.fuzz.fuzzing import patience
 from tests.tuner.in_process import tuner
+from tuner.api.story import last_generation
 from tuner.documents.summary import Summary
 from tuner.documents.tables import Columns, read_table
 from tuner.exchange.ardupilot.text import read_param
@@ -19,7 +20,6 @@ from tuner.exchange.betaflight.text import read_cli
 from tuner.exchange.crazyflie import text as param_file
 from tuner.exchange.px4.text import read_params
 from tuner.gains import read_gains
-from tuner.report.terminal.unfinished import last_generation
 from tuner.store.document import read_text
 from tuner.study import load_study
 from tuner.study.layers import read_layers

@@ -1,5 +1,6 @@
 """The pages of the site as Markdown by name: files of the repository, with links as they are seen there, and generated pages."""
 
+import json
 import re
 import subprocess
 from pathlib import Path
@@ -20,7 +21,7 @@ OUTSIDE = {
 }
 """Pages of the site that lie outside docs/."""
 NAVIGATION = {
-    "": ("installation", "tutorial"),
+    "": ("installation", "tutorial", "tune_in_a_notebook"),
     "How to": (
         "reading_the_report", "how_to/limits", "how_to/compare", "exports", "cluster", "how_to/add_a_law",
         "how_to/add_a_metric", "how_to/add_an_export_target", "how_to/add_a_number",
@@ -31,7 +32,7 @@ NAVIGATION = {
 }  # fmt: skip
 ANCHOR = re.compile(r'<a id="(\w+)"></a>')
 LINK = re.compile(r"(\]\()([^)\s]+)(\))")
-PICTURE = ".png"
+PICTURE, NOTEBOOK = ".png", ".ipynb"
 ELSEWHERE = ("#", "http://", "https://", "mailto:")
 LANGUAGES = {".py": "python", ".json": "json", ".c": "c", ".js": "javascript", ".sh": "sh", ".css": "css"}
 
@@ -55,11 +56,22 @@ def pictures() -> dict[str, Path]:
 def own_pages() -> dict[str, str]:
     """Return the pages that somebody wrote, Markdown by their path in the repository."""
     files = [*(ROOT / "docs").rglob("*.md"), *(ROOT / path for path in OUTSIDE)]
-    return {file.relative_to(ROOT).as_posix(): file.read_text(encoding="utf-8") for file in files}
+    texts = {file: file.read_text(encoding="utf-8") for file in files}
+    texts |= {file: notebook_text(file) for file in (ROOT / "docs").rglob(f"*{NOTEBOOK}")}
+    return {file.relative_to(ROOT).as_posix(): text for file, text in texts.items()}
+
+
+def notebook_text(file: Path) -> str:
+    """Return a notebook as Markdown: its texts, and its code as blocks."""
+    cells = json.loads(file.read_text(encoding="utf-8"))["cells"]
+    texts = [(cell["cell_type"], "".join(cell["source"])) for cell in cells]
+    return "\n\n".join(f"```python\n{text}\n```" if kind == "code" else text for kind, text in texts) + "\n"
 
 
 def place_of(path: str) -> str:
     """Return where the site shows a file of the repository."""
+    if path.endswith(NOTEBOOK):
+        return f"{Path(path).stem}.md"
     if path.startswith("docs/"):
         return path.removeprefix("docs/")
     if path.endswith(PICTURE):

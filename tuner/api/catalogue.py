@@ -4,10 +4,19 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from objectives.margins.quantities import LIMITABLE
+from objectives.metrics import AXES, METRICS
+from objectives.risk import RISKS
+from objectives.theory import THEOREMS
+from plant import airframes as bundled
+from plant.airframes.derived import quantities
 from plant.errors import InputError, UnknownNameError
 from plant.input_files import read_input_text
+from plant.laws import LAWS
+from plant.references import REFERENCES, parameters
 from plant.texts import toml_table
 from tuner.api.frames import frame
+from tuner.search.names import ALGORITHMS
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -17,8 +26,6 @@ Rows = list[dict[str, Any]]
 
 def laws() -> Rows:
     """Control laws and their gains."""
-    from plant.laws import LAWS
-
     return [
         {
             "law": law.name, "title": law.title, "gain": gain.name.rstrip("_"), "symbol": gain.symbol, "loop": loop,
@@ -31,12 +38,9 @@ def laws() -> Rows:
 
 def airframes() -> Rows:
     """Bundled airframes and what follows from their numbers."""
-    from plant.airframes import load, names
-    from plant.airframes.derived import quantities
-
     rows = []
-    for name in names():
-        airframe = load(name, allow_unphysical=True)
+    for name in bundled.names():
+        airframe = bundled.load(name, allow_unphysical=True)
         derived = quantities(airframe.vehicle)
         rows.append(
             {
@@ -50,8 +54,6 @@ def airframes() -> Rows:
 
 def metrics() -> Rows:
     """Metrics; those with axes are addressed as NAME.AXIS or NAME.GROUP."""
-    from objectives.metrics import AXES, METRICS
-
     return [
         {
             "metric": metric.name, "unit": metric.unit.format("m|rad"), "definition": metric.definition,
@@ -63,15 +65,11 @@ def metrics() -> Rows:
 
 def risks() -> Rows:
     """Risk measures over scenarios."""
-    from objectives.risk import RISKS
-
     return [{"risk": name, "definition": risk.definition, "level": risk.has_level} for name, risk in RISKS.items()]
 
 
 def references() -> Rows:
     """References and their parameters."""
-    from plant.references import REFERENCES, parameters
-
     return [
         {
             "reference": name, "about": (kind.__doc__ or "").strip().splitlines()[0],
@@ -83,8 +81,6 @@ def references() -> Rows:
 
 def theorems() -> Rows:
     """Results of theory that a [[guarantee]] may ask for."""
-    from objectives.theory import THEOREMS
-
     return [
         {
             "theorem": name, "title": theorem.title, "unit": theorem.unit.format(y="rad|m"),
@@ -97,8 +93,6 @@ def theorems() -> Rows:
 
 def margins() -> Rows:
     """Stability margins that a [[margin]] may ask for."""
-    from objectives.margins.quantities import LIMITABLE
-
     return [
         {
             "quantity": name, "unit": entry.limit_unit, "limit": entry.sense,
@@ -110,8 +104,6 @@ def margins() -> Rows:
 
 def searches() -> Rows:
     """Searches that [search] algorithm may ask for."""
-    from tuner.search.names import ALGORITHMS
-
     return [
         {"search": name, "objectives": entry.objectives, "about": entry.about} for name, entry in ALGORITHMS.items()
     ]
@@ -194,6 +186,11 @@ def catalogue(kind: str) -> "pd.DataFrame":
 
     """
     return frame(rows_of(kind))
+
+
+def names_of(kind: str) -> list[str]:
+    """Return the names of what the tool knows of a kind."""
+    return list(dict.fromkeys(str(next(iter(row.values()))) for row in rows_of(kind)))
 
 
 def rows_of(kind: str, containing: str = "") -> Rows:

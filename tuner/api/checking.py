@@ -15,8 +15,8 @@ from tuner.api.gains import Gains
 from tuner.api.margins import announce_compilation
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.documents.judgement import JudgementDocument
-from tuner.experiments.planning.preview import preview
-from tuner.experiments.tuning.preview import is_hopeless
+from tuner.experiments.planning.preview import Preview, preview
+from tuner.experiments.tuning.preview import StudyPreview, is_hopeless
 from tuner.experiments.tuning.problem import problem_of, warm_up
 from tuner.gains.examining import Examined, examine
 from tuner.search.watcher import Watcher
@@ -39,13 +39,15 @@ class Checked(Documented):
     """Everything known of a file without flying.
 
     Attributes:
-        document: What it holds, as data; the key kind says what it is.
+        kind: Kind of the file: "study", "contest", "inference", "airframe" or "gains".
+        document: What it holds: a `StudyPreview`, `ContestPreview` or `InferencePreview`; plain data of the other kinds.
         hopeless: Whether a study asks for what nothing can reach, or a gains file is wrong.
         examined: A gains file as read, None for other files.
 
     """
 
-    document: Row
+    kind: str
+    document: Preview | Row
     hopeless: bool = False
     examined: Examined | None = None
 
@@ -55,12 +57,12 @@ class Checked(Documented):
         return [] if self.examined is None else self.examined.problems
 
     @property
-    def kind(self) -> str:
-        """Kind of the file: "study", "contest", "inference", "airframe" or "gains"."""
-        return "gains" if self.examined is not None else str(self.document["kind"])
+    def content(self) -> Row:
+        """The document as plain data."""
+        return self.document if isinstance(self.document, dict) else self.document.content()
 
     def _repr_html_(self) -> str:
-        lines = [f"{key}: {value}" for key, value in self.document.items() if isinstance(value, str | int | float)]
+        lines = [f"{key}: {value}" for key, value in self.content.items() if isinstance(value, str | int | float)]
         return shown(f"Checked: {self.kind}", lines)
 
 
@@ -78,7 +80,7 @@ def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
         InputError: The file is missing or wrong.
 
     Examples:
-        >>> tuner.check("quickstart").document["vehicle"]["name"]
+        >>> tuner.check("quickstart").document.vehicle.name
         'hummingbird'
 
     """
@@ -92,12 +94,12 @@ def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
     layers = read_layers(path)
     keys = set(layers[0].table)
     if kind_of_layers(layers).table is None and AIRFRAME_KEYS & keys and not {"scenario", "objective"} & keys:
-        return Checked(airframe_figures(path))
+        return Checked("airframe", airframe_figures(path))
     asked = load_any(path)
     if isinstance(asked, Study) and asked.table.margin:
         announce_compilation(watcher or Watcher())
-    figures = preview(asked)
-    return Checked(figures, isinstance(asked, Study) and is_hopeless(figures))
+    found = preview(asked)
+    return Checked(found.kind, found, isinstance(found, StudyPreview) and is_hopeless(found))
 
 
 def validate(file: str | Path) -> Checked:
@@ -128,7 +130,7 @@ def validate(file: str | Path) -> Checked:
         "sha256": None if examined.problems else examined.digest,
         "problems": [{"key": problem.key, "message": problem.message} for problem in examined.problems],
     }
-    return Checked(verdict, bool(examined.problems), examined)
+    return Checked("gains", verdict, bool(examined.problems), examined)
 
 
 def airframe_figures(file: Path) -> Row:

@@ -16,11 +16,12 @@ from tuner.api.gains import Gains, gains_of, taken
 from tuner.api.margins import announce_compilation
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.documents.margins import MarginsDocument
+from tuner.documents.parts import NumberWithUnit
 from tuner.experiments.tuning.starts import design_row, study_designs, without_design
 from tuner.gains import Controller
-from tuner.gains.document import seed_entry
 from tuner.gains.quantities import quantity
 from tuner.search.watcher import Watcher
+from tuner.store.document import DocumentPart
 from tuner.study.margins import holds_place
 from tuner.study.study import Study
 
@@ -28,6 +29,15 @@ if TYPE_CHECKING:
     import pandas as pd
 
 Row = dict[str, Any]
+
+
+class DesignedAxis(DocumentPart):
+    """Design of an axis; why: not, where it is not; load_rejection [s^-3]: null where it is not."""
+
+    axis: str
+    designed: bool
+    why: str
+    load_rejection: NumberWithUnit | None
 
 
 @dataclass(frozen=True)
@@ -45,7 +55,7 @@ class Design(Documented):
 
     gains: Gains
     default: Gains
-    axes: list[Row]
+    axes: list[DesignedAxis]
     margins: dict[str, MarginsDocument]
     warnings: list[str]
 
@@ -53,17 +63,17 @@ class Design(Documented):
     def document(self) -> Row:
         """Everything as data, as `tuner design --json` prints it."""
         return {
-            "gains": self.gains.document, "design": self.axes, 
+            "gains": self.gains.document, "design": [axis.content() for axis in self.axes],
             "margins": {name: found.content() for name, found in self.margins.items()}, "warnings": self.warnings,
         }  # fmt: skip
 
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each gain: default, design, unit."""
-        default, design = self.default.table, self.gains.table
+        default, design = self.default.controller, self.gains.controller
         rows = [
-            {"gain": name, "default": default["value"][name], "design": design["value"][name], "unit": default["unit"][name]}
-            for name in default.index
+            {"gain": g.address, "default": default.gains[g.column], "design": design.gains[g.column], "unit": g.unit}
+            for g in gain_addresses(design.cascade)
         ]  # fmt: skip
         return frame(rows, "gain")
 
@@ -98,14 +108,14 @@ def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher 
     designs = study_designs(asked)
     row = design_row(asked, designs)
     axes = [
-        {
-            "axis": axis, "designed": found.designed, "why": found.why,
-            "load_rejection": {"value": found.load_rejection, "unit": "s^-3"} if found.designed else None,
-        }
+        DesignedAxis(
+            axis=axis, designed=found.designed, why=found.why,
+            load_rejection=NumberWithUnit(value=found.load_rejection, unit="s^-3") if found.designed else None,
+        )
         for axis, found in designs.items()
     ]  # fmt: skip
     announce_compilation(watcher or Watcher())
-    controllers = {"default": controller_for(asked, asked.default_row), "design": controller_for(asked, row)}
+    controllers = {"default": asked.controller(asked.default_row), "design": asked.controller(row)}
     margins = {name: margins_in(asked, controller) for name, controller in controllers.items()}
     gains = gains_of(controllers["design"], provenance_of(asked, axes))
     if out is not None:
@@ -114,24 +124,13 @@ def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher 
     return Design(gains, default, axes, margins, warnings)
 
 
-def provenance_of(study: Study, axes: list[Row]) -> Row:
+def provenance_of(study: Study, axes: list[DesignedAxis]) -> Row:
     """Return what gains.json says of the origin of a design."""
-    origin = {
-        "name": study.path.name, "title": study.title, "seed": seed_entry(study.seed), "digest": study.digest(),
-        "point": "design",
-    }  # fmt: skip
-    coded = [{**row, "load_rejection": row["load_rejection"] and quantity(**row["load_rejection"])} for row in axes]
-    return {"study": origin, "design": coded}
-
-
-def controller_for(study: Study, gains: np.ndarray) -> Controller:
-    """Return a controller of a study with a gains row."""
-    system = study.system
-    timing = system.timing
-    row = tuple(float(gain) for gain in gains)
-    return Controller(
-        study.airframe, system.cascade, study.options, timing.control_period, timing.plant_step, row, study.vehicle
-    )
+    coded = [
+        {**row.content(), "load_rejection": row.load_rejection and quantity(**row.load_rejection.content())}
+        for row in axes
+    ]
+    return {"study": study.origin("design"), "design": coded}
 
 
 def differing(study: Study, row: np.ndarray) -> list[str]:

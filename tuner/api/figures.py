@@ -1,6 +1,7 @@
 """Figures of results as matplotlib objects, made without pyplot: the same as in the folders, in the same style."""
 
 from collections.abc import Callable, Mapping
+from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from plant.errors import InputError, UnknownNameError
@@ -20,24 +21,35 @@ if TYPE_CHECKING:
     from tuner.analysis.sensitivity.analysis import Analysis
     from tuner.study.study import Study
 
-Figures = Mapping[str, Callable[[], Figure | None]]
+Drawers = Mapping[str, Callable[[], Figure | None]]
 """Figures by name, each drawn when it is called; None where there is no data for it."""
 
 LOOPS = {"bode": bode_figure, "nyquist": nyquist_figure, "nichols": nichols_figure}
 
 
-def draw(figures: Figures, name: str) -> Figure:
-    """Return a figure by its name; UnknownNameError where there is none, InputError where there is no data for it."""
-    if name not in figures:
-        raise UnknownNameError("figure", name, figures)
-    with style():
-        figure = figures[name]()
-    if figure is None:
-        raise InputError(f"these results hold nothing for the figure '{name}'")
-    return figure
+@dataclass(frozen=True)
+class Figures:
+    """Figures of some results; drawers: by name."""
+
+    drawers: Drawers
+
+    @property
+    def names(self) -> list[str]:
+        """Names of the figures."""
+        return list(self.drawers)
+
+    def draw(self, name: str) -> Figure:
+        """Return a figure; UnknownNameError where there is none of that name, InputError where there is no data for it."""
+        if name not in self.drawers:
+            raise UnknownNameError("figure", name, self.drawers)
+        with style():
+            figure = self.drawers[name]()
+        if figure is None:
+            raise InputError(f"these results hold nothing for the figure '{name}'")
+        return figure
 
 
-def of_tuning(results: TuningFolder) -> Figures:
+def of_tuning(results: TuningFolder) -> Drawers:
     """Return the figures of a tuning run."""
     responses = {
         name: lambda scenario=scenario: response_figure(results, scenario)
@@ -46,32 +58,39 @@ def of_tuning(results: TuningFolder) -> Figures:
     return {"front": lambda: front_figure(results), "progress": lambda: progress_figure(results), **responses}
 
 
-def of_contest(contest: ComparedFolder) -> Figures:
+def of_contest(contest: ComparedFolder) -> Drawers:
     """Return the figures of a contest."""
     return {name: lambda draw=draw: draw(contest) for name, draw in FIGURES.items()}
 
 
-def of_comparison(contest: ComparedFolder) -> Figures:
+def of_comparison(contest: ComparedFolder) -> Drawers:
     """Return the figures of a comparison."""
     return {**of_contest(contest), "values": lambda: values_figure(contest)}
 
 
-def of_inference(document: InferenceDocument) -> Figures:
+def of_inference(document: InferenceDocument) -> Drawers:
     """Return the figure of an inference."""
     return {"inference": lambda: inference_figure(document)}
 
 
-def of_margins(subject: Subject) -> Figures:
+def of_margins(subject: Subject) -> Drawers:
     """Return the figures of the loops of a controller."""
     loops = loops_of(subject)
     return {name: lambda draw=draw: draw(subject, loops) for name, draw in LOOPS.items()}
 
 
-def of_flights(responses: "Responses", scenario: str) -> Figures:
+def of_flights(responses: "Responses", scenario: str) -> Drawers:
     """Return the figure of flights of one controller."""
     return {"responses": lambda: flown_figure(responses, scenario)}
 
 
-def of_sensitivity(study: "Study", analysis: "Analysis") -> Figures:
+def of_sensitivity(study: "Study", analysis: "Analysis") -> Drawers:
     """Return the figure of a sensitivity analysis."""
     return {"sensitivity": lambda: sensitivity_figure(study, analysis)}
+
+
+DRAWN: dict[str, Callable[..., Drawers]] = {
+    "tuning": of_tuning, "contest": of_contest, "comparison": of_comparison, "inference": of_inference, "margins": of_margins,
+    "flights": of_flights, "sensitivity": of_sensitivity,
+}  # fmt: skip
+"""Kind of results -> their figures."""

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -15,11 +15,12 @@ from plant.errors import InputError
 from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
 from tuner.analysis.default_scenario import LIMITS, SCENARIO, system_of
 from tuner.analysis.responses import Responses, fan_table, fly_responses
-from tuner.api.frames import Documented, frame, shown
+from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import GainsLike, as_gains
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.gains import Controller
 from tuner.search.watcher import Watcher, compilation
+from tuner.store.document import DocumentPart
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -40,28 +41,55 @@ class Sortie:
     root: int
 
 
+class MetricRow(DocumentPart):
+    """Statistics of a metric over flights: mean with its 95 % interval (normal), median, 95 % quantile, worst."""
+
+    metric: str
+    unit: str
+    mean: float
+    low: float
+    high: float
+    median: float
+    q95: float
+    worst: float
+
+
+class FlightsDocument(DocumentPart):
+    """Flights of one controller, as `tuner fly --json` prints them."""
+
+    scenario: str
+    flights: int
+    metrics: list[MetricRow]
+
+
 @dataclass(frozen=True)
 class Flights(Documented):
     """Flights of one controller.
 
     Attributes:
-        scenario: Name of the scenario.
-        count: Number of flights.
-        metrics: Statistics of each metric, as data in SI units.
+        document: Scenario, number of flights, and statistics of each metric in SI units.
         sortie: The system, gains, scenario and seed that were flown.
 
     """
 
-    scenario: str
-    count: int
-    metrics: list[dict[str, Any]]
+    document: FlightsDocument
     sortie: Sortie
     problem: Problem
+
+    @property
+    def scenario(self) -> str:
+        """Name of the scenario."""
+        return self.document.scenario
+
+    @property
+    def count(self) -> int:
+        """Number of flights."""
+        return self.document.flights
 
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each metric: mean with its 95 % interval, median, 95 % quantile, worst."""
-        return frame(self.metrics, "metric")
+        return frame(self.document.metrics, "metric")
 
     @cached_property
     def recorded(self) -> Responses:
@@ -73,11 +101,6 @@ class Flights(Documented):
         """Responses by signal and time [s]: reference, 5 %, 50 % and 95 % over flights."""
         return fan_table(self.recorded, "gains", self.scenario)
 
-    @property
-    def document(self) -> dict[str, Any]:
-        """Scenario, number of flights and metrics, as data."""
-        return {"scenario": self.scenario, "flights": self.count, "metrics": self.metrics}
-
     def figure(self) -> "Figure":
         """Draw the responses.
 
@@ -88,9 +111,7 @@ class Flights(Documented):
             >>> tuner.fly(gains, flights=4).figure().savefig("responses.png")
 
         """
-        from tuner.api.figures import draw, of_flights
-
-        return draw(of_flights(self.recorded, self.scenario), "responses")
+        return figures("flights", self.recorded, self.scenario).draw("responses")
 
     def write_figure(self, path: str | Path) -> None:
         """Draw the responses into a file.
@@ -154,8 +175,8 @@ def fly(
         with compilation(watcher or Watcher()):
             problem.warm_up(sortie.gains, sortie.spec)
     evaluation = problem.evaluate_gains(sortie.gains[None], (FlightBatch(sortie.spec, HELD_OUT, flights),))
-    figures = statistics(problem.objectives, evaluation.scores[0])
-    return Flights(sortie.spec.name, flights, figures, sortie, problem)
+    metrics = statistics(problem.objectives, evaluation.scores[0])
+    return Flights(FlightsDocument(scenario=sortie.spec.name, flights=flights, metrics=metrics), sortie, problem)
 
 
 def prepare(controller: Controller, study: StudyLike | None, scenario: int, seed: int) -> Sortie:
@@ -193,19 +214,18 @@ def shown_addresses(sortie: Sortie) -> list[str]:
     return addresses
 
 
-def statistics(objectives: tuple[Objective, ...], scores: np.ndarray) -> list[dict[str, Any]]:
-    """Return mean with a 95 % interval (normal), median, 95 % quantile and worst of each metric (metrics, flights)."""
+def statistics(objectives: tuple[Objective, ...], scores: np.ndarray) -> list[MetricRow]:
+    """Return the statistics of each metric; scores (metrics, flights)."""
     n = scores.shape[1]
     rows = []
     for objective, values in zip(objectives, scores, strict=True):
         half = 1.96 * float(values.std(ddof=1)) / n**0.5 if n > 1 else 0.0
         mean = float(values.mean())
         rows.append(
-            {
-                "metric": objective.metric.text, "unit": objective.metric.unit, "mean": mean, "low": mean - half,
-                "high": mean + half, "median": float(np.median(values)), "q95": float(np.quantile(values, 0.95)),
-                "worst": float(values.max()),
-            }
+            MetricRow(
+                metric=objective.metric.text, unit=objective.metric.unit, mean=mean, low=mean - half, high=mean + half,
+                median=float(np.median(values)), q95=float(np.quantile(values, 0.95)), worst=float(values.max()),
+            )
         )  # fmt: skip
     return rows
 

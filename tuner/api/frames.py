@@ -1,17 +1,19 @@
 """Tables of the public interface: pandas frames that carry the units of their columns, and how objects show themselves."""
 
-import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from tuner.documents.contest_document import EstimateRow
-from tuner.documents.parts import Estimate
+from tuner.store import document as store
 from tuner.store.document import DocumentPart
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import significant
 
 if TYPE_CHECKING:
     import pandas as pd
+
+    from tuner.api.figures import Figures
+    from tuner.documents.contest_document import EstimateRow
+    from tuner.documents.parts import Estimate
 
 MOST_ROWS = 20
 """Rows of a table that an object shows of itself."""
@@ -29,9 +31,9 @@ class Documented:
 
 
 def json_text(document: Any, ascii_only: bool = True) -> str:
-    """Return a document as JSON text; numbers that are not finite are our own mistake."""
+    """Return a document as the text of its file, without the end of the last line."""
     content = document.content() if isinstance(document, DocumentPart) else document
-    return json.dumps(content, indent=2, allow_nan=False, ensure_ascii=ascii_only)
+    return store.json_text(content, ascii_only).rstrip("\n")
 
 
 def frame(
@@ -50,7 +52,14 @@ def frame(
     return found
 
 
-def estimates(entry: Estimate | EstimateRow, name: str) -> dict[str, Any]:
+def figures(kind: str, *data: Any) -> "Figures":
+    """Return the figures of a kind of results; data: what they are drawn from. Their library takes 0.4 s to import."""
+    from tuner.api.figures import DRAWN, Figures
+
+    return Figures(DRAWN[kind](*data))
+
+
+def estimates(entry: "Estimate | EstimateRow", name: str) -> dict[str, Any]:
     """Return a number with its 95 % interval as three columns: NAME, NAME low, NAME high."""
     return {name: entry.value, f"{name} low": entry.low, f"{name} high": entry.high}
 

@@ -20,6 +20,7 @@ from tuner.api import AIRFRAME, POSITION_LAW
 from tuner.api.frames import frame, shown
 from tuner.gains import Controller, to_document
 from tuner.gains import read_gains as read_controller
+from tuner.store.document import json_text
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -170,12 +171,11 @@ def as_gains(gains: GainsLike, airframe: str | None = None) -> Gains:
 
 def write_new(path: Path, document: Document, parents: bool = False) -> Path:
     """Write a JSON file that must not exist yet, with the folders above it if asked to; StoreError where that cannot be."""
-    text = json.dumps(document, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
     try:
         if parents:
             path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("x", encoding="utf-8") as file:
-            file.write(text)
+            file.write(json_text(document))
     except FileExistsError:
         raise taken(path) from None
     except OSError as error:

@@ -6,10 +6,11 @@ from dataclasses import dataclass
 from functools import cached_property
 from math import cos, isfinite, sin
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
+from objectives.margins.curve import is_compiled
 from objectives.margins.trim import Trim
 from objectives.theory import THEOREMS, Setting, Theorem
 from objectives.theory.disturbance_rate import worst_rates
@@ -24,13 +25,15 @@ from tuner.analysis.margins.readings import Subject, subject_of
 from tuner.analysis.margins.study_limits import study_requirements
 from tuner.api import POSITION_LAW
 from tuner.api.flying import prepare
-from tuner.api.frames import Documented, frame, shown
+from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import GainsLike, as_gains, default_gains
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.documents.margins import MarginsDocument
+from tuner.documents.parts import NumberWithUnit
 from tuner.exchange.processor_cost.measure import measure_cost
 from tuner.gains import Controller
 from tuner.search.watcher import Watcher
+from tuner.store.document import DocumentPart
 from tuner.store.folder import Folder
 from tuner.study.guarantees import rate_from_observer
 from tuner.study.processor_cost.cost import MEANING
@@ -40,8 +43,6 @@ if TYPE_CHECKING:
     import pandas as pd
 
     from tuner.report.charts.paper import Figure
-
-Row = dict[str, Any]
 
 SEED = 1
 """Root seed of the air where no study gives one, as in `fly`."""
@@ -97,9 +98,7 @@ class Margins(Documented):
             >>> tuner.margins(gains).figure("nyquist").savefig("nyquist.png")
 
         """
-        from tuner.api.figures import draw, of_margins
-
-        return draw(of_margins(self.subject), name)
+        return figures("margins", self.subject).draw(name)
 
     def _repr_html_(self) -> str:
         kept = "All limits are kept." if self.passed else "A limit is broken."
@@ -164,8 +163,6 @@ def margins(
 
 def announce_compilation(watcher: Watcher) -> None:
     """Tell that the first margins on a machine wait for the compiler."""
-    from objectives.margins.curve import is_compiled
-
     if not is_compiled():
         watcher.on_message("Compiling the margins for this machine; once, some 10 s.")
 
@@ -182,17 +179,43 @@ def write(document: MarginsDocument, subject: Subject, folder: Folder) -> Margin
     return document
 
 
+class TheoremRow(DocumentPart):
+    """A theorem on an axis; value null where infinite; holds: value over disturbance_rate, null for a bound."""
+
+    axis: str
+    law: str
+    theorem: str
+    quantity: str
+    value: float | None
+    unit: str
+    disturbance_rate: float
+    rate_unit: str
+    holds: bool | None
+    assumes: str
+    source: str
+
+
+class TheoryDocument(DocumentPart):
+    """Guarantees of theory. level: quantile of the disturbance rates, which are given by axis [rad/s^3 or m/s^3]."""
+
+    scenarios: list[str]
+    level: float
+    axes: list[str]
+    rates: dict[str, float]
+    theorems: list[TheoremRow]
+
+
 @dataclass(frozen=True)
 class Theory(Documented):
     """Guarantees of theory for one controller; document: as `tuner theory --json` prints it; control_period [s]."""
 
-    document: Row
+    document: TheoryDocument
     control_period: float
 
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each axis and theorem: value, disturbance rate, and whether the first exceeds the second."""
-        return frame(self.document["theorems"], ["axis", "theorem"])
+        return frame(self.document.theorems, ("axis", "theorem"))
 
     def _repr_html_(self) -> str:
         return shown("Guarantees of theory", (), self.table.reset_index())
@@ -213,7 +236,7 @@ def theory(gains: GainsLike, *, study: StudyLike | None = None, level: float = 0
         InputError: The gains or the study are wrong.
 
     Examples:
-        >>> tuner.theory(gains).document["level"]
+        >>> tuner.theory(gains).document.level
         0.99
 
     """
@@ -228,11 +251,11 @@ def theory(gains: GainsLike, *, study: StudyLike | None = None, level: float = 0
     rates = worst_rates(specs, controller.airframe.vehicle, timing, seed, level)
     names = [spec.name for spec in specs]
     rows = theory_rows(controller, rates)
-    document = {"scenarios": names, "level": level, "axes": AXES, "rates": rates, "theorems": rows}
+    document = TheoryDocument(scenarios=names, level=level, axes=list(AXES), rates=rates, theorems=rows)
     return Theory(document, timing.control_period)
 
 
-def theory_rows(controller: Controller, rates: Mapping[str, float]) -> list[Row]:
+def theory_rows(controller: Controller, rates: Mapping[str, float]) -> list[TheoremRow]:
     """Return a row for each axis and each theorem that speaks of its law; holds is None where there is nothing to hold."""
     knowledge = nominal(controller.airframe.vehicle, controller.options, controller.control_period)
     rows = []
@@ -244,36 +267,64 @@ def theory_rows(controller: Controller, rates: Mapping[str, float]) -> list[Row]
     return rows
 
 
-def theory_row(theorem: Theorem, controller: Controller, axis: str, rate: float) -> Row:
-    """Return what one theorem says of one axis; an infinite bound is null."""
+def theory_row(theorem: Theorem, controller: Controller, axis: str, rate: float) -> TheoremRow:
+    """Return what one theorem says of one axis."""
     guarantee = Guarantee(theorem, controller.cascade, {axis: Setting(controller.control_period, rate)})
     value = float(guarantee.values(np.array([controller.gains]))[0, 0])
     loop = loop_of(axis)
-    return {
-        "axis": axis,
-        "law": law_of(controller.cascade, axis).name,
-        "theorem": theorem.name,
-        "quantity": theorem.quantity,
-        "value": value if isfinite(value) else None,
-        "unit": theorem.unit_in(loop),
-        "disturbance_rate": rate,
-        "rate_unit": "m/s^3" if loop == "position" else "rad/s^3",
-        "holds": value >= rate if theorem.sense == "least" else None,
-        "assumes": theorem.assumes,
-        "source": theorem.source,
-    }
+    return TheoremRow(
+        axis=axis,
+        law=law_of(controller.cascade, axis).name,
+        theorem=theorem.name,
+        quantity=theorem.quantity,
+        value=value if isfinite(value) else None,
+        unit=theorem.unit_in(loop),
+        disturbance_rate=rate,
+        rate_unit="m/s^3" if loop == "position" else "rad/s^3",
+        holds=value >= rate if theorem.sense == "least" else None,
+        assumes=theorem.assumes,
+        source=theorem.source,
+    )
+
+
+class CostRow(DocumentPart):
+    """Cost of a controller; measured: counted just now, not from the packaged table; counts as in `StepCost`."""
+
+    position: str
+    attitude: str
+    control_period: NumberWithUnit
+    instructions_per_second: float
+    measured: bool
+    target: str
+    instructions_attitude: float
+    most_attitude: int
+    instructions_step: float
+    most_step: int
+    text_bytes: int
+    state_bytes: int
+    stack_bytes: int
+    compiler: str
+    emulator: str
+    flags: str
+
+
+class CostDocument(DocumentPart):
+    """Cost of control steps; meaning: of the counts."""
+
+    meaning: str
+    costs: list[CostRow]
 
 
 @dataclass(frozen=True)
 class Cost(Documented):
     """Cost of control steps on a Cortex-M4F; document: as `tuner cost --json` prints it."""
 
-    document: Row
+    document: CostDocument
 
     @cached_property
     def table(self) -> "pd.DataFrame":
         """A row for each controller: instructions of a step, bytes of code, state and stack."""
-        return frame(self.document["costs"], ["position", "attitude"])
+        return frame(self.document.costs, ("position", "attitude"))
 
     def _repr_html_(self) -> str:
         return shown("Cost of a control step", [f"Counted: {MEANING}."], self.table.reset_index())
@@ -294,7 +345,7 @@ def cost(gains: GainsLike | None = None, *, position: str = POSITION_LAW, measur
         InputError: The gains are wrong, or compiler or emulator are missing.
 
     Examples:
-        >>> tuner.cost(gains).document["costs"][0]["target"]
+        >>> tuner.cost(gains).document.costs[0].target
         'Cortex-M4F'
 
     """
@@ -302,19 +353,19 @@ def cost(gains: GainsLike | None = None, *, position: str = POSITION_LAW, measur
         found = [default_gains(law, position).controller for law in LAWS]
     else:
         found = [as_gains(gains).controller]
-    return Cost({"meaning": MEANING, "costs": [cost_row(controller, measure) for controller in found]})
+    return Cost(CostDocument(meaning=MEANING, costs=[cost_row(controller, measure) for controller in found]))
 
 
-def cost_row(controller: Controller, measure: bool) -> Row:
+def cost_row(controller: Controller, measure: bool) -> CostRow:
     """Return the cost of a controller with its laws and its period; measured where asked for, or where the table has none."""
     position, attitude = controller.cascade.position.name, controller.cascade.attitude.name
     known = None if measure else tabled(position, attitude)
     cost = measure_cost(controller) if known is None else known
-    return {
-        "position": position,
-        "attitude": attitude,
-        "control_period": {"value": controller.control_period, "unit": "s"},
-        "instructions_per_second": cost.per_second(controller.control_period),
-        "measured": known is None,
+    return CostRow(
+        position=position,
+        attitude=attitude,
+        control_period=NumberWithUnit(value=controller.control_period, unit="s"),
+        instructions_per_second=cost.per_second(controller.control_period),
+        measured=known is None,
         **cost.as_dict(),
-    }
+    )

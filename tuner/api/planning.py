@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from tuner.analysis.sensitivity.analysis import Analysis
 from tuner.analysis.sensitivity.document import index_table, variance_table
-from tuner.api.frames import Documented, frame, shown
+from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.studies import AnyStudy, StudyLike, loaded, tuning_study
 from tuner.documents.plan import ContestPlanDocument, PlanDocument
 from tuner.documents.sensitivity import SensitivityDocument
@@ -119,9 +119,7 @@ class Sensitivity(Documented):
             >>> tuner.sensitivity(study, samples=8).figure().savefig("sensitivity.png")
 
         """
-        from tuner.api.figures import draw, of_sensitivity
-
-        return draw(of_sensitivity(self.study, self.analysis), "sensitivity")
+        return figures("sensitivity", self.study, self.analysis).draw("sensitivity")
 
     def _repr_html_(self) -> str:
         return shown(f"Sensitivity: {self.study.title}", self.document.notes, self.table)

@@ -4,9 +4,11 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
+import pandas as pd
+
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.errors import InputError, StoreError, UnknownNameError
-from tuner.api.frames import estimates, frame, json_text, shown
+from tuner.api.frames import estimates, figures, frame, json_text, shown
 from tuner.api.gains import Gains, gains_of, read_gains
 from tuner.documents import opening
 from tuner.documents.contest import ComparedFolder
@@ -17,19 +19,14 @@ from tuner.documents.tables import read_frame
 from tuner.documents.tuning import TuningFolder
 from tuner.experiments import registry
 from tuner.experiments.compare.entrants import rows_of, study_of
-from tuner.gains import Controller
-from tuner.gains.document import seed_entry
 from tuner.store.document import read_text
 
 if TYPE_CHECKING:
-    import pandas as pd
-
     from tuner.api.figures import Figures
-    from tuner.documents.contest import ComparedFolder
     from tuner.report.charts.paper import Figure
 
 Document = Any
-CURVES = ["frequency", "real", "imag"]
+CURVES = ("frequency", "real", "imag")
 """Columns of margins.parquet that hold a curve each."""
 MARGIN_UNITS = {name: QUANTITIES[name].unit for name in RECORDED}
 
@@ -68,6 +65,11 @@ class Results:
         return list(getattr(self.document, "warnings", []))
 
     @property
+    def words(self) -> list[str]:
+        """Sentences that the numbers of a contest, a comparison or an inference allow."""
+        return list(getattr(self.document, "words", []))
+
+    @property
     def json(self) -> str:
         """The main document as it stands in the folder, or as it would."""
         return json_text(self.document, ascii_only=False) if self.folder is None else read_text(self.folder / self.main)
@@ -80,14 +82,14 @@ class Results:
         return self.folder
 
     @property
-    def summary(self) -> "pd.DataFrame":
+    def summary(self) -> pd.DataFrame:
         """The main table."""
         raise NotImplementedError
 
     @property
     def figures(self) -> list[str]:
         """Names of the figures that there is data for."""
-        return list(self._figures())
+        return self._figures.names
 
     def figure(self, name: str = "front") -> "Figure":
         """Draw a figure.
@@ -108,9 +110,7 @@ class Results:
             >>> results.figure("progress").savefig("progress.png")
 
         """
-        from tuner.api.figures import draw
-
-        return draw(self._figures(), name)
+        return self._figures.draw(name)
 
     def report(self) -> Path:
         """Write report.html and the figures of the folder again.
@@ -128,14 +128,20 @@ class Results:
         """
         return registry.draw(self.home)
 
+    @cached_property
+    def documents(self) -> Any:
+        """Everything that the figures show."""
+        return self.document
+
+    @property
     def _figures(self) -> "Figures":
-        raise NotImplementedError
+        return figures(self.kind, self.documents)
 
     def __repr__(self) -> str:
         return f"{type(self).__name__}({self.title!r}, {str(self.folder)!r})"
 
     def _repr_html_(self) -> str:
-        return shown(self.title, [*getattr(self.document, "words", []), *self.warnings], self.summary)
+        return shown(self.title, [*self.words, *self.warnings], self.summary)
 
 
 class TuningResults(Results):
@@ -155,7 +161,7 @@ class TuningResults(Results):
         return self.document.recommends
 
     @cached_property
-    def summary(self) -> "pd.DataFrame":
+    def summary(self) -> pd.DataFrame:
         """Default against tuned: a row for each objective and limit, with 95 % intervals and a verdict."""
         rows = [
             {
@@ -168,10 +174,8 @@ class TuningResults(Results):
         return frame(rows, "quantity")
 
     @cached_property
-    def finalists(self) -> "pd.DataFrame":
+    def finalists(self) -> pd.DataFrame:
         """Every point that was flown on held-out scenarios, the default first; columns as in front.csv."""
-        import pandas as pd
-
         found = self.documents.front
         columns: dict[str, Any] = {"role": found.roles, "feasible": found.feasible, "on_front": found.non_dominated}
         told = [entry for entry in FINALIST_COLUMNS if entry.form != "flag" and entry.name in found.columns]
@@ -188,41 +192,38 @@ class TuningResults(Results):
         return table
 
     @cached_property
-    def front(self) -> "pd.DataFrame":
+    def front(self) -> pd.DataFrame:
         """The front on held-out scenarios: a row for each point, objectives with 95 % intervals, and the searched gains.
 
         Units stand in `front.attrs["units"]`. The column role tells the recommended point ("tuned"), probability how likely
         a point belongs on the front.
         """
         every = self.finalists
-        kept = every["on_front"] & every["feasible"] & (every["role"] != "default")
-        return every.loc[kept].drop(columns=["on_front"])
+        return every.query("on_front and feasible and role != 'default'").drop(columns="on_front")
 
     @cached_property
-    def candidates(self) -> "pd.DataFrame":
+    def candidates(self) -> pd.DataFrame:
         """Every candidate that the search tried; columns as in generations/*.parquet."""
-        import pandas as pd
-
         parts = [read_frame(file) for file in sorted((self.home / "generations").glob("*.parquet"))]
         return pd.concat(parts, ignore_index=True).set_index("candidate")
 
     @cached_property
-    def history(self) -> "pd.DataFrame":
+    def history(self) -> pd.DataFrame:
         """Progress of the search, a row for each generation: flights, seconds, feasible share, hypervolume."""
         return read_frame(self.home / "history.csv").set_index("generation")
 
     @cached_property
-    def margins(self) -> "pd.DataFrame":
+    def margins(self) -> pd.DataFrame:
         """Stability margins at hover by point and channel: factors, rad, s and rad/s; empty where nothing limits one."""
         file = self.home / "margins.parquet"
         if not file.exists():
             raise InputError("no steady flight was found, so there are no margins", file=file)
-        found = read_frame(file).drop(columns=CURVES).set_index(["point", "channel"])
+        found = read_frame(file).drop(columns=list(CURVES)).set_index(["point", "channel"])
         found.attrs["units"] = MARGIN_UNITS
         return found
 
     @cached_property
-    def responses(self) -> "pd.DataFrame":
+    def responses(self) -> pd.DataFrame:
         """Responses by point, scenario and signal: 5 %, 50 % and 95 % over flights, and the worst flight; times in s."""
         return read_frame(self.home / "responses.parquet")
 
@@ -265,24 +266,10 @@ class TuningResults(Results):
             raise UnknownNameError("point", point, front.points)
         study = study_of(self.home)
         row = rows_of(study, front.gains)[front.points.index(point)]
-        timing = study.system.timing
-        controller = Controller(
-            study.airframe, study.system.cascade, study.options, timing.control_period, timing.plant_step,
-            tuple(float(gain) for gain in row), study.vehicle,
-        )  # fmt: skip
-        origin = {
-            "name": study.path.name, "title": study.title, "seed": seed_entry(study.seed), "digest": study.digest(),
-            "point": point,
-        }  # fmt: skip
-        return gains_of(controller, {"study": origin})
+        return gains_of(study.controller(row), {"study": study.origin(point)})
 
     def _unit(self, label: str) -> str:
         return next(row.unit for row in self.document.table if row.label == label)
-
-    def _figures(self) -> "Figures":
-        from tuner.api.figures import of_tuning
-
-        return of_tuning(self.documents)
 
     def _repr_html_(self) -> str:
         ending = self.document.ending
@@ -302,7 +289,7 @@ class ContestResults(Results):
         return opening.open_results(self.home)
 
     @cached_property
-    def summary(self) -> "pd.DataFrame":
+    def summary(self) -> pd.DataFrame:
         """Values with 95 % intervals: a row for each contender, columns for each objective and limit."""
         units = {row.label: row.unit for row in self.document.quantities}
         rows: dict[str, dict[str, Any]] = {row.name: {} for row in self.document.contenders}
@@ -313,19 +300,9 @@ class ContestResults(Results):
         return frame(named, "contender", every)
 
     @cached_property
-    def differences(self) -> "pd.DataFrame":
+    def differences(self) -> pd.DataFrame:
         """Paired differences with 95 % intervals: a row for each two contenders and each quantity."""
-        return frame(self.document.differences, ["first", "second", "quantity"])
-
-    @property
-    def words(self) -> list[str]:
-        """Sentences that the numbers allow."""
-        return list(self.document.words)
-
-    def _figures(self) -> "Figures":
-        from tuner.api.figures import of_contest
-
-        return of_contest(self.documents)
+        return frame(self.document.differences, ("first", "second", "quantity"))
 
 
 class ComparisonResults(ContestResults):
@@ -333,11 +310,6 @@ class ComparisonResults(ContestResults):
 
     kind = "comparison"
     main = "comparison.json"
-
-    def _figures(self) -> "Figures":
-        from tuner.api.figures import of_comparison
-
-        return of_comparison(self.documents)
 
 
 class InferenceResults(Results):
@@ -347,17 +319,17 @@ class InferenceResults(Results):
     main = "inference.json"
 
     @cached_property
-    def summary(self) -> "pd.DataFrame":
+    def summary(self) -> pd.DataFrame:
         """The unknowns: inferred value, the span that does nearly as well, and how well each is told."""
         return self.unknowns
 
     @cached_property
-    def unknowns(self) -> "pd.DataFrame":
+    def unknowns(self) -> pd.DataFrame:
         """A row for each unknown: unit, default, inferred, near_low, near_high, low68, high68, verdict."""
         return frame(self.document.unknowns, "name")
 
     @cached_property
-    def cells(self) -> "pd.DataFrame":
+    def cells(self) -> pd.DataFrame:
         """A row for each published number: contender, metric, unit, the number, and our flights beside it."""
         rows = [
             {
@@ -368,19 +340,9 @@ class InferenceResults(Results):
         ]  # fmt: skip
         return frame(rows)
 
-    @property
-    def words(self) -> list[str]:
-        """Sentences that the numbers allow."""
-        return list(self.document.words)
-
     def figure(self, name: str = "inference") -> "Figure":
         """Draw a figure; see `Results.figure`."""
         return super().figure(name)
-
-    def _figures(self) -> "Figures":
-        from tuner.api.figures import of_inference
-
-        return of_inference(self.document)
 
 
 KINDS: tuple[type[Results], ...] = (ContestResults, InferenceResults, ComparisonResults, TuningResults)

@@ -12,6 +12,7 @@ from tuner.experiments.again import rejudge as judging
 from tuner.experiments.again import resume as resuming
 from tuner.experiments.again import verify as verification
 from tuner.search.watcher import Watcher
+from tuner.study.files import study_file
 
 PathLike = str | Path
 
@@ -123,7 +124,7 @@ def rejudge(
         'cvar90(itae.position)'
 
     """
-    by = None if study is None else Path(study)
+    by = None if study is None else study_file(Path(study))
     return found(judging.rejudge(Path(results), Path(out), by, changes, watcher, threads=threads))
 
 

@@ -24,6 +24,7 @@ PRINTERS = {
     "Margins": "margins:print_margins",
     "Plan": "planning:print_plan",
     "Sensitivity": "planning:print_sensitivity",
+    "Story": "story:print_story",
     "Theory": "gains:print_theory",
     "TuningResults": "tuning:print_tuning",
     "Verdict": "tuning:print_verdict",
@@ -46,9 +47,8 @@ def progress(as_json: bool, quiet: bool = False) -> Iterator[Watcher]:
         yield Watcher() if quiet else Messages()
         return
     from tuner.cli.display import TerminalWatcher
-    from tuner.cli.terminal import Console
 
-    with TerminalWatcher(Console()) as watcher:
+    with TerminalWatcher() as watcher:
         yield watcher
 
 

@@ -1,11 +1,14 @@
 """The application: its help in groups, its version, and the names that it resolves and completes."""
 
 from collections.abc import Callable, Iterable
+from functools import partial
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 from typer.core import TyperGroup
+
+import tuner as package
 
 # Letters of a command's first sentence that its line in the help may have.
 SENTENCE = 200
@@ -36,9 +39,7 @@ class GroupedCommands(TyperGroup):
 def print_version(asked: bool) -> None:
     """Print the version and end, where it is asked for."""
     if asked:
-        from importlib.metadata import version
-
-        typer.echo(version("holdfast"))
+        typer.echo(package.__version__)
         raise typer.Exit
 
 
@@ -78,50 +79,25 @@ def studies() -> list[str]:
     return [*shipped_studies(), *sorted(path.name for path in Path().glob("*.toml"))]
 
 
-def laws() -> Iterable[str]:
-    """Return the names of the control laws."""
-    from plant.laws import LAWS
-
-    return LAWS
-
-
-def airframes() -> Iterable[str]:
-    """Return the names of the bundled airframes."""
-    from plant.airframes import names
-
-    return names()
-
-
-def targets() -> Iterable[str]:
-    """Return the names of the targets of `tuner export`."""
-    from tuner.exchange.registry import EXPORTERS
-
-    return EXPORTERS
-
-
-def sources() -> Iterable[str]:
-    """Return the names of the sources of `tuner import`."""
-    from tuner.exchange.registry import IMPORTERS
-
-    return IMPORTERS
-
-
-def listings() -> Iterable[str]:
-    """Return what `tuner list` lists."""
-    from tuner.api.catalogue import LISTINGS
-
-    return LISTINGS
-
-
 def found_study(given: Path | None) -> Path | None:
-    """Return the file of a study that is given as a path or by name; InputError where there is none of that name."""
+    """Return the file of a study that is given as a path or by name; a wrong name is told before anything else is imported."""
     from tuner.study.files import study_file
 
     return None if given is None else study_file(given)
 
 
+def known(kind: str) -> list[str]:
+    """Return the names of a kind that `tuner list` lists, or those kinds."""
+    from tuner.api.catalogue import LISTINGS, names_of
+
+    return names_of(kind) if kind else list(LISTINGS)
+
+
 # Completions of what an argument or an option takes.
-STUDY, LAW, AIRFRAME, TARGET, SOURCE, LISTING = map(beginning, (studies, laws, airframes, targets, sources, listings))
+STUDY = beginning(studies)
+LAW, AIRFRAME, TARGET, SOURCE, LISTING = (
+    beginning(partial(known, kind)) for kind in ("laws", "airframes", "targets", "sources", "")
+)
 
 
 def study_option(about: str, *names: str) -> Any:
@@ -155,6 +131,11 @@ Dask = Annotated[
     str | None,
     typer.Option(help="Fly on a Dask cluster: local:N processes, or a scheduler such as tcp://host:8786."),
 ]
+
+
+def target_options(change: list[str] | None, firmware: str | None) -> list[str]:
+    """Return what --set and --firmware give as NAME=VALUE texts."""
+    return [*(change or []), *([] if firmware is None else [f"firmware={firmware}"])]
 
 
 def set_option(about: str) -> Any:

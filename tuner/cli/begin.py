@@ -21,7 +21,8 @@ from tuner.cli.app import (
     found_study,
     set_option,
     study_option,
-)  # fmt: skip
+    target_options,
+)
 from tuner.cli.judge import answer_validity
 from tuner.text.errors import BROKEN
 
@@ -160,5 +161,4 @@ def import_(
 
     Example: tuner import quad.params --from px4 --airframe iris --out vehicle.json
     """
-    given = [*(change or []), *([f"firmware={firmware}"] if firmware is not None else [])]
-    answer(tuner.import_gains(parameters, source, airframe, out, options=given), as_json)
+    answer(tuner.import_gains(parameters, source, airframe, out, options=target_options(change, firmware)), as_json)

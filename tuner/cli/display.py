@@ -66,22 +66,11 @@ class PaceColumn(ProgressColumn):
         return Text(f"{rate:,.0f} flights/s  {left} left")
 
 
-class MessageWatcher(Watcher):
-    """Prints messages, for runs whose standard output is read by a program."""
-
-    def __init__(self, console: Console) -> None:
-        self._console = console
-
-    def on_message(self, text: str) -> None:
-        """Print it."""
-        self._console.print(text, soft_wrap=True)
-
-
-class TerminalWatcher(MessageWatcher):
+class TerminalWatcher(Watcher):
     """Shows a run: a live display on a terminal, one line for each event elsewhere. Use as a context manager."""
 
-    def __init__(self, console: Console) -> None:
-        super().__init__(console)
+    def __init__(self, console: Console | None = None) -> None:
+        self._console = console = console or Console()
         self._live = console.is_terminal
         self._progress = Progress(
             SpinnerColumn(), TextColumn("{task.description}"), BarColumn(), PaceColumn(),
@@ -103,6 +92,10 @@ class TerminalWatcher(MessageWatcher):
             self._progress.remove_task(self._task)
         self._pace = Pace()
         self._task = self._progress.add_task(what, total=total, note="", pace=self._pace)
+
+    def on_message(self, text: str) -> None:
+        """Print it."""
+        self._console.print(text, soft_wrap=True)
 
     def on_start(self, study: Any, folder: Path, notes: Sequence[str]) -> None:
         """Print the title and what there is to say before."""

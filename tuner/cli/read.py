@@ -69,7 +69,6 @@ def show(
 
     Example: tuner show results/quickstart
     """
-    # What tells a folder that may be unfinished or damaged reads its files one by one.
-    from tuner.cli.printers.story import tell_folder
+    from tuner.api.story import story
 
-    tell_folder(results, as_json)
+    answer(story(results), as_json)

@@ -32,7 +32,7 @@ def say_files(console: Console, **files: Path) -> None:
         console.print(f"{name}: {path}", markup=False, soft_wrap=True)
 
 
-class Table(RichTable):
+class TerminalTable(RichTable):
     """A table that fits: the widest columns wrap between words, those with no_wrap stay whole; a blank line follows a title's.
 
     Where that does not make room, a table with keys is told in several, each with those first columns; one without becomes a
@@ -45,7 +45,7 @@ class Table(RichTable):
         super().__init__(title=title or None, box=box, show_header=show_header)
         self.keys = keys
 
-    def columns_of(self, *names: str, left: Sequence[str] = (), wrap: Sequence[str] = ()) -> "Table":
+    def columns_of(self, *names: str, left: Sequence[str] = (), wrap: Sequence[str] = ()) -> "TerminalTable":
         """Add columns, to the right and whole but for those named in left and wrap; return the table."""
         for name in names:
             self.add_column(name, justify="left" if name in left else "right", no_wrap=name not in wrap)

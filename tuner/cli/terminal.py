@@ -4,16 +4,18 @@ Numbers follow the rules of `tuner.text.numbers`, in letters that can be copied 
 """
 
 from collections.abc import Iterable
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from rich import console
 from rich.segment import Segment
 from rich.text import Text
 
 from plant.texts import inert
-from tuner.documents.contest_document import EstimateRow
-from tuner.documents.parts import Estimate
 from tuner.text import numbers
+
+if TYPE_CHECKING:
+    from tuner.documents.contest_document import EstimateRow
+    from tuner.documents.parts import Estimate
 
 PLAIN = str.maketrans({"−": "-", "\u202f": ","})
 
@@ -46,12 +48,33 @@ class Console(console.Console):
             self.print(f"- {text}")
 
 
-def digits(value: float, width: float) -> str:
+def unit_text(unit: str, form: str = "{}") -> str:
+    """Return a unit as it stands among other words, nothing for a number without one."""
+    return "" if unit == "1" else form.format(unit)
+
+
+def bound_text(row: Any) -> str:
+    """Return the sense and the limit of a row as a sign and a number."""
+    return f"{'>=' if row.sense == 'least' else '<='} {row.limit:g}"
+
+
+def limit_text(row: Any) -> str:
+    """Return the limit of a row in words; one without a sense is an upper one."""
+    return f"at {getattr(row, 'sense', 'most')} {row.limit:g}"
+
+
+def width(entry: Any) -> float:
+    """Return the width of the interval of a number, and where it has none the number itself."""
+    apart = 0.0 if entry.low is None or entry.high is None else entry.high - entry.low
+    return apart or entry.value or 0.0
+
+
+def digits(value: float | None, width: float) -> str:
     """Return a number with as many digits as the width of its interval, or a companion of that size, gives sense to."""
     return numbers.beside(value, width).translate(PLAIN)
 
 
-def estimate(entry: Estimate | EstimateRow, signed: bool = False) -> str:
+def estimate(entry: "Estimate | EstimateRow", signed: bool = False) -> str:
     """Return the value over its interval, or alone where it has none; signed: with a plus on positive values."""
     if entry.value is None:
         return "unbounded"
@@ -62,6 +85,6 @@ def estimate(entry: Estimate | EstimateRow, signed: bool = False) -> str:
     return f"{sign}{value}\n{interval}".translate(PLAIN)
 
 
-def difference(entry: Estimate) -> str:
+def difference(entry: "Estimate") -> str:
     """Return a difference over its interval, with its sign."""
     return estimate(entry, signed=True)

@@ -7,7 +7,7 @@ import typer
 
 import tuner
 from tuner.cli.answer import answer, progress
-from tuner.cli.app import TARGET, AsJson, GainsFile, Threads, app, set_option
+from tuner.cli.app import TARGET, AsJson, GainsFile, Threads, app, set_option, target_options
 from tuner.text.errors import BROKEN
 
 
@@ -37,10 +37,10 @@ def export(
 
     Example: tuner export results/quickstart/gains.json --to c99
     """
-    given = [*(change or []), *([f"firmware={firmware}"] if firmware is not None else [])]
     with progress(as_json) as watcher:
         made = tuner.export(
-            gains, to, out, options=given, previous=previous, flights=flights, force=force, watcher=watcher
+            gains, to, out, options=target_options(change, firmware), previous=previous, flights=flights, force=force,
+            watcher=watcher,
         )  # fmt: skip
     answer(made, as_json, 0 if made.passed else BROKEN)
 
@@ -51,13 +51,9 @@ def schema(name: Annotated[str, typer.Argument(help="gains, summary, contest, ..
 
     Example: tuner schema gains > gains.schema.json
     """
-    from plant.errors import UnknownNameError
-    from tuner.documents.registry import DOCUMENTS, schema_of
-    from tuner.gains.schema import schema_text
+    from tuner.documents.registry import schema_of
 
-    if name != "gains" and name not in DOCUMENTS:
-        raise UnknownNameError("schema", name, ["gains", *DOCUMENTS])
-    print(schema_text() if name == "gains" else schema_of(name), end="")
+    print(schema_of(name), end="")
 
 
 @app.command()

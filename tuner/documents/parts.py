@@ -53,11 +53,15 @@ class LawNames(DocumentPart):
     attitude: str
 
 
-class GainValue(DocumentPart):
-    """A gain in the unit of the study file."""
+class NumberWithUnit(DocumentPart):
+    """A number and its unit."""
 
     value: float
     unit: str
+
+
+class GainValue(NumberWithUnit):
+    """A gain in the unit of the study file."""
 
 
 class ReadGain(GainValue):

@@ -2,6 +2,7 @@
 
 import json
 
+from plant.errors import UnknownNameError
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.export import ExportDocument
 from tuner.documents.inference_document import InferenceDocument
@@ -11,12 +12,14 @@ from tuner.documents.plan import ContestPlanDocument, PlanDocument
 from tuner.documents.resolved import Resolved
 from tuner.documents.sensitivity import SensitivityDocument
 from tuner.documents.summary import Summary
+from tuner.gains.schema import schema_text
 from tuner.store.document import Document
 from tuner.store.environment import Environment
 from tuner.store.inputs import RunRecord
 from tuner.store.manifest import Manifest
 from tuner.store.start import Start
 
+GAINS = "gains"
 DOCUMENTS: dict[str, type[Document]] = {
     "summary": Summary,
     "contest": ContestDocument,
@@ -37,6 +40,10 @@ DOCUMENTS: dict[str, type[Document]] = {
 
 
 def schema_of(name: str) -> str:
-    """Return the JSON Schema of a document as the text of a file."""
+    """Return the JSON Schema of a document, or of gains.json, as the text of a file; UnknownNameError where there is none."""
+    if name == GAINS:
+        return schema_text()
+    if name not in DOCUMENTS:
+        raise UnknownNameError("schema", name, [GAINS, *DOCUMENTS])
     schema = DOCUMENTS[name].model_json_schema(by_alias=True)
     return json.dumps({"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}, indent=1) + "\n"

@@ -21,8 +21,7 @@ from tuner.gains.ranges import check_plant_step, check_value, timing_of
 from tuner.gains.schema import gains_schema, validator
 from tuner.gains.sections import DIGEST, VERSIONS, Row
 from tuner.gains.version_0 import brought_up
-from tuner.text.locating import moved
-from tuner.text.magnitude import check_magnitude
+from tuner.text.input_errors import check_magnitude, moved
 from tuner.text.toml_text import shown
 
 TYPES = {

@@ -11,7 +11,7 @@ from tuner.gains.controller import Controller, ControllerPart, VehicleRecord
 from tuner.gains.examining import Examined, examine
 from tuner.gains.quantities import plain
 from tuner.gains.sections import Row
-from tuner.text.locating import located
+from tuner.text.input_errors import located
 
 # Notes that were given already: a command may read a file twice.
 _noted: set[str] = set()

@@ -68,9 +68,9 @@ class Document(DocumentPart):
             raise refuse(file, explained(error, text)) from None
 
 
-def json_text(content: Any) -> str:
+def json_text(content: Any, ascii_only: bool = False) -> str:
     """Return data as the text of a JSON file; non-finite numbers are our own mistake."""
-    return json.dumps(content, indent=2, allow_nan=False, ensure_ascii=False) + "\n"
+    return json.dumps(content, indent=2, allow_nan=False, ensure_ascii=ascii_only) + "\n"
 
 
 def refuse(file: Path, what: str) -> StoreError:

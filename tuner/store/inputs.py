@@ -17,8 +17,7 @@ from plant.input_files import MOST_TABLE, read_input, read_input_text
 from tuner.store.advice import RECORD, again
 from tuner.store.document import Document, DocumentPart
 from tuner.store.folder import Folder
-from tuner.text.paths import with_paths
-from tuner.text.toml_text import toml_text
+from tuner.text.toml_text import toml_text, with_paths
 
 FORMAT, VERSION = "holdfast-run", 2
 # Version of folders whose limits known without flying stand in the units of the study, not in SI units.

@@ -47,8 +47,7 @@ from tuner.study.schema import (
 from tuner.study.size import Flown, check_size, flight_steps
 from tuner.study.study import SearchSpec, Study, StudyScenario
 from tuner.study.trim import check_trim
-from tuner.text.locating import located
-from tuner.text.magnitude import check_magnitudes
+from tuner.text.input_errors import check_magnitudes, located
 
 if TYPE_CHECKING:
     from tuner.gains import Controller

@@ -13,6 +13,7 @@ from objectives.risk import Risk
 from plant.input_files import read_input_text
 from plant.scenarios import CONFIRMATION
 from tuner.study.study import Study, StudyScenario
+from tuner.text.markup import element, table
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,10 @@ class Contest:
     claims: tuple[Claim, ...]
     table: dict[str, Any]
     stream: str = CONFIRMATION
+
+    def _repr_html_(self) -> str:
+        rows = [(c.name, c.study.airframe.name, "tuned" if c.tuned else "as given") for c in self.contenders]
+        return element("div", element("strong", self.title), table((f"seed {self.seed}", "airframe", "gains"), rows))
 
     @property
     def base(self) -> Study:

@@ -26,8 +26,7 @@ from tuner.study.contest_schema import (
 from tuner.study.layers import WHOLE, Layer, Table, depth, laid_over, merged_layers, read_layers
 from tuner.study.messages import translated
 from tuner.study.overrides import put
-from tuner.text.locating import located
-from tuner.text.magnitude import check_magnitudes
+from tuner.text.input_errors import check_magnitudes, located
 
 
 def load_contest(path: Path, overrides: Mapping[str, Any] | None = None) -> Contest:

@@ -8,6 +8,7 @@ from typing import Any
 from plant.errors import InputError, UnknownNameError
 from plant.input_files import read_input_text
 from plant.texts import toml_table
+from tuner.text.toml_text import with_paths
 
 SHIPPED = Path(__file__).resolve().parents[2] / "studies"
 """The folder of the shipped studies: beside the packages, in a clone as in an installed wheel."""
@@ -76,7 +77,6 @@ def copied_study(source: Path, target: Path) -> str:
 
 def _moved(table: dict[str, Any], home: Path, away: Path, moves: dict[str, str]) -> dict[str, Any]:
     """Return the content of a study with its paths from another folder; moves: filled with what each became."""
-    from tuner.text.paths import with_paths
 
     def move(name: str) -> str:
         moves[name] = name if home.resolve() == away.resolve() else Path(os.path.relpath(home / name, away)).as_posix()

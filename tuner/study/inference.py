@@ -17,6 +17,7 @@ from tuner.study.contest import Contest
 from tuner.study.contest_reading import contest_from_table
 from tuner.study.study import Study
 from tuner.study.unknown_paths import Place, put_at
+from tuner.text.markup import element, table
 
 # No ratio counts for less than this: a settling time may be 0, where a band is never left, and its logarithm must stay finite.
 LEAST_RATIO = 0.02
@@ -74,6 +75,11 @@ class Inference:
     held_out: int
     near: float
     table: dict[str, Any]
+
+    def _repr_html_(self) -> str:
+        rows = [(u.variable.name, f"{u.variable.low:g} to {u.variable.high:g}") for u in self.unknowns]
+        head = (f"{len(self.cells)} published numbers", "range")
+        return element("div", element("strong", self.title), table(head, rows))
 
     def digest(self) -> str:
         """Return a hash of everything that decides the result."""

@@ -17,8 +17,7 @@ from tuner.study.layers import Layer, read_layers
 from tuner.study.messages import translated
 from tuner.study.size import Flown, check_size, flight_steps
 from tuner.study.unknowns import check_range, unknowns_of
-from tuner.text.locating import located
-from tuner.text.magnitude import check_magnitudes
+from tuner.text.input_errors import check_magnitudes, located
 
 
 def load_inference(path: Path, overrides: Mapping[str, Any] | None = None) -> Inference:

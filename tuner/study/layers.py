@@ -11,7 +11,7 @@ from plant.errors import InputError
 from tuner.study.files import base_file
 from tuner.study.reading import key_parts, parse_toml
 from tuner.study.renamed import with_new_names
-from tuner.text.paths import with_paths
+from tuner.text.toml_text import with_paths
 
 Table = dict[str, Any]
 

@@ -9,6 +9,8 @@ from plant.errors import InputError
 from tuner.text.errors import RenamedKeyWarning
 
 RENAMED = {"most": "max", "least": "min"}
+GONE = "0.3"
+"""First version that does not read the old names."""
 TABLES = ("constraint", "margin", "guarantee", "cost")
 # Where a run keeps its study, which nobody is to edit.
 RECORD = "run.json"
@@ -28,7 +30,7 @@ def with_new_names(table: Mapping[str, Any], path: Path) -> dict[str, Any]:
                 for i, entry in enumerate(entries)
             ]
     if renamed and not (path.parent.parent / RECORD).is_file():
-        _warn(f"{path}: {', '.join(renamed)}: write {_news(renamed)}; the next release does not read the old name")
+        _warn(f"{path}: {', '.join(renamed)}: write {_news(renamed)}; version {GONE} does not read the old name")
     return result
 
 
@@ -37,7 +39,7 @@ def with_new_name(key: str) -> str:
     head, _, leaf = key.rpartition(".")
     if leaf not in RENAMED or not head.startswith(TABLES):
         return key
-    _warn(f"{key}: write {RENAMED[leaf]}; the next release does not read the old name")
+    _warn(f"{key}: write {RENAMED[leaf]}; version {GONE} does not read the old name")
     return f"{head}.{RENAMED[leaf]}"
 
 

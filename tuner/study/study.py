@@ -2,9 +2,10 @@
 
 import hashlib
 import json
+from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -18,11 +19,10 @@ from plant.input_files import read_input_text
 from plant.nominal import ControlOptions
 from plant.references import ReferenceSpec
 from plant.scenarios import ScenarioSpec
+from tuner.gains import Controller, VehicleRecord
+from tuner.gains.document import seed_entry
 from tuner.study.schema import StudyTable
 from tuner.text.markup import element, table
-
-if TYPE_CHECKING:
-    from tuner.gains import VehicleRecord
 
 
 @dataclass(frozen=True)
@@ -69,7 +69,7 @@ class Study:
     search: SearchSpec
     pick: str
     table: StudyTable
-    vehicle: "VehicleRecord | None" = None
+    vehicle: VehicleRecord | None = None
     mission: Mission = USUAL
     si: bool = True
     given: str | None = None
@@ -143,6 +143,20 @@ class Study:
         """Return a hash of everything that decides the result; titles, sources and paths do not."""
         text = json.dumps(self.comparable(), sort_keys=True, allow_nan=False)
         return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
+
+    def controller(self, gains: Iterable[float]) -> Controller:
+        """Return the controller of the study with a gains row."""
+        timing = self.system.timing
+        return Controller(
+            self.airframe, self.system.cascade, self.options, timing.control_period, timing.plant_step,
+            tuple(float(gain) for gain in gains), self.vehicle,
+        )  # fmt: skip
+
+    def origin(self, point: str) -> dict[str, Any]:
+        """Return what gains.json says of where the gains of a point come from."""
+        return {
+            "name": self.path.name, "title": self.title, "seed": seed_entry(self.seed), "digest": self.digest(), "point": point,
+        }  # fmt: skip
 
     def _repr_html_(self) -> str:
         cascade = self.system.cascade

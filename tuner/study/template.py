@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from plant.errors import StoreError
-from tuner.study.files import copied_study
+from tuner.study.files import copied_study, study_file
 
 TEMPLATE = """# A tuning study. Check it with `tuner check FILE`, run it with `tuner run FILE`.
 # Everything that is commented out stands at its default; remove the # to change it.
@@ -120,7 +120,7 @@ def write_study(name: str, source: Path | None = None) -> Path:
     """
     path = Path(name if name.endswith(".toml") else f"{name}.toml")
     title = "".join(letter for letter in path.stem.replace("_", " ") if letter not in '"\\')
-    text = TEMPLATE.replace("@TITLE@", title) if source is None else copied_study(source, path)
+    text = TEMPLATE.replace("@TITLE@", title) if source is None else copied_study(study_file(source), path)
     try:
         with path.open("x", encoding="utf-8") as file:
             file.write(text)

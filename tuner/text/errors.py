@@ -28,7 +28,7 @@ CLOSED_PIPE = 1
 
 
 class RenamedKeyWarning(FutureWarning):
-    """A key of a file under a name that the next release does not read."""
+    """A key of a file under a name that a later version does not read."""
 
 
 class Interrupted(BaseException):

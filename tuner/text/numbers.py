@@ -22,9 +22,9 @@ def estimate(value: float | None, low: float | None, high: float | None, signed:
     return middle + tail, f"[{bottom}, {top}]{tail}"
 
 
-def beside(value: float, width: float) -> str:
+def beside(value: float | None, width: float) -> str:
     """Return a number with the digits that an interval of this width around it supports."""
-    if not isfinite(value) or not isfinite(width):
+    if value is None or not isfinite(value) or not isfinite(width):
         return significant(value)
     decimals, power = _layout(value, value, value + abs(width))
     return fixed(value * 10.0**-power, decimals) + _times_ten(power)
@@ -73,13 +73,6 @@ def duration(seconds: float) -> str:
     if whole < 3600:
         return f"{whole // 60} min {whole % 60} s"
     return f"{whole // 3600} h {whole % 3600 // 60} min"
-
-
-def compact(value: float | None, digits: int = 5) -> float | None:
-    """Return a number to so many significant digits, for data embedded in a page; None where it is not finite."""
-    if value is None or not isfinite(value):
-        return None
-    return float(f"{value:.{digits}g}")
 
 
 def _layout(value: float, low: float, high: float) -> tuple[int, int]:

@@ -1,8 +1,9 @@
-"""Tables as TOML text: what a study file can hold, so that a study put together from several files can stand alone."""
+"""Tables of a study file as TOML text, and their paths moved, so that a study put together from several files can stand alone."""
 
 import json
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Callable, Iterator, Mapping
+from copy import deepcopy
 from typing import Any
 
 Table = Mapping[str, Any]
@@ -55,3 +56,21 @@ def shown(given: object) -> str:
     """Return a value as a study file writes it, or its beginning."""
     text = {True: "true", False: "false"}[given] if isinstance(given, bool) else repr(given)
     return text if len(text) <= 60 else text[:57] + "..."
+
+
+def with_paths(table: dict[str, Any], move: Callable[[str], str]) -> dict[str, Any]:
+    """Return a study's content with every path in it put through `move`: of airframes, default gains, references."""
+    result = deepcopy(table)
+    holders = [result, *_tables_in(result.get("contender"))]
+    for holder, key in [
+        *[(holder.get("airframe"), "file") for holder in holders],
+        *[(holder.get("controller"), "default") for holder in holders],
+        *[(entry.get("reference"), "path") for entry in _tables_in(result.get("scenario"))],
+    ]:
+        if isinstance(holder, dict) and isinstance(holder.get(key), str):
+            holder[key] = move(holder[key])
+    return result
+
+
+def _tables_in(entries: object) -> list[dict[str, Any]]:
+    return [entry for entry in entries if isinstance(entry, dict)] if isinstance(entries, list) else []

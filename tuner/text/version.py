@@ -3,10 +3,9 @@
 
 def version() -> str:
     """Return the version from the metadata of the installation; they take 20 ms to import and are read when asked for."""
-    from importlib.metadata import PackageNotFoundError
-    from importlib.metadata import version as installed
+    from importlib import metadata
 
     try:
-        return installed("holdfast")
-    except PackageNotFoundError:
+        return metadata.version("holdfast")
+    except metadata.PackageNotFoundError:
         return "not installed"

@@ -8,6 +8,7 @@ import pytest
 import tuner
 from tuner.cli import answer, main
 from tuner.cli.app import app
+from tuner.store.document import DocumentPart
 
 
 def test_every_command_is_registered_by_a_family():
@@ -29,5 +30,8 @@ def test_what_the_library_returns_has_a_printer():
         module = importlib.import_module(home)
         for name, value in vars(module).items():
             if inspect.isclass(value) and value.__module__ == home and hasattr(value, "json"):
+                # A part of a document has none of its own; pydantic offers an old method of that name.
+                if issubclass(value, DocumentPart):
+                    continue
                 kinds.add(name)
     assert kinds - {"Results"} <= set(answer.PRINTERS)

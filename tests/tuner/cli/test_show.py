@@ -14,11 +14,10 @@ from tests.tuner.in_process import tuner
 from tests.tuner.report.contest.fabricate_contest import Made
 from tests.tuner.report.contest.fabricate_contest import fabricate as fabricate_contest
 from tests.tuner.report.fabricate import OBJECTIVES, fabricate
-from tuner.cli.printers import story as show
+from tuner.api.story import UnfinishedRun, story, unfinished_story
+from tuner.cli.printers.story import print_story
 from tuner.cli.terminal import Console
 from tuner.report.charts.text import TextLayer, legend, place_bar, scatter
-from tuner.report.terminal.tuning import tuning_story
-from tuner.report.terminal.unfinished import unfinished_story
 
 ROOT = Path(__file__).parents[3]
 
@@ -29,9 +28,8 @@ def made_up(request, tmp_path_factory):
     return fabricate(folder, request.param, ("gusts", "calm air")[: min(request.param, 2)]), request.param
 
 
-def shown(folder, width, monkeypatch, capsys):
-    monkeypatch.setattr(show, "Console", lambda: Console(width=width))
-    show.tell_folder(folder, as_json=False)
+def shown(folder, width, capsys):
+    print_story(story(folder), Console(width=width))
     return capsys.readouterr().out
 
 
@@ -39,10 +37,10 @@ def flat(text):
     return " ".join(text.split())
 
 
-def test_every_row_every_gain_and_the_next_step_are_told(made_up, monkeypatch, capsys):
+def test_every_row_every_gain_and_the_next_step_are_told(made_up, capsys):
     folder, _ = made_up
     summary = json.loads((folder / "summary.json").read_text())
-    text = shown(folder, 100, monkeypatch, capsys)
+    text = shown(folder, 100, capsys)
     for row in summary["table"]:
         assert row["label"] in text and f"{row['verdict']}" in text
     for row in summary["variables"]:
@@ -55,51 +53,54 @@ def test_every_row_every_gain_and_the_next_step_are_told(made_up, monkeypatch, c
 
 
 @pytest.mark.parametrize("width", [40, 60, 80, 200])
-def test_no_line_is_wider_than_the_terminal(made_up, width, monkeypatch, capsys):
+def test_no_line_is_wider_than_the_terminal(made_up, width, capsys):
     """But for commands, which a person copies whole."""
-    lines = shown(made_up[0], width, monkeypatch, capsys).splitlines()
+    lines = shown(made_up[0], width, capsys).splitlines()
     assert [line for line in lines if len(line) > width and not line.startswith("tuner ")] == []
 
 
-def test_two_objectives_are_plotted_and_others_listed(made_up, monkeypatch, capsys):
+def test_two_objectives_are_plotted_and_others_listed(made_up, capsys):
     folder, objectives = made_up
-    text = shown(folder, 100, monkeypatch, capsys)
+    text = shown(folder, 100, capsys)
     assert ("@ recommended" in text) == (objectives == 2)
-    story, results = tuning_story(folder)
-    tuned = next(row for row in story["front"] if row["role"] == "tuned")
-    assert tuned["point"] == results.tuned
+    told = story(folder)
+    assert told.results is not None
+    tuned = next(row for row in told.document.front if row.role == "tuned")
+    assert tuned.point == told.results.tuned
     if objectives != 2:
-        assert f"{results.tuned} tuned" in text
+        assert f"{told.results.tuned} tuned" in text
 
 
 def test_the_story_is_in_the_units_of_the_folder(made_up):
     """The report turns angles into degrees; the story takes them back."""
     folder, objectives = made_up
-    story, results = tuning_story(folder)
-    default = next(row for row in story["front"] if row["role"] == "default")
+    told = story(folder)
+    results = told.results
+    assert results is not None
+    default = next(row for row in told.document.front if row.role == "default")
     for i, entry in enumerate(results.objectives):
         held_out = results.front.held_out[results.front.of("default")[0], i]
         factor = (
             180.0 / np.pi if OBJECTIVES[i][2] == "rad" else (180.0 / np.pi) ** 2 if "rad^2" in OBJECTIVES[i][2] else 1.0
         )
-        assert default["values"][entry.label]["value"] == pytest.approx(held_out / factor, rel=1e-12)
-    assert len(story["front"][0]["values"]) == objectives
+        assert default.values[entry.label].value == pytest.approx(held_out / factor, rel=1e-12)
+    assert len(told.document.front[0].values) == objectives
 
 
 def test_json_is_the_story_and_nothing_else(made_up, monkeypatch, capsys):
     code, out, _ = tuner(monkeypatch, capsys, "show", made_up[0], "--json")
-    story = json.loads(out)
-    assert code == 0 and story["finished"] and story["kind"] == "tuning"
-    assert story["table"] == json.loads((made_up[0] / "summary.json").read_text())["table"]
-    for row in story["gains"]:
+    told = json.loads(out)
+    assert code == 0 and told["finished"] and told["kind"] == "tuning"
+    assert told["table"] == json.loads((made_up[0] / "summary.json").read_text())["table"]
+    for row in told["gains"]:
         ends = np.log([row["low"], row["high"]]) if row["scale"] == "log" else np.array([row["low"], row["high"]])
         value = np.log(row["tuned"]) if row["scale"] == "log" else row["tuned"]
         assert row["place"] == pytest.approx((value - ends[0]) / (ends[1] - ends[0]), abs=1e-12)
 
 
-def test_hostile_text_stays_text(tmp_path, monkeypatch, capsys):
+def test_hostile_text_stays_text(tmp_path, capsys):
     folder = fabricate(tmp_path / "made-up", 2, ("[red]gusts[/]",), title="[bold]x[/] [/] \\[")
-    text = shown(folder, 100, monkeypatch, capsys)
+    text = shown(folder, 100, capsys)
     assert "[bold]x[/] [/] \\[" in text
 
 
@@ -111,25 +112,26 @@ def test_a_real_run_is_shown(small_run, monkeypatch, capsys):
     assert f"tuner margins {small_run[1] / 'gains.json'}" in out
 
 
-def test_an_unfinished_run_says_how_far_it_is(small_run, tmp_path, monkeypatch, capsys):
+def test_an_unfinished_run_says_how_far_it_is(small_run, tmp_path, capsys):
     folder = tmp_path / "stopped"
     shutil.copytree(small_run[1], folder)
     (folder / "summary.json").unlink()
     unsealed(folder)
     lines = (folder / "history.csv").read_text().splitlines()
     (folder / "history.csv").write_text("\n".join(lines[:3]) + "\n")
-    story = unfinished_story(folder)
-    assert (story["generations_done"], story["generations"], story["finished"]) == (2, 3, False)
-    text = shown(folder, 60, monkeypatch, capsys)
+    told = unfinished_story(folder)
+    assert isinstance(told, UnfinishedRun)
+    assert (told.generations_done, told.generations, told.finished) == (2, 3, False)
+    text = shown(folder, 60, capsys)
     assert "2 of 3 generations" in text and f"tuner resume {folder}" in text
     (folder / "history.csv").unlink()
-    assert "0 of 3 generations" in shown(folder, 60, monkeypatch, capsys)
+    assert "0 of 3 generations" in shown(folder, 60, capsys)
 
 
 @pytest.mark.parametrize("width", [60, 120])
 def test_a_contest_shows_its_tables(tmp_path, width, monkeypatch, capsys):
     folder = fabricate_contest(tmp_path / "made-up", Made())
-    text = shown(folder, width, monkeypatch, capsys)
+    text = shown(folder, width, capsys)
     assert [line for line in text.splitlines() if len(line) > width and not line.startswith("Results: ")] == []
     found = json.loads((folder / "contest.json").read_text())
     for sentence in found["words"]:
@@ -138,10 +140,10 @@ def test_a_contest_shows_its_tables(tmp_path, width, monkeypatch, capsys):
     assert code == 0 and json.loads(out) == found
 
 
-def test_an_inference_shows_its_sentences(tmp_path, monkeypatch, capsys):
+def test_an_inference_shows_its_sentences(tmp_path, capsys):
     folder = ROOT / "results" / "paper" / "inference"
     found = json.loads((folder / "inference.json").read_text())
-    text = flat(shown(folder, 60, monkeypatch, capsys))
+    text = flat(shown(folder, 60, capsys))
     assert all(flat(sentence) in text for sentence in found["words"])
     assert found["unknowns"][0]["name"] in text
 
@@ -150,7 +152,7 @@ def test_an_inference_shows_its_sentences(tmp_path, monkeypatch, capsys):
 def test_what_is_no_results_folder_is_refused(make, tmp_path):
     make(tmp_path / "nothing")
     with pytest.raises(StoreError, match="nothing"):
-        show.tell_folder(tmp_path / "nothing", as_json=False)
+        story(tmp_path / "nothing")
 
 
 def plot(*layers, width=42, height=11):

@@ -16,7 +16,7 @@ from tests.tuner.report.fabricate import fabricate
 from tuner.api.catalogue import LISTINGS
 from tuner.cli.app import GROUPS
 from tuner.cli.printers.tuning import comparison_table, gains_table
-from tuner.cli.tables import PIPE_WIDTH, Table
+from tuner.cli.tables import PIPE_WIDTH, TerminalTable
 from tuner.cli.terminal import Console
 from tuner.documents.contest_document import ComparisonDocument
 from tuner.documents.plan import PlanDocument
@@ -128,13 +128,13 @@ def test_check(small_run, monkeypatch, capsys):
 
 
 def test_design(tmp_path, monkeypatch, capsys):
-    from tuner.api.designing import Design, controller_for, margins_in
+    from tuner.api.designing import Design, margins_in
     from tuner.api.gains import gains_of
     from tuner.cli.printers.margins import print_design
     from tuner.study import load_study
 
     study = load_study(QUICKSTART)
-    controller = controller_for(study, study.default_row)
+    controller = study.controller(study.default_row)
     found = gains_of(controller, {})
     margins = {name: margins_in(study, controller) for name in ("default", "design")}
     design = Design(found, found, [], margins, [])
@@ -176,7 +176,7 @@ def rendered(table, width):
 
 
 def two_by_three(keys):
-    table = Table("Title", keys=keys)
+    table = TerminalTable("Title", keys=keys)
     for name in ("name", "alpha beta", "gamma"):
         table.add_column(name)
     table.add_row("first-row", "aaaa bbbb", "cccccc")

@@ -56,8 +56,8 @@ def test_a_rate_that_is_borne_holds_or_does_not(gains):
     controller = replace(read_gains(gains), cascade=cascade, gains=row)
     rates = dict.fromkeys(AXES, 39.0) | {"yaw": 41.0}
     rows = theory_rows(controller, rates)
-    assert {row["axis"] for row in rows} == {"roll", "pitch", "yaw"}
-    holds = {row["axis"]: row["holds"] for row in rows if row["theorem"] == "sta_seeber_horn"}
+    assert {row.axis for row in rows} == {"roll", "pitch", "yaw"}
+    holds = {row.axis: row.holds for row in rows if row.theorem == "sta_seeber_horn"}
     assert holds == {"roll": True, "pitch": True, "yaw": False}
 
 

@@ -17,7 +17,6 @@ from plant.airframes import load
 from tests.tuner.fuzz.fuzzing import STUDIES, fuzzed, outcome
 from tests.tuner.fuzz.hostile import broken, mutated
 from tests.tuner.fuzz.hostile_text import json_of, toml_of
-from tuner.api.designing import controller_for
 from tuner.gains import read_gains, to_document
 from tuner.study import load_study
 from tuner.study.kinds import load_any
@@ -43,7 +42,7 @@ def desk(tmp_path_factory):
     for file in STUDIES.glob("*.toml"):
         shutil.copy(file, folder / file.name)
     study = load_study(STUDIES / "quickstart.toml")
-    gains = to_document(controller_for(study, study.default_row), {"study": {"title": study.title}, "objectives": []})
+    gains = to_document(study.controller(study.default_row), {"study": {"title": study.title}, "objectives": []})
     # With a hash every change would be refused for that alone.
     del gains["sha256"], gains["airframe"]["sha256"]
     return folder, tomllib.loads(study.airframe.path.read_text()), gains

@@ -18,7 +18,6 @@ from tests.tuner.fuzz.fuzzing import fuzzed, outcome, patience
 from tests.tuner.fuzz.hostile import mutated, shaken
 from tests.tuner.fuzz.hostile_text import json_of, toml_of
 from tests.tuner.in_process import tuner
-from tuner.api.designing import controller_for
 from tuner.experiments.tuning.problem import problem_of
 from tuner.gains import read_gains, to_document
 from tuner.store.folder import ASIDE
@@ -144,7 +143,7 @@ def with_values(gains, values):
 
 def fly_hostile(examples, desk, tmp_path_factory, monkeypatch, capsys):
     study = load_study(QUICKSTART)
-    document = to_document(controller_for(study, study.default_row), {})
+    document = to_document(study.controller(study.default_row), {})
     # With a hash every change would be refused for that alone.
     del document["sha256"], document["airframe"]["sha256"]
     path, tally = desk / "gains.json", Counter()

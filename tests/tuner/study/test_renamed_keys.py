@@ -1,6 +1,7 @@
 """Old names of keys: read as the new ones with one warning, refused beside them, silent in the record of a run."""
 
 import json
+from pathlib import Path
 
 import pytest
 
@@ -11,6 +12,7 @@ from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.study import load_study
 from tuner.study.contest_reading import load_contest
+from tuner.study.renamed import GONE, RENAMED
 from tuner.text.errors import RenamedKeyWarning
 
 MARGINS = """
@@ -39,11 +41,16 @@ def test_old_names_are_the_same_study_and_are_named_in_one_warning(tmp_path):
     with pytest.warns(RenamedKeyWarning) as told:
         old = load_study(file)
     assert [str(entry.message) for entry in told] == [
-        f"{file}: constraint[0].most, margin[0].least, guarantee[0].most, cost[0].most: write max and min; the next release "
+        f"{file}: constraint[0].most, margin[0].least, guarantee[0].most, cost[0].most: write max and min; version 0.3 "
         "does not read the old name"
     ]
     assert old.digest() == new.digest()
     assert old.resolved() == new.resolved()
+
+
+def test_the_page_on_what_may_change_says_when_they_go():
+    page = (Path(__file__).parents[3] / "docs" / "stability.md").read_text(encoding="utf-8")
+    assert f"{GONE} does not read them" in page and all(f"`{name}`" in page for name in (*RENAMED, *RENAMED.values()))
 
 
 def test_recorded_values_keep_the_names_of_the_first_recorded_runs(tmp_path):
@@ -65,7 +72,7 @@ def test_a_study_that_a_run_recorded_is_read_without_a_word(tmp_path):
     [("constraint.0.most", 0.5), ("constraint[0].most", 0.5), ("constraint", [{"metric": "failure", "most": 0.5}])],
 )
 def test_old_names_are_read_in_overrides(key, value, tmp_path):
-    with pytest.warns(RenamedKeyWarning, match="constraint.*most: write max; the next release"):
+    with pytest.warns(RenamedKeyWarning, match="constraint.*most: write max; version 0.3"):
         assert load_study(write(tmp_path, STUDY), {key: value}).constraints[0].most == 0.5
 
 
@@ -93,4 +100,4 @@ def test_the_command_line_says_it_in_one_line_beside_its_json(tmp_path, monkeypa
     file = write(tmp_path, changed("max = 0.0", "most = 0.0"))
     code, out, err = tuner(monkeypatch, capsys, "check", file, "--json")
     assert code == 0 and json.loads(out)
-    assert err == f"Warning: {file}: constraint[0].most: write max; the next release does not read the old name\n"
+    assert err == f"Warning: {file}: constraint[0].most: write max; version 0.3 does not read the old name\n"

@@ -4,7 +4,7 @@ from math import pi
 
 import pytest
 
-from tuner.text.numbers import compact, count, duration, estimate, per_cent, significant
+from tuner.text.numbers import count, duration, estimate, per_cent, significant
 from tuner.text.units import bracketed, in_degrees, in_shown_units, marked_up, plain
 
 THIN = "\u202f"
@@ -51,12 +51,6 @@ def test_spans_counts_and_shares():
     assert [duration(t) for t in (59.7, 3599.8)] == ["1 min 0 s", "1 h 0 min"]
     assert [count(n) for n in (9999, 16896.0)] == ["9999", f"16{THIN}896"]
     assert [per_cent(s) for s in (0.0, 0.0123, 0.38, None)] == ["0 %", "1.2 %", "38 %", "–"]
-
-
-def test_embedded_numbers_are_short_and_never_nan():
-    assert compact(0.123456789) == 0.12346
-    assert compact(float("nan")) is None
-    assert compact(float("inf")) is None
 
 
 @pytest.mark.parametrize(

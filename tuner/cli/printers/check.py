@@ -3,19 +3,18 @@
 from math import degrees
 from typing import TYPE_CHECKING, Any
 
-from tuner.cli.tables import Table, wide_console
-from tuner.cli.terminal import Console, digits
+from tuner.cli.tables import TerminalTable, wide_console
+from tuner.cli.terminal import Console, bound_text, digits, unit_text, width
 from tuner.documents.judgement import JudgedRow, JudgementDocument
-from tuner.documents.parts import in_shown_units as shown_row
+from tuner.documents.parts import in_shown_units
+from tuner.experiments.tuning.preview import DefaultRow, StudyPreview, TrimRow, VehicleRow
 from tuner.gains.sections import VERSIONS
-from tuner.text.units import in_shown_units
 
 if TYPE_CHECKING:
     from tuner.api.checking import Checked, Judgement
     from tuner.gains.examining import Examined
 
 Row = dict[str, Any]
-SIGNS = {"most": "<=", "least": ">="}
 STYLES = {"fail": "bold red", "not certain": "yellow", "target missed": "yellow"}
 
 
@@ -23,15 +22,15 @@ def print_checked(checked: "Checked", _: Console) -> None:
     """Print what a file holds."""
     if checked.examined is not None:
         print(f"{checked.examined.path}: valid: {sentence(checked.examined)}")
-    elif checked.kind == "study":
+    elif isinstance(checked.document, StudyPreview):
         show_study(checked.document, wide_console())
     else:
-        print_figures(checked.document)
+        print_figures(checked.content)
 
 
 def print_figures(figures: Row) -> None:
     """Print figures, a line each."""
-    table = Table(box=None, show_header=False)
+    table = TerminalTable(box=None, show_header=False)
     table.add_column("", no_wrap=True)
     table.add_column("")
     for key, value in figures.items():
@@ -42,8 +41,7 @@ def print_figures(figures: Row) -> None:
 def shown(value: Any) -> str:
     """Return a figure as text: a list with commas, a number with its unit."""
     if isinstance(value, dict):
-        unit = "" if value["unit"] == "1" else f" {value['unit']}"
-        return f"{value['value']:.4g}{unit}"
+        return f"{value['value']:.4g}{unit_text(value['unit'], ' {}')}"
     return ", ".join(value) if isinstance(value, list) else str(value)
 
 
@@ -63,78 +61,73 @@ def sentence(examined: "Examined") -> str:
     return ", ".join(words)
 
 
-def show_study(figures: Row, console: Console) -> None:
+def show_study(found: StudyPreview, console: Console) -> None:
     """Print it: what would fly, the vehicle, its trim, the default's margins, and what stands in the way."""
-    table = Table(box=None, show_header=False)
+    table = TerminalTable(box=None, show_header=False)
     table.add_column("", no_wrap=True)
     table.add_column("")
     for key in ("title", "variables", "objectives", "constraints", "requirements", "search_flights", "digest"):
-        value = figures[key]
+        value = getattr(found, key)
         table.add_row(key, ", ".join(value) if isinstance(value, list) else str(value))
-    table.add_row("vehicle", vehicle_text(figures["vehicle"]))
-    for row in figures["trim"]:
+    table.add_row("vehicle", vehicle_text(found.vehicle))
+    for row in found.trim:
         table.add_row("trim", trim_text(row))
     console.print(table)
-    for text in figures["told"]:
+    for text in found.told:
         console.print(text)
-    if figures["default"]:
-        console.print(default_table(figures["default"]))
-    for text in figures["problems"]:
+    if found.default:
+        console.print(default_table(found.default))
+    for text in found.problems:
         console.print(f"Problem: {text}", style="red")
-    console.warn(figures["warnings"])
+    console.warn(found.warnings)
 
 
-def vehicle_text(row: Row) -> str:
+def vehicle_text(row: VehicleRow) -> str:
     """Return the vehicle in a line."""
-    hover, share = row["hover_speed"]["value"], row["hover_speed_share"]["value"]
     return (
-        f"{row['name']}, {row['mass']['value']:g} kg, thrust-to-weight {row['thrust_to_weight']['value']:.2f}, hovers at "
-        f"{hover:.0f} rad/s ({100.0 * share:.0f} % of the largest rotor speed)"
+        f"{row.name}, {row.mass.value:g} kg, thrust-to-weight {row.thrust_to_weight.value:.2f}, hovers at "
+        f"{row.hover_speed.value:.0f} rad/s ({100.0 * row.hover_speed_share.value:.0f} % of the largest rotor speed)"
     )
 
 
-def trim_text(row: Row) -> str:
+def trim_text(row: TrimRow) -> str:
     """Return a trim in a line."""
-    where = f"{row['scenario']}: mean wind {row['wind']:.3g} m/s"
-    if row["tilt"] is None:
+    where = f"{row.scenario}: mean wind {row.wind:.3g} m/s"
+    if row.tilt is None or row.margin is None:
         return f"{where}, no balance"
-    tilt = f"tilt {degrees(row['tilt']):.1f} deg, {degrees(row['margin']):.1f} deg to the limit"
-    return f"{where}, {tilt}, thrust {row['thrust']:.2f} times the weight"
+    tilt = f"tilt {degrees(row.tilt):.1f} deg, {degrees(row.margin):.1f} deg to the limit"
+    return f"{where}, {tilt}, thrust {row.thrust:.2f} times the weight"
 
 
-def default_table(rows: list[Row]) -> Table:
+def default_table(rows: list[DefaultRow]) -> TerminalTable:
     """Return the default's margins and other known limits, loops across."""
-    loops = list(dict.fromkeys(row["loop"] for row in rows if row["loop"] is not None))
-    table = Table("The default gains, before any flight", keys=1)
+    loops = list(dict.fromkeys(row.loop for row in rows if row.loop is not None))
+    table = TerminalTable("The default gains, before any flight", keys=1)
     table.add_column("", overflow="fold")
-    for name in ("limit", *loops, *([] if all(row["loop"] for row in rows) else ["all"])):
+    for name in ("limit", *loops, *([] if all(row.loop for row in rows) else ["all"])):
         table.add_column(name, justify="right", no_wrap=True)
     shown = [in_shown_units(row) for row in rows]
-    for label in dict.fromkeys(row["label"] for row in shown):
-        mine = {row["loop"]: row for row in shown if row["label"] == label}
+    for label in dict.fromkeys(row.label for row in shown):
+        mine = {row.loop: row for row in shown if row.label == label}
         first = next(iter(mine.values()))
-        unit = "" if first["unit"] == "1" else f" {first['unit']}"
         cells = [_cell(mine.get(loop)) for loop in (*loops, *([None] if len(table.columns) > 2 + len(loops) else []))]
-        table.add_row(label, f"{SIGNS[first['sense']]} {first['limit']:g}{unit}", *cells)
+        table.add_row(label, f"{bound_text(first)}{unit_text(first.unit, ' {}')}", *cells)
     return table
 
 
-def _cell(row: Row | None) -> str:
+def _cell(row: DefaultRow | None) -> str:
     if row is None:
         return ""
-    value = "no bound" if row["value"] is None else f"{row['value']:.3g}"
-    return value if row["kept"] else f"{value} {'!' if row['hard'] else '~'}"
+    value = "no bound" if row.value is None else f"{row.value:.3g}"
+    return value if row.kept else f"{value} {'!' if row.hard else '~'}"
 
 
 def print_judgement(judgement: "Judgement", console: Console) -> None:
     """Print the table and the verdict."""
     document = judgement.document
-    table = Table(f"{document.flights:,} flights of a stream of their own, 95 % intervals", keys=1)
-    table.add_column("", no_wrap=True)
-    for name in ("limit", "value", "95 % interval", "unit", "verdict"):
-        left = name in ("unit", "verdict")
-        table.add_column(name, justify="left" if left else "right", no_wrap=True)
-    for row in map(shown_row, document.rows):
+    table = TerminalTable(f"{document.flights:,} flights of a stream of their own, 95 % intervals", keys=1)
+    table.columns_of("", "limit", "value", "95 % interval", "unit", "verdict", left=("", "unit", "verdict"))
+    for row in map(in_shown_units, document.rows):
         table.add_row(*cells(row), style=STYLES.get(row.verdict))
     console.print(table)
     console.print(said(document))
@@ -142,14 +135,14 @@ def print_judgement(judgement: "Judgement", console: Console) -> None:
 
 def cells(row: JudgedRow) -> list[str]:
     """Return the texts of one row."""
-    limit = "" if row.limit is None else f"{SIGNS[row.sense]} {row.limit:g}"
-    unit = "" if row.unit == "1" else row.unit
+    limit = "" if row.limit is None else bound_text(row)
+    unit = unit_text(row.unit)
     if row.low is None or row.high is None or row.value is None:
         value = "unbounded" if row.value is None else f"{row.value:.4g}"
         return [row.label, limit, value, "", unit, row.verdict]
-    width = row.high - row.low or row.value
-    ends = f"{digits(row.low, width)} to {digits(row.high, width)}"
-    return [row.label, limit, digits(row.value, width), ends, unit, row.verdict]
+    room = width(row)
+    ends = f"{digits(row.low, room)} to {digits(row.high, room)}"
+    return [row.label, limit, digits(row.value, room), ends, unit, row.verdict]
 
 
 def said(document: JudgementDocument) -> str:

@@ -6,8 +6,8 @@ from typing import TYPE_CHECKING
 from rich.text import Text
 
 from tuner.cli.printers.tuning import print_ending
-from tuner.cli.tables import Table, say_files
-from tuner.cli.terminal import Console, difference, estimate
+from tuner.cli.tables import TerminalTable, say_files
+from tuner.cli.terminal import Console, difference, estimate, limit_text, unit_text
 from tuner.documents.contest_document import ComparisonDocument, DifferenceRow, QuantityRow
 
 if TYPE_CHECKING:
@@ -50,9 +50,8 @@ def blocks(found: ComparisonDocument) -> Iterator[tuple[QuantityRow, list[list[s
 
 def heading(quantity: QuantityRow) -> str:
     """Return label, unit and limit of a quantity."""
-    unit = "" if quantity.unit == "1" else f" [{quantity.unit}]"
-    limit = "" if quantity.limit is None else f", at most {quantity.limit:g}"
-    return f"{quantity.label}{unit}{limit}"
+    limit = "" if quantity.limit is None else f", {limit_text(quantity)}"
+    return f"{quantity.label}{unit_text(quantity.unit, ' [{}]')}{limit}"
 
 
 def against(row: DifferenceRow | None) -> tuple[str, str]:
@@ -69,11 +68,11 @@ def verdict(row: DifferenceRow) -> str:
     return {None: "no clear difference", row.second: "better", row.first: "worse"}[row.lower]
 
 
-def block_table(rows: list[list[str]], width: int) -> Table:
+def block_table(rows: list[list[str]], width: int) -> TerminalTable:
     """Return the rows as a table; a value stands beside its interval where the terminal is wide enough, else above it."""
     wide = [[cell.replace("\n", " ") for cell in row] for row in rows]
     fits = sum(max(map(len, column)) + 2 for column in zip(*wide, strict=True)) + 2 <= width
-    table = Table(box=None, show_header=False)
+    table = TerminalTable(box=None, show_header=False)
     table.add_column(style="bold")
     for name in ("value", "difference"):
         table.add_column(name, justify="right", no_wrap=True)

@@ -4,8 +4,8 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from tuner.cli.printers.tuning import print_ending
-from tuner.cli.tables import Table, say_files
-from tuner.cli.terminal import Console, digits, estimate
+from tuner.cli.tables import TerminalTable, say_files
+from tuner.cli.terminal import Console, digits, estimate, limit_text, unit_text
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.experiments.contest.words import flights_of
 
@@ -31,16 +31,15 @@ def print_found(found: ContestDocument | ComparisonDocument, folder: Path, conso
     say_files(console, **({"Report": page} if page.exists() else {"Results": folder}))
 
 
-def estimates_table(found: ContestDocument | ComparisonDocument) -> Table:
+def estimates_table(found: ContestDocument | ComparisonDocument) -> TerminalTable:
     """Return contenders down, objectives and constraints across, each value over its interval."""
     flights = sum(entry.flights for entry in found.compared_on)
-    table = Table(f"On {flights} {flights_of(found.stream)} each, 95 % intervals", keys=1)
+    table = TerminalTable(f"On {flights} {flights_of(found.stream)} each, 95 % intervals", keys=1)
     table.add_column("", no_wrap=True)
     judged = [quantity for quantity in found.quantities if quantity.kind in ("objective", "constraint")]
     for quantity in judged:
-        unit = "" if quantity.unit == "1" else quantity.unit
-        limit = "" if quantity.limit is None else f"at most {quantity.limit:g} "
-        table.add_column(f"{quantity.label}\n{limit}{unit}".rstrip(), justify="right")
+        limit = "" if quantity.limit is None else f"{limit_text(quantity)} "
+        table.add_column(f"{quantity.label}\n{limit}{unit_text(quantity.unit)}".rstrip(), justify="right")
     table.add_column("instructions\na step", justify="right")
     values = {(entry.contender, entry.quantity): entry for entry in found.estimates}
     for contender in found.contenders:
@@ -52,11 +51,11 @@ def estimates_table(found: ContestDocument | ComparisonDocument) -> Table:
     return table
 
 
-def published_table(found: ContestDocument | ComparisonDocument) -> Table:
+def published_table(found: ContestDocument | ComparisonDocument) -> TerminalTable:
     """Return the printed numbers beside ours, contender by contender."""
-    table = Table("Printed numbers and our flights")
-    for name in ("quantity", "printed", "ours, mean", "95 % of our flights", "percentile"):
-        table.add_column(name, justify="left" if name == "quantity" else "right", no_wrap=name == "quantity")
+    table = TerminalTable("Printed numbers and our flights")
+    ours = ("printed", "ours, mean", "95 % of our flights", "percentile")
+    table.columns_of("quantity", *ours, left=("quantity",), wrap=ours)
     for contender in found.contenders:
         cells = [cell for cell in found.published if cell.contender == contender.name]
         if cells:

@@ -5,8 +5,8 @@ from math import degrees
 from typing import TYPE_CHECKING
 
 from plant.gains import gain_addresses
-from tuner.cli.tables import Table, say_files, wide_console
-from tuner.cli.terminal import Console
+from tuner.cli.tables import TerminalTable, say_files, wide_console
+from tuner.cli.terminal import Console, bound_text, unit_text
 from tuner.documents.export import ExportDocument, ExportedParameter, RoundedMargin, VerificationPart
 from tuner.documents.parts import in_shown_units
 
@@ -46,18 +46,16 @@ def print_export(made: "Exported", _: Console) -> None:
     say(f"{made.folder}: {', '.join([*document.files, 'rollback/', 'export.json', 'gains.json'])}")
 
 
-def parameters_table(rows: list[ExportedParameter]) -> Table:
+def parameters_table(rows: list[ExportedParameter]) -> TerminalTable:
     """Return the parameters as the target holds them, beside those on the vehicle, or the target's defaults where nobody said."""
-    table = Table("Parameters", keys=1)
+    table = TerminalTable("Parameters", keys=1)
     known = any(row.before is not None for row in rows)
     compared = ("vehicle", "new", "change") if known else ("default", "new")
-    for name in ("name", *compared, "allowed", "unit"):
-        left = name in ("name", "unit")
-        table.add_column(name, justify="left" if left else "right", no_wrap=name != "unit")
+    table.columns_of("name", *compared, "allowed", "unit", left=("name", "unit"), wrap=("unit",))
     for row in rows:
         new, old = f"{row.held:.6g}", row.before if known else row.usual
         cells = ["" if old is None else f"{old:.6g}", new, *([change_text(row)] if known else [])]
-        table.add_row(row.name, *cells, _allowed(row), "" if row.unit == "1" else row.unit)
+        table.add_row(row.name, *cells, _allowed(row), unit_text(row.unit))
     return table
 
 
@@ -95,15 +93,14 @@ def _allowed(row: ExportedParameter) -> str:
     return f"{low} up" if high is None else f"{low} to {high}"
 
 
-def changes_table(verification: VerificationPart) -> Table:
+def changes_table(verification: VerificationPart) -> TerminalTable:
     """Return what the target changes in the digits shown: limits and metrics as tuned and as held."""
     flights, scenario = verification.flights, verification.scenario
     title = f"As tuned, and as the target holds it; metrics over {flights} flights, {scenario}"
-    table = Table(title, keys=1)
-    table.columns_of("", "unit", "limit", "tuned", "held", left=["", "unit"])
+    table = TerminalTable(title, keys=1)
+    table.columns_of("", "unit", "limit", "tuned", "held", left=("", "unit"))
     for row in map(in_shown_units, changed_margins(verification)):
-        sign = ">=" if row.sense == "least" else "<="
-        table.add_row(row.label, row.unit, f"{sign} {row.limit:g}", _shown(row.asked), _shown(row.held))
+        table.add_row(row.label, row.unit, bound_text(row), _shown(row.asked), _shown(row.held))
     for row in verification.metrics:
         table.add_row(f"mean({row.metric})", row.unit, "", _shown(row.asked), _shown(row.held))
     return table

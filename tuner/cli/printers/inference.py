@@ -2,8 +2,8 @@
 
 from typing import TYPE_CHECKING
 
-from tuner.cli.tables import Table, say_files
-from tuner.cli.terminal import Console
+from tuner.cli.tables import TerminalTable, say_files
+from tuner.cli.terminal import Console, unit_text
 from tuner.documents.inference_document import InferenceDocument
 from tuner.text.numbers import significant
 
@@ -30,12 +30,11 @@ VERDICTS = (("yes", "inside"), ("near by", "consistent"), ("elsewhere", "reprodu
 """What the table says of a cell: the first whose key holds."""
 
 
-def cells_table(document: InferenceDocument) -> Table:
+def cells_table(document: InferenceDocument) -> TerminalTable:
     """Return published beside ours."""
     held_out = document.settings.held_out
-    table = Table(f"Published cells and {held_out} held-out flights at the inferred setting")
-    for name in ("cell", "published", "median", "95 % of ours", "inside"):
-        table.add_column(name, justify="left" if name == "cell" else "right", no_wrap=name != "cell")
+    table = TerminalTable(f"Published cells and {held_out} held-out flights at the inferred setting")
+    table.columns_of("cell", "published", "median", "95 % of ours", "inside", left=("cell",), wrap=("cell",))
     for row in document.cells:
         ours = row.ours
         span = f"{significant(ours.low95, 3)}–{significant(ours.high95, 3)}"
@@ -45,17 +44,16 @@ def cells_table(document: InferenceDocument) -> Table:
     return table
 
 
-def unknowns_table(document: InferenceDocument) -> Table:
+def unknowns_table(document: InferenceDocument) -> TerminalTable:
     """Return the unknowns with their ranges."""
-    table = Table("Unknowns")
-    for name in ("", "inferred", f"within {100 * document.settings.near:g} %", "one draw leaves", "told"):
-        table.add_column(name, justify="left" if name == "" else "right", no_wrap=name != "")
+    table = TerminalTable("Unknowns")
+    near = f"within {100 * document.settings.near:g} %"
+    table.columns_of("", "inferred", near, "one draw leaves", "told", left=("",), wrap=("",))
     for row in document.unknowns:
         spans = [
             f"{significant(getattr(row, low), 2)}–{significant(getattr(row, high), 2)}"
             for low, high in (("near_low", "near_high"), ("low68", "high68"))
         ]
         verdict = {"told": "yes", "loosely": "partly", "not": "no"}[row.verdict]
-        unit = "" if row.unit == "1" else f" {row.unit}"
-        table.add_row(f"{row.name}{unit}", significant(row.inferred, 2), *spans, verdict)
+        table.add_row(f"{row.name}{unit_text(row.unit, ' {}')}", significant(row.inferred, 2), *spans, verdict)
     return table

@@ -6,7 +6,7 @@ from rich.text import Text
 
 from tuner.api.catalogue import rows_of
 from tuner.api.frames import json_text
-from tuner.cli.tables import Table, wide_console
+from tuner.cli.tables import TerminalTable, wide_console
 
 # Columns that --json carries and a terminal has no room for.
 WIDE = {
@@ -30,7 +30,7 @@ def print_listing(what: str, containing: str | None, as_json: bool) -> None:
         return
     group = GROUPED.get(what)
     columns = [column for column in rows[0] if column not in WIDE.get(what, set()) and column != group]
-    table = Table()
+    table = TerminalTable()
     for column in columns:
         # A colon alone is no place to break a heading.
         table.add_column(Text(column.replace(":", ": ")))

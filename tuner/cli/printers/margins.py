@@ -7,8 +7,8 @@ from rich.text import Text
 
 from objectives.margins.quantities import QUANTITIES, REPORTED
 from tuner.analysis.margins.limits import LIMITS
-from tuner.cli.tables import Table, say_files
-from tuner.cli.terminal import Console
+from tuner.cli.tables import TerminalTable, say_files
+from tuner.cli.terminal import Console, bound_text, unit_text
 from tuner.documents.margins import ChannelMargins, LimitRow, MarginsDocument, NotedValue, Reading
 from tuner.documents.parts import in_shown_units
 
@@ -41,13 +41,13 @@ def print_margins(margins: "Margins", console: Console) -> None:
         print(f"Figures and margins.json: {margins.folder}")
 
 
-def margins_table(document: MarginsDocument, from_study: bool) -> Table:
+def margins_table(document: MarginsDocument, from_study: bool) -> TerminalTable:
     """Return quantities down and channels across; broken limits are marked with !, missed targets with ~."""
     laws, trim = document.laws, document.trim
     where = "" if trim.position_held else ", attitude mode"
     title = f"{laws.position} / {laws.attitude} on {document.airframe}{where}, in the worst amplitude"
-    table = Table(title, keys=1)
-    table.columns_of("", *[channel.channel for channel in document.channels], left=[""])
+    table = TerminalTable(title, keys=1)
+    table.columns_of("", *[channel.channel for channel in document.channels], left=("",))
     limits = {} if from_study else {limit.quantity: limit.text for limit in LIMITS}
     if limits:
         table.add_column("limit", no_wrap=True)
@@ -56,7 +56,7 @@ def margins_table(document: MarginsDocument, from_study: bool) -> Table:
 
 
 def add_rows(
-    table: Table, channels: list[ChannelMargins], marks: dict[tuple[str, str], str], limits: dict[str, str]
+    table: TerminalTable, channels: list[ChannelMargins], marks: dict[tuple[str, str], str], limits: dict[str, str]
 ) -> None:
     """Add a row for each quantity; the disk margin brings along what it guarantees."""
 
@@ -90,7 +90,7 @@ def marks_of(requirements: list[LimitRow]) -> dict[tuple[str, str], str]:
 def heading(name: str) -> str:
     """Return the name of a line of the table: a margin quantity with the unit in which it is printed."""
     quantity = QUANTITIES[name]
-    return quantity.short if quantity.shown_unit == "1" else f"{quantity.short} [{quantity.shown_unit}]"
+    return f"{quantity.short}{unit_text(quantity.shown_unit, ' [{}]')}"
 
 
 def reading(entry: Reading, name: str) -> str:
@@ -121,17 +121,14 @@ def short(case: str | None) -> str:
     return "" if case is None else SHORT_CASES.get(case, case.removeprefix("amplitude "))
 
 
-def requirements_table(rows: list[LimitRow]) -> Table:
+def requirements_table(rows: list[LimitRow]) -> TerminalTable:
     """Return the requirements of a study."""
-    table = Table("Required by the study", keys=1)
-    for name in ("requirement", "value", "limit", "unit", ""):
-        table.add_column(name, justify="right" if name in ("value", "limit") else "left", no_wrap=True)
+    table = TerminalTable("Required by the study", keys=1)
+    table.columns_of("requirement", "value", "limit", "unit", "", left=("requirement", "unit", ""))
     for row in map(in_shown_units, rows):
         verdict = "kept" if row.kept else "BROKEN" if row.hard else "missed"
-        sign = ">=" if row.sense == "least" else "<="
         value = "inf" if row.value is None else f"{row.value:.4g}"
-        unit = "" if row.unit == "1" else row.unit
-        table.add_row(row.label, value, f"{sign} {row.limit:g}", unit, verdict)
+        table.add_row(row.label, value, bound_text(row), unit_text(row.unit), verdict)
     return table
 
 
@@ -155,12 +152,10 @@ def print_certificates(console: Console, document: MarginsDocument) -> None:
     if not rows:
         console.print("No certificate speaks of these laws.")
         return
-    table = Table("Proved by matrix inequalities")
-    for name in ("axis", "certificate", "value", "what"):
-        table.add_column(name, justify="right" if name == "value" else "left", no_wrap=name != "what")
+    table = TerminalTable("Proved by matrix inequalities")
+    table.columns_of("axis", "certificate", "value", "what", left=("axis", "certificate", "what"), wrap=("what",))
     for row in rows:
-        unit = "" if row.unit == "1" else f" {row.unit}"
-        value = "nothing" if row.value is None else f"{row.value:.4g}{unit}"
+        value = "nothing" if row.value is None else f"{row.value:.4g}{unit_text(row.unit, ' {}')}"
         table.add_row(row.axis, row.name, value, row.why)
     console.print(table)
 
@@ -189,22 +184,20 @@ def print_design(design: "Design", console: Console) -> None:
         say_files(console, Gains=design.gains.path)
 
 
-def gains_table(design: "Design") -> Table:
+def gains_table(design: "Design") -> TerminalTable:
     """Return the gains of default and design, axis by axis."""
-    table = Table("Gains")
-    table.columns_of("gain", "default", "design", left=["gain"])
-    table.add_column("unit", no_wrap=True)
-    for name, row in design.table.iterrows():
-        table.add_row(str(name), f"{row['default']:.4g}", f"{row['design']:.4g}", str(row["unit"]))
+    table = TerminalTable("Gains")
+    table.columns_of("gain", "default", "design", "unit", left=("gain", "unit"))
+    for name, default, new, unit in design.table.itertuples():
+        table.add_row(str(name), f"{default:.4g}", f"{new:.4g}", str(unit))
     return table
 
 
-def both_margins(margins: dict[str, MarginsDocument]) -> Table:
+def both_margins(margins: dict[str, MarginsDocument]) -> TerminalTable:
     """Return default over design in each loop; broken limits are marked with !, missed targets with ~."""
     default, design = margins["default"], margins["design"]
-    table = Table("Margins: default, then design", keys=2)
-    table.add_column("", no_wrap=True)
-    table.columns_of("", *[channel.channel for channel in default.channels], left=[""])
+    table = TerminalTable("Margins: default, then design", keys=2)
+    table.columns_of("", "", *[channel.channel for channel in default.channels], left=("",))
     marks = {name: marks_of(document.requirements) for name, document in margins.items()}
     for name in REPORTED:
         for who, document in (("default", default), ("design", design)):

@@ -4,8 +4,8 @@ from typing import TYPE_CHECKING
 
 from tuner.analysis.sensitivity.document import FAILURE, outputs
 from tuner.analysis.sensitivity.scales import RANK
-from tuner.cli.tables import Table
-from tuner.cli.terminal import Console, digits
+from tuner.cli.tables import TerminalTable
+from tuner.cli.terminal import Console, digits, unit_text
 from tuner.documents.plan import ContestPlanDocument, PlanDocument, PlannedObjective
 from tuner.documents.sensitivity import VarianceRow
 
@@ -55,7 +55,7 @@ def show(document: PlanDocument, console: Console) -> None:
     console.warn(document.warnings)
 
 
-def cost_table(document: PlanDocument) -> Table:
+def cost_table(document: PlanDocument) -> TerminalTable:
     """Return flights, time, memory and disk."""
     flights, seconds = document.flights, document.seconds
     table = plain_table("A run takes at most")
@@ -76,9 +76,9 @@ def cost_table(document: PlanDocument) -> Table:
     return table
 
 
-def plain_table(title: str) -> Table:
+def plain_table(title: str) -> TerminalTable:
     """Return an empty table of names, counts and times."""
-    table = Table(title, show_header=False)
+    table = TerminalTable(title, show_header=False)
     table.add_column("")
     table.add_column("", justify="right", no_wrap=True)
     table.add_column("")
@@ -90,19 +90,18 @@ def done_or(seconds: float | None) -> str:
     return "done before" if seconds is None else f"{seconds:.0f} s, done now"
 
 
-def precision_table(document: PlanDocument) -> Table:
+def precision_table(document: PlanDocument) -> TerminalTable:
     """Return the expected intervals of the default's objectives and what a difference takes."""
     title = (
         f"Widths of 95 % intervals, and held-out scenarios that tell {document.difference_percent:g} % of the default"
     )
-    table = Table(title, keys=1)
-    table.columns_of("objective", "default", "search", "held out", "needed", left=["objective"])
+    table = TerminalTable(title, keys=1)
+    table.columns_of("objective", "default", "search", "held out", "needed", left=("objective",))
     for row in document.objectives:
-        unit = "" if row.unit == "1" else f" {row.unit}"
         value = digits(row.default, row.width.held_out or row.default)
         needed = "-" if row.scenarios_needed is None else f"{row.scenarios_needed:,}"
         table.add_row(
-            row.label, f"{value}{unit}", width(row, "search"), width(row, "held_out"),
+            row.label, f"{value}{unit_text(row.unit, ' {}')}", width(row, "search"), width(row, "held_out"),
             f"{needed} / {row.flights.held_out:,}",
         )  # fmt: skip
     return table
@@ -132,13 +131,11 @@ def print_sensitivity(found: "Sensitivity", console: Console) -> None:
         print(f"Tables and chart: {found.folder}")
 
 
-def index_table_of(found: "Sensitivity", output: int, name: str) -> Table:
+def index_table_of(found: "Sensitivity", output: int, name: str) -> TerminalTable:
     """Return the indices of one output, the variable that decides most first."""
     what = name if name == FAILURE else f"rank of {name}"
-    table = Table(f"{what}: shares of its variance, 95 % intervals", keys=1)
-    table.add_column("variable", no_wrap=True)
-    for heading in ("alone (first order)", "with all others (total)"):
-        table.add_column(heading, justify="right", no_wrap=True)
+    table = TerminalTable(f"{what}: shares of its variance, 95 % intervals", keys=1)
+    table.columns_of("variable", "alone (first order)", "with all others (total)", left=("variable",))
     orders = found.analysis.indices[RANK]
     for i in (-orders.total.value[output]).argsort(kind="stable"):
         cells = [
@@ -149,14 +146,13 @@ def index_table_of(found: "Sensitivity", output: int, name: str) -> Table:
     return table
 
 
-def variance_table_of(rows: list[VarianceRow]) -> Table:
+def variance_table_of(rows: list[VarianceRow]) -> TerminalTable:
     """Return what gains and air make of the variance of each metric."""
     count = rows[0].candidates
     title = f"Variance of a single flight's metric, over {count:,} samples that completed every flight [%]"
-    table = Table(title, keys=1)
-    table.add_column("metric of", no_wrap=True)
-    for heading in ("gains", "scenario", "gains x scenario", "turbulence: the last two"):
-        table.add_column(heading, justify="right")
+    table = TerminalTable(title, keys=1)
+    parts = ("gains", "scenario", "gains x scenario", "turbulence: the last two")
+    table.columns_of("metric of", *parts, left=("metric of",), wrap=parts)
     for row in rows:
         parts = row.components_percent
         cells = ["-"] * 4 if parts is None else [f"{x:.1f}" for x in (*vars(parts).values(), row.turbulence_percent)]

@@ -3,8 +3,8 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from tuner.cli.tables import Table, say_files
-from tuner.cli.terminal import Console, estimate
+from tuner.cli.tables import TerminalTable, say_files
+from tuner.cli.terminal import Console, estimate, limit_text, unit_text
 from tuner.documents.parts import in_shown_units
 from tuner.documents.summary import Summary, gains_name
 
@@ -53,31 +53,27 @@ def print_ending(ending: Sequence[str], console: Console) -> None:
         console.print(text, style="bold red" if i == 0 else "red")
 
 
-def comparison_table(summary: Summary) -> Table:
+def comparison_table(summary: Summary) -> TerminalTable:
     """Return the Default / Tuned table of a summary."""
     shown = summary.shown_as
-    table = Table(
+    table = TerminalTable(
         f"Default / {shown.capitalize()} on {summary.held_out} confirmation scenarios, 95 % intervals",
     )
-    table.add_column("")
-    for name in ("default", shown, f"{shown} - default"):
-        table.add_column(name, justify="right", no_wrap=True)
+    table.columns_of("", "default", shown, f"{shown} - default", left=("",), wrap=("",))
     for row in map(in_shown_units, summary.table):
-        limit = "" if row.limit is None else f"at {getattr(row, 'sense', 'most')} {row.limit:g} "
+        limit = "" if row.limit is None else f"{limit_text(row)} "
         limit = f"automatic, {limit}" if getattr(row, "automatic", "") else limit
-        unit = "" if row.unit == "1" else row.unit
         parts = [estimate(getattr(row, key)) for key in ("default", "tuned", "difference")]
         parts[2] = f"{row.verdict}: {parts[2]}"
         label = row.label.replace("@", "\n@")
-        table.add_row(f"{label}\n{limit}{unit}".rstrip(), *parts)
+        table.add_row(f"{label}\n{limit}{unit_text(row.unit)}".rstrip(), *parts)
     return table
 
 
-def gains_table(summary: Summary) -> Table:
+def gains_table(summary: Summary) -> TerminalTable:
     """Return the searched gains, default and tuned."""
-    table = Table("Gains")
-    for name in ("gain", "unit", "default", summary.shown_as, "range"):
-        table.add_column(name, justify="left" if name in ("gain", "unit") else "right", no_wrap=name != "unit")
+    table = TerminalTable("Gains")
+    table.columns_of("gain", "unit", "default", summary.shown_as, "range", left=("gain", "unit"), wrap=("unit",))
     for entry in summary.variables:
         table.add_row(
             entry.name, entry.unit, f"{entry.default:.4g}", f"{entry.tuned:.4g}",

@@ -42,6 +42,7 @@ from tuner.store.folder import csv_text
 from tuner.store.manifest import NONE_YET, Manifest, first_damage, read_manifest
 from tuner.store.start import read_start
 from tuner.study.study import Study
+from tuner.text.markup import element
 
 # Candidates flown again at a time.
 BATCH = 64
@@ -71,6 +72,9 @@ class Verdict:
     def identical(self) -> bool:
         """Whether every bit that was looked at is the same."""
         return self.difference is None
+
+    def _repr_html_(self) -> str:
+        return element("div", self.words)
 
     @property
     def words(self) -> str:

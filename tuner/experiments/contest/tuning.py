@@ -13,8 +13,7 @@ from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.store.manifest import FILE as MANIFEST
 from tuner.study.contest import Contender, Contest
-from tuner.text.paths import with_paths
-from tuner.text.toml_text import toml_text
+from tuner.text.toml_text import toml_text, with_paths
 
 if TYPE_CHECKING:
     from tuner.experiments.tuning.outcome import Outcome

@@ -18,8 +18,7 @@ from tuner.store.folder import Folder
 from tuner.study.inference import Inference
 from tuner.study.inference_schema import ADDED
 from tuner.study.unknown_paths import put_at
-from tuner.text.paths import with_paths
-from tuner.text.toml_text import toml_text
+from tuner.text.toml_text import toml_text, with_paths
 
 
 def write_findings(findings: Findings, folder: Folder) -> None:

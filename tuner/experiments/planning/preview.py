@@ -1,35 +1,61 @@
 """A study of any kind before anything flies: its content in numbers, and what is known to stand in its way."""
 
 from collections.abc import Callable
-from typing import Any
+from typing import Any, Literal
 
 from tuner.experiments.planning.contest import comparison_flights
-from tuner.experiments.tuning.preview import search_flights, study_preview
+from tuner.experiments.tuning.preview import StudyPreview, search_flights, study_preview
+from tuner.store.document import DocumentPart
 from tuner.study.contest import Contender, Contest
 from tuner.study.inference import Inference
 from tuner.study.kinds import AnyStudy
 from tuner.study.study import Study
 
-Row = dict[str, Any]
+
+class ContestPreview(DocumentPart):
+    """A contest before anything flies; published, claims: how many it checks."""
+
+    kind: Literal["contest"]
+    title: str
+    contenders: list[str]
+    quantities: list[str]
+    published: int
+    claims: int
+    search_flights: int
+    comparison_flights_at_most: int
 
 
-def preview(study: AnyStudy) -> Row:
+class InferencePreview(DocumentPart):
+    """An inference before anything flies."""
+
+    kind: Literal["inference"]
+    title: str
+    contenders: list[str]
+    unknowns: list[str]
+    cells: list[str]
+    search_flights: int
+
+
+Preview = StudyPreview | ContestPreview | InferencePreview
+
+
+def preview(study: AnyStudy) -> Preview:
     """Return what a study would fly and what is known of it without flying."""
     return PREVIEWS[study.kind](study)
 
 
-def contest_preview(contest: Contest) -> Row:
+def contest_preview(contest: Contest) -> ContestPreview:
     """Return what a contest would fly."""
-    return {
-        "kind": "contest",
-        "title": contest.title,
-        "contenders": [_described(contender) for contender in contest.contenders],
-        "quantities": [quantity.label for quantity in contest.quantities],
-        "published": len(contest.published),
-        "claims": len(contest.claims),
-        "search_flights": sum(search_flights(entry.study) for entry in contest.contenders if entry.tuned),
-        "comparison_flights_at_most": comparison_flights(contest),
-    }
+    return ContestPreview(
+        kind="contest",
+        title=contest.title,
+        contenders=[_described(contender) for contender in contest.contenders],
+        quantities=[quantity.label for quantity in contest.quantities],
+        published=len(contest.published),
+        claims=len(contest.claims),
+        search_flights=sum(search_flights(entry.study) for entry in contest.contenders if entry.tuned),
+        comparison_flights_at_most=comparison_flights(contest),
+    )
 
 
 def _described(contender: Contender) -> str:
@@ -37,21 +63,21 @@ def _described(contender: Contender) -> str:
     return f"{contender.name} ({f'{searched} searched' if searched else 'as given'})"
 
 
-def inference_preview(inference: Inference) -> Row:
+def inference_preview(inference: Inference) -> InferencePreview:
     """Return what an inference would fly."""
     search = inference.contest.base.search
     flown = {(cell.contender, cell.scenario) for cell in inference.cells}
-    return {
-        "kind": "inference",
-        "title": inference.title,
-        "contenders": [contender.name for contender in inference.contest.contenders],
-        "unknowns": [unknown.variable.name for unknown in inference.unknowns],
-        "cells": [cell.label for cell in inference.cells],
-        "search_flights": search.population * search.generations * len(flown) * inference.flights,
-    }
+    return InferencePreview(
+        kind="inference",
+        title=inference.title,
+        contenders=[contender.name for contender in inference.contest.contenders],
+        unknowns=[unknown.variable.name for unknown in inference.unknowns],
+        cells=[cell.label for cell in inference.cells],
+        search_flights=search.population * search.generations * len(flown) * inference.flights,
+    )
 
 
-PREVIEWS: dict[str, Callable[[Any], Row]] = {
+PREVIEWS: dict[str, Callable[[Any], Preview]] = {
     Study.kind: study_preview,
     Contest.kind: contest_preview,
     Inference.kind: inference_preview,

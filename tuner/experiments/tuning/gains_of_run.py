@@ -8,8 +8,7 @@ from plant.cascade import AXES
 from plant.errors import InputError
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary
 from tuner.experiments.tuning.run_margins import margin_model
-from tuner.gains import Controller, to_document
-from tuner.gains.document import seed_entry
+from tuner.gains import to_document
 from tuner.gains.quantities import quantity, ucum
 from tuner.gains.sections import DEMAND, DESCRIBING, LINEARISED, PLANT_INPUT
 from tuner.study.processor_cost.table import tabled
@@ -34,22 +33,9 @@ def gains_document(outcome: "Outcome", summary: Summary) -> Row:
     Where nothing is feasible it says so, and `tuner export` refuses it.
     """
     study = outcome.study
-    timing = study.system.timing
-    row = tuple(float(gain) for gain in outcome.gains(outcome.tuned))
-    controller = Controller(
-        study.airframe,
-        study.system.cascade,
-        study.options,
-        timing.control_period,
-        timing.plant_step,
-        row,
-        study.vehicle,
-    )
+    controller = study.controller(outcome.gains(outcome.tuned))
     provenance = {
-        "study": {
-            "name": study.path.name, "title": study.title, "seed": seed_entry(study.seed), "digest": study.digest(),
-            "point": summary.shown, **({} if outcome.feasible else {"feasible": False}),
-        },
+        "study": study.origin(summary.shown) | ({} if outcome.feasible else {"feasible": False}),
         "objectives": objective_rows(outcome, summary.table),
         "margins": margin_rows(outcome),
         "cost": gains_rows(tabled(controller.cascade.position.name, controller.cascade.attitude.name)),

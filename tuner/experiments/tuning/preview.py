@@ -1,21 +1,22 @@
 """A study before anything flies: its vehicle, its trim in the mean wind, the default's margins, limits out of reach."""
 
 from math import degrees, isfinite, radians
-from typing import Any
+from typing import Literal
 
 import numpy as np
 
 from plant.airframes.derived import quantities
 from plant.seeds import generator
 from plant.vehicle import Vehicle
+from tuner.documents.parts import NumberWithUnit
+from tuner.documents.summary import ObstacleRow
 from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows
 from tuner.experiments.tuning.diagnosis import Diagnosis, Obstacle, obstacle_texts
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.search.first_generation import latin_hypercube
+from tuner.store.document import DocumentPart, Sense
 from tuner.study.study import Study
 from tuner.study.trim import MeanWindTrim, mean_wind_trim
-
-Row = dict[str, Any]
 
 # Points of the ranges at which limits that are known without flying are asked.
 DRAWS = 128
@@ -23,48 +24,120 @@ DRAWS = 128
 NARROW = radians(5.0)
 
 
-def vehicle_row(vehicle: Vehicle) -> Row:
+class VehicleRow(DocumentPart):
+    """The vehicle; hover_speed_share: of the largest rotor speed."""
+
+    name: str
+    mass: NumberWithUnit
+    thrust_to_weight: NumberWithUnit
+    hover_speed: NumberWithUnit
+    hover_speed_share: NumberWithUnit
+
+
+class TrimRow(DocumentPart):
+    """Steady flight in the mean wind [m/s] of a scenario; angles and thrust null where nothing balances.
+
+    tilt, tilt_limit, margin: to the limit [rad]; thrust: over the weight; held: whether the vehicle holds its place.
+    """
+
+    scenario: str
+    wind: float
+    tilt: float | None
+    tilt_limit: float
+    margin: float | None
+    thrust: float | None
+    held: bool
+
+
+class DefaultRow(DocumentPart):
+    """The default at a limit that is known without flying; loop null where it is no margin of one, value null where infinite."""
+
+    label: str
+    loop: str | None
+    value: float | None
+    unit: str
+    shown_unit: str | None = None
+    sense: Sense
+    limit: float
+    hard: bool
+    kept: bool
+
+
+class UnreachedLimit(ObstacleRow):
+    """A limit that neither the default nor a draw keeps; certain: nothing that is searched moves it."""
+
+    certain: bool
+
+
+class UnwrittenLimit(DocumentPart):
+    """A limit that the study does not write; key: of the study file, moves it."""
+
+    label: str
+    unit: str
+    limit: float
+    key: str
+
+
+class StudyPreview(DocumentPart):
+    """A study before anything flies."""
+
+    kind: Literal["study"]
+    title: str
+    variables: int
+    objectives: list[str]
+    constraints: list[str]
+    automatic_limits: list[UnwrittenLimit]
+    requirements: list[str]
+    search_flights: int
+    digest: str
+    vehicle: VehicleRow
+    trim: list[TrimRow]
+    default: list[DefaultRow]
+    out_of_reach: list[UnreachedLimit]
+    problems: list[str]
+    warnings: list[str]
+    told: list[str]
+
+
+def vehicle_row(name: str, vehicle: Vehicle) -> VehicleRow:
     """Return what a vehicle has to fly with."""
     known = quantities(vehicle)
-    row = {name: {"value": known[name].value, "unit": known[name].unit} for name in ("thrust_to_weight", "hover_speed")}
-    share = known["hover_speed"].value / vehicle.speed_max
-    return {"mass": {"value": vehicle.mass, "unit": "kg"}, **row, "hover_speed_share": {"value": share, "unit": "1"}}
+    hover, ratio = known["hover_speed"], known["thrust_to_weight"]
+    return VehicleRow(
+        name=name,
+        mass=NumberWithUnit(value=vehicle.mass, unit="kg"),
+        thrust_to_weight=NumberWithUnit(value=ratio.value, unit=ratio.unit),
+        hover_speed=NumberWithUnit(value=hover.value, unit=hover.unit),
+        hover_speed_share=NumberWithUnit(value=hover.value / vehicle.speed_max, unit="1"),
+    )
 
 
-def trim_rows(study: Study) -> list[Row]:
-    """Return the steady flight in the mean wind of each scenario that has one; angles and thrust null where nothing balances.
-
-    tilt, tilt_limit, margin: to the limit [rad]; thrust: over the weight.
-    """
+def trim_rows(study: Study) -> list[TrimRow]:
+    """Return the steady flight in the mean wind of each scenario that has one."""
     found = [(entry.spec.name, mean_wind_trim(entry.spec, study.system)) for entry in study.scenarios]
     return [_trim_row(name, trim) for name, trim in found if trim is not None]
 
 
-def _trim_row(scenario: str, trim: MeanWindTrim) -> Row:
+def _trim_row(scenario: str, trim: MeanWindTrim) -> TrimRow:
     tilt, limit, balanced = trim.tilt, trim.tilt_limit, isfinite(trim.tilt)
-    return {
-        "scenario": scenario,
-        "wind": trim.wind,
-        "tilt": tilt if balanced else None,
-        "tilt_limit": limit,
-        "margin": limit - tilt if balanced else None,
-        "thrust": trim.thrust if balanced else None,
-        "held": trim.held,
-    }
+    return TrimRow(
+        scenario=scenario, wind=trim.wind, tilt=tilt if balanced else None, tilt_limit=limit,
+        margin=limit - tilt if balanced else None, thrust=trim.thrust if balanced else None, held=trim.held,
+    )  # fmt: skip
 
 
-def default_rows(study: Study, diagnosis: Diagnosis) -> list[Row]:
-    """Return how the default stands to each limit that is known without flying, loop by loop; infinite values are null."""
+def default_rows(study: Study, diagnosis: Diagnosis) -> list[DefaultRow]:
+    """Return how the default stands to each limit that is known without flying, loop by loop."""
     values = diagnosis.values(study.default_row[None])[0].tolist()
     rows = []
     for probe, value in zip(diagnosis.probes, values, strict=True):
         asked = probe.requirement
         rows.append(
-            {
-                "label": asked.label, "loop": probe.loop, "value": asked.in_file(value) if isfinite(value) else None,
-                **asked.units(), "sense": asked.sense, "limit": asked.in_file(asked.limit), "hard": asked.hard,
-                "kept": bool(asked.kept(np.array([value]))[0]),
-            }
+            DefaultRow(
+                label=asked.label, loop=probe.loop, value=asked.in_file(value) if isfinite(value) else None,
+                **asked.units(), sense=asked.sense, limit=asked.in_file(asked.limit), hard=asked.hard,
+                kept=bool(asked.kept(np.array([value]))[0]),
+            )
         )  # fmt: skip
     return rows
 
@@ -87,9 +160,9 @@ def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[Obstacle]:
     return diagnosis.obstacles(points, names, labels)
 
 
-def is_certain(found: Obstacle) -> bool:
-    """Return whether no search can help: nothing that is searched moves it."""
-    return not found.moved_by
+def unreached(found: Obstacle) -> UnreachedLimit:
+    """Return a limit out of reach as data; no search can help where nothing that is searched moves it."""
+    return UnreachedLimit.model_validate({**found.row(), "certain": not found.moved_by}, strict=False)
 
 
 def search_flights(study: Study) -> int:
@@ -97,47 +170,46 @@ def search_flights(study: Study) -> int:
     return study.search.generations * study.search.population * sum(entry.search for entry in study.scenarios)
 
 
-def study_preview(asked: Study) -> Row:
+def study_preview(asked: Study) -> StudyPreview:
     """Return what a study would fly and what is known of it without flying."""
     diagnosis = Diagnosis(asked)
     beyond = beyond_reach(asked, diagnosis)
     trims = trim_rows(asked)
-    return {
-        "kind": "study",
-        "title": asked.title,
-        "variables": len(asked.space.variables),
-        "objectives": [objective.label for objective in asked.objectives],
-        "constraints": [entry.objective.label for entry in asked.constraints],
-        "automatic_limits": automatic_rows(asked.constraints),
-        "requirements": [requirement.label for requirement in asked.requirements],
-        "search_flights": search_flights(asked),
-        "digest": asked.digest(),
-        "vehicle": {"name": asked.airframe.name, **vehicle_row(asked.system.vehicle)},
-        "trim": trims,
-        "default": default_rows(asked, diagnosis),
-        "out_of_reach": [{**entry.row(), "certain": is_certain(entry)} for entry in beyond],
-        "problems": [*trim_problems(trims), *obstacle_texts(beyond)],
-        "warnings": warnings_before_run(asked),
-        "told": automatic_limit_texts(asked.constraints),
-    }  # fmt: skip
+    return StudyPreview(
+        kind="study",
+        title=asked.title,
+        variables=len(asked.space.variables),
+        objectives=[objective.label for objective in asked.objectives],
+        constraints=[entry.objective.label for entry in asked.constraints],
+        automatic_limits=[UnwrittenLimit(**row) for row in automatic_rows(asked.constraints)],
+        requirements=[requirement.label for requirement in asked.requirements],
+        search_flights=search_flights(asked),
+        digest=asked.digest(),
+        vehicle=vehicle_row(asked.airframe.name, asked.system.vehicle),
+        trim=trims,
+        default=default_rows(asked, diagnosis),
+        out_of_reach=[unreached(entry) for entry in beyond],
+        problems=[*trim_problems(trims), *obstacle_texts(beyond)],
+        warnings=warnings_before_run(asked),
+        told=automatic_limit_texts(asked.constraints),
+    )
 
 
-def trim_problems(trims: list[Row]) -> list[str]:
+def trim_problems(trims: list[TrimRow]) -> list[str]:
     """Return a sentence for each scenario in whose mean wind little or nothing is left of the tilt limit."""
-    return [_problem(row) for row in trims if not row["held"] or row["margin"] < NARROW]
+    return [_problem(row) for row in trims if not row.held or (row.margin or 0.0) < NARROW]
 
 
-def _problem(row: Row) -> str:
-    wind = f'scenario "{row["scenario"]}": the mean wind of {row["wind"]:.3g} m/s'
-    if row["held"]:
-        return f"{wind} leaves {degrees(row['margin']):.1f} deg to the tilt limit, which gusts will take."
+def _problem(row: TrimRow) -> str:
+    wind = f'scenario "{row.scenario}": the mean wind of {row.wind:.3g} m/s'
+    if row.held:
+        return f"{wind} leaves {degrees(row.margin or 0.0):.1f} deg to the tilt limit, which gusts will take."
     remedy = "choose a weaker intensity or mean_wind = false, or raise controller.tilt_limit_deg"
     return f"{wind} is more than the vehicle holds its place in; {remedy}."
 
 
-def is_hopeless(figures: Row) -> bool:
+def is_hopeless(found: StudyPreview) -> bool:
     """Return whether a hard limit is out of reach for certain, or a mean wind is more than the vehicle can hold."""
-    soft = {row["label"] for row in figures["default"] if not row["hard"]}
-    return any(not row["held"] for row in figures["trim"]) or any(
-        row["certain"] and row["label"] not in soft for row in figures["out_of_reach"]
-    )
+    soft = {row.label for row in found.default if not row.hard}
+    lost = any(row.certain and row.label not in soft for row in found.out_of_reach)
+    return lost or any(not row.held for row in found.trim)

@@ -12,7 +12,6 @@ from objectives.problem import FlightBatch
 from objectives.requirements import known_values
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
-from tuner.api.designing import controller_for
 from tuner.experiments.tuning.problem import problem_of
 from tuner.gains import to_document
 from tuner.study import load_study
@@ -27,7 +26,7 @@ def gains(tmp_path_factory):
     folder = tmp_path_factory.mktemp("gains")
     study = load_study(write(folder, STUDY))
     path = folder / "gains.json"
-    path.write_text(json.dumps(to_document(controller_for(study, study.default_row), {})))
+    path.write_text(json.dumps(to_document(study.controller(study.default_row), {})))
     return path
 
 

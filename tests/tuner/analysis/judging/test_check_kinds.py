@@ -15,7 +15,6 @@ from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.contest.contest_text import write as write_contest
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
-from tuner.api.designing import controller_for
 from tuner.gains import to_document
 from tuner.study import load_study
 
@@ -172,7 +171,7 @@ def test_an_airframe_is_checked_as_one(checked, told, tmp_path):
 def test_gains_are_checked_as_gains(checked, told, tmp_path):
     study = load_study(write(tmp_path, STUDY))
     path = tmp_path / "gains.json"
-    document = to_document(controller_for(study, study.default_row), {})
+    document = to_document(study.controller(study.default_row), {})
     path.write_text(json.dumps(document))
     code, figures, _ = checked(path)
     assert code == 0 and figures["valid"]

@@ -18,7 +18,6 @@ from plant.seeds import generator
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.analysis.judging.agreement import check_agreement, differences
 from tuner.analysis.judging.rows import interval, known_row, overall, share_interval, verdict
-from tuner.api.designing import controller_for
 from tuner.study import load_study
 
 
@@ -94,7 +93,7 @@ def test_the_worst_row_decides_and_a_target_does_not():
 
 
 def test_everything_that_differs_is_named(study):
-    mine = controller_for(study, study.default_row)
+    mine = study.controller(study.default_row)
     assert differences(mine, study) == []
     other = replace(
         mine, airframe=load("iris"), control_period=0.002, options=replace(mine.options, delay=False),
@@ -110,12 +109,12 @@ def test_everything_that_differs_is_named(study):
 
 
 def test_an_angle_is_told_in_the_unit_of_its_key(study):
-    mine = controller_for(study, study.default_row)
+    mine = study.controller(study.default_row)
     other = replace(mine, options=replace(mine.options, tilt_limit=np.pi / 4))
     assert differences(other, study) == ["tilt_limit_deg 45 instead of 30"]
 
 
 def test_an_airframe_of_the_same_name_with_other_numbers_is_another(study):
-    mine = controller_for(study, study.default_row)
+    mine = study.controller(study.default_row)
     heavier = mine.airframe.vehicle._replace(mass=2.0)
     assert "has other numbers" in differences(replace(mine, airframe=replace(mine.airframe, vehicle=heavier)), study)[0]

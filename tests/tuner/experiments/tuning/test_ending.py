@@ -17,8 +17,9 @@ from tests.tuner.conftest import NoDrawing, run_small
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, write
 from tuner import report
+from tuner.api.story import story
 from tuner.cli.main import _invoke
-from tuner.cli.printers import story as show
+from tuner.cli.printers.story import print_story
 from tuner.cli.terminal import Console
 from tuner.documents.summary import GAINS, INFEASIBLE, NOTHING
 from tuner.documents.tuning import TuningFolder
@@ -129,16 +130,14 @@ def test_json_says_so_too_and_a_resume_ends_alike(ran, tmp_path, monkeypatch, ca
     assert (again / INFEASIBLE).read_text() == (folder / INFEASIBLE).read_text()
 
 
-def test_show_and_the_page_say_so_first_and_advise_no_flight(ran, monkeypatch, capsys):
+def test_show_and_the_page_say_so_first_and_advise_no_flight(ran, capsys):
     _, _, _, _, folder = ran
-    monkeypatch.setattr(show, "Console", lambda: Console(width=400))
-    show.tell_folder(folder, as_json=False)
+    print_story(story(folder), Console(width=400))
     out = capsys.readouterr().out
     assert out.splitlines()[1].startswith(NOTHING)
     assert "tuner fly" not in out and "tuner export" not in out and "Nearest to feasible, not recommended" in out
-    show.tell_folder(folder, as_json=True)
-    story = json.loads(capsys.readouterr().out)
-    assert story["feasible"] is False and story["recommended"] is None and story["nearest"]["point"]
+    told = json.loads(story(folder).json)
+    assert told["feasible"] is False and told["recommended"] is None and told["nearest"]["point"]
     text = tuning_page(TuningFolder(folder)).text()
     assert NOTHING in text and text.index(NOTHING) < text.index('class="lead"') < text.index("Nothing is recommended")
     said = re.sub(r"<[^>]*>|\s", "", text[: text.index("</header>")])

@@ -1,7 +1,12 @@
-"""Numbers out of all proportion: beyond these sizes a digit or a unit slipped, and arithmetic overflows instead of telling."""
+"""Errors of what a file holds: with the path to an inner table, and for numbers out of all proportion.
+
+`[airframe]` stands in front of `name`, the file in front of both. Beyond the sizes below a digit or a unit slipped, and
+arithmetic overflows instead of telling.
+"""
 
 import re
 from collections.abc import Iterator
+from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -29,6 +34,26 @@ RANGES = {
 }
 # No quantities: counts have limits of their own, a seed has none.
 FREE = ("seed", "search.population", "search.generations")
+
+
+@contextmanager
+def located(path: Path | None, key: str) -> Iterator[None]:
+    """Put a table in front of the key of an error raised inside, and name the file; None leaves the file to an outer one."""
+    try:
+        yield
+    except InputError as error:
+        if error.file is not None:
+            raise
+        inner = error.key or ""
+        joined = f"{key}.{inner}" if key and inner else key or inner
+        raise moved(error, path, joined) from None
+
+
+def moved(error: InputError, path: Path | None, key: str) -> InputError:
+    """Return the error as one of this file and key."""
+    copy = type(error).__new__(type(error))
+    InputError.__init__(copy, error.message, file=path, key=key or None)
+    return copy
 
 
 def check_magnitudes(table: Any, path: Path) -> None:
