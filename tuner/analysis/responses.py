@@ -1,14 +1,20 @@
 """Monte Carlo fans: what the axes and rotors do over many scenarios, as 5 %, 50 % and 95 % at every instant."""
 
 from dataclasses import dataclass
+from math import cos, radians
 from typing import Any
 
 import numpy as np
 
+from objectives.system import System
+from plant.air.spec import AirSpec
 from plant.backends.flyer import FlightInputs, Flyer
-from plant.closed_loop import ClosedLoop
-from plant.nominal import Nominal
+from plant.closed_loop import ClosedLoop, Limits, Timing
+from plant.nominal import Nominal, nominal
 from plant.records import rows
+from plant.references.steps import Steps
+from plant.scenarios import ScenarioSpec
+from tuner.gains import Controller
 
 SIGNALS = ("x", "y", "z", "roll", "pitch", "yaw", "rotor1", "rotor2", "rotor3", "rotor4")
 UNITS = ("m", "m", "m", "rad", "rad", "rad", "1", "1", "1", "1")
@@ -80,3 +86,18 @@ def fan_table(responses: Responses, point: str, scenario: str) -> Any:
         for i, (signal, unit) in enumerate(zip(SIGNALS, UNITS, strict=True))
     ]  # fmt: skip
     return pd.concat(parts, ignore_index=True)
+
+
+SCENARIO = ScenarioSpec(
+    "steps in a fresh breeze", 10.0, Steps(x=1.0, y=-1.0, z=0.5, yaw_deg=20.0, time=0.5), AirSpec(intensity="light"),
+)  # fmt: skip
+LIMITS = Limits(5.0, cos(radians(80.0)))
+"""Largest position error [m] and cosine of the largest tilt."""
+
+
+def system_of(controller: Controller, limits: Limits = LIMITS) -> System:
+    """Return a controller on its own airframe as a system; limits: beyond them a flight has failed."""
+    vehicle = controller.airframe.vehicle
+    knowledge = nominal(vehicle, controller.options, controller.control_period)
+    timing = Timing(controller.control_period, controller.plant_step)
+    return System(vehicle, controller.cascade, knowledge, limits, timing)

@@ -19,9 +19,8 @@ from plant.closed_loop import Timing
 from plant.laws import LAWS
 from plant.nominal import nominal
 from plant.vectors import Vec3
-from tuner.analysis.margins.document import default_requirements, margins_document
+from tuner.analysis.margins.document import default_requirements, margins_document, study_requirements
 from tuner.analysis.margins.readings import Subject, subject_of
-from tuner.analysis.margins.study_limits import study_requirements
 from tuner.api import POSITION_LAW
 from tuner.api.flying import prepare
 from tuner.api.frames import Documented, frame, shown
@@ -33,8 +32,7 @@ from tuner.gains import Controller
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.study.guarantees import rate_from_observer
-from tuner.study.processor_cost.cost import MEANING
-from tuner.study.processor_cost.table import tabled
+from tuner.study.processor_cost.cost import MEANING, tabled
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -153,7 +151,7 @@ def margins(
         document = margins_document(subject, default_requirements(subject) if asked is None else asked)
         if certificates:
             # What proves them takes a second to import.
-            from tuner.analysis.margins.certificates import certificate_rows
+            from tuner.analysis.margins.document import certificate_rows
 
             document = document.model_copy(update={"certificates": certificate_rows(controller)})
         if folder is not None:

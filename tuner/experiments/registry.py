@@ -10,8 +10,7 @@ from tuner.experiments.compare.run import ComparisonRun
 from tuner.experiments.contest.run import ContestRun
 from tuner.experiments.experiment import DRAWN, Experiment, default_folder
 from tuner.experiments.inference.run import InferenceRun
-from tuner.experiments.tuning.judgement import JudgementRun
-from tuner.experiments.tuning.run import TuningRun
+from tuner.experiments.tuning.run import JudgementRun, TuningRun
 from tuner.search.watcher import Watcher
 from tuner.store.advice import kind_of
 from tuner.store.folder import Folder

@@ -8,8 +8,7 @@ from matplotlib.figure import Figure
 
 from tuner.analysis.sensitivity.analysis import Analysis
 from tuner.analysis.sensitivity.document import FAILURE, outputs
-from tuner.analysis.sensitivity.indices import Spans
-from tuner.analysis.sensitivity.scales import RANK
+from tuner.analysis.sensitivity.indices import RANK, Spans
 from tuner.report.charts.look import INKS
 from tuner.report.charts.paper import WIDTH, grid, legend_above, save, style
 from tuner.study.study import Study

@@ -6,8 +6,7 @@ import numpy as np
 
 from plant.gains import gain_addresses
 from tuner.analysis.sensitivity.analysis import Analysis
-from tuner.analysis.sensitivity.indices import Spans
-from tuner.analysis.sensitivity.scales import RANK, SCALES, VALUE
+from tuner.analysis.sensitivity.indices import RANK, SCALES, VALUE, Spans
 from tuner.analysis.sensitivity.variance import Shares
 from tuner.documents.parts import SampledValue
 from tuner.documents.sensitivity import IndexRow, SensitivityDocument, SensitivityVariable, VarianceRow, VarianceShares

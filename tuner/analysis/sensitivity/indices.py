@@ -67,3 +67,21 @@ def _bootstrap(f_a: Array, f_b: Array, f_ab: Array, draw: np.random.Generator, r
     # A resample may hold nothing but equal values: then it explains nothing.
     safe = np.where(variance > 0.0, variance, np.inf)[..., None]
     return np.quantile(first / safe, TAILS, axis=0), np.quantile(total / safe, TAILS, axis=0)
+
+
+Array = np.ndarray
+RANK, VALUE = "rank", "value"
+SCALES = (RANK, VALUE)
+
+
+def ranks(values: Array) -> Array:
+    """Return the ranks (n, q) of values (n, q) in each column, between 0 and 1; equal values share their mean rank."""
+    from scipy.stats import rankdata
+
+    return (rankdata(values, axis=0) - 0.5) / len(values)
+
+
+def held_to_completed(values: Array, failures: Array) -> Array:
+    """Return values (n, q) held to the largest among the samples whose share of failures (n,) is 0; all kept if none is."""
+    complete = failures == 0.0
+    return np.minimum(values, values[complete].max(axis=0)) if complete.any() else values

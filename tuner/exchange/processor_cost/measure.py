@@ -24,8 +24,7 @@ from tuner.exchange.processor_cost import qemu
 from tuner.exchange.processor_cost.inputs import typical_inputs
 from tuner.exchange.processor_cost.program import measuring_program
 from tuner.gains import Controller
-from tuner.study.processor_cost.cost import MEANING, TARGET, Cost
-from tuner.study.processor_cost.table import CONTROL_PERIOD, COUNTED, SHARED
+from tuner.study.processor_cost.cost import CONTROL_PERIOD, COUNTED, MEANING, SHARED, TARGET, Cost
 
 PREFIX, REAL = "holdfast", "float"
 # Sections of an object file that a processor's flash has to hold.

@@ -12,7 +12,7 @@ from plant.cascade import ATTITUDE_AXES, POSITION_AXES, Cascade
 from plant.laws import Law
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from tuner.study.processor_cost.cost import Cost as Processor
-from tuner.study.processor_cost.table import tabled
+from tuner.study.processor_cost.cost import tabled
 
 MEANING = (
     "scalar operations of one control step: the instructions of the CasADi expressions of the laws of three position and "

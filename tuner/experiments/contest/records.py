@@ -7,7 +7,7 @@ import numpy as np
 from plant.scenarios import WIND_COLUMNS, sample_scenarios
 from tuner.analysis.responses import SIGNALS, UNITS, Responses, fan_table, fly_responses
 from tuner.experiments.contest.result import Result
-from tuner.experiments.tuning.run_responses import FAN_SCENARIOS
+from tuner.experiments.tuning.tables import FAN_SCENARIOS
 
 # Columns of the air in the order of `plant.air.air`, with units; world is ENU, body is FLU.
 AIR = tuple(

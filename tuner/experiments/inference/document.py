@@ -19,8 +19,17 @@ from tuner.documents.inference_document import (
     Together,
     UnknownRow,
 )
-from tuner.experiments.inference.evaluated import EvaluatedSettings, published_ratios, ratio_scores
-from tuner.experiments.inference.misfit import CENTRAL_68, CENTRAL_95, is_inside, log_ratio, percentile, tolerance
+from tuner.experiments.inference.misfit import (
+    CENTRAL_68,
+    CENTRAL_95,
+    EvaluatedSettings,
+    is_inside,
+    log_ratio,
+    percentile,
+    published_ratios,
+    ratio_scores,
+    tolerance,
+)
 from tuner.experiments.inference.ranges import Range, near_rows
 from tuner.experiments.inference.words import sentences
 from tuner.search.loop import point_name

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tuner.experiments.inference.evaluated import EvaluatedSettings
+from tuner.experiments.inference.misfit import EvaluatedSettings
 from tuner.experiments.inference.ranges import Range
 from tuner.search.loop import Generation
 from tuner.study.inference import Inference

@@ -10,7 +10,9 @@ from objectives.problem import Evaluation
 from plant.scenarios import HELD_OUT, SEARCH
 from plant.seeds import generator
 from tuner.experiments.experiment import Experiment
-from tuner.experiments.inference.evaluated import (
+from tuner.experiments.inference.findings import Findings
+from tuner.experiments.inference.flying import SettingFlyer
+from tuner.experiments.inference.misfit import (
     LOCAL_REFINEMENT,
     EvaluatedSettings,
     best_row,
@@ -18,8 +20,6 @@ from tuner.experiments.inference.evaluated import (
     evaluate_settings,
     front,
 )
-from tuner.experiments.inference.findings import Findings
-from tuner.experiments.inference.flying import SettingFlyer
 from tuner.experiments.inference.ranges import ranges
 from tuner.experiments.inference.record import SettingStore
 from tuner.experiments.inference.refine import DAMPINGS, ROUNDS, Slope, refined

@@ -11,8 +11,8 @@ from typing import Any
 import numpy as np
 
 from tuner.experiments.inference.document import inference_document
-from tuner.experiments.inference.evaluated import EvaluatedSettings
 from tuner.experiments.inference.findings import Findings
+from tuner.experiments.inference.misfit import EvaluatedSettings
 from tuner.experiments.tuning.tables import history_table
 from tuner.store.folder import Folder
 from tuner.study.inference import Inference

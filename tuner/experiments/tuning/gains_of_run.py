@@ -7,13 +7,12 @@ from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.cascade import AXES
 from plant.errors import InputError
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary
-from tuner.experiments.tuning.run_margins import margin_model
+from tuner.experiments.tuning.tables import margin_model
 from tuner.gains import Controller, to_document
 from tuner.gains.document import seed_entry
 from tuner.gains.sections import DEMAND, DESCRIBING, LINEARISED, PLANT_INPUT
 from tuner.gains.ucum import quantity, ucum
-from tuner.study.processor_cost.table import tabled
-from tuner.study.processor_cost.words import gains_rows
+from tuner.study.processor_cost.cost import gains_rows, tabled
 
 if TYPE_CHECKING:
     from objectives.margins.margins import MarginModel

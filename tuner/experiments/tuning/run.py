@@ -4,6 +4,8 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
+
 from objectives.engine import Engine
 from plant.scenarios import HELD_OUT
 from tuner.documents.ending import gains_name
@@ -18,7 +20,7 @@ from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import front_table
 from tuner.search.loop import Search
 from tuner.search.watcher import Watcher
-from tuner.store.advice import TUNING
+from tuner.store.advice import JUDGEMENT, TUNING
 from tuner.store.clock import Clock
 from tuner.store.folder import Folder
 from tuner.study.study import Study
@@ -110,7 +112,7 @@ class TuningRun(Experiment[Study, Outcome]):
 
     def write(self, found: Outcome) -> None:
         """Write documents and tables while the process that draws the figures starts, then the report."""
-        from tuner.experiments.tuning.run_margins import margin_table
+        from tuner.experiments.tuning.tables import margin_table
         from tuner.report import start_figures, write_report
 
         folder, watcher = self.folder, self.watcher
@@ -133,8 +135,7 @@ class TuningRun(Experiment[Study, Outcome]):
 
     def write_documents(self, found: Outcome) -> None:
         """Write what the figures show: front, summary, responses; and gains."""
-        from tuner.experiments.tuning.run_constraints import constraint_table
-        from tuner.experiments.tuning.run_responses import response_table
+        from tuner.experiments.tuning.tables import constraint_table, response_table
 
         folder = self.folder
         summary = summary_document(found)
@@ -168,3 +169,29 @@ def run_study(
 ) -> Outcome:
     """Carry out a tuning run in a results folder, see `TuningRun`."""
     return TuningRun(study, folder, watcher, threads, reuse, engine).carry_out()
+
+
+class Recorded:
+    """A search that asks for the candidates of another one."""
+
+    def __init__(self, generations: Iterator[np.ndarray]) -> None:
+        self._generations = generations
+
+    def ask(self) -> np.ndarray:
+        """Return the next generation (n, d)."""
+        return next(self._generations)
+
+    def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
+        """Learn nothing: the candidates are given."""
+
+
+class JudgementRun(TuningRun):
+    """A tuning run that asks for recorded candidates. candidates: one array (n, d) a generation."""
+
+    kind = JUDGEMENT
+    options = frozenset()
+    candidates: list[np.ndarray]
+
+    def algorithm(self) -> tuple[Search, list[str]]:
+        """Return the recorded search."""
+        return Recorded(iter(self.candidates)), []

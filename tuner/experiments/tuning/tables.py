@@ -4,11 +4,21 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from objectives.margins.period import CHANNELS
+from objectives.margins.quantities import QUANTITIES, RECORDED
+from objectives.margins.results import Margins
 from objectives.problem import Evaluation
 from objectives.requirements import Requirement
+from objectives.risk import interval_on, paired_difference_on, resampled_scenarios, within
+from plant.errors import InputError
+from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
+from plant.seeds import generator
+from tuner.analysis.held_out import FRONT_REPLICATES
+from tuner.analysis.responses import SIGNALS, UNITS, Responses, fly_responses
 from tuner.search.loop import Generation
 
 if TYPE_CHECKING:
+    from objectives.margins.margins import MarginModel
     from tuner.experiments.tuning.outcome import Outcome
     from tuner.study.study import Study
 
@@ -92,3 +102,158 @@ def front_table(outcome: "Outcome") -> Any:
         }  # fmt: skip
     columns |= requirement_columns(study.requirements, finalists.evaluation)
     return pd.DataFrame(columns)
+
+
+COLUMNS = ("point", "label", "value", "low", "high", "difference", "difference_low", "difference_high")
+
+
+def constraint_table(outcome: "Outcome") -> Any:
+    """Return a pandas table, a row for each finalist and constraint, in SI units; difference: to the default, paired."""
+    import pandas as pd
+
+    study, evaluation = outcome.study, outcome.finalists.evaluation
+    drawn = resampled_scenarios(generator(study.seed, "bootstrap/front", 0), FRONT_REPLICATES, evaluation.origin)
+    rows = []
+    for i, constraint in enumerate(study.constraints, start=len(study.objectives)):
+        quantity = constraint.objective
+        samples = evaluation.samples(i, quantity.scenario)
+        part = within(drawn, evaluation.origin, quantity.scenario)
+        low, high = interval_on(samples, quantity.risk, part)
+        default = np.broadcast_to(samples[0], samples.shape)
+        numbers = (
+            quantity.risk.apply(samples), low, high, *paired_difference_on(samples, default, quantity.risk, part),
+        )  # fmt: skip
+        rows += [(name, quantity.label, *values) for name, *values in zip(outcome.names, *numbers, strict=True)]
+    return pd.DataFrame(rows, columns=pd.Index(COLUMNS))
+
+
+# Frequencies of a curve, from so many rad/s up to Nyquist: 28 a decade, which a line through them does not show.
+POINTS, LOWEST = 120, 0.05
+
+
+def margin_table(outcome: "Outcome") -> Any:
+    """Return a pandas table, a row for each finalist and channel with a loop; None where no steady flight is found.
+
+    Columns: point, channel, stable, those of `RECORDED` in SI units (empty where no crossing limits a margin, or where the loop
+    is not stable), case (amplitude of the curve in words, empty for a linear loop), and the lists frequency [rad/s], real and
+    imag of the loop transfer function.
+    """
+    import pandas as pd
+
+    try:
+        model = margin_model(outcome)
+    except InputError:
+        return None
+    margins = model.evaluate(outcome.finalist_rows)
+    looped = {channel for block in model.blocks for channel in block}
+    rows = [
+        loop_row(model, margins, outcome.gains(row), row, channel) | {"point": name}
+        for row, name in enumerate(outcome.names)
+        for channel in CHANNELS
+        if channel in looped
+    ]
+    return pd.DataFrame(rows, columns=pd.Index(["point", *[key for key in rows[0] if key != "point"]]))
+
+
+def margin_model(outcome: "Outcome") -> "MarginModel":
+    """Return the margins of the study's loop; raises InputError where there is no steady flight."""
+    from objectives.margins.margins import MarginModel
+    from objectives.margins.trim import Trim
+    from tuner.study.margins import holds_place
+
+    system = outcome.study.system
+    held = holds_place(tuple(entry.spec for entry in outcome.study.scenarios), system.timing)
+    return MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, Trim(hold=held))
+
+
+def loop_row(model: "MarginModel", margins: Margins, gains: np.ndarray, row: int, channel: str) -> dict[str, Any]:
+    """Return margins and curve of one loop of one finalist."""
+    i = CHANNELS.index(channel)
+    stable = bool(margins.stable[row, i])
+    values = {name: float(QUANTITIES[name].values(margins)[row, i]) for name in RECORDED}
+    case = max(int(margins.sensitivity.case[row, i]), 0)
+    frequency = np.geomspace(LOWEST, np.pi / model.period, POINTS)
+    loop = model.loop(gains, channel, model.cases[case], frequency).loop
+    swept = margins.sensitivity.case[row, i] >= 0
+    return {
+        "channel": channel,
+        "stable": stable,
+        **{name: value if stable and np.isfinite(value) else None for name, value in values.items()},
+        "case": model.cases[case].label if swept else "",
+        "frequency": frequency.astype(np.float32),
+        "real": loop.real.astype(np.float32),
+        "imag": loop.imag.astype(np.float32),
+    }
+
+
+# Held-out scenarios a fan is drawn from: its 5 % and 95 % lines rest on three flights each.
+FAN_SCENARIOS = 64
+
+
+def response_table(outcome: "Outcome") -> Any:
+    """Fly every finalist through held-out scenarios and return the fans as one long pandas table.
+
+    A row for each signal and instant: point, scenario, signal, unit, time [s], reference, low, median, high (5, 50, 95 %), worst,
+    and worst_flight, the index of that flight among the held-out ones. Values are float32: 31 points take 3 MB a scenario.
+    """
+    import pandas as pd
+
+    study = outcome.study
+    parts = [
+        part
+        for entry in study.scenarios
+        for part in scenario_parts(outcome, entry.spec, min(FAN_SCENARIOS, entry.held_out))
+    ]
+    table = pd.concat(parts, ignore_index=True)
+    return table.astype({name: "category" for name in ("point", "scenario", "signal", "unit")})
+
+
+def scenario_parts(outcome: "Outcome", spec: ScenarioSpec, count: int) -> list[Any]:
+    """Return the tables of all points in one scenario, fans over so many flights."""
+    inputs = drawn(outcome, spec, range(count))
+    worst = worst_flights(outcome, spec.name)
+    parts = []
+    for row, name in enumerate(outcome.names):
+        flown = flight_of(outcome, row, inputs)
+        index = int(worst[row])
+        single = (
+            flown.actual[index] if index < count else flight_of(outcome, row, drawn(outcome, spec, [index])).actual[0]
+        )
+        parts.append(point_table(flown, name, spec.name, single, index))
+    return parts
+
+
+def worst_flights(outcome: "Outcome", scenario: str) -> np.ndarray:
+    """Return for each finalist the index (rows,) of its worst flight among the held-out ones of a scenario."""
+    objectives = outcome.study.objectives
+    chosen = next((i for i, entry in enumerate(objectives) if entry.scenario in (None, scenario)), 0)
+    return np.argmax(outcome.finalists.evaluation.samples(chosen, scenario), axis=-1)
+
+
+def drawn(outcome: "Outcome", spec: ScenarioSpec, indices: Any) -> Any:
+    """Return held-out flights of a scenario by their indices."""
+    system = outcome.study.system
+    return sample_scenarios(spec, system.vehicle, system.timing, outcome.study.seed, HELD_OUT, indices)
+
+
+def flight_of(outcome: "Outcome", row: int, inputs: Any) -> Responses:
+    """Return what a finalist does in drawn flights."""
+    system = outcome.study.system
+    return fly_responses(
+        outcome.problem.flyer, outcome.gains(row), system.nominal, inputs, system.timing.control_period
+    )
+
+
+def point_table(flown: Responses, point: str, scenario: str, worst: np.ndarray, index: int) -> Any:
+    """Return the fans of one point as a long table (pandas); worst (instants, signals): its worst flight."""
+    import pandas as pd
+
+    count, signals = len(flown.time), len(SIGNALS)
+    series = {"reference": flown.reference.mean(axis=0)}
+    series |= dict(zip(("low", "median", "high"), flown.fans(), strict=True))
+    series["worst"] = worst
+    columns: dict[str, Any] = {"point": point, "scenario": scenario}
+    columns |= {"signal": np.repeat(SIGNALS, count), "unit": np.repeat(UNITS, count)}
+    columns["time"] = np.tile(flown.time, signals)
+    columns |= {name: values.T.ravel().astype(np.float32) for name, values in series.items()}
+    return pd.DataFrame({**columns, "worst_flight": np.int32(index)})

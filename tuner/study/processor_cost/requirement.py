@@ -16,8 +16,7 @@ import numpy as np
 from objectives.requirements import Array, Requirement, Screen
 from objectives.system import System
 from plant.errors import InputError, UnknownNameError
-from tuner.study.processor_cost.cost import TARGET, Cost
-from tuner.study.processor_cost.table import tabled
+from tuner.study.processor_cost.cost import TARGET, Cost, tabled
 
 if TYPE_CHECKING:
     from tuner.study.schema import CostTable

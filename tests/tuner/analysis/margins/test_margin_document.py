@@ -14,10 +14,9 @@ from objectives.margins.quantities import QUANTITIES, REPORTED
 from objectives.margins.trim import Trim
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.again.killing import assert_covered
-from tuner.analysis.margins.document import default_requirements, margins_document
+from tuner.analysis.margins.document import default_requirements, margins_document, study_requirements
 from tuner.analysis.margins.limits import LIMITS, Limit
 from tuner.analysis.margins.readings import subject_of
-from tuner.analysis.margins.study_limits import study_requirements
 from tuner.api.gains import default_gains
 from tuner.cli.main import app
 from tuner.cli.printers.margins import marks_of

@@ -21,8 +21,7 @@ from tuner.exchange.processor_cost import qemu
 from tuner.exchange.processor_cost.inputs import attitude_row, step_row, typical_inputs
 from tuner.exchange.processor_cost.measure import default_controller, measure_cost, table_text
 from tuner.exchange.processor_cost.program import measuring_program
-from tuner.study.processor_cost.cost import cost_from
-from tuner.study.processor_cost.table import read_table, tabled
+from tuner.study.processor_cost.cost import cost_from, read_table, tabled
 
 # Another compiler may spend this share of instructions more or less.
 OTHER_COMPILER = 0.1

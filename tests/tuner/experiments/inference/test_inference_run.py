@@ -23,9 +23,8 @@ from tests.tuner.experiments.inference.asked import (
     write,
 )
 from tests.tuner.experiments.inference.conftest import run
-from tuner.experiments.inference.evaluated import ratio_scores
 from tuner.experiments.inference.flying import CHUNK, SettingFlyer
-from tuner.experiments.inference.misfit import log_ratio
+from tuner.experiments.inference.misfit import log_ratio, ratio_scores
 from tuner.experiments.inference.run import SWEEP, thinned
 from tuner.study.contest_reading import load_contest
 from tuner.study.inference_reading import load_inference

@@ -7,9 +7,16 @@ from objectives.margins.margins import MarginModel
 from objectives.margins.trim import Trim
 from plant.errors import InputError
 from tuner.experiments.tuning import run_margins
-from tuner.experiments.tuning.run_constraints import constraint_table
-from tuner.experiments.tuning.run_margins import POINTS, margin_table
-from tuner.experiments.tuning.run_responses import FAN_SCENARIOS, drawn, flight_of, response_table, worst_flights
+from tuner.experiments.tuning.tables import (
+    FAN_SCENARIOS,
+    POINTS,
+    constraint_table,
+    drawn,
+    flight_of,
+    margin_table,
+    response_table,
+    worst_flights,
+)
 
 
 @pytest.fixture(scope="module")

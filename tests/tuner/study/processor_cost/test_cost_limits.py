@@ -15,9 +15,8 @@ from tuner.experiments.contest.words import cost_words
 from tuner.gains.sections import cost_schema
 from tuner.study import load_study
 from tuner.study.contest_reading import load_contest
+from tuner.study.processor_cost.cost import gains_rows, tabled, told
 from tuner.study.processor_cost.requirement import QUANTITIES
-from tuner.study.processor_cost.table import tabled
-from tuner.study.processor_cost.words import gains_rows, told
 
 STUDY = CONTEST[: CONTEST.index("[[contender]]")].replace("# A second", "# A flight of a second")
 HYBRID = tabled("ladrc", "hybrid")

@@ -27,7 +27,7 @@ def default_elsewhere(study: Study) -> list[str]:
     given = study.table.controller.default
     if given is None:
         return []
-    from tuner.analysis.judging.agreement import differences
+    from tuner.analysis.judging.judge import differences
     from tuner.gains import read_gains
 
     said = []
