@@ -35,7 +35,7 @@ SAME = 1e-9
 
 
 @dataclass(frozen=True)
-class Comparison:
+class ComparedQuantity:
     """One quantity of the tuned point against the default; difference: tuned minus default, paired over scenarios."""
 
     quantity: Objective
@@ -58,7 +58,7 @@ class Comparison:
 
 
 @dataclass(frozen=True)
-class KnownComparison:
+class ComparedRequirement:
     """One requirement of the tuned point against the default: numbers without intervals, for nothing was sampled."""
 
     requirement: Requirement
@@ -188,7 +188,7 @@ def share_non_dominated(replicates: np.ndarray) -> np.ndarray:
     return np.mean(np.array(kept, dtype=float).reshape(-1, len(replicates)), axis=0) if kept else np.zeros(0)
 
 
-def compare(problem: Problem, flown: Evaluation, root: int) -> list[Comparison]:
+def compare(problem: Problem, flown: Evaluation, root: int) -> list[ComparedQuantity]:
     """Compare the second row of an evaluation with the first on every objective and constraint, flight by flight."""
     rows = []
     limits = [None] * len(problem.objectives) + [constraint.most for constraint in problem.constraints]
@@ -201,14 +201,14 @@ def compare(problem: Problem, flown: Evaluation, root: int) -> list[Comparison]:
         paired = paired_difference_on(samples[1], samples[0], quantity.risk, part)
         default, best = (SampledValue(float(values[k]), float(low[k]), float(high[k])) for k in (0, 1))
         difference = SampledValue(float(paired.difference), float(paired.low), float(paired.high))
-        rows.append(Comparison(quantity, limit, default, best, difference))
+        rows.append(ComparedQuantity(quantity, limit, default, best, difference))
     return rows
 
 
-def compare_known(problem: Problem, flown: Evaluation) -> list[KnownComparison]:
+def compare_known(problem: Problem, flown: Evaluation) -> list[ComparedRequirement]:
     """Compare the second row of an evaluation with the first on every requirement."""
     default, tuned = flown.requirements
     return [
-        KnownComparison(requirement, float(default[i]), float(tuned[i]))
+        ComparedRequirement(requirement, float(default[i]), float(tuned[i]))
         for i, requirement in enumerate(problem.requirements)
     ]

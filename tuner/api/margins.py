@@ -313,5 +313,5 @@ def cost_row(controller: Controller, measure: bool) -> Row:
         "control_period": {"value": controller.control_period, "unit": "s"},
         "instructions_per_second": cost.per_second(controller.control_period),
         "measured": known is None,
-        **cost.as_dict(),
+        **vars(cost),
     }

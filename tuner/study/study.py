@@ -4,7 +4,7 @@ import hashlib
 import json
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import Any, ClassVar
 
 import numpy as np
 
@@ -18,11 +18,9 @@ from plant.input_files import read_input_text
 from plant.nominal import ControlOptions
 from plant.references import ReferenceSpec
 from plant.scenarios import ScenarioSpec
+from tuner.gains import VehicleRecord
 from tuner.study.schema import StudyTable
 from tuner.text.markup import element, table
-
-if TYPE_CHECKING:
-    from tuner.gains import VehicleRecord
 
 
 @dataclass(frozen=True)
@@ -69,7 +67,7 @@ class Study:
     search: SearchSpec
     pick: str
     table: StudyTable
-    vehicle: "VehicleRecord | None" = None
+    vehicle: VehicleRecord | None = None
     mission: Mission = USUAL
     si: bool = True
     given: str | None = None

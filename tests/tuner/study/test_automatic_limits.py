@@ -121,13 +121,13 @@ def test_an_obstacle_that_is_one_names_the_key_and_what_moves_it(tmp_path):
     (limit,) = study.automatic_limits
     points = np.linspace(0.0, 1.0, 40)[:, None]
     found = flown_obstacle(study, limit, points, 2.0 - points[:, 0], [f"p{i:04d}" for i in range(40)])
-    assert (found.reached, found.point, found.moved_by) == (1.0, "p0039", ("tilt.lambda",))
+    assert (found.reached, found.point, found.moved_by) == (1.0, "p0039", ["tilt.lambda"])
     (sentence,) = obstacle_texts([found])
     assert 'mission.followed moves it, mission.off = ["rms.position"] takes it away' in sentence
     assert "Searched gains that move it: tilt.lambda" in sentence
     # Values that have nothing to do with the gain.
     other = np.random.default_rng(5).permutation(points[:, 0]) + 1.0
-    assert flown_obstacle(study, limit, points, other, found.point * 40).moved_by == ()
+    assert flown_obstacle(study, limit, points, other, found.point * 40).moved_by == []
 
 
 def test_plan_tells_them(tmp_path, monkeypatch, capsys):

@@ -1,4 +1,4 @@
-"""Margins of one controller as a document, what `tuner margins --json` prints."""
+"""Margins of one controller as a document, what `tuner margins --json` prints: values, limits of a study, certificates."""
 
 from math import isfinite
 
@@ -14,7 +14,7 @@ from plant.cascade import AXES
 from plant.closed_loop import Timing
 from plant.errors import InputError
 from plant.nominal import nominal
-from tuner.analysis.margins.limits import LIMITS, Limit
+from tuner.analysis.margins.limits import LIMITS, LoopLimit
 from tuner.analysis.margins.readings import Subject
 from tuner.documents.margins import (
     MARGINS_FORMAT,
@@ -61,7 +61,7 @@ def margins_document(subject: Subject, requirements: list[LimitRow]) -> MarginsD
     )
 
 
-def default_requirements(subject: Subject, limits: tuple[Limit, ...] = LIMITS) -> list[LimitRow]:
+def default_requirements(subject: Subject, limits: tuple[LoopLimit, ...] = LIMITS) -> list[LimitRow]:
     """Return how every loop stands to the limits: stable, each limit as a hard requirement, each target as a soft one."""
     rows = []
     for channel in subject.looped:
@@ -78,14 +78,19 @@ def default_requirements(subject: Subject, limits: tuple[Limit, ...] = LIMITS) -
             if limit.target is not None:
                 rows.append(
                     limited_row(
-                        f"{label} target", entry, value, Limit(entry.name, limit.sense, limit.target), False, channel
+                        f"{label} target",
+                        entry,
+                        value,
+                        LoopLimit(entry.name, limit.sense, limit.target),
+                        False,
+                        channel,
                     )
                 )
     return rows
 
 
 def limited_row(
-    label: str, entry: MarginQuantity, value: float, limit: Limit, hard: bool, channel: str | None = None
+    label: str, entry: MarginQuantity, value: float, limit: LoopLimit, hard: bool, channel: str | None = None
 ) -> LimitRow:  # fmt: skip
     """Return how a value in SI units stands to a limit in the quantity's unit of limits."""
     kept, least = limit.kept(float(entry.to_limit(value))), float(entry.from_limit(limit.limit))
@@ -181,7 +186,7 @@ def study_requirements(study: Study, controller: Controller) -> list[LimitRow] |
     return [
         limited_row(
             entry.label, entry.quantity, float(entry.quantity.from_limit(value)),
-            Limit(entry.quantity.name, entry.quantity.sense, entry.limit), entry.hard,
+            LoopLimit(entry.quantity.name, entry.quantity.sense, entry.limit), entry.hard,
         )
         for entry, value in zip(asked, values, strict=True)
     ]  # fmt: skip

@@ -8,7 +8,6 @@ files must be those that manifest.json tells of; of a folder of another kind tha
 import csv
 import json
 from dataclasses import asdict, dataclass
-from io import BytesIO
 from pathlib import Path
 from time import perf_counter
 from typing import Any
@@ -18,11 +17,11 @@ import numpy as np
 from objectives.memory import model_key
 from objectives.problem import Problem
 from plant.errors import StoreError
-from plant.input_files import MOST_TABLE, read_input, read_input_text
+from plant.input_files import read_input_text
 from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.documents.ending import gains_name
-from tuner.documents.opening import kind_in
+from tuner.documents.opening import kind_in, read_frame
 from tuner.engines.cuda import engine_again
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.tuning.conclusion import conclude
@@ -164,8 +163,6 @@ def named(path: Path) -> str:
 
 def replay(path: Path, study: Study, problem: Problem, count: int | None) -> list[Generation]:
     """Replay the search and compare every recorded generation; count: of generations, or None for those there are."""
-    import pandas as pd
-
     files = sorted((path / "generations").glob("*.parquet"))
     if count is not None and len(files) != count:
         raise Different(f"{len(files)} generations are recorded, {count} were asked for")
@@ -173,11 +170,7 @@ def replay(path: Path, study: Study, problem: Problem, count: int | None) -> lis
     for record in replayed(path, study, problem, len(files)):
         done.append(record)
         file = files[record.number]
-        try:
-            there = pd.read_parquet(BytesIO(read_input(file, MOST_TABLE)))
-        except (OSError, ValueError) as error:
-            raise Different(f"{file} cannot be read ({error})") from None
-        compare_tables(f"{file.parent.name}/{file.name}", there, generation_table(study, done, record))
+        compare_tables(f"{file.parent.name}/{file.name}", read_frame(file), generation_table(study, done, record))
     return done
 
 

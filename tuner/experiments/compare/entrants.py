@@ -8,7 +8,9 @@ import numpy as np
 from plant.errors import InputError, StoreError
 from tuner.documents.ending import GAINS as GAINS_FILE
 from tuner.documents.ending import INFEASIBLE, is_recommended
+from tuner.documents.loading import load
 from tuner.documents.opening import TuningFolder, kind_in
+from tuner.documents.results import TUNED
 from tuner.gains import Controller, read_gains
 from tuner.store.advice import JUDGEMENT, TUNING
 from tuner.store.inputs import read_record
@@ -92,9 +94,6 @@ def read_folder(path: Path, name: str) -> Entrant:
     study = study_of(path)
     if known is None:
         raise StoreError(f"{path}: the run is not finished; go on with it: tuner resume {path}")
-    from tuner.documents.loading import load
-    from tuner.documents.results import TUNED
-
     results = load(path)
     front = results.front
     tuned = front.of(TUNED)[0]

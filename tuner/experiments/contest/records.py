@@ -8,6 +8,7 @@ from plant.scenarios import WIND_COLUMNS, sample_scenarios
 from tuner.analysis.responses import SIGNALS, UNITS, Responses, fan_table, fly_responses
 from tuner.experiments.contest.result import Result
 from tuner.experiments.tuning.tables import FAN_SCENARIOS
+from tuner.store.folder import data_frame, stacked
 
 # Columns of the air in the order of `plant.air.air`, with units; world is ENU, body is FLU.
 AIR = tuple(
@@ -21,8 +22,6 @@ AIR_INSTANTS = 2000
 
 def response_tables(result: Result) -> tuple[Any, Any]:
     """Fly every contender again with a recorder on; return the fans over flights and the traces of flight 0."""
-    import pandas as pd
-
     contest, fans, traces = result.contest, [], []
     for scenario in contest.scenarios:
         count = min(FAN_SCENARIOS, scenario.held_out)
@@ -34,16 +33,14 @@ def response_tables(result: Result) -> tuple[Any, Any]:
             flown = fly_responses(entry.problem.flyer, entry.row, system.nominal, inputs, system.timing.control_period)
             fans.append(fan_table(flown, entry.contender.name, scenario.spec.name))
             traces.append(trace_table(flown, entry.contender.name, scenario.spec.name))
-    return pd.concat(fans, ignore_index=True), pd.concat(traces, ignore_index=True)
+    return stacked(fans), stacked(traces)
 
 
 def trace_table(flown: Responses, contender: str, scenario: str) -> Any:
     """Return flight 0 as a long table: one row for each signal and instant."""
-    import pandas as pd
-
-    return pd.concat(
+    return stacked(
         [
-            pd.DataFrame(
+            data_frame(
                 {
                     "contender": contender, "scenario": scenario, "flight": 0, "signal": signal, "unit": unit,
                     "time": flown.time, "value": flown.actual[0, :, i], "reference": flown.reference[0, :, i],
@@ -51,7 +48,6 @@ def trace_table(flown: Responses, contender: str, scenario: str) -> Any:
             )
             for i, (signal, unit) in enumerate(zip(SIGNALS, UNITS, strict=True))
         ],
-        ignore_index=True,
     )  # fmt: skip
 
 
@@ -59,8 +55,6 @@ def wind_table(result: Result) -> Any:
     """Return the air of flight 0 of every scenario as a long table; columns of the air that are zero throughout are left out,
     but the wind stays.
     """
-    import pandas as pd
-
     contest, system = result.contest, result.contest.base.system
     parts = []
     for scenario in contest.scenarios:
@@ -72,11 +66,11 @@ def wind_table(result: Result) -> Any:
             if column < WIND_COLUMNS or air[:, column].any():
                 signal, unit = AIR[column]
                 parts.append(
-                    pd.DataFrame(
+                    data_frame(
                         {
                             "scenario": scenario.spec.name, "flight": 0, "signal": signal, "unit": unit, "time": time,
                             "value": air[::every, column],
                         }
                     )
                 )  # fmt: skip
-    return pd.concat(parts, ignore_index=True)
+    return stacked(parts)

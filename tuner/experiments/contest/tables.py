@@ -6,12 +6,11 @@ from typing import Any
 from plant.gains import gain_addresses
 from tuner.experiments.contest.result import Result
 from tuner.store.document import DocumentPart
+from tuner.store.folder import data_frame, stacked
 
 
 def scores_table(result: Result) -> Any:
     """Return every score of every flight, long: contender, quantity, scenario, flight (index in its scenario), value."""
-    import pandas as pd
-
     parts = []
     first = {entry.spec.name: 0 for entry in result.contest.scenarios}
     origin = result.flown.origin
@@ -22,20 +21,18 @@ def scores_table(result: Result) -> Any:
             wanted = quantity.objective.scenario
             seen = [n for n in range(len(origin)) if wanted in (None, origin[n])]
             parts.append(
-                pd.DataFrame(
+                data_frame(
                     {
                         "contender": contender, "quantity": quantity.label, "scenario": origin[seen],
                         "flight": [n - first[origin[n]] for n in seen], "value": result.flown.scores[k, i, seen],
                     }
                 )
             )  # fmt: skip
-    return pd.concat(parts, ignore_index=True)
+    return stacked(parts)
 
 
 def fronts_table(result: Result) -> Any:
     """Return the points of all fronts; a gain that a contender's laws have not, or a value not picked by, is empty."""
-    import pandas as pd
-
     rows = []
     objectives = result.contest.base.objectives
     for own, name, front in zip(result.prepared, result.names, result.fronts, strict=True):
@@ -52,12 +49,10 @@ def fronts_table(result: Result) -> Any:
                 row |= {f"picked_on:{o.label}": front.picked[n, i] for i, o in enumerate(objectives)}
             row |= {f"gain:{gain.address}": front.gains[n, gain.column] for gain in known}
             rows.append(row)
-    return pd.DataFrame(rows)
+    return data_frame(rows)
 
 
 def listed_table(rows: Sequence[DocumentPart]) -> Any:
     """Return a list of contest.json as a table; a list inside stands with semicolons."""
-    import pandas as pd
-
     content = [row.content() for row in rows]
-    return pd.DataFrame([{k: "; ".join(v) if isinstance(v, list) else v for k, v in row.items()} for row in content])
+    return data_frame([{k: "; ".join(v) if isinstance(v, list) else v for k, v in row.items()} for row in content])

@@ -1,4 +1,6 @@
-"""Misfit of a setting to the published cells: one number for each kind of cell, 0 where all are met.
+"""Settings that were flown: misfit to the published cells, medians, and where the published values stand.
+
+The misfit is one number for each kind of cell, 0 where all are met:
 
     r = ln(ours / published),    misfit of a kind = sqrt(mean over its cells of r^2),    kinds: "peak", "settling", ...
 
@@ -15,12 +17,16 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tuner.experiments.contest.published import INSIDE
+from tuner.experiments.contest.judging import is_inside, percentile_of
 from tuner.search.front import feasible_front
 from tuner.study.inference import LEAST_RATIO, Inference
 
 # Ends of the central 68 % and 95 % of flights.
 CENTRAL_68, CENTRAL_95 = (0.16, 0.84), (0.025, 0.975)
+LOCAL_REFINEMENT = -1
+"""Origin of the settings that were flown around the best one."""
+# Share of a published value that stands for 0 in a ratio.
+RATIO_FLOOR = 1e-6
 
 
 def log_ratio(ours: np.ndarray, published: np.ndarray) -> np.ndarray:
@@ -49,31 +55,6 @@ def tolerance(scores: np.ndarray, published: np.ndarray) -> np.ndarray:
     """Return half the width of the central 68 % of ln(ours) over the flights (cells,), of scores (cells, flights)."""
     low, high = np.quantile(log_ratio(scores, published[:, None]), CENTRAL_68, axis=1)
     return 0.5 * (high - low)
-
-
-def central(scores: np.ndarray) -> np.ndarray:
-    """Return the ends of the central 95 % of the flights (2, ...), of scores (..., flights)."""
-    return np.quantile(scores, CENTRAL_95, axis=-1)
-
-
-def percentile(scores: np.ndarray, published: np.ndarray) -> np.ndarray:
-    """Return the share of flights below the published value (..., cells), in per cent; half of those equal to it count.
-
-    scores (..., cells, flights); published (cells,).
-    """
-    below = (scores < published[:, None]).mean(axis=-1)
-    equal = (scores == published[:, None]).mean(axis=-1)
-    return 100.0 * (below + 0.5 * equal)
-
-
-def is_inside(percentiles: np.ndarray) -> np.ndarray:
-    """Return whether one flight could well have given what was published: whether it is in the central 95 %."""
-    return (percentiles >= INSIDE[0]) & (percentiles <= INSIDE[1])
-
-
-LOCAL_REFINEMENT = -1
-# Share of a published value that stands for 0 in a ratio.
-RATIO_FLOOR = 1e-6
 
 
 @dataclass(frozen=True)
@@ -118,8 +99,8 @@ def evaluate_settings(
     """Return what is kept of the scores and failed (n, cells, flights) of settings (n, unknowns)."""
     ratios = ratio_scores(inference, scores)
     return EvaluatedSettings(
-        values, np.full(len(values), origin), np.median(scores, axis=-1), percentile(scores, inference.published),
-        np.median(ratios, axis=-1), percentile(ratios, published_ratios(inference)), failed.mean(axis=-1),
+        values, np.full(len(values), origin), np.median(scores, axis=-1), percentile_of(inference.published, scores),
+        np.median(ratios, axis=-1), percentile_of(published_ratios(inference), ratios), failed.mean(axis=-1),
     )  # fmt: skip
 
 

@@ -56,7 +56,7 @@ class Relaxation(NamedTuple):
     changes: tuple[tuple[int, float], ...]
 
 
-class Cost(NamedTuple):
+class LimitPrice(NamedTuple):
     """The best value of an objective among all feasible candidates, and without one limit."""
 
     limit: int
@@ -137,7 +137,7 @@ def _relaxation(broken: np.ndarray, limits: Sequence[Limit], candidate: int) -> 
     return Relaxation(candidate, float(row.max(axis=0)), changes)
 
 
-def costs_of(found: Archive, limits: Sequence[Limit]) -> list[Cost]:
+def costs_of(found: Archive, limits: Sequence[Limit]) -> list[LimitPrice]:
     """Return by how much the best value of each objective would fall without each limit, where it would and some are feasible.
 
     Of a hard requirement nothing can be said: what breaks it was not flown.
@@ -151,7 +151,7 @@ def costs_of(found: Archive, limits: Sequence[Limit]) -> list[Cost]:
     for i in range(len(limits)):
         allowed = np.all(np.delete(broken, i, axis=1) <= 0.0, axis=1) & found.flown
         without = found.values[allowed].min(axis=0)
-        costs += [Cost(i, m, float(best[m]), float(without[m])) for m in np.flatnonzero(without < best).tolist()]
+        costs += [LimitPrice(i, m, float(best[m]), float(without[m])) for m in np.flatnonzero(without < best).tolist()]
     return costs
 
 
@@ -212,7 +212,7 @@ def _towards(value: float, limit: Limit) -> str:
 
 
 def cost_texts(
-    costs: Sequence[Cost], limits: Sequence[Limit], labels: Sequence[str], units: Sequence[str]
+    costs: Sequence[LimitPrice], limits: Sequence[Limit], labels: Sequence[str], units: Sequence[str]
 ) -> list[str]:
     """Return what each limit costs in sentences; labels, units: of the objectives."""
     told = []

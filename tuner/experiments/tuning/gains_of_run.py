@@ -1,23 +1,21 @@
 """gains.json of a run: the recommended point with its origin, its held-out values and its margins."""
 
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from objectives.margins.margins import MarginModel
 from objectives.margins.quantities import QUANTITIES, RECORDED
+from objectives.margins.results import Margins
 from plant.cascade import AXES
 from plant.errors import InputError
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary
+from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.tables import margin_model
 from tuner.gains import Controller, to_document
 from tuner.gains.document import seed_entry
 from tuner.gains.sections import DEMAND, DESCRIBING, LINEARISED, PLANT_INPUT
 from tuner.gains.ucum import quantity, ucum
 from tuner.study.processor_cost.cost import gains_rows, tabled
-
-if TYPE_CHECKING:
-    from objectives.margins.margins import MarginModel
-    from objectives.margins.results import Margins
-    from tuner.experiments.tuning.outcome import Outcome
 
 Row = dict[str, Any]
 
@@ -27,7 +25,7 @@ LEVEL, METHOD = 0.95, "bootstrap over flights, studentised where the risk has a 
 DIGITS = 6
 
 
-def gains_document(outcome: "Outcome", summary: Summary) -> Row:
+def gains_document(outcome: Outcome, summary: Summary) -> Row:
     """Return the content of gains.json for the point that a summary shows beside the default.
 
     Where nothing is feasible it says so, and `tuner export` refuses it.
@@ -59,7 +57,7 @@ def gains_document(outcome: "Outcome", summary: Summary) -> Row:
     return to_document(controller, {key: part for key, part in provenance.items() if part}, ranges)
 
 
-def objective_rows(outcome: "Outcome", table: list[ComparedRow | RequiredRow]) -> list[Row]:
+def objective_rows(outcome: Outcome, table: list[ComparedRow | RequiredRow]) -> list[Row]:
     """Return what the flights that decided nothing say; what was sampled comes first, and says how sure it is."""
     keys = {"label", "unit", "kind", "limit", "default", "tuned", "difference", "verdict"}
     rows = [{**row.model_dump(include=keys), "unit": ucum(row.unit)} for row in table]
@@ -69,7 +67,7 @@ def objective_rows(outcome: "Outcome", table: list[ComparedRow | RequiredRow]) -
     return rows
 
 
-def margin_rows(outcome: "Outcome") -> list[Row]:
+def margin_rows(outcome: Outcome) -> list[Row]:
     """Return the margins of the recommended point, loop by loop; none where no steady flight is found."""
     try:
         model = margin_model(outcome)
@@ -80,7 +78,7 @@ def margin_rows(outcome: "Outcome") -> list[Row]:
     return [margin_row(model, margins, channel) for channel in AXES if channel in looped]
 
 
-def margin_row(model: "MarginModel", margins: "Margins", channel: str) -> Row:
+def margin_row(model: MarginModel, margins: Margins, channel: str) -> Row:
     """Return the margins of one loop; what no crossing limits is left out, and everything where the loop is not stable."""
     i = AXES.index(channel)
     stable, case = bool(margins.stable[0, i]), int(margins.sensitivity.case[0, i])

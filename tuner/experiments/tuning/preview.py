@@ -8,8 +8,9 @@ import numpy as np
 from plant.airframes.derived import quantities
 from plant.seeds import generator
 from plant.vehicle import Vehicle
+from tuner.documents.summary import ObstacleRow
 from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows
-from tuner.experiments.tuning.diagnosis import Diagnosis, Obstacle, obstacle_texts
+from tuner.experiments.tuning.diagnosis import Diagnosis, obstacle_texts
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.search.first_generation import latin_hypercube
 from tuner.study.study import Study
@@ -69,7 +70,7 @@ def default_rows(study: Study, diagnosis: Diagnosis) -> list[Row]:
     return rows
 
 
-def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[Obstacle]:
+def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[ObstacleRow]:
     """Return what stands behind the limits that neither the default nor a draw from the ranges keeps."""
     if not study.requirements:
         return []
@@ -87,7 +88,7 @@ def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[Obstacle]:
     return diagnosis.obstacles(points, names, labels)
 
 
-def is_certain(found: Obstacle) -> bool:
+def is_certain(found: ObstacleRow) -> bool:
     """Return whether no search can help: nothing that is searched moves it."""
     return not found.moved_by
 
@@ -115,7 +116,7 @@ def study_preview(asked: Study) -> Row:
         "vehicle": {"name": asked.airframe.name, **vehicle_row(asked.system.vehicle)},
         "trim": trims,
         "default": default_rows(asked, diagnosis),
-        "out_of_reach": [{**entry.row(), "certain": is_certain(entry)} for entry in beyond],
+        "out_of_reach": [{**entry.content(), "certain": is_certain(entry)} for entry in beyond],
         "problems": [*trim_problems(trims), *obstacle_texts(beyond)],
         "warnings": warnings_before_run(asked),
         "told": automatic_limit_texts(asked.constraints),

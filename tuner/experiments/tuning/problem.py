@@ -3,6 +3,7 @@
 from pathlib import Path
 
 from objectives.engine import Engine
+from objectives.margins.curve import is_compiled
 from objectives.memory import FlightMemory
 from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
@@ -54,13 +55,7 @@ def check_searched(study: Study) -> None:
 def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
     """Have the kernel compiled (once for a combination of laws) before anything is timed."""
     ready = problem.flyer.cached and problem.engine.ready(batches(study, SEARCH)[0])
-    if ready and not (study.table.margin and _margins_are_cold()):
+    if ready and (not study.table.margin or is_compiled()):
         return
     with compilation(watcher):
         problem.warm_up(study.default_row, study.scenarios[0].spec)
-
-
-def _margins_are_cold() -> bool:
-    from objectives.margins.curve import is_compiled
-
-    return not is_compiled()

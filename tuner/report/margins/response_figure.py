@@ -5,7 +5,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from plant.cascade import ATTITUDE_AXES
-from tuner.analysis.margins.time_response import Responses
+from tuner.analysis.margins.time_response import LinearResponses
 from tuner.report.charts.paper import grid
 from tuner.report.margins.loop_figures import BAND, RULE, legend, name_of, style_of
 
@@ -13,7 +13,7 @@ from tuner.report.margins.loop_figures import BAND, RULE, legend, name_of, style
 ALIKE = 1e-9
 
 
-def response_figure(panels: dict[tuple[str, ...], Responses], labels: tuple[str, ...]) -> Figure:
+def response_figure(panels: dict[tuple[str, ...], LinearResponses], labels: tuple[str, ...]) -> Figure:
     """Steps of the set point above steps of the load; labels: of the amplitudes, one for loops that depend on none."""
     n = len(panels)
     figure, axes = grid(2 * n, n, 1.9)

@@ -1,8 +1,12 @@
-"""Cost of a controller on one processor."""
+"""Cost of a controller on one processor, and the packaged table of costs.
+
+The table holds the default gains of every pair of laws on the Hummingbird, counted once and for all machines. Counts hang on the
+laws, hardly on the gains, so it stands in where no compiler for a Cortex-M4F is installed, and studies use nothing else: what
+they find must not depend on what is installed. `tuner.exchange.processor_cost.measure` makes it.
+"""
 
 import json
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 from typing import Any
@@ -16,7 +20,7 @@ MEANING = (
 
 
 @dataclass(frozen=True)
-class Cost:
+class ProcessorCost:
     """Counts of a controller in single precision.
 
     instructions_attitude, instructions_step: mean instructions of a step of the three attitude loops, and of the whole
@@ -45,15 +49,6 @@ class Cost:
         """Mean instructions of the cascade a second at a control period [s]."""
         return self.instructions_step / control_period
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the counts as data for JSON."""
-        return asdict(self)
-
-
-def cost_from(values: Mapping[str, Any]) -> Cost:
-    """Return the counts that `as_dict` wrote."""
-    return Cost(**values)
-
 
 CONTROL_PERIOD = 0.004
 FILE = "cortex_m4f.json"
@@ -64,22 +59,22 @@ COUNTED = (
 )  # fmt: skip
 
 
-def tabled(position: str, attitude: str) -> Cost | None:
+def tabled(position: str, attitude: str) -> ProcessorCost | None:
     """Return the packaged cost of a pair of laws, or None for a law that is younger than the table."""
     return _packaged().get((position, attitude))
 
 
 @cache
-def _packaged() -> dict[tuple[str, str], Cost]:
+def _packaged() -> dict[tuple[str, str], ProcessorCost]:
     return read_table(files("tuner.study.processor_cost").joinpath(FILE).read_text(encoding="utf-8"))
 
 
-def read_table(text: str) -> dict[tuple[str, str], Cost]:
+def read_table(text: str) -> dict[tuple[str, str], ProcessorCost]:
     """Return the costs of a table by position law and attitude law."""
     content = json.loads(text)
     shared = {key: content[key] for key in SHARED}
     return {
-        (position, attitude): cost_from(shared | dict(zip(content["columns"], counts, strict=True)))
+        (position, attitude): ProcessorCost(**shared, **dict(zip(content["columns"], counts, strict=True)))
         for position, rows in content["costs"].items()
         for attitude, counts in rows.items()
     }
@@ -97,7 +92,7 @@ def told(position: str, attitude: str, control_period: float) -> str | None:
     )
 
 
-def gains_rows(cost: Cost | None) -> list[dict[str, Any]]:
+def gains_rows(cost: ProcessorCost | None) -> list[dict[str, Any]]:
     """Return the block "cost" of gains.json: instructions of a control step, bytes of code and constants."""
     if cost is None:
         return []

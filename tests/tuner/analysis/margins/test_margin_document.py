@@ -15,7 +15,7 @@ from objectives.margins.trim import Trim
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.again.killing import assert_covered
 from tuner.analysis.margins.document import default_requirements, margins_document, study_requirements
-from tuner.analysis.margins.limits import LIMITS, Limit
+from tuner.analysis.margins.limits import LIMITS, LoopLimit
 from tuner.analysis.margins.readings import subject_of
 from tuner.api.gains import default_gains
 from tuner.cli.main import app
@@ -112,7 +112,7 @@ def test_requirements_are_judged_with_hard_limits_and_soft_targets(document):
 
 @pytest.mark.parametrize(("sense", "inside", "outside"), [("least", 2.0, 1.999), ("most", 2.0, 2.001)])
 def test_a_limit_itself_is_kept(sense, inside, outside):
-    limit = Limit("ms", sense, 2.0)
+    limit = LoopLimit("ms", sense, 2.0)
     assert limit.kept(inside) and not limit.kept(outside)
     assert limit.kept(np.inf) == (sense == "least")
 
