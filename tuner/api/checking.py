@@ -16,7 +16,6 @@ from tuner.api.margins import announce_compilation
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.documents.judgement import JudgementDocument
 from tuner.experiments.planning.preview import preview
-from tuner.experiments.tuning.preview import is_hopeless
 from tuner.experiments.tuning.problem import problem_of, warm_up
 from tuner.gains.examining import Examined, examine
 from tuner.search.watcher import Watcher
@@ -96,8 +95,8 @@ def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
     asked = load_any(path)
     if isinstance(asked, Study) and asked.table.margin:
         announce_compilation(watcher or Watcher())
-    figures = preview(asked)
-    return Checked(figures, isinstance(asked, Study) and is_hopeless(figures))
+    found = preview(asked)
+    return Checked(found.document, found.hopeless)
 
 
 def validate(file: str | Path) -> Checked:

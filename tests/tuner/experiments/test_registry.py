@@ -70,7 +70,7 @@ def test_an_interrupted_experiment_tells_once_what_to_do(tmp_path):
 @pytest.mark.parametrize("name", ["quickstart", "contest", "paper_inference"])
 def test_a_preview_needs_no_flight(name):
     study = load_any(shipped_studies()[name])
-    assert preview(study)["title"] == study.title
+    assert preview(study).document["title"] == study.title
 
 
 def test_a_folder_of_nothing_is_neither_drawn_nor_resumed(tmp_path):

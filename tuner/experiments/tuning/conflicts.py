@@ -8,13 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import ceil, floor, log10
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from objectives.problem import Constraint
 from objectives.requirements import Requirement
 from objectives.scales import Scale
+from tuner.documents.plan import AutomaticLimit
 from tuner.search.loop import Archive, point_name
 
 # Smallest conflicting sets told at most: with many, the limits are hopeless one and all.
@@ -155,10 +156,10 @@ def costs_of(found: Archive, limits: Sequence[Limit]) -> list[LimitPrice]:
     return costs
 
 
-def automatic_rows(constraints: Sequence[Constraint]) -> list[dict[str, Any]]:
-    """Return the limits that the study does not write, as data."""
+def automatic_rows(constraints: Sequence[Constraint]) -> list[AutomaticLimit]:
+    """Return the limits that the study does not write."""
     limits = [limit for limit in limits_of(constraints, ()) if limit.automatic]
-    return [{"label": each.label, "unit": each.unit, "limit": each.limit, "key": each.automatic} for each in limits]
+    return [AutomaticLimit(label=each.label, unit=each.unit, limit=each.limit, key=each.automatic) for each in limits]
 
 
 def automatic_limit_texts(constraints: Sequence[Constraint]) -> list[str]:

@@ -47,7 +47,7 @@ def gains_document(outcome: Outcome, summary: Summary) -> Row:
             "name": study.path.name, "title": study.title, "seed": seed_entry(study.seed), "digest": study.digest(),
             "point": summary.shown, **({} if outcome.feasible else {"feasible": False}),
         },
-        "objectives": objective_rows(outcome, summary.table),
+        "objectives": objective_rows(outcome),
         "margins": margin_rows(outcome),
         "cost": gains_rows(tabled(controller.cascade.position.name, controller.cascade.attitude.name)),
     }  # fmt: skip
@@ -57,14 +57,23 @@ def gains_document(outcome: Outcome, summary: Summary) -> Row:
     return to_document(controller, {key: part for key, part in provenance.items() if part}, ranges)
 
 
-def objective_rows(outcome: Outcome, table: list[ComparedRow | RequiredRow]) -> list[Row]:
+def objective_rows(outcome: Outcome) -> list[Row]:
     """Return what the flights that decided nothing say; what was sampled comes first, and says how sure it is."""
+    sampled = [objective_row(row) for row in outcome.table]
+    flights = [outcome.confirmation.samples(i, row.scenario).shape[-1] for i, row in enumerate(outcome.table)]
+    known = [objective_row(row) for row in outcome.known]
+    return [*[{**row, "interval": interval(n)} for row, n in zip(sampled, flights, strict=True)], *known]
+
+
+def objective_row(row: ComparedRow | RequiredRow) -> Row:
+    """Return one line of the Default / Tuned table as gains.json holds it."""
     keys = {"label", "unit", "kind", "limit", "default", "tuned", "difference", "verdict"}
-    rows = [{**row.model_dump(include=keys), "unit": ucum(row.unit)} for row in table]
-    for i, sampled in enumerate(outcome.table):
-        flights = outcome.confirmation.samples(i, sampled.quantity.scenario).shape[-1]
-        rows[i]["interval"] = {"level": LEVEL, "n": flights, "method": METHOD}
-    return rows
+    return {**row.model_dump(include=keys), "unit": ucum(row.unit)}
+
+
+def interval(flights: int) -> Row:
+    """Return how the intervals over so many flights were made."""
+    return {"level": LEVEL, "n": flights, "method": METHOD}
 
 
 def margin_rows(outcome: Outcome) -> list[Row]:

@@ -6,8 +6,8 @@ from functools import cached_property
 import numpy as np
 
 from objectives.problem import Evaluation, Problem
-from tuner.analysis.held_out import ComparedQuantity, ComparedRequirement, Finalists
-from tuner.documents.summary import ObstacleRow
+from tuner.analysis.held_out import Finalists
+from tuner.documents.summary import ComparedRow, ObstacleRow, RequiredRow
 from tuner.experiments.tuning.conflicts import Conflict, LimitPrice
 from tuner.search.loop import Archive, Generation, archive, point_name
 from tuner.study.study import Study
@@ -31,8 +31,8 @@ class Outcome:
     confirmation: Evaluation
     tuned: int
     why: str
-    table: list[ComparedQuantity]
-    known: list[ComparedRequirement]
+    table: list[ComparedRow]
+    known: list[RequiredRow]
     conflict: Conflict | None
     obstacles: list[ObstacleRow]
     costs: list[LimitPrice]

@@ -1,19 +1,14 @@
 """summary.json of a run: what was found, in numbers that a person or a program can read."""
 
-from math import isfinite
-
 import numpy as np
 
 from objectives.problem import Objective
-from objectives.risk import RISKS
 from objectives.scales import in_file, units_of
 from plant.air.air import summary as air_summary
 from plant.gains import gain_addresses
-from tuner.analysis.held_out import ComparedQuantity, ComparedRequirement
-from tuner.documents.parts import Estimate, SampledValue
+from tuner.documents.parts import Estimate
 from tuner.documents.summary import (
     AirRow,
-    ComparedRow,
     ConflictPart,
     LimitCost,
     Pick,
@@ -21,7 +16,6 @@ from tuner.documents.summary import (
     PickedOn,
     RelaxationRow,
     RelaxedLimit,
-    RequiredRow,
     SearchSeconds,
     Spared,
     Summary,
@@ -67,7 +61,7 @@ def summary_document(outcome: Outcome) -> Summary:
         remarks=remarks(outcome),
         warnings=outcome.warnings,
         variables=variable_rows(outcome),
-        table=table_rows(outcome),
+        table=[*outcome.table, *outcome.known],
         air=[
             AirRow.model_validate(
                 {"scenario": entry.spec.name, **air_summary(entry.spec.air), **trim_entry(entry.spec, study.system)}
@@ -75,15 +69,6 @@ def summary_document(outcome: Outcome) -> Summary:
             for entry in study.scenarios
         ],
     )
-
-
-def table_rows(outcome: Outcome) -> list[ComparedRow | RequiredRow]:
-    """Return the Default / Tuned table: objectives, constraints and requirements."""
-    floors = {entry.objective.label: entry.floor for entry in outcome.study.constraints}
-    return [
-        *[compared_row(row, floors.get(row.quantity.label, "")) for row in outcome.table],
-        *[required_row(row) for row in outcome.known],
-    ]
 
 
 def picked_on(outcome: Outcome) -> PickedOn:
@@ -156,56 +141,6 @@ def cost_row(cost: LimitPrice, limits: list[Limit], objectives: tuple[Objective,
     return LimitCost(
         limit=limits[cost.limit].label, objective=objective.label, unit=objective.metric.unit, **ends
     )  # fmt: skip
-
-
-def compared_row(row: ComparedQuantity, automatic: str) -> ComparedRow:
-    """Return one line of the Default / Tuned table; automatic: key of the study that moves a limit which it does not write."""
-    quantity = row.quantity
-    return ComparedRow(
-        label=quantity.label,
-        metric=quantity.metric.text,
-        definition=quantity.metric.metric.definition,
-        risk=RISKS[quantity.risk.name].definition,
-        scenario=quantity.scenario,
-        unit=quantity.metric.unit,
-        kind="objective" if row.limit is None else "constraint",
-        limit=row.limit,
-        default=sampled(row.default),
-        tuned=sampled(row.tuned),
-        difference=sampled(row.difference),
-        verdict=row.verdict,
-        automatic="" if row.limit is None else automatic,
-    )
-
-
-def sampled(found: SampledValue) -> Estimate:
-    """Return a number with its interval."""
-    return Estimate(*found)
-
-
-def required_row(row: ComparedRequirement) -> RequiredRow:
-    """Return the line of a requirement in SI units: numbers without intervals, null where a value is infinite."""
-    requirement = row.requirement
-    finite = isfinite(row.default) and isfinite(row.tuned)
-    default, tuned = (float(requirement.in_file(value)) for value in (row.default, row.tuned))
-    return RequiredRow(
-        label=requirement.label,
-        quantity=requirement.quantity,
-        **requirement.units(),
-        kind="requirement",
-        limit=float(requirement.in_file(requirement.limit)),
-        sense=requirement.sense,
-        hard=requirement.hard,
-        default=known_value(default),
-        tuned=known_value(tuned),
-        difference=known_value(tuned - default if finite else None),
-        verdict=row.verdict,
-    )
-
-
-def known_value(value: float | None) -> Estimate:
-    """Return a number without an interval; null where it is infinite."""
-    return Estimate(value if value is not None and isfinite(value) else None, None, None)
 
 
 def variable_rows(outcome: Outcome) -> list[VariableRow]:
