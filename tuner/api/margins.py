@@ -19,7 +19,12 @@ from plant.closed_loop import Timing
 from plant.laws import LAWS
 from plant.nominal import nominal
 from plant.vectors import Vec3
-from tuner.analysis.margins.document import default_requirements, margins_document, study_requirements
+from tuner.analysis.margins.document import (
+    certificate_rows,
+    default_requirements,
+    margins_document,
+    study_requirements,
+)
 from tuner.analysis.margins.readings import Subject, subject_of
 from tuner.api import POSITION_LAW
 from tuner.api.flying import prepare
@@ -150,9 +155,6 @@ def margins(
         asked = None if study is None else study_requirements(tuning_study(study, "tuner margins --study"), controller)
         document = margins_document(subject, default_requirements(subject) if asked is None else asked)
         if certificates:
-            # What proves them takes a second to import.
-            from tuner.analysis.margins.document import certificate_rows
-
             document = document.model_copy(update={"certificates": certificate_rows(controller)})
         if folder is not None:
             document = write(document, subject, folder)

@@ -4,7 +4,6 @@ from math import isfinite
 
 import numpy as np
 
-from objectives.certificates import CERTIFICATES, axis_loop
 from objectives.margins.disk import disk_range
 from objectives.margins.period import CHANNELS
 from objectives.margins.quantities import QUANTITIES, REPORTED, MarginQuantity
@@ -194,6 +193,9 @@ def study_requirements(study: Study, controller: Controller) -> list[LimitRow] |
 
 def certificate_rows(controller: Controller) -> list[CertificateRow]:
     """Return what each certificate that applies to an axis proves of it; value None where it proves nothing."""
+    # What proves them takes a second to import.
+    from objectives.certificates import CERTIFICATES, axis_loop
+
     known = nominal(controller.airframe.vehicle, controller.options, controller.control_period)
     timing = Timing(controller.control_period, controller.plant_step)
     rows = []

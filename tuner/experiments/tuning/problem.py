@@ -1,17 +1,12 @@
-"""The problem that a study poses, the flights it is posed on and those that are on record."""
-
-from pathlib import Path
+"""The problem that a study poses and the flights it is posed on."""
 
 from objectives.engine import Engine
 from objectives.margins.curve import is_compiled
 from objectives.memory import FlightMemory
 from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
-from plant.gains import gain_addresses
 from plant.scenarios import SEARCH
 from tuner.search.watcher import Watcher, compilation
-from tuner.store.flights import FlightStore
-from tuner.store.folder import Folder
 from tuner.study.study import Study
 
 
@@ -35,12 +30,6 @@ def problem_of(
         study.system, study.space, study.objectives, study.constraints, study.seed, threads, study.screens, memory,
         engine, model,
     )  # fmt: skip
-
-
-def flight_store(study: Study, folder: Folder | None, others: tuple[Path, ...] = ()) -> FlightStore:
-    """Return the flights of a study in its results folder and in others."""
-    columns = tuple(gain.address for gain in gain_addresses(study.system.cascade))
-    return FlightStore(folder, columns, others)
 
 
 def check_searched(study: Study) -> None:

@@ -22,8 +22,8 @@ from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.gains_of_run import gains_document
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.experiments.tuning.problem import check_searched, flight_store, problem_of, warm_up
-from tuner.experiments.tuning.search import algorithm_of, first_points, search
+from tuner.experiments.tuning.problem import check_searched, problem_of, warm_up
+from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import constraint_table, front_table, margin_table, response_table
 from tuner.search.loop import Search
