@@ -210,7 +210,7 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path) -> StudyScenario
             values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in air[key].items()}
             with located(None, "air"):
                 air[key] = kind(**values)
-    air["window"] = None if air["window"] is None else tuple(air["window"])
+    air |= {"window": None if table.air.window is None else tuple(table.air.window)}
     parts: dict[str, Any] = {}
     for key, kind, fields in (
         ("air", AirSpec, air),

@@ -53,8 +53,9 @@ def contest_from_table(path: Path, table: Table, layers: tuple[Layer, ...] = ())
         published = tuple(judge.published(i, entry) for i, entry in enumerate(added.published))
         claims = tuple(judge.claim(i, entry, published) for i, entry in enumerate(added.claim))
     study = contenders[0].study
-    title = str(table["title"])
-    return Contest(path, title, study.description, study.seed, contenders, published, claims, dict(table))
+    return Contest(
+        path, str(table.get("title")), study.description, study.seed, contenders, published, claims, dict(table)
+    )
 
 
 def checked_tables(model: type[Tables], table: Table, path: Path) -> Tables:
@@ -88,8 +89,9 @@ def _contender(i: int, entry: ContenderTable, shared: Table, path: Path, layers:
     own = entry.tables()
     # Gains of the base may be of another law.
     raw = laid_over(shared, own, (*WHOLE, "gains"))
-    if isinstance(raw.get("title"), str):
-        raw["title"] = f"{raw['title']}: {entry.name}"
+    title = raw.get("title")
+    if isinstance(title, str):
+        raw |= {"title": f"{title}: {entry.name}"}
     try:
         study = study_from_table(path, raw)
     except InputError as error:

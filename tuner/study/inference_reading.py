@@ -53,15 +53,18 @@ def _chosen(contest: Contest, settings: SettingsTable) -> Contest:
         if name not in names:
             raise UnknownNameError("contender", name, names, key=f"inference.contenders[{i}]")
     table = deepcopy(contest.table)
-    table["contender"] = [entry for entry in table["contender"] if entry["name"] in chosen]
-    table["published"] = [
-        {**raw, "contender": [name for name in cell.contenders if name in chosen]}
-        for raw, cell in zip(table.get("published", []), contest.published, strict=True)
-        if any(name in chosen for name in cell.contenders)
-    ]
-    for key in ("claim", *INFERENCE_TABLES):
-        table.pop(key, None)
-    return contest_from_table(contest.path, table)
+    contenders = zip(table.get("contender", []), names, strict=True)
+    published = zip(table.get("published", []), contest.published, strict=True)
+    own = {
+        "contender": [raw for raw, name in contenders if name in chosen],
+        "published": [
+            {**raw, "contender": [name for name in cell.contenders if name in chosen]}
+            for raw, cell in published
+            if any(name in chosen for name in cell.contenders)
+        ],
+    }
+    left = {key: value for key, value in table.items() if key not in ("claim", *INFERENCE_TABLES)}
+    return contest_from_table(contest.path, {**left, **own})
 
 
 def _check_size(inference: Inference) -> None:

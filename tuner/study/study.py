@@ -16,10 +16,9 @@ from plant.airframes import Airframe
 from plant.gains import gain_addresses
 from plant.input_files import read_input_text
 from plant.nominal import ControlOptions
-from plant.references import ReferenceSpec
 from plant.scenarios import ScenarioSpec
 from tuner.gains import VehicleRecord
-from tuner.study.schema import StudyTable
+from tuner.study.schema import StrictTable, StudyTable
 from tuner.text.markup import element, table
 
 
@@ -123,19 +122,17 @@ class Study:
 
     def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
         """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
-        content: dict[str, Any] = {**self._values(), "vehicle": self.system.vehicle}
-        for key in ("title", "description", "airframe", *without):
-            content.pop(key, None)
-        # Its gains count, under "gains".
-        content["controller"].pop("default", None)
         # No limit on cost is as before there were any, and so are automatic limits that ask the usual.
-        if not content["cost"]:
-            content.pop("cost")
-        if self.mission == USUAL:
-            content.pop("mission", None)
-        for scenario in content["scenario"]:
-            scenario["reference"].pop("path", None)
-        return content
+        usual = {"cost": not self.table.cost, "mission": self.mission == USUAL}
+        left = {"title", "description", "airframe", *without, *[key for key, same in usual.items() if same]}
+        content = {
+            **self._values(),
+            # The gains of its default count, under "gains".
+            "controller": _dumped(self.table.controller, {"default"}),
+            "scenario": self._scenarios(paths=False),
+            "vehicle": self.system.vehicle,
+        }
+        return {key: value for key, value in content.items() if key not in left}
 
     def digest(self) -> str:
         """Return a hash of everything that decides the result; titles, sources and paths do not."""
@@ -156,16 +153,26 @@ class Study:
         return element("div", element("strong", self.title), table(("", f"seed {self.seed}"), rows))
 
     def _values(self) -> dict[str, Any]:
-        given = self.table.model_dump(mode="json", by_alias=True)
-        for scenario, entry in zip(given["scenario"], self.scenarios, strict=True):
-            scenario["reference"] = _reference_values(entry.spec.reference, scenario["reference"])
-        variables = [asdict(variable) for variable in self.space.variables]
         return {
-            **given,
-            "airframe": {**given["airframe"], **_airframe_values(self.airframe)},
+            **_dumped(self.table),
+            "scenario": self._scenarios(paths=True),
+            "airframe": {**_dumped(self.table.airframe), **_airframe_values(self.airframe)},
             "gains": {gain.address: self.space.base[gain.column] for gain in gain_addresses(self.system.cascade)},
-            "variables": variables,
+            "variables": [asdict(variable) for variable in self.space.variables],
         }
+
+    def _scenarios(self, paths: bool) -> list[dict[str, Any]]:
+        """Return every value of the scenarios; paths: with those of waypoint files, as given, so that folders can move."""
+        kept = ("path",) if paths else ()
+        return [
+            {
+                **_dumped(table),
+                # Kind, every parameter and the points of a waypoint file.
+                "reference": {"kind": entry.spec.reference.kind, **asdict(entry.spec.reference)}
+                | {key: value for key, value in table.reference.items() if key in kept},
+            }
+            for table, entry in zip(self.table.scenario, self.scenarios, strict=True)
+        ]
 
 
 def _airframe_values(airframe: Airframe) -> dict[str, Any]:
@@ -173,6 +180,5 @@ def _airframe_values(airframe: Airframe) -> dict[str, Any]:
     return {"name": airframe.name, "title": airframe.title, "frame": airframe.frame, "numbers": numbers}
 
 
-def _reference_values(spec: ReferenceSpec, given: dict[str, Any]) -> dict[str, Any]:
-    """Return kind, every parameter and the points of a waypoint file; a path as given, so that folders can move."""
-    return {"kind": spec.kind, **asdict(spec), **{key: given[key] for key in ("path",) if key in given}}
+def _dumped(table: StrictTable, without: set[str] | None = None) -> dict[str, Any]:
+    return table.model_dump(mode="json", by_alias=True, exclude=without)

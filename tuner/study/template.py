@@ -171,6 +171,5 @@ def _moved(table: dict[str, Any], home: Path, away: Path, moves: dict[str, str])
 
     moved = with_paths(table, move)
     # The base of a shipped study is found by its name from everywhere.
-    if isinstance(moved.get("base"), str) and home.resolve() != SHIPPED:
-        moved["base"] = move(moved["base"])
-    return moved
+    base = moved.get("base")
+    return {**moved, "base": move(base)} if isinstance(base, str) and home.resolve() != SHIPPED else moved

@@ -1,10 +1,28 @@
-"""Errors of inner tables with the path to them: `[airframe]` in front of `name`, the file in front of both."""
+"""Places of errors: inner tables with the path to them, `[airframe]` in front of `name` and the file in front of both."""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Any, NamedTuple
+
+from pydantic_core import ErrorDetails
 
 from plant.errors import InputError
+
+
+class Fault(NamedTuple):
+    """A problem that pydantic found: its type, the steps to the value, the value, pydantic's message and what that names."""
+
+    kind: str
+    place: tuple[int | str, ...]
+    given: Any
+    message: str
+    context: dict[str, Any]
+
+    @classmethod
+    def of(cls, found: ErrorDetails) -> "Fault":
+        """Return a problem as pydantic tells it."""
+        return cls(found["type"], found["loc"], found["input"], found["msg"], found.get("ctx", {}))
 
 
 @contextmanager

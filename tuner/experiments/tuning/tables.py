@@ -242,11 +242,10 @@ def flight_of(outcome: Outcome, row: int, inputs: Any) -> Responses:
 def point_table(flown: Responses, point: str, scenario: str, worst: np.ndarray, index: int) -> Any:
     """Return the fans of one point as a long table (pandas); worst (instants, signals): its worst flight."""
     count, signals = len(flown.time), len(SIGNALS)
-    series = {"reference": flown.reference.mean(axis=0)}
-    series |= dict(zip(("low", "median", "high"), flown.fans(), strict=True))
-    series["worst"] = worst
+    low, median, high = flown.fans()
+    series = {"reference": flown.reference.mean(axis=0), "low": low, "median": median, "high": high, "worst": worst}
     columns: dict[str, Any] = {"point": point, "scenario": scenario}
     columns |= {"signal": np.repeat(SIGNALS, count), "unit": np.repeat(UNITS, count)}
-    columns["time"] = np.tile(flown.time, signals)
+    columns |= {"time": np.tile(flown.time, signals)}
     columns |= {name: values.T.ravel().astype(np.float32) for name, values in series.items()}
     return data_frame({**columns, "worst_flight": np.int32(index)})

@@ -222,8 +222,8 @@ def test_out_holds_the_document_with_extents_that_are_printed_too(tmp_path, monk
 
 
 def test_certificates_are_those_that_apply_to_each_axis(monkeypatch):
+    from objectives import certificates
     from objectives.certificates.certificate import Certificate, CertificateInfo
-    from tuner.analysis.margins import certificates
 
     info = CertificateInfo(
         "mine", "title", "source", frozenset({"pid"}), lambda _: Certificate(2.0, "s", True, "because")
