@@ -111,7 +111,7 @@ def test_a_conflict_with_one_says_so_and_names_the_key(tmp_path):
     (sentence, *_) = conflict_texts(conflict, limits)
     assert f"{LABEL} at most 0.6062 m (automatic: mission.followed)" in sentence
     assert "mean(failure) at most 0 " in sentence and sentence.count("automatic") == 1
-    assert automatic_limit_texts(study.constraints) == [
+    assert automatic_limit_texts(study.automatic_limits) == [
         f"Automatic limit: {LABEL} at most 0.6062 m (automatic: mission.followed)."
     ]
 

@@ -8,9 +8,8 @@ from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.resolved import Resolved
 from tuner.experiments.contest.document import contest_document
 from tuner.experiments.contest.flying import fly_groups
-from tuner.experiments.contest.records import response_tables, wind_table
 from tuner.experiments.contest.result import Result, groups_of, judge_contest
-from tuner.experiments.contest.tables import fronts_table, listed_table, scores_table
+from tuner.experiments.contest.tables import fronts_table, listed_table, response_tables, scores_table, wind_table
 from tuner.experiments.contest.tuning import Prepared, prepare
 from tuner.experiments.experiment import Experiment
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
@@ -35,7 +34,7 @@ class ContestRun(Experiment[Contest, Result]):
     @classmethod
     def notes(cls, study: Contest) -> list[str]:
         """Say which limits the study does not write."""
-        return automatic_limit_texts(study.base.constraints)
+        return automatic_limit_texts(study.base.automatic_limits)
 
     def contenders(self) -> Sequence[Prepared]:
         """Tune every contender that has something to tune, one after the other."""

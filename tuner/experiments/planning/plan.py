@@ -97,7 +97,7 @@ def plan_document(study: Study, pilot: Pilot, compile_seconds: float | None, sha
         disk_bytes_at_most=disk_of(study, pilot),
         difference_percent=100.0 * share,
         objectives=objectives,
-        automatic_limits=automatic_rows(study.constraints),
+        automatic_limits=automatic_rows(study.automatic_limits),
         warnings=warnings(study, pilot, objectives, share),
     )
 

@@ -128,7 +128,7 @@ def study_preview(asked: Study) -> Preview:
         "variables": len(asked.space.variables),
         "objectives": [objective.label for objective in asked.objectives],
         "constraints": [entry.objective.label for entry in asked.constraints],
-        "automatic_limits": [row.content() for row in automatic_rows(asked.constraints)],
+        "automatic_limits": [row.content() for row in automatic_rows(asked.automatic_limits)],
         "requirements": [requirement.label for requirement in asked.requirements],
         "search_flights": search_flights(asked),
         "digest": asked.digest(),
@@ -138,7 +138,7 @@ def study_preview(asked: Study) -> Preview:
         "out_of_reach": [{**entry.content(), "certain": is_certain(entry)} for entry in beyond],
         "problems": [*trim_problems(held), *obstacle_texts(beyond)],
         "warnings": warnings_before_run(asked),
-        "told": automatic_limit_texts(asked.constraints),
+        "told": automatic_limit_texts(asked.automatic_limits),
     }  # fmt: skip
     return Preview(document, is_hopeless(asked, held, beyond))
 

@@ -156,15 +156,17 @@ def costs_of(found: Archive, limits: Sequence[Limit]) -> list[LimitPrice]:
     return costs
 
 
-def automatic_rows(constraints: Sequence[Constraint]) -> list[AutomaticLimit]:
-    """Return the limits that the study does not write."""
-    limits = [limit for limit in limits_of(constraints, ()) if limit.automatic]
-    return [AutomaticLimit(label=each.label, unit=each.unit, limit=each.limit, key=each.automatic) for each in limits]
+def automatic_rows(automatic: Sequence[Constraint]) -> list[AutomaticLimit]:
+    """Return limits that the study does not write as rows."""
+    return [
+        AutomaticLimit(label=each.label, unit=each.unit, limit=each.limit, key=each.automatic)
+        for each in limits_of(automatic, ())
+    ]
 
 
-def automatic_limit_texts(constraints: Sequence[Constraint]) -> list[str]:
+def automatic_limit_texts(automatic: Sequence[Constraint]) -> list[str]:
     """Return a sentence for each limit that the study does not write."""
-    return [f"Automatic limit: {limit.text}." for limit in limits_of(constraints, ()) if limit.automatic]
+    return [f"Automatic limit: {limit.text}." for limit in limits_of(automatic, ())]
 
 
 def conflict_texts(conflict: Conflict, limits: Sequence[Limit], default: int | None = None) -> list[str]:

@@ -55,7 +55,7 @@ class TuningRun(Experiment[Study, Outcome]):
     def notes(cls, study: Study) -> list[str]:
         """Say what a steady wind takes and which limits the study does not write."""
         specs = [entry.spec for entry in study.scenarios]
-        return [*trim_texts(specs, study.system), *automatic_limit_texts(study.constraints)]
+        return [*trim_texts(specs, study.system), *automatic_limit_texts(study.automatic_limits)]
 
     @classmethod
     @contextmanager
