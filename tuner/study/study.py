@@ -16,6 +16,7 @@ from plant.airframes import Airframe
 from plant.gains import gain_addresses
 from plant.input_files import read_input_text
 from plant.nominal import ControlOptions
+from plant.references import ReferenceSpec
 from plant.scenarios import ScenarioSpec
 from tuner.gains import VehicleRecord
 from tuner.study.schema import StrictTable, StudyTable
@@ -163,14 +164,8 @@ class Study:
 
     def _scenarios(self, paths: bool) -> list[dict[str, Any]]:
         """Return every value of the scenarios; paths: with those of waypoint files, as given, so that folders can move."""
-        kept = ("path",) if paths else ()
         return [
-            {
-                **_dumped(table),
-                # Kind, every parameter and the points of a waypoint file.
-                "reference": {"kind": entry.spec.reference.kind, **asdict(entry.spec.reference)}
-                | {key: value for key, value in table.reference.items() if key in kept},
-            }
+            {**_dumped(table), "reference": _reference_values(entry.spec.reference, table.reference, paths)}
             for table, entry in zip(self.table.scenario, self.scenarios, strict=True)
         ]
 
@@ -178,6 +173,12 @@ class Study:
 def _airframe_values(airframe: Airframe) -> dict[str, Any]:
     numbers = {key: entry._asdict() for key, entry in airframe.sources.items()}
     return {"name": airframe.name, "title": airframe.title, "frame": airframe.frame, "numbers": numbers}
+
+
+def _reference_values(spec: ReferenceSpec, given: dict[str, Any], paths: bool) -> dict[str, Any]:
+    """Return kind, every parameter and the points of a waypoint file; paths: with its path as given."""
+    values = {"kind": spec.kind, **asdict(spec), **{key: value for key, value in given.items() if key == "path"}}
+    return {key: value for key, value in values.items() if paths or key != "path"}
 
 
 def _dumped(table: StrictTable, without: set[str] | None = None) -> dict[str, Any]:
