@@ -8,7 +8,7 @@ from pathlib import Path
 import pytest
 
 from tuner.cli.main import app
-from tuner.study.schema import Table
+from tuner.study.schema import StrictTable
 
 ROOT = Path(__file__).parents[1]
 
@@ -34,7 +34,7 @@ def tables(model):
     """The tables of a study file below a model, that one first."""
     yield model
     inner = {name for entry in model.model_fields.values() for name in TABLES.findall(str(entry.annotation))}
-    for table in Table.__subclasses__():
+    for table in StrictTable.__subclasses__():
         if table.__name__ in inner:
             yield from tables(table)
 

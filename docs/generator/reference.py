@@ -10,16 +10,15 @@ from schema_tables import Document, Row, Section, attribute_docstrings, cell, wr
 from typer.testing import CliRunner
 
 from tuner.cli.main import app
-from tuner.study.contest_schema import ContestTable
-from tuner.study.inference_schema import InferenceTable
-from tuner.study.schema import StudyTable, Table
+from tuner.study.contest_schema import ContestTable, InferenceTable
+from tuner.study.schema import StrictTable, StudyTable
 
 KINDS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("Tuning", StudyTable),
     ("Contest", ContestTable),
     ("Inference", InferenceTable),
 )
-MEANINGS = {table.__name__: attribute_docstrings(table) for table in Table.__subclasses__()}
+MEANINGS = {table.__name__: attribute_docstrings(table) for table in StrictTable.__subclasses__()}
 """Meanings of the keys of each table, by the name of its class."""
 CHOICES = {
     "laws": "Control laws", "airframes": "Airframes", "references": "References", "metrics": "Metrics", "risks": "Risk measures",

@@ -35,14 +35,14 @@ class NoDrawing:
 
 def run_small(folder, threads=2, reuse=(), drawn=False, **changes):
     """Run the quickstart with few candidates and flights; its figures are blank unless they are to be drawn."""
-    from tuner.experiments.tuning.run import run_study
+    from tuner.experiments.tuning.run import TuningRun
     from tuner.search.watcher import Watcher
     from tuner.store.folder import Folder
     from tuner.study import load_study
 
     study = load_study(QUICKSTART, {**SMALL, **{key.replace("__", "."): value for key, value in changes.items()}})
     with nullcontext() if drawn else undrawn():
-        return run_study(study, Folder.create(folder), Watcher(), threads, reuse)
+        return TuningRun(study, Folder.create(folder), Watcher(), threads, reuse).carry_out()
 
 
 @pytest.fixture(scope="session")

@@ -9,12 +9,14 @@ those on fresh flights both in 93 to 95 %.
 """
 
 from dataclasses import dataclass
+from math import isfinite
 
 import numpy as np
 
 from objectives.problem import Evaluation, Objective, Problem
 from objectives.requirements import Requirement
 from objectives.risk import (
+    RISKS,
     PairedDifference,
     Risk,
     bootstrap_interval,
@@ -25,50 +27,14 @@ from objectives.risk import (
     within,
 )
 from plant.seeds import generator
-from tuner.documents.parts import SampledValue
+from tuner.documents.parts import Estimate, SampledValue
+from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.search.front import non_dominated
 
 # Bootstrap replicates for the error bars of the front, and for the Default / Tuned table.
 FRONT_REPLICATES, TABLE_REPLICATES = 400, 2000
 # Relative difference of two values that are the same within rounding.
 SAME = 1e-9
-
-
-@dataclass(frozen=True)
-class Comparison:
-    """One quantity of the tuned point against the default; difference: tuned minus default, paired over scenarios."""
-
-    quantity: Objective
-    limit: float | None
-    default: SampledValue
-    tuned: SampledValue
-    difference: SampledValue
-
-    @property
-    def verdict(self) -> str:
-        """Say in words what the interval of the difference, or the limit, allows to say."""
-        if self.limit is not None:
-            return "kept" if self.tuned.value <= self.limit else "broken"
-        # The same gains, decoded from a point of the unit cube, differ in the last digit.
-        if abs(self.difference.value) <= SAME * abs(self.default.value):
-            return "no clear difference"
-        if self.difference.high < 0.0:
-            return "better"
-        return "worse" if self.difference.low > 0.0 else "no clear difference"
-
-
-@dataclass(frozen=True)
-class KnownComparison:
-    """One requirement of the tuned point against the default: numbers without intervals, for nothing was sampled."""
-
-    requirement: Requirement
-    default: float
-    tuned: float
-
-    @property
-    def verdict(self) -> str:
-        """Say whether the tuned point keeps it."""
-        return "kept" if self.requirement.kept(np.array([self.tuned]))[0] else "broken"
 
 
 @dataclass(frozen=True)
@@ -193,27 +159,94 @@ def share_non_dominated(replicates: np.ndarray) -> np.ndarray:
     return np.mean(np.array(kept, dtype=float).reshape(-1, len(replicates)), axis=0) if kept else np.zeros(0)
 
 
-def compare(problem: Problem, flown: Evaluation, root: int) -> list[Comparison]:
+def compare(problem: Problem, flown: Evaluation, root: int) -> list[ComparedRow]:
     """Compare the second row of an evaluation with the first on every objective and constraint, flight by flight."""
     rows = []
-    limits = [None] * len(problem.objectives) + [constraint.most for constraint in problem.constraints]
+    asked = [(None, "")] * len(problem.objectives) + [(entry.most, entry.floor) for entry in problem.constraints]
     drawn = resampled_scenarios(generator(root, "bootstrap/table", 0), TABLE_REPLICATES, flown.origin)
-    for i, (quantity, limit) in enumerate(zip(problem.quantities, limits, strict=True)):
+    for i, (quantity, (limit, automatic)) in enumerate(zip(problem.quantities, asked, strict=True)):
         samples = flown.samples(i, quantity.scenario)
         part = within(drawn, flown.origin, quantity.scenario)
         values = quantity.risk.apply(samples)
         low, high = interval_on(samples, quantity.risk, part)
-        paired = paired_difference_on(samples[1], samples[0], quantity.risk, part)
-        default, best = (SampledValue(float(values[k]), float(low[k]), float(high[k])) for k in (0, 1))
-        difference = SampledValue(float(paired.difference), float(paired.low), float(paired.high))
-        rows.append(Comparison(quantity, limit, default, best, difference))
+        default, tuned = (Estimate(float(values[k]), float(low[k]), float(high[k])) for k in (0, 1))
+        apart = SampledValue(*map(float, paired_difference_on(samples[1], samples[0], quantity.risk, part)))
+        rows.append(compared_row(quantity, default, tuned, apart, limit, automatic))
     return rows
 
 
-def compare_known(problem: Problem, flown: Evaluation) -> list[KnownComparison]:
+def compared_row(
+    quantity: Objective,
+    default: Estimate,
+    tuned: Estimate,
+    difference: SampledValue,
+    limit: float | None = None,
+    automatic: str = "",
+) -> ComparedRow:
+    """Return one line of the Default / Tuned table.
+
+    difference: tuned minus default, paired over scenarios. automatic: key of the study that moves a limit which it does not
+    write.
+    """
+    if limit is None:
+        verdict = verdict_on(float(default.value or 0.0), difference)
+    else:
+        verdict = "kept" if float(tuned.value or 0.0) <= limit else "broken"
+    return ComparedRow(
+        label=quantity.label,
+        metric=quantity.metric.text,
+        definition=quantity.metric.metric.definition,
+        risk=RISKS[quantity.risk.name].definition,
+        scenario=quantity.scenario,
+        unit=quantity.metric.unit,
+        kind="objective" if limit is None else "constraint",
+        limit=limit,
+        default=default,
+        tuned=tuned,
+        difference=Estimate(*difference),
+        verdict=verdict,
+        automatic=automatic,
+    )
+
+
+def verdict_on(default: float, difference: SampledValue) -> str:
+    """Say in words what the interval of a difference to the default's value allows to say."""
+    # The same gains, decoded from a point of the unit cube, differ in the last digit.
+    if abs(difference.value) <= SAME * abs(default):
+        return "no clear difference"
+    if difference.high < 0.0:
+        return "better"
+    return "worse" if difference.low > 0.0 else "no clear difference"
+
+
+def compare_known(problem: Problem, flown: Evaluation) -> list[RequiredRow]:
     """Compare the second row of an evaluation with the first on every requirement."""
     default, tuned = flown.requirements
     return [
-        KnownComparison(requirement, float(default[i]), float(tuned[i]))
+        required_row(requirement, float(default[i]), float(tuned[i]))
         for i, requirement in enumerate(problem.requirements)
     ]
+
+
+def required_row(requirement: Requirement, default: float, tuned: float) -> RequiredRow:
+    """Return the line of a requirement in SI units: numbers without intervals, null where a value is infinite."""
+    finite = isfinite(default) and isfinite(tuned)
+    first, second = (float(requirement.in_file(value)) for value in (default, tuned))
+    return RequiredRow(
+        label=requirement.label,
+        quantity=requirement.quantity,
+        **requirement.units(),
+        kind="requirement",
+        limit=float(requirement.in_file(requirement.limit)),
+        sense=requirement.sense,
+        hard=requirement.hard,
+        default=known_value(first),
+        tuned=known_value(second),
+        difference=known_value(second - first if finite else None),
+        verdict="kept" if requirement.kept(np.array([tuned]))[0] else "broken",
+    )
+
+
+def known_value(value: float | None) -> Estimate:
+    """Return a number without an interval; null where it is infinite."""
+    return Estimate(value if value is not None and isfinite(value) else None, None, None)

@@ -1,14 +1,24 @@
 """Monte Carlo fans: what the axes and rotors do over many scenarios, as 5 %, 50 % and 95 % at every instant."""
 
 from dataclasses import dataclass
+from math import cos, radians
 from typing import Any
 
 import numpy as np
 
+from objectives.system import System
+from plant.air.spec import AirSpec
+from plant.attitude import euler_angles
+from plant.backends.array import rebinder
 from plant.backends.flyer import FlightInputs, Flyer
-from plant.closed_loop import ClosedLoop
-from plant.nominal import Nominal
+from plant.closed_loop import ClosedLoop, Limits, Timing
+from plant.nominal import Nominal, nominal
 from plant.records import rows
+from plant.references.steps import Steps
+from plant.scenarios import ScenarioSpec
+from plant.vectors import Quaternion
+from tuner.gains import Controller
+from tuner.store.folder import data_frame, stacked
 
 SIGNALS = ("x", "y", "z", "roll", "pitch", "yaw", "rotor1", "rotor2", "rotor3", "rotor4")
 UNITS = ("m", "m", "m", "rad", "rad", "rad", "1", "1", "1", "1")
@@ -55,23 +65,17 @@ def signals(loop: ClosedLoop, trace: np.ndarray, nominal: Nominal) -> np.ndarray
 
 
 def _euler(q: np.ndarray) -> np.ndarray:
-    from plant.attitude import euler_angles
-    from plant.backends.array import rebinder
-    from plant.vectors import Quaternion
-
     angles = rebinder()(euler_angles)(Quaternion(*np.moveaxis(q, -1, 0)))
     return np.stack([angles.x, angles.y, np.unwrap(angles.z, axis=1)], axis=-1)
 
 
 def fan_table(responses: Responses, point: str, scenario: str) -> Any:
     """Return the fans as a long table (pandas): one row for each signal and instant."""
-    import pandas as pd
-
     low, median, high = responses.fans()
     reference = responses.reference.mean(axis=0)
     n = len(responses.time)
     parts = [
-        pd.DataFrame(
+        data_frame(
             {
                 "point": point, "scenario": scenario, "signal": signal, "unit": unit, "time": responses.time,
                 "reference": reference[:n, i], "low": low[:, i], "median": median[:, i], "high": high[:, i],
@@ -79,4 +83,20 @@ def fan_table(responses: Responses, point: str, scenario: str) -> Any:
         )
         for i, (signal, unit) in enumerate(zip(SIGNALS, UNITS, strict=True))
     ]  # fmt: skip
-    return pd.concat(parts, ignore_index=True)
+    return stacked(parts)
+
+
+SCENARIO = ScenarioSpec(
+    "steps in a fresh breeze", 10.0, Steps(x=1.0, y=-1.0, z=0.5, yaw_deg=20.0, time=0.5), AirSpec(intensity="light"),
+)  # fmt: skip
+"""Default scenario of commands without a study: one metre steps and a turn of 20 deg in a fresh breeze at 10 m, for 10 s."""
+LIMITS = Limits(5.0, cos(radians(80.0)))
+"""Largest position error [m] and cosine of the largest tilt."""
+
+
+def system_of(controller: Controller, limits: Limits = LIMITS) -> System:
+    """Return a controller on its own airframe as a system; limits: beyond them a flight has failed."""
+    vehicle = controller.airframe.vehicle
+    knowledge = nominal(vehicle, controller.options, controller.control_period)
+    timing = Timing(controller.control_period, controller.plant_step)
+    return System(vehicle, controller.cascade, knowledge, limits, timing)

@@ -16,7 +16,7 @@ from tuner.api.margins import announce_compilation
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.documents.judgement import JudgementDocument
 from tuner.experiments.planning.preview import Preview, preview
-from tuner.experiments.tuning.preview import StudyPreview, is_hopeless
+from tuner.experiments.planning.study_preview import StudyPreview, is_hopeless
 from tuner.experiments.tuning.problem import problem_of, warm_up
 from tuner.gains.examining import Examined, examine
 from tuner.search.watcher import Watcher
@@ -100,6 +100,7 @@ def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
         announce_compilation(watcher or Watcher())
     found = preview(asked)
     return Checked(found.kind, found, isinstance(found, StudyPreview) and is_hopeless(found))
+    return Checked(found.document, found.hopeless)
 
 
 def validate(file: str | Path) -> Checked:

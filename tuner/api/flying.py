@@ -13,8 +13,7 @@ from objectives.problem import FlightBatch, Objective, Problem, System
 from objectives.risk import Risk
 from plant.errors import InputError
 from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
-from tuner.analysis.default_scenario import LIMITS, SCENARIO, system_of
-from tuner.analysis.responses import Responses, fan_table, fly_responses
+from tuner.analysis.responses import LIMITS, SCENARIO, Responses, fan_table, fly_responses, system_of
 from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import GainsLike, as_gains
 from tuner.api.studies import StudyLike, tuning_study

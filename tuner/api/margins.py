@@ -20,9 +20,13 @@ from plant.closed_loop import Timing
 from plant.laws import LAWS
 from plant.nominal import nominal
 from plant.vectors import Vec3
-from tuner.analysis.margins.document import default_requirements, margins_document
+from tuner.analysis.margins.document import (
+    certificate_rows,
+    default_requirements,
+    margins_document,
+    study_requirements,
+)
 from tuner.analysis.margins.readings import Subject, subject_of
-from tuner.analysis.margins.study_limits import study_requirements
 from tuner.api import POSITION_LAW
 from tuner.api.flying import prepare
 from tuner.api.frames import Documented, figures, frame, shown
@@ -36,8 +40,7 @@ from tuner.search.watcher import Watcher
 from tuner.store.document import DocumentPart
 from tuner.store.folder import Folder
 from tuner.study.guarantees import rate_from_observer
-from tuner.study.processor_cost.cost import MEANING
-from tuner.study.processor_cost.table import tabled
+from tuner.study.processor_cost.cost import MEANING, tabled
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -152,9 +155,6 @@ def margins(
         asked = None if study is None else study_requirements(tuning_study(study, "tuner margins --study"), controller)
         document = margins_document(subject, default_requirements(subject) if asked is None else asked)
         if certificates:
-            # What proves them takes a second to import.
-            from tuner.analysis.margins.certificates import certificate_rows
-
             document = document.model_copy(update={"certificates": certificate_rows(controller)})
         if folder is not None:
             document = write(document, subject, folder)
@@ -367,5 +367,5 @@ def cost_row(controller: Controller, measure: bool) -> CostRow:
         control_period=NumberWithUnit(value=controller.control_period, unit="s"),
         instructions_per_second=cost.per_second(controller.control_period),
         measured=known is None,
-        **cost.as_dict(),
+        **vars(cost),
     )

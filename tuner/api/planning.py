@@ -35,7 +35,7 @@ class Plan(Documented):
     @property
     def notes(self) -> list[str]:
         """Sentences on limits that a study does not write."""
-        return automatic_limit_texts(self.study.constraints) if isinstance(self.study, Study) else []
+        return automatic_limit_texts(self.study.automatic_limits) if isinstance(self.study, Study) else []
 
     @cached_property
     def table(self) -> "pd.DataFrame":

@@ -1,6 +1,6 @@
 """Verification of an export: gains, margins and flights of a controller before and after rounding to a target's resolution.
 
-Both fly the usual flight (`tuner.analysis.default_scenario`) through the same turbulence, on a stream that no search
+Both fly the usual flight (`tuner.analysis.responses`) through the same turbulence, on a stream that no search
 and no check has seen.
 """
 
@@ -17,9 +17,9 @@ from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.seeds import generator
 from plant.vectors import Vec3
-from tuner.analysis.default_scenario import SCENARIO, system_of
 from tuner.analysis.margins.document import default_requirements
 from tuner.analysis.margins.readings import subject_of
+from tuner.analysis.responses import SCENARIO, system_of
 from tuner.documents.export import (
     FilteredLoop,
     GyroFilterPart,

@@ -6,7 +6,7 @@ carries a note on how.
 """
 
 from abc import ABC, abstractmethod
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from time import perf_counter
@@ -39,6 +39,10 @@ class Experiment(ABC, Generic[Asked, Found]):
     """Folder that is made in a new results folder."""
     resumable: ClassVar[bool] = True
     """Whether run.json and inputs/ are written, from which an interrupted run goes on."""
+    draw_figures: ClassVar[Callable[[Path], object]]
+    """Writes figures/ of a results folder from its documents."""
+    draw_page: ClassVar[Callable[[Path], object]]
+    """Writes report.html of a results folder from its documents."""
     options: ClassVar[frozenset[str]] = frozenset()
     """Options that a run of this kind takes besides threads: "reuse", "dask", "backend", "budget", "here"."""
 
@@ -132,9 +136,13 @@ class Experiment(ABC, Generic[Asked, Found]):
     def write_documents(self, found: Found) -> None:
         """Write documents and tables."""
 
-    @staticmethod
-    def draw(path: Path, watcher: Watcher) -> None:
-        """Draw figures and report of a results folder from its documents; nothing for a kind that has none."""
+    @classmethod
+    def draw(cls, path: Path, watcher: Watcher) -> None:
+        """Draw figures and report of a results folder from its documents."""
+        watcher.on_writing("figures")
+        cls.draw_figures(path)
+        watcher.on_writing("report")
+        cls.draw_page(path)
 
     def write(self, found: Found) -> None:
         """Write documents and tables, then figures and report."""

@@ -5,13 +5,13 @@ from pathlib import Path
 from typing import Any
 
 from plant.errors import InputError, StoreError
+from tuner.documents.opening import open_results
 from tuner.engines.cuda import LANES, check
 from tuner.experiments.compare.run import ComparisonRun
 from tuner.experiments.contest.run import ContestRun
 from tuner.experiments.experiment import DRAWN, Experiment, default_folder
 from tuner.experiments.inference.run import InferenceRun
-from tuner.experiments.tuning.judgement import JudgementRun
-from tuner.experiments.tuning.run import TuningRun
+from tuner.experiments.tuning.run import JudgementRun, TuningRun
 from tuner.search.watcher import Watcher
 from tuner.store.advice import kind_of
 from tuner.store.folder import Folder
@@ -147,8 +147,6 @@ def folder_kind(path: Path) -> ExperimentKind | None:
 
 def draw(path: Path, watcher: Watcher | None = None) -> Path:
     """Draw figures and report of a finished results folder again and return the page; StoreError where it is none."""
-    from tuner.documents.opening import open_results
-
     kind = folder_kind(path)
     if kind is None or not (path / kind.document).exists():
         raise StoreError(f"{path} is no finished results folder: it holds no summary.json")

@@ -31,14 +31,14 @@ class Budget:
 
 
 @dataclass(frozen=True)
-class Sensitivity:
+class SensitivityOutcome:
     """An analysis and its document, the content of sensitivity.json."""
 
     analysis: Analysis
     document: SensitivityDocument
 
 
-class SensitivityRun(Experiment[Study, Sensitivity]):
+class SensitivityRun(Experiment[Study, SensitivityOutcome]):
     """A sensitivity analysis with `base` samples, in a results folder or in none."""
 
     kind = "sensitivity"
@@ -61,23 +61,23 @@ class SensitivityRun(Experiment[Study, Sensitivity]):
         """Have the kernel compiled."""
         warm_up(self.problem, self.study, self.watcher)
 
-    def fly(self) -> Sensitivity:
+    def fly(self) -> SensitivityOutcome:
         """Fly all samples and analyse what they give."""
         study, begin = self.study, perf_counter()
         expected = budget(self.problem, study, self.base)
         self.watcher.on_message(announcement(study, expected, self.base, self.problem.flyer.threads))
         self.watcher.on_stage("Sampling", expected.flights)
         analysis = study_sensitivity(self.problem, study, self.base, self.watcher.on_flights_done)
-        return Sensitivity(analysis, sensitivity_document(study, analysis, perf_counter() - begin))
+        return SensitivityOutcome(analysis, sensitivity_document(study, analysis, perf_counter() - begin))
 
-    def write_documents(self, found: Sensitivity) -> None:
+    def write_documents(self, found: SensitivityOutcome) -> None:
         """Write sensitivity.json and the tables of indices, variances and samples."""
         self.folder.write_json("sensitivity.json", found.document)
         self.folder.write_table("indices.csv", index_table(self.study, found.analysis))
         self.folder.write_table("variance.csv", variance_table(self.study, found.analysis))
         self.folder.write_table("samples.csv", sample_table(self.study, found.analysis))
 
-    def write(self, found: Sensitivity) -> None:
+    def write(self, found: SensitivityOutcome) -> None:
         """Write documents, tables and the figure."""
         from tuner.report.sensitivity_figure import write_figure
 
@@ -88,7 +88,7 @@ class SensitivityRun(Experiment[Study, Sensitivity]):
 
 def analyse_sensitivity(
     study: Study, samples: int, out: Path | None = None, watcher: Watcher | None = None, threads: int | None = None
-) -> Sensitivity:
+) -> SensitivityOutcome:
     """Analyse a study, base number of samples a power of two; out: a new folder to write tables and figure to, or None.
 
     Raises InputError where the study searches nothing or the number is none.

@@ -9,7 +9,7 @@ from tuner.report.answer_section import metric_anchor
 from tuner.report.page import folded, folded_text, wide
 from tuner.report.words import law_title
 from tuner.store.environment import Environment
-from tuner.study.processor_cost.words import told
+from tuner.study.processor_cost.cost import told
 from tuner.text.markup import Markup, coded, described, element, join, table
 from tuner.text.numbers import MISSING, count, duration, significant
 from tuner.text.units import marked_up

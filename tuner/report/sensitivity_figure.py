@@ -6,8 +6,7 @@ import numpy as np
 
 from tuner.analysis.sensitivity.analysis import Analysis
 from tuner.analysis.sensitivity.document import FAILURE, outputs
-from tuner.analysis.sensitivity.indices import Spans
-from tuner.analysis.sensitivity.scales import RANK
+from tuner.analysis.sensitivity.indices import RANK, Spans
 from tuner.report.charts.chart import Axis, Bars, Panel, row_axis
 from tuner.report.charts.look import Look
 from tuner.report.charts.paper import Figure, figure_of, save, style

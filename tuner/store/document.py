@@ -11,11 +11,12 @@ from pathlib import Path
 from typing import Annotated, Any, Self
 
 from pydantic import BaseModel, ConfigDict, ValidationError
-from pydantic_core import CoreSchema, ErrorDetails, core_schema
+from pydantic_core import CoreSchema, core_schema
 
 from plant.errors import StoreError
 from plant.input_files import read_input_text
 from tuner.store.advice import kind_of, mend
+from tuner.text.input_errors import Fault
 
 
 @dataclass(frozen=True)
@@ -91,12 +92,11 @@ def read_text(file: Path) -> str:
 
 def explained(error: ValidationError, text: str) -> str:
     """Return the first thing that is wrong with the text of a document, as the beginning of a sentence."""
-    found = error.errors(include_url=False)[0]
-    if found["type"] == "json_invalid":
-        return _not_json(text, found["msg"])
+    found = Fault.of(error.errors(include_url=False)[0])
+    kind, given, context = found.kind, found.given, found.context
+    if kind == "json_invalid":
+        return _not_json(text, found.message)
     key = _key(found, json.loads(text))
-    kind, given = found["type"], found["input"]
-    context = found.get("ctx", {})
     if kind == "missing":
         return f"the key '{key}' is missing"
     if kind == "extra_forbidden":
@@ -136,15 +136,15 @@ def _not_json(text: str, otherwise: str) -> str:
     return f"not JSON ({otherwise:.80})"
 
 
-def _key(found: ErrorDetails, content: Any) -> str:
+def _key(found: Fault, content: Any) -> str:
     """Return the dotted place of an error; steps that stand for a choice of the model and not for a key are left out."""
     key = ""
-    for step in found["loc"]:
+    for step in found.place:
         if isinstance(step, int):
             key, content = f"{key}[{step}]", content[step]
         elif isinstance(content, dict) and step in content:
             key, content = _below(key, step), content[step]
-    return _below(key, str(found["loc"][-1])) if found["type"] == "missing" else key
+    return _below(key, str(found.place[-1])) if found.kind == "missing" else key
 
 
 def _below(key: str, name: str) -> str:

@@ -15,6 +15,8 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 
 from objectives.meters import Meters
 from objectives.system import FlightBatch
@@ -32,7 +34,7 @@ RESULTS = (*paths(Meters), "status", "end_time")
 
 
 @dataclass(frozen=True)
-class Block:
+class StoredFlights:
     """Consecutive flights of one gains row in one scenario: `count` rows of a file from `row` on, flights from `first` on."""
 
     file: Path
@@ -61,7 +63,7 @@ class FlightStore:
     def __init__(self, folder: Folder | None, columns: tuple[str, ...], others: tuple[Path, ...] = ()) -> None:
         self._folder = folder
         self._columns = columns
-        self._blocks: dict[tuple[str, bytes], list[Block]] = {}
+        self._blocks: dict[tuple[str, bytes], list[StoredFlights]] = {}
         self._held: OrderedDict[Path, Array] = OrderedDict()
         self._waiting: list[Kept] = []
         self._generations = 0
@@ -151,9 +153,6 @@ def digest_of(content: bytes) -> str:
 
 def encoded(kept: list[Kept], columns: tuple[str, ...]) -> bytes:
     """Return flights as the bytes of a Parquet file, block after block."""
-    import pyarrow as pa
-    import pyarrow.parquet as pq
-
     shapes = [part.results.shape for part in kept]
     flights = [np.tile(np.arange(part.first, part.first + n), k) for part, (k, n, _) in zip(kept, shapes, strict=True)]
     gains = np.concatenate([np.repeat(part.gains, n, axis=0) for part, (_, n, _) in zip(kept, shapes, strict=True)])
@@ -181,17 +180,13 @@ def encoded(kept: list[Kept], columns: tuple[str, ...]) -> bytes:
 
 def _repeated(names: list[str], counts: list[int]) -> Any:
     """Return each name as often as its count says, as an Arrow dictionary: millions of texts would take their time."""
-    import pyarrow as pa
-
     known = list(dict.fromkeys(names))
     codes = np.repeat(np.array([known.index(name) for name in names], dtype=np.int32), counts)
     return pa.DictionaryArray.from_arrays(pa.array(codes), pa.array(known))
 
 
-def blocks_of(file: Path, content: bytes, columns: tuple[str, ...]) -> list[tuple[str, bytes, Block]]:
+def blocks_of(file: Path, content: bytes, columns: tuple[str, ...]) -> list[tuple[str, bytes, StoredFlights]]:
     """Return scenario key, bytes of the gains row and place of every block in a file; none where it holds other gains."""
-    import pyarrow.parquet as pq
-
     source = pq.ParquetFile(io.BytesIO(content))
     names = [f"gain:{name}" for name in columns]
     if not {*names, *RESULTS} <= set(source.schema_arrow.names):
@@ -199,14 +194,12 @@ def blocks_of(file: Path, content: bytes, columns: tuple[str, ...]) -> list[tupl
     gains = np.stack([column.to_numpy() for column in source.read(names).itercolumns()], axis=1)
     found, row = [], 0
     for key, first, count in json.loads(source.schema_arrow.metadata[b"blocks"]):
-        found.append((key, gains[row].tobytes(), Block(file, row, first, count)))
+        found.append((key, gains[row].tobytes(), StoredFlights(file, row, first, count)))
         row += count
     return found
 
 
 def results_of(file: Path) -> Array:
     """Return the results (flights, rows) of a file."""
-    import pyarrow.parquet as pq
-
     table = pq.read_table(io.BytesIO(read_input(file, MOST_TABLE)), columns=list(RESULTS))
     return np.stack([table[name].to_numpy() for name in RESULTS], axis=1)

@@ -177,6 +177,20 @@ def put(folder: Path, name: str, content: bytes, made: bool = False) -> Path:
     return file
 
 
+def data_frame(content: Any) -> Any:
+    """Return columns by name, or rows as mappings, as a pandas table; pandas takes 0.6 s to import, so it is imported late."""
+    import pandas as pd
+
+    return pd.DataFrame(content)
+
+
+def stacked(tables: list[Any]) -> Any:
+    """Return pandas tables one below the other as one."""
+    import pandas as pd
+
+    return pd.concat(tables, ignore_index=True)
+
+
 def csv_text(table: Any) -> str:
     """Return a pandas table as CSV; numbers with all their digits."""
     return table.to_csv(index=False, float_format="%.17g", lineterminator="\n")

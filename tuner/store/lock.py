@@ -1,9 +1,14 @@
 """One writer for each results folder: a lock that the system takes back when its holder dies, however that happens."""
 
 import os
+from contextlib import suppress
 from pathlib import Path
 
 from plant.errors import StoreError
+
+fcntl = None
+with suppress(ImportError):
+    import fcntl
 
 NAME = ".lock"
 
@@ -16,9 +21,7 @@ class Lock:
 
     def __init__(self, folder: Path) -> None:
         self._handle: int | None = None
-        try:
-            import fcntl
-        except ImportError:
+        if fcntl is None:
             return
         try:
             handle = os.open(folder / NAME, os.O_RDWR | os.O_CREAT, 0o644)

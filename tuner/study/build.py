@@ -3,7 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from math import cos, inf, isfinite, radians
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
@@ -25,6 +25,7 @@ from plant.references import ReferenceSpec, from_mapping
 from plant.references.spec import HOLD, POSITION, VELOCITY
 from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
+from tuner.gains import Controller, read_gains
 from tuner.gains.ranges import check_multiple, check_plant_step, timing_of
 from tuner.search.front import resolved_rule
 from tuner.search.names import STARTS, check_algorithm
@@ -44,13 +45,10 @@ from tuner.study.schema import (
     SearchTable,
     StudyTable,
 )
-from tuner.study.size import Flown, check_size, flight_steps
+from tuner.study.size import ScenarioSize, check_size, flight_steps
 from tuner.study.study import SearchSpec, Study, StudyScenario
 from tuner.study.trim import check_trim
 from tuner.text.input_errors import check_magnitudes, located
-
-if TYPE_CHECKING:
-    from tuner.gains import Controller
 
 T = TypeVar("T")
 SMALLEST_POPULATION = 8
@@ -119,7 +117,9 @@ def _build(path: Path, table: StudyTable) -> Study:
         screens = _screens(table, path, system, tuple(specs))
         with located(path, "search"):
             search = _search(table.search, len(objectives))
-            flown = [Flown(flight_steps(entry.spec, timing), entry.search, entry.held_out) for entry in scenarios]
+            flown = [
+                ScenarioSize(flight_steps(entry.spec, timing), entry.search, entry.held_out) for entry in scenarios
+            ]
             check_size(search.population, search.generations, flown)
         with located(path, "pick"):
             rule = _pick(table.pick, objectives)
@@ -175,12 +175,10 @@ def _options(table: ControllerTable) -> ControlOptions:
     return ControlOptions(*rates, table.lag_aware, table.delay, tilt, table.yaw_torque_cutoff)
 
 
-def _default(table: ControllerTable, cascade: Cascade, path: Path) -> "Controller | None":
+def _default(table: ControllerTable, cascade: Cascade, path: Path) -> Controller | None:
     """Return the controller of the file that controller.default names; its laws must be those of the study."""
     if table.default is None:
         return None
-    from tuner.gains import read_gains
-
     file = path.parent / table.default
     if not file.is_file():
         raise InputError(f"there is no file {file}; the path is relative to the study file", key="default")
@@ -211,7 +209,7 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path) -> StudyScenario
             values: dict[str, Any] = {k: tuple(v) if isinstance(v, list) else v for k, v in air[key].items()}
             with located(None, "air"):
                 air[key] = kind(**values)
-    air["window"] = None if air["window"] is None else tuple(air["window"])
+    air |= {"window": None if table.air.window is None else tuple(table.air.window)}
     parts: dict[str, Any] = {}
     for key, kind, fields in (
         ("air", AirSpec, air),

@@ -3,7 +3,7 @@
 import re
 from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from pydantic import ValidationError
 
@@ -14,8 +14,8 @@ from plant.errors import InputError, UnknownNameError
 from tuner.study.build import study_from_table
 from tuner.study.contest import Claim, Contender, Contest, Published
 from tuner.study.contest_schema import (
-    ADDED,
-    ELSEWHERE,
+    CONTEST_TABLES,
+    INFERENCE_TABLES,
     OWN,
     SHARED,
     ClaimTable,
@@ -23,37 +23,28 @@ from tuner.study.contest_schema import (
     ContestTable,
     PublishedTable,
 )
-from tuner.study.layers import WHOLE, Layer, Table, depth, laid_over, merged_layers, read_layers
+from tuner.study.layers import WHOLE, Layer, Table, depth, laid_over, merged_layers
 from tuner.study.messages import translated
-from tuner.study.overrides import put
+from tuner.study.reading import put
+from tuner.study.schema import StrictTable
 from tuner.text.input_errors import check_magnitudes, located
 
-
-def load_contest(path: Path, overrides: Mapping[str, Any] | None = None) -> Contest:
-    """Read and check a contest file; overrides: dotted keys, contender.NAME.KEY among them, that replace values.
-
-    Raises InputError naming file and key.
-    """
-    return contest_from_layers(path, read_layers(path), overrides or {})
+Tables = TypeVar("Tables", bound=StrictTable)
 
 
 def contest_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping[str, Any]) -> Contest:
     """Check a contest whose files have been read."""
     table = merged_layers(layers)
     for key, value in overrides.items():
-        put(table, key, value, path)
+        put_in_contest(table, key, value, path)
     return contest_from_table(path, table, layers)
 
 
 def contest_from_table(path: Path, table: Table, layers: tuple[Layer, ...] = ()) -> Contest:
     """Check the merged content of a contest; path: the file that errors name where no layer holds the key."""
     _refuse_shared(path, table)
-    try:
-        added = ContestTable.model_validate({key: table[key] for key in ADDED if key in table})
-    except ValidationError as error:
-        raise translated(error, path, ContestTable) from None
-    check_magnitudes({key: table[key] for key in ADDED if key in table}, path)
-    shared = {key: value for key, value in table.items() if key not in (*ADDED, *ELSEWHERE)}
+    added = checked_tables(ContestTable, table, path)
+    shared = {key: value for key, value in table.items() if key not in (*CONTEST_TABLES, *INFERENCE_TABLES)}
     contenders = tuple(_contender(i, entry, shared, path, layers) for i, entry in enumerate(added.contender))
     with located(path, ""):
         _check_names(contenders)
@@ -61,8 +52,20 @@ def contest_from_table(path: Path, table: Table, layers: tuple[Layer, ...] = ())
         published = tuple(judge.published(i, entry) for i, entry in enumerate(added.published))
         claims = tuple(judge.claim(i, entry, published) for i, entry in enumerate(added.claim))
     study = contenders[0].study
-    title = str(table["title"])
-    return Contest(path, title, study.description, study.seed, contenders, published, claims, dict(table))
+    return Contest(
+        path, str(table.get("title")), study.description, study.seed, contenders, published, claims, dict(table)
+    )
+
+
+def checked_tables(model: type[Tables], table: Table, path: Path) -> Tables:
+    """Return those tables of a file that a model holds, checked."""
+    own = {key: table[key] for key in model.model_fields if key in table}
+    try:
+        checked = model.model_validate(own)
+    except ValidationError as error:
+        raise translated(error, path, model) from None
+    check_magnitudes(own, path)
+    return checked
 
 
 def _refuse_shared(path: Path, table: Table) -> None:
@@ -85,8 +88,9 @@ def _contender(i: int, entry: ContenderTable, shared: Table, path: Path, layers:
     own = entry.tables()
     # Gains of the base may be of another law.
     raw = laid_over(shared, own, (*WHOLE, "gains"))
-    if isinstance(raw.get("title"), str):
-        raw["title"] = f"{raw['title']}: {entry.name}"
+    title = raw.get("title")
+    if isinstance(title, str):
+        raw |= {"title": f"{title}: {entry.name}"}
     try:
         study = study_from_table(path, raw)
     except InputError as error:
@@ -176,3 +180,41 @@ class _Judge:
                 if scenario in (None, entry.spec.name):
                     check(metric, entry.spec.targets(self._study.system.timing), entry.spec.duration)
         return metric
+
+
+def put_in_contest(table: dict[str, Any], key: str, value: Any, path: Path) -> None:
+    """Set a dotted key in the content of a contest: one of a study, contender.NAME.KEY or contender.0.KEY.
+
+    Raises InputError where a contender or a list entry is not there.
+    """
+    asked = re.fullmatch(r"contender(?:\[(\d+)\]|\.(.+?))(?:\.(.*))?", key)
+    if asked is None:
+        put(table, key, value, path)
+        return
+    entry, rest = _named_contender(table, key, path)
+    if not rest:
+        raise InputError(
+            "names a contender, but none of its keys; write for instance contender.0.pick.rule", file=path, key=key
+        )
+    try:
+        put(entry, rest, value, path)
+    except InputError as error:
+        raise InputError(error.message, file=path, key=key) from None
+
+
+def _named_contender(table: dict[str, Any], key: str, path: Path) -> tuple[dict[str, Any], str]:
+    """Return a contender's table and what is left of the key; a name may hold dots, so the longest that fits is taken."""
+    entries = table.get("contender")
+    entries = entries if isinstance(entries, list) else []
+    rest = re.sub(r"^\[(\d+)\]", r"\1", key.removeprefix("contender").removeprefix("."))
+    number, _, behind = rest.partition(".")
+    if number.isdecimal():
+        if int(number) >= len(entries):
+            raise InputError(f"there is no contender {number}; allowed: 0 to {len(entries) - 1}", file=path, key=key)
+        return entries[int(number)], behind
+    names = {str(entry.get("name")): entry for entry in entries}
+    fitting = [name for name in names if rest == name or rest.startswith(f"{name}.")]
+    if not fitting:
+        raise UnknownNameError("contender", number, names, file=path, key=key)
+    name = max(fitting, key=len)
+    return names[name], rest[len(name) + 1 :]

@@ -1,10 +1,11 @@
-"""The tables that a contest has and a study has not."""
+"""The tables that a contest or an inference has and a study has not."""
 
 from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-from tuner.study.schema import StudyTable, Table
+from tuner.study.schema import StrictTable, StudyTable
+from tuner.study.size import MOST_FLIGHTS
 
 OWN = ("airframe", "controller", "gains", "search", "pick")
 """Tables of a study that a contender may have of its own; the others are the same for all."""
@@ -18,7 +19,7 @@ def _as_list(value: object) -> object:
 Names = Annotated[list[str], BeforeValidator(_as_list), Field(min_length=1)]
 
 
-class ContenderTable(Table):
+class ContenderTable(StrictTable):
     """[[contender]]: a name, and what lies over the tables of the base study."""
 
     name: str
@@ -39,7 +40,7 @@ class ContenderTable(Table):
         return {key: getattr(self, key) for key in OWN if getattr(self, key) is not None}
 
 
-class PublishedTable(Table):
+class PublishedTable(StrictTable):
     """[[published]]: a printed number, SI units, of one contender or of several."""
 
     contender: Names
@@ -56,7 +57,7 @@ class PublishedTable(Table):
     """The study was set to meet it, so it proves nothing."""
 
 
-class ClaimTable(Table):
+class ClaimTable(StrictTable):
     """[[claim]]: `better` is lower than each of `than` in each metric of `in`."""
 
     better: str
@@ -71,7 +72,7 @@ class ClaimTable(Table):
     """The claim in its own words."""
 
 
-class ContestTable(Table):
+class ContestTable(StrictTable):
     """The tables that a contest adds to a study."""
 
     contender: Annotated[list[ContenderTable], Field(min_length=1)]
@@ -79,7 +80,46 @@ class ContestTable(Table):
     claim: list[ClaimTable] = Field(default=[])
 
 
-ADDED = tuple(ContestTable.model_fields)
+CONTEST_TABLES = tuple(ContestTable.model_fields)
 """Tables of a contest that no study has."""
-ELSEWHERE = ("unknown", "inference")
-"""Tables that a contest file may hold for others to read."""
+
+
+class UnknownTable(StrictTable):
+    """[[unknown]]: a value that a paper leaves open; `tuner.study.unknown_paths` tells what a path is."""
+
+    name: str
+    """Name in tables and charts."""
+    unit: str
+    """Unit of the value."""
+    set: list[str]
+    """Dotted paths of the study that take the value."""
+    low: float
+    """Lower end of the range."""
+    high: float
+    """Upper end of the range."""
+    scale: str = "linear"
+    """Scale of the range: "linear" or "log"."""
+
+
+class SettingsTable(StrictTable):
+    """[inference]: how the unknowns are searched and judged."""
+
+    contenders: Names | None = None
+    """Contenders whose published cells count; by default all."""
+    flights: Annotated[int, Field(ge=8, le=MOST_FLIGHTS)] = 32
+    """Flights of every contender under each setting of the search."""
+    held_out: Annotated[int, Field(ge=40, le=MOST_FLIGHTS)] = 256
+    """Flights of every contender under the settings that are checked at the end."""
+    near: Annotated[float, Field(gt=0.0)] = 0.1
+    """How much worse than the inferred setting another may be, as a share of the misfit, and still count as near it."""
+
+
+class InferenceTable(StrictTable):
+    """The tables that an inference adds to a contest."""
+
+    unknown: Annotated[list[UnknownTable], Field(min_length=1)]
+    inference: SettingsTable = SettingsTable()
+
+
+INFERENCE_TABLES = tuple(InferenceTable.model_fields)
+"""Tables of an inference that no contest has."""

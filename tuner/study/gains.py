@@ -14,7 +14,7 @@ Entry = float | GainTable
 
 
 @dataclass(frozen=True)
-class Claim:
+class KeyedGains:
     """A key of the table and the gains that it speaks for; a more specific key takes gains from a wider one."""
 
     key: str
@@ -32,7 +32,7 @@ def decision_space(
     known = gain_addresses(cascade)
     claims = [claim for claim in _settled(_claims(table, known)) if claim.gains]
     base = [gain.default for gain in known] if default is None else list(default)
-    owners: dict[str, Claim] = {claim.key: claim for claim in claims}
+    owners: dict[str, KeyedGains] = {claim.key: claim for claim in claims}
     tied: dict[str, list[GainAddress]] = {}
     for claim in claims:
         if isinstance(claim.entry, GainTable):
@@ -56,7 +56,7 @@ def decision_space(
     return DecisionSpace(tuple(variables), tuple(columns), tuple(base))
 
 
-def _claims(table: Mapping[str, Entry], known: tuple[GainAddress, ...]) -> list[Claim]:
+def _claims(table: Mapping[str, Entry], known: tuple[GainAddress, ...]) -> list[KeyedGains]:
     claims = []
     for key, entry in table.items():
         group, _, name = key.partition(".")
@@ -66,11 +66,11 @@ def _claims(table: Mapping[str, Entry], known: tuple[GainAddress, ...]) -> list[
         if not gains:
             valid = {gain.address.split(".")[1] for gain in known if gain.axis in GROUPS[group]}
             raise UnknownNameError("gain", name, valid, key=key)
-        claims.append(Claim(key, entry, gains))
+        claims.append(KeyedGains(key, entry, gains))
     return claims
 
 
-def _settled(claims: list[Claim]) -> list[Claim]:
+def _settled(claims: list[KeyedGains]) -> list[KeyedGains]:
     """Take from each claim the gains that a narrower one claims; two claims of one width on a gain are an error."""
     settled = []
     for claim in claims:
@@ -80,11 +80,11 @@ def _settled(claims: list[Claim]) -> list[Claim]:
             if shared and len(other.gains) == len(claim.gains):
                 raise InputError(f"'{sorted(shared)[0]}' is given by '{other.key}' too; leave one out", key=claim.key)
         narrower = {g.address for o in others if len(o.gains) < len(claim.gains) for g in o.gains}
-        settled.append(Claim(claim.key, claim.entry, tuple(g for g in claim.gains if g.address not in narrower)))
+        settled.append(KeyedGains(claim.key, claim.entry, tuple(g for g in claim.gains if g.address not in narrower)))
     return settled
 
 
-def _owner(claim: Claim, owners: Mapping[str, Claim]) -> Claim:
+def _owner(claim: KeyedGains, owners: Mapping[str, KeyedGains]) -> KeyedGains:
     """Follow a tie to the searched entry at its end."""
     seen, here = [claim.key], claim
     while isinstance(here.entry, GainTable) and here.entry.tie is not None:
@@ -101,7 +101,7 @@ def _owner(claim: Claim, owners: Mapping[str, Claim]) -> Claim:
     return here
 
 
-def _target(name: str, key: str, owners: Mapping[str, Claim]) -> Claim:
+def _target(name: str, key: str, owners: Mapping[str, KeyedGains]) -> KeyedGains:
     """Return the entry of that key, or else the one that speaks for the gain of that address."""
     if name in owners:
         return owners[name]
@@ -111,7 +111,7 @@ def _target(name: str, key: str, owners: Mapping[str, Claim]) -> Claim:
     raise UnknownNameError("entry of [gains] to tie to", name, [other for other in owners if other != key], key=key)
 
 
-def _variable(claim: Claim, gains: tuple[GainAddress, ...], control_period: float) -> Variable:
+def _variable(claim: KeyedGains, gains: tuple[GainAddress, ...], control_period: float) -> Variable:
     entry, first = claim.entry, gains[0]
     assert isinstance(entry, GainTable)
     usual = first.info.span(first.loop)

@@ -63,7 +63,7 @@ class Ratio:
 @dataclass(frozen=True)
 class Inference:
     """contest: the contenders whose cells count, and no others. table: the merged content of the whole file. flights,
-    held_out, near: see `tuner.study.inference_schema.SettingsTable`.
+    held_out, near: see `tuner.study.contest_schema.SettingsTable`.
     """
 
     kind: ClassVar[str] = "inference"

@@ -1,37 +1,34 @@
-"""From a contest file with [[unknown]] tables to what runs; errors name the file and the key to change."""
+"""From a contest file with [[unknown]] tables to what runs; errors name the file and the key to change.
+
+An [[unknown]] table says which values of the contest it sets; here their places are found, and the ends between which they move.
+"""
 
 from collections.abc import Mapping
 from copy import deepcopy
 from pathlib import Path
 from typing import Any
 
-from pydantic import ValidationError
+import numpy as np
 
+from objectives.decisions import Variable
 from plant.errors import InputError, UnknownNameError
+from plant.gains import GROUPS, gain_addresses
 from tuner.search.names import check_algorithm
 from tuner.study.contest import Contest
-from tuner.study.contest_reading import contest_from_layers, contest_from_table
-from tuner.study.inference import Cell, Inference
-from tuner.study.inference_schema import ADDED, InferenceTable, SettingsTable
-from tuner.study.layers import Layer, read_layers
-from tuner.study.messages import translated
-from tuner.study.size import Flown, check_size, flight_steps
-from tuner.study.unknowns import check_range, unknowns_of
-from tuner.text.input_errors import check_magnitudes, located
-
-
-def load_inference(path: Path, overrides: Mapping[str, Any] | None = None) -> Inference:
-    """Read and check an inference file; overrides: dotted keys, as for a contest.
-
-    Every unknown is tried at its default and at both ends of its range. Raises InputError naming file and key.
-    """
-    return inference_from_layers(path, read_layers(path), overrides or {})
+from tuner.study.contest_reading import checked_tables, contest_from_layers, contest_from_table
+from tuner.study.contest_schema import INFERENCE_TABLES, InferenceTable, SettingsTable, UnknownTable
+from tuner.study.inference import Cell, Inference, Unknown
+from tuner.study.layers import Layer
+from tuner.study.size import ScenarioSize, check_size, flight_steps
+from tuner.study.study import Study
+from tuner.study.unknown_paths import CONTENDER, GAINS, Place, place_of, value_at
+from tuner.text.input_errors import located
 
 
 def inference_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping[str, Any]) -> Inference:
     """Check an inference whose files have been read."""
     whole = contest_from_layers(path, layers, overrides)
-    tables = _tables(path, whole.table)
+    tables = checked_tables(InferenceTable, whole.table, path)
     with located(path, ""):
         contest = _chosen(whole, tables.inference)
         cells = _cells(contest)
@@ -48,17 +45,6 @@ def inference_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapp
     return inference
 
 
-def _tables(path: Path, table: dict[str, Any]) -> InferenceTable:
-    if "unknown" not in table:
-        raise InputError("nothing is unknown here; give at least one [[unknown]]", file=path, key="unknown")
-    try:
-        tables = InferenceTable.model_validate({key: table[key] for key in ADDED if key in table})
-    except ValidationError as error:
-        raise translated(error, path, InferenceTable) from None
-    check_magnitudes({key: table[key] for key in ADDED if key in table}, path)
-    return tables
-
-
 def _chosen(contest: Contest, settings: SettingsTable) -> Contest:
     """Return the contest with the chosen contenders and what was published of them."""
     names = [contender.name for contender in contest.contenders]
@@ -67,21 +53,24 @@ def _chosen(contest: Contest, settings: SettingsTable) -> Contest:
         if name not in names:
             raise UnknownNameError("contender", name, names, key=f"inference.contenders[{i}]")
     table = deepcopy(contest.table)
-    table["contender"] = [entry for entry in table["contender"] if entry["name"] in chosen]
-    table["published"] = [
-        {**raw, "contender": [name for name in cell.contenders if name in chosen]}
-        for raw, cell in zip(table.get("published", []), contest.published, strict=True)
-        if any(name in chosen for name in cell.contenders)
-    ]
-    for key in ("claim", *ADDED):
-        table.pop(key, None)
-    return contest_from_table(contest.path, table)
+    contenders = zip(table.get("contender", []), names, strict=True)
+    published = zip(table.get("published", []), contest.published, strict=True)
+    own = {
+        "contender": [raw for raw, name in contenders if name in chosen],
+        "published": [
+            {**raw, "contender": [name for name in cell.contenders if name in chosen]}
+            for raw, cell in published
+            if any(name in chosen for name in cell.contenders)
+        ],
+    }
+    left = {key: value for key, value in table.items() if key not in ("claim", *INFERENCE_TABLES)}
+    return contest_from_table(contest.path, {**left, **own})
 
 
 def _check_size(inference: Inference) -> None:
     base, timing = inference.contest.base, inference.contest.base.system.timing
     flown = [
-        Flown(
+        ScenarioSize(
             flight_steps(entry.spec, timing) * len(inference.contest.contenders), inference.flights, inference.held_out
         )
         for entry in base.scenarios
@@ -120,3 +109,168 @@ def _refuse_searched(contest: Contest) -> None:
                 "[[unknown]] where it is not known",
                 key=f"contender[{i}].gains",
             )
+
+
+# What decides a flight; an unknown anywhere else would move no cell.
+TABLES = (CONTENDER, "controller", GAINS, "limits", "scenario")
+
+
+def unknowns_of(tables: list[UnknownTable], whole: Contest, chosen: Contest) -> tuple[Unknown, ...]:
+    """Return the unknowns; chosen: the contest of the chosen contenders. Raises InputError with the key inside the file."""
+    unknowns: list[Unknown] = []
+    for i, table in enumerate(tables):
+        key = f"unknown[{i}]"
+        names = [unknown.variable.name for unknown in unknowns]
+        if table.name in names:
+            raise InputError(
+                f"'{table.name}' is unknown[{names.index(table.name)}] too; change one name", key=f"{key}.name"
+            )
+        unknowns.append(_unknown(table, whole, chosen, key))
+        _refuse_shared_places(unknowns, key)
+    return tuple(unknowns)
+
+
+def check_range(inference: Inference, index: int, flown: set[str]) -> None:
+    """Build the contest with an unknown at either end of its range, the others at their defaults.
+
+    Raises InputError where it cannot be built, or where none of the contenders in `flown` differs between the two.
+    """
+    variable, digests = inference.unknowns[index].variable, []
+    for end in ("low", "high"):
+        values = np.array(inference.space.base)
+        values[index] = getattr(variable, end)
+        try:
+            studies = inference.studies(values)
+        except InputError as error:
+            where = f"{error.key}: " if error.key else ""
+            message = f"given {values[index]:g}, which the study does not take: {where}{error.message}"
+            raise InputError(message, key=f"unknown[{index}].{end}") from None
+        digests.append([study.digest() for name, study in studies.items() if name in flown])
+    if digests[0] == digests[1]:
+        raise InputError(
+            f"no contender with a published cell flies differently whatever '{variable.name}' is; set what it uses",
+            key=f"unknown[{index}].set",
+        )
+
+
+def _unknown(table: UnknownTable, whole: Contest, chosen: Contest, key: str) -> Unknown:
+    variable = _variable(table, key)
+    if not table.set:
+        raise InputError('given an empty list; write for instance set = ["gains.attitude.k2"]', key=f"{key}.set")
+    places, defaults = [], []
+    for j, path in enumerate(table.set):
+        try:
+            places.append(_place(whole, path))
+            defaults.append(_default(whole, path, places[-1]))
+        except InputError as error:
+            raise error.located(key=f"{key}.set[{j}]") from None
+        if defaults[j] != defaults[0]:
+            raise InputError(
+                f"'{path}' stands at {defaults[j]:g} and '{table.set[0]}' at {defaults[0]:g}; one unknown is one number: give "
+                "both the same, or make two unknowns of them",
+                key=f"{key}.set[{j}]",
+            )
+        if not variable.low <= defaults[j] <= variable.high:
+            raise InputError(
+                f"'{path}' stands at {defaults[j]:g} {table.unit}, outside of low = {variable.low:g} to high = "
+                f"{variable.high:g}; widen the range, or start from a value inside",
+                key=f"{key}.set[{j}]",
+            )
+    flown = _flown(places, whole, chosen)
+    if not flown:
+        names = ", ".join(contender.name for contender in chosen.contenders)
+        message = f"'{variable.name}' sets only contenders that are left out; chosen are: {names}"
+        raise InputError(message, key=f"{key}.set")
+    return Unknown(variable, table.unit, tuple(places), flown, defaults[0])
+
+
+def _flown(places: list[Place], whole: Contest, chosen: Contest) -> tuple[Place, ...]:
+    """Return the places in the contest of the chosen contenders; those of contenders that are left out are not among them."""
+    names = [contender.name for contender in chosen.contenders]
+    flown: list[Place] = []
+    for place in places:
+        if place[0] != CONTENDER:
+            flown.append(place)
+            continue
+        name = whole.contenders[int(place[1])].name
+        if name in names:
+            flown.append((CONTENDER, names.index(name), *place[2:]))
+    return tuple(flown)
+
+
+def _variable(table: UnknownTable, key: str) -> Variable:
+    if not table.name.strip():
+        raise InputError('given an empty name; write for instance name = "k2"', key=f"{key}.name")
+    try:
+        return Variable(table.name, tuple(table.set), table.low, table.high, table.scale)
+    except InputError as error:
+        raise InputError(error.message, key=key) from None
+
+
+def _place(contest: Contest, path: str) -> Place:
+    head = path.partition(".")[0]
+    if head not in TABLES:
+        raise UnknownNameError("table to look for an unknown in", head, TABLES)
+    place = place_of(contest.table, path)
+    if place[0] == CONTENDER and place[2] == GAINS and GAINS in contest.table:
+        entry = contest.table[CONTENDER][place[1]]
+        if GAINS not in entry:
+            line = f"{GAINS}.{place[3]}" if len(place) > 3 else GAINS
+            message = f"'{entry['name']}' has no gains of its own and would lose those that all share; write {line}"
+            raise InputError(message)
+    return place
+
+
+def _default(contest: Contest, path: str, place: Place) -> float:
+    """Return the number at a place: the one given, else the one that it has by default."""
+    given = value_at(contest.table, place)
+    if given is None:
+        given = _resolved(contest, path, place)
+    if isinstance(given, bool) or not isinstance(given, int | float):
+        raise InputError(f"'{path}' holds {given!r}; an unknown is a number")
+    return float(given)
+
+
+def _resolved(contest: Contest, path: str, place: Place) -> Any:
+    """Return the default of a key that is not given."""
+    entries = contest.table[CONTENDER]
+    if place[0] == CONTENDER:
+        studies, inner = [contest.contenders[int(place[1])].study], place[2:]
+    else:
+        takes = [GAINS not in entry if place[0] == GAINS else True for entry in entries]
+        studies = [contender.study for contender, own in zip(contest.contenders, takes, strict=True) if own]
+        inner = place
+    if inner[:1] == (GAINS,):
+        return _resolved_gain(studies, path, str(inner[1]))
+    content = value_at(studies[0].table.model_dump(), inner)
+    if content is None:
+        raise InputError(f"there is no '{path}', and no default of it to start from; give it a number in the study")
+    return content
+
+
+def _resolved_gain(studies: list[Study], path: str, key: str) -> float:
+    """Return the default of a gain, or of a group of gains that have one default."""
+    if not studies:
+        message = f"'{path}' moves nothing: every contender has gains of its own; write contender.NAME.{path}"
+        raise InputError(message)
+    group, _, name = key.partition(".")
+    wanted = {f"{axis}.{name}" for axis in GROUPS.get(group, ())}
+    for study in studies:
+        known = gain_addresses(study.system.cascade)
+        found = {study.space.base[gain.column] for gain in known if gain.address in wanted}
+        if len(found) == 1:
+            return found.pop()
+        if found:
+            raise InputError(f"'{path}' stands for gains of different values; give it a number in the study")
+    names = sorted({gain.address for study in studies for gain in gain_addresses(study.system.cascade)})
+    raise UnknownNameError("gain", key, names)
+
+
+def _refuse_shared_places(unknowns: list[Unknown], key: str) -> None:
+    *before, last = unknowns
+    taken = {place: unknown.variable.name for unknown in before for place in unknown.places}
+    for j, place in enumerate(last.places):
+        owner = taken.get(place) or (last.variable.name if place in last.places[:j] else None)
+        if owner is not None:
+            path = last.variable.addresses[j]
+            raise InputError(f"'{path}' is set by '{owner}' already; leave one out", key=f"{key}.set[{j}]")

@@ -55,11 +55,6 @@ def kind_of_layers(layers: tuple[Layer, ...]) -> StudyKind:
     return next(kind for kind in STUDY_KINDS if kind.table is None or kind.table in tables)
 
 
-def study_kind(path: Path) -> StudyKind:
-    """Return the kind of a study file, a file that it is based on counted; InputError where one cannot be read."""
-    return kind_of_layers(read_layers(path))
-
-
 def load_any(path: Path, overrides: Overrides | None = None) -> AnyStudy:
     """Read and check a study file of any kind, parsed once.
 

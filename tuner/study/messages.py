@@ -5,11 +5,11 @@ from pathlib import Path
 from typing import Any, get_args
 
 from pydantic import BaseModel, ValidationError
-from pydantic_core import ErrorDetails
 
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS
 from tuner.study.schema import ControllerTable, ObjectiveTable, ScenarioTable, SearchTable, StudyTable
+from tuner.text.input_errors import Fault
 from tuner.text.toml_text import shown
 
 Location = tuple[int | str, ...]
@@ -76,12 +76,12 @@ EXPECTED_OF_BRANCH = {
 
 def translated(error: ValidationError, path: Path, root: type[BaseModel] = StudyTable) -> InputError:
     """Return the first problem of a pydantic error as an error of ours; root: the table that was validated."""
-    problem = min(error.errors(), key=_importance)
-    location = problem["loc"]
+    problem = min(map(Fault.of, error.errors()), key=_importance)
+    location = problem.place
     key = dotted(location)
-    if problem["type"] == "extra_forbidden":
+    if problem.kind == "extra_forbidden":
         if _unquoted_gain(location):
-            line = f'"{location[1]}.{location[-1]}" = {shown(problem["input"])}'
+            line = f'"{location[1]}.{location[-1]}" = {shown(problem.given)}'
             return InputError(f"the dot is part of the key here; write it in quotes: {line}", file=path, key=key)
         home = HOMES.get(str(location[-1])) if len(location) == 1 else None
         if home:
@@ -90,8 +90,8 @@ def translated(error: ValidationError, path: Path, root: type[BaseModel] = Study
     return InputError(_message(problem, key), file=path, key=key)
 
 
-def _message(problem: ErrorDetails, key: str) -> str:
-    location, kind, given = problem["loc"], problem["type"], problem["input"]
+def _message(problem: Fault, key: str) -> str:
+    location, kind, given, limits = problem.place, problem.kind, problem.given, problem.context
     if kind == "missing":
         line = LINES.get(re.sub(r"\[\d+\]", "[]", key), f"{location[-1]} = ...")
         return f"this key is required and missing; write {line}"
@@ -101,14 +101,13 @@ def _message(problem: ErrorDetails, key: str) -> str:
         return f"given a single table; write its head in double brackets: [[{key}]]"
     expected = EXPECTED_OF_BRANCH.get(str(location[-1])) or EXPECTED.get(kind)
     if expected is None:
-        return f"given {shown(given)}; {problem['msg'].lower()}"
-    limits = problem.get("ctx", {})
+        return f"given {shown(given)}; {problem.message.lower()}"
     return f"given {shown(given)}; this must be {expected if not limits else expected.format(**limits)}"
 
 
-def _importance(problem: ErrorDetails) -> int:
+def _importance(problem: Fault) -> int:
     # A misspelt key leaves a missing one behind: tell of the misspelling first.
-    return {"extra_forbidden": 0, "missing": 2}.get(problem["type"], 1)
+    return {"extra_forbidden": 0, "missing": 2}.get(problem.kind, 1)
 
 
 def _unquoted_gain(location: Location) -> bool:

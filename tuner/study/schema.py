@@ -21,7 +21,7 @@ from tuner.study import meanings
 from tuner.study.size import MOST_FLIGHTS
 
 
-class Table(BaseModel):
+class StrictTable(BaseModel):
     """A table that knows all its keys and does not turn one type into another."""
 
     model_config = ConfigDict(
@@ -29,7 +29,7 @@ class Table(BaseModel):
     )
 
 
-class AirframeTable(Table):
+class AirframeTable(StrictTable):
     """[airframe]: a bundled name, or a file beside the study."""
 
     name: str | None = None
@@ -40,7 +40,7 @@ class AirframeTable(Table):
     """Fly numbers that no real vehicle has; the airframe's file must say so too."""
 
 
-class ControllerTable(Table):
+class ControllerTable(StrictTable):
     """[controller]: the law of each loop, and its settings that are no gains."""
 
     attitude: str
@@ -67,7 +67,7 @@ class ControllerTable(Table):
     """A gains.json whose gains stand in for the laws' defaults."""
 
 
-class LimitsTable(Table):
+class LimitsTable(StrictTable):
     """[limits]: a flight that leaves these has failed."""
 
     position: float = 5.0
@@ -76,7 +76,7 @@ class LimitsTable(Table):
     """Largest tilt [deg]."""
 
 
-class GainTable(Table):
+class GainTable(StrictTable):
     """A searched or tied gain; {} searches its usual range."""
 
     low: float | None = None
@@ -125,7 +125,7 @@ def mirror(
         shape = nested.get(entry.name) or _TYPES.get(str(entry.type), entry.type)
         usual = ... if default is MISSING else _listed(default)
         columns[entry.name] = (shape, Field(default=usual, description=meanings[entry.name]))
-    return create_model(f"{kind.__name__}Table", __base__=Table, __doc__=doc, **columns)
+    return create_model(f"{kind.__name__}Table", __base__=StrictTable, __doc__=doc, **columns)
 
 
 # Tuples are lists in TOML.
@@ -163,7 +163,7 @@ AirTable = mirror(
 )  # fmt: skip
 
 
-class ScenarioTable(Table):
+class ScenarioTable(StrictTable):
     """[[scenario]]: one kind of flight, how long, and how many draws of it the search and the held-out check fly."""
 
     name: str
@@ -190,7 +190,7 @@ class ScenarioTable(Table):
 RECORDED_MAX, RECORDED_MIN = Field(serialization_alias="most"), Field(serialization_alias="least")
 
 
-class ObjectiveTable(Table):
+class ObjectiveTable(StrictTable):
     """[[objective]]: a metric's risk over scenarios, to be made small."""
 
     metric: str
@@ -210,7 +210,7 @@ class ConstraintTable(ObjectiveTable):
     """Largest value allowed, in the unit of the metric."""
 
 
-class GuaranteeTable(Table):
+class GuaranteeTable(StrictTable):
     """[[guarantee]]: a theorem that gains must satisfy before they are flown."""
 
     theorem: str
@@ -233,7 +233,7 @@ class GuaranteeTable(Table):
     """Do not fly candidates that break it; false: a constraint like any other."""
 
 
-class MarginTable(Table):
+class MarginTable(StrictTable):
     """[[margin]]: a stability margin that gains must have before they are flown; min or max, as the quantity asks."""
 
     quantity: str
@@ -252,7 +252,7 @@ class MarginTable(Table):
     """Do not fly candidates that break it; false: a constraint like any other."""
 
 
-class CostTable(Table):
+class CostTable(StrictTable):
     """[[cost]]: what a control step may take on a microcontroller; the same for all gains of one pair of laws."""
 
     quantity: str
@@ -263,7 +263,7 @@ class CostTable(Table):
     """Refuse a study that no gains can change; false: a constraint like any other."""
 
 
-class SearchTable(Table):
+class SearchTable(StrictTable):
     """[search]: how the gains are looked for."""
 
     algorithm: str = "nsga2"
@@ -278,7 +278,7 @@ class SearchTable(Table):
     """Stop flying a candidate once a better one surely beats it."""
 
 
-class PickTable(Table):
+class PickTable(StrictTable):
     """[pick]: rule that picks the recommended point of the front."""
 
     rule: str = "knee"
@@ -287,7 +287,7 @@ class PickTable(Table):
     """Weight of each objective, where the rule is "weights"."""
 
 
-class StudyTable(Table):
+class StudyTable(StrictTable):
     """A whole study file."""
 
     title: str

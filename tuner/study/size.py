@@ -16,7 +16,7 @@ MOST_STEPS = 1e12
 CHECKED = 50
 
 
-class Flown(NamedTuple):
+class ScenarioSize(NamedTuple):
     """A scenario: plant steps of a flight, flights of a candidate in the search and in the held-out check."""
 
     steps: float
@@ -29,7 +29,7 @@ def flight_steps(spec: ScenarioSpec, timing: Timing) -> float:
     return spec.duration / timing.plant_step
 
 
-def check_size(population: int, generations: int, scenarios: Iterable[Flown]) -> None:
+def check_size(population: int, generations: int, scenarios: Iterable[ScenarioSize]) -> None:
     """Refuse a run that is out of all proportion; InputError with the key inside [search]."""
     if population > MOST_POPULATION:
         raise InputError(f"given {population}; allowed: up to {MOST_POPULATION:,}", key="population")

@@ -21,7 +21,7 @@ from plant.references import ReferenceSpec
 from plant.scenarios import ScenarioSpec
 from tuner.gains import Controller, VehicleRecord
 from tuner.gains.document import seed_entry
-from tuner.study.schema import StudyTable
+from tuner.study.schema import StrictTable, StudyTable
 from tuner.text.markup import element, table
 
 
@@ -125,19 +125,17 @@ class Study:
 
     def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
         """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
-        content: dict[str, Any] = {**self._values(), "vehicle": self.system.vehicle}
-        for key in ("title", "description", "airframe", *without):
-            content.pop(key, None)
-        # Its gains count, under "gains".
-        content["controller"].pop("default", None)
         # No limit on cost is as before there were any, and so are automatic limits that ask the usual.
-        if not content["cost"]:
-            content.pop("cost")
-        if self.mission == USUAL:
-            content.pop("mission", None)
-        for scenario in content["scenario"]:
-            scenario["reference"].pop("path", None)
-        return content
+        usual = {"cost": not self.table.cost, "mission": self.mission == USUAL}
+        left = {"title", "description", "airframe", *without, *[key for key, same in usual.items() if same]}
+        content = {
+            **self._values(),
+            # The gains of its default count, under "gains".
+            "controller": _dumped(self.table.controller, {"default"}),
+            "scenario": self._scenarios(paths=False),
+            "vehicle": self.system.vehicle,
+        }
+        return {key: value for key, value in content.items() if key not in left}
 
     def digest(self) -> str:
         """Return a hash of everything that decides the result; titles, sources and paths do not."""
@@ -172,16 +170,20 @@ class Study:
         return element("div", element("strong", self.title), table(("", f"seed {self.seed}"), rows))
 
     def _values(self) -> dict[str, Any]:
-        given = self.table.model_dump(mode="json", by_alias=True)
-        for scenario, entry in zip(given["scenario"], self.scenarios, strict=True):
-            scenario["reference"] = _reference_values(entry.spec.reference, scenario["reference"])
-        variables = [asdict(variable) for variable in self.space.variables]
         return {
-            **given,
-            "airframe": {**given["airframe"], **_airframe_values(self.airframe)},
+            **_dumped(self.table),
+            "scenario": self._scenarios(paths=True),
+            "airframe": {**_dumped(self.table.airframe), **_airframe_values(self.airframe)},
             "gains": {gain.address: self.space.base[gain.column] for gain in gain_addresses(self.system.cascade)},
-            "variables": variables,
+            "variables": [asdict(variable) for variable in self.space.variables],
         }
+
+    def _scenarios(self, paths: bool) -> list[dict[str, Any]]:
+        """Return every value of the scenarios; paths: with those of waypoint files, as given, so that folders can move."""
+        return [
+            {**_dumped(table), "reference": _reference_values(entry.spec.reference, table.reference, paths)}
+            for table, entry in zip(self.table.scenario, self.scenarios, strict=True)
+        ]
 
 
 def _airframe_values(airframe: Airframe) -> dict[str, Any]:
@@ -189,6 +191,11 @@ def _airframe_values(airframe: Airframe) -> dict[str, Any]:
     return {"name": airframe.name, "title": airframe.title, "frame": airframe.frame, "numbers": numbers}
 
 
-def _reference_values(spec: ReferenceSpec, given: dict[str, Any]) -> dict[str, Any]:
-    """Return kind, every parameter and the points of a waypoint file; a path as given, so that folders can move."""
-    return {"kind": spec.kind, **asdict(spec), **{key: given[key] for key in ("path",) if key in given}}
+def _reference_values(spec: ReferenceSpec, given: dict[str, Any], paths: bool) -> dict[str, Any]:
+    """Return kind, every parameter and the points of a waypoint file; paths: with its path as given."""
+    values = {"kind": spec.kind, **asdict(spec), **{key: value for key, value in given.items() if key == "path"}}
+    return {key: value for key, value in values.items() if paths or key != "path"}
+
+
+def _dumped(table: StrictTable, without: set[str] | None = None) -> dict[str, Any]:
+    return table.model_dump(mode="json", by_alias=True, exclude=without)

@@ -1,9 +1,16 @@
 """The study file that `tuner new NAME` writes: every table, the usual values, a comment on each line."""
 
+import os
+import re
 from pathlib import Path
+from typing import Any
 
-from plant.errors import StoreError
-from tuner.study.files import copied_study, study_file
+from plant.errors import InputError, StoreError
+from plant.input_files import read_input_text
+from plant.texts import toml_table
+from tuner.study.files import SHIPPED, study_file
+from tuner.study.reading import parse_toml
+from tuner.text.toml_text import with_paths
 
 TEMPLATE = """# A tuning study. Check it with `tuner check FILE`, run it with `tuner run FILE`.
 # Everything that is commented out stands at its default; remove the # to change it.
@@ -129,3 +136,40 @@ def write_study(name: str, source: Path | None = None) -> Path:
     except OSError as error:
         raise StoreError(f"{path} cannot be written ({error.strerror})") from None
     return path
+
+
+def copied_study(source: Path, target: Path) -> str:
+    """Return the text of a study, comments included, as it stands at another path: its paths and its comments follow.
+
+    Raises InputError where the source cannot be read, or spells a path so that it cannot be replaced in the text.
+    """
+    table = parse_toml(source)
+    text = read_input_text(source, "utf-8-sig")
+    moves: dict[str, str] = {}
+    wanted = _moved(table, source.parent, target.parent, moves)
+    for old, new in moves.items():
+        text = text.replace(f'"{old}"', f'"{new}"')
+    name = re.escape(source.stem)
+    for pattern, word in (
+        (rf"(studies/)?\b{name}\.toml", target.name),
+        (rf"\bresults/{name}\b", f"results/{target.stem}"),
+    ):
+        text = re.sub(rf"(?m)^(#.*?){pattern}", lambda found, word=word: f"{found[1]}{word}", text)
+    if toml_table(text, source) != wanted:
+        raise InputError(
+            f"its paths cannot be changed for {target.parent}; copy the file and change them by hand", file=source
+        )
+    return text
+
+
+def _moved(table: dict[str, Any], home: Path, away: Path, moves: dict[str, str]) -> dict[str, Any]:
+    """Return the content of a study with its paths from another folder; moves: filled with what each became."""
+
+    def move(name: str) -> str:
+        moves[name] = name if home.resolve() == away.resolve() else Path(os.path.relpath(home / name, away)).as_posix()
+        return moves[name]
+
+    moved = with_paths(table, move)
+    # The base of a shipped study is found by its name from everywhere.
+    base = moved.get("base")
+    return {**moved, "base": move(base)} if isinstance(base, str) and home.resolve() != SHIPPED else moved

@@ -9,7 +9,9 @@ from collections.abc import Iterator
 from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
+
+from pydantic_core import ErrorDetails
 
 from plant.errors import InputError
 
@@ -34,6 +36,21 @@ RANGES = {
 }
 # No quantities: counts have limits of their own, a seed has none.
 FREE = ("seed", "search.population", "search.generations")
+
+
+class Fault(NamedTuple):
+    """A problem that pydantic found: its type, the steps to the value, the value, pydantic's message and what that names."""
+
+    kind: str
+    place: tuple[int | str, ...]
+    given: Any
+    message: str
+    context: dict[str, Any]
+
+    @classmethod
+    def of(cls, found: ErrorDetails) -> "Fault":
+        """Return a problem as pydantic tells it."""
+        return cls(found["type"], found["loc"], found["input"], found["msg"], found.get("ctx", {}))
 
 
 @contextmanager

@@ -8,8 +8,8 @@ import pytest
 from objectives.metrics import parse
 from objectives.problem import Objective
 from objectives.risk import Risk, bootstrap_interval
-from tuner.analysis.held_out import Comparison, share_non_dominated
-from tuner.documents.parts import SampledValue
+from tuner.analysis.held_out import compared_row, share_non_dominated
+from tuner.documents.parts import Estimate, SampledValue
 from tuner.experiments.tuning.conclusion import broken_by
 from tuner.search.front import non_dominated, pick
 
@@ -80,15 +80,15 @@ def test_the_pick_is_flattered_on_what_it_was_picked_by_and_not_on_fresh_flights
 )
 def test_a_verdict_is_what_the_whole_interval_allows(low, value, high, verdict):
     quantity = Objective(parse("travel"), Risk("mean"))
-    default, tuned = SampledValue(1.0, 0.9, 1.1), SampledValue(1.0 + value, 0.9 + value, 1.1 + value)
-    assert Comparison(quantity, None, default, tuned, SampledValue(value, low, high)).verdict == verdict
+    default, tuned = Estimate(1.0, 0.9, 1.1), Estimate(1.0 + value, 0.9 + value, 1.1 + value)
+    assert compared_row(quantity, default, tuned, SampledValue(value, low, high)).verdict == verdict
 
 
 @pytest.mark.parametrize(("value", "verdict"), [(0.9, "kept"), (1.0, "kept"), (1.0001, "broken")])
 def test_a_constraint_is_judged_by_its_value_and_not_by_the_difference(value, verdict):
     quantity = Objective(parse("travel"), Risk("mean"))
     better = SampledValue(-1.0, -2.0, -0.5)
-    compared = Comparison(
-        quantity, 1.0, SampledValue(2.0, 1.5, 2.5), SampledValue(value, value - 0.5, value + 0.5), better
+    compared = compared_row(
+        quantity, Estimate(2.0, 1.5, 2.5), Estimate(value, value - 0.5, value + 0.5), better, limit=1.0
     )
     assert compared.verdict == verdict

@@ -14,8 +14,9 @@ from plant.errors import InputError, UnknownNameError
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed
 from tuner.study import load_study
-from tuner.study.contest_reading import load_contest
-from tuner.study.files import SHIPPED, copied_study, shipped_studies, study_file
+from tuner.study.files import SHIPPED, shipped_studies, study_file
+from tuner.study.kinds import load_any
+from tuner.study.template import copied_study
 
 ROOT = Path(__file__).parents[3]
 QUICKSTART = SHIPPED / "quickstart.toml"
@@ -92,9 +93,9 @@ def test_a_path_that_text_cannot_replace_is_refused(here):
 
 def test_a_base_beside_the_file_wins_over_a_shipped_one(here):
     (here / "mine.toml").write_text('base = "contest.toml"\n')
-    assert load_contest(here / "mine.toml").title == load_contest(SHIPPED / "contest.toml").title
+    assert load_any(here / "mine.toml").title == load_any(SHIPPED / "contest.toml").title
     (here / "contest.toml").write_text('base = "paper_table3.toml"\ntitle = "ours"\n')
-    assert load_contest(here / "mine.toml").title == "ours"
+    assert load_any(here / "mine.toml").title == "ours"
 
 
 def test_what_lies_about_does_not_hinder_the_list(here, monkeypatch, capsys):

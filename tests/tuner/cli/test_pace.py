@@ -12,7 +12,7 @@ from tuner.cli import display
 from tuner.cli.display import Pace, TerminalWatcher
 from tuner.cli.terminal import Console
 from tuner.experiments.again.resume import reopen
-from tuner.experiments.tuning.run import run_study
+from tuner.experiments.tuning.run import TuningRun
 from tuner.search.watcher import compilation
 
 
@@ -60,7 +60,7 @@ def lines_of(path, monkeypatch):
     told = io.StringIO()
     study, folder = reopen(path, None)
     with TerminalWatcher(Console(file=told, width=200)) as watcher:
-        run_study(study, folder, watcher, 2)
+        TuningRun(study, folder, watcher, 2).carry_out()
     return [line for line in told.getvalue().splitlines() if line.startswith("generation ")]
 
 

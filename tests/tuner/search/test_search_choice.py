@@ -8,7 +8,7 @@ from tests.tuner.study.study_text import changed, write
 from tuner.api.catalogue import LISTINGS
 from tuner.search.names import ALGORITHMS, check_algorithm
 from tuner.study import load_study
-from tuner.study.inference_reading import load_inference
+from tuner.study.kinds import load_any
 
 SECOND = '\n[[objective]]\nmetric = "travel"\n'
 
@@ -38,7 +38,7 @@ def test_an_inference_has_an_objective_for_each_metric_of_its_cells(tmp_path):
     text = changed("[search]", '[search]\nalgorithm = "cmaes"', inference.STUDY) + inference.CELLS
     path = inference.write(tmp_path, text)
     with pytest.raises(InputError, match="'cmaes' takes 1 objective, and here are 2") as caught:
-        load_inference(path)
+        load_any(path)
     assert caught.value.key == "search.algorithm" and caught.value.file == str(path)
 
 

@@ -111,7 +111,7 @@ def test_a_conflict_with_one_says_so_and_names_the_key(tmp_path):
     (sentence, *_) = conflict_texts(conflict, limits)
     assert f"{LABEL} at most 0.6062 m (automatic: mission.followed)" in sentence
     assert "mean(failure) at most 0 " in sentence and sentence.count("automatic") == 1
-    assert automatic_limit_texts(study.constraints) == [
+    assert automatic_limit_texts(study.automatic_limits) == [
         f"Automatic limit: {LABEL} at most 0.6062 m (automatic: mission.followed)."
     ]
 
@@ -121,13 +121,13 @@ def test_an_obstacle_that_is_one_names_the_key_and_what_moves_it(tmp_path):
     (limit,) = study.automatic_limits
     points = np.linspace(0.0, 1.0, 40)[:, None]
     found = flown_obstacle(study, limit, points, 2.0 - points[:, 0], [f"p{i:04d}" for i in range(40)])
-    assert (found.reached, found.point, found.moved_by) == (1.0, "p0039", ("tilt.lambda",))
+    assert (found.reached, found.point, found.moved_by) == (1.0, "p0039", ["tilt.lambda"])
     (sentence,) = obstacle_texts([found])
     assert 'mission.followed moves it, mission.off = ["rms.position"] takes it away' in sentence
     assert "Searched gains that move it: tilt.lambda" in sentence
     # Values that have nothing to do with the gain.
     other = np.random.default_rng(5).permutation(points[:, 0]) + 1.0
-    assert flown_obstacle(study, limit, points, other, found.point * 40).moved_by == ()
+    assert flown_obstacle(study, limit, points, other, found.point * 40).moved_by == []
 
 
 def test_plan_tells_them(tmp_path, monkeypatch, capsys):

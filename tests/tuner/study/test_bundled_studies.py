@@ -16,7 +16,7 @@ from tests.tuner.conftest import QUICKSTART, NoDrawing
 from tests.tuner.experiments.tuning.test_run import FILES
 from tuner.api.catalogue import LISTINGS
 from tuner.documents.summary import GAINS, INFEASIBLE
-from tuner.experiments.tuning.run import run_study
+from tuner.experiments.tuning.run import TuningRun
 from tuner.report import write_figures
 from tuner.report.figures import response_names
 from tuner.search.watcher import Watcher
@@ -121,7 +121,7 @@ def test_shortened_it_runs_to_a_complete_folder(name, tmp_path, monkeypatch):
     # Figures are drawn, but not written to files as pictures: that is most of the time, and the quickstart's own test does it.
     monkeypatch.setattr("tuner.report.figures.printed", lambda figure: {"": b""})
     monkeypatch.setattr("tuner.report.start_figures", DrawnHere)
-    outcome = run_study(study, Folder.create(folder), Watcher(), 2)
+    outcome = TuningRun(study, Folder.create(folder), Watcher(), 2).carry_out()
     # So short a search may find nothing feasible, as that of payload_and_battery does; it says so and recommends no gains.
     feasible = json.loads((folder / "summary.json").read_text())["feasible"]
     assert [file.name for file in (folder / GAINS, folder / INFEASIBLE) if file.exists()] == [

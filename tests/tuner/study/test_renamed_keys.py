@@ -11,7 +11,7 @@ from tests.tuner.experiments.contest.contest_text import write as write_named
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.study import load_study
-from tuner.study.contest_reading import load_contest
+from tuner.study.kinds import load_any
 from tuner.study.renamed import GONE, RENAMED
 from tuner.text.errors import RenamedKeyWarning
 
@@ -82,9 +82,9 @@ def test_a_new_name_on_the_command_line_replaces_an_old_one_of_the_file(tmp_path
 
 
 def test_old_names_are_read_in_a_contest(tmp_path):
-    new = load_contest(write_named(tmp_path))
+    new = load_any(write_named(tmp_path))
     with pytest.warns(RenamedKeyWarning, match="most: write max"):
-        old = load_contest(write_named(tmp_path, CONTEST.replace("\nmax = ", "\nmost = "), "old.toml"))
+        old = load_any(write_named(tmp_path, CONTEST.replace("\nmax = ", "\nmost = "), "old.toml"))
     assert old.digest() == new.digest()
 
 

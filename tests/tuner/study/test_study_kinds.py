@@ -9,7 +9,8 @@ from tuner.study import layers
 from tuner.study.contest import Contest
 from tuner.study.files import shipped_studies
 from tuner.study.inference import Inference
-from tuner.study.kinds import STUDY_KINDS, load_any, load_tuning, study_kind
+from tuner.study.kinds import STUDY_KINDS, kind_of_layers, load_any, load_tuning
+from tuner.study.layers import read_layers
 from tuner.study.study import Study
 
 TYPES = {"tuning": Study, "contest": Contest, "inference": Inference}
@@ -27,7 +28,10 @@ def test_a_shipped_study_becomes_what_its_tables_say_and_is_parsed_once(name, mo
     monkeypatch.setattr(layers, "parse_toml", lambda file: parsed.append(file) or parse(file))
     study = load_any(path)
     assert len(parsed) == len(set(parsed)) >= 1
-    assert type(study) is TYPES[study_kind(path).name] and study.kind == study_kind(path).name
+    assert (
+        type(study) is TYPES[kind_of_layers(read_layers(path)).name]
+        and study.kind == kind_of_layers(read_layers(path)).name
+    )
     assert study.path == path and study.title and isinstance(study.seed, int) and study.content
 
 

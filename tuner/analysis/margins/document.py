@@ -1,17 +1,24 @@
-"""Margins of one controller as a document, what `tuner margins --json` prints."""
+"""Margins of one controller as a document, what `tuner margins --json` prints: values, limits of a study, certificates."""
 
 from math import isfinite
+
+import numpy as np
 
 from objectives.margins.disk import disk_range
 from objectives.margins.period import CHANNELS
 from objectives.margins.quantities import QUANTITIES, REPORTED, MarginQuantity
 from objectives.margins.results import Worst
 from objectives.scales import units_of
-from tuner.analysis.margins.limits import LIMITS, Limit
+from plant.cascade import AXES
+from plant.closed_loop import Timing
+from plant.errors import InputError
+from plant.nominal import nominal
+from tuner.analysis.margins.limits import LIMITS, LoopLimit
 from tuner.analysis.margins.readings import Subject
 from tuner.documents.margins import (
     MARGINS_FORMAT,
     MARGINS_VERSION,
+    CertificateRow,
     ChannelMargins,
     GuaranteedRange,
     LimitRow,
@@ -24,6 +31,9 @@ from tuner.documents.margins import (
     Vector,
 )
 from tuner.documents.parts import LawNames
+from tuner.gains import Controller
+from tuner.study.margins import MarginAnalysis, margin_requirement
+from tuner.study.study import Study
 
 UNSTABLE, WITHOUT_END = "the loop is not stable", "no bound"
 
@@ -50,7 +60,7 @@ def margins_document(subject: Subject, requirements: list[LimitRow]) -> MarginsD
     )
 
 
-def default_requirements(subject: Subject, limits: tuple[Limit, ...] = LIMITS) -> list[LimitRow]:
+def default_requirements(subject: Subject, limits: tuple[LoopLimit, ...] = LIMITS) -> list[LimitRow]:
     """Return how every loop stands to the limits: stable, each limit as a hard requirement, each target as a soft one."""
     rows = []
     for channel in subject.looped:
@@ -67,14 +77,19 @@ def default_requirements(subject: Subject, limits: tuple[Limit, ...] = LIMITS) -
             if limit.target is not None:
                 rows.append(
                     limited_row(
-                        f"{label} target", entry, value, Limit(entry.name, limit.sense, limit.target), False, channel
+                        f"{label} target",
+                        entry,
+                        value,
+                        LoopLimit(entry.name, limit.sense, limit.target),
+                        False,
+                        channel,
                     )
                 )
     return rows
 
 
 def limited_row(
-    label: str, entry: MarginQuantity, value: float, limit: Limit, hard: bool, channel: str | None = None
+    label: str, entry: MarginQuantity, value: float, limit: LoopLimit, hard: bool, channel: str | None = None
 ) -> LimitRow:  # fmt: skip
     """Return how a value in SI units stands to a limit in the quantity's unit of limits."""
     kept, least = limit.kept(float(entry.to_limit(value))), float(entry.from_limit(limit.limit))
@@ -149,3 +164,49 @@ def _noted(value: float, unit: str, note: str = WITHOUT_END) -> NotedValue:
 
 def _finite(value: float) -> float | None:
     return value if isfinite(value) else None
+
+
+def study_requirements(study: Study, controller: Controller) -> list[LimitRow] | None:
+    """Return how gains stand to the [[margin]] tables of a study, on the study's vehicle; None where it has none.
+
+    Raises InputError where the study is about other laws.
+    """
+    for loop in ("position", "attitude"):
+        mine, its = (getattr(cascade, loop).name for cascade in (controller.cascade, study.system.cascade))
+        if mine != its:
+            raise InputError(
+                f"the gains are for the {loop} law '{mine}', the study flies '{its}'", file=study.path, key="controller"
+            )
+    if not study.table.margin:
+        return None
+    specs = tuple(entry.spec for entry in study.scenarios)
+    asked = tuple(margin_requirement(table, study.system.timing, specs) for table in study.table.margin)
+    values = MarginAnalysis(asked, study.system, specs, study.path).values(np.array([controller.gains]))[0]
+    return [
+        limited_row(
+            entry.label, entry.quantity, float(entry.quantity.from_limit(value)),
+            LoopLimit(entry.quantity.name, entry.quantity.sense, entry.limit), entry.hard,
+        )
+        for entry, value in zip(asked, values, strict=True)
+    ]  # fmt: skip
+
+
+def certificate_rows(controller: Controller) -> list[CertificateRow]:
+    """Return what each certificate that applies to an axis proves of it; value None where it proves nothing."""
+    # What proves them takes a second to import.
+    from objectives.certificates import CERTIFICATES, axis_loop
+
+    known = nominal(controller.airframe.vehicle, controller.options, controller.control_period)
+    timing = Timing(controller.control_period, controller.plant_step)
+    rows = []
+    for axis in AXES:
+        loop = axis_loop(controller.cascade, controller.gains, known, timing, axis)
+        for info in CERTIFICATES.values():
+            if info.applies_to(loop):
+                found = info.run(loop)
+                row = CertificateRow(
+                    axis=axis, name=info.name, title=info.title, value=found.value, unit=found.unit,
+                    verified=found.verified, why=found.why, source=info.source,
+                )  # fmt: skip
+                rows.append(row)
+    return rows

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 
 
 @dataclass(frozen=True)
-class Limit:
+class LoopLimit:
     """A limit of one quantity of every loop.
 
     quantity: name in `objectives.margins.quantities`; sense: "least" or "most"; target: what
@@ -42,9 +42,9 @@ def _keeps(value: float, limit: float, sense: str) -> bool:
 
 
 LIMITS = (
-    Limit("gain_up", "least", 6.0),
-    Limit("gain_down", "least", 6.0),
-    Limit("phase_margin", "least", 35.0, target=45.0),
-    Limit("delay_periods", "least", 2.0),
-    Limit("ms", "most", 2.0, target=1.7),
+    LoopLimit("gain_up", "least", 6.0),
+    LoopLimit("gain_down", "least", 6.0),
+    LoopLimit("phase_margin", "least", 35.0, target=45.0),
+    LoopLimit("delay_periods", "least", 2.0),
+    LoopLimit("ms", "most", 2.0, target=1.7),
 )

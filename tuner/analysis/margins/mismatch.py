@@ -11,7 +11,7 @@ import numpy as np
 from objectives.margins.quantities import QUANTITIES
 from plant.nominal import vary
 from plant.vehicle import Vehicle
-from tuner.analysis.margins.limits import LIMITS, Limit
+from tuner.analysis.margins.limits import LIMITS, LoopLimit
 from tuner.analysis.margins.linear import Judged, Linear
 from tuner.documents.margins import MismatchRow
 
@@ -65,7 +65,7 @@ def with_factors(vehicle: Vehicle, **factors: float) -> Vehicle:
     return vary(vehicle, *[factors.get(name, 1.0) for name in FACTORS])
 
 
-def slack(judged: Judged | None, criterion: str, h: float, limits: tuple[Limit, ...] = LIMITS) -> float:
+def slack(judged: Judged | None, criterion: str, h: float, limits: tuple[LoopLimit, ...] = LIMITS) -> float:
     """Return by how much a criterion is kept in the worst loop, above 0 where it is; h: control period [s].
 
     "limits": as a share of the limit; "stability": a measure of the decay rate.
@@ -78,7 +78,7 @@ def slack(judged: Judged | None, criterion: str, h: float, limits: tuple[Limit, 
     return min(_slack_of(judged, limit, h) for limit in limits)
 
 
-def _slack_of(judged: Judged, limit: Limit, h: float) -> float:
+def _slack_of(judged: Judged, limit: LoopLimit, h: float) -> float:
     quantity = QUANTITIES[limit.quantity]
     values = judged.quantities[quantity.field]
     worst = np.max(values, axis=0) if limit.sense == "most" else np.min(values, axis=0)

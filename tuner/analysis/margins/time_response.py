@@ -23,7 +23,7 @@ SETTLED = 0.02
 
 
 @dataclass(frozen=True)
-class Responses:
+class LinearResponses:
     """Responses of one channel, NaN for cases that are not stable; loops that depend on no amplitude have one case.
 
     time (t,) [s]; step (cases, t): output after a unit step of the set point; load (cases, t): output after a unit step of the
@@ -36,14 +36,14 @@ class Responses:
     load: Array
 
 
-def time_responses(controller: Controller, trim: Trim, channels: tuple[str, ...]) -> list[Responses]:
+def time_responses(controller: Controller, trim: Trim, channels: tuple[str, ...]) -> list[LinearResponses]:
     """Return the responses of some channels."""
     held = Linear(controller, trim)
     free = Linear(controller, replace(trim, hold=False)) if trim.hold and not trim.moves else held
     return [_responses(channel, free if channel in ATTITUDE_AXES else held) for channel in channels]
 
 
-def _responses(channel: str, linear: Linear) -> Responses:
+def _responses(channel: str, linear: Linear) -> LinearResponses:
     loops, i, stable = linear.closed(channel)
     steps = round(LONGEST["attitude" if channel in ATTITUDE_AXES else "position"] / linear.period)
     step, load = [
@@ -51,7 +51,7 @@ def _responses(channel: str, linear: Linear) -> Responses:
         for start in (loops.reference, loops.load)
     ]
     count = max(_until_settled(step), _until_settled(load))
-    return Responses(channel, linear.period * np.arange(count), step[:, :count], load[:, :count])
+    return LinearResponses(channel, linear.period * np.arange(count), step[:, :count], load[:, :count])
 
 
 def simulate(loops: LinearLoops, column: int, row: int, steps: int) -> Array:

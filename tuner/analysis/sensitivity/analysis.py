@@ -8,8 +8,7 @@ import numpy as np
 
 from plant.seeds import generator
 from tuner.analysis.sensitivity.design import SobolDesign, sobol_design
-from tuner.analysis.sensitivity.indices import Indices, sobol_spans
-from tuner.analysis.sensitivity.scales import RANK, VALUE, held_to_completed, ranks
+from tuner.analysis.sensitivity.indices import RANK, VALUE, Indices, held_to_completed, ranks, sobol_spans
 from tuner.analysis.sensitivity.variance import TwoWay, two_way
 
 Array = np.ndarray

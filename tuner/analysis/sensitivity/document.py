@@ -1,20 +1,17 @@
 """What a sensitivity analysis found, as data for JSON and as tables for CSV."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from plant.gains import gain_addresses
 from tuner.analysis.sensitivity.analysis import Analysis
-from tuner.analysis.sensitivity.indices import Spans
-from tuner.analysis.sensitivity.scales import RANK, SCALES, VALUE
+from tuner.analysis.sensitivity.indices import RANK, SCALES, VALUE, Spans
 from tuner.analysis.sensitivity.variance import Shares
 from tuner.documents.parts import SampledValue
 from tuner.documents.sensitivity import IndexRow, SensitivityDocument, SensitivityVariable, VarianceRow, VarianceShares
+from tuner.store.folder import data_frame
 from tuner.study.study import Study
-
-if TYPE_CHECKING:
-    from pandas import DataFrame
 
 FAILURE = "share of flights lost"
 SCALE_WORDS = {
@@ -127,10 +124,8 @@ def notes(study: Study, analysis: Analysis) -> list[str]:
     return said
 
 
-def index_table(study: Study, analysis: Analysis) -> "DataFrame":
+def index_table(study: Study, analysis: Analysis) -> Any:
     """Return `index_rows` as a pandas table, the parts of an interval in columns of their own."""
-    import pandas as pd
-
     rows = []
     for row in index_rows(study, analysis):
         ends = {
@@ -139,13 +134,11 @@ def index_table(study: Study, analysis: Analysis) -> "DataFrame":
             for part, value in found.content().items()
         }
         rows.append({"scale": row.scale, "output": row.output, "variable": row.variable, **ends})
-    return pd.DataFrame(rows)
+    return data_frame(rows)
 
 
-def variance_table(study: Study, analysis: Analysis) -> "DataFrame":
+def variance_table(study: Study, analysis: Analysis) -> Any:
     """Return `variance_rows` as a pandas table; percentages in columns of their own."""
-    import pandas as pd
-
     rows = []
     for row in variance_rows(study, analysis):
         flat = row.model_dump(include={"objective", "metric", "unit", "candidates"})
@@ -153,17 +146,15 @@ def variance_table(study: Study, analysis: Analysis) -> "DataFrame":
             if shares is not None:
                 flat |= {f"{name}:{part}": share for part, share in shares.content().items()}
         rows.append(flat)
-    return pd.DataFrame(rows)
+    return data_frame(rows)
 
 
-def sample_table(study: Study, analysis: Analysis) -> "DataFrame":
+def sample_table(study: Study, analysis: Analysis) -> Any:
     """Return every sample as a pandas table: block A, B or AB of a variable, gains, objectives, share of flights lost."""
-    import pandas as pd
-
     names = [variable.name for variable in study.space.variables]
     blocks = ["A", "B", *[f"AB:{name}" for name in names]]
     gains = study.space.values(analysis.design.points)
     columns: dict[str, Any] = {"block": [block for block in blocks for _ in range(analysis.design.base)]}
     columns |= {f"gain:{name}": gains[:, i] for i, name in enumerate(names)}
     columns |= {f"objective:{o.label}": analysis.values[:, i] for i, o in enumerate(study.objectives)}
-    return pd.DataFrame(columns | {"failures": analysis.failures, "kept": analysis.kept})
+    return data_frame(columns | {"failures": analysis.failures, "kept": analysis.kept})

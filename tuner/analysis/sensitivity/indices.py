@@ -6,6 +6,16 @@ lie a little below 0 or above 1; its interval then says how little is known.
 
 The intervals are percentile bootstraps over the base samples, which are taken as independent. Those of a Sobol sequence are
 spread more evenly than that, so the intervals are rather too wide. SciPy's own bootstrap takes no seed and is not used.
+
+The variance is explained on two scales. A failed flight costs more than any completed one, a hundred times the usual value and
+more (`objectives.metrics.evaluate`): the plain variance over the ranges of the gains is then that of the failures, and its
+indices say which gains lose flights.
+
+- rank: a candidate's place among all samples, 0 the best and 1 the worst. It is monotone, bounded and the same whatever a
+  failure is said to cost, and it is what a search by dominance sees; so these are the indices to read first. Interactions that
+  only bend the scale are not seen (A. Saltelli, I. M. Sobol, Reliability Engineering & System Safety 50(3):225-239, 1995).
+- value: the objective in its own unit, held to the largest value of any sample that lost no flight. Without failures it is
+  the objective itself.
 """
 
 from typing import NamedTuple
@@ -16,6 +26,9 @@ from tuner.analysis.sensitivity.design import SobolDesign
 
 Array = np.ndarray
 REPLICATES, TAILS = 1000, (0.025, 0.975)
+RANK, VALUE = "rank", "value"
+SCALES = (RANK, VALUE)
+"""Scales on which the variance of an objective is explained."""
 
 
 class Spans(NamedTuple):
@@ -67,3 +80,16 @@ def _bootstrap(f_a: Array, f_b: Array, f_ab: Array, draw: np.random.Generator, r
     # A resample may hold nothing but equal values: then it explains nothing.
     safe = np.where(variance > 0.0, variance, np.inf)[..., None]
     return np.quantile(first / safe, TAILS, axis=0), np.quantile(total / safe, TAILS, axis=0)
+
+
+def ranks(values: Array) -> Array:
+    """Return the ranks (n, q) of values (n, q) in each column, between 0 and 1; equal values share their mean rank."""
+    from scipy.stats import rankdata
+
+    return (rankdata(values, axis=0) - 0.5) / len(values)
+
+
+def held_to_completed(values: Array, failures: Array) -> Array:
+    """Return values (n, q) held to the largest among the samples whose share of failures (n,) is 0; all kept if none is."""
+    complete = failures == 0.0
+    return np.minimum(values, values[complete].max(axis=0)) if complete.any() else values

@@ -7,7 +7,7 @@ from tuner.cli.tables import TerminalTable, wide_console
 from tuner.cli.terminal import Console, bound_text, digits, unit_text, width
 from tuner.documents.judgement import JudgedRow, JudgementDocument
 from tuner.documents.parts import in_shown_units
-from tuner.experiments.tuning.preview import DefaultRow, StudyPreview, TrimRow, VehicleRow
+from tuner.experiments.planning.study_preview import DefaultRow, StudyPreview, TrimRow, VehicleRow
 from tuner.gains.sections import VERSIONS
 
 if TYPE_CHECKING:

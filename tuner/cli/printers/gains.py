@@ -8,7 +8,7 @@ import numpy as np
 from tuner.analysis.responses import SIGNALS, UNITS
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console, digits
-from tuner.study.processor_cost.table import CONTROL_PERIOD
+from tuner.study.processor_cost.cost import CONTROL_PERIOD
 
 if TYPE_CHECKING:
     from tuner.api.flying import Flights

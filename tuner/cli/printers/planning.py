@@ -3,7 +3,7 @@
 from typing import TYPE_CHECKING
 
 from tuner.analysis.sensitivity.document import FAILURE, outputs
-from tuner.analysis.sensitivity.scales import RANK
+from tuner.analysis.sensitivity.indices import RANK
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console, digits, unit_text
 from tuner.documents.plan import ContestPlanDocument, PlanDocument, PlannedObjective

@@ -10,11 +10,11 @@ from objectives.engine import Engine
 from plant.backends.flyer import available_threads
 from plant.backends.processor import compiled_for
 from plant.errors import InputError, require_package
+from tuner.engines.cluster.machine import differences, machine_report, report_for
+from tuner.study.study import Study
 
 if TYPE_CHECKING:
     from distributed import Client
-
-    from tuner.study.study import Study
 
 KEY = "--dask"
 LOCAL, ADDRESSES = "local:", ("tcp://", "tls://")
@@ -26,7 +26,7 @@ Say = Callable[[str], None]
 
 
 @contextmanager
-def engine_at(where: str | None, study: "Study", threads: int | None, say: Say) -> Iterator[Engine | None]:
+def engine_at(where: str | None, study: Study, threads: int | None, say: Say) -> Iterator[Engine | None]:
     """Yield the engine that --dask asks for, None where it asks for none; its connection and processes end with the context."""
     if where is None:
         yield None
@@ -98,8 +98,6 @@ def remote_client(address: str) -> Iterator["Client"]:
 
 def refuse_unlike(client: "Client") -> None:
     """Refuse workers that would fly other bits: InputError with worker, name, theirs and ours."""
-    from tuner.engines.cluster.machine import differences, machine_report, report_for
-
     reports: dict[str, Any] = client.run(report_for, compiled_for(), on_error="return")  # pyright: ignore[reportAssignmentType]
     broken = [f"{worker}: {error}" for worker, error in sorted(reports.items()) if isinstance(error, Exception)]
     there = {worker: report for worker, report in reports.items() if not isinstance(report, Exception)}

@@ -39,7 +39,7 @@ class Part:
 
 
 @dataclass(frozen=True)
-class Block:
+class FlightBlock:
     """Rows of a part that fly as one task."""
 
     part: Part
@@ -52,19 +52,19 @@ class Tasks:
 
     def __init__(self, client: Client, watch: Watch) -> None:
         self._client, self._watch = client, watch
-        self._blocks: dict[Future, Block] = {}
+        self._blocks: dict[Future, FlightBlock] = {}
         self._ended: SimpleQueue[Future] = SimpleQueue()
 
     def __len__(self) -> int:
         return len(self._blocks)
 
-    def add(self, block: Block, *arguments: Any) -> None:
+    def add(self, block: FlightBlock, *arguments: Any) -> None:
         """Have a worker fly a block."""
         future = self._client.submit(*arguments, pure=False)
         self._blocks[future] = block
         future.add_done_callback(self._ended.put)
 
-    def land(self) -> Block:
+    def land(self) -> FlightBlock:
         """Wait for a task to end, put its results in their place and return its block."""
         future = self._next()
         block = self._blocks[future]
@@ -131,7 +131,7 @@ class DaskEngine(Engine):
     ) -> Iterator[np.ndarray]:
         """Fly; see `Engine`."""
         key, source = self._brief(batch), iter(parts)
-        begun, blocks, tasks, more = deque[Part](), deque[Block](), Tasks(self._client, self._watch), True
+        begun, blocks, tasks, more = deque[Part](), deque[FlightBlock](), Tasks(self._client, self._watch), True
         try:
             while more or begun:
                 room = WAITING * self._watch.threads
@@ -153,13 +153,13 @@ class DaskEngine(Engine):
         finally:
             tasks.cancel()
 
-    def _blocks(self, part: Part, gains: np.ndarray, flights: int) -> list[Block]:
+    def _blocks(self, part: Part, gains: np.ndarray, flights: int) -> list[FlightBlock]:
         """Split a part into blocks: of BLOCK flights, or fewer where every thread is to get its share."""
         fair = -(-len(gains) // (SHARES * self._watch.threads))
         each = max(min(self._block // flights, fair), 1)
         rows = [slice(start, start + each) for start in range(0, len(gains), each)]
         part.missing = len(rows)
-        return [Block(part, entry, gains[entry]) for entry in rows]
+        return [FlightBlock(part, entry, gains[entry]) for entry in rows]
 
     def _brief(self, batch: FlightBatch) -> str:
         """Return the key under which every worker has the brief of a batch; those that join later get it too."""

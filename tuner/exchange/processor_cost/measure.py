@@ -31,8 +31,7 @@ from tuner.exchange.processor_cost import qemu
 from tuner.exchange.processor_cost.inputs import Instant, attitude_row, step_row, typical_inputs
 from tuner.exchange.texts import filled
 from tuner.gains import Controller
-from tuner.study.processor_cost.cost import MEANING, TARGET, Cost
-from tuner.study.processor_cost.table import CONTROL_PERIOD, COUNTED, SHARED
+from tuner.study.processor_cost.cost import CONTROL_PERIOD, COUNTED, MEANING, SHARED, TARGET, ProcessorCost
 
 PREFIX, REAL = "holdfast", "float"
 # Sections of an object file that a processor's flash has to hold.
@@ -40,7 +39,7 @@ FLASH = (".text", ".rodata", ".data")
 STACK_FLAGS = ("-fcallgraph-info=su",)
 
 
-def measure_cost(controller: Controller) -> Cost:
+def measure_cost(controller: Controller) -> ProcessorCost:
     """Count the cost of a controller; raises InputError where compiler or emulator are missing."""
     qemu.require()
     code = c_sources(controller, REAL, PREFIX)
@@ -54,7 +53,7 @@ def measure_cost(controller: Controller) -> Cost:
         stack = deepest_stack((folder / f"{code.name}.ci").read_text(encoding="utf-8"), f"{PREFIX}_step")
     attitude, step = ([row[i] for row in rows] for i in range(2))
     compiler, emulator = qemu.versions()
-    return Cost(
+    return ProcessorCost(
         TARGET, _mean(attitude), max(attitude), _mean(step), max(step), flash, head[0], stack, compiler, emulator,
         " ".join(flag for flag in qemu.FLAGS if flag.startswith(("-O", "-ffp", "-fno"))),
     )  # fmt: skip
@@ -101,7 +100,7 @@ def default_controller(position: str, attitude: str) -> Controller:
 
 def measured_table(said: Callable[[str], None]) -> str:
     """Count every pair of laws and return the table as text; said(line) hears of each."""
-    costs: dict[str, dict[str, Cost]] = {}
+    costs: dict[str, dict[str, ProcessorCost]] = {}
     for position in LAWS:
         for attitude in LAWS:
             cost = measure_cost(default_controller(position, attitude))
@@ -110,9 +109,9 @@ def measured_table(said: Callable[[str], None]) -> str:
     return table_text(costs)
 
 
-def table_text(costs: dict[str, dict[str, Cost]]) -> str:
+def table_text(costs: dict[str, dict[str, ProcessorCost]]) -> str:
     """Return a table as JSON with a line for each pair."""
-    first = next(iter(next(iter(costs.values())).values())).as_dict()
+    first = vars(next(iter(next(iter(costs.values())).values())))
     head: dict[str, Any] = {"meaning": MEANING, **{key: first[key] for key in SHARED}}
     head |= {"airframe": AIRFRAME, "control_period_s": CONTROL_PERIOD, "columns": list(COUNTED)}
     lines = [f"  {json.dumps(key)}: {json.dumps(value)}," for key, value in head.items()]
@@ -123,8 +122,8 @@ def table_text(costs: dict[str, dict[str, Cost]]) -> str:
     return "{\n" + "\n".join(lines) + '\n  "costs": {\n' + ",\n".join(blocks) + "\n  }\n}\n"
 
 
-def _line(name: str, cost: Cost) -> str:
-    values = cost.as_dict()
+def _line(name: str, cost: ProcessorCost) -> str:
+    values = vars(cost)
     return f"      {json.dumps(name)}: {json.dumps([values[key] for key in COUNTED])}"
 
 

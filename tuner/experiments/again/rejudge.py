@@ -8,9 +8,9 @@ from plant.errors import InputError, StoreError
 from tuner.engines.cuda import engine_again
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed
-from tuner.experiments.tuning.judgement import JudgementRun
-from tuner.experiments.tuning.problem import flight_store, problem_of
-from tuner.experiments.tuning.search import replayed
+from tuner.experiments.tuning.problem import problem_of
+from tuner.experiments.tuning.run import JudgementRun
+from tuner.experiments.tuning.search import flight_store, replayed
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.store.inputs import check_model

@@ -28,8 +28,8 @@ from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.gains_of_run import gains_document
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.experiments.tuning.problem import batches, flight_store, problem_of, warm_up
-from tuner.experiments.tuning.search import replayed
+from tuner.experiments.tuning.problem import batches, problem_of, warm_up
+from tuner.experiments.tuning.search import flight_store, replayed
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import front_table, generation_table
 from tuner.gains.hashing import same_result

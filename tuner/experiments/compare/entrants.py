@@ -94,6 +94,7 @@ def read_folder(path: Path, name: str) -> Entrant:
     if known is None:
         raise StoreError(f"{path}: the run is not finished; go on with it: tuner resume {path}")
     results = TuningFolder(path)
+    results = TuningFolder(path)
     front = results.front
     tuned = front.of(TUNED)[0]
     rows = rows_of(study, front.gains)

@@ -16,7 +16,7 @@ from plant.closed_loop import Timing
 from plant.errors import InputError
 from plant.nominal import nominal
 from tuner.experiments.compare.entrants import Entrant
-from tuner.experiments.contest.flying import Entry, comparison_problem
+from tuner.experiments.contest.flying import ContestPoint, comparison_problem
 from tuner.experiments.contest.tuning import Prepared
 from tuner.experiments.tuning.ending import contender_ending
 from tuner.study.contest import Contender, Contest
@@ -41,7 +41,7 @@ class ComparisonPlan:
     warnings: list[str]
 
     @property
-    def entries(self) -> list[Entry]:
+    def entries(self) -> list[ContestPoint]:
         """The points compared."""
         return [own.entry for own in self.contenders]
 
@@ -67,7 +67,7 @@ def plan_comparison(entrants: list[Entrant], base: Study) -> ComparisonPlan:
 def _prepared(entrant: Entrant, shown: Entrant | None, contender: Contender, contest: Contest, base: Study) -> Prepared:
     """Return an entrant at its gains; shown: with the points of its front that are flown, None where it has none here."""
     row = np.array(entrant.controller.gains)
-    entry = Entry(contender, entrant.point, row, comparison_problem(contest, contender))
+    entry = ContestPoint(contender, entrant.point, row, comparison_problem(contest, contender))
     # Who has no front of its own in these objectives is one point among the fronts of the others.
     front = [] if shown is None else entries_of(shown, entry, same_flights(entrant, base))
     ending = () if entrant.feasible else tuple(contender_ending(entrant.name, entrant.point))
@@ -143,7 +143,7 @@ def thinned(entrant: Entrant, objective: np.ndarray) -> Entrant:
     )
 
 
-def entries_of(entrant: Entrant, at: Entry, same_flights: bool) -> list[Entry]:
+def entries_of(entrant: Entrant, at: ContestPoint, same_flights: bool) -> list[ContestPoint]:
     """Return an entry for each point of a front; at: the entry of the same controller at its recommended point.
 
     same_flights: whether its run flew what is flown here, so that its held-out values are values of the same thing.

@@ -3,12 +3,13 @@
 from pathlib import Path
 
 from tuner.documents.contest_document import ComparisonDocument
-from tuner.experiments.compare.entrants import Entrant, read_entrants
+from tuner.experiments.compare.entrants import read_entrants
 from tuner.experiments.compare.plan import MOST_POINTS, ComparisonPlan, base_study, plan_comparison
 from tuner.experiments.contest.document import contest_document
 from tuner.experiments.contest.result import Result
 from tuner.experiments.contest.run import ContestRun
 from tuner.experiments.contest.tuning import Prepared
+from tuner.report.contest import write_comparison_figures
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.study.study import Study
@@ -22,6 +23,7 @@ class ComparisonRun(ContestRun):
     document_name = "comparison.json"
     stage = "Comparing"
     resumable = False
+    draw_figures = staticmethod(write_comparison_figures)
 
     def __init__(
         self,
@@ -43,14 +45,6 @@ class ComparisonRun(ContestRun):
     def document(self, result: Result) -> ComparisonDocument:
         """Return the content of comparison.json."""
         return comparison_document(self.plan, result)
-
-    @staticmethod
-    def draw(path: Path, watcher: Watcher) -> None:
-        """Draw figures and report, the figure of the values among them."""
-        from tuner.report.contest.figures import write_values_figure
-
-        write_values_figure(path)
-        ContestRun.draw(path, watcher)
 
 
 def compare(
@@ -92,7 +86,3 @@ def comparison_document(plan: ComparisonPlan, result: Result) -> ComparisonDocum
         study_file=str(plan.contest.path),
         front_points_at_most=MOST_POINTS,
     )
-
-
-def _origin(entrant: Entrant) -> str:
-    return "gains" if entrant.study is None else "results"

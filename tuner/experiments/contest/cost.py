@@ -5,14 +5,17 @@ cascade between the laws, which all contenders share. Instructions, memory and w
 table of `tuner.exchange.processor_cost`.
 """
 
-from dataclasses import dataclass
 from functools import cache
 
+import casadi as ca
+
+from plant.backends.symbolic import symbolic_function
 from plant.cascade import ATTITUDE_AXES, POSITION_AXES, Cascade
 from plant.laws import Law
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
-from tuner.study.processor_cost.cost import Cost as Processor
-from tuner.study.processor_cost.table import tabled
+from tuner.documents.contest_document import ProcessorCount, StepCost
+from tuner.study.processor_cost.cost import MEANING as PROCESSOR_MEANING
+from tuner.study.processor_cost.cost import ProcessorCost, tabled
 
 MEANING = (
     "scalar operations of one control step: the instructions of the CasADi expressions of the laws of three position and "
@@ -20,36 +23,28 @@ MEANING = (
 )
 
 
-@dataclass(frozen=True)
-class Cost:
-    """Operations of one axis of each loop, and of a control step.
-
-    processor: instructions and bytes on a microcontroller; None for laws younger than the packaged table.
-    """
-
-    position: int
-    attitude: int
-    processor: Processor | None = None
-
-    @property
-    def operations(self) -> int:
-        """Operations of the three position and three attitude axes."""
-        return len(POSITION_AXES) * self.position + len(ATTITUDE_AXES) * self.attitude
-
-
-def cost_of(cascade: Cascade) -> Cost:
-    """Count the operations of a cascade's laws and look up its instructions."""
+def step_cost(cascade: Cascade, control_period: float) -> StepCost:
+    """Count the operations of a cascade's laws and look up its instructions; control_period [s]."""
+    position, attitude = step_operations(cascade.position), step_operations(cascade.attitude)
     known = tabled(cascade.position.name, cascade.attitude.name)
-    return Cost(step_operations(cascade.position), step_operations(cascade.attitude), known)
+    return StepCost(
+        operations=len(POSITION_AXES) * position + len(ATTITUDE_AXES) * attitude,
+        position=position,
+        attitude=attitude,
+        meaning=MEANING,
+        processor=None if known is None else processor_count(known, control_period),
+    )
+
+
+def processor_count(cost: ProcessorCost, control_period: float) -> ProcessorCount:
+    """Return instructions and bytes on a microcontroller, a step and a second."""
+    rate = cost.per_second(control_period)
+    return ProcessorCount(**vars(cost), instructions_per_second=rate, meaning=PROCESSOR_MEANING)
 
 
 @cache
 def step_operations(law: Law) -> int:
     """Return the operations of one step of one axis."""
-    import casadi as ca
-
-    from plant.backends.symbolic import symbolic_function
-
     kinds = [law.Memory, law.Constants, Channel, Setpoint, Measured, Applied, float]
     step = symbolic_function("step", law.step, kinds)
     moves = {ca.OP_INPUT, ca.OP_OUTPUT, ca.OP_CONST}

@@ -1,14 +1,10 @@
 """contest.json: what a contest found, in numbers and sentences; the keys are told in results/README.md."""
 
-import numpy as np
-
 from objectives.risk import RISKS
 from plant.gains import gain_addresses
 from tuner.documents.contest_document import (
     BestRow,
     BestUnder,
-    BoundRow,
-    ClaimRow,
     ComparedOn,
     ContenderPick,
     ContenderRow,
@@ -17,25 +13,17 @@ from tuner.documents.contest_document import (
     EstimateRow,
     FrontSize,
     FrontsPart,
-    ProcessorCount,
-    PublishedRow,
     QuantityRow,
-    RulingRow,
     SearchBudget,
-    StepCost,
     VolumeDifference,
     VolumeRow,
 )
 from tuner.documents.parts import GainValue, LawNames, SampledValue
-from tuner.experiments.contest.claims import JudgedClaim
 from tuner.experiments.contest.comparison import Difference
-from tuner.experiments.contest.cost import MEANING, Cost
 from tuner.experiments.contest.fronts import Best
-from tuner.experiments.contest.published import Cell
 from tuner.experiments.contest.result import Result
 from tuner.experiments.contest.words import sentences
 from tuner.study.contest import Quantity
-from tuner.study.processor_cost.cost import MEANING as PROCESSOR_MEANING
 from tuner.study.study import Study
 
 BOX = "share that a front dominates of the box from ideal to reference, 1.1 times the nadir of the union of all fronts"
@@ -68,8 +56,8 @@ def contest_document(result: Result, warnings: list[str]) -> ContestDocument:
         differences=[difference_row(result, entry) for entry in result.comparison.differences],
         fronts=fronts_part(result),
         best_under=[best_row(result, best) for best in result.best_under],
-        published=[cell_row(result, cell) for cell in result.cells],
-        claims=[claim_row(result, judged) for judged in result.claims],
+        published=result.published,
+        claims=result.claims,
         words=sentences(result),
         warnings=warnings,
     )
@@ -77,7 +65,7 @@ def contest_document(result: Result, warnings: list[str]) -> ContestDocument:
 
 def contender_row(result: Result, k: int) -> ContenderRow:
     """Return what there is to know of a contender."""
-    own, study, cost = result.prepared[k], result.prepared[k].contender.study, result.costs[k]
+    own, study = result.prepared[k], result.prepared[k].contender.study
     cascade, tuned = study.system.cascade, own.contender.tuned
     return ContenderRow(
         name=own.contender.name,
@@ -95,8 +83,8 @@ def contender_row(result: Result, k: int) -> ContenderRow:
             for gain in gain_addresses(cascade)
         },
         searched=[variable.name for variable in study.space.variables],
-        cost=step_cost(cost, study.system.timing.control_period),
-        on_bounds=[BoundRow(**vars(entry)) for entry in result.bounds[k]],
+        cost=result.costs[k],
+        on_bounds=result.bounds[k],
         failures=float(result.flown.failed[k].mean(axis=0)),
     )
 
@@ -109,26 +97,6 @@ def search_budget(study: Study) -> SearchBudget:
         generations=study.search.generations,
         flights=candidates * sum(entry.search for entry in study.scenarios),
     )
-
-
-def step_cost(cost: Cost, control_period: float) -> StepCost:
-    """Return operations, and instructions and bytes on a microcontroller where they are known."""
-    return StepCost(
-        operations=cost.operations,
-        position=cost.position,
-        attitude=cost.attitude,
-        meaning=MEANING,
-        processor=processor_count(cost, control_period),
-    )
-
-
-def processor_count(cost: Cost, control_period: float) -> ProcessorCount | None:
-    """Return instructions and bytes on a microcontroller, a step and a second; None where they are not known."""
-    known = cost.processor
-    if known is None:
-        return None
-    rate = known.per_second(control_period)
-    return ProcessorCount(**known.as_dict(), instructions_per_second=rate, meaning=PROCESSOR_MEANING)
 
 
 def quantity_row(quantity: Quantity) -> QuantityRow:
@@ -208,50 +176,3 @@ def best_row(result: Result, best: Best) -> BestUnder:
     return BestUnder(
         objective=labels[best.objective], subject_to=labels[best.subject_to], limit=best.limit, rows=rows
     )  # fmt: skip
-
-
-def cell_row(result: Result, cell: Cell) -> PublishedRow:
-    """Return a printed number beside our distribution."""
-    entry = cell.published
-    low, median, high = (float(point) for point in np.asarray(cell.points))
-    return PublishedRow(
-        contender=result.names[cell.contender],
-        contenders=list(entry.contenders),
-        metric=entry.metric.text,
-        unit=entry.metric.unit,
-        scenario=entry.scenario,
-        quantity=entry.objective.label,
-        value=entry.value,
-        source=entry.source,
-        fitted=entry.fitted,
-        mean=cell.mean.value,
-        low=cell.mean.low,
-        high=cell.mean.high,
-        p2_5=low,
-        median=median,
-        p97_5=high,
-        percentile=cell.percentile,
-        inside=cell.inside,
-    )
-
-
-def claim_row(result: Result, judged: JudgedClaim) -> ClaimRow:
-    """Return a claim with its rulings."""
-    quantities = result.contest.quantities
-    return ClaimRow(
-        text=judged.claim.text,
-        better=judged.claim.better,
-        than=list(judged.claim.than),
-        verdict=judged.verdict,
-        rows=[
-            RulingRow(
-                than=result.names[ruling.than],
-                quantity=quantities[ruling.quantity].label,
-                difference=ruling.difference.value,
-                low=ruling.difference.low,
-                high=ruling.difference.high,
-                verdict=ruling.verdict,
-            )
-            for ruling in judged.rulings
-        ],
-    )

@@ -22,7 +22,7 @@ CHUNK = 64
 
 
 @dataclass(frozen=True)
-class Entry:
+class ContestPoint:
     """A contender at gains that fly. row: gains row (gains,). point: its name among the contender's points.
 
     candidate: index in the contender's search, -1 where it comes from none. picked: values (objectives,) on other scenarios,
@@ -58,7 +58,7 @@ def comparison_problem(contest: Contest, contender: Contender) -> Problem:
 
 
 def fly_all(
-    contest: Contest, entries: Sequence[Entry], threads: int | None, on_flights_done: Callable[[int], None]
+    contest: Contest, entries: Sequence[ContestPoint], threads: int | None, on_flights_done: Callable[[int], None]
 ) -> Flown:
     """Fly every entry through every scenario of the comparison; the result does not depend on the number of threads."""
     tasks, origin = _tasks(contest)
@@ -85,7 +85,10 @@ def fly_all(
 
 
 def fly_groups(
-    contest: Contest, groups: Sequence[Sequence[Entry]], threads: int | None, on_flights_done: Callable[[int], None]
+    contest: Contest,
+    groups: Sequence[Sequence[ContestPoint]],
+    threads: int | None,
+    on_flights_done: Callable[[int], None],
 ) -> list[Flown]:
     """Fly groups of entries together, so that each scenario is drawn once, and return the flights of each group."""
     flown = fly_all(contest, [entry for group in groups for entry in group], threads, on_flights_done)
@@ -119,7 +122,7 @@ def _draw(contest: Contest, task: _Task) -> FlightInputs:
     )
 
 
-def _own(drawn: FlightInputs, contest: Contest, task: _Task, entry: Entry) -> FlightInputs:
+def _own(drawn: FlightInputs, contest: Contest, task: _Task, entry: ContestPoint) -> FlightInputs:
     """Return the drawn scenarios with the entry's vehicle in them."""
     vehicle = entry.problem.system.vehicle
     if vehicle == contest.base.system.vehicle:

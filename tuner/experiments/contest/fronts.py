@@ -23,7 +23,7 @@ from objectives.risk import interval_on, replicates_on, resampled_scenarios, wit
 from plant.seeds import generator
 from tuner.analysis.held_out import FRONT_REPLICATES
 from tuner.documents.parts import SampledValue
-from tuner.experiments.contest.flying import Entry, Flown
+from tuner.experiments.contest.flying import ContestPoint, Flown
 from tuner.search.front import non_dominated
 from tuner.study.contest import Contest
 
@@ -75,7 +75,7 @@ class Best:
     rows: list[int | None]
 
 
-def front_of(contest: Contest, entries: Sequence[Entry], flown: Flown) -> Front:
+def front_of(contest: Contest, entries: Sequence[ContestPoint], flown: Flown) -> Front:
     """Return the feasible, non-dominated points among entries of one contender; flown: of these entries alone."""
     objectives = contest.base.objectives
     drawn = _resamples(contest.seed, flown.origin)
@@ -103,7 +103,7 @@ def front_of(contest: Contest, entries: Sequence[Entry], flown: Flown) -> Front:
     )
 
 
-def _picked(entries: Sequence[Entry], objectives: int) -> np.ndarray | None:
+def _picked(entries: Sequence[ContestPoint], objectives: int) -> np.ndarray | None:
     known = [entry.picked for entry in entries if entry.picked is not None]
     return np.array(known).reshape(-1, objectives) if len(known) == len(entries) else None
 

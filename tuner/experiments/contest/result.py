@@ -5,14 +5,14 @@ from functools import cached_property
 
 import numpy as np
 
-from tuner.experiments.contest.claims import JudgedClaim, judge_claims
+from tuner.documents.contest_document import BoundRow, ClaimRow, PublishedRow, StepCost
 from tuner.experiments.contest.comparison import Comparison, compare_all
-from tuner.experiments.contest.cost import Cost, cost_of
-from tuner.experiments.contest.flying import Entry, Flown
+from tuner.experiments.contest.cost import step_cost
+from tuner.experiments.contest.flying import ContestPoint, Flown
 from tuner.experiments.contest.fronts import Best, Front, Volumes, best_under, front_of, volumes_of
-from tuner.experiments.contest.published import Cell, judge_cells
+from tuner.experiments.contest.judging import judge_claims, judge_published
 from tuner.experiments.contest.tuning import Prepared
-from tuner.study.bounds import OnBound, on_bounds
+from tuner.experiments.tuning.bounds import on_bounds
 from tuner.study.contest import Contest
 
 
@@ -32,10 +32,10 @@ class Result:
     fronts: list[Front]
     volumes: Volumes | None
     best_under: list[Best]
-    cells: list[Cell]
-    claims: list[JudgedClaim]
-    costs: list[Cost]
-    bounds: list[list[OnBound]]
+    published: list[PublishedRow]
+    claims: list[ClaimRow]
+    costs: list[StepCost]
+    bounds: list[list[BoundRow]]
     seconds: float
 
     @cached_property
@@ -44,12 +44,12 @@ class Result:
         return [contender.name for contender in self.contest.contenders]
 
     @property
-    def entries(self) -> list[Entry]:
+    def entries(self) -> list[ContestPoint]:
         """The points compared."""
         return [own.entry for own in self.prepared]
 
 
-def groups_of(prepared: list[Prepared]) -> list[list[Entry]]:
+def groups_of(prepared: list[Prepared]) -> list[list[ContestPoint]]:
     """Return what is flown: the points compared, then the front of each contender."""
     return [[own.entry for own in prepared], *[own.offered or [] for own in prepared]]
 
@@ -58,7 +58,7 @@ def judge_contest(contest: Contest, prepared: list[Prepared], groups: list[Flown
     """Work out everything that follows from the flights of `groups_of`."""
     flown, *behind = groups
     comparison = compare_all(flown, contest.quantities, contest.seed)
-    objectives = contest.base.objectives
+    objectives, systems = contest.base.objectives, [contender.study.system for contender in contest.contenders]
     fronts = _fronts(contest, prepared, flown, behind) if any(own.offered is not None for own in prepared) else []
     return Result(
         contest=contest,
@@ -69,9 +69,9 @@ def judge_contest(contest: Contest, prepared: list[Prepared], groups: list[Flown
         fronts=fronts,
         volumes=volumes_of(fronts, objectives, flown.origin, contest.seed) if fronts else None,
         best_under=best_under(fronts, len(objectives)) if fronts else [],
-        cells=judge_cells(contest, flown, comparison),
+        published=judge_published(contest, flown, comparison),
         claims=judge_claims(contest, comparison),
-        costs=[cost_of(contender.study.system.cascade) for contender in contest.contenders],
+        costs=[step_cost(system.cascade, system.timing.control_period) for system in systems],
         bounds=[
             on_bounds(own.contender.study, own.entry.row, np.array([entry.row for entry in own.offered]))
             if own.offered is not None

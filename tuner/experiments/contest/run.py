@@ -1,7 +1,6 @@
 """A contest: tune the contenders that search, fly all of them through the same air, compare, write everything down."""
 
 from collections.abc import Sequence
-from pathlib import Path
 from typing import Any
 
 from plant.scenarios import HELD_OUT
@@ -9,17 +8,16 @@ from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.resolved import Resolved
 from tuner.experiments.contest.document import contest_document
 from tuner.experiments.contest.flying import fly_groups
-from tuner.experiments.contest.records import response_tables, wind_table
 from tuner.experiments.contest.result import Result, groups_of, judge_contest
-from tuner.experiments.contest.tables import fronts_table, listed_table, scores_table
+from tuner.experiments.contest.tables import fronts_table, listed_table, response_tables, scores_table, wind_table
 from tuner.experiments.contest.tuning import Prepared, prepare
 from tuner.experiments.experiment import Experiment
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.guards.before import few_scenarios
 from tuner.experiments.tuning.problem import warm_up
-from tuner.search.watcher import COMPARING, Watcher
+from tuner.report.contest import write_contest_figures, write_contest_report
+from tuner.search.watcher import COMPARING
 from tuner.store.advice import CONTEST
-from tuner.store.folder import Folder
 from tuner.study.contest import Contest
 
 
@@ -30,11 +28,13 @@ class ContestRun(Experiment[Contest, Result]):
     inside = "contenders"
     document_name = "contest.json"
     stage = COMPARING
+    draw_figures = staticmethod(write_contest_figures)
+    draw_page = staticmethod(write_contest_report)
 
     @classmethod
     def notes(cls, study: Contest) -> list[str]:
         """Say which limits the study does not write."""
-        return automatic_limit_texts(study.base.constraints)
+        return automatic_limit_texts(study.base.automatic_limits)
 
     def contenders(self) -> Sequence[Prepared]:
         """Tune every contender that has something to tune, one after the other."""
@@ -73,8 +73,8 @@ class ContestRun(Experiment[Contest, Result]):
         folder, document = self.folder, self.document(found)
         folder.write_table("scores.parquet", scores_table(found))
         folder.write_table("differences.csv", listed_table(document.differences))
-        if found.cells:
-            folder.write_table("published.csv", listed_table(document.published))
+        if found.published:
+            folder.write_table("published.csv", listed_table(found.published))
         if found.fronts:
             folder.write_table("fronts.csv", fronts_table(found))
         self.watcher.on_writing("responses")
@@ -83,21 +83,6 @@ class ContestRun(Experiment[Contest, Result]):
         folder.write_table("traces.parquet", traces)
         folder.write_table("wind.parquet", wind_table(found))
         folder.write_json(self.document_name, document)
-
-    @staticmethod
-    def draw(path: Path, watcher: Watcher) -> None:
-        """Draw figures and report."""
-        from tuner.report.contest import write_contest_figures, write_contest_report
-
-        watcher.on_writing("figures")
-        write_contest_figures(path)
-        watcher.on_writing("report")
-        write_contest_report(path)
-
-
-def run_contest(contest: Contest, folder: Folder, watcher: Watcher | None = None, threads: int | None = None) -> Result:
-    """Carry out a contest in a results folder, see `ContestRun`."""
-    return ContestRun(contest, folder, watcher, threads).carry_out()
 
 
 def warnings_of(result: Result) -> list[str]:

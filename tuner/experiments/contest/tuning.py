@@ -1,12 +1,13 @@
 """A contender ready for the comparison: the gains it is flown at and the front behind them, both picked before it."""
 
 from dataclasses import dataclass, replace
-from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tuner.experiments.contest.flying import Entry, comparison_problem
+from tuner.experiments.contest.flying import ContestPoint, comparison_problem
 from tuner.experiments.tuning.ending import contender_ending
+from tuner.experiments.tuning.outcome import Outcome
+from tuner.experiments.tuning.run import TuningRun
 from tuner.search.front import pick
 from tuner.search.loop import point_name
 from tuner.search.watcher import Watcher
@@ -14,9 +15,6 @@ from tuner.store.folder import Folder
 from tuner.store.manifest import FILE as MANIFEST
 from tuner.study.contest import Contender, Contest
 from tuner.text.toml_text import toml_text, with_paths
-
-if TYPE_CHECKING:
-    from tuner.experiments.tuning.outcome import Outcome
 
 GIVEN = "given"
 """Name of the point of a contender that is flown as given."""
@@ -31,9 +29,9 @@ class Prepared:
     its run found nothing feasible, else empty.
     """
 
-    entry: Entry
+    entry: ContestPoint
     why: str
-    offered: list[Entry] | None
+    offered: list[ContestPoint] | None
     folder: str | None
     flights: int
     warnings: list[str]
@@ -54,20 +52,18 @@ def prepare(contest: Contest, contender: Contender, folder: Folder, watcher: Wat
     """Tune a contender into a results folder of its own, or take its gains as given."""
     problem = comparison_problem(contest, contender)
     if not contender.tuned:
-        entry = Entry(contender, GIVEN, contender.study.default_row, problem)
+        entry = ContestPoint(contender, GIVEN, contender.study.default_row, problem)
         return Prepared(entry, "its gains are given", None, None, 0, [])
-    from tuner.experiments.tuning.run import run_study
-
     own = f"contenders/{contender.slug}"
     folder.write_text(f"{own}.toml", study_text(contest, contender))
     study = replace(contender.study, path=folder.path / f"{own}.toml")
-    outcome = run_study(study, Folder.open_or_create(folder.path / own), watcher, threads)
+    outcome = TuningRun(study, Folder.open_or_create(folder.path / own), watcher, threads).carry_out()
     folder.written(f"{own}/{MANIFEST}")
 
-    def entry_of(finalist: int) -> Entry:
+    def entry_of(finalist: int) -> ContestPoint:
         candidate = int(outcome.candidates[finalist - 1])
         values = outcome.finalists.evaluation.values[finalist]
-        return Entry(contender, point_name(candidate), outcome.gains(finalist), problem, candidate, values)
+        return ContestPoint(contender, point_name(candidate), outcome.gains(finalist), problem, candidate, values)
 
     chosen, why = compared_at(outcome)
     offered = [entry_of(row) for row in np.flatnonzero(outcome.finalists.non_dominated).tolist()]
@@ -76,7 +72,7 @@ def prepare(contest: Contest, contender: Contender, folder: Folder, watcher: Wat
     return Prepared(compared, why, offered, own, outcome.flights, outcome.warnings, ending)
 
 
-def compared_at(outcome: "Outcome") -> tuple[int, str]:
+def compared_at(outcome: Outcome) -> tuple[int, str]:
     """Return the finalist a contender is compared at and why: what the pick rule picks from its held-out front.
 
     A study on its own prefers points that beat its default everywhere. Contenders have different defaults, and one whose

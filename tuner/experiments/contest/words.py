@@ -1,21 +1,18 @@
 """The results of a contest as plain sentences, each made from numbers; nothing is called better without an interval."""
 
 from collections.abc import Iterable
-from typing import TYPE_CHECKING
 
 from plant.scenarios import CONFIRMATION
+from tuner.documents.contest_document import ClaimRow, PublishedRow
 from tuner.documents.parts import SampledValue
-from tuner.experiments.contest.claims import FAILS, SURVIVES, UNDECIDED, JudgedClaim
-from tuner.experiments.contest.published import Cell
+from tuner.experiments.contest.judging import FAILS, SURVIVES, UNDECIDED
+from tuner.experiments.contest.result import Result
 from tuner.study.contest import Quantity
 from tuner.text.numbers import estimate, per_cent, significant
 from tuner.text.sentences import listing
 
-if TYPE_CHECKING:
-    from tuner.experiments.contest.result import Result
 
-
-def sentences(result: "Result") -> list[str]:
+def sentences(result: Result) -> list[str]:
     """Return what a contest found."""
     return [
         *objective_words(result),
@@ -29,14 +26,14 @@ def sentences(result: "Result") -> list[str]:
     ]
 
 
-def objective_words(result: "Result") -> Iterable[str]:
+def objective_words(result: Result) -> Iterable[str]:
     """Say of each objective who has the lowest value, whom the intervals put above it and whom they do not."""
     for i, quantity in enumerate(result.contest.quantities):
         if quantity.kind == "objective" and len(result.names) > 1:
             yield _ranking(result, i, quantity)
 
 
-def _ranking(result: "Result", i: int, quantity: Quantity) -> str:
+def _ranking(result: Result, i: int, quantity: Quantity) -> str:
     values = [row[i].value for row in result.comparison.estimates]
     order = sorted(range(len(values)), key=lambda k: (values[k], k))
     best, others = order[0], order[1:]
@@ -55,7 +52,7 @@ def _ranking(result: "Result", i: int, quantity: Quantity) -> str:
     return f"{text}."
 
 
-def front_words(result: "Result") -> Iterable[str]:
+def front_words(result: Result) -> Iterable[str]:
     """Compare the sizes of the fronts."""
     volumes = result.volumes
     if volumes is None:
@@ -71,7 +68,7 @@ def front_words(result: "Result") -> Iterable[str]:
         yield f"The differences in size between these fronts are not significant: {pairs}."
 
 
-def limit_words(result: "Result") -> Iterable[str]:
+def limit_words(result: Result) -> Iterable[str]:
     """Say what each front offers under the middle limit."""
     objectives = [quantity for quantity in result.contest.quantities if quantity.kind == "objective"]
     for best in result.best_under:
@@ -94,10 +91,10 @@ def limit_words(result: "Result") -> Iterable[str]:
         )
 
 
-def published_words(result: "Result") -> Iterable[str]:
+def published_words(result: Result) -> Iterable[str]:
     """Say how many printed numbers lie inside our distribution over seeds, in all and for each contender."""
-    free = [cell for cell in result.cells if not cell.published.fitted]
-    fitted = [cell for cell in result.cells if cell.published.fitted]
+    free = [cell for cell in result.published if not cell.fitted]
+    fitted = [cell for cell in result.published if cell.fitted]
     if free:
         yield (
             f"Of {len(free)} comparisons with printed numbers, {_inside(free)} lie between the 2.5 and the 97.5 percentile of "
@@ -110,34 +107,34 @@ def published_words(result: "Result") -> Iterable[str]:
         )
 
 
-def _per_contender(result: "Result", cells: list[Cell]) -> Iterable[str]:
-    for k, name in enumerate(result.names):
-        mine = [cell for cell in cells if cell.contender == k]
+def _per_contender(result: Result, cells: list[PublishedRow]) -> Iterable[str]:
+    for name in result.names:
+        mine = [cell for cell in cells if cell.contender == name]
         if mine:
             yield f"{name} {_inside(mine)} of {len(mine)}"
 
 
-def _inside(cells: list[Cell]) -> int:
+def _inside(cells: list[PublishedRow]) -> int:
     return sum(cell.inside for cell in cells)
 
 
-def claim_words(result: "Result") -> Iterable[str]:
+def claim_words(result: Result) -> Iterable[str]:
     """Say which claims hold."""
     for judged in result.claims:
-        yield f'The claim "{judged.claim.text}" {_VERDICT[judged.verdict]}: {_counted(judged)}.'
+        yield f'The claim "{judged.text}" {_VERDICT[judged.verdict]}: {_counted(judged)}.'
 
 
 _VERDICT = {SURVIVES: "survives", FAILS: "fails", UNDECIDED: "is undecided"}
 
 
-def _counted(judged: JudgedClaim) -> str:
-    verdicts = [ruling.verdict for ruling in judged.rulings]
+def _counted(judged: ClaimRow) -> str:
+    verdicts = [ruling.verdict for ruling in judged.rows]
     kinds = ((SURVIVES, "for it"), (FAILS, "against it"), (UNDECIDED, "without a decision"))
     counts = [f"{verdicts.count(kind)} {words}" for kind, words in kinds if kind in verdicts]
     return f"of {len(verdicts)} paired comparisons {listing(counts)}"
 
 
-def bound_words(result: "Result") -> Iterable[str]:
+def bound_words(result: Result) -> Iterable[str]:
     """Name the gains of recommended points that stand at an end of their range."""
     for name, found in zip(result.names, result.bounds, strict=True):
         for entry in found:
@@ -152,7 +149,7 @@ def bound_words(result: "Result") -> Iterable[str]:
 _END = {"low": "lower", "high": "upper"}
 
 
-def cost_words(result: "Result") -> Iterable[str]:
+def cost_words(result: Result) -> Iterable[str]:
     """Say what a control step costs."""
     operations = _counts(result.names, [cost.operations for cost in result.costs])
     yield f"Scalar operations of the laws in one control step, counted: {operations}."
@@ -171,7 +168,7 @@ def _counts(names: list[str], counts: list[int]) -> str:
     )
 
 
-def certainty_words(result: "Result") -> Iterable[str]:
+def certainty_words(result: Result) -> Iterable[str]:
     """Say which contenders lost flights, and what many intervals mean."""
     for name, lost in zip(result.names, result.flown.failed.mean(axis=1), strict=True):
         if lost > 0.0:

@@ -1,7 +1,5 @@
 """inference.json: what an inference found, in numbers and sentences; every time in s, every angle in rad."""
 
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from tuner.documents.inference_document import (
@@ -19,21 +17,27 @@ from tuner.documents.inference_document import (
     Together,
     UnknownRow,
 )
-from tuner.experiments.inference.evaluated import EvaluatedSettings, published_ratios, ratio_scores
-from tuner.experiments.inference.misfit import CENTRAL_68, CENTRAL_95, is_inside, log_ratio, percentile, tolerance
+from tuner.experiments.contest.judging import is_inside, percentile_of
+from tuner.experiments.inference.findings import Findings
+from tuner.experiments.inference.misfit import (
+    CENTRAL_68,
+    CENTRAL_95,
+    EvaluatedSettings,
+    log_ratio,
+    published_ratios,
+    ratio_scores,
+    tolerance,
+)
 from tuner.experiments.inference.ranges import Range, near_rows
 from tuner.experiments.inference.words import sentences
 from tuner.search.loop import point_name
 from tuner.study.inference import Unknown
 
-if TYPE_CHECKING:
-    from tuner.experiments.inference.findings import Findings
-
 # Rows of `Findings.checked`.
 DEFAULT, CHOSEN, MOST, SHOWN = 0, 1, 2, 3
 
 
-def inference_document(findings: "Findings") -> InferenceDocument:
+def inference_document(findings: Findings) -> InferenceDocument:
     """Return the content of inference.json."""
     inference = findings.inference
     contest = inference.contest
@@ -65,7 +69,7 @@ def inference_document(findings: "Findings") -> InferenceDocument:
     return document.model_copy(update={"words": sentences(document)})
 
 
-def settings_part(findings: "Findings") -> InferenceSettings:
+def settings_part(findings: Findings) -> InferenceSettings:
     """Return the size of an inference."""
     inference, search = findings.inference, findings.inference.contest.base.search
     return InferenceSettings(
@@ -95,7 +99,7 @@ def unknown_row(unknown: Unknown, inferred: float, told: Range) -> UnknownRow:
     )
 
 
-def cell_row(findings: "Findings", i: int) -> CellRow:
+def cell_row(findings: Findings, i: int) -> CellRow:
     """Return a published number beside ours at the inferred setting, and what the best of all settings made of it."""
     cell = findings.inference.cells[i]
     value = np.array([cell.value])
@@ -117,7 +121,7 @@ def cell_row(findings: "Findings", i: int) -> CellRow:
     )
 
 
-def ratio_row(findings: "Findings", i: int) -> RatioRow:
+def ratio_row(findings: Findings, i: int) -> RatioRow:
     """Return the ratio of two contenders in one cell, second to first, flight by flight."""
     inference = findings.inference
     pair = inference.ratios[i]
@@ -142,7 +146,7 @@ def ratio_row(findings: "Findings", i: int) -> RatioRow:
     )
 
 
-def verdicts(findings: "Findings", inside: np.ndarray, checked: np.ndarray) -> dict[str, bool]:
+def verdicts(findings: Findings, inside: np.ndarray, checked: np.ndarray) -> dict[str, bool]:
     """Return where a published value lies inside: at the inferred setting, at one near the least misfit, at any.
 
     inside (n,): under the settings that were flown; checked: under those that were flown held out.
@@ -158,7 +162,7 @@ def spread(scores: np.ndarray, published: np.ndarray, with_mean: bool = True) ->
     """Return the distribution of scores (1, flights) over the flights, and where the published value (1,) stands in it."""
     low68, high68 = np.quantile(scores[0], CENTRAL_68, axis=-1)
     low95, high95 = np.quantile(scores[0], CENTRAL_95, axis=-1)
-    where = percentile(scores, published)
+    where = percentile_of(published, scores)
     mean = {"mean": float(scores[0].mean(axis=-1))} if with_mean else {}
     return SpreadPart(
         **mean,
@@ -178,7 +182,7 @@ def nearest(ratios: np.ndarray) -> float:
     return float(ratios[np.argmin(distance)])
 
 
-def misfit_part(findings: "Findings", row: int, checked: int) -> MisfitPart:
+def misfit_part(findings: Findings, row: int, checked: int) -> MisfitPart:
     """Return the misfits of a setting, in the search and held out, and how many published cells lie inside."""
     return MisfitPart(
         search=misfit_of(findings, findings.found, row),
@@ -188,7 +192,7 @@ def misfit_part(findings: "Findings", row: int, checked: int) -> MisfitPart:
     )
 
 
-def misfit_of(findings: "Findings", settings: EvaluatedSettings, row: int) -> dict[str, float]:
+def misfit_of(findings: Findings, settings: EvaluatedSettings, row: int) -> dict[str, float]:
     """Return the misfit of each kind and over all cells of one setting."""
     inference = findings.inference
     values = settings.misfits(inference)[row]
@@ -196,7 +200,7 @@ def misfit_of(findings: "Findings", settings: EvaluatedSettings, row: int) -> di
     return {**named, "all": float(settings.overall(inference)[row])}
 
 
-def together(findings: "Findings") -> Together:
+def together(findings: Findings) -> Together:
     """Return the setting of the search under which the most cells lie inside at once, and what it misses held out."""
     inside = findings.checked.inside[MOST]
     return Together(
@@ -212,7 +216,7 @@ def together(findings: "Findings") -> Together:
     )
 
 
-def front_setting(findings: "Findings", i: int) -> FrontSetting:
+def front_setting(findings: Findings, i: int) -> FrontSetting:
     """Return a setting of the front."""
     inference, row = findings.inference, int(findings.shown[i])
     names = [unknown.variable.name for unknown in inference.unknowns]
@@ -224,7 +228,7 @@ def front_setting(findings: "Findings", i: int) -> FrontSetting:
     )
 
 
-def lost_flights(findings: "Findings") -> list[LostFlights]:
+def lost_flights(findings: Findings) -> list[LostFlights]:
     """Return the share of held-out flights that failed, of each contender, under the default and the inferred setting."""
     checked, rows = findings.checked.failures, []
     for name in dict.fromkeys(cell.contender for cell in findings.inference.cells):

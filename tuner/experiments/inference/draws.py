@@ -31,7 +31,7 @@ KEPT = 8
 
 
 @dataclass(frozen=True)
-class Flights:
+class FlightRange:
     """Flights of a scenario: the first to before the last of a stream, under one root seed."""
 
     spec: ScenarioSpec
@@ -53,7 +53,7 @@ class Draws:
         self._kept: OrderedDict[Any, Any] = OrderedDict()
         self._lock = Lock()
 
-    def inputs(self, asked: Flights) -> FlightInputs:
+    def inputs(self, asked: FlightRange) -> FlightInputs:
         """Return the drawn flights."""
         injection = asked.spec.air.injection
         if injection is None:
@@ -68,17 +68,17 @@ class Draws:
         disturbances[:, :, INJECTED] = added
         return replace(plain, disturbances=disturbances)
 
-    def _plain(self, asked: Flights) -> FlightInputs:
+    def _plain(self, asked: FlightRange) -> FlightInputs:
         """Return the flights without injection; the bands that settling is judged by are no reason to draw again."""
         key = replace(asked, spec=replace(asked.spec, bands=Bands(), recovery_from=None, steady_share=1.0))
         kept = self._remembered(key, lambda: self._drawn(asked))
         return replace(kept, targets=asked.spec.targets(asked.timing))
 
-    def _drawn(self, asked: Flights) -> FlightInputs:
+    def _drawn(self, asked: FlightRange) -> FlightInputs:
         flights = range(asked.first, asked.last)
         return sample_scenarios(asked.spec, asked.vehicle, asked.timing, self._root, asked.stream, flights)
 
-    def _injected(self, asked: Flights, injection: Injection) -> np.ndarray | None:
+    def _injected(self, asked: FlightRange, injection: Injection) -> np.ndarray | None:
         """Return the injected accelerations in lanes (blocks, K, 6, lanes), None where there are none."""
         steps, h = asked.spec.steps(asked.timing), asked.timing.control_period
         stream = f"{asked.stream}/{asked.spec.name}/air"

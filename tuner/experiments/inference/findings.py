@@ -1,13 +1,21 @@
 """The findings of an inference, whole: every setting flown, the inferred one and the ranges that reproduce the cells."""
 
 from dataclasses import dataclass
+from time import perf_counter
 
 import numpy as np
 
-from tuner.experiments.inference.evaluated import EvaluatedSettings
-from tuner.experiments.inference.ranges import Range
+from plant.scenarios import HELD_OUT
+from tuner.experiments.inference.flying import SettingFlyer
+from tuner.experiments.inference.misfit import LOCAL_REFINEMENT, EvaluatedSettings, best_row, evaluate_settings, front
+from tuner.experiments.inference.ranges import Range, ranges
+from tuner.experiments.inference.refine import Slope
 from tuner.search.loop import Generation
+from tuner.search.watcher import CHECKING, Watcher
 from tuner.study.inference import Inference
+
+# Settings of the front that are flown again at most; a longer one is thinned evenly along its first misfit.
+MOST_CHECKED = 12
 
 
 @dataclass(frozen=True)
@@ -32,3 +40,42 @@ class Findings:
     ranges: list[Range]
     flights: int
     seconds: float
+
+
+def checked_findings(
+    flyer: SettingFlyer,
+    inference: Inference,
+    generations: list[Generation],
+    found: EvaluatedSettings,
+    slope: Slope,
+    watcher: Watcher,
+    begin: float,
+) -> Findings:
+    """Choose the inferred setting and fly it, the default and the front on held-out flights."""
+    values = found.misfits(inference)
+    chosen, most, shown = best_row(values), most_inside(inference, found), thinned(values, front(values))
+    rows = np.array([0, chosen, most, *shown])
+    watcher.on_stage(CHECKING, len(rows) * flyer.flights_of(inference.held_out))
+    scores, failed = flyer.fly(found.values[rows], HELD_OUT, inference.held_out, watcher.on_flights_done)
+    checked = evaluate_settings(inference, found.values[rows], LOCAL_REFINEMENT, scores, failed)
+    told = ranges(inference, found, chosen, slope, scores[1])
+    flown = len(found.values) * flyer.flights_of(inference.flights)
+    flights = flown + len(rows) * flyer.flights_of(inference.held_out)
+    return Findings(
+        inference, generations, found, chosen, most, shown, checked, scores[0], scores[1], told, flights,
+        perf_counter() - begin,
+    )  # fmt: skip
+
+
+def most_inside(inference: Inference, found: EvaluatedSettings) -> int:
+    """Return the setting under which the most published cells lie inside at once; of equals the one of least misfit."""
+    counts = found.inside.sum(axis=1)
+    best = np.flatnonzero(counts == counts.max(axis=0))
+    return int(best[np.argmin(found.overall(inference)[best])])
+
+
+def thinned(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return at most MOST_CHECKED of the rows of misfits (n, kinds), in the order of the first."""
+    rows = rows[np.argsort(values[rows, 0], kind="stable")]
+    keep = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MOST_CHECKED)).round().astype(int))
+    return rows[keep]

@@ -12,7 +12,7 @@ import numpy as np
 
 from objectives.problem import System, score_flights
 from plant.backends.flyer import FlightInputs, Flyer, available_threads
-from tuner.experiments.inference.draws import Draws, Flights
+from tuner.experiments.inference.draws import Draws, FlightRange
 from tuner.experiments.inference.record import SettingStore
 from tuner.study.inference import Inference
 
@@ -101,11 +101,11 @@ class SettingFlyer:
     def _fly(self, values: np.ndarray, stream: str, first: int, scores: np.ndarray, failed: np.ndarray) -> None:
         """Fly one setting and write scores and failed (cells, flights) of the flights from `first` on."""
         studies = self._inference.studies(values)
-        drawn: dict[Flights, FlightInputs] = {}
+        drawn: dict[FlightRange, FlightInputs] = {}
         for task in self.tasks:
             study = studies[task.contender]
             spec, system = study.scenarios[task.scenario].spec, study.system
-            asked = Flights(spec, system.vehicle, system.timing, stream, first, first + scores.shape[1])
+            asked = FlightRange(spec, system.vehicle, system.timing, stream, first, first + scores.shape[1])
             if asked not in drawn:
                 drawn[asked] = self._draws.inputs(asked)
             results = self._flyer(system).fly(study.default_row[None], system.nominal, drawn[asked])

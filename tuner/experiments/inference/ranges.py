@@ -18,8 +18,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tuner.experiments.inference.evaluated import EvaluatedSettings
-from tuner.experiments.inference.misfit import log_ratio
+from tuner.experiments.inference.misfit import EvaluatedSettings, log_ratio
 from tuner.experiments.inference.refine import Slope
 from tuner.study.inference import Inference, Unknown
 

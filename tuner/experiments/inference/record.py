@@ -8,6 +8,8 @@ import io
 from typing import Any
 
 import numpy as np
+import pyarrow as pa
+import pyarrow.parquet as pq
 
 from tuner.store.flights import FOLDER, digest_of, intact_files
 from tuner.store.folder import Folder
@@ -35,9 +37,6 @@ class SettingStore:
 
     def keep(self, stream: str, values: Array, scores: Array, failed: Array) -> None:
         """Write settings (n, unknowns) with scores and failed (n, cells, flights)."""
-        import pyarrow as pa
-        import pyarrow.parquet as pq
-
         table: dict[str, Any] = {f"unknown:{name}": values[:, i] for i, name in enumerate(self._names)}
         table |= {"scores": list(scores.reshape(len(values), -1)), "failed": list(failed.reshape(len(values), -1))}
         sink = io.BytesIO()
@@ -47,8 +46,6 @@ class SettingStore:
         self._written += 1
 
     def _read(self, stream: str, content: bytes) -> None:
-        import pyarrow.parquet as pq
-
         table = pq.read_table(io.BytesIO(content))
         values = np.stack([table[f"unknown:{name}"].to_numpy() for name in self._names], axis=1)
         scores, failed = (np.stack(table[name].to_numpy()) for name in ("scores", "failed"))

@@ -14,8 +14,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tuner.experiments.inference.evaluated import EvaluatedSettings, best_row, concatenate
-from tuner.experiments.inference.misfit import log_ratio, overall, weights
+from tuner.experiments.inference.misfit import EvaluatedSettings, best_row, concatenate, log_ratio, overall, weights
 from tuner.study.inference import Inference
 
 # Distance of the neighbours, in shares of the range of an unknown: at first, and the least that is tried.

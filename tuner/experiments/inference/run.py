@@ -1,42 +1,40 @@
 """An inference: search the settings, look around the best, check on held-out flights, write down."""
 
 from dataclasses import replace
-from pathlib import Path
-from time import perf_counter
 
 import numpy as np
 
 from objectives.problem import Evaluation
-from plant.scenarios import HELD_OUT, SEARCH
+from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.experiments.experiment import Experiment
-from tuner.experiments.inference.evaluated import (
+from tuner.experiments.inference.document import inference_document
+from tuner.experiments.inference.findings import Findings, checked_findings
+from tuner.experiments.inference.flying import SettingFlyer
+from tuner.experiments.inference.misfit import (
     LOCAL_REFINEMENT,
     EvaluatedSettings,
     best_row,
     concatenate,
     evaluate_settings,
-    front,
 )
-from tuner.experiments.inference.findings import Findings
-from tuner.experiments.inference.flying import SettingFlyer
-from tuner.experiments.inference.ranges import ranges
 from tuner.experiments.inference.record import SettingStore
 from tuner.experiments.inference.refine import DAMPINGS, ROUNDS, Slope, refined
-from tuner.experiments.inference.writing import settings_table, write_findings
+from tuner.experiments.inference.tables import candidates_table, settings_table, with_values
+from tuner.experiments.tuning.tables import history_table
+from tuner.report.contest import write_inference_figures, write_inference_report
 from tuner.search.first_generation import first_generation
 from tuner.search.loop import Generation, search_generations
 from tuner.search.registry import SEARCHES
-from tuner.search.watcher import CHECKING, REFINING, SEARCHING, Watcher, compilation
+from tuner.search.watcher import REFINING, SEARCHING, Watcher, compilation
 from tuner.store.advice import INFERENCE
 from tuner.store.folder import Folder
 from tuner.study.inference import Inference
+from tuner.text.toml_text import toml_text
 
 # Values of each unknown that the sweep tries, the others standing at the best setting: a search crowds together, and would
 # leave what does not matter looking as if it did.
 SWEEP = 9
-# Settings of the front that are flown again at most; a longer one is thinned evenly along its first misfit.
-MOST_CHECKED = 12
 
 
 class InferenceRun(Experiment[Inference, Findings]):
@@ -46,6 +44,8 @@ class InferenceRun(Experiment[Inference, Findings]):
     """
 
     kind = INFERENCE
+    draw_figures = staticmethod(write_inference_figures)
+    draw_page = staticmethod(write_inference_report)
 
     def prepare(self) -> None:
         """Index the settings on record and build what flies them."""
@@ -77,29 +77,16 @@ class InferenceRun(Experiment[Inference, Findings]):
         generations, parts = search(flyer, inference, self.folder, watcher)
         watcher.on_stage(REFINING, most_around(len(inference.unknowns)) * each)
         found, slope = around_best(flyer, inference, concatenate(parts), watcher)
-        return check(flyer, inference, generations, found, slope, watcher, self.begin)
+        return checked_findings(flyer, inference, generations, found, slope, watcher, self.begin)
 
     def write_documents(self, found: Findings) -> None:
         """Write tables, numbers, and the study with the inferred values."""
-        write_findings(found, self.folder)
-
-    @staticmethod
-    def draw(path: Path, watcher: Watcher) -> None:
-        """Draw figures and report."""
-        from tuner.report.contest import write_inference_report
-        from tuner.report.inference_figure import write_inference_figures
-
-        watcher.on_writing("figures")
-        write_inference_figures(path)
-        watcher.on_writing("report")
-        write_inference_report(path)
-
-
-def run_inference(
-    inference: Inference, folder: Folder, watcher: Watcher | None = None, threads: int | None = None
-) -> Findings:
-    """Carry out an inference in a results folder, see `InferenceRun`."""
-    return InferenceRun(inference, folder, watcher, threads).carry_out()
+        inference, folder = self.study, self.folder
+        folder.write_table("history.csv", history_table(found.generations))
+        folder.write_table("candidates.parquet", candidates_table(found))
+        values = with_values(inference, found.found.values[found.chosen], folder)
+        folder.write_text("inferred.toml", toml_text(values))
+        folder.write_json("inference.json", inference_document(found))
 
 
 def search(
@@ -168,42 +155,3 @@ def around_best(
 def best_of(inference: Inference, found: EvaluatedSettings) -> np.ndarray:
     """Return the setting (unknowns,) of least misfit."""
     return found.values[best_row(found.misfits(inference))]
-
-
-def check(
-    flyer: SettingFlyer,
-    inference: Inference,
-    generations: list[Generation],
-    found: EvaluatedSettings,
-    slope: Slope,
-    watcher: Watcher,
-    begin: float,
-) -> Findings:
-    """Choose the inferred setting and fly it, the default and the front on held-out flights."""
-    values = found.misfits(inference)
-    chosen, most, shown = best_row(values), most_inside(inference, found), thinned(values, front(values))
-    rows = np.array([0, chosen, most, *shown])
-    watcher.on_stage(CHECKING, len(rows) * flyer.flights_of(inference.held_out))
-    scores, failed = flyer.fly(found.values[rows], HELD_OUT, inference.held_out, watcher.on_flights_done)
-    checked = evaluate_settings(inference, found.values[rows], LOCAL_REFINEMENT, scores, failed)
-    told = ranges(inference, found, chosen, slope, scores[1])
-    flown = len(found.values) * flyer.flights_of(inference.flights)
-    flights = flown + len(rows) * flyer.flights_of(inference.held_out)
-    return Findings(
-        inference, generations, found, chosen, most, shown, checked, scores[0], scores[1], told, flights,
-        perf_counter() - begin,
-    )  # fmt: skip
-
-
-def most_inside(inference: Inference, found: EvaluatedSettings) -> int:
-    """Return the setting under which the most published cells lie inside at once; of equals the one of least misfit."""
-    counts = found.inside.sum(axis=1)
-    best = np.flatnonzero(counts == counts.max(axis=0))
-    return int(best[np.argmin(found.overall(inference)[best])])
-
-
-def thinned(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
-    """Return at most MOST_CHECKED of the rows of misfits (n, kinds), in the order of the first."""
-    rows = rows[np.argsort(values[rows, 0], kind="stable")]
-    keep = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MOST_CHECKED)).round().astype(int))
-    return rows[keep]

@@ -1,86 +1,36 @@
-"""Flights, time, memory and disk of a run, from its counts and from what the pilot measured.
+"""Time, memory and disk of a run, from its counts and from what the pilot measured.
 
-What cannot be known before is taken at its largest: candidates that break a hard requirement, or that a race would stop early,
-are counted as flown, and the front as long as it may get. The fixed parts are those of runs of the quickstart, measured on two
-shared x86 cores.
+The fixed parts are those of runs of the quickstart, measured on two shared x86 cores.
 """
-
-from dataclasses import dataclass
 
 from objectives.engine import keeps
 from objectives.problem import chunk_size
 from plant.backends.lanes import LANES
+from tuner.documents.plan import PlannedSeconds
+from tuner.experiments.planning.counts import CONFIRMED, flights_of, judged_at_most, points_at_most
 from tuner.experiments.planning.pilot import Pilot
-from tuner.experiments.tuning.conclusion import MOST_FINALISTS
 from tuner.search.first_generation import FURTHER
 from tuner.store.flights import GATHERED
+from tuner.study.contest import Contender
 from tuner.study.study import Study
 
 # What a run takes besides its flights: interpreter and libraries, responses, figures and report.
 FIXED_BYTES, FIXED_DISK, FIXED_SECONDS = 430e6, 3.7e6, 3.5
 # What margins as requirements hold beside them.
 MARGIN_BYTES = 250e6
-# The default and the recommended point fly once more, on scenarios that decided nothing.
-CONFIRMED = 2
 # While a chunk is laid out in lanes its inputs stand in memory this many times more, and results while they are written.
 LAYING_OUT, WRITING = 3, 4
 NUMBER = 8
 
 
-@dataclass(frozen=True)
-class Flights:
-    """Numbers of flights: the search's if no candidate is spared; of one finalist in the held-out check. finalists: at most."""
-
-    search: int
-    held_out_each: int
-    finalists: int
-
-    @property
-    def judged(self) -> int:
-        """Candidates flown on held-out scenarios and in the confirmation: the finalists, the default, and two again."""
-        return self.finalists + 1 + CONFIRMED
-
-    @property
-    def held_out(self) -> int:
-        """Flights of the held-out check and of the confirmation."""
-        return self.judged * self.held_out_each
-
-    @property
-    def total(self) -> int:
-        """All flights."""
-        return self.search + self.held_out
-
-
-@dataclass(frozen=True)
-class Seconds:
-    """Wall time of the parts of a run [s], the compilation apart."""
-
-    search: float
-    held_out: float
-    writing: float
-
-    @property
-    def total(self) -> float:
-        """Wall time of the run."""
-        return self.search + self.held_out + self.writing
-
-
-def flights_of(study: Study) -> Flights:
-    """Return how many flights a run makes at most."""
-    candidates = study.search.population * study.search.generations
-    search = candidates * sum(entry.search for entry in study.scenarios)
-    held_out = sum(entry.held_out for entry in study.scenarios)
-    return Flights(search, held_out, min(candidates, MOST_FINALISTS))
-
-
-def seconds_of(study: Study, pilot: Pilot) -> Seconds:
-    """Return how long a run takes."""
+def seconds_of(study: Study, pilot: Pilot, compilation: float | None = None) -> PlannedSeconds:
+    """Return how long a run takes; compilation [s]: None where the kernel was there."""
     spec = study.search
     # The first generation asks for further hypercubes until enough points are worth a flight.
     redrawn = 0.0 if pilot.worthy_share == 1.0 else min(FURTHER, 1.0 / max(pilot.worthy_share, 1.0 / FURTHER))
     screening = spec.population * (spec.generations + redrawn) * pilot.screen_seconds
     search, held_out = screening, 0.0
-    finalists = flights_of(study).finalists + 1
+    finalists = flights_of(study).finalists_at_most + 1
     for entry, flown in zip(study.scenarios, pilot.scenarios, strict=True):
         times = 1 if keeps(entry.search, entry.spec.steps(study.system.timing)) else spec.generations
         search += times * entry.search * flown.draw_seconds
@@ -88,7 +38,22 @@ def seconds_of(study: Study, pilot: Pilot) -> Seconds:
         search += spec.generations * _rounds(spec.population, entry.search, pilot.threads) * flown.block_seconds
         rounds = sum(_rounds(count, entry.held_out, pilot.threads) for count in (finalists, CONFIRMED))
         held_out += rounds * flown.block_seconds
-    return Seconds(search, held_out, FIXED_SECONDS)
+    return PlannedSeconds(
+        compilation=compilation,
+        search=search,
+        held_out_at_most=held_out,
+        writing=FIXED_SECONDS,
+        total_at_most=search + held_out + FIXED_SECONDS,
+    )
+
+
+def comparison_seconds(contender: Contender, pilot: Pilot) -> float:
+    """Return how long the points of a contender fly in the comparison [s]; threads fly blocks of lanes side by side."""
+    spent = 0.0
+    for entry, flown in zip(contender.study.scenarios, pilot.scenarios, strict=True):
+        blocks = points_at_most(contender) * -(-entry.held_out // LANES)
+        spent += entry.held_out * flown.draw_seconds + blocks * flown.block_seconds / pilot.threads
+    return spent
 
 
 def _rounds(candidates: int, flights: int, threads: int) -> int:
@@ -99,7 +64,7 @@ def _rounds(candidates: int, flights: int, threads: int) -> int:
 def memory_of(study: Study, pilot: Pilot) -> float:
     """Return the largest memory that a run holds [bytes]."""
     candidates, kept, largest, results = study.search.population, 0.0, 0.0, 0.0
-    finalists = flights_of(study).finalists + 1
+    finalists = flights_of(study).finalists_at_most + 1
     for entry, flown in zip(study.scenarios, pilot.scenarios, strict=True):
         steps = entry.spec.steps(study.system.timing)
         for count, flying in ((entry.search, candidates), (entry.held_out, finalists), (entry.held_out, CONFIRMED)):
@@ -114,7 +79,10 @@ def memory_of(study: Study, pilot: Pilot) -> float:
 
 def disk_of(study: Study, pilot: Pilot) -> float:
     """Return how large the results folder gets at most [bytes]; every flight is kept, so that none is made twice."""
-    candidates, judged = study.search.population * study.search.generations, flights_of(study).judged
+    candidates, judged = (
+        study.search.population * study.search.generations,
+        judged_at_most(flights_of(study).finalists_at_most),
+    )
     flights = sum(
         flown.stored_bytes * (candidates * entry.search + judged * entry.held_out)
         for entry, flown in zip(study.scenarios, pilot.scenarios, strict=True)

@@ -6,10 +6,20 @@ from typing import Any
 
 from objectives.problem import Problem
 from plant.errors import InputError
-from tuner.documents.plan import ContestPlanDocument, PlanDocument
-from tuner.experiments.planning.contest import contest_plan
-from tuner.experiments.planning.document import plan_document
+from tuner.documents.plan import (
+    ContestPlanDocument,
+    PilotPart,
+    PlanDocument,
+    PlannedComparison,
+    PlannedObjective,
+    PlannedTotal,
+)
+from tuner.experiments.planning.cost import comparison_seconds, disk_of, memory_of, seconds_of
+from tuner.experiments.planning.counts import comparison_flights, flights_of, points_at_most
 from tuner.experiments.planning.pilot import FLIGHTS, Pilot, fly_pilot, pilot_size
+from tuner.experiments.planning.precision import planned_objective
+from tuner.experiments.tuning.conflicts import automatic_rows
+from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.experiments.tuning.problem import problem_of, warm_up
 from tuner.search.watcher import Watcher
 from tuner.study.contest import Contest
@@ -64,3 +74,89 @@ def _compile(problem: Problem, study: Study, watcher: Watcher) -> float | None:
     # A cached kernel is loaded by its first flight, which takes a second that is not to be timed as flying.
     problem.warm_up(study.default_row, study.scenarios[0].spec)
     return None if cached else perf_counter() - begin
+
+
+def plan_document(study: Study, pilot: Pilot, compile_seconds: float | None, share: float) -> PlanDocument:
+    """Return the whole plan; compile_seconds: None where the kernel was there; share: of the default's value, to be told."""
+    objectives = [planned_objective(study, pilot, i, share) for i in range(len(study.objectives))]
+    return PlanDocument(
+        title=study.title,
+        study=study.path.name,
+        digest=study.digest(),
+        seed=study.seed,
+        threads=pilot.threads,
+        pilot=PilotPart(
+            candidates=len(pilot.points),
+            flights=pilot.flights,
+            seconds=pilot.seconds,
+            worth_flying_percent=100.0 * pilot.worthy_share,
+        ),
+        flights=flights_of(study),
+        seconds=seconds_of(study, pilot, compile_seconds),
+        memory_bytes=memory_of(study, pilot),
+        disk_bytes_at_most=disk_of(study, pilot),
+        difference_percent=100.0 * share,
+        objectives=objectives,
+        automatic_limits=automatic_rows(study.automatic_limits),
+        warnings=warnings(study, pilot, objectives, share),
+    )
+
+
+def warnings(study: Study, pilot: Pilot, objectives: list[PlannedObjective], share: float) -> list[str]:
+    """Return what should be changed, or known, before the run."""
+    said = warnings_before_run(study)
+    lost = sum(int(entry.failed[0].sum(axis=0)) for entry in pilot.scenarios)
+    if lost:
+        said.append(
+            f"The default lost {lost} of {FLIGHTS * len(pilot.scenarios)} pilot flights; its values and widths are those of "
+            "failures. Start from other gains, or make the scenarios milder."
+        )
+    if pilot.worthy_share == 0.0:
+        said.append(
+            "None of the points looked at keeps every hard requirement; narrow the ranges of the gains towards a design "
+            "(`tuner design`), or relax a requirement."
+        )
+    for entry in objectives:
+        have, needed = entry.flights.held_out, entry.scenarios_needed
+        if needed is not None and needed > have:
+            said.append(
+                f"{entry.label}: {have} held-out scenarios do not surely tell a difference of {100.0 * share:g} %; "
+                f"{needed} would."
+            )
+    return said
+
+
+def contest_plan(
+    contest: Contest, pilots: list[Pilot], compilation: list[float | None], share: float
+) -> ContestPlanDocument:
+    """Return the whole plan; pilots, compilation [s, None: done before]: of each contender; share: the difference to be told."""
+    found = list(zip(contest.contenders, pilots, compilation, strict=True))
+    runs = {
+        contender.name: plan_document(contender.study, pilot, seconds, share)
+        for contender, pilot, seconds in found
+        if contender.tuned
+    }
+    compared = comparison_flights(contest)
+    comparing = sum(comparison_seconds(contender, pilot) for contender, pilot, _ in found)
+    compiled = [seconds for seconds in compilation if seconds is not None]
+    return ContestPlanDocument(
+        title=contest.title,
+        study=contest.path.name,
+        digest=contest.digest(),
+        seed=contest.seed,
+        runs=runs,
+        comparison=PlannedComparison(
+            stream=contest.stream,
+            flights_each=contest.flights_each,
+            points_at_most=sum(map(points_at_most, contest.contenders)),
+            flights_at_most=compared,
+            seconds_at_most=comparing,
+        ),
+        total=PlannedTotal(
+            flights_at_most=compared + sum(run.flights.total_at_most for run in runs.values()),
+            seconds_at_most=comparing + sum(run.seconds.total_at_most for run in runs.values()),
+            compilation_seconds=sum(compiled) if compiled else None,
+            memory_bytes=max((run.memory_bytes for run in runs.values()), default=None),
+            disk_bytes_at_most=sum(run.disk_bytes_at_most for run in runs.values()),
+        ),
+    )

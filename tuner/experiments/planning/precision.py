@@ -9,7 +9,6 @@ scenarios for a difference d is that of a two-sided test at 5 % that finds it in
 (J. M. Lachin, Controlled Clinical Trials 2(2):93-113, 1981), with s / sqrt(n) the standard deviation of the paired difference.
 """
 
-from dataclasses import dataclass
 from math import ceil
 
 import numpy as np
@@ -17,6 +16,7 @@ import numpy as np
 from objectives.problem import Objective
 from objectives.risk import Risk, bootstrap_interval, minimum_samples
 from plant.seeds import generator
+from tuner.documents.plan import PlannedObjective, StreamFlights, StreamWidths
 from tuner.experiments.planning.pilot import Pilot
 from tuner.study.study import Study
 
@@ -31,21 +31,12 @@ POWER = 1.959964 + 0.841621
 WITHOUT_WIDTH = "worst"
 
 
-@dataclass(frozen=True)
-class Precision:
-    """One objective. default: its value in the pilot; flights, widths: by stream, of the default's interval; None where nothing
-    can be said. needed: scenarios that tell a given difference from the default, the median over the pilot's candidates.
+def planned_objective(study: Study, pilot: Pilot, index: int, share: float) -> PlannedObjective:
+    """Return what to expect of objective `index`; share: the difference to be told, relative to the default's value.
+
+    Widths are of the default's interval, null where nothing can be said; scenarios needed tell that difference from the default,
+    the median over the pilot's candidates.
     """
-
-    objective: Objective
-    default: float
-    flights: dict[str, int]
-    widths: dict[str, float | None]
-    needed: int | None
-
-
-def precision_of(study: Study, pilot: Pilot, index: int, share: float) -> Precision:
-    """Return what to expect of objective `index`; share: the difference to be told, relative to the default's value."""
     objective = study.objectives[index]
     flights: dict[str, int] = {}
     widths: dict[str, float | None] = {}
@@ -55,10 +46,22 @@ def precision_of(study: Study, pilot: Pilot, index: int, share: float) -> Precis
         draw = generator(study.seed, f"plan/{stream}", index)
         widths[stream] = width(*pooled(pilot, index, counts), objective.risk, flights[stream], draw)
     scores, weights = pooled(pilot, index, counts_of(study, objective, HELD_OUT))
-    needed = scenarios_needed(
-        scores, pilot.complete, weights, objective.risk, share, generator(study.seed, "plan/difference", index)
+    default = float(weighed_risk(scores[:1], weights, objective.risk)[0])
+    draw = generator(study.seed, "plan/difference", index)
+    return PlannedObjective(
+        label=objective.label,
+        unit=objective.metric.unit,
+        default=default,
+        flights=StreamFlights(**flights),
+        width=StreamWidths(**widths),
+        width_percent=StreamWidths(**{stream: percent_of(widths[stream], default) for stream in STREAMS}),
+        scenarios_needed=scenarios_needed(scores, pilot.complete, weights, objective.risk, share, draw),
     )
-    return Precision(objective, float(weighed_risk(scores[:1], weights, objective.risk)[0]), flights, widths, needed)
+
+
+def percent_of(width: float | None, value: float) -> float | None:
+    """Return a width in percent of a value, or None."""
+    return None if width is None or value == 0.0 else 100.0 * width / abs(value)
 
 
 def counts_of(study: Study, objective: Objective, stream: str) -> list[int]:

@@ -3,8 +3,8 @@
 from collections.abc import Callable
 from typing import Any, Literal
 
-from tuner.experiments.planning.contest import comparison_flights
-from tuner.experiments.tuning.preview import StudyPreview, search_flights, study_preview
+from tuner.experiments.planning.counts import comparison_flights, search_flights
+from tuner.experiments.planning.study_preview import StudyPreview, study_preview
 from tuner.store.document import DocumentPart
 from tuner.study.contest import Contender, Contest
 from tuner.study.inference import Inference

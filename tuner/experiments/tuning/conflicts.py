@@ -8,13 +8,14 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from math import ceil, floor, log10
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from objectives.problem import Constraint
 from objectives.requirements import Requirement
 from objectives.scales import Scale
+from tuner.documents.plan import AutomaticLimit
 from tuner.search.loop import Archive, point_name
 
 # Smallest conflicting sets told at most: with many, the limits are hopeless one and all.
@@ -56,7 +57,7 @@ class Relaxation(NamedTuple):
     changes: tuple[tuple[int, float], ...]
 
 
-class Cost(NamedTuple):
+class LimitPrice(NamedTuple):
     """The best value of an objective among all feasible candidates, and without one limit."""
 
     limit: int
@@ -137,7 +138,7 @@ def _relaxation(broken: np.ndarray, limits: Sequence[Limit], candidate: int) -> 
     return Relaxation(candidate, float(row.max(axis=0)), changes)
 
 
-def costs_of(found: Archive, limits: Sequence[Limit]) -> list[Cost]:
+def costs_of(found: Archive, limits: Sequence[Limit]) -> list[LimitPrice]:
     """Return by how much the best value of each objective would fall without each limit, where it would and some are feasible.
 
     Of a hard requirement nothing can be said: what breaks it was not flown.
@@ -151,19 +152,21 @@ def costs_of(found: Archive, limits: Sequence[Limit]) -> list[Cost]:
     for i in range(len(limits)):
         allowed = np.all(np.delete(broken, i, axis=1) <= 0.0, axis=1) & found.flown
         without = found.values[allowed].min(axis=0)
-        costs += [Cost(i, m, float(best[m]), float(without[m])) for m in np.flatnonzero(without < best).tolist()]
+        costs += [LimitPrice(i, m, float(best[m]), float(without[m])) for m in np.flatnonzero(without < best).tolist()]
     return costs
 
 
-def automatic_rows(constraints: Sequence[Constraint]) -> list[dict[str, Any]]:
-    """Return the limits that the study does not write, as data."""
-    limits = [limit for limit in limits_of(constraints, ()) if limit.automatic]
-    return [{"label": each.label, "unit": each.unit, "limit": each.limit, "key": each.automatic} for each in limits]
+def automatic_rows(automatic: Sequence[Constraint]) -> list[AutomaticLimit]:
+    """Return limits that the study does not write as rows."""
+    return [
+        AutomaticLimit(label=each.label, unit=each.unit, limit=each.limit, key=each.automatic)
+        for each in limits_of(automatic, ())
+    ]
 
 
-def automatic_limit_texts(constraints: Sequence[Constraint]) -> list[str]:
+def automatic_limit_texts(automatic: Sequence[Constraint]) -> list[str]:
     """Return a sentence for each limit that the study does not write."""
-    return [f"Automatic limit: {limit.text}." for limit in limits_of(constraints, ()) if limit.automatic]
+    return [f"Automatic limit: {limit.text}." for limit in limits_of(automatic, ())]
 
 
 def conflict_texts(conflict: Conflict, limits: Sequence[Limit], default: int | None = None) -> list[str]:
@@ -212,7 +215,7 @@ def _towards(value: float, limit: Limit) -> str:
 
 
 def cost_texts(
-    costs: Sequence[Cost], limits: Sequence[Limit], labels: Sequence[str], units: Sequence[str]
+    costs: Sequence[LimitPrice], limits: Sequence[Limit], labels: Sequence[str], units: Sequence[str]
 ) -> list[str]:
     """Return what each limit costs in sentences; labels, units: of the objectives."""
     told = []

@@ -5,19 +5,19 @@ asked again of the best candidates and of points about them; of flights, only th
 """
 
 from collections.abc import Sequence
-from dataclasses import asdict, dataclass, replace
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import isfinite, sqrt
 from statistics import NormalDist
-from typing import Any, NamedTuple
 
 import numpy as np
 
 from objectives.margins.requirement import MarginRequirement
 from objectives.problem import Constraint
 from objectives.requirements import Requirement, Screen
-from objectives.scales import Scale, in_file, units_of
+from objectives.scales import SCALES
 from plant.gains import GainAddress, gain_addresses
+from tuner.documents.summary import DesignReach, GainAt, ObstacleRow
 from tuner.experiments.tuning.starts import design_row, study_designs
 from tuner.study.margins import MarginAnalysis, margin_requirement
 from tuner.study.study import Study
@@ -34,65 +34,6 @@ MOVED = 1e-3
 INNER = {"x": ("pitch",), "y": ("roll",)}
 # Chance that a gain without influence is named as moving a flown quantity, over all gains of a study.
 ERROR = 0.01
-
-
-class Value(NamedTuple):
-    """A gain at a value."""
-
-    gain: str
-    value: float
-    unit: str
-
-
-@dataclass(frozen=True)
-class Design:
-    """What `tuner design` reaches: the value (None: no bound), whether it keeps the limit, and the gains of the loop."""
-
-    value: float | None
-    kept: bool
-    gains: tuple[Value, ...]
-
-
-@dataclass(frozen=True)
-class Obstacle:
-    """A limit that nothing looked at keeps.
-
-    label, unit, sense, limit: of the limit; loop: axis that breaks it, None where it is no margin of one loop. reached: best
-    value (None: infinite), of point; tried: number of candidates looked at. moved_by: searched gains that move it; fixed: gains
-    of the loop that move it and are not searched. design: None where nothing is designed. automatic: key that moves the limit,
-    "" where the study writes it. scale: from the unit of files to `unit`, see `Requirement`.
-    """
-
-    label: str
-    loop: str | None
-    unit: str
-    sense: str
-    limit: float
-    reached: float | None
-    point: str
-    tried: int
-    moved_by: tuple[str, ...]
-    fixed: tuple[Value, ...] = ()
-    design: Design | None = None
-    automatic: str = ""
-    scale: Scale | None = None
-
-    def row(self) -> dict[str, Any]:
-        """Return it as JSON-able data in the units of files."""
-        told = {key: value for key, value in asdict(self).items() if key not in ("scale", "unit")}
-        return {
-            **told,
-            **units_of(self.unit, self.scale),
-            "limit": in_file(self.limit, self.scale),
-            "reached": in_file(self.reached, self.scale),
-            "fixed": [value._asdict() for value in self.fixed],
-            "design": self.design
-            and {
-                **asdict(self.design),
-                "value": in_file(self.design.value, self.scale),
-                "gains": [value._asdict() for value in self.design.gains],
-            },
-        }
 
 
 @dataclass(frozen=True)
@@ -152,7 +93,7 @@ class Diagnosis:
         designs = study_designs(self._study)
         return design_row(self._study, designs) if any(found.designed for found in designs.values()) else None
 
-    def obstacles(self, points: Array, names: Sequence[str], labels: Sequence[str]) -> list[Obstacle]:
+    def obstacles(self, points: Array, names: Sequence[str], labels: Sequence[str]) -> list[ObstacleRow]:
         """Return what stands behind the requirements `labels`, for points (n, d) of the unit cube and their names.
 
         Of the loops of a margin those are named that none of the points keeps; where each is kept by some, the worst of the
@@ -170,14 +111,24 @@ class Diagnosis:
                 found.append(self._obstacle(i, points[best], float(values[best, i]), names[best], len(points)))
         return found
 
-    def _obstacle(self, i: int, point: Array, value: float, name: str, tried: int) -> Obstacle:
+    def _obstacle(self, i: int, point: Array, value: float, name: str, tried: int) -> ObstacleRow:
         asked, moved = self.probes[i].requirement, self._moved_by(i, point, value)
-        return Obstacle(
-            asked.label, self.probes[i].loop, asked.unit, asked.sense, asked.limit, _finite(value), name, tried, moved,
-            () if moved else self._fixed(i, point, value), self._design(i), scale=asked.scale,
-        )  # fmt: skip
+        return ObstacleRow(
+            label=asked.label,
+            loop=self.probes[i].loop,
+            **asked.units(),
+            sense=asked.sense,
+            limit=asked.in_file(asked.limit),
+            reached=asked.in_file(_finite(value)),
+            point=name,
+            tried=tried,
+            moved_by=moved,
+            fixed=[] if moved else self._fixed(i, point, value),
+            design=self._design(i),
+            automatic="",
+        )
 
-    def _moved_by(self, i: int, point: Array, value: float) -> tuple[str, ...]:
+    def _moved_by(self, i: int, point: Array, value: float) -> list[str]:
         """Return the searched gains whose way through their range moves a probe from its value at a point (d,).
 
         Where the loop is not stable the value says nothing of what would make it so: its own gains count then.
@@ -189,13 +140,13 @@ class Diagnosis:
             changed[k * places : (k + 1) * places, k] = PLACES
         values = self.values(self._study.space.gains(changed))[:, i].reshape(len(variables), places)
         owned = {g.address for g in self._addresses if g.axis in probe.axes} if probe.is_unstable(value) else set()
-        return tuple(
+        return [
             variable.name
             for variable, row in zip(variables, values, strict=True)
             if probe.moves(row, value) or owned & set(variable.addresses)
-        )
+        ]
 
-    def _fixed(self, i: int, point: Array, value: float) -> tuple[Value, ...]:
+    def _fixed(self, i: int, point: Array, value: float) -> list[GainAt]:
         """Return the gains that a study fixes and that move a probe at a point (d,), those of its own loop if there are any.
 
         Where the loop is not stable all of its own count.
@@ -214,15 +165,16 @@ class Diagnosis:
             for gain, one in zip(gains, values, strict=True)
             if probe.moves(np.array([one]), value) or (owned and gain.axis in probe.axes)
         ]
-        return tuple(_value(gain, row) for gain in [gain for gain in moving if gain.axis == probe.loop] or moving)
+        return [_value(gain, row) for gain in [gain for gain in moving if gain.axis == probe.loop] or moving]
 
-    def _design(self, i: int) -> Design | None:
+    def _design(self, i: int) -> DesignReach | None:
         if self.designed is None:
             return None
         value = self.values(self.designed[None])[:, i]
         own = [gain for gain in self._addresses if gain.axis == self.probes[i].loop]
         kept = bool(self.probes[i].broken(value)[0] <= 0.0)
-        return Design(_finite(float(value[0])), kept, tuple(_value(gain, self.designed) for gain in own))
+        reached = self.probes[i].requirement.in_file(_finite(float(value[0])))
+        return DesignReach(value=reached, kept=kept, gains=[_value(gain, self.designed) for gain in own])
 
 
 Column = tuple[Screen, int, Requirement]
@@ -243,8 +195,8 @@ def _split(study: Study) -> tuple[list[Column], list[tuple[Requirement, MarginRe
     return [column for column in columns if column[2].label not in margins], loops
 
 
-def _value(gain: GainAddress, row: Array) -> Value:
-    return Value(gain.address, float(row[gain.column]), gain.unit)
+def _value(gain: GainAddress, row: Array) -> GainAt:
+    return GainAt(gain=gain.address, value=float(row[gain.column]), unit=gain.unit)
 
 
 def _finite(value: float) -> float | None:
@@ -253,22 +205,32 @@ def _finite(value: float) -> float | None:
 
 def flown_obstacle(
     study: Study, constraint: Constraint, points: Array, values: Array, names: Sequence[str]
-) -> Obstacle:  # fmt: skip
+) -> ObstacleRow:  # fmt: skip
     """Return what stands behind a constraint that no point (n, d) flown keeps, by its values (n,) there.
 
     Gains that move it are those whose rank correlation with it is no chance, the strongest first.
     """
     best, objective = int(np.argmin(values)), constraint.objective
-    return Obstacle(
-        objective.label, None, objective.metric.unit, "most", constraint.most, _finite(float(values[best])), names[best],
-        len(points), _correlated(study, points, values), automatic=constraint.floor,
-    )  # fmt: skip
+    return ObstacleRow(
+        label=objective.label,
+        loop=None,
+        unit=objective.metric.unit,
+        sense="most",
+        limit=constraint.most,
+        reached=_finite(float(values[best])),
+        point=names[best],
+        tried=len(points),
+        moved_by=_correlated(study, points, values),
+        fixed=[],
+        design=None,
+        automatic=constraint.floor,
+    )
 
 
-def _correlated(study: Study, points: Array, values: Array) -> tuple[str, ...]:
+def _correlated(study: Study, points: Array, values: Array) -> list[str]:
     variables = study.space.variables
     if len(points) < 8 or np.ptp(values) == 0.0:
-        return ()
+        return []
     from scipy.stats import rankdata
 
     ranks = rankdata(values) - 0.5 * (len(values) + 1)
@@ -280,20 +242,20 @@ def _correlated(study: Study, points: Array, values: Array) -> tuple[str, ...]:
     # Under independence a rank correlation of n pairs has variance 1 / (n - 1); the error is shared among all gains, both signs.
     least = NormalDist().inv_cdf(1.0 - 0.5 * ERROR / len(variables)) / sqrt(len(values) - 1)
     order = sorted(range(len(variables)), key=lambda i: -strength[i])
-    return tuple(variables[i].name for i in order if strength[i] > least)
+    return [variables[i].name for i in order if strength[i] > least]
 
 
-def obstacle_texts(obstacles: Sequence[Obstacle]) -> list[str]:
+def obstacle_texts(obstacles: Sequence[ObstacleRow]) -> list[str]:
     """Return obstacles in sentences."""
     return [_told(entry) for entry in obstacles]
 
 
-def _told(found: Obstacle) -> str:
+def _told(found: ObstacleRow) -> str:
     where = "" if found.loop is None else f" in the {found.loop} loop"
     looked = "the candidate" if found.tried == 1 else f"{found.tried} candidates"
     words = [
-        f"{found.label}{where} reaches {_number(found.reached, found.unit)} at best ({found.point}, of {looked} looked at); "
-        f"at {found.sense} {_number(found.limit, found.unit)} is asked."
+        f"{found.label}{where} reaches {_shown(found.reached, found)} at best ({found.point}, of {looked} looked at); "
+        f"at {found.sense} {_shown(found.limit, found)} is asked."
     ]
     if found.automatic:
         off = found.label.split("(", 1)[1].rsplit(")", 1)[0]
@@ -307,7 +269,7 @@ def _told(found: Obstacle) -> str:
     return " ".join(word for word in words if word)
 
 
-def _told_moves(found: Obstacle) -> str:
+def _told_moves(found: ObstacleRow) -> str:
     if found.moved_by:
         return f"Searched gains that move it: {', '.join(found.moved_by)}."
     if found.fixed:
@@ -315,8 +277,8 @@ def _told_moves(found: Obstacle) -> str:
     return "No searched gain is seen to move it."
 
 
-def _told_design(design: Design, found: Obstacle) -> str:
-    reached = f"`tuner design` reaches {_number(design.value, found.unit)}"
+def _told_design(design: DesignReach, found: ObstacleRow) -> str:
+    reached = f"`tuner design` reaches {_shown(design.value, found)}"
     own = f" with {_listed(design.gains)}" if design.gains else ""
     if not design.kept:
         return f"{reached}{own}, which is not enough either: the limit asks more than this design gives."
@@ -325,9 +287,16 @@ def _told_design(design: Design, found: Obstacle) -> str:
     return f"{reached}{own}: give these gains a range in [gains], or these values."
 
 
-def _listed(values: Sequence[Value]) -> str:
+def _listed(values: Sequence[GainAt]) -> str:
     return ", ".join(f"{entry.gain} = {_number(entry.value, entry.unit)}" for entry in values)
 
 
-def _number(value: float | None, unit: str) -> str:
-    return "no bound" if value is None else f"{value:.4g}" + ("" if unit == "1" else f" {unit}")
+def _shown(value: float | None, found: ObstacleRow) -> str:
+    if value is None:
+        return "no bound"
+    scale = SCALES.get(found.shown_unit or "")
+    return _number(value if scale is None else float(scale.shown(value)), found.shown_unit or found.unit)
+
+
+def _number(value: float, unit: str) -> str:
+    return f"{value:.4g}" + ("" if unit == "1" else f" {unit}")

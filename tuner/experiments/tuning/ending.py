@@ -1,22 +1,19 @@
 """The end of a run: gains to recommend, or nothing that keeps every limit; every other part of the tool asks here."""
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objectives.problem import Problem
-from tuner.documents.summary import INFEASIBLE, NOTHING
-from tuner.experiments.tuning.conflicts import Conflict, Limit
-from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, Diagnosis, Obstacle, flown_obstacle, obstacle_texts
+from tuner.documents.summary import INFEASIBLE, NOTHING, ObstacleRow
+from tuner.experiments.tuning.conflicts import Conflict, Limit, limits_of
+from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, Diagnosis, flown_obstacle, obstacle_texts
+from tuner.experiments.tuning.outcome import Outcome
 from tuner.search.loop import Archive, Generation, point_name
 from tuner.study.study import Study
 
-if TYPE_CHECKING:
-    from tuner.experiments.tuning.outcome import Outcome
 
-
-def contender_ending(name: str, point: str, obstacles: Sequence[Obstacle] = ()) -> list[str]:
+def contender_ending(name: str, point: str, obstacles: Sequence[ObstacleRow] = ()) -> list[str]:
     """Return what a contest or comparison says first of a contender whose run found nothing feasible."""
     head = (
         f"{NOTHING} for {name}: nothing that its run tried keeps every limit. It stands here at {point}, which comes nearest, "
@@ -28,7 +25,7 @@ def contender_ending(name: str, point: str, obstacles: Sequence[Obstacle] = ()) 
 def obstacles_of(
     problem: Problem, study: Study, generations: list[Generation], found: Archive, conflict: Conflict | None,
     limits: list[Limit],
-) -> list[Obstacle]:  # fmt: skip
+) -> list[ObstacleRow]:  # fmt: skip
     """Return what stands behind each limit of a conflict; nothing where there is none."""
     if conflict is None:
         return []
@@ -47,7 +44,7 @@ def obstacles_of(
 
 def _flown(
     problem: Problem, study: Study, generations: list[Generation], found: Archive, constraints: list[int]
-) -> list[Obstacle]:
+) -> list[ObstacleRow]:
     complete = np.concatenate([entry.evaluation.complete for entry in generations], axis=0)
     if not constraints or not complete.any():
         return []
@@ -58,7 +55,7 @@ def _flown(
     ]
 
 
-def ending_of(outcome: "Outcome") -> list[str]:
+def ending_of(outcome: Outcome) -> list[str]:
     """Return what a run that recommends nothing has to say first, the headline before all; nothing for any other run."""
     if outcome.feasible:
         return []
@@ -74,10 +71,8 @@ def ending_of(outcome: "Outcome") -> list[str]:
     return [head, f"{point} breaks {'; '.join(_broken(outcome))}.", *_default(outcome)]
 
 
-def _broken(outcome: "Outcome") -> list[str]:
+def _broken(outcome: Outcome) -> list[str]:
     """Return the limits that the nearest point breaks on held-out scenarios, with its values."""
-    from tuner.experiments.tuning.conflicts import limits_of
-
     study, evaluation, row = outcome.study, outcome.finalists.evaluation, outcome.tuned
     limits, split = limits_of(study.constraints, study.requirements), len(study.constraints)
     broken = np.flatnonzero(evaluation.violations[row] > 0.0).tolist()
@@ -88,5 +83,5 @@ def _broken(outcome: "Outcome") -> list[str]:
     return [f"{limits[i].text} with {value:.4g}" for i, value in zip(broken, values, strict=True)]
 
 
-def _default(outcome: "Outcome") -> list[str]:
+def _default(outcome: Outcome) -> list[str]:
     return ["The default gains keep every limit there."] if outcome.finalists.feasible[0] else []

@@ -1,23 +1,20 @@
 """gains.json of a run: the recommended point with its origin, its held-out values and its margins."""
 
 from math import isfinite
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
+from objectives.margins.margins import MarginModel
 from objectives.margins.quantities import QUANTITIES, RECORDED
+from objectives.margins.results import Margins
 from plant.cascade import AXES
 from plant.errors import InputError
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary
-from tuner.experiments.tuning.run_margins import margin_model
+from tuner.experiments.tuning.outcome import Outcome
+from tuner.experiments.tuning.tables import margin_model
 from tuner.gains import to_document
 from tuner.gains.quantities import quantity, ucum
 from tuner.gains.sections import DEMAND, DESCRIBING, LINEARISED, PLANT_INPUT
-from tuner.study.processor_cost.table import tabled
-from tuner.study.processor_cost.words import gains_rows
-
-if TYPE_CHECKING:
-    from objectives.margins.margins import MarginModel
-    from objectives.margins.results import Margins
-    from tuner.experiments.tuning.outcome import Outcome
+from tuner.study.processor_cost.cost import gains_rows, tabled
 
 Row = dict[str, Any]
 
@@ -27,7 +24,7 @@ LEVEL, METHOD = 0.95, "bootstrap over flights, studentised where the risk has a 
 DIGITS = 6
 
 
-def gains_document(outcome: "Outcome", summary: Summary) -> Row:
+def gains_document(outcome: Outcome, summary: Summary) -> Row:
     """Return the content of gains.json for the point that a summary shows beside the default.
 
     Where nothing is feasible it says so, and `tuner export` refuses it.
@@ -36,7 +33,7 @@ def gains_document(outcome: "Outcome", summary: Summary) -> Row:
     controller = study.controller(outcome.gains(outcome.tuned))
     provenance = {
         "study": study.origin(summary.shown) | ({} if outcome.feasible else {"feasible": False}),
-        "objectives": objective_rows(outcome, summary.table),
+        "objectives": objective_rows(outcome),
         "margins": margin_rows(outcome),
         "cost": gains_rows(tabled(controller.cascade.position.name, controller.cascade.attitude.name)),
     }  # fmt: skip
@@ -46,17 +43,26 @@ def gains_document(outcome: "Outcome", summary: Summary) -> Row:
     return to_document(controller, {key: part for key, part in provenance.items() if part}, ranges)
 
 
-def objective_rows(outcome: "Outcome", table: list[ComparedRow | RequiredRow]) -> list[Row]:
+def objective_rows(outcome: Outcome) -> list[Row]:
     """Return what the flights that decided nothing say; what was sampled comes first, and says how sure it is."""
+    sampled = [objective_row(row) for row in outcome.table]
+    flights = [outcome.confirmation.samples(i, row.scenario).shape[-1] for i, row in enumerate(outcome.table)]
+    known = [objective_row(row) for row in outcome.known]
+    return [*[{**row, "interval": interval(n)} for row, n in zip(sampled, flights, strict=True)], *known]
+
+
+def objective_row(row: ComparedRow | RequiredRow) -> Row:
+    """Return one line of the Default / Tuned table as gains.json holds it."""
     keys = {"label", "unit", "kind", "limit", "default", "tuned", "difference", "verdict"}
-    rows = [{**row.model_dump(include=keys), "unit": ucum(row.unit)} for row in table]
-    for i, sampled in enumerate(outcome.table):
-        flights = outcome.confirmation.samples(i, sampled.quantity.scenario).shape[-1]
-        rows[i]["interval"] = {"level": LEVEL, "n": flights, "method": METHOD}
-    return rows
+    return {**row.model_dump(include=keys), "unit": ucum(row.unit)}
 
 
-def margin_rows(outcome: "Outcome") -> list[Row]:
+def interval(flights: int) -> Row:
+    """Return how the intervals over so many flights were made."""
+    return {"level": LEVEL, "n": flights, "method": METHOD}
+
+
+def margin_rows(outcome: Outcome) -> list[Row]:
     """Return the margins of the recommended point, loop by loop; none where no steady flight is found."""
     try:
         model = margin_model(outcome)
@@ -67,7 +73,7 @@ def margin_rows(outcome: "Outcome") -> list[Row]:
     return [margin_row(model, margins, channel) for channel in AXES if channel in looped]
 
 
-def margin_row(model: "MarginModel", margins: "Margins", channel: str) -> Row:
+def margin_row(model: MarginModel, margins: Margins, channel: str) -> Row:
     """Return the margins of one loop; what no crossing limits is left out, and everything where the loop is not stable."""
     i = AXES.index(channel)
     stable, case = bool(margins.stable[0, i]), int(margins.sensitivity.case[0, i])

@@ -6,9 +6,9 @@ from functools import cached_property
 import numpy as np
 
 from objectives.problem import Evaluation, Problem
-from tuner.analysis.held_out import Comparison, Finalists, KnownComparison
-from tuner.experiments.tuning.conflicts import Conflict, Cost
-from tuner.experiments.tuning.diagnosis import Obstacle
+from tuner.analysis.held_out import Finalists
+from tuner.documents.summary import ComparedRow, ObstacleRow, RequiredRow
+from tuner.experiments.tuning.conflicts import Conflict, LimitPrice
 from tuner.search.loop import Archive, Generation, archive, point_name
 from tuner.study.study import Study
 
@@ -31,11 +31,11 @@ class Outcome:
     confirmation: Evaluation
     tuned: int
     why: str
-    table: list[Comparison]
-    known: list[KnownComparison]
+    table: list[ComparedRow]
+    known: list[RequiredRow]
     conflict: Conflict | None
-    obstacles: list[Obstacle]
-    costs: list[Cost]
+    obstacles: list[ObstacleRow]
+    costs: list[LimitPrice]
     warnings: list[str]
     seconds: float
 

@@ -1,16 +1,12 @@
-"""The problem that a study poses, the flights it is posed on and those that are on record."""
-
-from pathlib import Path
+"""The problem that a study poses and the flights it is posed on."""
 
 from objectives.engine import Engine
+from objectives.margins.curve import is_compiled
 from objectives.memory import FlightMemory
 from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
-from plant.gains import gain_addresses
 from plant.scenarios import SEARCH
 from tuner.search.watcher import Watcher, compilation
-from tuner.store.flights import FlightStore
-from tuner.store.folder import Folder
 from tuner.study.study import Study
 
 
@@ -36,12 +32,6 @@ def problem_of(
     )  # fmt: skip
 
 
-def flight_store(study: Study, folder: Folder | None, others: tuple[Path, ...] = ()) -> FlightStore:
-    """Return the flights of a study in its results folder and in others."""
-    columns = tuple(gain.address for gain in gain_addresses(study.system.cascade))
-    return FlightStore(folder, columns, others)
-
-
 def check_searched(study: Study) -> None:
     """Refuse a study that searches no gain."""
     if not study.space.variables:
@@ -54,13 +44,7 @@ def check_searched(study: Study) -> None:
 def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
     """Have the kernel compiled (once for a combination of laws) before anything is timed."""
     ready = problem.flyer.cached and problem.engine.ready(batches(study, SEARCH)[0])
-    if ready and not (study.table.margin and _margins_are_cold()):
+    if ready and (not study.table.margin or is_compiled()):
         return
     with compilation(watcher):
         problem.warm_up(study.default_row, study.scenarios[0].spec)
-
-
-def _margins_are_cold() -> bool:
-    from objectives.margins.curve import is_compiled
-
-    return not is_compiled()

@@ -1,26 +1,35 @@
-"""A tuning run: search, re-fly the finalists on held-out scenarios, pick, write everything down."""
+"""A tuning run: search, re-fly the finalists on held-out scenarios, pick, write everything down.
+
+A judgement is a tuning run that searches nothing: flights already flown, judged by other objectives, risks, limits or pick rules.
+What a run recorded are the meters of every flight, from which any metric follows. A candidate that the first study did not fly
+and that the second finds worth it is flown; so are finalists on held-out scenarios that they have not seen.
+"""
 
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
 
+import numpy as np
+
 from objectives.engine import Engine
 from plant.scenarios import HELD_OUT
+from tuner import report
 from tuner.documents.summary import gains_name
+from tuner.engines.cluster.connect import engine_at
+from tuner.engines.cuda import LANES, engine_again, engine_named
 from tuner.experiments.experiment import DRAWN, Experiment
 from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.gains_of_run import gains_document
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.experiments.tuning.problem import check_searched, flight_store, problem_of, warm_up
-from tuner.experiments.tuning.search import algorithm_of, first_points, search
+from tuner.experiments.tuning.problem import check_searched, problem_of, warm_up
+from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search
 from tuner.experiments.tuning.summary import summary_document
-from tuner.experiments.tuning.tables import front_table
+from tuner.experiments.tuning.tables import constraint_table, front_table, margin_table, response_table
 from tuner.search.loop import Search
 from tuner.search.watcher import Watcher
-from tuner.store.advice import TUNING
+from tuner.store.advice import JUDGEMENT, TUNING
 from tuner.store.clock import Clock
-from tuner.store.folder import Folder
 from tuner.study.study import Study
 from tuner.study.trim import trim_texts
 
@@ -34,6 +43,8 @@ class TuningRun(Experiment[Study, Outcome]):
 
     kind = TUNING
     options = frozenset({"reuse", "dask", "backend", "budget", "here"})
+    draw_figures = staticmethod(report.write_figures)
+    draw_page = staticmethod(report.write_report)
 
     @classmethod
     def check(cls, study: Study) -> None:
@@ -44,7 +55,7 @@ class TuningRun(Experiment[Study, Outcome]):
     def notes(cls, study: Study) -> list[str]:
         """Say what a steady wind takes and which limits the study does not write."""
         specs = [entry.spec for entry in study.scenarios]
-        return [*trim_texts(specs, study.system), *automatic_limit_texts(study.constraints)]
+        return [*trim_texts(specs, study.system), *automatic_limit_texts(study.automatic_limits)]
 
     @classmethod
     @contextmanager
@@ -58,9 +69,6 @@ class TuningRun(Experiment[Study, Outcome]):
         recorded: Path | None,
     ) -> Iterator[Engine | None]:
         """Yield a cluster, a graphics card, or None for this machine's cores; recorded: the folder to go on with."""
-        from tuner.engines.cluster.connect import engine_at
-        from tuner.engines.cuda import LANES, engine_again, engine_named
-
         with engine_at(dask, study, threads, watcher.on_message) as cluster:
             if recorded is not None:
                 yield engine_again(recorded, study.system, study.seed, cluster)
@@ -110,11 +118,8 @@ class TuningRun(Experiment[Study, Outcome]):
 
     def write(self, found: Outcome) -> None:
         """Write documents and tables while the process that draws the figures starts, then the report."""
-        from tuner.experiments.tuning.run_margins import margin_table
-        from tuner.report import start_figures, write_report
-
         folder, watcher = self.folder, self.watcher
-        drawing = start_figures(folder.path)
+        drawing = report.start_figures(folder.path)
         try:
             self.write_documents(found)
             drawing.begin()
@@ -123,7 +128,7 @@ class TuningRun(Experiment[Study, Outcome]):
             if margins is not None:
                 folder.write_table("margins.parquet", margins)
             watcher.on_writing("report")
-            write_report(folder.path)
+            report.write_report(folder.path)
             watcher.on_writing("figures")
             drawing.wait()
         except BaseException:
@@ -133,9 +138,6 @@ class TuningRun(Experiment[Study, Outcome]):
 
     def write_documents(self, found: Outcome) -> None:
         """Write what the figures show: front, summary, responses; and gains."""
-        from tuner.experiments.tuning.run_constraints import constraint_table
-        from tuner.experiments.tuning.run_responses import response_table
-
         folder = self.folder
         summary = summary_document(found)
         folder.write_table("front.csv", front_table(found))
@@ -147,24 +149,28 @@ class TuningRun(Experiment[Study, Outcome]):
         if found.study.constraints:
             folder.write_table("constraints.csv", constraint_table(found))
 
-    @staticmethod
-    def draw(path: Path, watcher: Watcher) -> None:
-        """Draw figures and report again."""
-        from tuner.report import write_figures, write_report
 
-        watcher.on_writing("figures")
-        write_figures(path)
-        watcher.on_writing("report")
-        write_report(path)
+class Recorded:
+    """A search that asks for the candidates of another one."""
+
+    def __init__(self, generations: Iterator[np.ndarray]) -> None:
+        self._generations = generations
+
+    def ask(self) -> np.ndarray:
+        """Return the next generation (n, d)."""
+        return next(self._generations)
+
+    def tell(self, values: np.ndarray, violations: np.ndarray) -> None:
+        """Learn nothing: the candidates are given."""
 
 
-def run_study(
-    study: Study,
-    folder: Folder,
-    watcher: Watcher | None = None,
-    threads: int | None = None,
-    reuse: tuple[Path, ...] = (),
-    engine: Engine | None = None,
-) -> Outcome:
-    """Carry out a tuning run in a results folder, see `TuningRun`."""
-    return TuningRun(study, folder, watcher, threads, reuse, engine).carry_out()
+class JudgementRun(TuningRun):
+    """A tuning run that asks for recorded candidates. candidates: one array (n, d) a generation."""
+
+    kind = JUDGEMENT
+    options = frozenset()
+    candidates: list[np.ndarray]
+
+    def algorithm(self) -> tuple[Search, list[str]]:
+        """Return the recorded search."""
+        return Recorded(iter(self.candidates)), []

@@ -9,6 +9,7 @@ import numpy as np
 from objectives.problem import Evaluation, Problem
 from objectives.racing import Champions, race
 from plant.errors import StoreError
+from plant.gains import gain_addresses
 from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.experiments.tuning.problem import batches
@@ -19,10 +20,17 @@ from tuner.search.loop import Generation, Search, archive, search_generations
 from tuner.search.registry import SEARCHES
 from tuner.search.watcher import SEARCHING, Watcher
 from tuner.store.clock import Clock, Spent, recorded
+from tuner.store.flights import FlightStore
 from tuner.store.folder import Folder
 from tuner.store.start import FILE as START
 from tuner.store.start import read_start, write_start
 from tuner.study.study import Study
+
+
+def flight_store(study: Study, folder: Folder | None, others: tuple[Path, ...] = ()) -> FlightStore:
+    """Return the flights of a study in its results folder and in others."""
+    columns = tuple(gain.address for gain in gain_addresses(study.system.cascade))
+    return FlightStore(folder, columns, others)
 
 
 def first_points(problem: Problem, study: Study, folder: Folder) -> tuple[np.ndarray, list[str]]:

@@ -1,52 +1,37 @@
 """summary.json of a run: what was found, in numbers that a person or a program can read."""
 
-from collections.abc import Sequence
-from math import isfinite
-from typing import TYPE_CHECKING
-
 import numpy as np
 
 from objectives.problem import Objective
-from objectives.risk import RISKS
-from objectives.scales import Scale, in_file, units_of
+from objectives.scales import in_file, units_of
 from plant.air.air import summary as air_summary
 from plant.gains import gain_addresses
-from tuner.analysis.held_out import Comparison, KnownComparison
-from tuner.documents.parts import Estimate, SampledValue
+from tuner.documents.parts import Estimate
 from tuner.documents.summary import (
     AirRow,
-    ComparedRow,
     ConflictPart,
-    DesignReach,
-    GainAt,
     LimitCost,
-    ObstacleRow,
     Pick,
     PickedObjective,
     PickedOn,
     RelaxationRow,
     RelaxedLimit,
-    RequiredRow,
     SearchSeconds,
     Spared,
     Summary,
     VariableRow,
 )
-from tuner.experiments.tuning.conflicts import Conflict, Cost, Limit, Relaxation, limits_of
-from tuner.experiments.tuning.diagnosis import Design, Obstacle, Value
+from tuner.experiments.tuning.bounds import ENDS, natural_end
+from tuner.experiments.tuning.conclusion import default_candidate, remarks
+from tuner.experiments.tuning.conflicts import Conflict, Limit, LimitPrice, Relaxation, limits_of
 from tuner.experiments.tuning.ending import ending_of
+from tuner.experiments.tuning.outcome import Outcome
 from tuner.search.loop import point_name
-from tuner.study.bounds import ENDS, natural_end
 from tuner.study.trim import trim_entry
 
-if TYPE_CHECKING:
-    from tuner.experiments.tuning.outcome import Outcome
 
-
-def summary_document(outcome: "Outcome") -> Summary:
+def summary_document(outcome: Outcome) -> Summary:
     """Return the content of summary.json."""
-    from tuner.experiments.tuning.conclusion import default_candidate, remarks
-
     study, finalists, last = outcome.study, outcome.finalists, outcome.generations[-1]
     shown, feasible = outcome.names[outcome.tuned], outcome.feasible
     limits = limits_of(study.constraints, study.requirements)
@@ -71,12 +56,12 @@ def summary_document(outcome: "Outcome") -> Summary:
         hypervolume=last.hypervolume,
         picked_on=picked_on(outcome),
         conflict=conflict_part(outcome.conflict, limits, default_candidate(outcome.archive, study)),
-        obstacles=[obstacle_row(entry) for entry in outcome.obstacles],
+        obstacles=outcome.obstacles,
         costs=[cost_row(cost, limits, study.objectives) for cost in outcome.costs],
         remarks=remarks(outcome),
         warnings=outcome.warnings,
         variables=variable_rows(outcome),
-        table=table_rows(outcome),
+        table=[*outcome.table, *outcome.known],
         air=[
             AirRow.model_validate(
                 {"scenario": entry.spec.name, **air_summary(entry.spec.air), **trim_entry(entry.spec, study.system)}
@@ -86,16 +71,7 @@ def summary_document(outcome: "Outcome") -> Summary:
     )
 
 
-def table_rows(outcome: "Outcome") -> list[ComparedRow | RequiredRow]:
-    """Return the Default / Tuned table: objectives, constraints and requirements."""
-    floors = {entry.objective.label: entry.floor for entry in outcome.study.constraints}
-    return [
-        *[compared_row(row, floors.get(row.quantity.label, "")) for row in outcome.table],
-        *[required_row(row) for row in outcome.known],
-    ]
-
-
-def picked_on(outcome: "Outcome") -> PickedOn:
+def picked_on(outcome: Outcome) -> PickedOn:
     """Return what the recommended point was picked by: its held-out values and how sure its place on the front is."""
     finalists, row = outcome.finalists, outcome.tuned
     return PickedOn(
@@ -114,7 +90,7 @@ def picked_on(outcome: "Outcome") -> PickedOn:
     )
 
 
-def lost_in_search(outcome: "Outcome") -> float | None:
+def lost_in_search(outcome: Outcome) -> float | None:
     """Return the share of its flights in the search that the recommended point lost, None where it was not flown there."""
     failures = np.concatenate([entry.evaluation.failures for entry in outcome.generations])
     candidate = outcome.candidates[outcome.tuned - 1]
@@ -158,34 +134,7 @@ def relaxation_row(relaxation: Relaxation, limits: list[Limit], default: int | N
     )
 
 
-def obstacle_row(found: Obstacle) -> ObstacleRow:
-    """Return what stands behind a limit that no candidate keeps."""
-    design = found.design
-    return ObstacleRow(
-        label=found.label,
-        loop=found.loop,
-        **units_of(found.unit, found.scale),
-        sense=found.sense,
-        limit=in_file(found.limit, found.scale),
-        reached=in_file(found.reached, found.scale),
-        point=found.point,
-        tried=found.tried,
-        moved_by=list(found.moved_by),
-        fixed=_gains(found.fixed),
-        design=None if design is None else _design(design, found.scale),
-        automatic=found.automatic,
-    )
-
-
-def _design(found: Design, scale: Scale | None) -> DesignReach:
-    return DesignReach(value=in_file(found.value, scale), kept=found.kept, gains=_gains(found.gains))
-
-
-def _gains(values: Sequence[Value]) -> list[GainAt]:
-    return [GainAt(**value._asdict()) for value in values]
-
-
-def cost_row(cost: Cost, limits: list[Limit], objectives: tuple[Objective, ...]) -> LimitCost:
+def cost_row(cost: LimitPrice, limits: list[Limit], objectives: tuple[Objective, ...]) -> LimitCost:
     """Return the best value of an objective that the search found with a limit and without it."""
     objective = objectives[cost.objective]
     ends = {"with": cost.kept, "without": cost.without}
@@ -194,57 +143,7 @@ def cost_row(cost: Cost, limits: list[Limit], objectives: tuple[Objective, ...])
     )  # fmt: skip
 
 
-def compared_row(row: Comparison, automatic: str) -> ComparedRow:
-    """Return one line of the Default / Tuned table; automatic: key of the study that moves a limit which it does not write."""
-    quantity = row.quantity
-    return ComparedRow(
-        label=quantity.label,
-        metric=quantity.metric.text,
-        definition=quantity.metric.metric.definition,
-        risk=RISKS[quantity.risk.name].definition,
-        scenario=quantity.scenario,
-        unit=quantity.metric.unit,
-        kind="objective" if row.limit is None else "constraint",
-        limit=row.limit,
-        default=sampled(row.default),
-        tuned=sampled(row.tuned),
-        difference=sampled(row.difference),
-        verdict=row.verdict,
-        automatic="" if row.limit is None else automatic,
-    )
-
-
-def sampled(found: SampledValue) -> Estimate:
-    """Return a number with its interval."""
-    return Estimate(*found)
-
-
-def required_row(row: KnownComparison) -> RequiredRow:
-    """Return the line of a requirement in SI units: numbers without intervals, null where a value is infinite."""
-    requirement = row.requirement
-    finite = isfinite(row.default) and isfinite(row.tuned)
-    default, tuned = (float(requirement.in_file(value)) for value in (row.default, row.tuned))
-    return RequiredRow(
-        label=requirement.label,
-        quantity=requirement.quantity,
-        **requirement.units(),
-        kind="requirement",
-        limit=float(requirement.in_file(requirement.limit)),
-        sense=requirement.sense,
-        hard=requirement.hard,
-        default=known_value(default),
-        tuned=known_value(tuned),
-        difference=known_value(tuned - default if finite else None),
-        verdict=row.verdict,
-    )
-
-
-def known_value(value: float | None) -> Estimate:
-    """Return a number without an interval; null where it is infinite."""
-    return Estimate(value if value is not None and isfinite(value) else None, None, None)
-
-
-def variable_rows(outcome: "Outcome") -> list[VariableRow]:
+def variable_rows(outcome: Outcome) -> list[VariableRow]:
     """Return every decision variable with unit, range and its default and tuned value."""
     study = outcome.study
     default, tuned = outcome.gains(0), outcome.gains(outcome.tuned)

@@ -1,23 +1,39 @@
-"""The tables of a results folder: generations, history, front. Column names are told in results/README.md."""
+"""The tables of a results folder: generations, history, front, constraints, margins, responses.
 
-from typing import TYPE_CHECKING, Any
+Column names are told in results/README.md. Constraints rest on the same flights and the same resamples as the front. Margins are
+those of the loop in hover in still air as it is flown, at the amplitude of its nonlinear terms at which its sensitivity peaks
+highest, on the nominal vehicle; where two channels have the same gains and the same dynamics their rows are alike. Responses are
+of every finalist in every scenario: a fan over many flights, and the flight in which the point did worst, that with the largest
+value of the first objective that counts in the scenario.
+"""
+
+from typing import Any
 
 import numpy as np
 
+from objectives.margins.margins import MarginModel
+from objectives.margins.period import CHANNELS
+from objectives.margins.quantities import QUANTITIES, RECORDED
+from objectives.margins.results import Margins
+from objectives.margins.trim import Trim
 from objectives.problem import Evaluation
 from objectives.requirements import Requirement
+from objectives.risk import interval_on, paired_difference_on, resampled_scenarios, within
+from plant.errors import InputError
+from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
+from plant.seeds import generator
+from tuner.analysis.held_out import FRONT_REPLICATES
+from tuner.analysis.responses import SIGNALS, UNITS, Responses, fly_responses
 from tuner.documents.finalists import FINALIST_COLUMNS
+from tuner.experiments.tuning.outcome import Outcome
 from tuner.search.loop import Generation
+from tuner.store.folder import data_frame, stacked
+from tuner.study.margins import holds_place
+from tuner.study.study import Study
 
-if TYPE_CHECKING:
-    from tuner.experiments.tuning.outcome import Outcome
-    from tuner.study.study import Study
 
-
-def generation_table(study: "Study", generations: list[Generation], record: Generation) -> Any:
+def generation_table(study: Study, generations: list[Generation], record: Generation) -> Any:
     """Return one generation as a pandas table, a row for each candidate."""
-    import pandas as pd
-
     before = sum(len(entry.points) for entry in generations) - len(record.points)
     values = study.space.values(record.points)
     evaluation = record.evaluation
@@ -31,7 +47,7 @@ def generation_table(study: "Study", generations: list[Generation], record: Gene
     columns |= requirement_columns(known, evaluation)
     columns |= {"flown": evaluation.flown}
     columns |= {"failures": evaluation.failures, "feasible": np.all(evaluation.violations <= 0.0, axis=1)}
-    return pd.DataFrame(columns)
+    return data_frame(columns)
 
 
 def requirement_columns(requirements: tuple[Requirement, ...], evaluation: Evaluation) -> dict[str, Any]:
@@ -44,9 +60,7 @@ def requirement_columns(requirements: tuple[Requirement, ...], evaluation: Evalu
 
 def history_table(generations: list[Generation]) -> Any:
     """Return the progress of a search as a pandas table, a row for each generation."""
-    import pandas as pd
-
-    return pd.DataFrame(
+    return data_frame(
         {
             "generation": [entry.number for entry in generations],
             "flights": [entry.flights for entry in generations],
@@ -63,10 +77,8 @@ def history_table(generations: list[Generation]) -> Any:
     )
 
 
-def front_table(outcome: "Outcome") -> Any:
+def front_table(outcome: Outcome) -> Any:
     """Return the finalists as a pandas table: default first, then the front of the search along its first objective."""
-    import pandas as pd
-
     study, finalists = outcome.study, outcome.finalists
     rows = [0, *[int(candidate) for candidate in outcome.candidates]]
     chosen = "tuned" if outcome.feasible else "nearest"
@@ -91,4 +103,149 @@ def front_table(outcome: "Outcome") -> Any:
             )
         }  # fmt: skip
     columns |= requirement_columns(study.requirements, finalists.evaluation)
-    return pd.DataFrame(columns)
+    return data_frame(columns)
+
+
+COLUMNS = ("point", "label", "value", "low", "high", "difference", "difference_low", "difference_high")
+
+
+def constraint_table(outcome: Outcome) -> Any:
+    """Return the constrained quantities on held-out scenarios as a pandas table, a row for each finalist and constraint.
+
+    SI units, with intervals; difference: to the default, paired.
+    """
+    study, evaluation = outcome.study, outcome.finalists.evaluation
+    drawn = resampled_scenarios(generator(study.seed, "bootstrap/front", 0), FRONT_REPLICATES, evaluation.origin)
+    rows = []
+    for i, constraint in enumerate(study.constraints, start=len(study.objectives)):
+        quantity = constraint.objective
+        samples = evaluation.samples(i, quantity.scenario)
+        part = within(drawn, evaluation.origin, quantity.scenario)
+        low, high = interval_on(samples, quantity.risk, part)
+        default = np.broadcast_to(samples[0], samples.shape)
+        numbers = (
+            quantity.risk.apply(samples), low, high, *paired_difference_on(samples, default, quantity.risk, part),
+        )  # fmt: skip
+        rows += [(name, quantity.label, *values) for name, *values in zip(outcome.names, *numbers, strict=True)]
+    return data_frame([dict(zip(COLUMNS, row, strict=True)) for row in rows])
+
+
+# Frequencies of a curve, from so many rad/s up to Nyquist: 28 a decade, which a line through them does not show.
+POINTS, LOWEST = 120, 0.05
+
+
+def margin_table(outcome: Outcome) -> Any:
+    """Return a pandas table, a row for each finalist and channel with a loop; None where no steady flight is found.
+
+    Columns: point, channel, stable, those of `RECORDED` in SI units (empty where no crossing limits a margin, or where the loop
+    is not stable), case (amplitude of the curve in words, empty for a linear loop), and the lists frequency [rad/s], real and
+    imag of the loop transfer function.
+    """
+    try:
+        model = margin_model(outcome)
+    except InputError:
+        return None
+    margins = model.evaluate(outcome.finalist_rows)
+    looped = {channel for block in model.blocks for channel in block}
+    rows = [
+        {"point": name, **loop_row(model, margins, outcome.gains(row), row, channel)}
+        for row, name in enumerate(outcome.names)
+        for channel in CHANNELS
+        if channel in looped
+    ]
+    return data_frame(rows)
+
+
+def margin_model(outcome: Outcome) -> MarginModel:
+    """Return the margins of the study's loop; raises InputError where there is no steady flight."""
+    system = outcome.study.system
+    held = holds_place(tuple(entry.spec for entry in outcome.study.scenarios), system.timing)
+    return MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, Trim(hold=held))
+
+
+def loop_row(model: MarginModel, margins: Margins, gains: np.ndarray, row: int, channel: str) -> dict[str, Any]:
+    """Return margins and curve of one loop of one finalist."""
+    i = CHANNELS.index(channel)
+    stable = bool(margins.stable[row, i])
+    values = {name: float(QUANTITIES[name].values(margins)[row, i]) for name in RECORDED}
+    case = max(int(margins.sensitivity.case[row, i]), 0)
+    frequency = np.geomspace(LOWEST, np.pi / model.period, POINTS)
+    loop = model.loop(gains, channel, model.cases[case], frequency).loop
+    swept = margins.sensitivity.case[row, i] >= 0
+    return {
+        "channel": channel,
+        "stable": stable,
+        **{name: value if stable and np.isfinite(value) else None for name, value in values.items()},
+        "case": model.cases[case].label if swept else "",
+        "frequency": frequency.astype(np.float32),
+        "real": loop.real.astype(np.float32),
+        "imag": loop.imag.astype(np.float32),
+    }
+
+
+# Held-out scenarios a fan is drawn from: its 5 % and 95 % lines rest on three flights each.
+FAN_SCENARIOS = 64
+
+
+def response_table(outcome: Outcome) -> Any:
+    """Fly every finalist through held-out scenarios and return the fans as one long pandas table.
+
+    A row for each signal and instant: point, scenario, signal, unit, time [s], reference, low, median, high (5, 50, 95 %), worst,
+    and worst_flight, the index of that flight among the held-out ones. Values are float32: 31 points take 3 MB a scenario.
+    """
+    study = outcome.study
+    parts = [
+        part
+        for entry in study.scenarios
+        for part in scenario_parts(outcome, entry.spec, min(FAN_SCENARIOS, entry.held_out))
+    ]
+    table = stacked(parts)
+    return table.astype({name: "category" for name in ("point", "scenario", "signal", "unit")})
+
+
+def scenario_parts(outcome: Outcome, spec: ScenarioSpec, count: int) -> list[Any]:
+    """Return the tables of all points in one scenario, fans over so many flights."""
+    inputs = drawn(outcome, spec, range(count))
+    worst = worst_flights(outcome, spec.name)
+    parts = []
+    for row, name in enumerate(outcome.names):
+        flown = flight_of(outcome, row, inputs)
+        index = int(worst[row])
+        single = (
+            flown.actual[index] if index < count else flight_of(outcome, row, drawn(outcome, spec, [index])).actual[0]
+        )
+        parts.append(point_table(flown, name, spec.name, single, index))
+    return parts
+
+
+def worst_flights(outcome: Outcome, scenario: str) -> np.ndarray:
+    """Return for each finalist the index (rows,) of its worst flight among the held-out ones of a scenario."""
+    objectives = outcome.study.objectives
+    chosen = next((i for i, entry in enumerate(objectives) if entry.scenario in (None, scenario)), 0)
+    return np.argmax(outcome.finalists.evaluation.samples(chosen, scenario), axis=-1)
+
+
+def drawn(outcome: Outcome, spec: ScenarioSpec, indices: Any) -> Any:
+    """Return held-out flights of a scenario by their indices."""
+    system = outcome.study.system
+    return sample_scenarios(spec, system.vehicle, system.timing, outcome.study.seed, HELD_OUT, indices)
+
+
+def flight_of(outcome: Outcome, row: int, inputs: Any) -> Responses:
+    """Return what a finalist does in drawn flights."""
+    system = outcome.study.system
+    return fly_responses(
+        outcome.problem.flyer, outcome.gains(row), system.nominal, inputs, system.timing.control_period
+    )
+
+
+def point_table(flown: Responses, point: str, scenario: str, worst: np.ndarray, index: int) -> Any:
+    """Return the fans of one point as a long table (pandas); worst (instants, signals): its worst flight."""
+    count, signals = len(flown.time), len(SIGNALS)
+    low, median, high = flown.fans()
+    series = {"reference": flown.reference.mean(axis=0), "low": low, "median": median, "high": high, "worst": worst}
+    columns: dict[str, Any] = {"point": point, "scenario": scenario}
+    columns |= {"signal": np.repeat(SIGNALS, count), "unit": np.repeat(UNITS, count)}
+    columns |= {"time": np.tile(flown.time, signals)}
+    columns |= {name: values.T.ravel().astype(np.float32) for name, values in series.items()}
+    return data_frame({**columns, "worst_flight": np.int32(index)})

@@ -1,7 +1,14 @@
-"""Cost of a controller on one processor."""
+"""Cost of a controller on one processor, and the packaged table of costs.
 
-from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+The table holds the default gains of every pair of laws on the Hummingbird, counted once and for all machines. Counts hang on the
+laws, hardly on the gains, so it stands in where no compiler for a Cortex-M4F is installed, and studies use nothing else: what
+they find must not depend on what is installed. `tuner.exchange.processor_cost.measure` makes it.
+"""
+
+import json
+from dataclasses import dataclass
+from functools import cache
+from importlib.resources import files
 from typing import Any
 
 TARGET = "Cortex-M4F"
@@ -13,7 +20,7 @@ MEANING = (
 
 
 @dataclass(frozen=True)
-class Cost:
+class ProcessorCost:
     """Counts of a controller in single precision.
 
     instructions_attitude, instructions_step: mean instructions of a step of the three attitude loops, and of the whole
@@ -42,11 +49,58 @@ class Cost:
         """Mean instructions of the cascade a second at a control period [s]."""
         return self.instructions_step / control_period
 
-    def as_dict(self) -> dict[str, Any]:
-        """Return the counts as data for JSON."""
-        return asdict(self)
+
+CONTROL_PERIOD = 0.004
+FILE = "cortex_m4f.json"
+# What is the same for all pairs of a table, and what is counted for each.
+SHARED = ("target", "compiler", "emulator", "flags")
+COUNTED = (
+    "instructions_attitude", "most_attitude", "instructions_step", "most_step", "text_bytes", "state_bytes", "stack_bytes",
+)  # fmt: skip
 
 
-def cost_from(values: Mapping[str, Any]) -> Cost:
-    """Return the counts that `as_dict` wrote."""
-    return Cost(**values)
+def tabled(position: str, attitude: str) -> ProcessorCost | None:
+    """Return the packaged cost of a pair of laws, or None for a law that is younger than the table."""
+    return _packaged().get((position, attitude))
+
+
+@cache
+def _packaged() -> dict[tuple[str, str], ProcessorCost]:
+    return read_table(files("tuner.study.processor_cost").joinpath(FILE).read_text(encoding="utf-8"))
+
+
+def read_table(text: str) -> dict[tuple[str, str], ProcessorCost]:
+    """Return the costs of a table by position law and attitude law."""
+    content = json.loads(text)
+    shared = {key: content[key] for key in SHARED}
+    return {
+        (position, attitude): ProcessorCost(**shared, **dict(zip(content["columns"], counts, strict=True)))
+        for position, rows in content["costs"].items()
+        for attitude, counts in rows.items()
+    }
+
+
+def told(position: str, attitude: str, control_period: float) -> str | None:
+    """Return the cost of a pair of laws as a sentence part, or None where the table has it not."""
+    cost = tabled(position, attitude)
+    if cost is None:
+        return None
+    rate = 1e-6 * cost.per_second(control_period)
+    return (
+        f"{cost.instructions_step:.0f} instructions on a {cost.target}, {rate:.3g} million a second; {cost.text_bytes} bytes of "
+        f"code, {cost.state_bytes} of state, {cost.stack_bytes} of stack"
+    )
+
+
+def gains_rows(cost: ProcessorCost | None) -> list[dict[str, Any]]:
+    """Return the block "cost" of gains.json: instructions of a control step, bytes of code and constants."""
+    if cost is None:
+        return []
+    return [
+        {
+            "target": cost.target,
+            "tool": cost.tool,
+            "instructions": {"value": cost.instructions_step, "unit": "1"},
+            "bytes": {"value": cost.text_bytes, "unit": "By"},
+        }
+    ]

@@ -9,39 +9,35 @@ and without a toolchain.
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
-from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objectives.requirements import Array, Requirement, Screen
 from objectives.system import System
 from plant.errors import InputError, UnknownNameError
-from tuner.study.processor_cost.cost import TARGET, Cost
-from tuner.study.processor_cost.table import tabled
-
-if TYPE_CHECKING:
-    from tuner.study.schema import CostTable
+from tuner.study.processor_cost.cost import TARGET, ProcessorCost, tabled
+from tuner.study.schema import CostTable
 
 
 @dataclass(frozen=True)
-class Quantity:
+class CostQuantity:
     """A cost that can be limited. value(cost, control period [s]) -> number in that unit."""
 
     unit: str
     about: str
-    value: Callable[[Cost, float], float]
+    value: Callable[[ProcessorCost, float], float]
 
 
-QUANTITIES: dict[str, Quantity] = {
-    "instructions": Quantity("1", "mean instructions of a control step", lambda c, h: c.instructions_step),
-    "instructions_per_second": Quantity("1/s", "mean instructions a second", lambda c, h: c.per_second(h)),
-    "text": Quantity("byte", "code and constants", lambda c, h: float(c.text_bytes)),
-    "state": Quantity("byte", "state of the controller", lambda c, h: float(c.state_bytes)),
-    "stack": Quantity("byte", "stack of a control step", lambda c, h: float(c.stack_bytes)),
+QUANTITIES: dict[str, CostQuantity] = {
+    "instructions": CostQuantity("1", "mean instructions of a control step", lambda c, h: c.instructions_step),
+    "instructions_per_second": CostQuantity("1/s", "mean instructions a second", lambda c, h: c.per_second(h)),
+    "text": CostQuantity("byte", "code and constants", lambda c, h: float(c.text_bytes)),
+    "state": CostQuantity("byte", "state of the controller", lambda c, h: float(c.state_bytes)),
+    "stack": CostQuantity("byte", "stack of a control step", lambda c, h: float(c.stack_bytes)),
 }
 
 
-def cost_screen(table: "CostTable", system: System) -> Screen:
+def cost_screen(table: CostTable, system: System) -> Screen:
     """Return the requirement of a [[cost]] table; raises InputError with the key inside the table."""
     if table.quantity not in QUANTITIES:
         raise UnknownNameError("cost", table.quantity, QUANTITIES, key="quantity")
@@ -66,7 +62,7 @@ def cost_screen(table: "CostTable", system: System) -> Screen:
     return Screen((requirement,), analyse)
 
 
-def _known(system: System) -> Cost:
+def _known(system: System) -> ProcessorCost:
     position, attitude = system.cascade.position.name, system.cascade.attitude.name
     cost = tabled(position, attitude)
     if cost is None:

@@ -16,7 +16,7 @@ from plant.errors import InputError
 from plant.laws import law
 from plant.seeds import generator
 from tests.tuner.conftest import QUICKSTART, SMALL
-from tuner.analysis.judging.agreement import check_agreement, differences
+from tuner.analysis.judging.judge import check_agreement, differences
 from tuner.analysis.judging.rows import interval, known_row, overall, share_interval, verdict
 from tuner.study import load_study
 

@@ -14,10 +14,9 @@ from objectives.margins.quantities import QUANTITIES, REPORTED
 from objectives.margins.trim import Trim
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.again.killing import assert_covered
-from tuner.analysis.margins.document import default_requirements, margins_document
-from tuner.analysis.margins.limits import LIMITS, Limit
+from tuner.analysis.margins.document import default_requirements, margins_document, study_requirements
+from tuner.analysis.margins.limits import LIMITS, LoopLimit
 from tuner.analysis.margins.readings import subject_of
-from tuner.analysis.margins.study_limits import study_requirements
 from tuner.api.gains import default_gains
 from tuner.cli.main import app
 from tuner.cli.printers.margins import marks_of
@@ -113,7 +112,7 @@ def test_requirements_are_judged_with_hard_limits_and_soft_targets(document):
 
 @pytest.mark.parametrize(("sense", "inside", "outside"), [("least", 2.0, 1.999), ("most", 2.0, 2.001)])
 def test_a_limit_itself_is_kept(sense, inside, outside):
-    limit = Limit("ms", sense, 2.0)
+    limit = LoopLimit("ms", sense, 2.0)
     assert limit.kept(inside) and not limit.kept(outside)
     assert limit.kept(np.inf) == (sense == "least")
 
@@ -223,8 +222,8 @@ def test_out_holds_the_document_with_extents_that_are_printed_too(tmp_path, monk
 
 
 def test_certificates_are_those_that_apply_to_each_axis(monkeypatch):
+    from objectives import certificates
     from objectives.certificates.certificate import Certificate, CertificateInfo
-    from tuner.analysis.margins import certificates
 
     info = CertificateInfo(
         "mine", "title", "source", frozenset({"pid"}), lambda _: Certificate(2.0, "s", True, "because")

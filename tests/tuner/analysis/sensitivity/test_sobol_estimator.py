@@ -12,8 +12,7 @@ from plant.seeds import generator
 from tuner.analysis.sensitivity import analysis as module
 from tuner.analysis.sensitivity.analysis import Sampled, analyse, judged
 from tuner.analysis.sensitivity.design import SobolDesign, checked_base, sobol_design
-from tuner.analysis.sensitivity.indices import sobol_spans
-from tuner.analysis.sensitivity.scales import RANK, VALUE, held_to_completed
+from tuner.analysis.sensitivity.indices import RANK, VALUE, held_to_completed, sobol_spans
 
 G = np.array([0.0, 0.5, 3.0, 9.0])
 

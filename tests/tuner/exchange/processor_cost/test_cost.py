@@ -20,8 +20,7 @@ from tuner.exchange.c99.tracing import constants_of, nominal_of
 from tuner.exchange.processor_cost import qemu
 from tuner.exchange.processor_cost.inputs import attitude_row, step_row, typical_inputs
 from tuner.exchange.processor_cost.measure import default_controller, measure_cost, measuring_program, table_text
-from tuner.study.processor_cost.cost import cost_from
-from tuner.study.processor_cost.table import read_table, tabled
+from tuner.study.processor_cost.cost import ProcessorCost, read_table, tabled
 
 # Another compiler may spend this share of instructions more or less.
 OTHER_COMPILER = 0.1
@@ -58,7 +57,7 @@ def test_a_table_reads_back_as_it_was_written():
     costs = {name: {law: tabled(name, law) for law in ("pid", "adrc")} for name in ("ladrc", "pid")}
     assert {(p, a): cost for p, row in costs.items() for a, cost in row.items()} == read_table(table_text(costs))  # pyright: ignore[reportArgumentType]
     cost = costs["pid"]["pid"]
-    assert cost is not None and cost_from(cost.as_dict()) == cost
+    assert cost is not None and ProcessorCost(**vars(cost)) == cost
     assert cost.per_second(0.002) == cost.instructions_step * 500.0
 
 

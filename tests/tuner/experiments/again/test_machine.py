@@ -103,7 +103,7 @@ def test_a_machine_that_is_no_machine_is_a_damaged_record(copy, changes):
 
 def test_here_computes_all_of_it_anew(small_run, copy):
     """What another arithmetic recorded has other keys, so none of it is taken over; in the end the folder is this machine's."""
-    from tuner.experiments.tuning.run import run_study
+    from tuner.experiments.tuning.run import TuningRun
 
     elsewhere(copy, name=NO_SUCH.name, features=NO_SUCH.features)
     start = json.loads((copy / "start.json").read_text())
@@ -111,7 +111,7 @@ def test_here_computes_all_of_it_anew(small_run, copy):
     for file in (copy / "flights").glob("*"):
         file.unlink()
     study, folder = reopen(copy, None, here=True)
-    outcome = run_study(study, folder, Watcher(), 2)
+    outcome = TuningRun(study, folder, Watcher(), 2).carry_out()
     assert outcome.problem.flights_made > 0
     compare(result_of(copy), result_of(small_run[1]))
 

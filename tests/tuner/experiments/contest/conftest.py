@@ -3,15 +3,15 @@
 import pytest
 
 from tests.tuner.experiments.contest.contest_text import write
-from tuner.experiments.contest.run import run_contest
+from tuner.experiments.contest.run import ContestRun
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
-from tuner.study.contest_reading import load_contest
+from tuner.study.kinds import load_any
 
 
 def run_small(path, folder, threads=2, **changes):
-    contest = load_contest(path, {key.replace("__", "."): value for key, value in changes.items()})
-    return run_contest(contest, Folder.create(folder, inside="contenders"), Watcher(), threads)
+    contest = load_any(path, {key.replace("__", "."): value for key, value in changes.items()})
+    return ContestRun(contest, Folder.create(folder, inside="contenders"), Watcher(), threads).carry_out()
 
 
 @pytest.fixture(scope="session")

@@ -4,11 +4,10 @@ import pytest
 
 from plant.errors import InputError
 from tests.tuner.experiments.contest.contest_text import CONTEST, changed, write
-from tuner.study.contest_reading import load_contest
+from tuner.study.kinds import load_any
 
 SHARED = CONTEST.split("[[contender]]", 1)[0]
 FAULTS = {
-    "no contender": (None, SHARED, "contender", r"required and missing"),
     "empty list": (None, f"contender = []\n{SHARED}", "contender", r"at least one \[\[contender\]\]"),
     "single brackets": (None, f'{SHARED}[contender]\nname = "PID"\n', "contender", r"\[\[contender\]\]"),
     "no name": ('name = "LADRC"\n', "", "contender[2].name", "required and missing"),
@@ -81,7 +80,7 @@ def test_an_error_names_file_and_key(tmp_path, fault):
     old, new, key, words = FAULTS[fault]
     path = write(tmp_path, new if old is None else changed(old, new))
     with pytest.raises(InputError, match=words) as caught:
-        load_contest(path)
+        load_any(path)
     assert (caught.value.file, caught.value.key) == (str(path), key)
     assert str(caught.value).startswith(f"{path}: {key}: ")
 
@@ -90,7 +89,7 @@ def test_an_error_in_a_base_names_the_base(tmp_path):
     shared = write(tmp_path, changed("population = 8", "population = 9", SHARED), "shared.toml")
     path = write(tmp_path, 'base = "shared.toml"\n[search]\ngenerations = 4\n[[contender]]\nname = "A"\n')
     with pytest.raises(InputError, match="must be even") as caught:
-        load_contest(path)
+        load_any(path)
     assert (caught.value.file, caught.value.key) == (str(shared), "search.population")
 
 
@@ -98,7 +97,7 @@ def test_an_error_in_what_lies_over_a_base_names_the_upper_file(tmp_path):
     write(tmp_path, SHARED, "shared.toml")
     path = write(tmp_path, 'base = "shared.toml"\n[search]\npopulation = 9\n[[contender]]\nname = "A"\n')
     with pytest.raises(InputError, match="must be even") as caught:
-        load_contest(path)
+        load_any(path)
     assert (caught.value.file, caught.value.key) == (str(path), "search.population")
 
 
@@ -106,4 +105,4 @@ def test_a_circle_of_two_files_is_told(tmp_path):
     write(tmp_path, 'base = "contest.toml"\n', "other.toml")
     path = write(tmp_path, 'base = "other.toml"\n[[contender]]\nname = "A"\n')
     with pytest.raises(InputError, match="circle: .*contest.toml -> .*other.toml -> .*contest.toml"):
-        load_contest(path)
+        load_any(path)

@@ -15,12 +15,11 @@ from objectives.risk import Risk, paired_difference
 from plant.laws import LAWS
 from plant.laws.law import Law
 from plant.seeds import generator
-from tuner.experiments.contest.claims import judge_claims
 from tuner.experiments.contest.comparison import compare_all
 from tuner.experiments.contest.cost import step_operations
 from tuner.experiments.contest.flying import Flown
 from tuner.experiments.contest.fronts import Front, best_under, volume, volumes_of
-from tuner.experiments.contest.published import percentile_of
+from tuner.experiments.contest.judging import judge_claims, percentile_of
 from tuner.study.contest import Claim, Quantity
 
 MEAN, TAIL = Risk("mean"), Risk("cvar", 0.8)
@@ -172,10 +171,10 @@ def claims_of(better, than, indices) -> Any:
 def test_a_claim_survives_fails_or_is_undecided(better, than, verdict):
     found = compare_all(flown(), QUANTITIES, 1)
     (judged,) = judge_claims(claims_of(better, than, [0]), found)
-    verdicts = [ruling.verdict for ruling in judged.rulings]
-    for ruling in judged.rulings:
-        expected = found.difference("abc".index(better), ruling.than, 0)
-        assert ruling.difference == expected
+    verdicts = [ruling.verdict for ruling in judged.rows]
+    for ruling in judged.rows:
+        expected = found.difference("abc".index(better), "abc".index(ruling.than), 0)
+        assert (ruling.difference, ruling.low, ruling.high) == tuple(expected)
         sides = {"survives": expected.high < 0.0, "fails": expected.low > 0.0}
         assert sides.get(ruling.verdict, not any(sides.values()))
     assert judged.verdict == (verdict or ("survives" if set(verdicts) == {"survives"} else "undecided"))

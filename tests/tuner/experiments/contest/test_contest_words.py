@@ -9,11 +9,10 @@ import pytest
 from objectives.metrics import parse
 from objectives.problem import Objective
 from objectives.risk import Risk
+from tuner.documents.contest_document import BoundRow, StepCost
 from tuner.documents.parts import SampledValue
-from tuner.experiments.contest.claims import JudgedClaim, Ruling
 from tuner.experiments.contest.comparison import Comparison, Difference
-from tuner.experiments.contest.cost import Cost
-from tuner.experiments.contest.published import Cell
+from tuner.experiments.contest.judging import judged_claim, published_row, ruling
 from tuner.experiments.contest.tuning import compared_at
 from tuner.experiments.contest.words import (
     bound_words,
@@ -23,7 +22,6 @@ from tuner.experiments.contest.words import (
     objective_words,
     published_words,
 )
-from tuner.study.bounds import OnBound
 from tuner.study.contest import Claim, Published, Quantity
 from tuner.text.sentences import listing
 
@@ -50,33 +48,45 @@ def test_the_lowest_is_put_below_only_those_whose_interval_says_so():
 
 
 def cell(contender, percentile, fitted):
-    printed = Published(("A", "B"), parse("peak.roll"), "gusts", 0.1, "", fitted)
-    return Cell(printed, contender, SampledValue(0.1, 0.0, 0.2), np.zeros(3), percentile)
+    """Return a printed number of 0 that so many per cent of a contender's flights lie below."""
+    printed = Published(("A", "B"), parse("peak.roll"), "gusts", 0.0, "", fitted)
+    values = np.where(np.arange(1000) < 10.0 * percentile, -1.0, 1.0)
+    row = published_row(printed, contender, SampledValue(0.1, 0.0, 0.2), values)
+    assert row.percentile == pytest.approx(percentile)
+    return row
 
 
 def test_numbers_that_the_study_was_set_to_meet_are_counted_apart():
-    cells = [cell(0, 2.5, False), cell(0, 2.4, False), cell(1, 97.6, False), cell(1, 50.0, True), cell(1, 97.5, True)]
-    free, fitted = published_words(result(cells=cells))
+    cells = [
+        cell("A", 2.5, False), cell("A", 2.4, False), cell("B", 97.6, False), cell("B", 50.0, True), cell("B", 97.5, True),
+    ]  # fmt: skip
+    free, fitted = published_words(result(published=cells))
     assert free.startswith("Of 3 comparisons with printed numbers, 1 lie between")
     assert free.endswith("A 1 of 2 and B 0 of 1.")
     assert fitted == "Of 2 more with numbers that the study was set to meet, 2 lie there: B 2 of 2."
-    assert list(published_words(result(cells=[]))) == []
+    assert list(published_words(result(published=[]))) == []
 
 
 def test_a_claim_is_told_with_its_counts():
     verdicts = [SampledValue(-1.0, -2.0, -0.5), SampledValue(1.0, 0.5, 2.0), SampledValue(0.0, 0.0, 0.0)]
     claim = Claim("A", ("B",), (TRAVEL,), "A is best")
-    judged = JudgedClaim(claim, 0, [Ruling(1, 0, entry) for entry in verdicts])
+    judged = judged_claim(claim, [ruling("B", "mean(travel)", entry) for entry in verdicts])
     (text,) = claim_words(result(claims=[judged]))
     assert text == (
         'The claim "A is best" fails: of 3 paired comparisons 1 for it, 1 against it and 1 without a decision.'
     )
 
 
+def bound(variable, end, at, value, recommended, natural):
+    return BoundRow(
+        variable=variable, end=end, bound=at, value=value, recommended=recommended, share=0.5, natural=natural
+    )
+
+
 def test_only_gains_of_the_point_compared_are_named_on_their_bound():
     bounds = [
-        [OnBound("tilt.k1", "low", 0.0, 0.0, True, 0.5, True), OnBound("tilt.k2", "high", 9.0, 5.0, False, 0.5, False)],
-        [OnBound("yaw.kp", "high", 400.0, 399.0, True, 0.1, False)],
+        [bound("tilt.k1", "low", 0.0, 0.0, True, True), bound("tilt.k2", "high", 9.0, 5.0, False, False)],
+        [bound("yaw.kp", "high", 400.0, 399.0, True, False)],
         [],
     ]
     first, second = bound_words(result(bounds=bounds))
@@ -84,8 +94,12 @@ def test_only_gains_of_the_point_compared_are_named_on_their_bound():
     assert second == "B: yaw.kp = 399 stands at the upper end of its range, so its range decided it, not the search."
 
 
+def operations(count):
+    return StepCost(operations=count, position=1, attitude=1, meaning="")
+
+
 def test_equal_costs_are_told_together_and_lost_flights_are_told():
-    (text,) = cost_words(result(costs=[Cost(10, 20), Cost(5, 5), Cost(10, 20)]))
+    (text,) = cost_words(result(costs=[operations(90), operations(30), operations(90)]))
     assert text.endswith("counted: 30 with B; 90 with A and C.")
     failed = np.zeros((3, 40), dtype=bool)
     failed[1, :2] = True

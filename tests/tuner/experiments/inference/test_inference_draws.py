@@ -11,7 +11,7 @@ from plant.airframes import load
 from plant.closed_loop import Timing
 from plant.scenarios import Bands, ScenarioSpec, Spread, sample_scenarios
 from plant.sensors import SensorSpec
-from tuner.experiments.inference.draws import KEPT, Draws, Flights
+from tuner.experiments.inference.draws import KEPT, Draws, FlightRange
 
 TIMING = Timing(0.004, 0.001)
 VEHICLE = load("hummingbird").vehicle
@@ -30,7 +30,7 @@ SPECS = {
 
 
 def flights(spec, first=0, last=20, stream="search"):
-    return Flights(spec, VEHICLE, TIMING, stream, first, last)
+    return FlightRange(spec, VEHICLE, TIMING, stream, first, last)
 
 
 def same(one, other):

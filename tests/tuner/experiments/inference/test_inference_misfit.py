@@ -6,13 +6,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
+from tuner.experiments.contest.judging import is_inside, percentile_of
 from tuner.experiments.inference.misfit import (
-    central,
-    is_inside,
     log_ratio,
     misfits,
     overall,
-    percentile,
     tolerance,
     weights,
 )
@@ -66,20 +64,19 @@ def test_the_tolerance_of_a_lognormal_is_its_sigma():
 def test_percentiles_of_draws_of_the_same_kind_are_uniform():
     draw = np.random.default_rng(5)
     scores, published = draw.gamma(3.0, size=(4000, 1, 400)), draw.gamma(3.0, size=(4000, 1))
-    found = np.array([percentile(s, p)[0] for s, p in zip(scores, published, strict=True)])
+    found = np.array([percentile_of(p, s)[0] for s, p in zip(scores, published, strict=True)])
     assert stats.kstest(found / 100.0, "uniform").pvalue > 1e-3
     assert abs(is_inside(found).mean() - 0.95) < 4.0 * np.sqrt(0.95 * 0.05 / 4000) + 1.0 / 400
 
 
 def test_ties_count_half_and_the_outermost_are_outside():
     scores = np.repeat(np.arange(1.0, 101.0)[None], 4, axis=0)
-    assert percentile(scores, np.array([0.0, 1.0, 50.5, 200.0])).tolist() == [0.0, 0.5, 50.0, 100.0]
+    assert percentile_of(np.array([0.0, 1.0, 50.5, 200.0]), scores).tolist() == [0.0, 0.5, 50.0, 100.0]
     assert is_inside(np.array([0.0, 2.4, 2.5, 50.0, 97.5, 97.6])).tolist() == [False, False, True, True, True, False]
 
 
 def test_percentiles_take_many_settings_at_once():
     scores = np.random.default_rng(6).normal(size=(3, 5, 40))
     published = np.zeros(5)
-    together = percentile(scores, published)
-    assert np.array_equal(together, np.stack([percentile(one, published) for one in scores]))
-    assert central(scores).shape == (2, 3, 5)
+    together = percentile_of(published, scores)
+    assert np.array_equal(together, np.stack([percentile_of(published, one) for one in scores]))

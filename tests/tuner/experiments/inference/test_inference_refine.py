@@ -7,16 +7,15 @@ import numpy as np
 import pytest
 
 from tests.tuner.experiments.inference.asked import write
-from tuner.experiments.inference.evaluated import EvaluatedSettings, best_row, concatenate, evaluate_settings
-from tuner.experiments.inference.misfit import overall
+from tuner.experiments.inference.misfit import EvaluatedSettings, best_row, concatenate, evaluate_settings, overall
 from tuner.experiments.inference.ranges import LOOSELY, PRIOR, TOLD, Range, covariance, ranges, scatter
 from tuner.experiments.inference.refine import CLOSE, FAR, Slope, neighbours, refined
-from tuner.study.inference_reading import load_inference
+from tuner.study.kinds import load_any
 
 
 @pytest.fixture(scope="module")
 def asked(tmp_path_factory):
-    return load_inference(write(tmp_path_factory.mktemp("files")))
+    return load_any(write(tmp_path_factory.mktemp("files")))
 
 
 @dataclass

@@ -8,10 +8,10 @@ import tuner.report.inference_figure
 from tests.tuner.experiments.inference.asked import STUDY, published_medians, write
 from tests.tuner.experiments.inference.conftest import SMALL
 from tuner.experiments.again.resume import reopen
-from tuner.experiments.inference.run import run_inference
+from tuner.experiments.inference.run import InferenceRun
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
-from tuner.study.inference_reading import load_inference
+from tuner.study.kinds import load_any
 
 TIMES = ("wall_seconds", "seconds")
 
@@ -42,8 +42,8 @@ def without_figures(monkeypatch):
 
 
 def test_a_damaged_generation_is_flown_again_and_nothing_else(paper, tmp_path, without_figures, monkeypatch):
-    asked = load_inference(write(tmp_path, STUDY + published_medians(paper)), SMALL)
-    run_inference(asked, Folder.create(tmp_path / "out"), Watcher(), 2)
+    asked = load_any(write(tmp_path, STUDY + published_medians(paper)), SMALL)
+    InferenceRun(asked, Folder.create(tmp_path / "out"), Watcher(), 2).carry_out()
     expected = results(tmp_path / "out")
     flights = sorted((tmp_path / "out" / "flights").glob("search-*.parquet"))
     assert len(flights) > 2
@@ -59,7 +59,7 @@ def test_a_damaged_generation_is_flown_again_and_nothing_else(paper, tmp_path, w
     )
     inference, folder = reopen(tmp_path / "out", None)
     listener = Listener()
-    run_inference(inference, folder, listener, 1)
+    InferenceRun(inference, folder, listener, 1).carry_out()
     assert sum(made) == 8 and len(listener.told) == 1 and flights[1].name in listener.told[0]
     flights[1].with_suffix(".damaged").unlink()
     assert results(tmp_path / "out") == expected

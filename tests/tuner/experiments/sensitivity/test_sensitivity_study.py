@@ -10,7 +10,7 @@ from tests.tuner.experiments.again.killing import assert_covered
 from tests.tuner.in_process import tuner
 from tests.tuner.study.study_text import STUDY, changed, with_gains, write
 from tuner.analysis.sensitivity.document import sensitivity_document
-from tuner.analysis.sensitivity.scales import RANK, VALUE
+from tuner.analysis.sensitivity.indices import RANK, VALUE
 from tuner.experiments.sensitivity import budget, study_problem, study_sensitivity
 from tuner.experiments.tuning.problem import batches
 from tuner.study import load_study

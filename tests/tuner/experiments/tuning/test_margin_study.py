@@ -29,7 +29,7 @@ from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.api.catalogue import LISTINGS
 from tuner.experiments.tuning.conclusion import finalists_of
-from tuner.experiments.tuning.run import run_study
+from tuner.experiments.tuning.run import TuningRun
 from tuner.experiments.tuning.search import algorithm_of, first_points, search
 from tuner.search.first_generation import first_generation
 from tuner.search.loop import archive
@@ -67,7 +67,7 @@ def searched(folder, asked, threads=2):
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "margins"
-    return run_study(load_study(QUICKSTART, REQUIRED), Folder.create(folder), Watcher(), 2), folder
+    return TuningRun(load_study(QUICKSTART, REQUIRED), Folder.create(folder), Watcher(), 2).carry_out(), folder
 
 
 def spied(monkeypatch):

@@ -129,7 +129,7 @@ def test_nothing_feasible_is_said_and_the_least_broken_point_shown(tmp_path):
     broken = [row for row in outcome.table if row.limit == 1e-9]
     assert [row.verdict for row in broken] == ["broken"]
     conflict = json.loads((tmp_path / "none" / "summary.json").read_text())["conflict"]
-    label = broken[0].quantity.label
+    label = broken[0].label
     assert [label] in conflict["sets"] and conflict["common"]["limits"][0]["relaxed"] > 1e-9
     assert any(text.startswith(f"Kept by none of them: {label} at most 1e-09 m") for text in outcome.warnings)
 

@@ -6,10 +6,17 @@ import pytest
 from objectives.margins.margins import MarginModel
 from objectives.margins.trim import Trim
 from plant.errors import InputError
-from tuner.experiments.tuning import run_margins
-from tuner.experiments.tuning.run_constraints import constraint_table
-from tuner.experiments.tuning.run_margins import POINTS, margin_table
-from tuner.experiments.tuning.run_responses import FAN_SCENARIOS, drawn, flight_of, response_table, worst_flights
+from tuner.experiments.tuning import tables
+from tuner.experiments.tuning.tables import (
+    FAN_SCENARIOS,
+    POINTS,
+    constraint_table,
+    drawn,
+    flight_of,
+    margin_table,
+    response_table,
+    worst_flights,
+)
 
 
 @pytest.fixture(scope="module")
@@ -92,5 +99,5 @@ def test_without_steady_flight_there_are_no_margins(outcome, monkeypatch):
     def none(_):
         raise InputError("no steady flight is found")
 
-    monkeypatch.setattr(run_margins, "margin_model", none)
+    monkeypatch.setattr(tables, "margin_model", none)
     assert margin_table(outcome) is None

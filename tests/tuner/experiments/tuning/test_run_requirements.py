@@ -16,7 +16,7 @@ from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.cli.printers.tuning import comparison_table
 from tuner.documents.summary import Summary
 from tuner.documents.tuning import TuningFolder
-from tuner.experiments.tuning.run import run_study
+from tuner.experiments.tuning.run import TuningRun
 from tuner.report import write_report
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
@@ -54,7 +54,7 @@ def required(study, limit=12.0, hard=True, address="roll.lambda"):
 
 
 def run(folder, study, watcher=None):
-    return run_study(study, Folder.create(folder), watcher or Watcher(), 2)
+    return TuningRun(study, Folder.create(folder), watcher or Watcher(), 2).carry_out()
 
 
 @pytest.fixture(scope="module")

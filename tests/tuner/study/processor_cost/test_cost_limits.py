@@ -9,15 +9,13 @@ import pytest
 
 from plant.errors import InputError
 from tests.tuner.experiments.contest.contest_text import CONTEST, changed, write
-from tuner.experiments.contest.cost import cost_of
-from tuner.experiments.contest.document import processor_count
+from tuner.experiments.contest.cost import step_cost
 from tuner.experiments.contest.words import cost_words
 from tuner.gains.schema import cost_schema
 from tuner.study import load_study
-from tuner.study.contest_reading import load_contest
+from tuner.study.kinds import load_any
+from tuner.study.processor_cost.cost import gains_rows, tabled, told
 from tuner.study.processor_cost.requirement import QUANTITIES
-from tuner.study.processor_cost.table import tabled
-from tuner.study.processor_cost.words import gains_rows, told
 
 STUDY = CONTEST[: CONTEST.index("[[contender]]")].replace("# A second", "# A flight of a second")
 HYBRID = tabled("ladrc", "hybrid")
@@ -97,9 +95,9 @@ def test_instructions_are_no_metric_of_a_flight(tmp_path):
 
 
 def test_contenders_are_told_with_their_instructions(tmp_path):
-    contest = load_contest(write(tmp_path))
-    costs = [cost_of(contender.study.system.cascade) for contender in contest.contenders]
-    rows = [processor_count(cost, 0.004) for cost in costs]
+    contest = load_any(write(tmp_path))
+    costs = [step_cost(contender.study.system.cascade, 0.004) for contender in contest.contenders]
+    rows = [cost.processor for cost in costs]
     for row, law in zip(rows, ("pid", "hybrid", "ladrc"), strict=True):
         known = tabled("ladrc", law)
         assert row is not None and known is not None

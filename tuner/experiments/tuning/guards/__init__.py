@@ -5,19 +5,17 @@ A guard before looks at the study, one after at the outcome; both return sentenc
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from objectives.mission import mission_floor
 from tuner.analysis.held_out import differences_to
+from tuner.experiments.tuning.bounds import on_bounds
 from tuner.experiments.tuning.guards import after
-from tuner.experiments.tuning.guards.before import default_elsewhere, few_scenarios
-from tuner.experiments.tuning.guards.vehicle import leading_yaw, rates_without_damping
+from tuner.experiments.tuning.guards.before import default_elsewhere, few_scenarios, leading_yaw, rates_without_damping
+from tuner.experiments.tuning.outcome import Outcome
 from tuner.study.study import Study
-
-if TYPE_CHECKING:
-    from tuner.experiments.tuning.outcome import Outcome
 
 __all__ = ["GUARDS", "Guard", "warnings_after_run", "warnings_before_run", "times_of_never"]
 
@@ -33,28 +31,26 @@ class Guard:
     message: Callable[[Any], list[str]]
 
 
-def _labels(outcome: "Outcome") -> list[str]:
+def _labels(outcome: Outcome) -> list[str]:
     return [objective.label for objective in outcome.study.objectives]
 
 
-def _flown_values(outcome: "Outcome") -> np.ndarray:
+def _flown_values(outcome: Outcome) -> np.ndarray:
     return outcome.archive.values[outcome.archive.flown]
 
 
-def _duplicate_knees(outcome: "Outcome") -> list[str]:
+def _duplicate_knees(outcome: Outcome) -> list[str]:
     rows = np.flatnonzero(outcome.finalists.non_dominated).tolist()
     apart = differences_to(outcome.problem, outcome.finalists.evaluation, outcome.tuned, outcome.study.seed)
     return after.duplicate_knees(outcome.names, outcome.tuned, rows, apart.low, apart.high)
 
 
-def _on_bounds(outcome: "Outcome") -> list[str]:
-    from tuner.study.bounds import on_bounds
-
+def _on_bounds(outcome: Outcome) -> list[str]:
     front = outcome.finalist_rows[outcome.finalists.non_dominated]
     return after.gains_on_bounds(on_bounds(outcome.study, outcome.gains(outcome.tuned), front))
 
 
-def _idle(outcome: "Outcome") -> list[str]:
+def _idle(outcome: Outcome) -> list[str]:
     study = outcome.study
     asked = {entry.objective.label for entry in floor_of(study)}
     columns = [i for i, entry in enumerate(study.constraints) if entry.objective.label in asked]
@@ -117,6 +113,6 @@ def warnings_before_run(study: Study) -> list[str]:
     return [text for guard in GUARDS.values() if guard.when == BEFORE for text in guard.message(study)]
 
 
-def warnings_after_run(outcome: "Outcome") -> list[str]:
+def warnings_after_run(outcome: Outcome) -> list[str]:
     """Return what the guards say of an outcome."""
     return [text for guard in GUARDS.values() if guard.when == AFTER for text in guard.message(outcome)]

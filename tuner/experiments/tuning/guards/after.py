@@ -5,7 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
-from tuner.study.bounds import OnBound
+from tuner.documents.contest_document import BoundRow
 
 Times = Sequence[float]
 # Objectives that differ by less than this share of their size are constant; rank correlations from here on are perfect.
@@ -76,7 +76,7 @@ def duplicate_knees(
     ]
 
 
-def gains_on_bounds(found: Sequence[OnBound]) -> list[str]:
+def gains_on_bounds(found: Sequence[BoundRow]) -> list[str]:
     """Warn of recommended gains that ended at an end of their range that could be moved."""
     return [
         f"{entry.variable} = {entry.value:.4g} stands at the {entry.end} end of its range, {entry.bound:.4g}"
@@ -86,7 +86,7 @@ def gains_on_bounds(found: Sequence[OnBound]) -> list[str]:
     ]
 
 
-def _others_there(entry: OnBound) -> str:
+def _others_there(entry: BoundRow) -> str:
     return f", as do {100.0 * entry.share:.0f} % of the front" if entry.share > 0.0 else ""
 
 

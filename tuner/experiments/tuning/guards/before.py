@@ -1,8 +1,18 @@
-"""Warnings that can be given before a run."""
+"""Warnings that can be given before a run, some of them from the vehicle alone."""
 
+from math import pi
+
+import numpy as np
+
+from objectives.margins.margins import MarginModel
+from objectives.margins.period import CHANNELS
+from objectives.margins.trim import Trim
 from objectives.problem import Objective
 from objectives.risk import minimum_samples
+from plant.nominal import yaw_lead
 from plant.scenarios import HELD_OUT, SEARCH
+from tuner.analysis.judging.judge import differences
+from tuner.gains import read_gains
 from tuner.study.study import Study
 
 
@@ -27,9 +37,6 @@ def default_elsewhere(study: Study) -> list[str]:
     given = study.table.controller.default
     if given is None:
         return []
-    from tuner.analysis.judging.agreement import differences
-    from tuner.gains import read_gains
-
     said = []
     # The plant step is the simulation's own.
     differing = [
@@ -56,3 +63,45 @@ def _merged(study: Study) -> list[str]:
         f"One value is searched where the default has several: {', '.join(split)}; tables show the first. Give axes keys of "
         'their own in [gains], for instance "yaw.kp" = {}, to search them apart.'
     ]
+
+
+# The lead of the rotors' inertia is felt where it begins below this many times the crossover of yaw: at 3 it still adds 18 deg
+# and 5 % of gain. A low-pass on yaw torque up to as many times the lead takes it back.
+NEAR = 3.0
+# A lead from here on [rad/s] is beyond any yaw loop that the search ranges of the laws can make.
+FAR = 150.0
+
+
+def rates_without_damping(study: Study) -> list[str]:
+    """Warn of gust rates that act on nothing."""
+    named = [entry.spec.name for entry in study.scenarios if entry.spec.air.angular_rates]
+    if not named or any(study.system.vehicle.rate_damping):
+        return []
+    return [
+        f"angular_rates = true in {', '.join(named)} changes no number: gust rates act through rate_damping, which is 0 for "
+        f"{study.airframe.name}. Give the airframe a rate_damping with its source, or leave angular_rates out."
+    ]
+
+
+def leading_yaw(study: Study, row: np.ndarray, whose: str) -> list[str]:
+    """Warn where the angular momentum of the rotors makes yaw lead below or near its crossover under a gains row (gains,)."""
+    system, cutoff = study.system, 2.0 * pi * study.options.yaw_torque_cutoff
+    lead = yaw_lead(system.vehicle)
+    if lead > FAR or 0.0 < cutoff <= NEAR * lead:
+        return []
+    crossover = _yaw_crossover(study, row)
+    if not (crossover == 0.0 or lead < NEAR * crossover):
+        return []
+    where = f"crosses over at {crossover:.3g} rad/s" if crossover else "is not stable with it"
+    return [
+        f"Yaw of {study.airframe.name} leads from {lead:.3g} rad/s on, where accelerating rotors turn the body more than their "
+        f"drag does; {whose} {where}. Set controller.yaw_torque_cutoff = {lead / (2.0 * pi):.2g} (Hz), which takes the lead "
+        "back, or lower the yaw gains."
+    ]
+
+
+def _yaw_crossover(study: Study, row: np.ndarray) -> float:
+    """Highest gain crossover of the yaw loop [rad/s], for the signals of sliding terms at their worst; 0 for an unstable loop."""
+    system = study.system
+    model = MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, Trim(hold=False))
+    return float(model.evaluate(np.asarray(row, dtype=float)[None]).crossover.value[0, CHANNELS.index("yaw")])

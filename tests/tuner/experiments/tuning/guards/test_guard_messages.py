@@ -7,6 +7,7 @@ import pytest
 
 from objectives.metrics import METRICS
 from tests.tuner.conftest import QUICKSTART
+from tuner.documents.contest_document import BoundRow
 from tuner.experiments.tuning.guards import AFTER, BEFORE, GUARDS, times_of_never, warnings_before_run
 from tuner.experiments.tuning.guards.after import (
     constant_objectives,
@@ -17,7 +18,6 @@ from tuner.experiments.tuning.guards.after import (
     still_rising,
 )
 from tuner.study import load_study
-from tuner.study.bounds import OnBound
 
 LABELS = ["error", "travel"]
 NEVER = [[], []]
@@ -99,7 +99,15 @@ def test_one_objective_that_differs_is_enough_and_the_default_is_not_asked():
 
 def test_only_a_recommended_gain_on_an_end_that_can_be_moved_is_told():
     def on(recommended, natural, share=0.5):
-        return OnBound("tilt.k2", "high", 30.0, 29.9, recommended, share, natural)
+        return BoundRow(
+            variable="tilt.k2",
+            end="high",
+            bound=30.0,
+            value=29.9,
+            recommended=recommended,
+            share=share,
+            natural=natural,
+        )
 
     assert gains_on_bounds([on(True, True), on(False, False)]) == []
     (said,) = gains_on_bounds([on(True, False)])

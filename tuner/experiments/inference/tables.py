@@ -1,8 +1,4 @@
-"""The files of an inference's folder; each is complete or not there.
-
-study.toml as given, environment.json, generations/NNNN.parquet and candidates.parquet (all settings: unknowns, misfits, medians
-and percentiles), inference.json, inferred.toml (the study with the inferred values in it), report.html, figures/.
-"""
+"""Tables of an inference's folder, generations/NNNN.parquet and candidates.parquet, and the study with the inferred values."""
 
 import os
 from copy import deepcopy
@@ -10,25 +6,13 @@ from typing import Any
 
 import numpy as np
 
-from tuner.experiments.inference.document import inference_document
-from tuner.experiments.inference.evaluated import EvaluatedSettings
 from tuner.experiments.inference.findings import Findings
-from tuner.experiments.tuning.tables import history_table
-from tuner.store.folder import Folder
+from tuner.experiments.inference.misfit import EvaluatedSettings
+from tuner.store.folder import Folder, data_frame
+from tuner.study.contest_schema import INFERENCE_TABLES
 from tuner.study.inference import Inference
-from tuner.study.inference_schema import ADDED
 from tuner.study.unknown_paths import put_at
-from tuner.text.toml_text import toml_text, with_paths
-
-
-def write_findings(findings: Findings, folder: Folder) -> None:
-    """Write tables, numbers, and the study with the inferred values."""
-    inference = findings.inference
-    folder.write_table("history.csv", history_table(findings.generations))
-    folder.write_table("candidates.parquet", candidates_table(findings))
-    inferred = findings.found.values[findings.chosen]
-    folder.write_text("inferred.toml", toml_text(with_values(inference, inferred, folder)))
-    folder.write_json("inference.json", inference_document(findings))
+from tuner.text.toml_text import with_paths
 
 
 def settings_table(inference: Inference, settings: EvaluatedSettings, first: int) -> Any:
@@ -38,8 +22,6 @@ def settings_table(inference: Inference, settings: EvaluatedSettings, first: int
     (over all kinds); median:CELL and percentile:CELL of the published value among the flights; inside: number of cells
     inside; failures.
     """
-    import pandas as pd
-
     columns: dict[str, Any] = {"candidate": first + np.arange(len(settings.values)), "origin": settings.origin}
     columns |= {f"unknown:{u.variable.name}": settings.values[:, i] for i, u in enumerate(inference.unknowns)}
     misfits = settings.misfits(inference)
@@ -48,7 +30,7 @@ def settings_table(inference: Inference, settings: EvaluatedSettings, first: int
     columns |= {f"median:{cell.label}": settings.median[:, i] for i, cell in enumerate(inference.cells)}
     columns |= {f"percentile:{cell.label}": settings.percentile[:, i] for i, cell in enumerate(inference.cells)}
     columns |= {"inside": settings.inside.sum(axis=1), "failures": settings.failures.mean(axis=1)}
-    return pd.DataFrame(columns)
+    return data_frame(columns)
 
 
 def candidates_table(findings: Findings) -> Any:
@@ -67,7 +49,7 @@ def with_values(inference: Inference, values: np.ndarray, folder: Folder) -> dic
     for unknown, value in zip(inference.unknowns, values, strict=True):
         for place in unknown.places:
             put_at(table, place, float(value))
-    for key in ADDED:
+    for key in INFERENCE_TABLES:
         table.pop(key, None)
     home, here = inference.path.parent.resolve(), folder.path.resolve()
     return with_paths(table, lambda name: os.path.relpath(home / name, here))

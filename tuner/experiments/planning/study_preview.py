@@ -9,9 +9,11 @@ from plant.airframes.derived import quantities
 from plant.seeds import generator
 from plant.vehicle import Vehicle
 from tuner.documents.parts import NumberWithUnit
+from tuner.documents.parts import AutomaticLimit, NumberWithUnit
 from tuner.documents.summary import ObstacleRow
+from tuner.experiments.planning.counts import search_flights
 from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows
-from tuner.experiments.tuning.diagnosis import Diagnosis, Obstacle, obstacle_texts
+from tuner.experiments.tuning.diagnosis import Diagnosis, obstacle_texts
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.search.first_generation import latin_hypercube
 from tuner.store.document import DocumentPart, Sense
@@ -69,15 +71,6 @@ class UnreachedLimit(ObstacleRow):
     certain: bool
 
 
-class UnwrittenLimit(DocumentPart):
-    """A limit that the study does not write; key: of the study file, moves it."""
-
-    label: str
-    unit: str
-    limit: float
-    key: str
-
-
 class StudyPreview(DocumentPart):
     """A study before anything flies."""
 
@@ -86,7 +79,7 @@ class StudyPreview(DocumentPart):
     variables: int
     objectives: list[str]
     constraints: list[str]
-    automatic_limits: list[UnwrittenLimit]
+    automatic_limits: list[AutomaticLimit]
     requirements: list[str]
     search_flights: int
     digest: str
@@ -142,7 +135,7 @@ def default_rows(study: Study, diagnosis: Diagnosis) -> list[DefaultRow]:
     return rows
 
 
-def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[Obstacle]:
+def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[ObstacleRow]:
     """Return what stands behind the limits that neither the default nor a draw from the ranges keeps."""
     if not study.requirements:
         return []
@@ -160,14 +153,9 @@ def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[Obstacle]:
     return diagnosis.obstacles(points, names, labels)
 
 
-def unreached(found: Obstacle) -> UnreachedLimit:
+def unreached(found: ObstacleRow) -> UnreachedLimit:
     """Return a limit out of reach as data; no search can help where nothing that is searched moves it."""
-    return UnreachedLimit.model_validate({**found.row(), "certain": not found.moved_by}, strict=False)
-
-
-def search_flights(study: Study) -> int:
-    """Return how many flights the search takes at most."""
-    return study.search.generations * study.search.population * sum(entry.search for entry in study.scenarios)
+    return UnreachedLimit.model_validate({**found.content(), "certain": not found.moved_by}, strict=False)
 
 
 def study_preview(asked: Study) -> StudyPreview:
@@ -181,7 +169,7 @@ def study_preview(asked: Study) -> StudyPreview:
         variables=len(asked.space.variables),
         objectives=[objective.label for objective in asked.objectives],
         constraints=[entry.objective.label for entry in asked.constraints],
-        automatic_limits=[UnwrittenLimit(**row) for row in automatic_rows(asked.constraints)],
+        automatic_limits=automatic_rows(asked.automatic_limits),
         requirements=[requirement.label for requirement in asked.requirements],
         search_flights=search_flights(asked),
         digest=asked.digest(),
@@ -191,7 +179,7 @@ def study_preview(asked: Study) -> StudyPreview:
         out_of_reach=[unreached(entry) for entry in beyond],
         problems=[*trim_problems(trims), *obstacle_texts(beyond)],
         warnings=warnings_before_run(asked),
-        told=automatic_limit_texts(asked.constraints),
+        told=automatic_limit_texts(asked.automatic_limits),
     )
 
 

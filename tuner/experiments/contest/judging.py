@@ -1,0 +1,96 @@
+"""Printed numbers and claims of a paper against the flights.
+
+A claim survives where every interval lies on its side of zero. A printed number is "inside" where it lies in the central 95 % of
+the distribution over seeds that the same experiment has here.
+"""
+
+import numpy as np
+
+from tuner.documents.contest_document import ClaimRow, PublishedRow, RulingRow
+from tuner.documents.parts import SampledValue
+from tuner.experiments.contest.comparison import Comparison
+from tuner.experiments.contest.flying import Flown
+from tuner.study.contest import Claim, Contest, Published
+
+SURVIVES, FAILS, UNDECIDED = "survives", "fails", "undecided"
+# A printed number is "inside" where it lies between these percentiles of the flights.
+INSIDE = (2.5, 97.5)
+
+
+def judge_claims(contest: Contest, comparison: Comparison) -> list[ClaimRow]:
+    """Judge every claim of a contest: opponents in turn, quantities within."""
+    labels = [quantity.label for quantity in contest.quantities]
+    names = [contender.name for contender in contest.contenders]
+    judged = []
+    for claim in contest.claims:
+        better, rows = names.index(claim.better), []
+        for name in claim.than:
+            for objective in claim.objectives:
+                apart = comparison.difference(better, names.index(name), labels.index(objective.label))
+                rows.append(ruling(name, objective.label, apart))
+        judged.append(judged_claim(claim, rows))
+    return judged
+
+
+def ruling(than: str, quantity: str, apart: SampledValue) -> RulingRow:
+    """Return a claim for one opponent and quantity; apart: `better` minus opponent, whose interval decides it."""
+    verdict = SURVIVES if apart.high < 0.0 else FAILS if apart.low > 0.0 else UNDECIDED
+    return RulingRow(
+        than=than, quantity=quantity, difference=apart.value, low=apart.low, high=apart.high, verdict=verdict
+    )
+
+
+def judged_claim(claim: Claim, rows: list[RulingRow]) -> ClaimRow:
+    """Return a claim with its rulings: it survives if every one does, fails if any does, and is undecided otherwise."""
+    verdicts = [row.verdict for row in rows]
+    verdict = FAILS if FAILS in verdicts else UNDECIDED if UNDECIDED in verdicts else SURVIVES
+    return ClaimRow(text=claim.text, better=claim.better, than=list(claim.than), verdict=verdict, rows=rows)
+
+
+def judge_published(contest: Contest, flown: Flown, comparison: Comparison) -> list[PublishedRow]:
+    """Judge every printed number for each of its contenders."""
+    labels = [quantity.label for quantity in contest.quantities]
+    names = [contender.name for contender in contest.contenders]
+    rows = []
+    for entry in contest.published:
+        i = labels.index(entry.objective.label)
+        for name in entry.contenders:
+            k = names.index(name)
+            rows.append(published_row(entry, name, comparison.estimates[k][i], flown.samples(i, entry.scenario)[k]))
+    return rows
+
+
+def published_row(entry: Published, contender: str, mean: SampledValue, values: np.ndarray) -> PublishedRow:
+    """Return a printed number beside one contender's flights, values (n,), and their mean with its interval."""
+    low, median, high = np.quantile(values, [INSIDE[0] / 100.0, 0.5, INSIDE[1] / 100.0], axis=-1).tolist()
+    percentile = percentile_of(entry.value, values)
+    return PublishedRow(
+        contender=contender,
+        contenders=list(entry.contenders),
+        metric=entry.metric.text,
+        unit=entry.metric.unit,
+        scenario=entry.scenario,
+        quantity=entry.objective.label,
+        value=entry.value,
+        source=entry.source,
+        fitted=entry.fitted,
+        mean=mean.value,
+        low=mean.low,
+        high=mean.high,
+        p2_5=low,
+        median=median,
+        p97_5=high,
+        percentile=float(percentile),
+        inside=bool(is_inside(percentile)),
+    )
+
+
+def percentile_of(value: float | np.ndarray, values: np.ndarray) -> np.ndarray:
+    """Return the percentile (...) of value (...) among values (..., n): 100 times the share below, ties counted half."""
+    printed = np.asarray(value)[..., None]
+    return 100.0 * (np.mean(values < printed, axis=-1) + 0.5 * np.mean(values == printed, axis=-1))
+
+
+def is_inside(percentiles: np.ndarray) -> np.ndarray:
+    """Return whether one flight could well have given what was printed: whether it is in the central 95 %."""
+    return (percentiles >= INSIDE[0]) & (percentiles <= INSIDE[1])

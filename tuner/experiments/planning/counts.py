@@ -1,0 +1,47 @@
+"""Flights of a run and of a contest at most, counted from their studies.
+
+What cannot be known before is taken at its largest: candidates that break a hard requirement, or that a race would stop early,
+are counted as flown, and the front as long as it may get.
+"""
+
+from tuner.documents.plan import PlannedFlights
+from tuner.experiments.tuning.conclusion import MOST_FINALISTS
+from tuner.study.contest import Contender, Contest
+from tuner.study.study import Study
+
+CONFIRMED = 2
+"""The default and the recommended point fly once more, on scenarios that decided nothing."""
+
+
+def search_flights(study: Study) -> int:
+    """Return how many flights the search takes at most."""
+    return study.search.generations * study.search.population * sum(entry.search for entry in study.scenarios)
+
+
+def flights_of(study: Study) -> PlannedFlights:
+    """Return how many flights a run makes at most."""
+    search, each = search_flights(study), sum(entry.held_out for entry in study.scenarios)
+    finalists = min(study.search.population * study.search.generations, MOST_FINALISTS)
+    held_out = judged_at_most(finalists) * each
+    return PlannedFlights(
+        search_at_most=search,
+        held_out_each=each,
+        finalists_at_most=finalists,
+        held_out_at_most=held_out,
+        total_at_most=search + held_out,
+    )
+
+
+def judged_at_most(finalists: int) -> int:
+    """Return how many candidates fly in the held-out check and the confirmation: finalists, the default, and two again."""
+    return finalists + 1 + CONFIRMED
+
+
+def points_at_most(contender: Contender) -> int:
+    """Return how many points of a contender are compared at most: its own, and a front as long as it may get."""
+    return 1 + (flights_of(contender.study).finalists_at_most if contender.tuned else 0)
+
+
+def comparison_flights(contest: Contest) -> int:
+    """Return how many flights the comparison of a contest takes at most."""
+    return contest.flights_each * sum(map(points_at_most, contest.contenders))
