@@ -114,9 +114,10 @@ class AirframePart(NamedTuple):
     def vehicle(self) -> Vehicle:
         """What flies."""
         rotors = [RotorPart(**rotor) for rotor in plain(self.rotors)]
-        fields = {key: Vec3(**number) if key in GROUPS else number for key, number in plain(self.numbers).items()}
-        places = {f"rotor_{axis}": Rotors(*[rotor.position[axis] for rotor in rotors]) for axis in "xy"}
-        return Vehicle(**fields, **places, spin=Rotors(*[SPINS[rotor.spin] for rotor in rotors]))
+        numbers = plain(self.numbers)
+        fields: Row = {key: Vec3(**number) if key in GROUPS else number for key, number in numbers.items()}
+        fields |= {f"rotor_{axis}": Rotors(*[rotor.position[axis] for rotor in rotors]) for axis in "xy"}
+        return Vehicle(**fields, spin=Rotors(*[SPINS[rotor.spin] for rotor in rotors]))
 
     @property
     def digest(self) -> str:

@@ -57,7 +57,7 @@ def _states(lines: list[str], file: Path) -> dict[str, dict[str, str]]:
     for line in lines:
         if flow := _FLOW.match(line):
             parts = [_FIELD.match(part) for part in flow[2].split(",")]
-            states[flow[1]] = dict(part.group(1, 2) for part in parts if part)
+            states[flow[1]] = {part[1]: part[2] for part in parts if part}
         elif opening := _OPEN.match(line):
             fields = states.setdefault(opening[1], {})
         elif part := _FIELD.match(line):
