@@ -1,4 +1,4 @@
-"""What the commands of this checkout put out: documents, tables, JSON on standard output and help, ready for comparison."""
+"""Outputs of the commands of this checkout: documents, tables, JSON on standard output and help, ready for comparison."""
 
 import contextlib
 import io
