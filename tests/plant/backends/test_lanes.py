@@ -156,7 +156,9 @@ def test_the_lane_loops_are_vector_code():
     assert packed > 4 * scalar, (packed, scalar)
 
 
+@pytest.mark.slow
 def test_scalar_kernel_flies_the_same_flights():
+    """The yardstick of `tuner bench`, whose kernel nothing else compiles."""
     batch = inputs(range(3))
     one_by_one = scalar_kernel(loop()).fly(gains()[None], NOMINAL, batch, LIMITS, TIMING, 2)
     np.testing.assert_allclose(one_by_one, flyer().fly(gains()[None], NOMINAL, batch), rtol=1e-9, atol=1e-9)
