@@ -166,7 +166,9 @@ def test_what_is_added_keeps_the_contract_of_its_kind(scratch):
     """With the commands of the page, both in one process; a contract finds its entries by itself, so there must be such tests."""
     files, names = [words[3] for words in CONTRACTS], [words[5] for words in CONTRACTS]
     assert names == ["pid_plain", "mae"]
-    out = run_there(scratch, "-m", "pytest", *files, "-k", " or ".join(names), "-q", "-rp", "-p", "no:cacheprovider")
+    out = run_there(
+        scratch, "-m", "pytest", "-n", "0", *files, "-k", " or ".join(names), "-q", "-rp", "-p", "no:cacheprovider"
+    )
     for name in names:
         assert sum(line.startswith("PASSED") and name in line for line in out.splitlines()) >= 5
 

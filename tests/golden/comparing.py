@@ -1,4 +1,4 @@
-"""How a kept output and a new one differ: one line a place, `path.to.key: old -> new`."""
+"""Differences between a kept output and a new one: one line a place, `path.to.key: old -> new`."""
 
 import json
 import re
@@ -8,9 +8,9 @@ from pathlib import Path
 from typing import Any
 
 KEPT = Path(__file__).with_name("kept")
-"""Where the kept outputs lie: json/ what commands print, results/ what runs leave, help/ what --help says."""
+"""Folder of the kept outputs: json/ what commands print, results/ what runs leave, help/ what --help says."""
 RELATIVE, ABSOLUTE = 1e-6, 1e-9
-"""How far two numbers may be apart: another processor rounds otherwise, and that grows on the way through a flight."""
+"""Tolerances of two numbers: another processor rounds otherwise, and that grows on the way through a flight."""
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 ABSENT = "(nothing)"
 ADVICE = "If this is meant: python -m tests.golden.write, look at the diff, and commit it by itself."

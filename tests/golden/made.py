@@ -1,29 +1,23 @@
-"""What the commands of this checkout put out: documents, tables, JSON on standard output and help, ready for comparison."""
+"""Outputs of the commands of this checkout: documents, tables, JSON on standard output and help, ready for comparison."""
 
 import contextlib
-import io
 import json
-import os
 import re
 import shutil
-import signal
-import sys
 import tomllib
 import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, cast
-from unittest.mock import patch
 
 from typer.main import get_command
 
 from tests.golden.steps import STUDIES, Step
+from tests.tuner.in_process import called
 from tests.undrawn import undrawn
-from tuner.cli.main import app, main
+from tuner.cli.main import app
 
 ROOT = Path(__file__).parents[2]
-WIDTH = 80
-"""Columns of the terminal that help is written for."""
 FEW_ROWS = 2
 """Rows of a table that are kept, its first ones."""
 LONG_LIST = 12
@@ -79,21 +73,6 @@ def documents(folder: Path, steps: Iterable[Step]) -> dict[str, Any]:
             made[f"json/{step.name}.json"] = answer | ({"json": json.loads(said)} if said else {"error": told})
             made |= {} if step.folder is None else results(step.name, Path(step.folder))
     return {portable(name, folder): comparable(document, name, folder) for name, document in made.items()}
-
-
-def called(*arguments: str) -> tuple[int, str, str]:
-    """Run a command as the console script does and return its exit code, standard output and standard error."""
-    said, told, handler = io.StringIO(), io.StringIO(), signal.getsignal(signal.SIGINT)
-    terminal = {"COLUMNS": str(WIDTH), "TERM": "dumb", "NO_COLOR": "1"}
-    streams = contextlib.redirect_stdout(said), contextlib.redirect_stderr(told)
-    try:
-        with patch.object(sys, "argv", ["tuner", *arguments]), patch.dict(os.environ, terminal), streams[0], streams[1]:
-            main()
-    except SystemExit as ended:
-        return int(ended.code or 0), said.getvalue(), told.getvalue()
-    finally:
-        signal.signal(signal.SIGINT, handler)
-    raise AssertionError("the console script ends by SystemExit")
 
 
 def results(run: str, folder: Path) -> dict[str, Any]:

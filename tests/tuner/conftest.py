@@ -7,7 +7,7 @@ from subprocess import CompletedProcess
 import pytest
 
 from tests.tuner import in_process
-from tests.undrawn import undrawn
+from tests.undrawn import DrawnHere, undrawn
 
 QUICKSTART = Path(__file__).parents[2] / "studies" / "quickstart.toml"
 SMALL = {
@@ -43,6 +43,14 @@ def run_small(folder, threads=2, reuse=(), drawn=False, **changes):
     study = load_study(QUICKSTART, {**SMALL, **{key.replace("__", "."): value for key, value in changes.items()}})
     with nullcontext() if drawn else undrawn():
         return TuningRun(study, Folder.create(folder), Watcher(), threads, reuse).carry_out()
+
+
+@pytest.fixture(scope="session", autouse=True)
+def drawn_here():
+    """Have figures drawn in this process: one that is started to draw them takes three seconds to import what it needs."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr("tuner.report.start_figures", DrawnHere)
+        yield
 
 
 @pytest.fixture(scope="session")

@@ -1,4 +1,4 @@
-"""The first run of a fresh install, a run from a warm cache, and one that is killed and resumed leave the same bytes.
+"""The first run of a fresh install, a run from another cache, and one that is killed and resumed leave the same bytes.
 
 Each with margins, whose kernel is compiled as well. With a fresh cache for the resumed session too: pytest -m slow.
 """
@@ -11,7 +11,8 @@ import subprocess
 import pytest
 
 from tests.tuner.conftest import QUICKSTART, SMALL
-from tests.tuner.experiments.again.killing import command, compare, finish, result_of
+from tests.tuner.experiments.again.killing import command, compare, finish, finish_elsewhere, result_of
+from tests.undrawn import undrawn
 
 CHANGES = {**SMALL, "mission.off": ["rms.position", "rms.yaw"]}
 RUN = [part for key, value in CHANGES.items() if key != "margin" for part in ("--set", f"{key}={json.dumps(value)}")]
@@ -24,11 +25,17 @@ def fresh(folder):
     return kept | {"HOME": str(folder), "NUMBA_CACHE_DIR": str(folder)}
 
 
+@pytest.fixture(scope="module", autouse=True)
+def blank_figures():
+    with undrawn():
+        yield
+
+
 @pytest.fixture(scope="module")
 def first(tmp_path_factory):
     folder = tmp_path_factory.mktemp("fresh")
     home = fresh(folder / "home")
-    finish("run", QUICKSTART, "--out", folder / "r", *RUN, env=home, timeout=400)
+    finish_elsewhere("run", QUICKSTART, "--out", folder / "r", *RUN, env=home, timeout=400)
     return folder / "r", home
 
 
@@ -48,10 +55,10 @@ def killed(folder, home):
 def test_the_first_run_gives_the_bytes_of_the_second_and_of_one_killed_and_resumed(first, tmp_path):
     folder, home = first
     assert "requirement:ms" in (folder / "front.csv").read_text().splitlines()[0]
-    finish("run", QUICKSTART, "--out", tmp_path / "second", *RUN, env=home)
+    finish("run", QUICKSTART, "--out", tmp_path / "second", *RUN)
     compare(result_of(tmp_path / "second"), result_of(folder))
     killed(tmp_path / "killed", home)
-    finish("resume", tmp_path / "killed", env=home)
+    finish("resume", tmp_path / "killed")
     compare(result_of(tmp_path / "killed"), result_of(folder))
 
 
@@ -59,5 +66,5 @@ def test_the_first_run_gives_the_bytes_of_the_second_and_of_one_killed_and_resum
 def test_killed_in_one_fresh_install_and_resumed_in_another(first, tmp_path):
     folder, _ = first
     killed(tmp_path / "r", fresh(tmp_path / "one"))
-    finish("resume", tmp_path / "r", env=fresh(tmp_path / "other"), timeout=400)
+    finish_elsewhere("resume", tmp_path / "r", env=fresh(tmp_path / "other"), timeout=400)
     compare(result_of(tmp_path / "r"), result_of(folder))

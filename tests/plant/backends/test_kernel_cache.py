@@ -14,7 +14,7 @@ import pytest
 
 from objectives.margins import curve
 from plant.air.linear_process import _recursion
-from plant.backends import lanes, sealed
+from plant.backends import cache, lanes, sealed
 from plant.backends.cache import cache_folder
 from plant.records import record_type
 from tests.plant.loops import NOMINAL, flyer, gains, inputs, loop
@@ -35,18 +35,17 @@ from tests.plant.loops import loop
 print(lanes.kernel_of(loop()).run.__module__)
 """
 
-# A function as small as can be, so that a process has compiled it in a fraction of a second.
-SMALL = """
-import sys
+# A function as small as can be, so that it is compiled in a fraction of a second.
+KERNEL = """
 from pathlib import Path
 import numba
 from plant.backends.cache import is_compiled, keep_file
 def twice(x):
     return 2.0 * x
 twice = keep_file(numba.njit(twice), Path("given/by/the/test"))
-before = is_compiled(twice)
-print(before, twice(float(21)), sum(twice.stats.cache_misses.values()))
+words = is_compiled(twice), twice(float(21)), sum(twice.stats.cache_misses.values())
 """
+SMALL = f"{KERNEL}print(*words)"
 
 # Random loops of ten modes, read by both entries; argument: the order in which they are called first.
 CURVES = """
@@ -89,6 +88,21 @@ def end(process):
 
 def run(code, *arguments, **named):
     return end(start(code, *arguments, **named))
+
+
+@pytest.fixture
+def small(tmp_path, monkeypatch, capsys):
+    """A function that runs SMALL here as a process would that has loaded nothing; returns its words, and the lines that it said."""
+
+    def ask(folder=tmp_path):
+        cache._checked.cache_clear()
+        sealed.say.cache_clear()
+        monkeypatch.setenv("TUNER_CACHE_DIR", str(folder))
+        names = {"__name__": "__main__"}
+        exec(compile(KERNEL, "<string>", "exec"), names)
+        return [str(word) for word in names["words"]], capsys.readouterr().err.splitlines()
+
+    return ask
 
 
 def kept(folder):
@@ -147,16 +161,16 @@ DAMAGE = {
 }
 
 
-def test_a_damaged_kernel_is_compiled_again_with_one_line(tmp_path):
-    assert run(SMALL, tmp_path)[0] == ["False", "42.0", "1"]
-    assert run(SMALL, tmp_path) == (["True", "42.0", "0"], [])
+def test_a_damaged_kernel_is_compiled_again_with_one_line(tmp_path, small):
+    assert small()[0] == ["False", "42.0", "1"]
+    assert small() == (["True", "42.0", "0"], [])
     for damage in DAMAGE.values():
         file = kept(tmp_path)
         file.write_bytes(damage(file.read_bytes()))
-        told, said = run(SMALL, tmp_path)
+        told, said = small()
         assert told == ["False", "42.0", "1"]
         assert said == [f"{file} is damaged; the kernel is compiled again."]
-    assert run(SMALL, tmp_path) == (["True", "42.0", "0"], [])
+    assert small() == (["True", "42.0", "0"], [])
 
 
 def test_a_sealed_file_under_another_name_is_damaged(tmp_path, capsys):
@@ -168,29 +182,29 @@ def test_a_sealed_file_under_another_name_is_damaged(tmp_path, capsys):
 
 
 @pytest.mark.parametrize("damage", ["writable folder", "writable file"])
-def test_what_others_can_write_is_not_executed(tmp_path, damage):
-    run(SMALL, tmp_path)
+def test_what_others_can_write_is_not_executed(tmp_path, small, damage):
+    small()
     file = kept(tmp_path)
     assert (file.parent.stat().st_mode & 0o777, file.stat().st_mode & 0o777) == (0o700, 0o600)
     spoilt = file if damage == "writable file" else file.parent
     spoilt.chmod(0o777)
-    told, said = run(SMALL, tmp_path)
+    told, said = small()
     assert told == ["False", "42.0", "1"]
     assert len(said) == 1 and said[0].startswith(str(spoilt)) and "can be written by other users" in said[0]
 
 
 @pytest.mark.skipif(not hasattr(os, "getuid") or os.getuid() != 0, reason="only root can give a folder away")
-def test_a_folder_of_somebody_else_is_not_used(tmp_path):
-    run(SMALL, tmp_path)
+def test_a_folder_of_somebody_else_is_not_used(tmp_path, small):
+    small()
     os.chown(kept(tmp_path).parent, 12345, 12345)
-    told, said = run(SMALL, tmp_path)
+    told, said = small()
     assert told == ["False", "42.0", "1"]
     assert len(said) == 1 and "belongs to another user" in said[0]
 
 
-def test_without_a_folder_or_room_on_the_disk_each_process_compiles_its_own(tmp_path):
+def test_without_a_folder_or_room_on_the_disk_each_process_compiles_its_own(tmp_path, small):
     (tmp_path / "file").write_text("")
-    told, said = run(SMALL, tmp_path / "file")
+    told, said = small(tmp_path / "file")
     assert told == ["False", "42.0", "1"] and len(said) == 1 and "compiled kernels are not kept" in said[0]
     full = "import resource, signal; signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
     full += "resource.setrlimit(resource.RLIMIT_FSIZE, (1000, 1000))"
@@ -208,9 +222,9 @@ def test_one_of_several_processes_compiles(tmp_path):
     assert {told[1] for told, _ in together} == {"42.0"}
 
 
-def test_a_process_that_waits_for_the_compiler_of_another_says_so(tmp_path):
+def test_a_process_that_waits_for_the_compiler_of_another_says_so(tmp_path, small):
     fcntl = pytest.importorskip("fcntl")
-    run(SMALL, tmp_path)
+    small()
     file = kept(tmp_path)
     content = file.read_bytes()
     file.unlink()

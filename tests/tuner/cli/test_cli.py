@@ -1,4 +1,4 @@
-"""The command line as a user meets it: exit codes, one message and no traceback; in processes of its own where a run is made."""
+"""The command line as a user meets it: exit codes, one message and no traceback."""
 
 import json
 import subprocess
@@ -10,17 +10,13 @@ from typer.main import get_group
 from typer.testing import CliRunner
 
 from tests.tuner.conftest import QUICKSTART
+from tests.undrawn import undrawn
 from tuner.api.catalogue import LISTINGS
 from tuner.cli.app import GROUPS
 from tuner.cli.main import app
 
 ROOT = Path(__file__).parents[3]
 COMMANDS = get_group(app).commands
-
-
-def process(*arguments):
-    command = [sys.executable, "-c", "from tuner.cli.main import main; main()", *map(str, arguments)]
-    return subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
 
 
 def refused(done):
@@ -86,26 +82,27 @@ def test_new_writes_a_study_that_loads_and_never_overwrites(tmp_path, tuner, mon
     assert (tmp_path / "my_quad.toml").read_bytes() == before
 
 
-def test_run_fly_report_one_after_the_other(tmp_path):
+def test_run_fly_report_one_after_the_other(tmp_path, tuner):
     folder = tmp_path / "out"
     small = [
         "--set", "search.population=8", "--set", "search.generations=2", "--set", "scenario.0.search=4",
         "--set", "scenario.0.held_out=16",
     ]  # fmt: skip
-    done = process("run", QUICKSTART, "--out", folder, "--threads", 2, *small)
+    with undrawn():
+        done = tuner("run", QUICKSTART, "--out", folder, "--threads", 2, *small)
     assert done.returncode == 0, done.stderr
     assert "generation 2/2" in done.stdout
     assert "tuned - default" in done.stdout
-    assert "exists already" in refused(process("run", QUICKSTART, "--out", folder, *small))
+    assert "exists already" in refused(tuner("run", QUICKSTART, "--out", folder, *small))
     picture = tmp_path / "fly.png"
-    flown = process("fly", folder / "gains.json", "--seeds", 16, "--plot", picture, "--json")
+    flown = tuner("fly", folder / "gains.json", "--seeds", 16, "--plot", picture, "--json")
     assert flown.returncode == 0, flown.stderr
     figures = json.loads(flown.stdout)
     assert figures["flights"] == 16
     assert {"itae.position", "travel", "failure"} <= {row["metric"] for row in figures["metrics"]}
     assert picture.read_bytes().startswith(b"\x89PNG")
     (folder / "report.html").unlink()
-    assert process("report", folder).returncode == 0
+    assert tuner("report", folder).returncode == 0
     assert (folder / "report.html").stat().st_size > 1_000_000
 
 
@@ -137,6 +134,7 @@ def test_bad_arguments(arguments, words, tuner):
 
 
 def test_debug_shows_the_traceback():
-    done = process("--debug", "fly", "nowhere.json")
+    command = [sys.executable, "-c", "from tuner.cli.main import main; main()", "--debug", "fly", "nowhere.json"]
+    done = subprocess.run(command, cwd=ROOT, capture_output=True, text=True, timeout=300, check=False)
     assert done.returncode != 0
     assert "Traceback" in done.stderr

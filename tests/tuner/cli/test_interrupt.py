@@ -8,6 +8,7 @@ import signal
 import subprocess
 import sys
 import time
+from pathlib import Path
 
 import pytest
 
@@ -51,7 +52,14 @@ def until(there, process):
 @pytest.fixture(scope="module")
 def alone(tmp_path_factory):
     folder = tmp_path_factory.mktemp("interrupt") / "alone"
-    return folder, timed(folder)
+    finish(*run_arguments(folder))
+    return folder
+
+
+@pytest.fixture(scope="module")
+def seconds(alone, tmp_path_factory):
+    """The time that a run takes as a process of its own, whose kernel is compiled."""
+    return timed(tmp_path_factory.mktemp("interrupt") / "timed")
 
 
 @pytest.mark.parametrize(
@@ -65,24 +73,24 @@ def test_a_run_names_what_goes_on_with_it(alone, tmp_path, number, code, marker)
     assert ended(process, number, group=True) == (code, f"Interrupted; go on with `tuner resume {folder}`.\n")
     if number == signal.SIGINT:
         finish("resume", folder)
-        compare(result_of(folder), result_of(alone[0]))
-        assert_sealed(folder, alone[0])
+        compare(result_of(folder), result_of(alone))
+        assert_sealed(folder, alone)
 
 
 def test_a_command_without_a_resume_promises_none(tmp_path):
     from tests.tuner.conftest import QUICKSTART
 
     folder = tmp_path / "s"
-    process = started("sensitivity", QUICKSTART, "--samples", 4096, "--out", folder)
-    until((folder / ".lock").exists, process)
+    process = started("sensitivity", QUICKSTART, "--samples", 4096, "--threads", 1, "--out", folder)
     # Behind the import of scipy's Sobol sequences: a signal that lands in that C code is printed there, whoever handles it.
-    time.sleep(6.0)
-    assert process.poll() is None
+    until(lambda: "_sobol" in Path(f"/proc/{process.pid}/maps").read_text(), process)
+    time.sleep(2.0)
+    assert process.poll() is None and (folder / ".lock").exists()
     assert ended(process) == (130, f"Interrupted; remove {folder} and give the command again.\n")
 
 
 def test_a_command_without_a_folder_just_ends():
-    process = started("fly", "--law", "hybrid", "--seeds", 200_000)
+    process = started("fly", "--law", "hybrid", "--seeds", 200_000, "--threads", 1)
     time.sleep(3.0)
     assert process.poll() is None
     assert ended(process) == (130, "Interrupted.\n")
@@ -146,9 +154,8 @@ def test_a_reader_that_has_gone_is_no_error():
 
 
 @pytest.mark.slow
-def test_a_run_interrupted_at_forty_instants(alone, tmp_path):
+def test_a_run_interrupted_at_forty_instants(alone, seconds, tmp_path):
     """From the first moment on: before and after the command's own work a signal ends the process without a word."""
-    expected, seconds = alone
     draw = generator(1, "test/interrupt", 0)
     for i, instant in enumerate(draw.uniform(0.0, seconds, 40)):
         folder, number = tmp_path / f"r{i}", (signal.SIGINT, signal.SIGTERM)[i % 2]
@@ -162,5 +169,5 @@ def test_a_run_interrupted_at_forty_instants(alone, tmp_path):
         if (folder / "run.json").exists():
             assert err == f"Interrupted; go on with `tuner resume {folder}`.\n"
             finish("resume", folder)
-            compare(result_of(folder), result_of(expected))
-            assert_sealed(folder, expected)
+            compare(result_of(folder), result_of(alone))
+            assert_sealed(folder, alone)

@@ -11,7 +11,7 @@ from pathlib import Path
 import pytest
 
 from plant.errors import InputError, UnknownNameError
-from tests.tuner.in_process import tuner
+from tests.tuner.in_process import called, tuner
 from tests.tuner.study.study_text import STUDY, changed
 from tuner.study import load_study
 from tuner.study.files import SHIPPED, shipped_studies, study_file
@@ -151,15 +151,13 @@ def test_the_package_runs_as_a_module(tmp_path):
     ],
     ids=" ".join,
 )  # fmt: skip
-def test_the_shell_completes_names(tmp_path, words, offered):
-    (tmp_path / "mine.toml").write_text(STUDY)
-    asked = {
-        "_TUNER_COMPLETE": "complete_bash",
-        "COMP_WORDS": " ".join(["tuner", *words]),
-        "COMP_CWORD": str(len(words)),
-    }
-    done = python("-c", "from tuner.cli.main import main; main()", cwd=tmp_path, **asked)
-    assert (done.stdout.split(), done.stderr) == (offered, "")
+def test_the_shell_completes_names(here, words, offered, monkeypatch):
+    (here / "mine.toml").write_text(STUDY)
+    monkeypatch.setenv("_TUNER_COMPLETE", "complete_bash")
+    monkeypatch.setenv("COMP_WORDS", " ".join(["tuner", *words]))
+    monkeypatch.setenv("COMP_CWORD", str(len(words)))
+    _, out, errors = called()
+    assert (out.split(), errors) == (offered, "")
 
 
 @pytest.mark.parametrize("name", ["plant.py", "objectives.py", "plant/__init__.py", "objectives/__init__.py"])

@@ -10,11 +10,11 @@ import sys
 import pytest
 
 import tuner.report
-from tests.tuner.conftest import QUICKSTART, NoDrawing
+from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.again.killing import assert_sealed, compare, result_of
 from tests.tuner.in_process import tuner as command
 from tests.tuner.store.faults import AFTER, BEFORE, FULL, KINDS, Faults
-from tuner.report import write_figures
+from tuner.report.drawing import Drawing
 from tuner.store.folder import ASIDE
 
 # Everything that a run writes, in the fewest flights.
@@ -39,27 +39,11 @@ def run(folder):
     ]
 
 
-class DrawnHere(NoDrawing):
-    """Draws in this process, where faults are injected; the process that draws otherwise touches no file."""
-
-    def __init__(self, folder):
-        self.folder = folder
-
-    def wait(self):
-        write_figures(self.folder)
-
-
-@pytest.fixture
-def drawn_here(monkeypatch):
-    monkeypatch.setattr(tuner.report, "start_figures", DrawnHere)
-
-
 @pytest.fixture(scope="module")
 def whole(tmp_path_factory):
     """An undisturbed run, and how many writes, fsyncs and renames it takes."""
     folder = tmp_path_factory.mktemp("whole") / "r"
     patch = pytest.MonkeyPatch()
-    patch.setattr(tuner.report, "start_figures", DrawnHere)
     patch.setattr(sys, "argv", ["tuner", *map(str, run(folder))])
     from tuner.cli.main import _invoke
     from tuner.text.errors import guarded
@@ -97,13 +81,13 @@ def assert_survived(whole, nth, kind, folder, monkeypatch, capsys):
 
 # Shares of all the calls: among inputs, flights, generations, front, responses, report, figures, manifest.
 @pytest.mark.parametrize(("share", "kind"), [(0.04, BEFORE), (0.3, FULL), (0.62, AFTER), (0.9, FULL), (1.0, BEFORE)])
-def test_a_fault_at_some_calls(share, kind, whole, drawn_here, tmp_path, monkeypatch, capsys):
+def test_a_fault_at_some_calls(share, kind, whole, tmp_path, monkeypatch, capsys):
     assert_survived(whole, round(share * whole[1]), kind, tmp_path / "r", monkeypatch, capsys)
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize("kind", KINDS)
-def test_a_fault_at_every_call(kind, whole, drawn_here, tmp_path, monkeypatch, capsys):
+def test_a_fault_at_every_call(kind, whole, tmp_path, monkeypatch, capsys):
     for nth in range(1, whole[1] + 1):
         assert_survived(whole, nth, kind, tmp_path / f"r{nth}", monkeypatch, capsys)
         shutil.rmtree(tmp_path / f"r{nth}")
@@ -119,4 +103,5 @@ def test_every_call_is_counted(whole):
 
 def test_a_fault_while_the_report_is_drawn_by_its_own_process(whole, tmp_path, monkeypatch, capsys):
     """As the command does it: the figures come from a process, which is ended with the run."""
+    monkeypatch.setattr(tuner.report, "start_figures", Drawing)
     assert_survived(whole, whole[1] - 3, BEFORE, tmp_path / "r", monkeypatch, capsys)

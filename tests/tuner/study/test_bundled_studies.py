@@ -12,12 +12,11 @@ import pytest
 from objectives.problem import FlightBatch, Problem
 from plant.scenarios import SEARCH
 from plant.seeds import generator
-from tests.tuner.conftest import QUICKSTART, NoDrawing
+from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.tuning.test_run import FILES
 from tuner.api.catalogue import LISTINGS
 from tuner.documents.summary import GAINS, INFEASIBLE
 from tuner.experiments.tuning.run import TuningRun
-from tuner.report import write_figures
 from tuner.report.figures import response_names
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
@@ -102,16 +101,6 @@ def test_the_default_flies_every_scenario_and_margins_leave_a_choice(name):
     assert SHARE <= problem.worth_flying(points).mean() <= 0.9
 
 
-class DrawnHere(NoDrawing):
-    """Draws in this process."""
-
-    def __init__(self, folder):
-        self.folder = folder
-
-    def begin(self):
-        write_figures(self.folder)
-
-
 @pytest.mark.parametrize("name", [name for name in NAMES if name != "quickstart"])
 def test_shortened_it_runs_to_a_complete_folder(name, tmp_path, monkeypatch):
     scenarios = len(study_of(name).scenarios)
@@ -120,7 +109,6 @@ def test_shortened_it_runs_to_a_complete_folder(name, tmp_path, monkeypatch):
     folder = tmp_path / name
     # Figures are drawn, but not written to files as pictures: that is most of the time, and the quickstart's own test does it.
     monkeypatch.setattr("tuner.report.figures.printed", lambda figure: {"": b""})
-    monkeypatch.setattr("tuner.report.start_figures", DrawnHere)
     outcome = TuningRun(study, Folder.create(folder), Watcher(), 2).carry_out()
     # So short a search may find nothing feasible, as that of payload_and_battery does; it says so and recommends no gains.
     feasible = json.loads((folder / "summary.json").read_text())["feasible"]

@@ -14,6 +14,7 @@ from objectives.margins.quantities import QUANTITIES, REPORTED
 from objectives.margins.trim import Trim
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.again.killing import assert_covered
+from tests.tuner.in_process import tuner
 from tuner.analysis.margins.document import default_requirements, margins_document, study_requirements
 from tuner.analysis.margins.limits import LIMITS, LoopLimit
 from tuner.analysis.margins.readings import subject_of
@@ -238,6 +239,15 @@ def test_certificates_are_those_that_apply_to_each_axis(monkeypatch):
     assert "because" in asked("--law", "pid", "--certificates").stdout
 
 
+@pytest.mark.parametrize("compiled", [False, True])
+def test_a_first_compilation_is_announced_on_stderr_and_no_other(compiled, monkeypatch, capsys):
+    monkeypatch.setattr("objectives.margins.curve.is_compiled", lambda: compiled)
+    code, out, errors = tuner(monkeypatch, capsys, "margins", "--law", "pid", "--json")
+    assert code == 0 and json.loads(out)["format"]
+    assert ("Compiling the margins" in errors) == (not compiled)
+
+
+@pytest.mark.slow
 def test_the_first_compilation_is_announced_on_stderr_and_no_other(tmp_path):
     """With a cache that is empty, in a process of its own; what is on stdout stays JSON."""
     told, command = [], [sys.executable, "-c", "from tuner.cli.main import main; main()"]

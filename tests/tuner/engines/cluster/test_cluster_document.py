@@ -10,7 +10,7 @@ from pathlib import Path
 import pytest
 
 from tests.tuner.engines.cluster.clusters import scheduler, worker
-from tests.tuner.experiments.again.killing import compare, finish, result_of, run_arguments
+from tests.tuner.experiments.again.killing import compare, finish, finish_elsewhere, result_of, run_arguments
 
 pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install holdfast[dask]")
 
@@ -47,13 +47,15 @@ def test_the_commands_of_the_document(tmp_path):
     ):
         runs = [line.split()[1:] for line in COMMANDS if line.startswith("tuner run ")]
         assert [run[-1] for run in runs] == ["local:4", "tcp://head:8786"]
-        done = finish(*small(runs[1], address, tmp_path / "there"), cwd=ROOT)
-        assert "Cluster of 1 workers with 4 threads" in done.stdout
+        printed = finish_elsewhere(*small(runs[1], address, tmp_path / "there"), cwd=ROOT)
+        assert "Cluster of 1 workers with 4 threads" in printed
         compare(result_of(tmp_path / "there"), expected)
         # With every flight there, a resumed run makes none.
         resumed = [tmp_path / "there" if part == "results/quickstart" else part for part in said("tuner resume ")]
-        done = finish("resume", *[address if part == "tcp://head:8786" else part for part in resumed], cwd=ROOT)
-        assert "(0 flights flown now, the others were there)" in " ".join(done.stdout.split())
+        printed = finish_elsewhere(
+            "resume", *[address if part == "tcp://head:8786" else part for part in resumed], cwd=ROOT
+        )
+        assert "(0 flights flown now, the others were there)" in " ".join(printed.split())
         compare(result_of(tmp_path / "there"), expected)
 
 
@@ -63,8 +65,10 @@ def test_workers_with_an_empty_cache_compile_once_and_say_so(tmp_path):
     cache = tmp_path / "cache"
     run = next(line.split()[1:] for line in COMMANDS if "local:4" in line)
 
-    done = finish(*small(run, "", tmp_path / "r"), cwd=ROOT, env={**os.environ, "TUNER_CACHE_DIR": str(cache)})
-    assert done.stdout.count("Compiling the closed loop for this machine") == 1
+    printed = finish_elsewhere(
+        *small(run, "", tmp_path / "r"), cwd=ROOT, env={**os.environ, "TUNER_CACHE_DIR": str(cache)}
+    )
+    assert printed.count("Compiling the closed loop for this machine") == 1
     assert len(list(cache.rglob("kernel_ladrc_hybrid_*.nbc"))) == 1
 
 

@@ -7,7 +7,7 @@ from plant.errors import InputError
 from tests.clients import CLIENTS, client
 from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.flying_autopilots import ardupilot_torque, attitude_feedback, attitude_gains, by_address
-from tests.tuner.exchange.importing.reading import exported, read, same_flight, write
+from tests.tuner.exchange.reading import exported, read, same_flight, write
 from tuner.exchange.ardupilot.export import FILE, TARGET
 from tuner.exchange.registry import settings_of
 from tuner.exchange.target import Request

@@ -5,7 +5,7 @@ from dataclasses import replace
 import pytest
 
 from tests.tuner.exchange.controllers import pid
-from tests.tuner.exchange.importing.reading import read, write
+from tests.tuner.exchange.reading import read, write
 from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.run import bundle_of
 from tuner.exchange.target import Request

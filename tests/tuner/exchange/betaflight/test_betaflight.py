@@ -12,7 +12,7 @@ from plant.errors import InputError
 from plant.vectors import Rotors, Vec3
 from tests.tuner.exchange.controllers import controller, pid
 from tests.tuner.exchange.flying_autopilots import attitude_feedback, attitude_gains, betaflight_torque, by_address
-from tests.tuner.exchange.importing.reading import read
+from tests.tuner.exchange.reading import read
 from tuner.exchange.betaflight import adrc as betaflight_adrc
 from tuner.exchange.betaflight import export as betaflight
 from tuner.exchange.betaflight.export import FILE, TARGET

@@ -6,7 +6,7 @@ import pytest
 
 from tests.clients.betaflight import Firmware
 from tests.tuner.exchange.controllers import pid
-from tests.tuner.exchange.importing.reading import read, same_flight, write
+from tests.tuner.exchange.reading import read, same_flight, write
 from tuner.exchange.betaflight.export import FILE, TARGET
 from tuner.exchange.betaflight.map import SWITCHES, TABLE
 from tuner.exchange.registry import settings_of

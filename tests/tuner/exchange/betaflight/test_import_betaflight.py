@@ -8,7 +8,7 @@ import pytest
 from plant.errors import InputError
 from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.flying_autopilots import attitude_feedback, attitude_gains, betaflight_torque, by_address
-from tests.tuner.exchange.importing.reading import exported, read, same_flight, write
+from tests.tuner.exchange.reading import exported, read, same_flight, write
 from tuner.exchange.betaflight.export import FILE, TARGET
 
 DIFF = """

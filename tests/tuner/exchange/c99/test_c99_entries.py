@@ -28,7 +28,7 @@ K = 120
 
 
 def still(given):
-    """Where flights in still air start: hover, as the trim of the vehicle has it."""
+    """Return the start of flights in still air: hover, as the trim of the vehicle has it."""
     return trim_of(given.airframe.vehicle, [0.0, 0.0, 0.0]).body[0]
 
 

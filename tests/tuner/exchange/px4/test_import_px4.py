@@ -10,7 +10,7 @@ from plant.errors import InputError, UnknownNameError
 from plant.nominal import ControlOptions
 from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.flying_autopilots import attitude_feedback, attitude_gains, by_address, px4_torque
-from tests.tuner.exchange.importing.reading import exported, read, same_flight, write
+from tests.tuner.exchange.reading import exported, read, same_flight, write
 from tuner.exchange.px4.export import FILE, TARGET
 from tuner.exchange.registry import IMPORTERS, importer
 

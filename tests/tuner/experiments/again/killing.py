@@ -1,4 +1,4 @@
-"""Run a small study as a process of its own, kill it at an instant, go on with it, and compare what it leaves behind."""
+"""Run a small study, kill it at an instant as a process of its own, go on with it, and compare what it leaves behind."""
 
 import json
 import os
@@ -8,6 +8,7 @@ import sys
 import time
 
 from tests.tuner.conftest import QUICKSTART
+from tests.tuner.in_process import called
 from tuner.store import manifest
 from tuner.store.manifest import first_damage, read_manifest
 
@@ -29,33 +30,42 @@ def run_arguments(folder):
     return ["run", QUICKSTART, "--out", folder, *sets]
 
 
-def finish(*arguments, code=0, **named):
+def finish(*arguments, code=0):
+    """Run a command to its end in this process, which has imported and compiled everything, and return standard output, error."""
+    ended, out, errors = called(*arguments)
+    assert ended == code, errors + out
+    return out, errors
+
+
+def finish_elsewhere(*arguments, **named):
+    """Run a command to its end as a process of its own, with an environment or a folder of its own, and return what it printed."""
     done = subprocess.run(command(*arguments), capture_output=True, text=True, **{"timeout": 120, **named})
-    assert done.returncode == code, done.stderr + done.stdout
-    return done
+    assert done.returncode == 0, done.stderr + done.stdout
+    return done.stdout
 
 
-def killed(folder, instant):
-    """Start the study and kill it after `instant` seconds; return whether it was still running then."""
+def killed(folder, reached):
+    """Start the study and kill it once `reached(seconds)` is true; return whether it was still running then."""
+    begin = time.perf_counter()
     process = subprocess.Popen(
         command(*run_arguments(folder)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
     )
-    try:
-        process.wait(instant)
-        return False
-    except subprocess.TimeoutExpired:
-        os.killpg(process.pid, signal.SIGKILL)
-        process.wait()
-        return True
+    while not reached(time.perf_counter() - begin):
+        if process.poll() is not None:
+            return False
+        time.sleep(0.005)
+    os.killpg(process.pid, signal.SIGKILL)
+    process.wait()
+    return True
 
 
-def finished_after_kill(folder, instant):
-    """Kill the study at an instant and bring it to its end the way its own messages say."""
-    still_running = killed(folder, instant)
+def finished_after_kill(folder, reached):
+    """Kill the study once `reached(seconds)` is true and bring it to its end the way its own messages say."""
+    still_running = killed(folder, reached)
     if not (folder / "run.json").exists():
         # Nothing was recorded yet: the tool says to remove the folder and run again.
         if folder.exists():
-            said = finish("resume", folder, code=2).stderr
+            said = finish("resume", folder, code=2)[1]
             assert "nothing was recorded yet, so remove it" in said and "Traceback" not in said
             for file in sorted(folder.rglob("*"), reverse=True):
                 file.rmdir() if file.is_dir() else file.unlink()
@@ -127,6 +137,7 @@ def compare(one, other):
 
 
 def timed(folder):
+    """Run the study as a process of its own and return the seconds that it took."""
     begin = time.perf_counter()
-    finish(*run_arguments(folder))
+    finish_elsewhere(*run_arguments(folder))
     return time.perf_counter() - begin

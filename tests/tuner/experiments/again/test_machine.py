@@ -14,7 +14,7 @@ from plant.backends import processor
 from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_as, missing_features, this_processor
 from plant.errors import StoreError
 from tests.tuner.conftest import QUICKSTART, SMALL
-from tests.tuner.experiments.again.killing import compare, finish, result_of
+from tests.tuner.experiments.again.killing import compare, finish, finish_elsewhere, result_of
 from tests.undrawn import undrawn
 from tuner.experiments.again.resume import recorded_study, reopen
 from tuner.experiments.again.verify import verify
@@ -69,9 +69,9 @@ def test_a_run_says_what_it_was_computed_with(small_run):
 @pytest.mark.skipif(not this_processor().features.count("+sse2"), reason="x86-64-v2 is no processor of this kind")
 def test_a_resume_told_to_compile_for_another_processor_keeps_to_the_bits_of_the_run(small_run, copy):
     cut_short(copy)
-    finish("resume", copy, env=os.environ | OTHER)
+    finish_elsewhere("resume", copy, env=os.environ | OTHER)
     compare(result_of(copy), result_of(small_run[1]))
-    assert "\nIdentical: " in finish("verify", copy, "--sample", 3, env=os.environ | OTHER).stdout
+    assert "\nIdentical: " in finish_elsewhere("verify", copy, "--sample", 3, env=os.environ | OTHER)
 
 
 def test_what_this_processor_cannot_run_is_refused_with_reason_and_flag(copy):
@@ -83,7 +83,7 @@ def test_what_this_processor_cannot_run_is_refused_with_reason_and_flag(copy):
             go_on()
     with pytest.raises(StoreError, match=r"lacks teleport; .* leave --reuse out"):
         compute_as_reused((copy,))
-    assert "--here" in finish("resume", copy, code=2).stderr
+    assert "--here" in finish("resume", copy, code=2)[1]
 
 
 def test_other_loops_of_numpy_or_another_libc_are_refused(copy):

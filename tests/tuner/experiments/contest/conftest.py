@@ -3,6 +3,7 @@
 import pytest
 
 from tests.tuner.experiments.contest.contest_text import write
+from tests.undrawn import undrawn
 from tuner.experiments.contest.run import ContestRun
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
@@ -17,4 +18,5 @@ def run_small(path, folder, threads=2, **changes):
 @pytest.fixture(scope="session")
 def small_contest(tmp_path_factory):
     folder = tmp_path_factory.mktemp("contests")
-    return run_small(write(folder), folder / "small"), folder / "small"
+    with undrawn():
+        return run_small(write(folder), folder / "small"), folder / "small"

@@ -64,7 +64,7 @@ generations = 3
 
 [[contender]]
 name = "PID"
-controller = { attitude = "pid" }
+controller = { attitude = "pid", position = "pid" }
 
 [contender.gains]
 "attitude.kp" = { low = 20.0, high = 200.0 }

@@ -40,7 +40,7 @@ FAULTS = {
     ),
     "empty range": ("high = 200.0", "high = 10.0", "contender[0].gains.attitude.kp", "below the upper end"),
     "own period": (
-        'controller = { attitude = "pid" }', 'controller = { attitude = "pid", control_period = 0.002 }',
+        'attitude = "pid", position = "pid"', 'attitude = "pid", position = "pid", control_period = 0.002',
         "contender[0].controller.control_period", "same for all",
     ),
     "shared scenario": ("duration = 1.2", "duration = -1.2", "scenario[1].duration", "positive"),

@@ -30,7 +30,7 @@ def test_a_contender_is_the_base_study_with_its_own_tables_on_top(tmp_path):
     assert [entry.name for entry in contest.contenders] == NAMES
     assert [entry.slug for entry in contest.contenders] == ["pid", "the-hybrid-v1-0", "ladrc"]
     assert [entry.study.system.cascade.attitude.name for entry in contest.contenders] == ["pid", "hybrid", "ladrc"]
-    assert {entry.study.system.cascade.position.name for entry in contest.contenders} == {"ladrc"}
+    assert [entry.study.system.cascade.position.name for entry in contest.contenders] == ["pid", "ladrc", "ladrc"]
     assert [entry.study.airframe.name for entry in contest.contenders] == ["hummingbird", "hummingbird", "f450"]
     assert [entry.tuned for entry in contest.contenders] == [True, False, False]
     assert pid.study.title == "Test: PID"

@@ -111,7 +111,7 @@ def stored(folder):
 
 
 def factor_of(unit):
-    """What a page multiplies by: angles in rad become degrees."""
+    """Return the factor from a unit of the files to the one that a page shows: angles in rad become degrees."""
     powers = {"rad": 1, "rad/s": 1, "rad s": 1, "rad/s^2": 1, "rad^2 s": 2}
     return float(np.degrees(1.0)) ** powers.get(unit, 0)
 

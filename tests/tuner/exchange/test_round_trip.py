@@ -10,9 +10,9 @@ import numpy as np
 import pytest
 
 from tests.tuner.exchange.ardupilot.test_ardupilot import values_of as ardupilot_values
-from tests.tuner.exchange.importing.reading import DIGEST, read, write
-from tests.tuner.exchange.importing.vehicle_files import ardupilot_files, px4_files
 from tests.tuner.exchange.px4.test_px4 import values_of
+from tests.tuner.exchange.reading import DIGEST, read, write
+from tests.tuner.exchange.vehicle_files import ardupilot_files, px4_files
 from tuner.exchange.ardupilot import export as ardupilot
 from tuner.exchange.px4 import export as px4
 from tuner.exchange.registry import exporter, settings_of

@@ -1,0 +1,26 @@
+"""Order of the test files, the long ones first, so that no worker ends the suite alone with one of them; and the terminal of all."""
+
+import os
+
+# The width and colours of whoever starts the tests are not those that the tests expect: 80 columns and none.
+for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE"):
+    os.environ.pop(name, None)
+
+# Those of 15 s of processor time and more with an empty cache, the longest first; the first two compile for themselves.
+LONG = (
+    "tuner/test_fresh_install.py", "golden/test_golden.py", "tuner/experiments/contest/test_contest_run.py",
+    "tuner/experiments/again/test_resume.py", "tuner/engines/cluster/test_cluster_lost.py",
+    "tuner/engines/cluster/test_cluster_bits.py", "tuner/engines/cluster/test_cluster_document.py",
+    "tuner/store/test_faults_everywhere.py", "tuner/report/test_report_browser.py", "tuner/cli/test_interrupt.py",
+    "tuner/exchange/test_hostile_texts.py", "tuner/study/test_bundled_studies.py", "tuner/store/test_disk_faults.py",
+    "tuner/experiments/inference/test_inference_cases.py", "tuner/experiments/contest/test_contest_command.py",
+    "test_tutorial_document.py", "tuner/api/test_examples.py", "plant/backends/test_kernel_cache.py",
+    "tuner/experiments/again/test_machine.py", "tuner/experiments/again/test_kill.py", "tuner/test_wheel.py",
+    "tuner/exchange/test_export_contract.py", "tuner/exchange/c99/test_c99_compilers.py",
+)  # fmt: skip
+
+
+def pytest_collection_modifyitems(items):
+    """Put the tests of long files first; the others keep their order."""
+    place = {f"tests/{name}": number for number, name in enumerate(LONG)}
+    items.sort(key=lambda item: place.get(item.nodeid.partition("::")[0], len(LONG)))
