@@ -36,9 +36,11 @@ def run() -> dict[str, Any]:
     from plant.scenarios import SEARCH
     from plant.seeds import generator
     from tuner.experiments.tuning.problem import batches, problem_of
-    from tuner.study.contest_reading import load_contest
+    from tuner.study.contest import Contest
+    from tuner.study.kinds import load_any
 
-    contest = load_contest(STUDY)
+    contest = load_any(STUDY)
+    assert isinstance(contest, Contest)
     study = next(entry.study for entry in contest.contenders if entry.name == CONTENDER)
     cores, flown = available_threads(), batches(study, SEARCH)
     problems = {threads: problem_of(study, threads, None) for threads in sorted({1, cores})}

@@ -9,6 +9,7 @@ import zipfile
 from collections.abc import Iterable
 from pathlib import Path
 from typing import Any, cast
+from unittest.mock import patch
 
 from typer.main import get_command
 

@@ -13,7 +13,7 @@ from tuner.analysis.margins.limits import LIMITS
 from tuner.analysis.margins.linear import Linear
 from tuner.analysis.margins.mismatch import CRITERIA, REACH, Extent, Map, extents, mismatch_map
 from tuner.analysis.margins.readings import Subject
-from tuner.analysis.margins.time_response import Responses, time_responses
+from tuner.analysis.margins.time_response import LinearResponses, time_responses
 from tuner.report.charts.chart import (
     Array,
     Axis,
@@ -46,7 +46,7 @@ CRITICAL = Look("ink", "cross-thin", size=20)
 # Part of the plane that Nichols curves are shown in, and the most that is shown of phases [deg].
 NICHOLS = Axis("phase of L [deg]", -300.0, -60.0, step=30.0), Axis("gain of L [dB]", -30.0, 30.0)
 PHASE_SHOWN = (-630.0, 90.0)
-# Responses that differ by less than this at no time are one: the loop depends on no amplitude.
+# LinearResponses that differ by less than this at no time are one: the loop depends on no amplitude.
 ALIKE = 1e-9
 # The two maps of factors, the ticks of their axes and what the factors are called.
 MAPS = (("mass", "inertia"), ("thrust", "lag"))
@@ -124,7 +124,7 @@ def nichols_figure(subject: Subject, loops: Loops) -> Figure:
     return figure_of(panels, 2, 2.7, titled=True)
 
 
-def response_figure(responses: Mapping[tuple[str, ...], Responses], labels: Sequence[str]) -> Figure:
+def response_figure(responses: Mapping[tuple[str, ...], LinearResponses], labels: Sequence[str]) -> Figure:
     """Return steps of the set point above steps of the load; labels: of the amplitudes, one for loops that depend on none."""
     over, under = [], []
     for group, found in responses.items():

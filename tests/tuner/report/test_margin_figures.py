@@ -80,7 +80,7 @@ def test_a_vehicle_far_lighter_than_assumed_has_no_steady_flight_and_its_neighbo
 def test_slack_is_zero_where_a_limit_is_met_exactly(hybrid, linear):
     (judged,) = linear.judge([linear.nominal.vehicle])
     worst = hybrid.margins.sensitivity.value[0].max()
-    limits = (mismatch.Limit("ms", "most", worst),)
+    limits = (mismatch.LoopLimit("ms", "most", worst),)
     assert slack(judged, "limits", linear.period, limits) == pytest.approx(0.0, abs=1e-9)
     assert slack(judged, "limits", linear.period) < 0.0
     assert np.isnan(slack(None, "limits", linear.period))

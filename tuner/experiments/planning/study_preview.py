@@ -8,7 +8,8 @@ import numpy as np
 from plant.airframes.derived import quantities
 from plant.seeds import generator
 from plant.vehicle import Vehicle
-from tuner.documents.parts import AutomaticLimit, NumberWithUnit
+from tuner.documents.parts import NumberWithUnit
+from tuner.documents.plan import AutomaticLimit
 from tuner.documents.summary import ObstacleRow
 from tuner.experiments.planning.counts import search_flights
 from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows

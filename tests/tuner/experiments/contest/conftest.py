@@ -3,15 +3,15 @@
 import pytest
 
 from tests.tuner.experiments.contest.contest_text import write
+from tests.tuner.study.loading import load_contest
 from tests.undrawn import undrawn
 from tuner.experiments.contest.run import ContestRun
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
-from tuner.study.kinds import load_any
 
 
 def run_small(path, folder, threads=2, **changes):
-    contest = load_any(path, {key.replace("__", "."): value for key, value in changes.items()})
+    contest = load_contest(path, {key.replace("__", "."): value for key, value in changes.items()})
     return ContestRun(contest, Folder.create(folder, inside="contenders"), Watcher(), threads).carry_out()
 
 

@@ -9,9 +9,10 @@ import plant.airframes
 from plant.airframes import load
 from plant.errors import InputError
 from tests.tuner.experiments.contest.contest_text import CONTEST, NAMES, changed, write
+from tests.tuner.study.loading import load_contest
 from tuner.study.build import study_from_table
 from tuner.study.contest_reading import slug_of
-from tuner.study.kinds import kind_of_layers, load_any
+from tuner.study.kinds import kind_of_layers
 from tuner.study.layers import merged, read_layers
 from tuner.text.toml_text import toml_text
 
@@ -25,7 +26,7 @@ def gains_of(contest, index):
 
 
 def test_a_contender_is_the_base_study_with_its_own_tables_on_top(tmp_path):
-    contest = load_any(write(tmp_path))
+    contest = load_contest(write(tmp_path))
     pid, hybrid, ladrc = contest.contenders
     assert [entry.name for entry in contest.contenders] == NAMES
     assert [entry.slug for entry in contest.contenders] == ["pid", "the-hybrid-v1-0", "ladrc"]
@@ -42,14 +43,14 @@ def test_a_contender_is_the_base_study_with_its_own_tables_on_top(tmp_path):
 
 
 def test_gains_of_the_base_are_inherited_whole_or_not_at_all(tmp_path):
-    contest = load_any(write(tmp_path))
+    contest = load_contest(write(tmp_path))
     assert gains_of(contest, 1)["roll.lambda"] == 7.0
     # PID gives gains, so the base's lambda, a gain that PID has not, does not reach it.
     assert gains_of(contest, 0)["roll.kd"] == 14.0
 
 
 def test_quantities_are_those_of_the_study_then_of_cells_and_claims_each_once(tmp_path):
-    contest = load_any(write(tmp_path))
+    contest = load_contest(write(tmp_path))
     assert [(q.label, q.kind, q.limit) for q in contest.quantities] == [
         ("cvar50(itae.position)", "objective", None),
         ("mean(travel)", "objective", None),
@@ -66,13 +67,13 @@ def test_quantities_are_those_of_the_study_then_of_cells_and_claims_each_once(tm
 
 def test_an_objective_that_is_limited_too_stands_once_with_its_limit(tmp_path):
     text = changed('metric = "failure"\nmax = 0.0', 'metric = "travel"\nmax = 9.0')
-    quantities = load_any(write(tmp_path, text)).quantities
+    quantities = load_contest(write(tmp_path, text)).quantities
     assert [(q.kind, q.limit) for q in quantities if q.label == "mean(travel)"] == [("objective", 9.0)]
 
 
 def test_claim_takes_a_label_or_every_quantity_of_a_metric_in_its_scenario(tmp_path):
     text = changed('"rms.yaw"]', '"mean(travel)"]\nscenario = "gusts"')
-    (claim,) = load_any(write(tmp_path, text)).claims
+    (claim,) = load_contest(write(tmp_path, text)).claims
     # itae.position is judged pooled over scenarios; a claim about one scenario asks for its own.
     labels = [objective.label for objective in claim.objectives]
     assert labels == ["mean(itae.position)@gusts", "mean(peak.roll)@gusts", "mean(travel)"]
@@ -81,7 +82,7 @@ def test_claim_takes_a_label_or_every_quantity_of_a_metric_in_its_scenario(tmp_p
 def test_base_is_merged_deep_lists_are_replaced_and_contenders_may_come_from_it(tmp_path):
     write(tmp_path, SHARED, "shared.toml")
     top = f'{TOP}[search]\ngenerations = 5\n[[objective]]\nmetric = "rms.position"\n[[contender]]\nname = "A"\n'
-    contest = load_any(write(tmp_path, top))
+    contest = load_contest(write(tmp_path, top))
     study = contest.contenders[0].study
     assert contest.title == "On top"
     assert (study.search.generations, study.search.population) == (5, 8)
@@ -89,18 +90,18 @@ def test_base_is_merged_deep_lists_are_replaced_and_contenders_may_come_from_it(
     assert gains_of(contest, 0)["yaw.lambda"] == 7.0
     deeper = write(tmp_path, 'base = "contest.toml"\nseed = 9\n', "deeper.toml")
     assert kind_of_layers(read_layers(deeper)).name == "contest"
-    assert [entry.name for entry in load_any(deeper).contenders] == ["A"]
-    assert load_any(deeper).seed == 9
+    assert [entry.name for entry in load_contest(deeper).contenders] == ["A"]
+    assert load_contest(deeper).seed == 9
 
 
 def test_an_airframe_replaces_the_one_below(tmp_path):
     frame = (Path(plant.airframes.__file__).parent / "iris.toml").read_text()
     write(tmp_path, frame, "mine.toml")
     text = changed('airframe = { name = "f450" }', 'airframe = { file = "mine.toml" }')
-    assert load_any(write(tmp_path, text)).contenders[2].study.airframe.title == load("iris").title
+    assert load_contest(write(tmp_path, text)).contenders[2].study.airframe.title == load("iris").title
     write(tmp_path, SHARED, "shared.toml")
     top = f'{TOP}[airframe]\nfile = "mine.toml"\n[[contender]]\nname = "A"\n'
-    assert load_any(write(tmp_path, top)).contenders[0].study.airframe.title == load("iris").title
+    assert load_contest(write(tmp_path, top)).contenders[0].study.airframe.title == load("iris").title
 
 
 def test_a_study_is_no_contest(tmp_path):
@@ -114,7 +115,7 @@ def test_paths_of_a_base_are_relative_to_the_base(tmp_path):
     text = changed('kind = "steps"\nx = 1.0\ntime = 0.2', 'kind = "waypoints"\npath = "route.csv"', SHARED)
     write(tmp_path, text, "shared/shared.toml")
     top = 'base = "../shared/shared.toml"\n[[contender]]\nname = "A"\n'
-    contest = load_any(write(tmp_path, top, "mine/contest.toml"))
+    contest = load_contest(write(tmp_path, top, "mine/contest.toml"))
     assert contest.contenders[0].study.scenarios[0].spec.reference.kind == "waypoints"
 
 
@@ -130,7 +131,7 @@ def test_merged_changes_neither_side():
 @pytest.mark.parametrize("who", ["contender.0", "contender[0]", "contender.PID"])
 def test_overrides_reach_a_contender_by_number_and_name(tmp_path, who):
     changes = {f"{who}.search.generations": 7, f"{who}.gains.attitude.kp.low": 30.0, f"{who}.gains.roll.kd": 20.0}
-    contest = load_any(write(tmp_path), changes)
+    contest = load_contest(write(tmp_path), changes)
     study = contest.contenders[0].study
     assert study.search.generations == 7
     assert study.space.variables[0].low == 30.0
@@ -145,7 +146,7 @@ def test_overrides_by_a_name_with_dots_and_of_what_is_shared(tmp_path):
         "published[0].value": 0.5,
         "search.population": 10,
     }
-    contest = load_any(write(tmp_path), changes)
+    contest = load_contest(write(tmp_path), changes)
     assert gains_of(contest, 1)["roll.k1"] == 1.5
     assert [entry.held_out for entry in contest.scenarios] == [8, 12]
     assert contest.published[0].value == 0.5
@@ -155,7 +156,7 @@ def test_overrides_by_a_name_with_dots_and_of_what_is_shared(tmp_path):
 
 def test_of_two_names_that_fit_the_longer_is_meant(tmp_path):
     text = changed('name = "LADRC"\nairframe', 'name = "PID.gains"\nairframe', CONTEST.split("[[published]]")[0])
-    contest = load_any(write(tmp_path, text), {"contender.PID.gains.gains.attitude.zeta": 0.7})
+    contest = load_contest(write(tmp_path, text), {"contender.PID.gains.gains.attitude.zeta": 0.7})
     assert gains_of(contest, 2)["roll.zeta"] == 0.7
 
 
@@ -171,12 +172,12 @@ def test_of_two_names_that_fit_the_longer_is_meant(tmp_path):
 )
 def test_overrides_that_reach_nothing(tmp_path, key, words):
     with pytest.raises(InputError, match=words) as caught:
-        load_any(write(tmp_path), {key: 1})
+        load_contest(write(tmp_path), {key: 1})
     assert caught.value.key == key
 
 
 def test_the_content_of_a_contender_is_a_study_of_its_own(tmp_path):
-    contest = load_any(write(tmp_path))
+    contest = load_contest(write(tmp_path))
     for contender in contest.contenders:
         again = study_from_table(contest.path, tomllib.loads(toml_text(contender.raw)))
         assert again.digest() == contender.study.digest()

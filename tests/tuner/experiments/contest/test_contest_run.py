@@ -18,6 +18,7 @@ from tests.tuner.experiments.again.killing import assert_covered
 from tests.tuner.experiments.contest.conftest import run_small
 from tests.tuner.experiments.contest.contest_text import CONTEST, NAMES, changed, write
 from tests.tuner.in_process import tuner as command
+from tests.tuner.study.loading import load_contest
 from tuner.analysis.responses import fly_responses
 from tuner.experiments.again.resume import reopen
 from tuner.experiments.contest.fronts import volume
@@ -25,7 +26,6 @@ from tuner.experiments.contest.run import ContestRun
 from tuner.experiments.tuning.bounds import on_bounds
 from tuner.search.watcher import Watcher
 from tuner.study import load_study
-from tuner.study.kinds import load_any
 
 FILES = (
     "study.toml", "resolved.json", "environment.json", "contest.json", "scores.parquet", "differences.csv", "published.csv",
@@ -104,7 +104,7 @@ def load_contest_spec():
     from tempfile import TemporaryDirectory
 
     with TemporaryDirectory() as folder:
-        return load_any(write(Path(folder))).scenarios[0].spec
+        return load_contest(write(Path(folder))).scenarios[0].spec
 
 
 def test_contenders_with_the_same_controller_fly_alike(tmp_path, without_report):
@@ -331,7 +331,7 @@ def test_gains_at_the_ends_of_their_ranges_are_found(tmp_path):
 "attitude.zeta" = { low = 0.0, high = 2.0 }
 """
     text = changed('"attitude.omega_c" = 0.3\n', gains)
-    study = load_any(write(tmp_path, text)).contenders[2].study
+    study = load_contest(write(tmp_path, text)).contenders[2].study
     columns = [columns[0] for columns in study.space.columns]
 
     def row(omega_c, omega_o, zeta):

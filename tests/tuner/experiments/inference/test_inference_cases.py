@@ -11,19 +11,19 @@ import plant.airframes
 from plant.scenarios import SEARCH
 from tests.tuner.experiments.inference.asked import CELLS, STUDY, cell, published_medians, write
 from tests.tuner.experiments.inference.conftest import SMALL, run
+from tests.tuner.study.loading import load_contest, load_inference
 from tuner.documents.inference_document import InferenceDocument
 from tuner.experiments.inference.flying import SettingFlyer
 from tuner.experiments.inference.tables import with_values
 from tuner.experiments.inference.words import unknown_words
 from tuner.store.folder import Folder
-from tuner.study.kinds import load_any
 from tuner.text.toml_text import toml_text
 
 ROOT = Path(__file__).parents[4]
 
 
 def test_failed_flights_are_counted(tmp_path):
-    asked = load_any(write(tmp_path), {"limits.tilt_deg": 10.0, "unknown.0.high": 500.0})
+    asked = load_inference(write(tmp_path), {"limits.tilt_deg": 10.0, "unknown.0.high": 500.0})
     _, failed = SettingFlyer(asked, 1).fly(np.array([[0.2, 1.5], [500.0, 1.5]]), SEARCH, 16)
     assert failed.mean(axis=(1, 2)).tolist() == [0.0, 1.0]
 
@@ -66,11 +66,11 @@ def test_an_inferred_study_still_finds_its_files(tmp_path, paper):
     bundled = Path(str(plant.airframes.__file__)).with_name("hummingbird.toml")
     (tmp_path / "own" / "mine.toml").write_text(bundled.read_text(encoding="utf-8"), encoding="utf-8")
     text = STUDY.replace('name = "hummingbird"', 'file = "own/mine.toml"') + CELLS
-    asked = load_any(write(tmp_path, text))
+    asked = load_inference(write(tmp_path, text))
 
     folder = Folder.create(tmp_path / "deep" / "out")
     folder.write_text("inferred.toml", toml_text(with_values(asked, np.array([1.0, 2.0]), folder)))
-    assert load_any(folder.path / "inferred.toml").base.system.vehicle == asked.contest.base.system.vehicle
+    assert load_contest(folder.path / "inferred.toml").base.system.vehicle == asked.contest.base.system.vehicle
 
 
 def test_same_bits_for_another_thread_count_and_others_for_another_seed(tmp_path, paper):

@@ -7,6 +7,7 @@ import pytest
 
 from plant.errors import InputError
 from tests.tuner.experiments.inference.asked import CELLS, STUDY, TRUTH, cell, changed, plain_table, write
+from tests.tuner.study.loading import load_inference
 from tuner.study.build import study_from_table
 from tuner.study.kinds import kind_of_layers, load_any
 from tuner.study.layers import read_layers
@@ -17,7 +18,7 @@ SIGMA = 'set = ["scenario.0.air.injection.angular_sigma.0"]'
 
 
 def load(tmp_path, text=STUDY + CELLS, **overrides):
-    return load_any(write(tmp_path, text), {key.replace("__", "."): value for key, value in overrides.items()})
+    return load_inference(write(tmp_path, text), {key.replace("__", "."): value for key, value in overrides.items()})
 
 
 def test_what_a_file_becomes(tmp_path):
@@ -74,14 +75,14 @@ def test_contenders_can_be_left_out_with_what_only_they_have(tmp_path):
 def test_the_file_may_lie_over_another(tmp_path):
     write(tmp_path)
     (tmp_path / "over.toml").write_text('base = "asked.toml"\n[inference]\nflights = 16\n')
-    asked = load_any(tmp_path / "over.toml")
+    asked = load_inference(tmp_path / "over.toml")
     assert (asked.flights, asked.held_out) == (16, 96)
 
 
 def test_every_inference_among_the_studies_loads():
     found = [path for path in sorted(STUDIES.glob("*.toml")) if kind_of_layers(read_layers(path)).name == "inference"]
     assert [path.name for path in found] == ["paper_inference.toml"]
-    asked = load_any(found[0])
+    asked = load_inference(found[0])
     assert len(asked.cells) == 18
     assert [kind.name for kind in asked.kinds] == ["peak", "settling"]
 

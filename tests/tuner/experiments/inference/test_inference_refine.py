@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from tests.tuner.experiments.inference.asked import write
+from tests.tuner.study.loading import load_inference
 from tuner.experiments.inference.misfit import EvaluatedSettings, best_row, concatenate, evaluate_settings, overall
 from tuner.experiments.inference.ranges import LOOSELY, PRIOR, TOLD, Range, covariance, ranges, scatter
 from tuner.experiments.inference.refine import CLOSE, FAR, Slope, neighbours, refined
-from tuner.study.kinds import load_any
 
 
 @pytest.fixture(scope="module")
 def asked(tmp_path_factory):
-    return load_any(write(tmp_path_factory.mktemp("files")))
+    return load_inference(write(tmp_path_factory.mktemp("files")))
 
 
 @dataclass

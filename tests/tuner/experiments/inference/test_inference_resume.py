@@ -7,11 +7,11 @@ import pytest
 import tuner.report.inference_figure
 from tests.tuner.experiments.inference.asked import STUDY, published_medians, write
 from tests.tuner.experiments.inference.conftest import SMALL
+from tests.tuner.study.loading import load_inference
 from tuner.experiments.again.resume import reopen
 from tuner.experiments.inference.run import InferenceRun
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
-from tuner.study.kinds import load_any
 
 TIMES = ("wall_seconds", "seconds")
 
@@ -42,7 +42,7 @@ def without_figures(monkeypatch):
 
 
 def test_a_damaged_generation_is_flown_again_and_nothing_else(paper, tmp_path, without_figures, monkeypatch):
-    asked = load_any(write(tmp_path, STUDY + published_medians(paper)), SMALL)
+    asked = load_inference(write(tmp_path, STUDY + published_medians(paper)), SMALL)
     InferenceRun(asked, Folder.create(tmp_path / "out"), Watcher(), 2).carry_out()
     expected = results(tmp_path / "out")
     flights = sorted((tmp_path / "out" / "flights").glob("search-*.parquet"))

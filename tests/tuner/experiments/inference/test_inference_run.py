@@ -23,11 +23,12 @@ from tests.tuner.experiments.inference.asked import (
     write,
 )
 from tests.tuner.experiments.inference.conftest import run
+from tests.tuner.study.loading import load_contest, load_inference
 from tuner.experiments.inference.findings import thinned
 from tuner.experiments.inference.flying import CHUNK, SettingFlyer
 from tuner.experiments.inference.misfit import log_ratio, ratio_scores
 from tuner.experiments.inference.run import SWEEP
-from tuner.study.kinds import kind_of_layers, load_any
+from tuner.study.kinds import kind_of_layers
 from tuner.study.layers import read_layers
 
 VALUES = np.array(list(TRUTH.values()))
@@ -45,7 +46,7 @@ def answered(tmp_path_factory, paper):
 
 def test_an_experiment_is_flown_as_studies_are(tmp_path):
     """Across chunks, for both streams, at a setting that is not the default: the bits of a plain study with the values in it."""
-    experiment = SettingFlyer(load_any(write(tmp_path)), 2)
+    experiment = SettingFlyer(load_inference(write(tmp_path)), 2)
     other = np.array([0.4, 12.0])
     for stream, count in ((SEARCH, 20), (HELD_OUT, CHUNK + 8)):
         scores, failed = experiment.fly(np.stack([VALUES, other]), stream, count)
@@ -212,7 +213,7 @@ def test_the_inferred_study_is_a_contest_that_flies_the_inferred_values(answered
     table = tomllib.loads(path.read_text())
     assert not {"unknown", "inference", "base"} & set(table)
     expected = findings.inference.studies(findings.found.values[findings.chosen])
-    contest = load_any(path)
+    contest = load_contest(path)
     assert {c.name: c.study.digest() for c in contest.contenders} == {n: s.digest() for n, s in expected.items()}
     assert [(cell.contenders, cell.value) for cell in contest.published] == [
         ((cell.contender,), cell.value) for cell in findings.inference.cells
@@ -220,7 +221,7 @@ def test_the_inferred_study_is_a_contest_that_flies_the_inferred_values(answered
 
 
 def test_ratios_are_taken_flight_by_flight(tmp_path):
-    asked = load_any(write(tmp_path))
+    asked = load_inference(write(tmp_path))
     scores = np.array([[[1.0, 2.0, 4.0], [3.0, 1.0, 8.0], [0.0, 0.0, 1.0], [1.0, 0.0, 0.0]]])
     ratios = ratio_scores(asked, scores)
     assert ratios[0, 0].tolist() == [3.0, 0.5, 2.0]

@@ -9,11 +9,11 @@ import pytest
 
 from plant.errors import InputError
 from tests.tuner.experiments.contest.contest_text import CONTEST, changed, write
+from tests.tuner.study.loading import load_contest
 from tuner.experiments.contest.cost import step_cost
 from tuner.experiments.contest.words import cost_words
 from tuner.gains.schema import cost_schema
 from tuner.study import load_study
-from tuner.study.kinds import load_any
 from tuner.study.processor_cost.cost import gains_rows, tabled, told
 from tuner.study.processor_cost.requirement import QUANTITIES
 
@@ -95,7 +95,7 @@ def test_instructions_are_no_metric_of_a_flight(tmp_path):
 
 
 def test_contenders_are_told_with_their_instructions(tmp_path):
-    contest = load_any(write(tmp_path))
+    contest = load_contest(write(tmp_path))
     costs = [step_cost(contender.study.system.cascade, 0.004) for contender in contest.contenders]
     rows = [cost.processor for cost in costs]
     for row, law in zip(rows, ("pid", "hybrid", "ladrc"), strict=True):
