@@ -46,7 +46,7 @@ CRITICAL = Look("ink", "cross-thin", size=20)
 # Part of the plane that Nichols curves are shown in, and the most that is shown of phases [deg].
 NICHOLS = Axis("phase of L [deg]", -300.0, -60.0, step=30.0), Axis("gain of L [dB]", -30.0, 30.0)
 PHASE_SHOWN = (-630.0, 90.0)
-# LinearResponses that differ by less than this at no time are one: the loop depends on no amplitude.
+# Responses that differ by less than this at no time are one: the loop depends on no amplitude.
 ALIKE = 1e-9
 # The two maps of factors, the ticks of their axes and what the factors are called.
 MAPS = (("mass", "inertia"), ("thrust", "lag"))
