@@ -241,7 +241,7 @@ def test_certificates_are_those_that_apply_to_each_axis(monkeypatch):
 
 @pytest.mark.parametrize("compiled", [False, True])
 def test_a_first_compilation_is_announced_on_stderr_and_no_other(compiled, monkeypatch, capsys):
-    monkeypatch.setattr("objectives.margins.curve.is_compiled", lambda: compiled)
+    monkeypatch.setattr("tuner.api.margins.is_compiled", lambda: compiled)
     code, out, errors = tuner(monkeypatch, capsys, "margins", "--law", "pid", "--json")
     assert code == 0 and json.loads(out)["format"]
     assert ("Compiling the margins" in errors) == (not compiled)

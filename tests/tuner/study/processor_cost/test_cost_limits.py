@@ -98,8 +98,8 @@ def test_contenders_are_told_with_their_instructions(tmp_path):
     contest = load_contest(write(tmp_path))
     costs = [step_cost(contender.study.system.cascade, 0.004) for contender in contest.contenders]
     rows = [cost.processor for cost in costs]
-    for row, law in zip(rows, ("pid", "hybrid", "ladrc"), strict=True):
-        known = tabled("ladrc", law)
+    for row, laws in zip(rows, (("pid", "pid"), ("ladrc", "hybrid"), ("ladrc", "ladrc")), strict=True):
+        known = tabled(*laws)
         assert row is not None and known is not None
         assert row.instructions_step == known.instructions_step and row.text_bytes == known.text_bytes
         assert row.instructions_per_second == pytest.approx(250.0 * known.instructions_step)
