@@ -177,7 +177,9 @@ def main() -> None:
     for problem in chosen.problem or PROBLEMS:
         found[problem] = {}
         for name in names:
-            found[problem][name] = [raced(problem, CONTESTANTS[name], seed) for seed in chosen.seed or (2025, 2026, 2027)]
+            found[problem][name] = [
+                raced(problem, CONTESTANTS[name], seed) for seed in chosen.seed or (2025, 2026, 2027)
+            ]
     document = {"machine": machine(), "held_out_flights": HELD_OUT_FLIGHTS, "problems": found}
     write_json(chosen.out, document)
     print(json.dumps(document) if chosen.json else table(document))

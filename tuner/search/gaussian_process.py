@@ -95,6 +95,7 @@ class GaussianProcess:
                 self._screen.keeps(self._sobol.random(FIRST_ASKED))
         limits = self._limits(believed)
         front = feasible_front(self._values, self._violations)
+        front = front[believed[front]]
         aims = Aims(self._points, self._values, believed, front, self._model, draw) if len(front) else None
 
         def judged(pool: Array, jointly: bool) -> tuple[Improvement | Hope, Array]:
@@ -232,7 +233,8 @@ class Screen:
         new = {point.tobytes(): point for point in points if point.tobytes() not in self._rows}
         if new:
             asked = np.array(list(new.values()))
-            excess = self._ask(asked)
+            # Margins come from LAPACK: the last digits are left out of what decides where the search goes.
+            excess = np.round(self._ask(asked), 9)
             self.points = np.concatenate([self.points, asked]) if self._rows else asked
             self.excess = np.concatenate([self.excess, excess]) if self._rows else excess
             self._rows |= {key: len(self._rows) + i for i, key in enumerate(new)}
@@ -240,7 +242,7 @@ class Screen:
 
 
 def evened(values: Array, believed: Array) -> Array:
-    """Return logarithms (n, m) of values, 0 at the smallest of those believed (n,), 0.7 at what is usual among the better ones."""
+    """Return logarithms (n, m) of values: 0 at the smallest of those believed (n,), 0.7 one `spread` above it."""
     targets = np.zeros_like(values)
     for j, column in enumerate(values.T):
         ordered = np.sort(column[believed])

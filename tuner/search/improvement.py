@@ -9,9 +9,10 @@ from math import gamma, pi
 
 import numpy as np
 
-from tuner.search.covariance import Array, compiled
+from tuner.search.covariance import compiled
 from tuner.search.surrogate import Expectation
 
+Array = np.ndarray
 # Reach of the reference point beyond the default, in units of how far the front is ahead of it; and how far it is from the best
 # values at least.
 BEYOND, LEAST_EDGE = 0.1, 2.0

@@ -35,7 +35,9 @@ ALGORITHMS = {
     "age_moea": Algorithm("fronts of unknown curvature: estimates their shape as it goes", fewest=2),
     "cmaes": Algorithm("one smooth objective, also with gains that interact", most=1),
     "differential_evolution": Algorithm("one rugged objective, or several basins", most=1),
-    "gaussian_process": Algorithm("some hundreds of candidates, up to some twenty gains: a model picks them", screens=True),
+    "gaussian_process": Algorithm(
+        "some hundreds of candidates, up to some twenty gains: a model picks them", screens=True
+    ),
     "random": Algorithm("the baseline that every other search has to beat"),
     "sobol": Algorithm("a look at the whole space, more evenly filled than at random"),
 }
