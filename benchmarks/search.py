@@ -52,6 +52,7 @@ class Contestant:
 CONTESTANTS = {
     "gaussian_process, 4 scenarios": Contestant("gaussian_process", 8, 4, False, 1000),
     "gaussian_process, 4 scenarios, batches of 32": Contestant("gaussian_process", 32, 4, False, 1000),
+    "gaussian_process, 8 scenarios": Contestant("gaussian_process", 8, 8, False, 1000),
     "nsga2, 4 scenarios": Contestant("nsga2", 32, 4, False, 3000),
     "nsga2, 32 scenarios, races": Contestant("nsga2", 32, 32, True, 11_000),
     "random, 4 scenarios": Contestant("random", 32, 4, False, 3000),

@@ -32,8 +32,6 @@ SAMPLES, DIRECTIONS = 64, 64
 WORST = 1e4
 # Largest number of points that a model is told: of an objective the best, of a limit the closest to it.
 MOST_TOLD, MOST_CLOSE = 400, 250
-# Points over the cube that are asked of what is known before the first choice: a model of a limit needs both sides.
-FIRST_ASKED = 64
 # Growth of the number of points after which length scales are looked for again.
 GROWTH = 1.1
 # Parents of the pool at least; and points that are looked at again together.
@@ -91,8 +89,6 @@ class GaussianProcess:
         believed = np.ones(len(self._points), dtype=bool)
         if self._screen:
             believed = self._screen.keeps(self._points)
-            if self._generation == 1:
-                self._screen.keeps(self._sobol.random(FIRST_ASKED))
         limits = self._limits(believed)
         front = feasible_front(self._values, self._violations)
         front = front[believed[front]]

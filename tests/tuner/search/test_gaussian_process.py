@@ -18,7 +18,7 @@ from tuner.search.covariance import (
     likelihood,
 )
 from tuner.search.front import feasible_front, hypervolume
-from tuner.search.gaussian_process import FIRST_ASKED, GaussianProcess
+from tuner.search.gaussian_process import GaussianProcess
 from tuner.search.improvement import Box, Improvement, directions, share_of_ball
 from tuner.search.surrogate import NUGGET, Shape, Surrogate, fitted_shape, misfit
 
@@ -207,8 +207,8 @@ def screened(generations=8, seed=1):
 def test_nothing_is_asked_for_that_is_known_to_break_a_limit():
     points, asked = screened()
     assert np.all(half_known(points) <= 0.0)
-    # The models of what is known spare most questions: after those of the beginning, fewer than two a candidate.
-    assert asked < FIRST_ASKED + 2 * len(points)
+    # At random one point in eight keeps both; the models, which begin without a point that breaks a limit, do better.
+    assert asked < 6 * len(points)
     assert np.array_equal(points, screened()[0])
 
 
