@@ -36,6 +36,8 @@ MOST_TOLD, MOST_CLOSE = 400, 250
 GROWTH = 1.1
 # Parents of the pool at least; and points that are looked at again together.
 PARENTS, TOGETHER = 8, 8
+# Choices that break what is known after which its models are told of them.
+MISSES = 6
 
 
 class Limit(NamedTuple):
@@ -94,19 +96,17 @@ class GaussianProcess:
         front = front[believed[front]]
         aims = Aims(self._points, self._values, believed, front, self._model, draw) if len(front) else None
 
-        def judged(pool: Array, jointly: bool) -> tuple[Improvement | Hope, Array]:
-            expected = [limit.model.at(pool) for limit in limits]
-            chance = np.ones(len(pool))
-            for limit, entry in zip(limits, expected, strict=True):
-                chance *= entry.chance_below(limit.level)
-            return aims.improvement(pool, jointly) if aims else Hope(expected, len(pool), draw), chance
+        def gain_of(pool: Array, jointly: bool) -> Improvement | Hope:
+            if aims:
+                return aims.improvement(pool, jointly)
+            return Hope([limit.model.at(pool) for limit in limits], len(pool), draw)
 
         pool = self._pool(draw)
-        gain, chance = judged(pool, jointly=False)
-        order = np.argsort(-gain.of(np.arange(len(pool))) * chance, kind="stable")
+        worth = gain_of(pool, jointly=False).of(np.arange(len(pool))) * chance_of(limits, pool)
+        order = np.argsort(-worth, kind="stable")
         offspring = children(pool[order[:HOPEFUL]], POOL - STAY, draw)
         pool = self._new(np.concatenate([pool[order[:STAY]], offspring]))
-        return pool[self._picked(pool, *judged(pool, jointly=True))]
+        return pool[self._picked(pool, gain_of(pool, jointly=True), believed)]
 
     def _pool(self, draw: np.random.Generator) -> Array:
         """Return points (p, d) over the cube and around the best so far: the front and what breaks least or is next behind it."""
@@ -151,31 +151,43 @@ class GaussianProcess:
             self._shapes[name] = (len(points), shape)
         return Surrogate(points, targets, shape)
 
-    def _picked(self, pool: Array, gain: Improvement | Hope, chance: Array) -> Array:
+    def _picked(self, pool: Array, gain: Improvement | Hope, believed: Array) -> Array:
         """Return rows of the pool (n,): the best one after the other, none that breaks what is known.
 
         What a row adds shrinks with every row chosen, so only rows that were worth more before are looked at again.
         """
-        worth = gain.of(np.arange(len(pool))) * chance
+        worth, chance = gain.of(np.arange(len(pool))), chance_of(self._limits(believed), pool)
         fresh, asked = np.ones(len(pool), dtype=bool), np.full(len(pool), self._screen is None)
-        possible, picked = np.ones(len(pool), dtype=bool), list[int]()
+        possible, picked, missed = np.ones(len(pool), dtype=bool), list[int](), 0
         while len(picked) < self._batch:
             open_rows = np.flatnonzero(possible)
-            order = open_rows[np.lexsort((-chance[open_rows], -worth[open_rows]))][:TOGETHER]
+            order = np.lexsort((-chance[open_rows], -worth[open_rows] * chance[open_rows]))
+            order = open_rows[order[:TOGETHER]]
             if not fresh[order[0]]:
                 stale = order[~fresh[order]]
-                worth[stale], fresh[stale] = gain.of(stale) * chance[stale], True
+                worth[stale], fresh[stale] = gain.of(stale), True
             elif not asked[order[0]] and self._screen:
                 asked[order[0]] = True
                 # Where nothing in the pool keeps what is known, what breaks it has to do.
                 enough = len(open_rows) > self._batch - len(picked)
                 possible[order[0]] = not enough or self._screen.keeps(pool[order[:1]])[0]
+                missed += not possible[order[0]]
+                if missed == MISSES:
+                    chance, missed = chance_of(self._limits(believed), pool), 0
             else:
                 picked.append(int(order[0]))
                 possible[order[0]] = False
                 gain.choose(picked[-1])
                 fresh[:] = False
         return np.array(picked)
+
+
+def chance_of(limits: list[Limit], pool: Array) -> Array:
+    """Return the probability (p,) that points of a pool (p, d) keep all limits."""
+    chance = np.ones(len(pool))
+    for limit in limits:
+        chance *= limit.model.at(pool).chance_below(limit.level)
+    return chance
 
 
 class Aims:

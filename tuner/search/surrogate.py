@@ -5,6 +5,7 @@ scales, one for each coordinate, and its noise are the most likely ones under a 
 dimensions (C. Hvarfner, E. O. Hellsten, L. Nardi, "Vanilla Bayesian optimization performs great in high dimensions", ICML 2024).
 """
 
+from collections.abc import Callable
 from math import log, sqrt
 
 import numpy as np
@@ -27,7 +28,9 @@ LENGTH_MEAN, LENGTH_SPREAD = 2.0**0.5, 3.0**0.5
 NOISE_MEAN, NOISE_SPREAD = log(1e-4), 2.0
 # Points that the length scales are read from, evaluations of the likelihood to find them from the prior's mean and from those
 # found before.
-FITTED, FIRST_STEPS, STEPS = 240, 40, 12
+FITTED, FIRST_STEPS, STEPS = 240, 80, 30
+# Longest step of a logarithm, and gain in log likelihood that is not worth another.
+LONGEST, ENOUGH = 1.5, 1e-5
 # Share of the variance on the diagonal of what is drawn jointly: points of a pool may be next to each other.
 NUGGET = 1e-7
 
@@ -61,20 +64,56 @@ def misfit(logs: Array, points: Array, targets: Array) -> tuple[float, Array]:
 
 def fitted_shape(points: Array, targets: Array, before: Shape | None = None) -> Shape:
     """Return the most likely shape for targets (n,) at points (n, d); before: where to look first."""
-    from scipy.optimize import minimize
-
     if np.ptp(targets) == 0.0:
         return before or Shape.expected(points.shape[1])
     rows = np.unique(np.linspace(0, len(points) - 1, FITTED).astype(int))
     targets = standardised(targets[rows])[0]
     start = before or Shape.expected(points.shape[1])
-    ends = (-log(LENGTHS[1]), -log(LENGTHS[0]))
-    bounds = [*[ends] * points.shape[1], (log(NOISES[0]), log(NOISES[1]))]
-    found = minimize(
-        misfit, start.logs, (np.ascontiguousarray(points[rows]), targets), jac=True, method="L-BFGS-B", bounds=bounds,
-        options={"maxfun": FIRST_STEPS if before is None else STEPS},
-    )  # fmt: skip
-    return Shape(found.x)
+    low = np.append(np.full(points.shape[1], -log(LENGTHS[1])), log(NOISES[0]))
+    high = np.append(np.full(points.shape[1], -log(LENGTHS[0])), log(NOISES[1]))
+    near = np.ascontiguousarray(points[rows])
+    steps = FIRST_STEPS if before is None else STEPS
+    return Shape(minimised(lambda logs: misfit(logs, near, targets), start.logs, low, high, steps))
+
+
+def minimised(
+    function: Callable[[Array], tuple[float, Array]], start: Array, low: Array, high: Array, evaluations: int
+) -> Array:
+    """Return where a function, which returns value and slope (k,), is small between low and high (k,).
+
+    A quasi-Newton method (BFGS; J. Nocedal, S. J. Wright, "Numerical Optimization", Springer 2006, chapter 6) whose steps end at
+    the bounds. It stands here because a library's, at this size, takes longer than the likelihood that it is to minimise.
+    """
+    at = np.clip(start, low, high)
+    value, slope = function(at)
+    bend, length = np.eye(len(at)), 1.0
+    for _ in range(evaluations - 1):
+        free = ~(((at <= low) & (slope > 0.0)) | ((at >= high) & (slope < 0.0)))
+        step = -np.where(free, (bend * np.where(free, slope, 0.0)).sum(axis=1), 0.0)
+        if np.sum(step * slope) >= 0.0:
+            bend, step = np.eye(len(at)), -np.where(free, slope, 0.0)
+        there = np.clip(at + length * step * min(1.0, LONGEST / (np.abs(step).max() or 1.0)), low, high)
+        found, slope_there = function(there)
+        moved, turned = there - at, slope_there - slope
+        if found > value + 1e-4 * np.sum(slope * moved):
+            length *= 0.3
+            continue
+        gained, length = value - found, 1.0
+        at, value, slope = there, found, slope_there
+        if gained < ENOUGH:
+            break
+        bend = updated(bend, moved, turned)
+    return at
+
+
+def updated(bend: Array, moved: Array, turned: Array) -> Array:
+    """Return the estimate (k, k) of the inverse curvature after a move (k,) that turned the slope by (k,)."""
+    along = float(np.sum(moved * turned))
+    if along <= 1e-10:
+        return bend
+    image = (bend * turned).sum(axis=1)
+    ahead = (1.0 + float(np.sum(turned * image)) / along) / along
+    return bend + ahead * np.outer(moved, moved) - (np.outer(image, moved) + np.outer(moved, image)) / along
 
 
 def standardised(targets: Array) -> tuple[Array, float, float]:

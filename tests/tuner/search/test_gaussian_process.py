@@ -5,6 +5,7 @@ What every search keeps, this one included, stands in `test_search_contract`.
 
 import numpy as np
 import pytest
+from scipy.optimize import minimize
 from scipy.stats import multivariate_normal, norm
 
 from plant.seeds import generator
@@ -20,7 +21,7 @@ from tuner.search.covariance import (
 from tuner.search.front import feasible_front, hypervolume
 from tuner.search.gaussian_process import GaussianProcess
 from tuner.search.improvement import Box, Improvement, directions, share_of_ball
-from tuner.search.surrogate import NUGGET, Shape, Surrogate, fitted_shape, misfit
+from tuner.search.surrogate import NUGGET, Shape, Surrogate, fitted_shape, minimised, misfit
 
 
 def matern(points, others):
@@ -82,6 +83,17 @@ def test_fitted_length_scales_tell_what_matters(told):
     assert misfit(shape.logs, *told)[0] < misfit(Shape.expected(3).logs, *told)[0]
     again = fitted_shape(*told)
     assert np.array_equal(shape.logs, again.logs)
+
+
+def test_minimised_finds_what_scipy_finds(told):
+    low, high = np.array([-3.0, -3.0, -3.0, -13.0]), np.array([3.0, 3.0, 3.0, -2.0])
+    start = Shape.expected(3).logs
+    found = minimised(lambda logs: misfit(logs, *told), start, low, high, 200)
+    bounds = list(zip(low, high, strict=True))
+    exact = minimize(misfit, start, told, jac=True, method="L-BFGS-B", bounds=bounds)
+    # It stops where a step gains less than 1e-5, which is a thousandth of a length scale or so.
+    assert misfit(found, *told)[0] == pytest.approx(exact.fun, abs=1e-3)
+    assert np.all((found >= low) & (found <= high))
 
 
 def test_a_surrogate_is_the_conditioned_normal_distribution(told):
