@@ -40,7 +40,7 @@ PARENTS, TOGETHER = 8, 8
 MISSES = 6
 
 
-class Limit(NamedTuple):
+class LimitModel(NamedTuple):
     """The model of a limit, kept where its value is not above a level."""
 
     model: Surrogate
@@ -66,7 +66,7 @@ class GaussianProcess:
         self._seed, self._objectives = seed, n_objectives
         self._points, self._values = np.empty((0, first.shape[1])), np.empty((0, n_objectives))
         self._violations = np.empty((0, n_constraints))
-        self._screen = Screen(excess) if excess else None
+        self._screen = KnownLimits(excess) if excess else None
         self._shapes: dict[str, tuple[int, Shape]] = {}
         self._sobol = Sobol(first.shape[1], scramble=True, rng=generator(seed, "search/gaussian_process/pool", 0))
         self._batch, self._generation = len(first), 0
@@ -123,7 +123,7 @@ class GaussianProcess:
         known = {point.tobytes() for point in self._points}
         return np.array(list({point.tobytes(): point for point in pool if point.tobytes() not in known}.values()))
 
-    def _limits(self, believed: Array) -> list[Limit]:
+    def _limits(self, believed: Array) -> list[LimitModel]:
         """Return a model of each limit that was ever broken."""
         found = []
         if self._screen:
@@ -133,7 +133,7 @@ class GaussianProcess:
         found += [self._limit(f"constraint {i}", self._points[believed], column) for i, column in enumerate(broken.T)]
         return [limit for limit in found if limit is not None]
 
-    def _limit(self, name: str, points: Array, excess: Array) -> Limit | None:
+    def _limit(self, name: str, points: Array, excess: Array) -> LimitModel | None:
         """Return the model of an excess (n,) at points (n, d), None where it was never above 0."""
         if not np.any(excess > 0.0):
             return None
@@ -141,7 +141,7 @@ class GaussianProcess:
         targets = np.clip(excess, -1.0, 1.0)
         level = 0.0 if np.any(excess < 0.0) else 0.1
         rows = np.sort(np.argsort(np.abs(targets), kind="stable")[:MOST_CLOSE])
-        return Limit(self._model(name, points[rows], targets[rows]), level)
+        return LimitModel(self._model(name, points[rows], targets[rows]), level)
 
     def _model(self, name: str, points: Array, targets: Array) -> Surrogate:
         """Return the surrogate of a quantity; its shape is looked for again as points become more."""
@@ -182,7 +182,7 @@ class GaussianProcess:
         return np.array(picked)
 
 
-def chance_of(limits: list[Limit], pool: Array) -> Array:
+def chance_of(limits: list[LimitModel], pool: Array) -> Array:
     """Return the probability (p,) that points of a pool (p, d) keep all limits."""
     chance = np.ones(len(pool))
     for limit in limits:
@@ -229,7 +229,7 @@ class Aims:
         return Improvement(self._box.ahead(samples), self._front, self._along)
 
 
-class Screen:
+class KnownLimits:
     """What is known without flying, asked once for each point. points (n, d), excess (n, h): of those asked for so far."""
 
     def __init__(self, ask: Callable[[Array], Array]) -> None:
