@@ -14,6 +14,7 @@ from objectives.metrics import FlightContext, MetricAddress, evaluate
 from objectives.requirements import (
     Requirement,
     Screen,
+    hard_excess,
     known_values,
     known_violations,
     requirements_of,
@@ -198,6 +199,10 @@ class Problem:
     def worth_flying(self, points: np.ndarray) -> np.ndarray:
         """Return which points (n, d) of the unit cube keep every hard requirement (n,)."""
         return worth_flying(self.requirements, known_values(self.screens, self.space.gains(points)))
+
+    def excess(self, points: np.ndarray) -> np.ndarray:
+        """Return by how much points (n, d) exceed each hard requirement (n, h), relative to its limit; below 0 where kept."""
+        return hard_excess(self.requirements, known_values(self.screens, self.space.gains(points)))
 
     def evaluate(
         self,

@@ -48,10 +48,14 @@ class Requirement:
         """Return a value in the unit of files."""
         return in_file(value, self.scale)
 
-    def violations(self, values: Array) -> Array:
-        """Return by how much values (n,) break the limit, relative to |limit|, or to 1 where it is 0; 0 where kept."""
+    def excess(self, values: Array) -> Array:
+        """Return by how much values (n,) are beyond the limit, relative to |limit|, or to 1 where it is 0; below 0 where kept."""
         beyond = values - self.limit if self.sense == "most" else self.limit - values
-        return np.clip(beyond / (abs(self.limit) or 1.0), 0.0, LARGEST_VIOLATION)
+        return np.clip(beyond / (abs(self.limit) or 1.0), -LARGEST_VIOLATION, LARGEST_VIOLATION)
+
+    def violations(self, values: Array) -> Array:
+        """Return by how much values (n,) break the limit, as `excess`, 0 where kept."""
+        return np.maximum(self.excess(values), 0.0)
 
     def kept(self, values: Array) -> NDArray[np.bool_]:
         """Return where values (n,) keep the limit."""
@@ -92,6 +96,12 @@ def known_violations(requirements: tuple[Requirement, ...], values: Array) -> Ar
     for i, requirement in enumerate(requirements):
         broken[:, i] = requirement.violations(values[:, i])
     return broken
+
+
+def hard_excess(requirements: tuple[Requirement, ...], values: Array) -> Array:
+    """Return the excess (n, h) over each hard requirement; a candidate is worth a flight where none is above 0."""
+    hard = [entry.excess(values[:, i]) for i, entry in enumerate(requirements) if entry.hard]
+    return np.stack(hard, axis=1) if hard else np.empty((len(values), 0))
 
 
 def worth_flying(requirements: tuple[Requirement, ...], values: Array) -> NDArray[np.bool_]:

@@ -9,11 +9,15 @@ STARTS = ("default", "design")
 
 @dataclass(frozen=True)
 class Algorithm:
-    """A search. about: when to use it, one line. fewest, most: numbers of objectives that it takes; None: no upper end."""
+    """A search. about: when to use it, one line. fewest, most: numbers of objectives that it takes; None: no upper end.
+
+    screens: whether it asks what is known of points without flying before it proposes them.
+    """
 
     about: str
     fewest: int = 1
     most: int | None = None
+    screens: bool = False
 
     @property
     def objectives(self) -> str:
@@ -31,6 +35,9 @@ ALGORITHMS = {
     "age_moea": Algorithm("fronts of unknown curvature: estimates their shape as it goes", fewest=2),
     "cmaes": Algorithm("one smooth objective, also with gains that interact", most=1),
     "differential_evolution": Algorithm("one rugged objective, or several basins", most=1),
+    "gaussian_process": Algorithm(
+        "some hundreds of candidates, up to some twenty gains: a model picks them", screens=True
+    ),
     "random": Algorithm("the baseline that every other search has to beat"),
     "sobol": Algorithm("a look at the whole space, more evenly filled than at random"),
 }

@@ -99,7 +99,7 @@ class TuningRun(Experiment[Study, Outcome]):
     def algorithm(self) -> tuple[Search, list[str]]:
         """Return the search, at its beginning, and warnings about its starting points."""
         first, warnings = first_points(self.problem, self.study, self.folder)
-        return algorithm_of(self.study, first), warnings
+        return algorithm_of(self.problem, self.study, first), warnings
 
     def fly(self) -> Outcome:
         """Search, re-fly the finalists and pick."""

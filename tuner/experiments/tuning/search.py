@@ -17,6 +17,7 @@ from tuner.experiments.tuning.starts import starting_points
 from tuner.experiments.tuning.tables import generation_table, history_table
 from tuner.search.first_generation import first_generation
 from tuner.search.loop import Generation, Search, archive, search_generations
+from tuner.search.names import ALGORITHMS
 from tuner.search.registry import SEARCHES
 from tuner.search.watcher import SEARCHING, Watcher
 from tuner.store.clock import Clock, Spent, recorded
@@ -45,11 +46,13 @@ def first_points(problem: Problem, study: Study, folder: Folder) -> tuple[np.nda
     return first, said
 
 
-def algorithm_of(study: Study, first: np.ndarray) -> Search:
+def algorithm_of(problem: Problem, study: Study, first: np.ndarray) -> Search:
     """Return the search that a study asks for, seeded, at the beginning."""
     seed = int(generator(study.seed, "search/algorithm", 0).integers(2**31))
     limits = len(study.constraints) + len(study.requirements)
-    return SEARCHES[study.search.algorithm](first, len(study.objectives), limits, seed)
+    name = study.search.algorithm
+    known = {"excess": problem.excess} if ALGORITHMS[name].screens and study.requirements else {}
+    return SEARCHES[name](first, len(study.objectives), limits, seed, **known)
 
 
 def search(
@@ -134,6 +137,6 @@ def replayed(path: Path, study: Study, problem: Problem, count: int) -> Iterator
         default = np.arange(len(points)) == 0 if not done else False
         return evaluated(problem, study, points, done, fly_all=default)
 
-    for record in search_generations(algorithm_of(study, known[0]), evaluate, count):
+    for record in search_generations(algorithm_of(problem, study, known[0]), evaluate, count):
         done.append(record)
         yield record

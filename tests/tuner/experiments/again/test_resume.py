@@ -68,6 +68,22 @@ def test_the_number_of_threads_changes_no_bit(small_run, tmp_path, threads):
     compare(result_of(tmp_path / "r"), result_of(small_run[1]))
 
 
+def test_a_search_by_a_model_goes_on_with_the_same_bits(tmp_path):
+    # It asks for margins between flights, so its points follow from more than what was flown.
+    changes = {
+        "search__algorithm": "gaussian_process", "search__generations": 4, "scenario__0__duration": 1.0,
+        "scenario__0__reference__time": 0.1,
+        "margin": [{"quantity": "phase_margin", "min": 35}, {"quantity": "ms", "max": 2}],
+    }  # fmt: skip
+    run_small(tmp_path / "run", 2, **changes)
+    whole = result_of(tmp_path / "run")
+    flights_file(tmp_path / "run", "search-0002").unlink()
+    flights_file(tmp_path / "run", "search-0003").unlink()
+    outcome, _ = resumed(tmp_path / "run", threads=1)
+    assert outcome.problem.flights_made == 2 * 8 * 4
+    compare(result_of(tmp_path / "run"), whole)
+
+
 @pytest.mark.parametrize("damage", ["cut", "flip", "gone"])
 @pytest.mark.parametrize("name", ["search-0001", "held-out"])
 def test_a_damaged_file_of_flights_is_named_set_aside_and_flown_again(small_run, copy, name, damage):

@@ -60,7 +60,7 @@ def searched(folder, asked, threads=2):
     )
     results = Folder.create(folder)
     first, _ = first_points(problem, asked, results)
-    found = archive(search(problem, asked, results, Watcher(), algorithm_of(asked, first)))
+    found = archive(search(problem, asked, results, Watcher(), algorithm_of(problem, asked, first)))
     return found, finalists_of(found, asked)[1]
 
 

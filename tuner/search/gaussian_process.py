@@ -1,0 +1,277 @@
+"""Search by a model. For costly flights, some hundreds of candidates and up to some twenty gains.
+
+A Gaussian process stands for each objective, each constraint that was ever broken and each limit that is known without flying. A
+generation is chosen from a pool of points one after the other: each adds most to the hypervolume of the front and of those chosen
+before it, in the mean over common samples of the models, times the chance that it keeps the limits. That is the expected
+hypervolume improvement (M. Emmerich, K. Giannakoglou, B. Naujoks, IEEE Trans. Evolutionary Computation 10(4):421-439, 2006) of a
+batch (S. Daulton, M. Balandat, E. Bakshy, "Differentiable expected hypervolume improvement for parallel multi-objective
+Bayesian optimization", NeurIPS 2020), and with one objective the expected improvement.
+"""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from scipy.stats.qmc import Sobol
+
+from plant.seeds import generator
+from tuner.search.constraint_ranking import power_of_two
+from tuner.search.front import feasible_front
+from tuner.search.improvement import Box, Hope, Improvement, directions
+from tuner.search.scaling import spread
+from tuner.search.surrogate import Shape, Surrogate, fitted_shape
+
+Array = np.ndarray
+# Points of the pool, and how many of them fill the cube; the others lie around the best points so far.
+POOL, GLOBAL = 512, 128
+# Of these, those that stay for the choice, and of them those that have children in place of the others.
+STAY, HOPEFUL = 192, 32
+# Joint samples of the objectives over the pool, and directions in which the front is measured.
+SAMPLES, DIRECTIONS = 64, 64
+# Values beyond this many spreads above the smallest are as bad as any; logarithms even out what is below.
+WORST = 1e4
+# Largest number of points that a model is told: of an objective the best, of a limit the closest to it.
+MOST_TOLD, MOST_CLOSE = 400, 250
+# Growth of the number of points after which length scales are looked for again.
+GROWTH = 1.1
+# Parents of the pool at least; and points that are looked at again together.
+PARENTS, TOGETHER = 8, 8
+# Choices that break what is known after which its models are told of them.
+MISSES = 6
+
+
+class LimitModel(NamedTuple):
+    """The model of a limit, kept where its value is not above a level."""
+
+    model: Surrogate
+    level: float
+
+
+class GaussianProcess:
+    """Ask for a generation of points, tell what they were worth.
+
+    first: points (n, d) of the first generation; its size is the batch. seed: of all later draws. excess: by how much points
+    (n, d) exceed what is known without flying (n, h), 0 or less where they keep it; what exceeds it is not asked for, nor are the
+    objectives of such a point believed.
+    """
+
+    def __init__(
+        self,
+        first: Array,
+        n_objectives: int,
+        n_constraints: int,
+        seed: int,
+        excess: Callable[[Array], Array] | None = None,
+    ) -> None:
+        self._seed, self._objectives = seed, n_objectives
+        self._points, self._values = np.empty((0, first.shape[1])), np.empty((0, n_objectives))
+        self._violations = np.empty((0, n_constraints))
+        self._screen = KnownLimits(excess) if excess else None
+        self._shapes: dict[str, tuple[int, Shape]] = {}
+        self._sobol = Sobol(first.shape[1], scramble=True, rng=generator(seed, "search/gaussian_process/pool", 0))
+        self._batch, self._generation = len(first), 0
+        self._asked: Array | None = first.copy()
+
+    def ask(self) -> Array:
+        """Return the next generation (n, d), points of the unit cube."""
+        if self._asked is None:
+            self._asked = self._chosen(generator(self._seed, "search/gaussian_process", self._generation))
+        return self._asked.copy()
+
+    def tell(self, values: Array, violations: Array) -> None:
+        """Tell objectives (n, m) and constraint violations (n, c) of the generation asked for."""
+        self._points = np.concatenate([self._points, self.ask()])
+        self._values = np.concatenate([self._values, values])
+        self._violations = np.concatenate([self._violations, violations])
+        self._generation += 1
+        self._asked = None
+
+    def _chosen(self, draw: np.random.Generator) -> Array:
+        """Return the next generation (n, d)."""
+        believed = np.ones(len(self._points), dtype=bool)
+        if self._screen:
+            believed = self._screen.keeps(self._points)
+        limits = self._limits(believed)
+        front = feasible_front(self._values, self._violations)
+        front = front[believed[front]]
+        aims = Aims(self._points, self._values, believed, front, self._model, draw) if len(front) else None
+
+        def gain_of(pool: Array, jointly: bool) -> Improvement | Hope:
+            if aims:
+                return aims.improvement(pool, jointly)
+            return Hope([limit.model.at(pool) for limit in limits], len(pool), draw)
+
+        pool = self._pool(draw)
+        worth = gain_of(pool, jointly=False).of(np.arange(len(pool))) * chance_of(limits, pool)
+        order = np.argsort(-worth, kind="stable")
+        offspring = children(pool[order[:HOPEFUL]], POOL - STAY, draw)
+        pool = self._new(np.concatenate([pool[order[:STAY]], offspring]))
+        return pool[self._picked(pool, gain_of(pool, jointly=True), believed)]
+
+    def _pool(self, draw: np.random.Generator) -> Array:
+        """Return points (p, d) over the cube and around the best so far: the front and what breaks least or is next behind it."""
+        front = feasible_front(self._values, self._violations)
+        depth = evened(self._values, np.ones(len(self._values), dtype=bool)).mean(axis=1)
+        total = (np.maximum(self._violations, 0.0) / units(self._violations)).sum(axis=1)
+        best = np.union1d(front, np.lexsort((depth, total))[:PARENTS])
+        return self._new(
+            np.concatenate([self._sobol.random(GLOBAL), children(self._points[best], POOL - GLOBAL, draw)])
+        )
+
+    def _new(self, pool: Array) -> Array:
+        """Return the points (p, d) that were not told, each once."""
+        known = {point.tobytes() for point in self._points}
+        return np.array(list({point.tobytes(): point for point in pool if point.tobytes() not in known}.values()))
+
+    def _limits(self, believed: Array) -> list[LimitModel]:
+        """Return a model of each limit that was ever broken."""
+        found = []
+        if self._screen:
+            points, told = self._screen.points, self._screen.excess
+            found += [self._limit(f"known {i}", points, column) for i, column in enumerate(told.T)]
+        broken = self._violations[believed] / units(self._violations)
+        found += [self._limit(f"constraint {i}", self._points[believed], column) for i, column in enumerate(broken.T)]
+        return [limit for limit in found if limit is not None]
+
+    def _limit(self, name: str, points: Array, excess: Array) -> LimitModel | None:
+        """Return the model of an excess (n,) at points (n, d), None where it was never above 0."""
+        if not np.any(excess > 0.0):
+            return None
+        # Far from the limit it says nothing of where the limit is. Where no slack is told, a tenth counts as none.
+        targets = np.clip(excess, -1.0, 1.0)
+        level = 0.0 if np.any(excess < 0.0) else 0.1
+        rows = np.sort(np.argsort(np.abs(targets), kind="stable")[:MOST_CLOSE])
+        return LimitModel(self._model(name, points[rows], targets[rows]), level)
+
+    def _model(self, name: str, points: Array, targets: Array) -> Surrogate:
+        """Return the surrogate of a quantity; its shape is looked for again as points become more."""
+        size, shape = self._shapes.get(name, (0, None))
+        if shape is None or len(points) >= GROWTH * size:
+            shape = fitted_shape(points, targets, shape)
+            self._shapes[name] = (len(points), shape)
+        return Surrogate(points, targets, shape)
+
+    def _picked(self, pool: Array, gain: Improvement | Hope, believed: Array) -> Array:
+        """Return rows of the pool (n,): the best one after the other, none that breaks what is known.
+
+        What a row adds shrinks with every row chosen, so only rows that were worth more before are looked at again.
+        """
+        worth, chance = gain.of(np.arange(len(pool))), chance_of(self._limits(believed), pool)
+        fresh, asked = np.ones(len(pool), dtype=bool), np.full(len(pool), self._screen is None)
+        possible, picked, missed = np.ones(len(pool), dtype=bool), list[int](), 0
+        while len(picked) < self._batch:
+            open_rows = np.flatnonzero(possible)
+            order = np.lexsort((-chance[open_rows], -worth[open_rows] * chance[open_rows]))
+            order = open_rows[order[:TOGETHER]]
+            if not fresh[order[0]]:
+                stale = order[~fresh[order]]
+                worth[stale], fresh[stale] = gain.of(stale), True
+            elif not asked[order[0]] and self._screen:
+                asked[order[0]] = True
+                # Where nothing in the pool keeps what is known, what breaks it has to do.
+                enough = len(open_rows) > self._batch - len(picked)
+                possible[order[0]] = not enough or self._screen.keeps(pool[order[:1]])[0]
+                missed += not possible[order[0]]
+                if missed == MISSES:
+                    chance, missed = chance_of(self._limits(believed), pool), 0
+            else:
+                picked.append(int(order[0]))
+                possible[order[0]] = False
+                gain.choose(picked[-1])
+                fresh[:] = False
+        return np.array(picked)
+
+
+def chance_of(limits: list[LimitModel], pool: Array) -> Array:
+    """Return the probability (p,) that points of a pool (p, d) keep all limits."""
+    chance = np.ones(len(pool))
+    for limit in limits:
+        chance *= limit.model.at(pool).chance_below(limit.level)
+    return chance
+
+
+class Aims:
+    """Models of the objectives beside the front that they are to improve.
+
+    points (n, d), values (n, m); believed (n,): mask of those whose values count; front (k,): rows; model: of a name, points and
+    targets.
+    """
+
+    def __init__(
+        self,
+        points: Array,
+        values: Array,
+        believed: Array,
+        front: Array,
+        model: Callable[[str, Array, Array], Surrogate],
+        draw: np.random.Generator,
+    ) -> None:
+        targets = evened(values, believed)
+        rows = np.flatnonzero(believed)
+        rows = np.sort(rows[np.argsort(targets[rows].mean(axis=1), kind="stable")[:MOST_TOLD]])
+        self._models = [model(f"objective {j}", points[rows], column[rows]) for j, column in enumerate(targets.T)]
+        values = np.expm1(targets)
+        self._box = Box(values[front], None if np.any(values[0] > 0.99 * WORST) else values[0])
+        self._front = self._box.ahead(values[front])
+        self._along = directions(DIRECTIONS, len(self._models), draw)
+        self._draw = draw
+
+    def improvement(self, pool: Array, jointly: bool) -> Improvement:
+        """Return what points of the pool (p, d) add to the front; jointly: to each other too."""
+        samples = np.empty((SAMPLES, len(pool), len(self._models)))
+        for j, model in enumerate(self._models):
+            expected = model.at(pool)
+            if jointly:
+                drawn = expected.samples(self._draw.standard_normal((SAMPLES, len(pool))))
+            else:
+                drawn = expected.mean + expected.deviation * self._draw.standard_normal((SAMPLES, 1))
+            samples[:, :, j] = np.expm1(np.minimum(drawn, np.log1p(WORST)))
+        return Improvement(self._box.ahead(samples), self._front, self._along)
+
+
+class KnownLimits:
+    """What is known without flying, asked once for each point. points (n, d), excess (n, h): of those asked for so far."""
+
+    def __init__(self, ask: Callable[[Array], Array]) -> None:
+        self._ask = ask
+        self._rows: dict[bytes, int] = {}
+
+    def keeps(self, points: Array) -> Array:
+        """Return which points (n, d) keep what is known (n,)."""
+        new = {point.tobytes(): point for point in points if point.tobytes() not in self._rows}
+        if new:
+            asked = np.array(list(new.values()))
+            # Margins come from LAPACK: the last digits are left out of what decides where the search goes.
+            excess = np.round(self._ask(asked), 9)
+            self.points = np.concatenate([self.points, asked]) if self._rows else asked
+            self.excess = np.concatenate([self.excess, excess]) if self._rows else excess
+            self._rows |= {key: len(self._rows) + i for i, key in enumerate(new)}
+        return np.all(self.excess[[self._rows[point.tobytes()] for point in points]] <= 0.0, axis=1)
+
+
+def evened(values: Array, believed: Array) -> Array:
+    """Return logarithms (n, m) of values: 0 at the smallest of those believed (n,), 0.7 one `spread` above it."""
+    targets = np.zeros_like(values)
+    for j, column in enumerate(values.T):
+        ordered = np.sort(column[believed])
+        low, unit = (ordered[0], spread(ordered)) if len(ordered) else (0.0, 1.0)
+        reach = np.clip(column, low, low + min(WORST * unit, 1e300)) - low
+        targets[:, j] = np.log1p(reach / unit)
+    return targets
+
+
+def units(violations: Array) -> Array:
+    """Return a unit (c,) for each constraint: the median of what is broken, see `constraint_ranking`."""
+    broken = [column[column > 0.0] for column in violations.T]
+    return np.array([power_of_two(float(np.median(column))) if len(column) else 1.0 for column in broken])
+
+
+def children(parents: Array, count: int, draw: np.random.Generator) -> Array:
+    """Return points (count, d) around and between parents (k, d)."""
+    k, dimensions = parents.shape
+    base, other = parents[draw.integers(k, size=count)], parents[draw.integers(k, size=count)]
+    between = np.where(draw.uniform(size=(count, 1)) < 0.5, draw.uniform(-0.5, 1.5, size=(count, 1)), 0.0)
+    width = np.exp(draw.uniform(np.log(0.003), np.log(0.3), size=(count, 1)))
+    moved = draw.uniform(size=(count, dimensions)) < max(0.5, 3.0 / dimensions)
+    step = width * draw.standard_normal((count, dimensions)) * moved
+    return np.clip(base + between * (other - base) + step, 0.0, 1.0)
