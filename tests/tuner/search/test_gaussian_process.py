@@ -202,7 +202,8 @@ def half_known(points):
 def screened(generations=8, seed=1):
     """Run a search that may ask what is known; return its points and how many points it asked about."""
     first = started(4, 8, seed)
-    first = np.where((half_known(first) <= 0.0).all(axis=1)[:, None], first, [0.3, 0.5, 0.5, 0.5] + 0.01 * first)
+    kept = np.all(half_known(first) <= 0.0, axis=1)
+    first = np.where(kept[:, None], first, [0.3, 0.5, 0.5, 0.5] + 0.01 * first)
     asked = []
 
     def excess(points):
