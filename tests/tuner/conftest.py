@@ -42,7 +42,7 @@ def run_small(folder, threads=2, reuse=(), drawn=False, **changes):
 
     study = load_study(QUICKSTART, {**SMALL, **{key.replace("__", "."): value for key, value in changes.items()}})
     with nullcontext() if drawn else undrawn():
-        return TuningRun(study, Folder.create(folder), Watcher(), threads, reuse).carry_out()
+        return TuningRun(study, Folder.create(folder), Watcher(), threads=threads, reuse=reuse).carry_out()
 
 
 @pytest.fixture(scope="session", autouse=True)

@@ -1,31 +1,29 @@
 """Run a study, go on with a run, fly it again, judge it anew."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from tuner.api.results import TuningResults, open_results
 from tuner.api.studies import StudyLike, loaded
-from tuner.engines.cuda import LANES
 from tuner.experiments import registry
 from tuner.experiments.again import rejudge as judging
 from tuner.experiments.again import resume as resuming
 from tuner.experiments.again import verify as verification
+from tuner.experiments.options import ResumeOptions, RunOptions, with_options
 from tuner.search.watcher import Watcher
 from tuner.study.files import study_file
 
 PathLike = str | Path
 
 
+@with_options(RunOptions, lambda _, hint, option: hint)
 def run(
     study: StudyLike,
     out: PathLike | None = None,
     *,
     watcher: Watcher | None = None,
-    threads: int | None = None,
-    reuse: Sequence[PathLike] = (),
-    dask: str | None = None,
-    backend: str = LANES,
+    **options: Unpack[RunOptions],
 ) -> Any:
     """Run a study of any kind and write its results folder.
 
@@ -33,10 +31,7 @@ def run(
         study: A study, a file, or the name of a shipped study.
         out: Results folder, which must not exist; by default results/NAME.
         watcher: Callbacks that hear of progress.
-        threads: Threads, by default one for each core; they do not change the results.
-        reuse: Results folders whose flights are taken over where they are the same; tuning only.
-        dask: A Dask cluster to fly on: `"local:N"`, or a scheduler's address; tuning only.
-        backend: Who flies: `"lanes"`, `"cuda"` or `"cuda-float32"`; tuning only.
+        **options: As of the command line.
 
     Returns:
         `TuningResults`, `ContestResults` or `InferenceResults`, as the study is.
@@ -51,31 +46,17 @@ def run(
         (True, 3)
 
     """
-    done = registry.run(
-        loaded(study), None if out is None else Path(out), watcher, threads=threads, reuse=tuple(map(Path, reuse)),
-        dask=dask, backend=backend,
-    )  # fmt: skip
-    return found(done)
+    return found(registry.run(loaded(study), None if out is None else Path(out), watcher, **options))
 
 
-def resume(
-    results: PathLike,
-    *,
-    budget: int | None = None,
-    watcher: Watcher | None = None,
-    threads: int | None = None,
-    dask: str | None = None,
-    here: bool = False,
-) -> Any:
+@with_options(ResumeOptions, lambda _, hint, option: hint)
+def resume(results: PathLike, *, watcher: Watcher | None = None, **options: Unpack[ResumeOptions]) -> Any:
     """Go on with a run that was stopped; it ends with the bits that it would have ended with.
 
     Args:
         results: Its results folder.
-        budget: Generations in all: more than before extends the search; tuning only.
         watcher: Callbacks that hear of progress.
-        threads: Threads, by default one for each core.
-        dask: A Dask cluster to fly on; tuning only.
-        here: Whether to compute a run of another machine anew, in this machine's arithmetic; tuning only.
+        **options: As of the command line.
 
     Returns:
         The results, as `run` does.
@@ -89,7 +70,7 @@ def resume(
         3
 
     """
-    return found(resuming.resume(Path(results), watcher, threads=threads, budget=budget, dask=dask, here=here))
+    return found(resuming.resume(Path(results), watcher, **options))
 
 
 def rejudge(

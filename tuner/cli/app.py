@@ -9,6 +9,7 @@ import typer
 from typer.core import TyperGroup
 
 import tuner as package
+from tuner.experiments.options import THREADS, RunOption
 
 # Letters of a command's first sentence that its line in the help may have.
 SENTENCE = 200
@@ -110,6 +111,11 @@ def law_option(about: str) -> Any:
     return typer.Option(help=about, autocompletion=LAW)
 
 
+def option_of(name: str, _: Any, option: RunOption) -> Any:
+    """Return the parameter of an option of experiments on the command line."""
+    return Annotated[option.type, typer.Option(f"--{name.replace('_', '-')}", help=option.help, min=option.least)]
+
+
 # Arguments and options that several commands share.
 StudyFile = Annotated[
     Path,
@@ -122,15 +128,11 @@ StudyFile = Annotated[
 ]
 Folder = Annotated[Path, typer.Argument(help="A results folder.", show_default=False)]
 GainsFile = Annotated[Path, typer.Argument(help="A gains.json.", show_default=False)]
-Threads = Annotated[int | None, typer.Option(help="Threads; by default one for each core.", min=1)]
+Threads = Annotated[int | None, typer.Option(help=THREADS.help, min=THREADS.least)]
 AsJson = Annotated[bool, typer.Option("--json", help="Print figures as JSON and nothing else.")]
 PositionLaw = Annotated[str, law_option("Position law, with --law.")]
 Airframe = Annotated[str | None, typer.Option(help="Airframe: a bundled name or a TOML file.", autocompletion=AIRFRAME)]
 Seeds = Annotated[int | None, typer.Option(help="Flights of each scenario; by default the study's held_out.", min=2)]
-Dask = Annotated[
-    str | None,
-    typer.Option(help="Fly on a Dask cluster: local:N processes, or a scheduler such as tcp://host:8786."),
-]
 
 
 def target_options(change: list[str] | None, firmware: str | None) -> list[str]:

@@ -9,11 +9,13 @@ import tuner
 from plant.errors import InputError
 from plant.texts import toml_table
 from tuner.cli.answer import answer, progress
-from tuner.cli.app import AsJson, Dask, Folder, StudyFile, Threads, app, set_option, study_option
+from tuner.cli.app import AsJson, Folder, StudyFile, Threads, app, option_of, set_option, study_option
+from tuner.experiments.options import ResumeOptions, RunOptions, with_options
 from tuner.text.errors import BROKEN, NOTHING_FEASIBLE
 
 
 @app.command()
+@with_options(RunOptions, option_of)
 def run(
     study: StudyFile,
     out: Annotated[Path | None, typer.Option(help="Results folder; must not exist. Default: results/NAME.")] = None,
@@ -21,15 +23,8 @@ def run(
     change: Annotated[
         list[str] | None, set_option("KEY=VALUE: replace a value of the study, e.g. search.generations=3.")
     ] = None,
-    reuse: Annotated[
-        list[Path] | None,
-        typer.Option(help="Results folder whose flights are taken over where they are the same; may be repeated."),
-    ] = None,
-    dask: Dask = None,
-    backend: Annotated[
-        str, typer.Option(help="Who flies: lanes (the processor), cuda (a graphics card) or cuda-float32.")
-    ] = "lanes",
     as_json: AsJson = False,
+    **options: Any,
 ) -> None:
     """Search a study's gains, check the finalists on unseen turbulence, write results and report.
 
@@ -39,31 +34,19 @@ def run(
     """
     asked = tuner.load_study(study, changes(change))
     with progress(as_json) as watcher:
-        found = tuner.run(
-            asked, out, watcher=watcher, threads=threads, reuse=reuse or (), dask=dask, backend=backend
-        )  # fmt: skip
+        found = tuner.run(asked, out, watcher=watcher, threads=threads, **options)
     answer(found, as_json, 0 if found.feasible else NOTHING_FEASIBLE)
 
 
 @app.command()
-def resume(
-    results: Folder,
-    budget: Annotated[
-        int | None, typer.Option(help="Generations in all: more than before extends the search.", min=1)
-    ] = None,
-    threads: Threads = None,
-    dask: Dask = None,
-    here: Annotated[
-        bool, typer.Option("--here", help="Compute a run of another machine anew, in this machine's arithmetic.")
-    ] = False,
-    as_json: AsJson = False,
-) -> None:
+@with_options(ResumeOptions, option_of)
+def resume(results: Folder, as_json: AsJson = False, **options: Any) -> None:
     """Go on with a run that was stopped, killed or ran out of disk; it ends with the bits it would have ended with.
 
     Example: tuner resume results/quickstart --budget 30
     """
     with progress(as_json) as watcher:
-        found = tuner.resume(results, budget=budget, watcher=watcher, threads=threads, dask=dask, here=here)
+        found = tuner.resume(results, watcher=watcher, **options)
     answer(found, as_json, 0 if found.feasible else NOTHING_FEASIBLE)
 
 

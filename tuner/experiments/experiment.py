@@ -10,11 +10,12 @@ from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from time import perf_counter
-from typing import Any, ClassVar, Generic, TypeVar
+from typing import Any, ClassVar, Generic, TypeVar, Unpack
 
 from objectives.engine import LANES, Engine
 from plant.backends.flyer import available_threads
 from tuner.documents.resolved import Resolved
+from tuner.experiments.options import Options
 from tuner.search.watcher import Watcher
 from tuner.store.environment import environment, with_session
 from tuner.store.folder import Folder
@@ -29,8 +30,7 @@ DRAWN = ("report.html", "figures/*")
 class Experiment(ABC, Generic[Asked, Found]):
     """An experiment on a study, in a results folder or, for kinds that allow it, in none.
 
-    A subclass gives the stages of its kind. threads: by default one for each core. reuse: results folders whose flights are taken
-    over; engine: what flies instead of this machine's cores; both only where the kind takes them.
+    A subclass gives the stages of its kind. engine: what flies instead of this machine's cores, where the kind takes one.
     """
 
     kind: ClassVar[str]
@@ -43,23 +43,22 @@ class Experiment(ABC, Generic[Asked, Found]):
     """Writes figures/ of a results folder from its documents."""
     draw_page: ClassVar[Callable[[Path], object]]
     """Writes report.html of a results folder from its documents."""
-    options: ClassVar[frozenset[str]] = frozenset()
-    """Options that a run of this kind takes besides threads: "reuse", "dask", "backend", "budget", "here"."""
+    takes: ClassVar[frozenset[str]] = frozenset()
+    """Names of the options that not every kind takes and this one does, see `tuner.experiments.options`."""
 
     def __init__(
         self,
         study: Asked,
         folder: Folder | None,
         watcher: Watcher | None = None,
-        threads: int | None = None,
-        reuse: tuple[Path, ...] = (),
         engine: Engine | None = None,
+        **options: Unpack[Options],
     ) -> None:
         self.begin = perf_counter()
         self.study: Any = study
         self.watcher = watcher or Watcher()
-        self.threads = threads
-        self.reuse = reuse
+        self.options = options
+        self.threads = options.get("threads")
         self.engine = engine
         self._folder = folder
 
@@ -101,13 +100,7 @@ class Experiment(ABC, Generic[Asked, Found]):
     @classmethod
     @contextmanager
     def engine_for(
-        cls,
-        study: Asked,
-        threads: int | None,
-        dask: str | None,
-        backend: str | None,
-        watcher: Watcher,
-        recorded: Path | None,
+        cls, study: Asked, watcher: Watcher, recorded: Path | None, **options: Unpack[Options]
     ) -> Iterator[Engine | None]:
         """Yield what flies instead of this machine's cores; recorded: the results folder to go on with, if any."""
         yield None

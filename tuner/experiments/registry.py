@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from plant.errors import InputError, StoreError
 from tuner.documents.opening import open_results
@@ -11,6 +11,7 @@ from tuner.experiments.compare.run import ComparisonRun
 from tuner.experiments.contest.run import ContestRun
 from tuner.experiments.experiment import DRAWN, Experiment, default_folder
 from tuner.experiments.inference.run import InferenceRun
+from tuner.experiments.options import OPTIONS, RunOptions, reused
 from tuner.experiments.tuning.run import JudgementRun, TuningRun
 from tuner.search.watcher import Watcher
 from tuner.store.advice import kind_of
@@ -63,54 +64,37 @@ class CompletedRun:
         return self.path / self.kind.document
 
 
-OPTIONS = {
-    "reuse": ("--reuse", "only a tuning study takes flights over"),
-    "dask": ("--dask", "only a tuning study flies on a cluster"),
-    "backend": ("--backend", "only a tuning study flies on a graphics card"),
-    "here": ("--here", "only a tuning study is computed anew; run this one again"),
-    "budget": ("--budget", "only a tuning study can be searched further; run this one with another search.generations"),
-}
-"""Options that not every kind takes: the key on the command line, and why another kind refuses it."""
-
-
 def refuse_options(kind: ExperimentKind, **given: object) -> None:
     """Refuse options that a kind does not take; InputError names the key."""
     for name, value in given.items():
-        if value and name not in kind.run.options:
-            key, why = OPTIONS[name]
-            raise InputError(why, key=key)
+        option = OPTIONS[name]
+        if value and value != option.default and option.why and name not in kind.run.takes:
+            raise InputError(option.why, key=f"--{name}")
 
 
 def run(
     study: AnyStudy,
     out: Path | None = None,
     watcher: Watcher | None = None,
-    *,
-    threads: int | None = None,
-    reuse: tuple[Path, ...] = (),
-    dask: str | None = None,
-    backend: str = LANES,
+    **options: Unpack[RunOptions],
 ) -> CompletedRun:
     """Run a study of any kind into a new results folder, by default results/NAME.
 
-    threads: by default one for each core. reuse: results folders whose flights are taken over. dask: "local:N" or the address
-    of a scheduler. backend: "lanes", "cuda" or "cuda-float32". Raises InputError, and StoreError where the folder cannot be
-    written.
+    Raises InputError, and StoreError where the folder cannot be written.
     """
-    watcher, kind = watcher or Watcher(), EXPERIMENTS[study.kind]
+    watcher, kind, reuse = watcher or Watcher(), EXPERIMENTS[study.kind], reused(options)
     for results in reuse:
         if not results.is_dir():
             raise InputError(f"there is no results folder {results}", key="--reuse")
-    check_backend(backend, dask)
-    refuse_options(kind, reuse=reuse, dask=dask, backend=backend != LANES)
+    check_backend(options.get("backend", LANES), options.get("dask"))
+    refuse_options(kind, **options)
     kind.run.check(study)
     compute_as_reused(reuse)
     # Before the folder is made: where there is no cluster, nothing is left behind.
-    with kind.run.engine_for(study, threads, dask, backend, watcher, None) as engine:
+    with kind.run.engine_for(study, watcher, None, **options) as engine:
         folder = Folder.create(out or default_folder(study), inside=kind.run.inside)
         watcher.on_start(study, folder.path, kind.run.notes(study))
-        experiment = kind.run(study, folder, watcher, threads, tuple(reuse), engine)
-        return completed(experiment, kind)
+        return completed(kind.run(study, folder, watcher, engine, **options), kind)
 
 
 def completed(experiment: Experiment[Any, Any], kind: ExperimentKind) -> CompletedRun:

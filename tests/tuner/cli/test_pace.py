@@ -60,7 +60,7 @@ def lines_of(path, monkeypatch):
     told = io.StringIO()
     study, folder = reopen(path, None)
     with TerminalWatcher(Console(file=told, width=200)) as watcher:
-        TuningRun(study, folder, watcher, 2).carry_out()
+        TuningRun(study, folder, watcher, threads=2).carry_out()
     return [line for line in told.getvalue().splitlines() if line.startswith("generation ")]
 
 

@@ -5,8 +5,9 @@ import pytest
 from plant.errors import InputError, StoreError
 from tests.tuner.study.study_text import STUDY, write
 from tuner.experiments.again.resume import resume
+from tuner.experiments.options import OPTIONS
 from tuner.experiments.planning.preview import PREVIEWS, preview
-from tuner.experiments.registry import EXPERIMENTS, OPTIONS, draw, folder_kind, refuse_options, run
+from tuner.experiments.registry import EXPERIMENTS, draw, folder_kind, refuse_options, run
 from tuner.store.advice import RESUMED
 from tuner.store.folder import Folder
 from tuner.study.files import shipped_studies
@@ -22,15 +23,15 @@ def test_every_kind_of_study_can_be_run_resumed_and_previewed():
 
 @pytest.mark.parametrize("kind", EXPERIMENTS.values(), ids=EXPERIMENTS)
 def test_an_option_that_a_kind_does_not_take_is_refused_with_its_key(kind):
-    assert kind.run.options <= set(OPTIONS)
-    for name, (key, why) in OPTIONS.items():
+    assert kind.run.takes <= set(OPTIONS)
+    for name, option in OPTIONS.items():
         refuse_options(kind, **{name: None})
-        if name in kind.run.options:
+        if option.why is None or name in kind.run.takes:
             refuse_options(kind, **{name: "given"})
             continue
-        with pytest.raises(InputError, match=why) as caught:
+        with pytest.raises(InputError, match=option.why) as caught:
             refuse_options(kind, **{name: "given"})
-        assert caught.value.key == key
+        assert caught.value.key == f"--{name}"
 
 
 def test_what_cannot_be_run_leaves_no_folder_behind(tmp_path):

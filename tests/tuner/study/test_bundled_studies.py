@@ -109,7 +109,7 @@ def test_shortened_it_runs_to_a_complete_folder(name, tmp_path, monkeypatch):
     folder = tmp_path / name
     # Figures are drawn, but not written to files as pictures: that is most of the time, and the quickstart's own test does it.
     monkeypatch.setattr("tuner.report.figures.printed", lambda figure: {"": b""})
-    outcome = TuningRun(study, Folder.create(folder), Watcher(), 2).carry_out()
+    outcome = TuningRun(study, Folder.create(folder), Watcher(), threads=2).carry_out()
     # So short a search may find nothing feasible, as that of payload_and_battery does; it says so and recommends no gains.
     feasible = json.loads((folder / "summary.json").read_text())["feasible"]
     assert [file.name for file in (folder / GAINS, folder / INFEASIBLE) if file.exists()] == [

@@ -62,7 +62,7 @@ def judgement(
 ) -> JudgementRun:
     """Return the experiment that judges the results folder `path`, of the study `first`, by another study."""
     engine = engine_again(path, first.system, first.seed)
-    experiment = JudgementRun(asked, folder, watcher, threads, (path,), engine)
+    experiment = JudgementRun(asked, folder, watcher, engine, threads=threads, reuse=(path,))
     problem = problem_of(first, threads, flight_store(first, None, (path,)), engine)
     experiment.candidates = [record.points for record in replayed(path, first, problem, asked.search.generations)]
     return experiment

@@ -5,9 +5,10 @@ stale, and a file that was damaged is flown again. For runs that were stopped, k
 """
 
 from pathlib import Path
-from typing import Any
+from typing import Any, Unpack
 
 from plant.errors import InputError, StoreError
+from tuner.experiments.options import ResumeOptions
 from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed, refuse_options
 from tuner.search.watcher import Watcher
 from tuner.store.advice import RECORD, RESUMED, TUNING
@@ -17,28 +18,16 @@ from tuner.study.kinds import AnyStudy, load_any
 from tuner.study.study import Study
 
 
-def resume(
-    path: Path,
-    watcher: Watcher | None = None,
-    *,
-    threads: int | None = None,
-    budget: int | None = None,
-    dask: str | None = None,
-    here: bool = False,
-) -> CompletedRun:
-    """Go on with the run in a results folder to its end.
-
-    budget: generations in all, more than were asked for. dask: as of `run`. here: compute with this machine's arithmetic what
-    another one recorded, which computes all of it anew. Raises StoreError where the run cannot be continued.
-    """
+def resume(path: Path, watcher: Watcher | None = None, **options: Unpack[ResumeOptions]) -> CompletedRun:
+    """Go on with the run in a results folder to its end; StoreError where it cannot be continued."""
     watcher, record = watcher or Watcher(), read_record(path)
     _refuse_others(path, record, RESUMED)
     kind = EXPERIMENTS[record.kind]
-    refuse_options(kind, dask=dask, here=here, budget=budget)
-    study, folder = reopen(path, budget, here)
-    with kind.run.engine_for(study, threads, dask, None, watcher, path) as engine:
+    refuse_options(kind, **options)
+    study, folder = reopen(path, options.get("budget"), options.get("here", False))
+    with kind.run.engine_for(study, watcher, path, **options) as engine:
         watcher.on_start(study, path, kind.run.notes(study))
-        return completed(kind.run(study, folder, watcher, threads, (), engine), kind)
+        return completed(kind.run(study, folder, watcher, engine, **options), kind)
 
 
 def recorded_study(path: Path) -> tuple[Study, RunRecord]:

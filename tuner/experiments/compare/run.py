@@ -32,7 +32,7 @@ class ComparisonRun(ContestRun):
         watcher: Watcher | None = None,
         threads: int | None = None,
     ) -> None:
-        super().__init__(plan.contest, folder, watcher, threads)
+        super().__init__(plan.contest, folder, watcher, threads=threads)
         self.plan = plan
 
     def contenders(self) -> list[Prepared]:

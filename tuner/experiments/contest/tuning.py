@@ -57,7 +57,7 @@ def prepare(contest: Contest, contender: Contender, folder: Folder, watcher: Wat
     own = f"contenders/{contender.slug}"
     folder.write_text(f"{own}.toml", study_text(contest, contender))
     study = replace(contender.study, path=folder.path / f"{own}.toml")
-    outcome = TuningRun(study, Folder.open_or_create(folder.path / own), watcher, threads).carry_out()
+    outcome = TuningRun(study, Folder.open_or_create(folder.path / own), watcher, threads=threads).carry_out()
     folder.written(f"{own}/{MANIFEST}")
 
     def entry_of(finalist: int) -> ContestPoint:

@@ -8,6 +8,7 @@ and that the second finds worth it is flown; so are finalists on held-out scenar
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
+from typing import Unpack
 
 import numpy as np
 
@@ -18,6 +19,7 @@ from tuner.documents.summary import gains_name
 from tuner.engines.cluster.connect import engine_at
 from tuner.engines.cuda import LANES, engine_again, engine_named
 from tuner.experiments.experiment import DRAWN, Experiment
+from tuner.experiments.options import Options, reused
 from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.gains_of_run import gains_document
@@ -42,7 +44,7 @@ class TuningRun(Experiment[Study, Outcome]):
     """
 
     kind = TUNING
-    options = frozenset({"reuse", "dask", "backend", "budget", "here"})
+    takes = frozenset({"reuse", "dask", "backend", "budget", "here"})
     draw_figures = staticmethod(report.write_figures)
     draw_page = staticmethod(report.write_report)
 
@@ -60,25 +62,20 @@ class TuningRun(Experiment[Study, Outcome]):
     @classmethod
     @contextmanager
     def engine_for(
-        cls,
-        study: Study,
-        threads: int | None,
-        dask: str | None,
-        backend: str | None,
-        watcher: Watcher,
-        recorded: Path | None,
+        cls, study: Study, watcher: Watcher, recorded: Path | None, **options: Unpack[Options]
     ) -> Iterator[Engine | None]:
         """Yield a cluster, a graphics card, or None for this machine's cores; recorded: the folder to go on with."""
-        with engine_at(dask, study, threads, watcher.on_message) as cluster:
+        with engine_at(options.get("dask"), study, options.get("threads"), watcher.on_message) as cluster:
             if recorded is not None:
                 yield engine_again(recorded, study.system, study.seed, cluster)
             else:
-                yield cluster or engine_named(backend or LANES, study.system, study.seed, watcher.on_message)
+                backend = options.get("backend", LANES)
+                yield cluster or engine_named(backend, study.system, study.seed, watcher.on_message)
 
     def prepare(self) -> None:
         """Index the flights on record and pose the problem."""
         self.clock = Clock()
-        self.store = flight_store(self.study, self.folder, self.reuse)
+        self.store = flight_store(self.study, self.folder, reused(self.options))
         self.problem = problem_of(self.study, self.threads, self.store, self.engine)
 
     @property
@@ -168,7 +165,7 @@ class JudgementRun(TuningRun):
     """A tuning run that asks for recorded candidates. candidates: one array (n, d) a generation."""
 
     kind = JUDGEMENT
-    options = frozenset()
+    takes = frozenset()
     candidates: list[np.ndarray]
 
     def algorithm(self) -> tuple[Search, list[str]]:

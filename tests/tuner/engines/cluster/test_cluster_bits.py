@@ -48,7 +48,7 @@ def alone(tmp_path_factory):
         patch.setattr(tuner.report, "write_report", lambda folder: None)
         patch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
         folder = tmp_path_factory.mktemp("alone") / "r"
-        TuningRun(small_study(), Folder.create(folder), Watcher(), 2).carry_out()
+        TuningRun(small_study(), Folder.create(folder), Watcher(), threads=2).carry_out()
     return result_of(folder)
 
 
@@ -73,7 +73,7 @@ class Killer(Watcher):
 def fly_on(client, folder, watcher, block=256, generations=3):
     study = small_study(search__generations=generations)
     engine = DaskEngine(client, study.system, study.seed, block)
-    return TuningRun(study, Folder.create(folder), watcher, 2, (), engine).carry_out()
+    return TuningRun(study, Folder.create(folder), watcher, engine, threads=2).carry_out()
 
 
 class Counter(Watcher):
@@ -111,11 +111,11 @@ def test_begun_on_a_cluster_and_resumed_without_and_the_other_way_round(cluster,
     _, client = cluster
     fly_on(client, tmp_path / "there", Watcher(), generations=1)
     study, folder = reopen(tmp_path / "there", 3)
-    TuningRun(study, folder, Watcher(), 2).carry_out()
+    TuningRun(study, folder, Watcher(), threads=2).carry_out()
     begun = small_study(search__generations=1)
-    TuningRun(begun, Folder.create(tmp_path / "here"), Watcher(), 2).carry_out()
+    TuningRun(begun, Folder.create(tmp_path / "here"), Watcher(), threads=2).carry_out()
     study, folder = reopen(tmp_path / "here", 3)
-    outcome = TuningRun(study, folder, Watcher(), 2, (), DaskEngine(client, study.system, study.seed)).carry_out()
+    outcome = TuningRun(study, folder, Watcher(), DaskEngine(client, study.system, study.seed), threads=2).carry_out()
     # The first generation and its held-out check were there.
     assert 0 < outcome.problem.flights_made < outcome.flights
     search = {name: content for name, content in alone.items() if name.startswith(("flights/search", "generations/"))}

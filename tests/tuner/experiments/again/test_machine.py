@@ -111,7 +111,7 @@ def test_here_computes_all_of_it_anew(small_run, copy):
     for file in (copy / "flights").glob("*"):
         file.unlink()
     study, folder = reopen(copy, None, here=True)
-    outcome = TuningRun(study, folder, Watcher(), 2).carry_out()
+    outcome = TuningRun(study, folder, Watcher(), threads=2).carry_out()
     assert outcome.problem.flights_made > 0
     compare(result_of(copy), result_of(small_run[1]))
 

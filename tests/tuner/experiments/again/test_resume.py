@@ -49,7 +49,7 @@ def copy(small_run, tmp_path):
 def resumed(path, budget=None, threads=2):
     study, folder = reopen(path, budget)
     listener = Listener()
-    return TuningRun(study, folder, listener, threads).carry_out(), listener.told
+    return TuningRun(study, folder, listener, threads=threads).carry_out(), listener.told
 
 
 def flights_file(path, name):
@@ -181,7 +181,7 @@ def test_a_search_is_never_shortened(copy):
 
 def test_the_inputs_run_alone_to_the_same_result(small_run, copy, tmp_path):
     study = load_study(copy / read_record(copy).study)
-    TuningRun(study, Folder.create(tmp_path / "alone"), Watcher(), 2).carry_out()
+    TuningRun(study, Folder.create(tmp_path / "alone"), Watcher(), threads=2).carry_out()
     one, other = result_of(tmp_path / "alone"), result_of(small_run[1])
     different = [name for name in one if one[name] != other[name]]
     assert different == ["study.toml"]
@@ -199,7 +199,9 @@ def test_an_airframe_file_is_carried_along(tmp_path):
     # The study's own name in another folder: both lie in inputs/ in the end.
     text = QUICKSTART.read_text().replace('name = "hummingbird"', 'file = "frames/mine.toml"', 1)
     (source / "mine.toml").write_text(text)
-    first = TuningRun(load_study(source / "mine.toml", SMALL), Folder.create(tmp_path / "r"), Watcher(), 2).carry_out()
+    first = TuningRun(
+        load_study(source / "mine.toml", SMALL), Folder.create(tmp_path / "r"), Watcher(), threads=2
+    ).carry_out()
     shutil.rmtree(source)
     shutil.move(tmp_path / "r", tmp_path / "moved")
     outcome, _ = resumed(tmp_path / "moved")

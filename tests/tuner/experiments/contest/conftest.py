@@ -12,7 +12,7 @@ from tuner.store.folder import Folder
 
 def run_small(path, folder, threads=2, **changes):
     contest = load_contest(path, {key.replace("__", "."): value for key, value in changes.items()})
-    return ContestRun(contest, Folder.create(folder, inside="contenders"), Watcher(), threads).carry_out()
+    return ContestRun(contest, Folder.create(folder, inside="contenders"), Watcher(), threads=threads).carry_out()
 
 
 @pytest.fixture(scope="session")

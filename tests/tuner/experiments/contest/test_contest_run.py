@@ -310,7 +310,7 @@ def test_a_resumed_contest_ends_in_the_same_bits(small_contest, tmp_path, withou
     tables = ("fronts.csv", "differences.csv", "contenders/pid/front.csv", "contenders/pid/summary.json")
     for name in ("contest.json", "scores.parquet", *tables):
         (copy / name).unlink()
-    ContestRun(*reopen(copy, None), Watcher(), 1).carry_out()
+    ContestRun(*reopen(copy, None), Watcher(), threads=1).carry_out()
     assert timeless(copy) == timeless(folder)
     for name in tables[:3]:
         assert (copy / name).read_bytes() == (folder / name).read_bytes()

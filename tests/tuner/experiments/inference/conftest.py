@@ -19,7 +19,9 @@ def run(folder, text, threads=2, changes=None, figures=False):
     folder.mkdir()
     asked = load_inference(write(folder, text), changes)
     with nullcontext() if figures else patch("tuner.report.inference_figure.write_inference_figures"):
-        return InferenceRun(asked, Folder.create(folder / "out"), Watcher(), threads).carry_out(), folder / "out"
+        return InferenceRun(
+            asked, Folder.create(folder / "out"), Watcher(), threads=threads
+        ).carry_out(), folder / "out"
 
 
 @pytest.fixture(scope="session")

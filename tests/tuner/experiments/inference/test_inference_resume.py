@@ -43,7 +43,7 @@ def without_figures(monkeypatch):
 
 def test_a_damaged_generation_is_flown_again_and_nothing_else(paper, tmp_path, without_figures, monkeypatch):
     asked = load_inference(write(tmp_path, STUDY + published_medians(paper)), SMALL)
-    InferenceRun(asked, Folder.create(tmp_path / "out"), Watcher(), 2).carry_out()
+    InferenceRun(asked, Folder.create(tmp_path / "out"), Watcher(), threads=2).carry_out()
     expected = results(tmp_path / "out")
     flights = sorted((tmp_path / "out" / "flights").glob("search-*.parquet"))
     assert len(flights) > 2
@@ -59,7 +59,7 @@ def test_a_damaged_generation_is_flown_again_and_nothing_else(paper, tmp_path, w
     )
     inference, folder = reopen(tmp_path / "out", None)
     listener = Listener()
-    InferenceRun(inference, folder, listener, 1).carry_out()
+    InferenceRun(inference, folder, listener, threads=1).carry_out()
     assert sum(made) == 8 and len(listener.told) == 1 and flights[1].name in listener.told[0]
     flights[1].with_suffix(".damaged").unlink()
     assert results(tmp_path / "out") == expected

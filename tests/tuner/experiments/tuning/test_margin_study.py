@@ -67,7 +67,7 @@ def searched(folder, asked, threads=2):
 @pytest.fixture(scope="module")
 def ran(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "margins"
-    return TuningRun(load_study(QUICKSTART, REQUIRED), Folder.create(folder), Watcher(), 2).carry_out(), folder
+    return TuningRun(load_study(QUICKSTART, REQUIRED), Folder.create(folder), Watcher(), threads=2).carry_out(), folder
 
 
 def spied(monkeypatch):

@@ -54,7 +54,7 @@ def required(study, limit=12.0, hard=True, address="roll.lambda"):
 
 
 def run(folder, study, watcher=None):
-    return TuningRun(study, Folder.create(folder), watcher or Watcher(), 2).carry_out()
+    return TuningRun(study, Folder.create(folder), watcher or Watcher(), threads=2).carry_out()
 
 
 @pytest.fixture(scope="module")

@@ -1,0 +1,107 @@
+"""Options of experiments: what `run` and `resume` take in Python and on the command line, each written down here once.
+
+An option is read where it is used, from `Experiment.options`. This module imports quickly: the command line is built from it.
+"""
+
+import inspect
+from collections.abc import Callable, Sequence
+from pathlib import Path
+from typing import Annotated, Any, NamedTuple, TypedDict, TypeVar, get_args, get_type_hints
+
+Function = TypeVar("Function", bound=Callable[..., Any])
+# Stands in a docstring for the options.
+PLACE = "**options: As of the command line."
+
+
+class RunOption(NamedTuple):
+    """An option. type: as the command line gives it; why: the reason with which kinds that do not take it refuse it, None where
+    all take it; least: smallest number allowed.
+    """
+
+    type: Any
+    help: str
+    why: str | None = None
+    default: Any = None
+    least: int | None = None
+
+
+THREADS = RunOption(int | None, "Threads; by default one for each core.", least=1)
+DASK = RunOption(
+    str | None, "Fly on a Dask cluster: local:N processes, or a scheduler such as tcp://host:8786.",
+    "only a tuning study flies on a cluster",
+)  # fmt: skip
+REUSE = RunOption(
+    list[Path] | None, "Results folder whose flights are taken over where they are the same; may be repeated.",
+    "only a tuning study takes flights over",
+)  # fmt: skip
+BACKEND = RunOption(
+    str, "Who flies: lanes (the processor), cuda (a graphics card) or cuda-float32.",
+    "only a tuning study flies on a graphics card", "lanes",
+)  # fmt: skip
+BUDGET = RunOption(
+    int | None, "Generations in all: more than before extends the search.",
+    "only a tuning study can be searched further; run this one with another search.generations", least=1,
+)  # fmt: skip
+HERE = RunOption(
+    bool, "Compute a run of another machine anew, in this machine's arithmetic.",
+    "only a tuning study is computed anew; run this one again", default=False,
+)  # fmt: skip
+
+
+class RunOptions(TypedDict, total=False):
+    """Options of `run`, in the order of its help."""
+
+    threads: Annotated[int | None, THREADS]
+    reuse: Annotated[Sequence[str | Path] | None, REUSE]
+    dask: Annotated[str | None, DASK]
+    backend: Annotated[str, BACKEND]
+
+
+class ResumeOptions(TypedDict, total=False):
+    """Options of `resume`, in the order of its help."""
+
+    budget: Annotated[int | None, BUDGET]
+    threads: Annotated[int | None, THREADS]
+    dask: Annotated[str | None, DASK]
+    here: Annotated[bool, HERE]
+
+
+class Options(RunOptions, ResumeOptions, total=False):
+    """Options that an experiment may hold."""
+
+
+def hints_of(form: type) -> dict[str, tuple[Any, RunOption]]:
+    """Return the options of one of the forms above by name, each with its type in Python."""
+    return {name: get_args(hint) for name, hint in get_type_hints(form, include_extras=True).items()}
+
+
+OPTIONS = {name: option for name, (_, option) in hints_of(Options).items()}
+"""Options by name."""
+
+
+def reused(options: Options | RunOptions) -> tuple[Path, ...]:
+    """Return the results folders whose flights are taken over."""
+    return tuple(map(Path, options.get("reuse") or ()))
+
+
+def with_options(form: type, annotate: Callable[[str, Any, RunOption], Any]) -> Callable[[Function], Function]:
+    """Return a decorator that writes the options of a form into signature and docstring, where a function says `**options`.
+
+    They come before the last of its other parameters; those that it names itself stay where they are. annotate: gives the type to
+    be shown, from the name, the type in Python and the option.
+    """
+
+    def write(function: Function) -> Function:
+        given = inspect.signature(function)
+        *first, last, _ = given.parameters.values()
+        options = {name: hint for name, hint in hints_of(form).items() if name not in given.parameters}
+        added = [
+            inspect.Parameter(name, last.kind, default=option.default, annotation=annotate(name, hint, option))
+            for name, (hint, option) in options.items()
+        ]
+        vars(function)["__signature__"] = given.replace(parameters=[*first, *added, last])
+        lines = (f"{name}: {option.help}{' Tuning only.' * bool(option.why)}" for name, (_, option) in options.items())
+        function.__doc__ = (function.__doc__ or "").replace(PLACE, ("\n" + " " * 8).join(lines))
+        return function
+
+    return write
