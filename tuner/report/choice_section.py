@@ -1,4 +1,4 @@
-"""What the recommended point was chosen by: its values in the search and held out, how far they are apart."""
+"""The grounds of the choice: values of the recommended point in the search and held out, and the gap between them."""
 
 from tuner.documents.parts import row_in_degrees
 from tuner.documents.summary import PickedObjective

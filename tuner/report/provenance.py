@@ -1,4 +1,4 @@
-"""Where the numbers come from: study, seed, versions, machine, the air that was flown, and what the words mean."""
+"""Origin of the numbers: study, seed, versions, machine, the air that was flown, and what the words mean."""
 
 import shlex
 from collections.abc import Iterable, Sequence

@@ -1,4 +1,4 @@
-"""Where the numbers of a contest come from: seed, flights, machine, versions, the command, and what the words mean."""
+"""Origin of the numbers of a contest: seed, flights, machine, versions, the command, and what the words mean."""
 
 from tuner.documents.contest import ComparedFolder
 from tuner.report.provenance import environment_facts, glossary
