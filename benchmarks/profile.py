@@ -29,7 +29,7 @@ STAGES: tuple[tuple[str, str], ...] = (
     ("/plant/backends/flyer.py", "flights"),
     ("/objectives/engine.py", "flights"),
     ("/objectives/margins/", "margins"),
-    ("/tuner/run_margins.py", "margins"),
+    ("/tuner/analysis/margins/", "margins"),
     ("/tuner/report/drawing.py", "figures"),
     ("/tuner/report/figures.py", "figures"),
     ("figures.py", "figures"),

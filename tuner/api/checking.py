@@ -100,7 +100,6 @@ def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
         announce_compilation(watcher or Watcher())
     found = preview(asked)
     return Checked(found.kind, found, isinstance(found, StudyPreview) and is_hopeless(found))
-    return Checked(found.document, found.hopeless)
 
 
 def validate(file: str | Path) -> Checked:

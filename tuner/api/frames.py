@@ -31,7 +31,7 @@ class Documented:
 
 
 def json_text(document: Any, ascii_only: bool = True) -> str:
-    """Return a document as the text of its file, without the end of the last line."""
+    """Return a document as JSON, as in its file but for the last line break and, with ascii_only, escapes of other letters."""
     content = document.content() if isinstance(document, DocumentPart) else document
     return store.json_text(content, ascii_only).rstrip("\n")
 

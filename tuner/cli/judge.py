@@ -3,7 +3,7 @@
 import sys
 from math import radians
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
@@ -13,6 +13,9 @@ from tuner.api import AIRFRAME, POSITION_LAW
 from tuner.cli.answer import Messages, answer, progress
 from tuner.cli.app import Airframe, AsJson, GainsFile, PositionLaw, Threads, app, law_option, study_option
 from tuner.text.errors import BROKEN, USER_ERROR
+
+if TYPE_CHECKING:
+    from tuner.api.checking import Checked
 
 
 @app.command()
@@ -117,7 +120,7 @@ def validate(file: GainsFile, as_json: AsJson = False) -> None:
     answer_validity(tuner.validate(file), as_json)
 
 
-def answer_validity(found: "tuner.Checked", as_json: bool) -> None:
+def answer_validity(found: "Checked", as_json: bool) -> None:
     """Print whether a gains file is valid: problems on standard error, a line each."""
     if as_json or not found.hopeless:
         answer(found, as_json)

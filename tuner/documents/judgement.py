@@ -1,4 +1,4 @@
-"""What `tuner check GAINS --json` prints: a controller against the hard limits of a study."""
+"""The document of `tuner check GAINS --json`: a controller against the hard limits of a study."""
 
 from typing import Annotated, Literal
 

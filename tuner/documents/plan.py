@@ -1,4 +1,4 @@
-"""What `tuner plan --json` prints: flights, time, memory, disk and precision that a run will take."""
+"""The document of `tuner plan --json`: flights, time, memory, disk and precision that a run will take."""
 
 from tuner.store.document import Document, DocumentPart
 

@@ -11,6 +11,7 @@ from pathlib import Path
 from plant.airframes import Airframe
 from plant.errors import InputError
 from tuner.gains import Controller
+from tuner.text.units import after_number
 
 # The option that has a flag of its own.
 FIRMWARE = "firmware"
@@ -141,7 +142,7 @@ class ExportTarget:
 
 def number(settings: Mapping[str, str], name: str, low: float, high: float, unit: str) -> float:
     """Return an option as a number of that unit; raises InputError where it is none, or outside [low, high]."""
-    text, with_unit = settings[name], "" if unit == "1" else f" {unit}"
+    text, with_unit = settings[name], after_number(unit)
     try:
         value = float(text)
     except ValueError:

@@ -21,7 +21,7 @@ from tuner.gains.ranges import check_plant_step, check_value, timing_of
 from tuner.gains.schema import gains_schema, validator
 from tuner.gains.sections import DIGEST, VERSIONS, Row
 from tuner.gains.version_0 import brought_up
-from tuner.text.input_errors import check_magnitude, moved
+from tuner.text.input_errors import check_magnitude, dotted, joined, moved, numbers_in
 from tuner.text.toml_text import shown
 
 TYPES = {
@@ -37,16 +37,11 @@ KINDS = {"controller.position": "law", "controller.attitude": "law", "gains": "g
 ORDER = {"additionalProperties": 0, "enum": 1, "const": 1, "type": 1, "required": 3}
 
 
-def not_finite(value: Any, key: str = "") -> Iterator[InputError]:
+def not_finite(document: Row) -> Iterator[InputError]:
     """Yield every number that JSON cannot hold, or no double."""
-    if isinstance(value, dict):
-        for name, inner in value.items():
-            yield from not_finite(inner, f"{key}.{name}" if key else name)
-    elif isinstance(value, list):
-        for i, inner in enumerate(value):
-            yield from not_finite(inner, f"{key}[{i}]")
-    elif isinstance(value, int | float) and not isfinite(value):
-        yield InputError(f"given {shown(value)}; this must be a finite number", key=key)
+    for key, value in numbers_in(document):
+        if not isfinite(value):
+            yield InputError(f"given {shown(value)}; this must be a finite number", key=key)
 
 
 def text_problems(document: Row) -> Iterator[InputError]:
@@ -125,20 +120,6 @@ def _expected(kind: str, asked: Any) -> str:
     if kind == "enum":
         return f"one of {', '.join(repr(name) for name in asked)}"
     return shown(asked)
-
-
-def dotted(path: Any) -> str:
-    """Return a path as a key: "objectives[2].unit"."""
-    key = ""
-    for part in path:
-        key = f"{key}[{part}]" if isinstance(part, int) else joined(key, part)
-    return key
-
-
-def joined(key: str, name: str) -> str:
-    """Return the key of a name in a table; an empty name has to be seen."""
-    name = name or '""'
-    return f"{key}.{name}" if key else name
 
 
 @dataclass(frozen=True)

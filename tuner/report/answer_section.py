@@ -133,8 +133,8 @@ def _row(quantity: ComparedRow) -> list[str]:
     link = element("a", plain_metric(quantity.metric), href=f"#{metric_anchor(quantity.metric)}", data_tip=tip)
     return [
         join((link, _unit(quantity.unit), element("small", _about(quantity)))),
-        _numbers(quantity.default),
-        _numbers(quantity.tuned),
+        estimate_cell(quantity.default),
+        estimate_cell(quantity.tuned),
         _change_cell(quantity),
         verdict(quantity.verdict),
     ]
@@ -209,8 +209,9 @@ def _unit(unit: str) -> Markup:
     return join((" [", marked_up(_degrees(unit)), "]")) if unit else Markup()
 
 
-def _numbers(entry: Estimate, signed: bool = False) -> Markup:
-    value, interval = estimate(entry.value, entry.low, entry.high, signed)
+def estimate_cell(entry: Estimate, signed: bool = False) -> Markup:
+    """Return a number over its interval."""
+    value, interval = estimate(*entry.parts, signed)
     return element("span", element("span", value, class_="number"), element("small", interval, class_="interval"))
 
 

@@ -1,12 +1,13 @@
-"""What the recommended point was chosen by: its values in the search and held out, how far they are apart."""
+"""The grounds of the choice: values of the recommended point in the search and held out, and the gap between them."""
 
-from tuner.documents.parts import Estimate, row_in_degrees
+from tuner.documents.parts import row_in_degrees
 from tuner.documents.summary import PickedObjective
 from tuner.documents.tuning import TuningFolder
+from tuner.report.answer_section import estimate_cell
 from tuner.report.page import aid, folded, wide
 from tuner.report.words import gap_words
 from tuner.text.markup import Markup, element, table
-from tuner.text.numbers import estimate, significant
+from tuner.text.numbers import significant
 from tuner.text.units import marked_up
 
 HEAD = ("Objective", "Unit", "Search", "Held-out", "Held-out − search", "What it says")
@@ -37,12 +38,6 @@ def _row(stored: PickedObjective) -> list[Markup]:
         element("code", entry.label),
         marked_up(entry.unit),
         element("span", significant(entry.search), class_="number"),
-        _numbers(entry.held_out),
-        _numbers(entry.gap, signed=True),
+        estimate_cell(entry.held_out),
+        estimate_cell(entry.gap, signed=True),
     ]
-
-
-def _numbers(entry: Estimate, signed: bool = False) -> Markup:
-    value, interval = estimate(*entry.parts, signed=signed)
-    number = element("span", value, class_="number")
-    return element("span", number, element("small", interval, class_="interval"))

@@ -1,4 +1,4 @@
-"""Which layers of points are shown: native checkboxes with the symbol of each layer, so that keys reach them."""
+"""Switches of the layers of points: native checkboxes with the symbol of each layer, so that keys reach them."""
 
 import numpy as np
 

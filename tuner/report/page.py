@@ -25,7 +25,7 @@ class Section(NamedTuple):
 
 
 class Page(NamedTuple):
-    """What a page is made of.
+    """Content of a page.
 
     lead: the sentences under the title; opening: what stands before the links to the sections; bar: what stays in sight.
     """

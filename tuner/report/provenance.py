@@ -1,9 +1,12 @@
-"""Where the numbers come from: study, seed, versions, machine, the air that was flown, and what the words mean."""
+"""Origin of the numbers: study, seed, versions, machine, the air that was flown, and what the words mean."""
 
 import shlex
+from collections.abc import Iterable, Sequence
 from math import degrees
 
+from tuner.documents.contest_document import QuantityRow
 from tuner.documents.resolved import ResolvedSearch
+from tuner.documents.summary import ComparedRow
 from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import metric_anchor
 from tuner.report.page import folded, folded_text, wide
@@ -120,18 +123,22 @@ def air_table(results: TuningFolder) -> Markup:
 
 def definitions(results: TuningFolder) -> Markup:
     """Return what each metric measures and what the words of the report mean."""
-    metrics = {entry.metric: entry for entry in results.quantities}
-    listed = join(
+    return glossary(results.quantities, WORDS)
+
+
+def glossary(quantities: Sequence[QuantityRow | ComparedRow], words: Iterable[tuple[str, str]]) -> Markup:
+    """Return the definition of the metric behind each quantity, once each, then terms with their meanings."""
+    listed = [
         element(
             "div",
             element("dt", element("code", name)),
             element("dd", coded(entry.definition), _in_unit(entry.unit)),
             id=metric_anchor(name),
         )
-        for name, entry in metrics.items()
-    )
-    words = join(element("div", element("dt", term), element("dd", meaning)) for term, meaning in WORDS)
-    return element("dl", listed, words, class_="facts")
+        for name, entry in {entry.metric: entry for entry in quantities}.items()
+    ]
+    told = [element("div", element("dt", term), element("dd", meaning)) for term, meaning in words]
+    return element("dl", *listed, *told, class_="facts")
 
 
 def resolved_text(results: TuningFolder) -> str:

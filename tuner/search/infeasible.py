@@ -4,6 +4,7 @@ import numpy as np
 
 from objectives.requirements import Requirement
 from tuner.search.loop import Archive
+from tuner.text.units import after_number
 
 ADVICE = "widen the ranges of the gains, or give the search more generations."
 
@@ -32,6 +33,6 @@ def nothing_feasible(found: Archive, requirements: tuple[Requirement, ...]) -> t
 
 def _told(requirement: Requirement, values: np.ndarray, kept: np.ndarray) -> str:
     closest = values.min(axis=0) if requirement.sense == "most" else values.max(axis=0)
-    unit = "" if requirement.unit == "1" else f" {requirement.unit}"
+    unit = after_number(requirement.unit)
     limit = f"{requirement.label} at {requirement.sense} {requirement.limit:.4g}{unit}"
     return f"{limit} was kept by {int(kept.sum(axis=0))} of {len(kept)} candidates, closest {closest:.4g}{unit}"

@@ -1,4 +1,4 @@
-"""What to do about a results folder that is unfinished or damaged: go on with it, or have it written again.
+"""Advice on a results folder that is unfinished or damaged: go on with it, or have it written again.
 
 Told from its run.json alone, for whoever reports the error may be at any other work.
 """

@@ -1,4 +1,4 @@
-"""What a result was computed with: versions, machine, command, commit."""
+"""The environment of a result: versions, machine, command, commit."""
 
 import os
 import platform

@@ -49,6 +49,7 @@ from tuner.study.size import ScenarioSize, check_size, flight_steps
 from tuner.study.study import SearchSpec, Study, StudyScenario
 from tuner.study.trim import check_trim
 from tuner.text.input_errors import check_magnitudes, located
+from tuner.text.units import after_number
 
 T = TypeVar("T")
 SMALLEST_POPULATION = 8
@@ -294,7 +295,7 @@ def _constraint(table: ConstraintTable, scenarios: tuple[StudyScenario, ...], ti
     if limit > metric.highest or limit < 0.0 or (limit == 0.0 and not metric.reaches_zero):
         low = "0" if metric.reaches_zero else "above 0"
         high = "" if metric.highest == inf else f" to {metric.highest:g}"
-        unit = "" if objective.metric.unit == "1" else f" {objective.metric.unit}"
+        unit = after_number(objective.metric.unit)
         message = f"given {limit:g}; '{objective.metric}' is {metric.definition}: allowed: {low}{high}{unit}"
         raise InputError(message, key="max")
     return Constraint(objective, limit)

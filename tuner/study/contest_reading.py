@@ -27,7 +27,7 @@ from tuner.study.layers import WHOLE, Layer, Table, depth, laid_over, merged_lay
 from tuner.study.messages import translated
 from tuner.study.reading import put
 from tuner.study.schema import StrictTable
-from tuner.text.input_errors import check_magnitudes, located
+from tuner.text.input_errors import check_magnitudes, located, moved
 
 Tables = TypeVar("Tables", bound=StrictTable)
 
@@ -111,9 +111,7 @@ def _moved(error: InputError, i: int, own: Table, path: Path, layers: tuple[Laye
     holders = [(path, f"contender[{i}].{key}", own), *[(layer.path, key, layer.table) for layer in layers]]
     depths = [depth(table, key) for _, _, table in holders]
     file, where, _ = holders[depths.index(max(depths))] if max(depths) > 0 else (path, key, own)
-    copy = type(error).__new__(type(error))
-    InputError.__init__(copy, error.message, file=file, key=where)
-    return copy
+    return moved(error, file, where)
 
 
 def _check_names(contenders: tuple[Contender, ...]) -> None:

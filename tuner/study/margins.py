@@ -21,6 +21,7 @@ from plant.gains import GROUPS
 from plant.references.spec import HOLD
 from plant.scenarios import ScenarioSpec, Spread
 from tuner.study.schema import MarginTable
+from tuner.text.units import after_number
 
 if TYPE_CHECKING:
     from objectives.margins.margins import MarginModel
@@ -151,7 +152,7 @@ def _limit(table: MarginTable, quantity: MarginQuantity) -> float:
         raise InputError(f"'{quantity.name}' needs a limit; write {given} = ...{unit}", key=given)
     assert quantity.low is not None, "a limit can be put on it"
     if not quantity.low < limit < quantity.high:
-        unit = "" if quantity.limit_unit == "1" else f" {quantity.limit_unit}"
+        unit = after_number(quantity.limit_unit)
         allowed = f"above {quantity.low:g}" + (f" and below {quantity.high:g}" if quantity.high < np.inf else "")
         raise InputError(f"given {limit:g}{unit}; allowed: {allowed}{unit}", key=given)
     return float(limit)

@@ -9,7 +9,7 @@ from pydantic import BaseModel, ValidationError
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS
 from tuner.study.schema import ControllerTable, ObjectiveTable, ScenarioTable, SearchTable, StudyTable
-from tuner.text.input_errors import Fault
+from tuner.text.input_errors import Fault, dotted
 from tuner.text.toml_text import shown
 
 Location = tuple[int | str, ...]
@@ -78,7 +78,8 @@ def translated(error: ValidationError, path: Path, root: type[BaseModel] = Study
     """Return the first problem of a pydantic error as an error of ours; root: the table that was validated."""
     problem = min(map(Fault.of, error.errors()), key=_importance)
     location = problem.place
-    key = dotted(location)
+    # The branches of unions are no part of the key.
+    key = dotted(part for part in location if isinstance(part, int) or not part.startswith("<"))
     if problem.kind == "extra_forbidden":
         if _unquoted_gain(location):
             line = f'"{location[1]}.{location[-1]}" = {shown(problem.given)}'
@@ -113,19 +114,6 @@ def _importance(problem: Fault) -> int:
 def _unquoted_gain(location: Location) -> bool:
     """Return whether the unknown key comes from roll.k1 = 20.0, which TOML reads as a table "roll"."""
     return location[0] == "gains" and len(location) > 2 and location[1] in GROUPS
-
-
-def dotted(location: Location) -> str:
-    """Return a location as a key: ("scenario", 0, "air") is scenario[0].air; the branches of unions are left out."""
-    key = ""
-    for part in location:
-        if isinstance(part, int):
-            key += f"[{part}]"
-        elif not part.startswith("<"):
-            # An empty key has to be seen.
-            name = part or '""'
-            key += f".{name}" if key else name
-    return key
 
 
 def keys_at(location: Location, root: type[BaseModel] = StudyTable) -> list[str]:

@@ -5,7 +5,7 @@ arithmetic overflows instead of telling.
 """
 
 import re
-from collections.abc import Iterator
+from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
 from math import isfinite
 from pathlib import Path
@@ -62,8 +62,7 @@ def located(path: Path | None, key: str) -> Iterator[None]:
         if error.file is not None:
             raise
         inner = error.key or ""
-        joined = f"{key}.{inner}" if key and inner else key or inner
-        raise moved(error, path, joined) from None
+        raise moved(error, path, f"{key}.{inner}" if key and inner else key or inner) from None
 
 
 def moved(error: InputError, path: Path | None, key: str) -> InputError:
@@ -73,9 +72,23 @@ def moved(error: InputError, path: Path | None, key: str) -> InputError:
     return copy
 
 
+def dotted(path: Iterable[str | int]) -> str:
+    """Return a path as a key: ("scenario", 0, "air") is "scenario[0].air"."""
+    key = ""
+    for part in path:
+        key = f"{key}[{part}]" if isinstance(part, int) else joined(key, part)
+    return key
+
+
+def joined(key: str, name: str) -> str:
+    """Return the key of a name in a table; an empty name has to be seen."""
+    name = name or '""'
+    return f"{key}.{name}" if key else name
+
+
 def check_magnitudes(table: Any, path: Path) -> None:
     """Refuse a number of nested tables and lists that is out of all proportion; InputError naming its key."""
-    for key, value in _numbers(table, ""):
+    for key, value in numbers_in(table):
         if key not in FREE:
             check_magnitude(value, path, key)
             _check_range(value, path, key)
@@ -97,12 +110,13 @@ def check_magnitude(value: float, path: Path | None, key: str) -> None:
         raise InputError(message, file=path, key=key)
 
 
-def _numbers(value: Any, key: str) -> Iterator[tuple[str, float]]:
+def numbers_in(value: Any, key: str = "") -> Iterator[tuple[str, float]]:
+    """Yield dotted key and value of every number in nested tables and lists; key: of the value itself."""
     if isinstance(value, dict):
         for name, inner in value.items():
-            yield from _numbers(inner, f"{key}.{name}" if key else str(name))
+            yield from numbers_in(inner, f"{key}.{name}" if key else str(name))
     elif isinstance(value, list):
         for i, inner in enumerate(value):
-            yield from _numbers(inner, f"{key}[{i}]")
+            yield from numbers_in(inner, f"{key}[{i}]")
     elif isinstance(value, int | float) and not isinstance(value, bool):
         yield key, value

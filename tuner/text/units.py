@@ -45,7 +45,6 @@ def in_shown_units(row: dict[str, Any]) -> dict[str, Any]:
     """
     if "shown_unit" not in row:
         return row
-    row = row if isinstance(row, dict) else row.content()
     scale = SCALES[row["shown_unit"]]
     shown = {**row, "unit": scale.unit} | {key: _scaled(row[key], scale) for key in SHOWN if key in row}
     if isinstance(row.get("difference"), dict) and row["difference"]["value"] is not None:
@@ -58,6 +57,11 @@ def _scaled(entry: Any, scale: Scale) -> Any:
     if isinstance(entry, dict):
         return {key: _scaled(part, scale) for key, part in entry.items()}
     return None if entry is None else float(scale.shown(entry))
+
+
+def after_number(unit: str) -> str:
+    """Return a unit as it follows a number in a sentence, " m"; nothing for "1"."""
+    return "" if unit == "1" else f" {unit}"
 
 
 def plain(unit: str) -> str:

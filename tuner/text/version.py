@@ -1,11 +1,11 @@
-"""The version of the installed package."""
+"""Versions of installed packages."""
 
 
-def version() -> str:
-    """Return the version from the metadata of the installation; they take 20 ms to import and are read when asked for."""
+def version(package: str = "holdfast") -> str:
+    """Return the version of a package from its metadata, whose reader takes 20 ms to import."""
     from importlib import metadata
 
     try:
-        return metadata.version("holdfast")
+        return metadata.version(package)
     except metadata.PackageNotFoundError:
         return "not installed"

@@ -28,10 +28,8 @@ def test_a_shipped_study_becomes_what_its_tables_say_and_is_parsed_once(name, mo
     monkeypatch.setattr(layers, "parse_toml", lambda file: parsed.append(file) or parse(file))
     study = load_any(path)
     assert len(parsed) == len(set(parsed)) >= 1
-    assert (
-        type(study) is TYPES[kind_of_layers(read_layers(path)).name]
-        and study.kind == kind_of_layers(read_layers(path)).name
-    )
+    kind = kind_of_layers(read_layers(path)).name
+    assert type(study) is TYPES[kind] and study.kind == kind
     assert study.path == path and study.title and isinstance(study.seed, int) and study.content
 
 

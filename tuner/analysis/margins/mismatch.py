@@ -1,4 +1,4 @@
-"""How wrong the controller may be about its vehicle: mass, inertia, thrust and rotor lag, before a margin or stability is lost.
+"""Errors about the vehicle that a controller bears: mass, inertia, thrust and rotor lag, until a margin or stability is lost.
 
 The controller's nominal stays, the vehicle that flies has factors of the nominal numbers. Mass and thrust are what b0 of the
 position loops is made of, inertia and thrust that of the attitude loops.
@@ -43,7 +43,7 @@ class Map:
 
 @dataclass(frozen=True)
 class Extent:
-    """How far a factor may go from 1, by itself, while the vehicle can fly and a criterion is kept.
+    """Range of a factor around 1, by itself, in which the vehicle can fly and a criterion is kept.
 
     criterion: "stability" or "limits"; low, high: last factors that keep it, None where all that were tried do, both 1 where the
     nominal vehicle breaks it.

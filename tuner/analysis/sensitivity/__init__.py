@@ -1,1 +1,1 @@
-"""Which gains decide, and how much is turbulence: Sobol indices and a decomposition of variance on real flights."""
+"""Shares of gains and of turbulence in each result: Sobol indices and a decomposition of variance on real flights."""

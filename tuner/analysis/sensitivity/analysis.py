@@ -17,7 +17,7 @@ BATCH = 256
 
 
 class Sampled(NamedTuple):
-    """What evaluating n points gives.
+    """Results of evaluating n points.
 
     values (n, q): outputs; failures (n,): share of flights lost; kept (n,): whether a search would fly the candidate, for it
     keeps every hard requirement; scores: for each output (n, flights) what it was made of.
@@ -31,7 +31,7 @@ class Sampled(NamedTuple):
 
 @dataclass(frozen=True)
 class Analysis:
-    """What came of it.
+    """Result of a sensitivity analysis.
 
     values (n, q), failures (n,), kept (n,): at all points of the design. indices: by scale, of the outputs and then of the share
     of failures. variance: for each output gains against scenarios, over the independent candidates without failures; None where

@@ -1,4 +1,4 @@
-"""Where to look: the points of a variance-based sensitivity analysis.
+"""The points of a variance-based sensitivity analysis.
 
 Two matrices A and B of n points each, and for every variable i the matrix AB_i, which is A with column i of B: n (d + 2)
 points in all. A. Saltelli, P. Annoni, I. Azzini, F. Campolongo, M. Ratto, S. Tarantola, "Variance based sensitivity analysis

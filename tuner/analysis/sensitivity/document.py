@@ -1,4 +1,4 @@
-"""What a sensitivity analysis found, as data for JSON and as tables for CSV."""
+"""The results of a sensitivity analysis, as data for JSON and as tables for CSV."""
 
 from typing import Any
 

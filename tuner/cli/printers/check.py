@@ -1,4 +1,4 @@
-"""What is known of a file without flying, and verdicts on gains, for a person."""
+"""Printers of what is known of a file without flying, and of verdicts on gains."""
 
 from math import degrees
 from typing import TYPE_CHECKING, Any

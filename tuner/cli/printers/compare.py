@@ -1,4 +1,4 @@
-"""What a comparison found, for a person."""
+"""Printer of a comparison."""
 
 from collections.abc import Iterator
 from typing import TYPE_CHECKING

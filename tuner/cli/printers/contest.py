@@ -1,4 +1,4 @@
-"""What a contest found, for a person."""
+"""Printer of a contest."""
 
 from pathlib import Path
 from typing import TYPE_CHECKING

@@ -1,4 +1,4 @@
-"""What an export wrote, and what an import read, for a person."""
+"""Printers of an export and of an import."""
 
 import sys
 from math import degrees

@@ -1,4 +1,4 @@
-"""What an inference found, for a person."""
+"""Printer of an inference."""
 
 from typing import TYPE_CHECKING
 

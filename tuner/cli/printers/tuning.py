@@ -1,4 +1,4 @@
-"""What a tuning run found, for a person."""
+"""Printer of a tuning run."""
 
 from collections.abc import Sequence
 from typing import TYPE_CHECKING

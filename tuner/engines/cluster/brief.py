@@ -1,4 +1,4 @@
-"""What a worker is told of a batch: law names and numbers, never code. It builds the same system from its own sources.
+"""The brief of a batch that a worker gets: law names and numbers, never code. It builds the same system from its own sources.
 
 Laws, closed loops and their record types are made at run time and cannot be pickled; what they are made from can. That the
 worker's sources make the same of it is asked, not assumed: the scenario key of what it built must be the client's.

@@ -2,10 +2,10 @@
 
 import platform
 from collections.abc import Mapping
-from importlib.metadata import PackageNotFoundError, version
 
 from objectives.memory import model_key
 from plant.backends.processor import Processor, compile_for, compiled_for, libc, numpy_simd
+from tuner.text.version import version
 
 Report = dict[str, str]
 PACKAGES = ("holdfast", "numpy", "numba", "llvmlite", "scipy")
@@ -20,7 +20,7 @@ def machine_report() -> Report:
     """
     return {
         "python": platform.python_version(),
-        **{name: _version(name) for name in PACKAGES},
+        **{name: version(name) for name in PACKAGES},
         "sources": model_key(),
         "libc": libc(),
         "target": compiled_for().label,
@@ -42,10 +42,3 @@ def differences(ours: Report, workers: Mapping[str, Report]) -> list[str]:
         for name, mine in ours.items()
         if theirs.get(name) != mine
     ]
-
-
-def _version(name: str) -> str:
-    try:
-        return version(name)
-    except PackageNotFoundError:
-        return "not installed"

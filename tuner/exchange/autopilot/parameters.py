@@ -16,6 +16,7 @@ import numpy as np
 from plant.errors import InputError, one_line, shortened
 from plant.input_files import read_input_text
 from tuner.exchange.target import HeldParameter
+from tuner.text.units import after_number
 
 NUMBER = re.compile(r"[+-]?(\d+\.?\d*|\.\d+)([eE][+-]?\d+)?")
 # Comments that tell where a file is from: "# Version: 1.16.0" and "# ArduCopter V3.4.6 (e707341b)".
@@ -160,7 +161,7 @@ def _parameter(
 
 
 def _outside(entry: ParameterInfo, asked: float) -> str:
-    unit = "" if entry.unit == "1" else f" {entry.unit}"
+    unit = after_number(entry.unit)
     limit = f"at least {entry.low:g}" if entry.high == MOST else f"{entry.low:g} to {entry.high:g}"
     return f"works out at {asked:.6g}{unit}, allowed {limit}{unit}: change {entry.source}"
 

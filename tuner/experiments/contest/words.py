@@ -10,6 +10,7 @@ from tuner.experiments.contest.result import Result
 from tuner.study.contest import Quantity
 from tuner.text.numbers import estimate, per_cent, significant
 from tuner.text.sentences import listing
+from tuner.text.units import after_number
 
 
 def sentences(result: Result) -> list[str]:
@@ -193,8 +194,7 @@ def flights_of(stream: str) -> str:
 
 
 def _unit(quantity: Quantity) -> str:
-    unit = quantity.objective.metric.unit
-    return "" if unit == "1" else f" {unit}"
+    return after_number(quantity.objective.metric.unit)
 
 
 def _bracketed(quantity: Quantity) -> str:

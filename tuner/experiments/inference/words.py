@@ -14,6 +14,7 @@ from tuner.documents.inference_document import (
 )
 from tuner.text.numbers import per_cent, significant
 from tuner.text.sentences import listing
+from tuner.text.units import after_number
 
 
 def sentences(document: InferenceDocument) -> list[str]:
@@ -84,7 +85,7 @@ def unknown_words(document: InferenceDocument) -> Iterable[str]:
     share = per_cent(document.settings.near)
     for row in document.unknowns:
         near, again = (_span(row, *ends) for ends in (row.near, row.again))
-        inferred = significant(row.inferred, 3) + _unit(row)
+        inferred = significant(row.inferred, 3) + after_number(row.unit)
         verdict = {
             "told": f"is told by the cells: {inferred}",
             "loosely": f"is told loosely: {inferred}",
@@ -131,8 +132,4 @@ def _missed_ratio(ratio: RatioRow) -> str:
 
 
 def _span(row: UnknownRow, low: float, high: float) -> str:
-    return f"{significant(low, 3)} to {significant(high, 3)}{_unit(row)}"
-
-
-def _unit(row: UnknownRow) -> str:
-    return "" if row.unit == "1" else f" {row.unit}"
+    return f"{significant(low, 3)} to {significant(high, 3)}{after_number(row.unit)}"

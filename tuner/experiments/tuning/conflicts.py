@@ -17,6 +17,7 @@ from objectives.requirements import Requirement
 from objectives.scales import Scale
 from tuner.documents.plan import AutomaticLimit
 from tuner.search.loop import Archive, point_name
+from tuner.text.units import after_number
 
 # Smallest conflicting sets told at most: with many, the limits are hopeless one and all.
 MOST_SETS = 6
@@ -45,7 +46,7 @@ class Limit(NamedTuple):
     @property
     def text(self) -> str:
         """Return "mean(saturation) at most 0.02", of an automatic limit with its key."""
-        asked = f"{self.label} at {self.sense} {_number(self.limit, self.unit)}"
+        asked = f"{self.label} at {self.sense} {number_text(self.limit, self.unit)}"
         return f"{asked} (automatic: {self.automatic})" if self.automatic else asked
 
 
@@ -199,7 +200,7 @@ def _sets_text(conflict: Conflict, limits: Sequence[Limit]) -> str:
 
 def _steps(relaxation: Relaxation, limits: Sequence[Limit]) -> str:
     steps = [
-        f"{limits[i].label} {_number(limits[i].limit, limits[i].unit)} -> {_towards(value, limits[i])}"
+        f"{limits[i].label} {number_text(limits[i].limit, limits[i].unit)} -> {_towards(value, limits[i])}"
         for i, value in relaxation.changes
     ]
     return ", ".join(steps)
@@ -208,10 +209,10 @@ def _steps(relaxation: Relaxation, limits: Sequence[Limit]) -> str:
 def _towards(value: float, limit: Limit) -> str:
     """Return a relaxed limit, rounded to the generous side, so that the candidate is let in as written."""
     if value == 0.0:
-        return _number(0.0, limit.unit)
+        return number_text(0.0, limit.unit)
     step = 10.0 ** (floor(log10(abs(value))) - 3)
     rounded = (ceil if limit.sense == "most" else floor)(value / step) * step
-    return _number(rounded, limit.unit)
+    return number_text(rounded, limit.unit)
 
 
 def cost_texts(
@@ -221,7 +222,7 @@ def cost_texts(
     told = []
     for i in dict.fromkeys(cost.limit for cost in costs):
         parts = [
-            f"{_number(cost.without, units[cost.objective])} instead of {_number(cost.kept, units[cost.objective])} in "
+            f"{number_text(cost.without, units[cost.objective])} instead of {number_text(cost.kept, units[cost.objective])} in "
             f"{labels[cost.objective]}"
             for cost in costs
             if cost.limit == i
@@ -230,5 +231,6 @@ def cost_texts(
     return told
 
 
-def _number(value: float, unit: str) -> str:
-    return f"{value:.4g}" + ("" if unit == "1" else f" {unit}")
+def number_text(value: float, unit: str) -> str:
+    """Return a number to four significant digits with its unit."""
+    return f"{value:.4g}{after_number(unit)}"

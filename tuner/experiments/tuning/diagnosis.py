@@ -18,6 +18,7 @@ from objectives.requirements import Requirement, Screen
 from objectives.scales import SCALES
 from plant.gains import GainAddress, gain_addresses
 from tuner.documents.summary import DesignReach, GainAt, ObstacleRow
+from tuner.experiments.tuning.conflicts import number_text
 from tuner.experiments.tuning.starts import design_row, study_designs
 from tuner.study.margins import MarginAnalysis, margin_requirement
 from tuner.study.study import Study
@@ -288,15 +289,11 @@ def _told_design(design: DesignReach, found: ObstacleRow) -> str:
 
 
 def _listed(values: Sequence[GainAt]) -> str:
-    return ", ".join(f"{entry.gain} = {_number(entry.value, entry.unit)}" for entry in values)
+    return ", ".join(f"{entry.gain} = {number_text(entry.value, entry.unit)}" for entry in values)
 
 
 def _shown(value: float | None, found: ObstacleRow) -> str:
     if value is None:
         return "no bound"
     scale = SCALES.get(found.shown_unit or "")
-    return _number(value if scale is None else float(scale.shown(value)), found.shown_unit or found.unit)
-
-
-def _number(value: float, unit: str) -> str:
-    return f"{value:.4g}" + ("" if unit == "1" else f" {unit}")
+    return number_text(value if scale is None else float(scale.shown(value)), found.shown_unit or found.unit)

@@ -37,7 +37,7 @@ class Axis(NamedTuple):
 
 @dataclass(frozen=True, kw_only=True, eq=False)
 class Mark:
-    """What all marks have: a name for legends and pointers ("": none), a look, and when the page shows it."""
+    """Properties of all marks: a name for legends and pointers ("": none), a look, and when the page shows it."""
 
     look: Look
     name: str = ""

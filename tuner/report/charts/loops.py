@@ -14,7 +14,7 @@ GAIN_SHOWN = (-60.0, 60.0)
 
 
 class Crossing(NamedTuple):
-    """Where a margin is read off a curve: frequency [rad/s], gain [dB] and phase [deg] there, and the margin itself."""
+    """Point of a curve at which a margin is read: frequency [rad/s], gain [dB] and phase [deg] there, and the margin itself."""
 
     frequency: float
     gain: float

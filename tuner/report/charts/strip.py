@@ -23,7 +23,7 @@ LETTER = 6.0
 
 
 class StripScale(NamedTuple):
-    """What a drawing shows from its left to its right end."""
+    """Scale of a drawing from its left to its right end."""
 
     low: float
     high: float

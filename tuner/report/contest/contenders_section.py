@@ -1,4 +1,4 @@
-"""Who flew: laws, airframe, what a search chose, what a control step costs, and where each contender's own report is."""
+"""The contenders: laws, airframe, what a search chose, what a control step costs, and where each contender's own report is."""
 
 from typing import NamedTuple
 from urllib.parse import quote

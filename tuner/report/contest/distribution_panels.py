@@ -1,4 +1,4 @@
-"""How each metric scatters over flights: the empirical distribution function of every contender."""
+"""Scatter of each metric over flights: the empirical distribution function of every contender."""
 
 import numpy as np
 

@@ -1,11 +1,9 @@
-"""Where the numbers of a contest come from: seed, flights, machine, versions, the command, and what the words mean."""
+"""Origin of the numbers of a contest: seed, flights, machine, versions, the command, and what the words mean."""
 
 from tuner.documents.contest import ComparedFolder
-from tuner.report.answer_section import metric_anchor
-from tuner.report.provenance import environment_facts
-from tuner.text.markup import Markup, coded, described, element, join
+from tuner.report.provenance import environment_facts, glossary
+from tuner.text.markup import Markup, described
 from tuner.text.numbers import MISSING, count, duration, significant
-from tuner.text.units import marked_up
 
 WORDS = (
     ("Held-out", "flown on scenarios that no search ever saw; flight i meets the same air in every contender's hands."),
@@ -51,26 +49,15 @@ def facts(contest: ComparedFolder) -> Markup:
 
 def definitions(contest: ComparedFolder) -> Markup:
     """Return what each metric measures, how operations are counted, and what the words of the page mean."""
-    document, metrics = contest.document, {entry.metric: entry for entry in contest.shown.quantities}
-    listed = join(
-        element(
-            "div",
-            element("dt", element("code", name)),
-            element("dd", coded(entry.definition), join((" [", marked_up(entry.unit), "]")) if entry.unit else ""),
-            id=metric_anchor(name),
-        )
-        for name, entry in metrics.items()
-    )
     words = list(WORDS)
     if contest.fronts is not None and contest.fronts.meaning:
         words.append(("Share of the box", contest.fronts.meaning))
-    costs = [row.cost for row in document.contenders]
+    costs = [row.cost for row in contest.document.contenders]
     words += [("Operations", cost.meaning) for cost in costs[:1]]
     for counted in [cost.processor for cost in costs if cost.processor is not None][:1]:
         tools = f"{counted.compiler} ({counted.flags}), {counted.emulator}"
         words.append(("Instructions", f"On a {counted.target}: {counted.meaning}. {tools}."))
-    told = join(element("div", element("dt", term), element("dd", said)) for term, said in words)
-    return element("dl", listed, told, class_="facts")
+    return glossary(contest.shown.quantities, words)
 
 
 def document_text(contest: ComparedFolder) -> str:

@@ -1,4 +1,4 @@
-"""What the air did and how every contender answered: flight 0 of each, in the same air, over the fans of many flights."""
+"""The air and the answer of every contender to it: flight 0 of each, in the same air, over the fans of many flights."""
 
 from tuner.documents.contest import ComparedFolder, Trace
 from tuner.report.charts import fans

@@ -1,4 +1,4 @@
-"""What recorded signals are called, what was asked of them, and what follows from them: errors and rates of angles."""
+"""Names and references of recorded signals, and what follows from them: errors and rates of angles."""
 
 import tomllib
 from collections.abc import Iterable

@@ -31,7 +31,7 @@ BEYOND = 0.6
 
 
 class Kind(NamedTuple):
-    """What is drawn of a signal: its values (instants,), its heading, and whether its fan can be drawn.
+    """Form in which a signal is drawn: its values (instants,), its heading, and whether its fan can be drawn.
 
     offset: what the fan is above it: "none", "reference" or "no fan".
     """
