@@ -53,7 +53,7 @@ class SensitivityRun(Experiment[Study, SensitivityOutcome]):
         watcher: Watcher | None = None,
         threads: int | None = None,
     ) -> None:
-        super().__init__(study, folder, watcher, threads)
+        super().__init__(study, folder, watcher, threads=threads)
         self.base = base
         self.problem = study_problem(study, threads)
 

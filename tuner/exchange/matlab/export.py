@@ -42,8 +42,8 @@ def export(request: Request) -> Bundle:
         differences=(
             "The file carries numbers only; the law that uses them is to be written or generated in MATLAB (the export 'fmi' "
             "carries it to Simulink).",
-            "MATLAB's pid object takes kp, ki, kd, Tf of this pid as they are, but differentiates the error; ours differentiates "
-            "the measurement (pid2 with c = 0 does).",
+            "For laws of the PID family, MATLAB's pid object takes kp, ki, kd, Tf as they are, but differentiates the error; "
+            "ours differentiates the measurement (pid2 with c = 0 does).",
         ),
         target_version=VERSION,
     )

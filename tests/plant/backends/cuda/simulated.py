@@ -7,6 +7,7 @@ from unittest.mock import patch
 import numpy as np
 
 from objectives.cuda_engine import CudaEngine
+from objectives.metrics.columns import COLUMNS
 from objectives.system import FlightBatch, System
 from plant.backends import cuda_flights
 from plant.backends.cuda_flights import CudaFlyer
@@ -70,7 +71,8 @@ def streamed():
     engine._flyer.resident = 5
     given = [rows(count=5)[:2], rows()[:0], rows(count=5)[2:3], rows(count=5)[3:]]
     parts = list(engine.stream(given, flights, 1, 4, launches.append))
-    assert [part.shape for part in parts] == [(2, 3, 72), (0, 3, 72), (1, 3, 72), (2, 3, 72)]
+    results = len(COLUMNS) + 2
+    assert [part.shape for part in parts] == [(candidates, 3, results) for candidates in (2, 0, 1, 2)]
     return {"stream": np.concatenate(parts, axis=0), "stream_launches": np.array(launches)}
 
 

@@ -77,13 +77,14 @@ GENERATION = """
 import sys
 import numpy as np
 from objectives.engine import Engine
+from objectives.metrics.columns import COLUMNS
 from tests.tuner.engines.cluster.clusters import problem_with, small_study
 from tuner.experiments.tuning.problem import batches
 
 class Painted(Engine):
     arithmetic = "painted"
     def fly(self, gains, batch, first, last, on_flights_done=None):
-        return np.ones((len(gains), last - first, 72))
+        return np.ones((len(gains), last - first, len(COLUMNS) + 2))
 
 study = small_study(scenario__0__search=64)
 problem = problem_with(study, Painted())
