@@ -16,6 +16,7 @@ from typing import IO
 
 from plant.errors import StoreError
 from tuner.store.folder import put
+from tuner.text.errors import guarded
 
 BEGIN = b"\n"
 INPUT = 0
@@ -68,7 +69,6 @@ class Drawing:
 def draw(folder: str) -> int:
     """Draw all figures of a folder when told to, and hand them over; return 0, or 2 with one line on stderr where that fails."""
     from tuner.report.figures import draw_all
-    from tuner.text.errors import guarded
 
     def drawn() -> None:
         # The end of the input without a word: there is no parent any more.
