@@ -107,6 +107,7 @@ def test_killed_workers_cost_time_only(cluster, alone, tmp_path):
     compare(result_of(tmp_path / "r"), alone)
 
 
+@pytest.mark.slow
 def test_begun_on_a_cluster_and_resumed_without_and_the_other_way_round(cluster, alone, tmp_path):
     _, client = cluster
     fly_on(client, tmp_path / "there", Watcher(), generations=1)

@@ -34,6 +34,7 @@ def small(arguments, address, folder):
     return [*given, "--out", folder, *run_arguments(folder)[4:]]
 
 
+@pytest.mark.slow
 def test_the_commands_of_the_document(tmp_path):
     known = ("tuner run ", "tuner resume ", "dask scheduler ", "dask worker ")
     assert all(line.startswith((*known, *NOT_RUN)) for line in COMMANDS)

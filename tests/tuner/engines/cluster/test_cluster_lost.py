@@ -217,6 +217,7 @@ def test_only_tuning_studies_fly_on_a_cluster(monkeypatch, capsys):
         assert code == 2 and "--dask: only a tuning study flies on a cluster" in said
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("how", [signal.SIGINT, signal.SIGKILL])
 def test_nobody_is_left_behind(tmp_path, how):
     """Ctrl-C reaches every process of the terminal; a driver that is killed takes its workers along."""
