@@ -11,9 +11,9 @@ from tuner.documents.parts import Estimate
 from tuner.store.document import Document, DocumentPart, Scale, Sense
 
 GAINS, INFEASIBLE = "gains.json", "infeasible.json"
-"""Where a run leaves its recommended gains, and where those of the nearest point if nothing was feasible."""
+"""Files of a run's recommended gains, and of those of the nearest point if nothing was feasible."""
 NOTHING = "Nothing feasible"
-"""What the first line begins with wherever a run that recommends nothing is told."""
+"""Beginning of the first line wherever a run that recommends nothing is told."""
 
 
 class Pick(DocumentPart):

@@ -128,7 +128,7 @@ class TuningFolder(OpenedFolder[Summary]):
 
     @property
     def summary(self) -> Summary:
-        """What the run found, in SI units."""
+        """The findings of the run, in SI units."""
         return self.document
 
     @cached_property

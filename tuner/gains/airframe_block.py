@@ -112,7 +112,7 @@ class AirframePart(NamedTuple):
 
     @property
     def vehicle(self) -> Vehicle:
-        """What flies."""
+        """The vehicle that flies."""
         rotors = [RotorPart(**rotor) for rotor in plain(self.rotors)]
         numbers = plain(self.numbers)
         fields: Row = {key: Vec3(**number) if key in GROUPS else number for key, number in numbers.items()}

@@ -230,7 +230,7 @@ class Aims:
 
 
 class KnownLimits:
-    """What is known without flying, asked once for each point. points (n, d), excess (n, h): of those asked for so far."""
+    """Limits known without flying, asked once for each point. points (n, d), excess (n, h): of those asked for so far."""
 
     def __init__(self, ask: Callable[[Array], Array]) -> None:
         self._ask = ask

@@ -1,4 +1,4 @@
-"""What a point is worth trying for: the improvement of a front's hypervolume in the mean over samples, any number of objectives.
+"""Worth of trying a point: the improvement of a front's hypervolume in the mean over samples, any number of objectives.
 
 The hypervolume up to a reference is, but for a constant, the mean over directions of the m-th power of how far the front reaches
 along each (D. Golovin, Q. Zhang, "Random hypervolume scalarizations for provable multi-objective black box optimization", ICML
@@ -87,7 +87,7 @@ class Box:
 
 
 class Improvement:
-    """What points add to a front and to those chosen before.
+    """Hypervolume that points add to a front and to those chosen before.
 
     samples (s, p, m), front (k, m): how far points are ahead of a reference in each objective; along (l, m): directions.
     """
@@ -106,7 +106,7 @@ class Improvement:
 
 
 class Hope:
-    """How little points may break while nobody knows one that keeps every limit: drawn anew for each choice."""
+    """Merit of points while nobody knows one that keeps every limit: larger the less they may break, drawn anew each time."""
 
     def __init__(self, limits: list[Expectation], count: int, draw: np.random.Generator) -> None:
         self._limits, self._count, self._draw = limits, count, draw

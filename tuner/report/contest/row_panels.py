@@ -29,7 +29,7 @@ LEGEND: tuple[Mark, ...] = (
     Points(name="printed, inside", look=INSIDE, x=NOTHING, y=NOTHING),
     Points(name="printed, outside", look=OUTSIDE, x=NOTHING, y=NOTHING),
 )
-"""What the marks of printed numbers are called: marks without a place."""
+"""Names of the marks of printed numbers: marks without a place."""
 
 
 def difference_panels(contest: ComparedFolder, columns: int) -> list[Panel]:
