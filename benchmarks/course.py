@@ -21,7 +21,7 @@ from plant.targets import Targets
 
 SEED, SCENARIOS, DURATION = 1, 64, 10.0
 TIMING, LIMITS = Timing(0.004, 0.001), Limits(5.0, 0.17)
-SUBSTEPS = round(TIMING.control_period / TIMING.plant_step)
+SUBSTEPS = TIMING.steps
 POSITION_LAW, ATTITUDE_LAW = "hybrid", "hybrid"
 LAST = ("dynamics", "winds", "noises")
 """Arrays whose last axis is the scenario."""

@@ -67,7 +67,7 @@ def measured(
     begin = perf_counter()
     first = flyer.fly(gains[: COMPARED[0]], NOMINAL, inputs)
     compiled = perf_counter() - begin
-    steps = len(gains) * inputs.count * len(inputs.references) * round(TIMING.control_period / TIMING.plant_step)
+    steps = len(gains) * inputs.count * len(inputs.references) * TIMING.steps
     seconds, on_card = [], []
     for _ in range(rounds):
         begin, before = perf_counter(), flyer.kernel_seconds

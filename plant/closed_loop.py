@@ -57,6 +57,16 @@ class Timing(NamedTuple):
     control_period: float
     plant_step: float
 
+    @property
+    def steps(self) -> int:
+        """Number of plant steps in a control period."""
+        return round(self.control_period / self.plant_step)
+
+    @property
+    def halved(self) -> "Timing":
+        """The same with plant steps half as long."""
+        return self._replace(plant_step=0.5 * self.plant_step)
+
 
 def hover_body(nominal: Nominal) -> Body:
     """Hover at the origin, level, at rest, with the rotors at the nominal hover speed."""

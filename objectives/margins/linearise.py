@@ -131,7 +131,7 @@ def plant_about(period: PeriodMap, body: Array, setting: Surroundings) -> Plant:
     held = np.concatenate([body[-ROTORS:], np.zeros(N_CHANNELS)])
     unit = np.eye(BODY + len(held))
     following, slope = body[None], unit[None, :BODY]
-    for _ in range(round(period.timing.control_period / period.timing.plant_step)):
+    for _ in range(period.timing.steps):
         following, local, _ = period.fly(
             np.concatenate([following, held[None]], axis=1), setting.disturbance, setting.dynamics
         )

@@ -135,7 +135,7 @@ class CudaFlyer:
         launcher(kernel.run, flights)(
             constants, nominal, inputs.dynamics, inputs.starts, inputs.disturbances, inputs.noises, inputs.references, targets,
             self._limits, self._real(control_period), self._real(plant_step),
-            np.int32(round(control_period / plant_step)), out,
+            np.int32(self._timing.steps), out,
         )  # fmt: skip
         end.record()
         results = out.copy_to_host()

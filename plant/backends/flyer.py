@@ -7,6 +7,7 @@ lanes never mix, a block is always full (spare lanes repeat the last scenario), 
 import os
 from collections.abc import Callable
 from concurrent.futures import ThreadPoolExecutor
+from copy import copy
 from dataclasses import dataclass
 
 import numpy as np
@@ -70,6 +71,12 @@ class Flyer:
         rows = result_rows(loop)
         self.rows = rows.stop - rows.start
 
+    def at(self, timing: Timing) -> "Flyer":
+        """Return the same kernel with another control period and plant step."""
+        other = copy(self)
+        other._timing = timing
+        return other
+
     def fly(
         self,
         gains: np.ndarray,
@@ -113,11 +120,10 @@ class Flyer:
     def _run(
         self, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, out: np.ndarray, trace: np.ndarray, every: int
     ) -> None:
-        h, plant_step = self._timing
         self._kernel(
             np.ascontiguousarray(gains, dtype=float), np.array(flatten(nominal), dtype=float), inputs.dynamics,
             inputs.starts, inputs.disturbances, inputs.noises, inputs.references, np.array(flatten(inputs.targets), dtype=float),
-            self._limits, h, plant_step, round(h / plant_step), out, trace, every,
+            self._limits, *self._timing, self._timing.steps, out, trace, every,
         )  # fmt: skip
 
 

@@ -74,7 +74,7 @@ class ScalarKernel:
             _flat(inputs.starts, size(Body))[: inputs.count],
             _flat(inputs.disturbances, size(Disturbance))[: inputs.count], _flat(inputs.noises, size(Noise))[: inputs.count],
             inputs.references, np.array(flatten(inputs.targets), dtype=float), np.array(flatten(limits)), h, plant_step,
-            round(h / plant_step), out,
+            timing.steps, out,
         )  # fmt: skip
         return out
 

@@ -70,7 +70,7 @@ def fly_steps(
         flight = decide(flight, constants, nominal, reference, noise, targets, limits, k * h, h)
         if watch is not None:
             watch(k, flight)
-        for _ in range(round(h / plant_step)):
+        for _ in range(timing.steps):
             flight = flight._replace(body=advance(flight.body, flight.speed, disturbance, dynamics, plant_step))
     return flight
 

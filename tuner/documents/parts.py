@@ -60,6 +60,34 @@ class NumberWithUnit(DocumentPart):
     unit: str
 
 
+class PlantStep(DocumentPart):
+    """Integration of the plant: equal Runge-Kutta steps [s] in a control period, and their error as far as it was estimated.
+
+    fixed: the study writes the step. error: largest of any metric's mean, in standard errors of its held-out mean [1]; metric:
+    that has it; ended_otherwise: of the `flights` flown to find out, those that end otherwise with steps half as long.
+    """
+
+    step: float
+    steps: int
+    fixed: bool
+    flights: int
+    error: float | None = None
+    metric: str | None = None
+    ended_otherwise: int = 0
+
+    @property
+    def words(self) -> str:
+        """Steps and error in a line."""
+        count = "1 step" if self.steps == 1 else f"{self.steps} steps"
+        who = ", as the study says" if self.fixed else ""
+        error = (
+            "error not estimated (`tuner plan` does)"
+            if self.error is None
+            else f"error up to {100.0 * self.error:.1g} % of the standard error of the held-out mean ({self.metric})"
+        )
+        return f"{count} of {1000.0 * self.step:.4g} ms a control period{who}; {error}"
+
+
 class GainValue(NumberWithUnit):
     """A gain in the unit of the study file."""
 

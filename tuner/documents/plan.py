@@ -1,5 +1,6 @@
 """The document of `tuner plan --json`: flights, time, memory, disk and precision that a run will take."""
 
+from tuner.documents.parts import PlantStep
 from tuner.store.document import Document, DocumentPart
 
 
@@ -83,6 +84,7 @@ class PlanDocument(Document):
     difference_percent: float
     objectives: list[PlannedObjective]
     automatic_limits: list[AutomaticLimit]
+    plant_step: PlantStep
     warnings: list[str]
 
 

@@ -7,7 +7,7 @@ from typing import Annotated, Literal, Self
 from pydantic import Field, model_validator
 
 from plant.input_files import read_input_text
-from tuner.documents.parts import Estimate
+from tuner.documents.parts import Estimate, PlantStep
 from tuner.store.document import Document, DocumentPart, Scale, Sense
 
 GAINS, INFEASIBLE = "gains.json", "infeasible.json"
@@ -249,6 +249,7 @@ class Summary(Document):
     variables: list[VariableRow]
     table: list[TableRow]
     air: list[AirRow]
+    plant_step: PlantStep | None = None
 
     @model_validator(mode="after")
     def _names_a_point(self) -> Self:

@@ -55,7 +55,7 @@ def bench(flights: int, threads: int | None = None) -> dict[str, Any]:
     inputs = sample_scenarios(spec, vehicle, timing, 1, SEARCH, range(SCENARIOS))
     count = threads or available_threads()
     gains = np.tile(np.array(default_row(cascade)), (max(1, flights // SCENARIOS), 1))
-    steps = len(inputs.references) * round(timing.control_period / timing.plant_step)
+    steps = len(inputs.references) * timing.steps
     flyer = Flyer(loop, limits, timing, count)
     scalar = scalar_kernel(loop)
 
@@ -164,7 +164,7 @@ def _numpy_rate(
         blocks.references,
     )
     record = pack(loop.cascade.Gains, gains.tolist())
-    steps = NUMPY_FLIGHTS * len(blocks.references) * round(timing.control_period / timing.plant_step)
+    steps = NUMPY_FLIGHTS * len(blocks.references) * timing.steps
     bind = numpy_rebinder()
     assert len(flatten(record)) == len(gains)
     with np.errstate(all="ignore"):

@@ -84,6 +84,7 @@ def run_facts(results: TuningFolder) -> Markup:
         ("Position law", law_title(controller.position)),
         ("Attitude law", law_title(controller.attitude)),
         ("Control period", MISSING if period is None else f"{significant(period)} s"),
+        ("Plant step", MISSING if summary.plant_step is None else summary.plant_step.words),
         ("Control step", (period and told(controller.position, controller.attitude, period)) or MISSING),
         ("Search", _search(resolved.search)),
         ("Pick rule", summary.pick.rule),

@@ -17,11 +17,14 @@ from plant.input_files import MOST_TABLE, read_input, read_input_text
 from tuner.store.advice import RECORD, again
 from tuner.store.document import Document, DocumentPart
 from tuner.store.folder import Folder
+from tuner.study.layers import read_layers
 from tuner.text.toml_text import toml_text, with_paths
 
-FORMAT, VERSION = "holdfast-run", 2
+FORMAT, VERSION = "holdfast-run", 3
 # Version of folders whose limits known without flying stand in the units of the study, not in SI units.
 BEFORE_SI = 1
+# Last version whose studies fly with a plant step of 1 ms unless they say otherwise, as the vehicle's rotors allow since.
+FIXED_STEP, STEP = 2, 0.001
 
 
 class RecordedMachine(DocumentPart):
@@ -57,7 +60,7 @@ class RunRecord(Document):
     """
 
     format: Literal["holdfast-run"]
-    version: Literal[1, 2]
+    version: Literal[1, 2, 3]
     kind: str
     study: str
     digest: str
@@ -103,6 +106,16 @@ def read_record(path: Path) -> RunRecord:
         raise StoreError(f"{path} holds no {RECORD}, so it cannot be continued; {what}") from None
     except (OSError, UnicodeDecodeError, ValidationError):
         raise StoreError(f"{path / RECORD} is damaged; {again(path)}") from None
+
+
+def as_recorded(record: RunRecord, file: Path) -> dict[str, Any]:
+    """Return the changes with which a study file is read as it was for a run: its generations and its plant step [s].
+
+    file: the study, of the run or another to be read alike. Raises InputError where it cannot be read.
+    """
+    changes = {} if record.generations is None else {"search.generations": record.generations}
+    written = any("plant_step" in layer.table.get("controller", {}) for layer in read_layers(file))
+    return changes if written or record.version > FIXED_STEP else {**changes, "controller.plant_step": STEP}
 
 
 def check_unchanged(path: Path, record: RunRecord, digest: str) -> None:

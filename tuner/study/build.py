@@ -26,7 +26,7 @@ from plant.references.spec import HOLD, POSITION, VELOCITY
 from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
 from tuner.gains import Controller, read_gains
-from tuner.gains.ranges import check_multiple, check_plant_step, timing_of
+from tuner.gains.ranges import check_multiple, check_plant_step, timing_of, usual_timing
 from tuner.search.front import resolved_rule
 from tuner.search.names import STARTS, check_algorithm
 from tuner.study.gains import decision_space
@@ -77,8 +77,7 @@ def _build(path: Path, table: StudyTable) -> Study:
         with located(path, "airframe"):
             airframe = _airframe(table.airframe, path)
         with located(path, "controller"):
-            timing = timing_of(table.controller.control_period, table.controller.plant_step)
-            check_plant_step(timing, airframe)
+            timing = _timing(table.controller, airframe)
             cascade = _cascade(table.controller)
             options = _options(table.controller)
             default = _default(table.controller, cascade, path)
@@ -156,6 +155,14 @@ def _airframe(table: AirframeTable, path: Path) -> Airframe:
     if not file.is_file():
         raise InputError(f"there is no file {file}; the path is relative to the study file", key="file")
     return load(file, allow_unphysical=table.allow_unphysical)
+
+
+def _timing(table: ControllerTable, airframe: Airframe) -> Timing:
+    if table.plant_step is None:
+        return usual_timing(table.control_period, airframe)
+    timing = timing_of(table.control_period, table.plant_step)
+    check_plant_step(timing, airframe)
+    return timing
 
 
 def _cascade(table: ControllerTable) -> Cascade:

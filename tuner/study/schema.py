@@ -49,8 +49,9 @@ class ControllerTable(StrictTable):
     """Law of x, y and z."""
     control_period: float = 0.004
     """Period of the controller [s], a multiple of plant_step."""
-    plant_step: float = 0.001
-    """Runge-Kutta step of the plant [s]."""
+    plant_step: float | None = None
+    """Runge-Kutta step of the plant [s]; by default the control period in the fewest equal steps of at most half the
+    shortest lag of the rotors."""
     attitude_rate: str = "measured"
     """Source of the rate of the attitude law: "measured", or "observer" for its own observer."""
     position_rate: str = "measured"

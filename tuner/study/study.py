@@ -131,7 +131,7 @@ class Study:
         content = {
             **self._values(),
             # The gains of its default count, under "gains".
-            "controller": _dumped(self.table.controller, {"default"}),
+            "controller": self._controller({"default"}),
             "scenario": self._scenarios(paths=False),
             "vehicle": self.system.vehicle,
         }
@@ -172,11 +172,16 @@ class Study:
     def _values(self) -> dict[str, Any]:
         return {
             **_dumped(self.table),
+            "controller": self._controller(),
             "scenario": self._scenarios(paths=True),
             "airframe": {**_dumped(self.table.airframe), **_airframe_values(self.airframe)},
             "gains": {gain.address: self.space.base[gain.column] for gain in gain_addresses(self.system.cascade)},
             "variables": [asdict(variable) for variable in self.space.variables],
         }
+
+    def _controller(self, without: set[str] | None = None) -> dict[str, Any]:
+        """Return every value of the controller, with the plant step that is flown."""
+        return {**_dumped(self.table.controller, without), "plant_step": self.system.timing.plant_step}
 
     def _scenarios(self, paths: bool) -> list[dict[str, Any]]:
         """Return every value of the scenarios; paths: with those of waypoint files, as given, so that folders can move."""

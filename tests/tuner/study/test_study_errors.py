@@ -106,7 +106,7 @@ BAD = [
     ("max = 0.0", "", "constraint[0].max", "write max = 0.0"),
     # values out of range
     (LAW, LAW + "\nplant_step = 1e-12", "controller.plant_step", "allowed: 1e-05 s to 0.1 s"),
-    (LAW, LAW + "\ncontrol_period = 0.0045", "controller.control_period", "multiple of plant_step = 0.001 s"),
+    (LAW, LAW + "\ncontrol_period = 0.0045\nplant_step = 0.001", "controller.control_period", "multiple of plant_step = 0.001 s"),
     (LAW, LAW + "\nplant_step = 0.008", "controller.control_period", "multiple of plant_step = 0.008 s"),
     (LAW, LAW + "\ntilt_limit_deg = 75", "controller.tilt_limit_deg", "allowed: 3 to 60 deg"),
     ("[controller]", "[limits]\nposition = 0\n[controller]", "limits.position", "must be above 0 m"),

@@ -75,14 +75,13 @@ def check_agreement(controller: Controller, gains: Path, study: Study) -> None:
 
 
 def differences(controller: Controller, study: Study) -> list[str]:
-    """Return what differs, each as "NAME 'gains' instead of 'study'"."""
+    """Return what differs, each as "NAME 'gains' instead of 'study'"; the plant step is the simulation's own."""
     system, timing = study.system, study.system.timing
     pairs: list[tuple[str, object, object]] = [
         ("airframe", controller.airframe.name, study.airframe.name),
         ("position law", controller.cascade.position.name, system.cascade.position.name),
         ("attitude law", controller.cascade.attitude.name, system.cascade.attitude.name),
         ("control_period [s]", controller.control_period, timing.control_period),
-        ("plant_step [s]", controller.plant_step, timing.plant_step),
         ("tilt_limit_deg", degrees(controller.options.tilt_limit), degrees(study.options.tilt_limit)),
         *[
             (key, value, getattr(study.options, key))

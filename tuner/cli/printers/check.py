@@ -70,6 +70,7 @@ def show_study(found: StudyPreview, console: Console) -> None:
         value = getattr(found, key)
         table.add_row(key, ", ".join(value) if isinstance(value, list) else str(value))
     table.add_row("vehicle", vehicle_text(found.vehicle))
+    table.add_row("plant step", found.plant_step.words)
     for row in found.trim:
         table.add_row("trim", trim_text(row))
     console.print(table)

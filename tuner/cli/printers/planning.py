@@ -50,6 +50,7 @@ def show(document: PlanDocument, console: Console) -> None:
         f"Pilot: {pilot.candidates} candidates, {pilot.flights:,} flights in {pilot.seconds:.1f} s on "
         f"{document.threads} threads; {pilot.worth_flying_percent:.0f} % of the ranges are worth a flight.",
     )
+    console.print(f"Plant: {document.plant_step.words}.")
     console.print(cost_table(document))
     console.print(precision_table(document))
     console.warn(document.warnings)

@@ -2,7 +2,7 @@
 
 import hashlib
 from collections.abc import Collection, Iterable, Mapping
-from math import ceil, degrees
+from math import degrees
 from pathlib import Path
 
 from plant.airframes import Airframe
@@ -17,10 +17,7 @@ from tuner.exchange.aboard import plain_name
 from tuner.exchange.autopilot.pid import held_tilt, with_gains
 from tuner.exchange.target import Option, number
 from tuner.gains import Controller, VehicleRecord
-from tuner.gains.ranges import LONGEST, SHORTEST, check_plant_step, check_value, timing_of
-
-# Longest plant step [s], and its largest share of the rotors' lag.
-STEP, SHARE = 0.001, 0.5
+from tuner.gains.ranges import LONGEST, SHORTEST, check_value, usual_timing
 
 CURVE = Option(
     "thrust_curve", "factor f of the rotors' thrust T = T_max (f u^2 + (1 - f) u) of the command u, 0 to 1", default="1"
@@ -68,10 +65,7 @@ def controller(
     """
     cascade = close_cascade(law("pid"), law("pid"))
     period = number(settings, "control_period", SHORTEST, LONGEST, "s")
-    vehicle = airframe.vehicle
-    count = ceil(period / min(STEP, SHARE * vehicle.lag_up, SHARE * vehicle.lag_down) - 1e-9)
-    timing = timing_of(period, period / count)
-    check_plant_step(timing, airframe)
+    timing = usual_timing(period, airframe)
     options = ControlOptions(tilt_limit=held_tilt(tilt))
     found = Controller(airframe, cascade, options, period, timing.plant_step, tuple(default_row(cascade)))
     found = with_gains(found, gains)

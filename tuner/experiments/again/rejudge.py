@@ -13,7 +13,7 @@ from tuner.experiments.tuning.run import JudgementRun
 from tuner.experiments.tuning.search import flight_store, replayed
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
-from tuner.store.inputs import check_model
+from tuner.store.inputs import as_recorded, check_model
 from tuner.study.kinds import load_tuning
 from tuner.study.study import Study
 
@@ -47,8 +47,8 @@ def judging_study(path: Path, study: Path | None, overrides: Mapping[str, Any]) 
     check_model(path, record)
     if not (path / "summary.json").exists():
         raise StoreError(f"the run in {path} is not finished; go on with it by `tuner resume {path}` first")
-    changes = {"search.generations": record.generations, **overrides}
-    asked = load_tuning(study or path / record.study, "tuner rejudge", changes)
+    file = study or path / record.study
+    asked = load_tuning(file, "tuner rejudge", as_recorded(record, file) | dict(overrides))
     mine, theirs = first.comparable(FREE), asked.comparable(FREE)
     for key in mine:
         if mine[key] != theirs[key]:

@@ -13,7 +13,7 @@ from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed, ref
 from tuner.search.watcher import Watcher
 from tuner.store.advice import RECORD, RESUMED, TUNING
 from tuner.store.folder import Folder
-from tuner.store.inputs import RunRecord, check_model, check_unchanged, compute_as_recorded, read_record
+from tuner.store.inputs import RunRecord, as_recorded, check_model, check_unchanged, compute_as_recorded, read_record
 from tuner.study.kinds import AnyStudy, load_any
 from tuner.study.study import Study
 
@@ -62,7 +62,8 @@ def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Any, Fol
             f"given {budget} generations; the run was asked for {record.generations}, and a search is only ever extended",
             key="--budget",
         )
-    longer = load_any(path / record.study, {"search.generations": budget})
+    file = path / record.study
+    longer = load_any(file, as_recorded(record, file) | {"search.generations": budget})
     folder.write_json(RECORD, record.model_copy(update={"digest": longer.digest(), "generations": budget}))
     return _in_units_of(record, longer), folder
 
@@ -76,9 +77,9 @@ def _refuse_others(path: Path, record: RunRecord, kinds: tuple[str, ...]) -> Non
 
 def _study_again(path: Path, record: RunRecord) -> AnyStudy:
     """Return the study that a run began with; StoreError where it is no longer what it was."""
-    changes = {} if record.generations is None else {"search.generations": record.generations}
+    file = path / record.study
     try:
-        study = load_any(path / record.study, changes)
+        study = load_any(file, as_recorded(record, file))
     except InputError as error:
         raise StoreError(f"the inputs of this run are damaged: {error}") from None
     check_unchanged(path, record, study.digest())

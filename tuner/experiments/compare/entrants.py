@@ -12,7 +12,7 @@ from tuner.documents.summary import INFEASIBLE, is_recommended
 from tuner.documents.tuning import TUNED, TuningFolder
 from tuner.gains import Controller, read_gains
 from tuner.store.advice import JUDGEMENT, TUNING
-from tuner.store.inputs import read_record
+from tuner.store.inputs import as_recorded, read_record
 from tuner.study import load_study
 from tuner.study.study import Study
 
@@ -123,6 +123,6 @@ def study_of(path: Path) -> Study:
     if record.kind not in (TUNING, JUDGEMENT):
         raise StoreError(f"{path} is the folder of a {record.kind}; give that of a tuning run")
     try:
-        return load_study(path / record.study, {"search.generations": record.generations})
+        return load_study(path / record.study, as_recorded(record, path / record.study))
     except InputError as error:
         raise StoreError(f"the inputs of this run are damaged: {error}") from None

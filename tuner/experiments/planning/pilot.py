@@ -13,6 +13,8 @@ from plant.backends.lanes import LANES
 from plant.gains import gain_addresses
 from plant.scenarios import ScenarioSpec, sample_scenarios
 from plant.seeds import generator
+from tuner.analysis.plant_step import estimated_plant_step
+from tuner.documents.parts import PlantStep
 from tuner.search.first_generation import first_generation, latin_hypercube
 from tuner.store.flights import Kept, encoded
 from tuner.study.study import Study
@@ -43,7 +45,8 @@ class ScenarioPilot:
 @dataclass(frozen=True)
 class Pilot:
     """points (p, d), the default first; worthy_share: of the ranges, as far as requirements decide it; screen_seconds: of asking
-    for the requirements of one candidate; rows: numbers that a flight ends with; seconds: that the pilot took.
+    for the requirements of one candidate; rows: numbers that a flight ends with; plant_step: its error in the default's flights;
+    seconds: that the pilot took.
     """
 
     points: Array
@@ -52,6 +55,7 @@ class Pilot:
     screen_seconds: float
     rows: int
     threads: int
+    plant_step: PlantStep
     seconds: float
 
     @property
@@ -88,7 +92,8 @@ def fly_pilot(problem: Problem, study: Study, on_flights_done: Callable[[int], N
     known_values(study.screens, gains)
     screening = (perf_counter() - started) / len(gains)
     flown = tuple(_fly_scenario(problem, study, entry.spec, gains, on_flights_done) for entry in study.scenarios)
-    return Pilot(points, flown, share, screening, problem.flyer.rows, threads, perf_counter() - begin)
+    plant_step = estimated_plant_step(problem, study, gains[:1])
+    return Pilot(points, flown, share, screening, problem.flyer.rows, threads, plant_step, perf_counter() - begin)
 
 
 def _fly_scenario(

@@ -6,6 +6,7 @@ from typing import Any
 
 from objectives.problem import Problem
 from plant.errors import InputError
+from tuner.analysis.plant_step import plant_step_warnings
 from tuner.documents.plan import (
     ContestPlanDocument,
     PilotPart,
@@ -98,13 +99,14 @@ def plan_document(study: Study, pilot: Pilot, compile_seconds: float | None, sha
         difference_percent=100.0 * share,
         objectives=objectives,
         automatic_limits=automatic_rows(study.automatic_limits),
+        plant_step=pilot.plant_step,
         warnings=warnings(study, pilot, objectives, share),
     )
 
 
 def warnings(study: Study, pilot: Pilot, objectives: list[PlannedObjective], share: float) -> list[str]:
     """Return what should be changed, or known, before the run."""
-    said = warnings_before_run(study)
+    said = [*warnings_before_run(study), *plant_step_warnings(pilot.plant_step)]
     lost = sum(int(entry.failed[0].sum(axis=0)) for entry in pilot.scenarios)
     if lost:
         said.append(

@@ -8,13 +8,15 @@ import numpy as np
 from plant.airframes.derived import quantities
 from plant.seeds import generator
 from plant.vehicle import Vehicle
-from tuner.documents.parts import NumberWithUnit
+from tuner.analysis.plant_step import estimated_plant_step, plant_step_of, plant_step_warnings
+from tuner.documents.parts import NumberWithUnit, PlantStep
 from tuner.documents.plan import AutomaticLimit
 from tuner.documents.summary import ObstacleRow
 from tuner.experiments.planning.counts import search_flights
 from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows
 from tuner.experiments.tuning.diagnosis import Diagnosis, obstacle_texts
 from tuner.experiments.tuning.guards import warnings_before_run
+from tuner.experiments.tuning.problem import problem_of
 from tuner.search.first_generation import latin_hypercube
 from tuner.store.document import DocumentPart, Sense
 from tuner.study.study import Study
@@ -84,6 +86,7 @@ class StudyPreview(DocumentPart):
     search_flights: int
     digest: str
     vehicle: VehicleRow
+    plant_step: PlantStep
     trim: list[TrimRow]
     default: list[DefaultRow]
     out_of_reach: list[UnreachedLimit]
@@ -158,11 +161,20 @@ def unreached(found: ObstacleRow) -> UnreachedLimit:
     return UnreachedLimit.model_validate({**found.content(), "certain": not found.moved_by}, strict=False)
 
 
+def plant_step_row(study: Study) -> PlantStep:
+    """Return how the plant is integrated, with its error in the default's flights where the kernel is compiled already."""
+    problem = problem_of(study, None, None)
+    if not problem.flyer.cached:
+        return plant_step_of(study)
+    return estimated_plant_step(problem, study, study.default_row[None])
+
+
 def study_preview(asked: Study) -> StudyPreview:
     """Return what a study would fly and what is known of it without flying."""
     diagnosis = Diagnosis(asked)
     beyond = beyond_reach(asked, diagnosis)
     trims = trim_rows(asked)
+    plant_step = plant_step_row(asked)
     return StudyPreview(
         kind="study",
         title=asked.title,
@@ -174,11 +186,12 @@ def study_preview(asked: Study) -> StudyPreview:
         search_flights=search_flights(asked),
         digest=asked.digest(),
         vehicle=vehicle_row(asked.airframe.name, asked.system.vehicle),
+        plant_step=plant_step,
         trim=trims,
         default=default_rows(asked, diagnosis),
         out_of_reach=[unreached(entry) for entry in beyond],
         problems=[*trim_problems(trims), *obstacle_texts(beyond)],
-        warnings=warnings_before_run(asked),
+        warnings=[*warnings_before_run(asked), *plant_step_warnings(plant_step)],
         told=automatic_limit_texts(asked.automatic_limits),
     )
 

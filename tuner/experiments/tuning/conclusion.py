@@ -8,6 +8,7 @@ import numpy as np
 from objectives.problem import Problem
 from plant.scenarios import CONFIRMATION, HELD_OUT
 from tuner.analysis.held_out import Finalists, Searched, compare, compare_known, judge
+from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
     conflict_texts,
@@ -48,11 +49,12 @@ def conclude(
     conflict = conflict_of(known, limits)
     default = default_candidate(found, study)
     warnings += conflict_texts(conflict, limits, default) if conflict is not None else []
+    plant_step = estimated_plant_step(problem, study, gains[[0, tuned]])
     outcome = Outcome(
         study, problem, generations, candidates, finalists, confirmation, tuned, why,
         compare(problem, confirmation, study.seed), compare_known(problem, confirmation),
         conflict, obstacles_of(problem, study, generations, found, conflict, limits), costs_of(known, limits),
-        [*said, *warnings], 0.0,
+        plant_step, [*said, *warnings, *plant_step_warnings(plant_step)], 0.0,
     )  # fmt: skip
     warnings = [*outcome.warnings, *warnings_after_run(outcome)]
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)

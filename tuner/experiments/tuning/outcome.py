@@ -7,6 +7,7 @@ import numpy as np
 
 from objectives.problem import Evaluation, Problem
 from tuner.analysis.held_out import Finalists
+from tuner.documents.parts import PlantStep
 from tuner.documents.summary import ComparedRow, ObstacleRow, RequiredRow
 from tuner.experiments.tuning.conflicts import Conflict, LimitPrice
 from tuner.search.loop import Archive, Generation, archive, point_name
@@ -36,6 +37,7 @@ class Outcome:
     conflict: Conflict | None
     obstacles: list[ObstacleRow]
     costs: list[LimitPrice]
+    plant_step: PlantStep
     warnings: list[str]
     seconds: float
 

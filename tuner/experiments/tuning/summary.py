@@ -68,6 +68,7 @@ def summary_document(outcome: Outcome) -> Summary:
             )
             for entry in study.scenarios
         ],
+        plant_step=outcome.plant_step,
     )
 
 

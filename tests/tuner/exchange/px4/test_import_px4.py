@@ -129,7 +129,7 @@ def test_options_reach_the_controller(tmp_path):
     file = write(tmp_path, line("MC_ROLL_P", 4))
     back = read("px4", file, "control_period=0.004", "attitude_filter=0.003", "position_filter=0.02").controller
     gains = by_address(back)
-    assert (back.control_period, back.plant_step) == (0.004, 0.001)
+    assert (back.control_period, back.plant_step) == (0.004, 0.004)
     assert (gains["roll.t_f"], gains["z.t_f"]) == (0.003, 0.02)
     assert read("px4", file, airframe="hummingbird-rotorpy").controller.plant_step <= 0.0025
     with pytest.raises(InputError, match="control_period"):

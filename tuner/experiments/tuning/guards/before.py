@@ -38,10 +38,7 @@ def default_elsewhere(study: Study) -> list[str]:
     if given is None:
         return []
     said = []
-    # The plant step is the simulation's own.
-    differing = [
-        text for text in differences(read_gains(study.path.parent / given), study) if not text.startswith("plant_step")
-    ]
+    differing = differences(read_gains(study.path.parent / given), study)
     if differing:
         said.append(
             f"What {given} holds differs from what this study flies: {'; '.join(differing)}. So the Default column is not what "
