@@ -310,7 +310,8 @@ class Problem:
     def chunks(self, batch: FlightBatch) -> list[tuple[int, int]]:
         """Return the ranges of flights that a batch is flown in, one after the other."""
         size = chunk_size(batch.spec.steps(self.system.timing))
-        return [(first, min(first + size, batch.count)) for first in range(0, batch.count, size)]
+        parts = ((0, batch.apart), (batch.apart, batch.count))
+        return [(first, min(first + size, end)) for begin, end in parts for first in range(begin, end, size)]
 
     def key(self, batch: FlightBatch) -> str:
         """Return what names the flights of a batch, but for gains and index, see `objectives.memory`."""

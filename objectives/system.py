@@ -34,8 +34,12 @@ class System:
 
 @dataclass(frozen=True)
 class FlightBatch:
-    """The flights of one scenario: which stream they are drawn from and how many."""
+    """The flights of one scenario: which stream they are drawn from and how many.
+
+    apart: how many of them, from the first on, fly by themselves, for they may be on record.
+    """
 
     spec: ScenarioSpec
     stream: str
     count: int
+    apart: int = 0

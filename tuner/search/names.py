@@ -11,13 +11,17 @@ STARTS = ("default", "design")
 class Algorithm:
     """A search. about: when to use it, one line. fewest, most: numbers of objectives that it takes; None: no upper end.
 
-    screens: whether it asks what is known of points without flying before it proposes them.
+    screens: whether it asks what is known of points without flying before it proposes them. population, generations, first: sizes
+    where a study gives none; first: flights of each scenario that every candidate makes, None for all.
     """
 
     about: str
     fewest: int = 1
     most: int | None = None
     screens: bool = False
+    population: int = 48
+    generations: int = 15
+    first: int | None = None
 
     @property
     def objectives(self) -> str:
@@ -36,7 +40,8 @@ ALGORITHMS = {
     "cmaes": Algorithm("one smooth objective, also with gains that interact", most=1),
     "differential_evolution": Algorithm("one rugged objective, or several basins", most=1),
     "gaussian_process": Algorithm(
-        "some hundreds of candidates, up to some twenty gains: a model picks them", screens=True
+        "some hundreds of candidates, up to some twenty gains: a model picks them",
+        screens=True, population=16, generations=15, first=4,
     ),
     "random": Algorithm("the baseline that every other search has to beat"),
     "sobol": Algorithm("a look at the whole space, more evenly filled than at random"),

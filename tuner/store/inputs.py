@@ -4,6 +4,7 @@ inputs/NAME.toml is the study with every change of the command line in it and wi
 gives the same results.
 """
 
+from collections.abc import Mapping
 from pathlib import Path
 from typing import Annotated, Any, Literal, Self
 
@@ -19,9 +20,12 @@ from tuner.store.document import Document, DocumentPart
 from tuner.store.folder import Folder
 from tuner.text.toml_text import toml_text, with_paths
 
-FORMAT, VERSION = "holdfast-run", 2
+FORMAT, VERSION = "holdfast-run", 3
 # Version of folders whose limits known without flying stand in the units of the study, not in SI units.
 BEFORE_SI = 1
+# Versions of folders whose study may leave its search open, and what was flown then.
+SEARCH_LEFT_OPEN = (1, 2)
+SEARCHED_THEN = {"algorithm": "nsga2", "population": 48, "generations": 15, "first": 1_000_000}
 
 
 class RecordedMachine(DocumentPart):
@@ -57,7 +61,7 @@ class RunRecord(Document):
     """
 
     format: Literal["holdfast-run"]
-    version: Literal[1, 2]
+    version: Literal[1, 2, 3]
     kind: str
     study: str
     digest: str
@@ -71,21 +75,29 @@ class RunRecord(Document):
         """Whether limits known without flying stand in the folder in SI units; before, they stood in the units of the study."""
         return self.version != BEFORE_SI
 
+    def changes(self, given: Mapping[str, Any]) -> dict[str, Any]:
+        """Return what has to be put into the study's content as given, in dotted keys, for what was asked for."""
+        named = given.get("search", {})
+        left_open = SEARCHED_THEN.items() if self.version in SEARCH_LEFT_OPEN else ()
+        changes = {f"search.{key}": value for key, value in left_open if key not in named}
+        return changes if self.generations is None else {**changes, "search.generations": self.generations}
+
 
 def freeze(
     folder: Folder, kind: str, source: Path, table: dict[str, Any], digest: str, generations: int | None,
-    engine: str = LANES, si: bool = True,
+    engine: str = LANES,
 ) -> None:  # fmt: skip
     """Write the inputs of a run, table: content of the study with paths from the folder of `source`; run.json comes last."""
-    name = f"inputs/{source.stem}.toml"
+    name, version = f"inputs/{source.stem}.toml", VERSION
     if folder.keep(name):
+        version = read_record(folder.path).version
         for copy in sorted((folder.path / "inputs").iterdir()):
             folder.keep(f"inputs/{copy.name}")
     else:
         taken = {f"{source.stem}.toml": source}
         folder.write_text(name, toml_text(with_paths(table, lambda path: _copied(folder, source.parent / path, taken))))
     record = RunRecord(
-        format=FORMAT, version=VERSION if si else BEFORE_SI, kind=kind, study=name, digest=digest, generations=generations,
+        format=FORMAT, version=version, kind=kind, study=name, digest=digest, generations=generations,
         model=model_key(), arithmetic=engine, machine=recorded_machine(arithmetic()),
     )  # fmt: skip
     folder.write_json(RECORD, record)

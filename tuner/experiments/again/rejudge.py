@@ -6,7 +6,7 @@ from typing import Any
 
 from plant.errors import InputError, StoreError
 from tuner.engines.cuda import engine_again
-from tuner.experiments.again.resume import recorded_study
+from tuner.experiments.again.resume import asked_for, recorded_study
 from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed
 from tuner.experiments.tuning.problem import problem_of
 from tuner.experiments.tuning.run import JudgementRun
@@ -47,7 +47,8 @@ def judging_study(path: Path, study: Path | None, overrides: Mapping[str, Any]) 
     check_model(path, record)
     if not (path / "summary.json").exists():
         raise StoreError(f"the run in {path} is not finished; go on with it by `tuner resume {path}` first")
-    changes = {"search.generations": record.generations, **overrides}
+    recorded = {"search.generations": record.generations} if study else asked_for(path, record)
+    changes = {**recorded, **overrides}
     asked = load_tuning(study or path / record.study, "tuner rejudge", changes)
     mine, theirs = first.comparable(FREE), asked.comparable(FREE)
     for key in mine:

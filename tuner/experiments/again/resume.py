@@ -15,6 +15,7 @@ from tuner.store.advice import RECORD, RESUMED, TUNING
 from tuner.store.folder import Folder
 from tuner.store.inputs import RunRecord, check_model, check_unchanged, compute_as_recorded, read_record
 from tuner.study.kinds import AnyStudy, load_any
+from tuner.study.reading import parse_toml
 from tuner.study.study import Study
 
 
@@ -62,8 +63,9 @@ def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Any, Fol
             f"given {budget} generations; the run was asked for {record.generations}, and a search is only ever extended",
             key="--budget",
         )
-    longer = load_any(path / record.study, {"search.generations": budget})
-    folder.write_json(RECORD, record.model_copy(update={"digest": longer.digest(), "generations": budget}))
+    extended = record.model_copy(update={"generations": budget})
+    longer = load_any(path / record.study, asked_for(path, extended))
+    folder.write_json(RECORD, extended.model_copy(update={"digest": longer.digest()}))
     return _in_units_of(record, longer), folder
 
 
@@ -76,13 +78,17 @@ def _refuse_others(path: Path, record: RunRecord, kinds: tuple[str, ...]) -> Non
 
 def _study_again(path: Path, record: RunRecord) -> AnyStudy:
     """Return the study that a run began with; StoreError where it is no longer what it was."""
-    changes = {} if record.generations is None else {"search.generations": record.generations}
     try:
-        study = load_any(path / record.study, changes)
+        study = load_any(path / record.study, asked_for(path, record))
     except InputError as error:
         raise StoreError(f"the inputs of this run are damaged: {error}") from None
     check_unchanged(path, record, study.digest())
     return _in_units_of(record, study)
+
+
+def asked_for(path: Path, record: RunRecord) -> dict[str, Any]:
+    """Return what has to be changed in the study that a folder keeps for what was asked for, in dotted keys."""
+    return record.changes(parse_toml(path / record.study))
 
 
 def _in_units_of(record: RunRecord, study: AnyStudy) -> AnyStudy:

@@ -12,7 +12,7 @@ from plant.errors import StoreError
 from plant.gains import gain_addresses
 from plant.scenarios import SEARCH
 from plant.seeds import generator
-from tuner.experiments.tuning.problem import batches
+from tuner.experiments.tuning.problem import first_batches
 from tuner.experiments.tuning.starts import starting_points
 from tuner.experiments.tuning.tables import generation_table, history_table
 from tuner.search.first_generation import first_generation
@@ -61,7 +61,7 @@ def search(
     """Run a search, whose very first candidate is the default, and record each generation."""
     clock = clock or Clock()
     spec, past = study.search, recorded(folder.path / "history.csv")
-    each = sum(batch.count for batch in batches(study, SEARCH))
+    each = sum(batch.count for batch in first_batches(study))
     watcher.on_stage(SEARCHING, spec.generations * spec.population * each)
     problem.spared = watcher.on_flights_skipped
     generations: list[Generation] = []
@@ -95,7 +95,7 @@ def evaluated(
     fly_all: bool | np.ndarray = False,
 ) -> Evaluation:
     """Evaluate a generation (n, d) on the search's scenarios, in a race against the best `before` it if the study asks so."""
-    flown = batches(study, SEARCH)
+    flown = first_batches(study)
     if not study.search.racing:
         return problem.evaluate(points, flown, on_flights_done, fly_all)
     return race(problem, points, flown, champions(before, len(study.objectives)), study.seed, on_flights_done, fly_all)
