@@ -51,6 +51,15 @@ class SearchSpec:
     why: str = ""
 
     @property
+    def candidates(self) -> int:
+        """Candidates of all generations."""
+        return self.population * self.generations
+
+    def flights_first(self, flights: int) -> int:
+        """Return how many of so many flights of a scenario every candidate makes."""
+        return flights if self.first is None else min(self.first, flights)
+
+    @property
     def sizes(self) -> dict[str, Any]:
         """Algorithm and sizes as a study file gives them."""
         sizes = {"algorithm": self.algorithm, "population": self.population, "generations": self.generations}

@@ -22,9 +22,7 @@ def batches(study: Study, stream: str) -> tuple[FlightBatch, ...]:
 
 def first_batches(study: Study) -> tuple[FlightBatch, ...]:
     """Return the flights that every candidate of the search makes."""
-    first = study.search.first
-    whole = batches(study, SEARCH)
-    return whole if first is None else tuple(replace(batch, count=min(first, batch.count)) for batch in whole)
+    return tuple(replace(batch, count=study.search.flights_first(batch.count)) for batch in batches(study, SEARCH))
 
 
 def remaining_batches(study: Study) -> tuple[FlightBatch, ...]:

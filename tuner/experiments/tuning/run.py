@@ -55,9 +55,9 @@ class TuningRun(Experiment[Study, Outcome]):
 
     @classmethod
     def notes(cls, study: Study) -> list[str]:
-        """Say what a steady wind takes and which limits the study does not write."""
+        """Say which search it is, what a steady wind takes and which limits the study does not write."""
         specs = [entry.spec for entry in study.scenarios]
-        return [*trim_texts(specs, study.system), *automatic_limit_texts(study.automatic_limits)]
+        return [study.search.text, *trim_texts(specs, study.system), *automatic_limit_texts(study.automatic_limits)]
 
     @classmethod
     @contextmanager
