@@ -157,6 +157,14 @@ class GaussianProcess:
         return Surrogate(points, targets, shape)
 
 
+def warm_up() -> None:
+    """Have what a model is made of compiled, by a search of a few points."""
+    search = GaussianProcess(np.linspace(0.0, 1.0, 4)[:, None], 1, 1, 1)
+    for _ in range(3):
+        points = search.ask()
+        search.tell(points, points - 0.5)
+
+
 def picked(gain: Improvement | Hope, chances: "Chances", batch: int) -> Array:
     """Return rows of the pool (n,): the best one after the other, none that breaks what is known.
 
