@@ -68,7 +68,10 @@ class AutomaticLimit(DocumentPart):
 
 
 class PlanDocument(Document):
-    """Plan of a tuning run; difference_percent: of the default's value, that scenarios_needed are to tell; search: which, and why."""
+    """Plan of a tuning run; search: which, and why.
+
+    difference_percent: of the default's value, that scenarios_needed are to tell.
+    """
 
     title: str
     study: str

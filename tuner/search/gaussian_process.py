@@ -199,8 +199,8 @@ def chance_of(limits: list[LimitModel], pool: Array) -> Array:
 class Chances:
     """What is known and believed of the limits at the points of a pool (p, d).
 
-    of (p,): probability that a point keeps them; possible (p,): whether it may be picked; asked (p,): whether what is known without
-    flying was asked. kept, guessed (p,): probabilities of keeping constraints, and what is known; models: of what is known.
+    of (p,): probability that a point keeps them; possible (p,): whether it may be picked; asked (p,): whether was asked what is known
+    without flying. kept, guessed (p,): probabilities of keeping constraints, and what is known; models: of what is known.
     """
 
     def __init__(
@@ -217,7 +217,7 @@ class Chances:
         self.asked = np.full(len(pool), screen is None)
 
     def ask(self, order: Array, needed: int) -> None:
-        """Ask what is known of the first of some rows (k,) in order and learn from it; needed: how many rows are still to be picked."""
+        """Ask what is known of the first rows (k,) in an order and learn from it; needed: number of rows still to be picked."""
         assert self._screen, "without limits that are known nothing has to be asked"
         rows = order[~self.asked[order]][: max(ASKED * needed, LEAST_ASKED)]
         self.asked[rows] = True

@@ -41,7 +41,10 @@ ALGORITHMS = {
     "differential_evolution": Algorithm("one rugged objective, or several basins", most=1),
     "gaussian_process": Algorithm(
         "some hundreds of candidates, up to some twenty gains: a model picks them",
-        screens=True, population=16, generations=15, first=4,
+        screens=True,
+        population=16,
+        generations=15,
+        first=4,
     ),
     "random": Algorithm("the baseline that every other search has to beat"),
     "sobol": Algorithm("a look at the whole space, more evenly filled than at random"),

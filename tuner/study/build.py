@@ -27,8 +27,8 @@ from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
 from tuner.gains import Controller, read_gains
 from tuner.gains.ranges import check_multiple, check_plant_step, timing_of
-from tuner.search.front import resolved_rule
 from tuner.search.automatic import AUTOMATIC, MODEL, automatic, candidates_of
+from tuner.search.front import resolved_rule
 from tuner.search.names import ALGORITHMS, STARTS, check_algorithm
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
@@ -384,9 +384,10 @@ def search_of(table: SearchTable, gains: int, objectives: int, flights: int) -> 
             raise UnknownNameError("starting point", start, STARTS, key="initial")
     first = usual.first if table.first is None else table.first
     staged = first is not None and first < flights
+    races = table.racing and not staged and not usual.screens
     return SearchSpec(
         algorithm, population, table.generations or usual.generations, tuple(table.initial),
-        racing=table.racing and not staged, first=first if staged else None,
+        racing=races, first=first if staged else None,
         why="as the study asks" if algorithm != choice.algorithm else choice.why,
     )  # fmt: skip
 

@@ -278,7 +278,8 @@ class SearchTable(StrictTable):
     """Flights of each scenario that every candidate makes; those that survive the search make the others. By default the
     algorithm's own."""
     racing: bool = True
-    """Stop flying a candidate once a better one surely beats it, where every candidate may make all flights."""
+    """Stop flying a candidate once a better one surely beats it, where all may make every flight; a model, which compares common
+    flights, never races."""
 
 
 class PickTable(StrictTable):

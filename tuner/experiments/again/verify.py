@@ -18,7 +18,6 @@ from objectives.memory import model_key
 from objectives.problem import Problem
 from plant.errors import StoreError
 from plant.input_files import read_input_text
-from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.documents.opening import kind_in
 from tuner.documents.summary import gains_name

@@ -49,7 +49,12 @@ class Outcome:
     @property
     def flights(self) -> int:
         """Number of flights of the search, of its survivors, of the held-out check and of the confirmation."""
-        return self.generations[-1].flights + self.survivors.flights + self.finalists.evaluation.flights + self.confirmation.flights
+        return (
+            self.generations[-1].flights
+            + self.survivors.flights
+            + self.finalists.evaluation.flights
+            + self.confirmation.flights
+        )
 
     @property
     def flights_made(self) -> int:
