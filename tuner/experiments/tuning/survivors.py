@@ -24,8 +24,9 @@ MOST_SURVIVORS = 48
 
 @dataclass(frozen=True)
 class Survivors:
-    """What survived. candidates (k,): archive indices in increasing order, the first of all among them; evaluation: of these, on all
-    flights of the search; flights: made for it, the first ones aside.
+    """What survived. candidates (k,): archive indices in increasing order, the first of all among them.
+
+    evaluation: of these, on all flights of the search; flights: made for it, the first ones aside.
     """
 
     candidates: np.ndarray
