@@ -16,7 +16,10 @@ from tuner.study import load_study
 
 def small_study(**changes):
     # Four flights of each candidate first, and what survives makes two more.
-    return load_study(QUICKSTART, {**SMALL, "scenario.0.search": 6, **{key.replace("__", "."): value for key, value in changes.items()}})
+    return load_study(
+        QUICKSTART,
+        {**SMALL, "scenario.0.search": 6, **{key.replace("__", "."): value for key, value in changes.items()}},
+    )
 
 
 def problem_with(study, engine=None, memory=None):
