@@ -199,8 +199,8 @@ def chance_of(limits: list[LimitModel], pool: Array) -> Array:
 class Chances:
     """What is known and believed of the limits at the points of a pool (p, d).
 
-    of (p,): probability that a point keeps them; possible (p,): whether it may be picked; asked (p,): whether that which is known was
-    asked. kept, guessed (p,): probabilities of keeping constraints, and limits that are known; models: of the latter.
+    of (p,): probability that a point keeps them; possible (p,): whether it may be picked; asked (p,): whether what is known of it
+    was asked. kept, guessed (p,): probabilities of keeping constraints, and limits that are known; models: of the latter.
     """
 
     def __init__(
