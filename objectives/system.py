@@ -34,12 +34,9 @@ class System:
 
 @dataclass(frozen=True)
 class FlightBatch:
-    """The flights of one scenario: which stream they are drawn from and how many.
-
-    apart: how many of them, from the first on, fly by themselves, for they may be on record.
-    """
+    """The flights of one scenario: which stream they are drawn from, and those from `start` to before `count`."""
 
     spec: ScenarioSpec
     stream: str
     count: int
-    apart: int = 0
+    start: int = 0

@@ -26,9 +26,9 @@ def first_batches(study: Study) -> tuple[FlightBatch, ...]:
 
 
 def remaining_batches(study: Study) -> tuple[FlightBatch, ...]:
-    """Return all flights of the search, those of every candidate apart."""
+    """Return the flights of the search that only survivors make."""
     pairs = zip(batches(study, SEARCH), first_batches(study), strict=True)
-    return tuple(replace(batch, apart=first.count) for batch, first in pairs)
+    return tuple(replace(batch, start=first.count) for batch, first in pairs)
 
 
 def problem_of(

@@ -20,6 +20,8 @@ from tuner.study.study import Study
 
 # Candidates that make all flights at most: as many as are finalists.
 MOST_SURVIVORS = 48
+# Fields of an evaluation that have a row for each candidate.
+OF_CANDIDATES = ("values", "violations", "failures", "scores", "requirements", "flown")
 
 
 @dataclass(frozen=True)
@@ -45,25 +47,43 @@ class Survivors:
 
 
 def survivors_of(problem: Problem, study: Study, generations: list[Generation], watcher: Watcher) -> Survivors:
-    """Fly what survives the search through all of its flights; where every candidate did so already, all survive."""
+    """Fly what survives the search through the rest of its flights; where every candidate flew all of them, all survive."""
     seen = pooled([entry.evaluation for entry in generations])
     if study.search.first is None:
         return Survivors(np.arange(len(seen.values)), seen, 0)
     found, flown = archive(generations), remaining_batches(study)
     kept = surviving(problem, seen, study.seed)
     candidates = np.union1d([0], kept if len(kept) else [nothing_feasible(found, study.requirements)[0]])
-    each = sum(batch.count - batch.apart for batch in flown)
-    watcher.on_stage(REFINING, len(candidates) * sum(batch.count for batch in flown))
-    evaluation = problem.evaluate(found.points[candidates], flown, watcher.on_flights_done, fly_all=candidates == 0)
+    watcher.on_stage(REFINING, len(candidates) * sum(batch.count - batch.start for batch in flown))
+    rest = problem.evaluate(found.points[candidates], flown, watcher.on_flights_done, fly_all=candidates == 0)
     if problem.memory:
         problem.memory.commit("survivors")
-    return Survivors(candidates, evaluation, int(evaluation.flown.sum(axis=0)) * each)
+    return Survivors(candidates, joined(problem, picked(seen, candidates), rest), rest.flights)
+
+
+def picked(seen: Evaluation, rows: np.ndarray) -> Evaluation:
+    """Return the evaluation of some of the candidates."""
+    return replace(seen, **{name: getattr(seen, name)[rows] for name in (*OF_CANDIDATES, "counted")})
+
+
+def joined(problem: Problem, one: Evaluation, other: Evaluation) -> Evaluation:
+    """Return the evaluation of candidates on the flights of two, in the order of the scenarios."""
+    origin = np.concatenate([one.origin, other.origin])
+    names = {name: number for number, name in enumerate(dict.fromkeys(one.origin.tolist()))}
+    order = np.argsort([names[name] for name in origin.tolist()], kind="stable")
+    scores = np.ascontiguousarray(np.concatenate([one.scores, other.scores], axis=-1)[..., order])
+    risks, m = problem.risks(scores, origin[order]), len(problem.objectives)
+    broken = np.concatenate([problem.broken(risks), one.violations[:, len(problem.constraints) :]], axis=1)
+    made = one.scores.shape[-1], other.scores.shape[-1]
+    failures = (made[0] * one.failures + made[1] * other.failures) / sum(made)
+    return replace(
+        one, values=risks[:, :m], violations=broken, failures=failures, scores=scores, origin=origin[order], counted=None
+    )  # fmt: skip
 
 
 def pooled(evaluations: list[Evaluation]) -> Evaluation:
     """Return the evaluations of several generations as one."""
-    names = ("values", "violations", "failures", "scores", "requirements", "flown")
-    parts = {name: np.concatenate([getattr(entry, name) for entry in evaluations], axis=0) for name in names}
+    parts = {name: np.concatenate([getattr(entry, name) for entry in evaluations], axis=0) for name in OF_CANDIDATES}
     counted = np.concatenate([entry.flights_each for entry in evaluations], axis=0)
     return replace(evaluations[0], **parts, counted=counted)
 

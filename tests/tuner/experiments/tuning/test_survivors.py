@@ -26,9 +26,7 @@ def test_every_candidate_flies_the_first_and_survivors_the_others(staged):
     assert outcome.generations[-1].flights == FIRST * tried
     assert survivors.flights == (ALL - FIRST) * len(survivors.candidates)
     flown = pd.concat([pd.read_parquet(file) for file in (folder / "flights").glob("*.parquet")])
-    # No flight is made twice: what was flown first is recalled.
-    search = flown[flown.stream == SEARCH].drop_duplicates()
-    assert len(search) == FIRST * tried + survivors.flights
+    assert len(flown[flown.stream == SEARCH]) == FIRST * tried + survivors.flights
     assert outcome.flights_made == outcome.flights
     assert outcome.generations[-1].flights + survivors.flights <= search_flights(outcome.study)
 
@@ -39,8 +37,10 @@ def test_survivors_are_judged_on_all_flights(staged):
     again = outcome.problem.evaluate(
         outcome.archive.points[survivors.candidates], batches(outcome.study, SEARCH), fly_all=True
     )
-    assert np.array_equal(survivors.evaluation.values, again.values)
     assert np.array_equal(survivors.evaluation.scores, again.scores)
+    # Means over other layouts are rounded otherwise.
+    for name in ("values", "violations", "failures"):
+        np.testing.assert_allclose(getattr(survivors.evaluation, name), getattr(again, name), rtol=1e-12, atol=1e-15)
     front = survivors.candidates[feasible_front(again.values, again.violations)]
     assert set(outcome.candidates) <= set(front)
 
