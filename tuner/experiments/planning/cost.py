@@ -17,6 +17,7 @@ from tuner.experiments.planning.counts import (
 )
 from tuner.experiments.planning.pilot import Pilot
 from tuner.search.first_generation import FURTHER
+from tuner.search.names import ALGORITHMS
 from tuner.store.flights import GATHERED
 from tuner.study.contest import Contender
 from tuner.study.study import Study
@@ -28,6 +29,8 @@ MARGIN_BYTES = 250e6
 # While a chunk is laid out in lanes its inputs stand in memory this many times more, and results while they are written.
 LAYING_OUT, WRITING = 3, 4
 NUMBER = 8
+# A model takes so long to pick a candidate [s], and asks for so many margins: that of the quickstart, on one core.
+MODEL_SECONDS, MODEL_ASKS = 0.010, 7
 
 
 def seconds_of(study: Study, pilot: Pilot, compilation: float | None = None) -> PlannedSeconds:
@@ -35,8 +38,9 @@ def seconds_of(study: Study, pilot: Pilot, compilation: float | None = None) -> 
     spec = study.search
     # The first generation asks for further hypercubes until enough points are worth a flight.
     redrawn = 0.0 if pilot.worthy_share == 1.0 else min(FURTHER, 1.0 / max(pilot.worthy_share, 1.0 / FURTHER))
-    screening = spec.population * (spec.generations + redrawn) * pilot.screen_seconds
-    search, held_out = screening, 0.0
+    models = ALGORITHMS[spec.algorithm].screens
+    asked = spec.population * (spec.generations * (MODEL_ASKS if models else 1) + redrawn)
+    search, held_out = asked * pilot.screen_seconds + models * spec.candidates * MODEL_SECONDS, 0.0
     finalists = flights_of(study).finalists_at_most + 1
     for entry, flown in zip(study.scenarios, pilot.scenarios, strict=True):
         first = spec.flights_first(entry.search)
