@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 from tuner.search.names import ALGORITHMS
 
-AUTOMATIC, MODEL = "auto", "gaussian_process"
+MODEL = "gaussian_process"
 # What a model was measured to be ahead for; beyond it the time of its own outgrows that of the flights it saves.
 MOST_GAINS, MOST_OBJECTIVES, MOST_CANDIDATES = 20, 3, 1000
 

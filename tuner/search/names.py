@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from plant.errors import InputError, UnknownNameError
 
 STARTS = ("default", "design")
+AUTOMATIC = "auto"
+"""In place of a search's name: the one that `tuner.search.automatic` chooses."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +36,7 @@ class Algorithm:
 
 
 ALGORITHMS = {
-    "nsga2": Algorithm("the usual choice for two or three objectives"),
+    "nsga2": Algorithm("two or three objectives and many candidates"),
     "nsga3": Algorithm("four objectives or more: spreads the front along reference directions", fewest=2),
     "age_moea": Algorithm("fronts of unknown curvature: estimates their shape as it goes", fewest=2),
     "cmaes": Algorithm("one smooth objective, also with gains that interact", most=1),
@@ -54,7 +56,7 @@ ALGORITHMS = {
 def check_algorithm(name: str, objectives: int) -> None:
     """Raise InputError with the key "algorithm" where no search has the name, or it does not take so many objectives."""
     if name not in ALGORITHMS:
-        raise UnknownNameError("algorithm", name, ALGORITHMS, key="algorithm")
+        raise UnknownNameError("algorithm", name, (AUTOMATIC, *ALGORITHMS), key="algorithm")
     if not ALGORITHMS[name].takes(objectives):
         allowed = ", ".join(sorted(other for other, entry in ALGORITHMS.items() if entry.takes(objectives)))
         raise InputError(

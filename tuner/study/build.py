@@ -27,9 +27,9 @@ from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
 from tuner.gains import Controller, read_gains
 from tuner.gains.ranges import check_multiple, check_plant_step, timing_of
-from tuner.search.automatic import AUTOMATIC, MODEL, automatic, candidates_of
+from tuner.search.automatic import MODEL, automatic, candidates_of
 from tuner.search.front import resolved_rule
-from tuner.search.names import ALGORITHMS, STARTS, check_algorithm
+from tuner.search.names import ALGORITHMS, AUTOMATIC, STARTS, check_algorithm
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
 from tuner.study.margins import margin_requirement, margin_screen

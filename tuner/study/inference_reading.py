@@ -13,7 +13,8 @@ import numpy as np
 from objectives.decisions import Variable
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS, gain_addresses
-from tuner.search.automatic import AUTOMATIC, evolution
+from tuner.search.automatic import evolution
+from tuner.search.names import AUTOMATIC
 from tuner.study.build import search_of
 from tuner.study.contest import Contest
 from tuner.study.contest_reading import checked_tables, contest_from_layers, contest_from_table
