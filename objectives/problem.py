@@ -310,7 +310,7 @@ class Problem:
     def chunks(self, batch: FlightBatch) -> list[tuple[int, int]]:
         """Return the ranges of flights that a batch is flown in, one after the other."""
         size = chunk_size(batch.spec.steps(self.system.timing))
-        return [(first, min(first + size, batch.count)) for first in range(0, batch.count, size)]
+        return [(first, min(first + size, batch.count)) for first in range(batch.start, batch.count, size)]
 
     def key(self, batch: FlightBatch) -> str:
         """Return what names the flights of a batch, but for gains and index, see `objectives.memory`."""

@@ -34,8 +34,9 @@ class System:
 
 @dataclass(frozen=True)
 class FlightBatch:
-    """The flights of one scenario: which stream they are drawn from and how many."""
+    """The flights of one scenario: which stream they are drawn from, and those from `start` to before `count`."""
 
     spec: ScenarioSpec
     stream: str
     count: int
+    start: int = 0

@@ -16,7 +16,7 @@ from plant.laws import LAWS
 from plant.references import REFERENCES, parameters
 from plant.texts import toml_table
 from tuner.api.frames import frame
-from tuner.search.names import ALGORITHMS
+from tuner.search.names import ALGORITHMS, AUTOMATIC
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -104,9 +104,11 @@ def margins() -> Rows:
 
 def searches() -> Rows:
     """Searches that [search] algorithm may ask for."""
-    return [
+    usual = {"search": AUTOMATIC, "objectives": "1 or more", "about": "usual: one of these, by the size of the study"}
+    named = [
         {"search": name, "objectives": entry.objectives, "about": entry.about} for name, entry in ALGORITHMS.items()
     ]
+    return [usual, *named]
 
 
 def studies() -> Rows:

@@ -69,13 +69,17 @@ class AutomaticLimit(DocumentPart):
 
 
 class PlanDocument(Document):
-    """Plan of a tuning run; difference_percent: of the default's value, that scenarios_needed are to tell."""
+    """Plan of a tuning run; search: which, and why.
+
+    difference_percent: of the default's value, that scenarios_needed are to tell.
+    """
 
     title: str
     study: str
     digest: str
     seed: int
     threads: int
+    search: str = ""
     pilot: PilotPart
     flights: PlannedFlights
     seconds: PlannedSeconds

@@ -42,13 +42,17 @@ class ResolvedController(DocumentPart):
 
 
 class ResolvedSearch(DocumentPart):
-    """The search; initial: names of the points that it starts from."""
+    """The search; initial: names of the points that it starts from; first: flights of each scenario that every candidate makes,
+    where only survivors make the others; why: this one, in words.
+    """
 
     algorithm: str
     population: int | None = None
     generations: int | None = None
     initial: list[str] | None = None
     racing: bool | None = None
+    first: int | None = None
+    why: str = ""
 
 
 class ResolvedVariable(DocumentPart):

@@ -223,7 +223,9 @@ TableRow = Annotated[ComparedRow | RequiredRow, Field(discriminator="kind")]
 
 
 class Summary(Document):
-    """Content of summary.json. tuned: the recommended point, null where nothing is feasible; nearest: then the nearest to it."""
+    """Content of summary.json. tuned: the recommended point, null where nothing is feasible; nearest: then the nearest to it;
+    search: which search it was, why, and what survived it where candidates first made few flights.
+    """
 
     feasible: bool | None = None
     ending: list[str] = []
@@ -232,6 +234,7 @@ class Summary(Document):
     tuned: str | None = None
     nearest: str | None = None
     pick: Pick
+    search: str = ""
     flights: int
     screened: Spared | None = None
     raced: Spared | None = None

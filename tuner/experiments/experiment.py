@@ -165,7 +165,6 @@ class Experiment(ABC, Generic[Asked, Found]):
             study = self.study
             freeze(
                 folder, self.kind, study.path, study.content, study.digest(), study.generations, self.arithmetic,
-                getattr(study, "si", True),
             )  # fmt: skip
 
 

@@ -35,7 +35,7 @@ def _guards(results: TuningFolder) -> Markup:
 
 
 def _saved(results: TuningFolder) -> Markup:
-    """Return how many flights requirements and races saved, where the summary knows."""
+    """Return which search it was and how many flights requirements and races saved, where the summary knows."""
     summary = results.summary
     told = [
         f"{count(entry.flights)} flights of {count(entry.candidates)} candidates {why}"
@@ -47,7 +47,7 @@ def _saved(results: TuningFolder) -> Markup:
     ]
     flown = f"{count(summary.flights)} flights were made."
     saved = f" Saved: {', and '.join(told)}." if told else ""
-    return aid(flown + saved)
+    return aid(" ".join(filter(None, (summary.search, flown + saved))))
 
 
 def _prices(results: TuningFolder) -> Markup:

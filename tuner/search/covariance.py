@@ -17,6 +17,7 @@ import numba
 import numpy as np
 from numpy.typing import NDArray
 
+from plant.backends import cache
 from plant.backends.cache import keep_file
 
 Array = NDArray[np.float64]
@@ -205,3 +206,8 @@ def inverted(upper: Array) -> Array:
             whole[i, j] = total
             whole[j, i] = total
     return whole
+
+
+def is_compiled() -> bool:
+    """Return whether this process or an earlier one has compiled this file; else the first model waits some 6 s."""
+    return cache.is_compiled(likelihood) and cache.is_compiled(factored_remainder)

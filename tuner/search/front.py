@@ -26,6 +26,14 @@ def non_dominated(values: np.ndarray) -> np.ndarray:
     return np.asarray(is_nondominated(values, keep_weakly=True))
 
 
+def evenly(values: np.ndarray, most: int) -> np.ndarray:
+    """Return the rows, in increasing order of values (n,), of at most so many of them, evenly chosen along that order."""
+    order = np.argsort(values, kind="stable")
+    if len(order) <= most:
+        return order
+    return order[np.unique(np.linspace(0, len(order) - 1, most).round().astype(int))]
+
+
 def feasible_front(values: np.ndarray, violations: np.ndarray) -> np.ndarray:
     """Return the indices of the feasible, non-dominated rows, duplicates (equal values) once."""
     feasible = np.flatnonzero(np.all(violations <= 0.0, axis=1))

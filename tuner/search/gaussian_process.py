@@ -31,13 +31,13 @@ SAMPLES, DIRECTIONS = 64, 64
 # Values beyond this many spreads above the smallest are as bad as any; logarithms even out what is below.
 WORST = 1e4
 # Largest number of points that a model is told: of an objective the best, of a limit the closest to it.
-MOST_TOLD, MOST_CLOSE = 400, 250
+MOST_TOLD, MOST_CLOSE = 400, 160
 # Growth of the number of points after which length scales are looked for again.
-GROWTH = 1.1
+GROWTH = 1.3
 # Parents of the pool at least; and points that are looked at again together.
 PARENTS, TOGETHER = 8, 8
-# Choices that break what is known after which its models are told of them.
-MISSES = 6
+# Points for which is asked what is known: for each that is still to be picked, and at least. One by one takes far longer.
+ASKED, LEAST_ASKED = 3, 12
 
 
 class LimitModel(NamedTuple):
@@ -91,7 +91,7 @@ class GaussianProcess:
         believed = np.ones(len(self._points), dtype=bool)
         if self._screen:
             believed = self._screen.keeps(self._points)
-        limits = self._limits(believed)
+        known, broken = self._known_limits(), self._broken_limits(believed)
         front = feasible_front(self._values, self._violations)
         front = front[believed[front]]
         aims = Aims(self._points, self._values, believed, front, self._model, draw) if len(front) else None
@@ -99,14 +99,15 @@ class GaussianProcess:
         def gain_of(pool: Array, jointly: bool) -> Improvement | Hope:
             if aims:
                 return aims.improvement(pool, jointly)
-            return Hope([limit.model.at(pool) for limit in limits], len(pool), draw)
+            return Hope([limit.model.at(pool) for limit in (*known, *broken)], len(pool), draw)
 
         pool = self._pool(draw)
-        worth = gain_of(pool, jointly=False).of(np.arange(len(pool))) * chance_of(limits, pool)
-        order = np.argsort(-worth, kind="stable")
+        chance = chance_of(known, pool) * chance_of(broken, pool)
+        order = np.argsort(-gain_of(pool, jointly=False).of(np.arange(len(pool))) * chance, kind="stable")
         offspring = children(pool[order[:HOPEFUL]], POOL - STAY, draw)
         pool = self._new(np.concatenate([pool[order[:STAY]], offspring]))
-        return pool[self._picked(pool, gain_of(pool, jointly=True), believed)]
+        chances = Chances(pool, chance_of(broken, pool), chance_of(known, pool), self._screen, self._known_limits)
+        return pool[picked(gain_of(pool, jointly=True), chances, self._batch)]
 
     def _pool(self, draw: np.random.Generator) -> Array:
         """Return points (p, d) over the cube and around the best so far: the front and what breaks least or is next behind it."""
@@ -123,14 +124,18 @@ class GaussianProcess:
         known = {point.tobytes() for point in self._points}
         return np.array(list({point.tobytes(): point for point in pool if point.tobytes() not in known}.values()))
 
-    def _limits(self, believed: Array) -> list[LimitModel]:
-        """Return a model of each limit that was ever broken."""
-        found = []
-        if self._screen:
-            points, told = self._screen.points, self._screen.excess
-            found += [self._limit(f"known {i}", points, column) for i, column in enumerate(told.T)]
+    def _known_limits(self) -> list[LimitModel]:
+        """Return a model of each limit that is known without flying and that a point was seen to break."""
+        if not self._screen:
+            return []
+        points, told = self._screen.points, self._screen.excess
+        found = [self._limit(f"known {i}", points, column) for i, column in enumerate(told.T)]
+        return [limit for limit in found if limit is not None]
+
+    def _broken_limits(self, believed: Array) -> list[LimitModel]:
+        """Return a model of each constraint that was ever broken."""
         broken = self._violations[believed] / units(self._violations)
-        found += [self._limit(f"constraint {i}", self._points[believed], column) for i, column in enumerate(broken.T)]
+        found = [self._limit(f"constraint {i}", self._points[believed], column) for i, column in enumerate(broken.T)]
         return [limit for limit in found if limit is not None]
 
     def _limit(self, name: str, points: Array, excess: Array) -> LimitModel | None:
@@ -151,35 +156,36 @@ class GaussianProcess:
             self._shapes[name] = (len(points), shape)
         return Surrogate(points, targets, shape)
 
-    def _picked(self, pool: Array, gain: Improvement | Hope, believed: Array) -> Array:
-        """Return rows of the pool (n,): the best one after the other, none that breaks what is known.
 
-        What a row adds shrinks with every row chosen, so only rows that were worth more before are looked at again.
-        """
-        worth, chance = gain.of(np.arange(len(pool))), chance_of(self._limits(believed), pool)
-        fresh, asked = np.ones(len(pool), dtype=bool), np.full(len(pool), self._screen is None)
-        possible, picked, missed = np.ones(len(pool), dtype=bool), list[int](), 0
-        while len(picked) < self._batch:
-            open_rows = np.flatnonzero(possible)
-            order = np.lexsort((-chance[open_rows], -worth[open_rows] * chance[open_rows]))
-            order = open_rows[order[:TOGETHER]]
-            if not fresh[order[0]]:
-                stale = order[~fresh[order]]
-                worth[stale], fresh[stale] = gain.of(stale), True
-            elif not asked[order[0]] and self._screen:
-                asked[order[0]] = True
-                # Where nothing in the pool keeps what is known, what breaks it has to do.
-                enough = len(open_rows) > self._batch - len(picked)
-                possible[order[0]] = not enough or self._screen.keeps(pool[order[:1]])[0]
-                missed += not possible[order[0]]
-                if missed == MISSES:
-                    chance, missed = chance_of(self._limits(believed), pool), 0
-            else:
-                picked.append(int(order[0]))
-                possible[order[0]] = False
-                gain.choose(picked[-1])
-                fresh[:] = False
-        return np.array(picked)
+def warm_up() -> None:
+    """Have what a model is made of compiled, by a search of a few points."""
+    search = GaussianProcess(np.linspace(0.0, 1.0, 4)[:, None], 1, 1, 1)
+    for _ in range(3):
+        points = search.ask()
+        search.tell(points, points - 0.5)
+
+
+def picked(gain: Improvement | Hope, chances: "Chances", batch: int) -> Array:
+    """Return rows of the pool (n,): the best one after the other, none that breaks what is known.
+
+    What a row adds shrinks with every row chosen, so only rows that were worth more before are looked at again.
+    """
+    worth = gain.of(np.arange(len(chances.of)))
+    fresh, rows = np.ones(len(worth), dtype=bool), list[int]()
+    while len(rows) < batch:
+        open_rows = np.flatnonzero(chances.possible)
+        order = open_rows[np.lexsort((-chances.of[open_rows], -worth[open_rows] * chances.of[open_rows]))]
+        stale = order[:TOGETHER][~fresh[order[:TOGETHER]]]
+        if not fresh[order[0]]:
+            worth[stale], fresh[stale] = gain.of(stale), True
+        elif not chances.asked[order[0]]:
+            chances.ask(order, batch - len(rows))
+        else:
+            rows.append(int(order[0]))
+            chances.possible[rows[-1]] = False
+            gain.choose(rows[-1])
+            fresh[:] = False
+    return np.array(rows)
 
 
 def chance_of(limits: list[LimitModel], pool: Array) -> Array:
@@ -188,6 +194,40 @@ def chance_of(limits: list[LimitModel], pool: Array) -> Array:
     for limit in limits:
         chance *= limit.model.at(pool).chance_below(limit.level)
     return chance
+
+
+class Chances:
+    """What is known and believed of the limits at the points of a pool (p, d).
+
+    of (p,): probability that a point keeps them; possible (p,): whether it may be picked; asked (p,): whether what is known of it
+    was asked. kept, guessed (p,): probabilities of keeping constraints, and limits that are known; models: of the latter.
+    """
+
+    def __init__(
+        self,
+        pool: Array,
+        kept: Array,
+        guessed: Array,
+        screen: "KnownLimits | None",
+        models: Callable[[], list[LimitModel]],
+    ) -> None:
+        self._pool, self._kept, self._screen, self._models = pool, kept, screen, models
+        self.of = kept * guessed
+        self.possible = np.ones(len(pool), dtype=bool)
+        self.asked = np.full(len(pool), screen is None)
+
+    def ask(self, order: Array, needed: int) -> None:
+        """Ask what is known of the first rows (k,) in an order and learn from it; needed: number of rows still to be picked."""
+        assert self._screen, "without limits that are known nothing has to be asked"
+        rows = order[~self.asked[order]][: max(ASKED * needed, LEAST_ASKED)]
+        self.asked[rows] = True
+        keeps = self._screen.keeps(self._pool[rows])
+        if keeps.sum() + len(order) - len(rows) < needed:
+            # Where nothing in the pool keeps what is known, what breaks it has to do.
+            return
+        self.possible[rows] = keeps
+        self.of[rows], others = self._kept[rows], ~self.asked
+        self.of[others] = self._kept[others] * chance_of(self._models(), self._pool[others])
 
 
 class Aims:

@@ -5,19 +5,25 @@ from dataclasses import dataclass
 from plant.errors import InputError, UnknownNameError
 
 STARTS = ("default", "design")
+AUTOMATIC = "auto"
+"""In place of a search's name: the one that `tuner.search.automatic` chooses."""
 
 
 @dataclass(frozen=True)
 class Algorithm:
     """A search. about: when to use it, one line. fewest, most: numbers of objectives that it takes; None: no upper end.
 
-    screens: whether it asks what is known of points without flying before it proposes them.
+    screens: whether it asks what is known of points without flying before it proposes them. population, generations, first: sizes
+    where a study gives none; first: flights of each scenario that every candidate makes, None for all.
     """
 
     about: str
     fewest: int = 1
     most: int | None = None
     screens: bool = False
+    population: int = 48
+    generations: int = 15
+    first: int | None = None
 
     @property
     def objectives(self) -> str:
@@ -30,13 +36,17 @@ class Algorithm:
 
 
 ALGORITHMS = {
-    "nsga2": Algorithm("the usual choice for two or three objectives"),
+    "nsga2": Algorithm("two or three objectives and many candidates"),
     "nsga3": Algorithm("four objectives or more: spreads the front along reference directions", fewest=2),
     "age_moea": Algorithm("fronts of unknown curvature: estimates their shape as it goes", fewest=2),
     "cmaes": Algorithm("one smooth objective, also with gains that interact", most=1),
     "differential_evolution": Algorithm("one rugged objective, or several basins", most=1),
     "gaussian_process": Algorithm(
-        "some hundreds of candidates, up to some twenty gains: a model picks them", screens=True
+        "some hundreds of candidates, up to some twenty gains: a model picks them",
+        screens=True,
+        population=16,
+        generations=15,
+        first=4,
     ),
     "random": Algorithm("the baseline that every other search has to beat"),
     "sobol": Algorithm("a look at the whole space, more evenly filled than at random"),
@@ -46,7 +56,7 @@ ALGORITHMS = {
 def check_algorithm(name: str, objectives: int) -> None:
     """Raise InputError with the key "algorithm" where no search has the name, or it does not take so many objectives."""
     if name not in ALGORITHMS:
-        raise UnknownNameError("algorithm", name, ALGORITHMS, key="algorithm")
+        raise UnknownNameError("algorithm", name, (AUTOMATIC, *ALGORITHMS), key="algorithm")
     if not ALGORITHMS[name].takes(objectives):
         allowed = ", ".join(sorted(other for other, entry in ALGORITHMS.items() if entry.takes(objectives)))
         raise InputError(

@@ -28,7 +28,7 @@ LENGTH_MEAN, LENGTH_SPREAD = 2.0**0.5, 3.0**0.5
 NOISE_MEAN, NOISE_SPREAD = log(1e-4), 2.0
 # Points that the length scales are read from, evaluations of the likelihood to find them from the prior's mean and from those
 # found before.
-FITTED, FIRST_STEPS, STEPS = 240, 80, 30
+FITTED, FIRST_STEPS, STEPS = 128, 60, 20
 # Longest step of a logarithm, and gain in log likelihood that is not worth another.
 LONGEST, ENOUGH = 1.5, 1e-5
 # Share of the variance on the diagonal of what is drawn jointly: points of a pool may be next to each other.

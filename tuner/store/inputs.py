@@ -23,8 +23,12 @@ from tuner.text.toml_text import toml_text, with_paths
 FORMAT, VERSION = "holdfast-run", 3
 # Version of folders whose limits known without flying stand in the units of the study, not in SI units.
 BEFORE_SI = 1
-# Last version whose studies fly with a plant step of 1 ms unless they say otherwise, as the vehicle's rotors allow since.
-FIXED_STEP, STEP = 2, 0.001
+# Versions of folders whose study may leave the plant step [s] and the search open, and what was flown then.
+LEFT_OPEN = (1, 2)
+FLOWN_THEN = {
+    "controller": {"plant_step": 0.001},
+    "search": {"algorithm": "nsga2", "population": 48, "generations": 15, "first": 1_000_000},
+}
 
 
 class RecordedMachine(DocumentPart):
@@ -77,18 +81,19 @@ class RunRecord(Document):
 
 def freeze(
     folder: Folder, kind: str, source: Path, table: dict[str, Any], digest: str, generations: int | None,
-    engine: str = LANES, si: bool = True,
+    engine: str = LANES,
 ) -> None:  # fmt: skip
     """Write the inputs of a run, table: content of the study with paths from the folder of `source`; run.json comes last."""
-    name = f"inputs/{source.stem}.toml"
+    name, version = f"inputs/{source.stem}.toml", VERSION
     if folder.keep(name):
+        version = read_record(folder.path).version
         for copy in sorted((folder.path / "inputs").iterdir()):
             folder.keep(f"inputs/{copy.name}")
     else:
         taken = {f"{source.stem}.toml": source}
         folder.write_text(name, toml_text(with_paths(table, lambda path: _copied(folder, source.parent / path, taken))))
     record = RunRecord(
-        format=FORMAT, version=VERSION if si else BEFORE_SI, kind=kind, study=name, digest=digest, generations=generations,
+        format=FORMAT, version=version, kind=kind, study=name, digest=digest, generations=generations,
         model=model_key(), arithmetic=engine, machine=recorded_machine(arithmetic()),
     )  # fmt: skip
     folder.write_json(RECORD, record)
@@ -109,13 +114,23 @@ def read_record(path: Path) -> RunRecord:
 
 
 def as_recorded(record: RunRecord, file: Path) -> dict[str, Any]:
-    """Return the changes with which a study file is read as it was for a run: its generations and its plant step [s].
+    """Return the changes, in dotted keys, with which a study file is read as it was for a run.
 
     file: the study, of the run or another to be read alike. Raises InputError where it cannot be read.
     """
     changes = {} if record.generations is None else {"search.generations": record.generations}
-    written = any("plant_step" in layer.table.get("controller", {}) for layer in read_layers(file))
-    return changes if written or record.version > FIXED_STEP else {**changes, "controller.plant_step": STEP}
+    return {**flown_then(file, record.generations is not None), **changes} if record.version in LEFT_OPEN else changes
+
+
+def flown_then(file: Path, searches: bool) -> dict[str, Any]:
+    """Return what a study file, which may be one that searches, leaves open, as early versions read it, in dotted keys."""
+    layers = read_layers(file)
+    return {
+        f"{table}.{key}": value
+        for table, entries in FLOWN_THEN.items()
+        for key, value in entries.items()
+        if (searches or table != "search") and not any(key in layer.table.get(table, {}) for layer in layers)
+    }
 
 
 def check_unchanged(path: Path, record: RunRecord, digest: str) -> None:

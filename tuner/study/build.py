@@ -27,8 +27,9 @@ from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
 from tuner.gains import Controller, read_gains
 from tuner.gains.ranges import check_multiple, check_plant_step, timing_of, usual_timing
+from tuner.search.automatic import MODEL, automatic, candidates_of
 from tuner.search.front import resolved_rule
-from tuner.search.names import STARTS, check_algorithm
+from tuner.search.names import ALGORITHMS, AUTOMATIC, STARTS, check_algorithm
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
 from tuner.study.margins import margin_requirement, margin_screen
@@ -116,7 +117,8 @@ def _build(path: Path, table: StudyTable) -> Study:
         constraints = with_mission_floor(constraints, specs, system.limits, timing, mission)
         screens = _screens(table, path, system, tuple(specs))
         with located(path, "search"):
-            search = _search(table.search, len(objectives))
+            most = max(entry.search for entry in scenarios)
+            search = search_of(table.search, len(space.variables), len(objectives), most)
             flown = [
                 ScenarioSize(flight_steps(entry.spec, timing), entry.search, entry.held_out) for entry in scenarios
             ]
@@ -368,19 +370,33 @@ def _finite(value: float, key: str) -> float:
     return value
 
 
-def _search(table: SearchTable, objectives: int) -> SearchSpec:
-    check_algorithm(table.algorithm, objectives)
+def search_of(table: SearchTable, gains: int, objectives: int, flights: int) -> SearchSpec:
+    """Return the search for so many gains and objectives; flights: most of a candidate in one scenario.
+
+    Raises InputError with the key inside [search].
+    """
+    choice = automatic(gains, objectives, candidates_of(MODEL, table.population, table.generations))
+    named = table.algorithm != AUTOMATIC
+    algorithm = table.algorithm if named else choice.algorithm
+    check_algorithm(algorithm, objectives)
+    usual = ALGORITHMS[algorithm]
+    population = usual.population if table.population is None else table.population
     smallest = max(SMALLEST_POPULATION, objectives + objectives % 2)
-    if table.population < smallest or table.population % 2:
-        raise InputError(
-            f"given {table.population}; the population must be even and at least {smallest}", key="population"
-        )
+    if population < smallest or population % 2:
+        raise InputError(f"given {population}; the population must be even and at least {smallest}", key="population")
     if not table.initial:
         raise InputError('given an empty list; write initial = ["default"]', key="initial")
     for start in table.initial:
         if start not in STARTS:
             raise UnknownNameError("starting point", start, STARTS, key="initial")
-    return SearchSpec(table.algorithm, table.population, table.generations, tuple(table.initial), table.racing)
+    first = usual.first if table.first is None else table.first
+    staged = first is not None and first < flights
+    races = table.racing and not staged and not usual.screens
+    return SearchSpec(
+        algorithm, population, table.generations or usual.generations, tuple(table.initial),
+        racing=races, first=first if staged else None,
+        why="as the study asks" if algorithm != choice.algorithm else choice.why,
+    )  # fmt: skip
 
 
 def _pick(table: PickTable, objectives: tuple[Objective, ...]) -> str:

@@ -15,7 +15,7 @@ from objectives.metrics import MetricAddress
 from objectives.metrics.metric import Metric
 from tuner.study.contest import Contest
 from tuner.study.contest_reading import contest_from_table
-from tuner.study.study import Study
+from tuner.study.study import SearchSpec, Study
 from tuner.study.unknown_paths import Place, put_at
 from tuner.text.markup import element, table
 
@@ -71,6 +71,7 @@ class Inference:
     contest: Contest
     unknowns: tuple[Unknown, ...]
     cells: tuple[Cell, ...]
+    search: SearchSpec
     flights: int
     held_out: int
     near: float

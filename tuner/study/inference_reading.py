@@ -13,14 +13,16 @@ import numpy as np
 from objectives.decisions import Variable
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS, gain_addresses
-from tuner.search.names import check_algorithm
+from tuner.search.automatic import evolution
+from tuner.search.names import AUTOMATIC
+from tuner.study.build import search_of
 from tuner.study.contest import Contest
 from tuner.study.contest_reading import checked_tables, contest_from_layers, contest_from_table
 from tuner.study.contest_schema import INFERENCE_TABLES, InferenceTable, SettingsTable, UnknownTable
 from tuner.study.inference import Cell, Inference, Unknown
 from tuner.study.layers import Layer
 from tuner.study.size import ScenarioSize, check_size, flight_steps
-from tuner.study.study import Study
+from tuner.study.study import SearchSpec, Study
 from tuner.study.unknown_paths import CONTENDER, GAINS, Place, place_of, value_at
 from tuner.text.input_errors import located
 
@@ -36,9 +38,13 @@ def inference_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapp
         flown = {cell.contender for cell in cells}
         unknowns = unknowns_of(tables.unknown, whole, contest)
         settings = tables.inference
-        inference = Inference(contest, unknowns, cells, settings.flights, settings.held_out, settings.near, whole.table)
         with located(None, "search"):
-            check_algorithm(contest.base.search.algorithm, len(inference.kinds))
+            kinds = len({cell.metric.metric.name for cell in cells})
+            search = _search(contest.base, len(unknowns), kinds)
+        inference = Inference(
+            contest, unknowns, cells, search, settings.flights, settings.held_out, settings.near, whole.table
+        )  # fmt: skip
+        with located(None, "search"):
             _check_size(inference)
         for i in range(len(unknowns)):
             check_range(inference, i, flown)
@@ -67,6 +73,17 @@ def _chosen(contest: Contest, settings: SettingsTable) -> Contest:
     return contest_from_table(contest.path, {**left, **own})
 
 
+def _search(base: Study, unknowns: int, kinds: int) -> SearchSpec:
+    """Return the search for so many unknowns and kinds of misfit; one that is left open is an evolution.
+
+    A setting is flown by all contenders, and no model was measured on misfits.
+    """
+    table = base.table.search
+    if table.algorithm == AUTOMATIC:
+        table = table.model_copy(update={"algorithm": evolution(kinds)})
+    return search_of(table, unknowns, kinds, 0)
+
+
 def _check_size(inference: Inference) -> None:
     base, timing = inference.contest.base, inference.contest.base.system.timing
     flown = [
@@ -75,7 +92,7 @@ def _check_size(inference: Inference) -> None:
         )
         for entry in base.scenarios
     ]
-    check_size(base.search.population, base.search.generations, flown)
+    check_size(inference.search.population, inference.search.generations, flown)
 
 
 def _cells(contest: Contest) -> tuple[Cell, ...]:

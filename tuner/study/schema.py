@@ -267,16 +267,20 @@ class CostTable(StrictTable):
 class SearchTable(StrictTable):
     """[search]: how the gains are looked for."""
 
-    algorithm: str = "nsga2"
-    """Search algorithm."""
-    population: int = 48
-    """Candidates of a generation."""
-    generations: Annotated[int, Field(ge=1)] = 15
-    """Number of generations."""
+    algorithm: str = "auto"
+    """Search algorithm; "auto": by the numbers of gains, objectives and candidates."""
+    population: int | None = None
+    """Candidates of a generation; by default the algorithm's own."""
+    generations: Annotated[int | None, Field(ge=1)] = None
+    """Number of generations; by default the algorithm's own."""
     initial: list[str] = Field(default=["default"])
     """Points that the search starts from: "default", "design"."""
+    first: Annotated[int | None, Field(ge=1)] = None
+    """Flights of each scenario that every candidate makes; those that survive the search make the others. By default the
+    algorithm's own."""
     racing: bool = True
-    """Stop flying a candidate once a better one surely beats it."""
+    """Stop flying a candidate once a better one surely beats it, where all may make every flight; a model, which compares common
+    flights, never races."""
 
 
 class PickTable(StrictTable):

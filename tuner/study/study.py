@@ -36,13 +36,45 @@ class StudyScenario:
 
 @dataclass(frozen=True)
 class SearchSpec:
-    """Settings of the search."""
+    """Settings of the search.
+
+    first: flights of each scenario that every candidate makes, None for all; those that survive make the others. why: this search
+    is asked for, in words.
+    """
 
     algorithm: str
     population: int
     generations: int
     initial: tuple[str, ...]
     racing: bool = False
+    first: int | None = None
+    why: str = ""
+
+    @property
+    def candidates(self) -> int:
+        """Candidates of all generations."""
+        return self.population * self.generations
+
+    def flights_first(self, flights: int) -> int:
+        """Return how many of so many flights of a scenario every candidate makes."""
+        return flights if self.first is None else min(self.first, flights)
+
+    @property
+    def sizes(self) -> dict[str, Any]:
+        """Algorithm and sizes as a study file gives them."""
+        sizes = {"algorithm": self.algorithm, "population": self.population, "generations": self.generations}
+        return sizes if self.first is None else {**sizes, "first": self.first}
+
+    @property
+    def values(self) -> dict[str, Any]:
+        """What decides what is searched, as JSON-able data."""
+        return {**self.sizes, "initial": list(self.initial), "racing": self.racing}
+
+    @property
+    def text(self) -> str:
+        """One sentence on which search it is, and why."""
+        first = "" if self.first is None else f", {self.first} flights of each scenario first"
+        return f"Search: {self.algorithm}, {self.generations} generations of {self.population}{first}: {self.why}."
 
 
 @dataclass(frozen=True)
@@ -86,8 +118,9 @@ class Study:
 
     @property
     def content(self) -> dict[str, Any]:
-        """The content of the file, overrides included, paths relative to its folder."""
-        return self.table.model_dump(mode="json", exclude_unset=True)
+        """The content of the file, overrides and the search that was chosen included, paths relative to its folder."""
+        given = self.table.model_dump(mode="json", exclude_unset=True)
+        return {**given, "search": {**given.get("search", {}), **self.search.sizes}}
 
     @property
     def generations(self) -> int:
@@ -113,7 +146,8 @@ class Study:
             }
             for entry in self.requirements
         ]  # fmt: skip
-        return {**self._values(), "requirements": known, "digest": self.digest()}
+        search = {**self.search.values, "why": self.search.why}
+        return {**self._values(), "search": search, "requirements": known, "digest": self.digest()}
 
     def in_units_of_limits(self) -> "Study":
         """Return the study with requirements whose numbers stand in files as in the study, as folders once held them."""
@@ -174,6 +208,7 @@ class Study:
             **_dumped(self.table),
             "controller": self._controller(),
             "scenario": self._scenarios(paths=True),
+            "search": self.search.values,
             "airframe": {**_dumped(self.table.airframe), **_airframe_values(self.airframe)},
             "gains": {gain.address: self.space.base[gain.column] for gain in gain_addresses(self.system.cascade)},
             "variables": [asdict(variable) for variable in self.space.variables],

@@ -51,7 +51,7 @@ position = "ladrc"              # law of x, y, z
 [[scenario]]
 name = "gusts"
 duration = 10.0                 # s
-search = 32                     # flights of each candidate while searching
+search = 16                     # flights while searching: of every candidate the first few, of what survives them all
 # held_out = 1024               # flights that only the final check sees
 
 [scenario.reference]
@@ -111,9 +111,11 @@ max = 2
 # axis = "tilt"
 # max = 0.2                     # rad
 
-[search]
-population = 32
-generations = 15
+[search]                        # `tuner list searches`; "auto" chooses by the numbers of gains, objectives and candidates
+# algorithm = "auto"
+# population = 16               # candidates of a generation; these are the sizes of a search by a model
+# generations = 15
+# first = 4                     # flights of each scenario that every candidate makes; what survives them makes the others
 
 [pick]
 rule = "knee"                   # knee, closest, min:METRIC, or weights with weights = { "itae.position" = 2, travel = 1 }

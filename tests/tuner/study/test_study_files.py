@@ -61,7 +61,7 @@ def test_a_small_study_becomes_the_domain_with_its_defaults(tmp_path: Path):
     # What a study of a moving vehicle asks at least: that it moves.
     (floor,) = study.constraints[1:]
     assert floor.objective.label == "quantile50(rms.position)@gusts" and 0.0 < floor.most < 1.0
-    assert study.search == SearchSpec("nsga2", 8, 2, ("default",), racing=True)
+    assert study.search == SearchSpec("gaussian_process", 8, 2, ("default",), why=study.search.why)
     assert study.pick == "knee"
 
 

@@ -38,7 +38,8 @@ def missing(table: BaseModel, resolved: Any, key: str = "") -> list[str]:
 
 
 def test_every_key_of_the_schema_appears(tmp_path: Path):
-    study = load_study(write(tmp_path, STUDY))
+    # All flights first is as if nothing were said.
+    study = load_study(write(tmp_path, changed("population = 8", "population = 8\nfirst = 2")))
     assert isinstance(study.table, StudyTable)
     assert missing(study.table, study.resolved()) == []
 
@@ -108,6 +109,8 @@ def test_the_digest_is_in_the_document(tmp_path: Path):
         ("level = 0.9", "level = 0.8"),
         ("max = 0.0", "max = 0.1"),
         ("population = 8", "population = 10"),
+        ("population = 8", 'population = 8\nalgorithm = "nsga2"'),
+        ("population = 8", "population = 8\nfirst = 2"),
         ('"knee"', '"closest"'),
     ],
 )
@@ -123,7 +126,8 @@ def test_the_digest_sees_what_decides_the_result(old: str, new: str, tmp_path: P
         ("x = 1.0", "x = 1"),
         ("x = 1.0", "x = 1.0\ny = 0.0"),
         ("mass = 0.1", "mass = 0.1\nlag = 0.2"),
-        ("population = 8", 'population = 8\nalgorithm = "nsga2"'),
+        ("population = 8", 'population = 8\nalgorithm = "gaussian_process"'),
+        ("population = 8", "population = 8\nfirst = 4"),
     ],
 )
 def test_the_digest_does_not_see_what_changes_nothing(old: str, new: str, tmp_path: Path):

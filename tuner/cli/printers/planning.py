@@ -46,6 +46,7 @@ def show_contest(document: ContestPlanDocument, console: Console) -> None:
 def show(document: PlanDocument, console: Console) -> None:
     """Print the plan."""
     pilot = document.pilot
+    console.print(document.search)
     console.print(
         f"Pilot: {pilot.candidates} candidates, {pilot.flights:,} flights in {pilot.seconds:.1f} s on "
         f"{document.threads} threads; {pilot.worth_flying_percent:.0f} % of the ranges are worth a flight.",

@@ -29,6 +29,8 @@ def print_tuning(results: "TuningResults", console: Console) -> None:
     console.warn(summary.warnings)
     for text in summary.remarks:
         console.print(text)
+    if summary.search:
+        console.print(summary.search)
     screened = summary.screened
     if any(row.kind == "requirement" for row in summary.table):
         console.print(

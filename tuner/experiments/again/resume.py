@@ -62,9 +62,9 @@ def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Any, Fol
             f"given {budget} generations; the run was asked for {record.generations}, and a search is only ever extended",
             key="--budget",
         )
-    file = path / record.study
-    longer = load_any(file, as_recorded(record, file) | {"search.generations": budget})
-    folder.write_json(RECORD, record.model_copy(update={"digest": longer.digest(), "generations": budget}))
+    file, extended = path / record.study, record.model_copy(update={"generations": budget})
+    longer = load_any(file, as_recorded(extended, file))
+    folder.write_json(RECORD, extended.model_copy(update={"digest": longer.digest()}))
     return _in_units_of(record, longer), folder
 
 

@@ -18,7 +18,6 @@ from objectives.memory import model_key
 from objectives.problem import Problem
 from plant.errors import StoreError
 from plant.input_files import read_input_text
-from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.documents.opening import kind_in
 from tuner.documents.summary import gains_name
@@ -28,7 +27,7 @@ from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.gains_of_run import gains_document
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.experiments.tuning.problem import batches, problem_of, warm_up
+from tuner.experiments.tuning.problem import first_batches, problem_of, warm_up
 from tuner.experiments.tuning.search import flight_store, replayed
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import front_table, generation_table
@@ -209,7 +208,7 @@ def refly(
     """Fly candidates again on the search's scenarios and raise the first meter that differs from its record."""
     points = archive(generations).points if generations else np.zeros((0, len(study.space.variables)))
     made = np.concatenate([entry.evaluation.flights_each for entry in generations]) if generations else np.zeros(0)
-    flights = batches(study, SEARCH)
+    flights = first_batches(study)
     watcher.on_stage(CHECKING, len(flown) * sum(batch.count for batch in flights))
     for start in range(0, len(flown), BATCH):
         part = flown[start : start + BATCH]

@@ -71,7 +71,7 @@ def inference_document(findings: Findings) -> InferenceDocument:
 
 def settings_part(findings: Findings) -> InferenceSettings:
     """Return the size of an inference."""
-    inference, search = findings.inference, findings.inference.contest.base.search
+    inference, search = findings.inference, findings.inference.search
     return InferenceSettings(
         flights=inference.flights,
         held_out=inference.held_out,

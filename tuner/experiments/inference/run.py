@@ -71,7 +71,7 @@ class InferenceRun(Experiment[Inference, Findings]):
     def fly(self) -> Findings:
         """Search the settings, refine the best and check it on held-out flights."""
         inference, flyer, watcher = self.study, self.flyer, self.watcher
-        spec = inference.contest.base.search
+        spec = inference.search
         each = flyer.flights_of(inference.flights)
         watcher.on_stage(SEARCHING, spec.generations * spec.population * each)
         generations, parts = search(flyer, inference, self.folder, watcher)
@@ -93,7 +93,7 @@ def search(
     flyer: SettingFlyer, inference: Inference, folder: Folder, watcher: Watcher
 ) -> tuple[list[Generation], list[EvaluatedSettings]]:
     """Search the settings and record each generation."""
-    spec, space, seed = inference.contest.base.search, inference.space, inference.contest.seed
+    spec, space, seed = inference.search, inference.space, inference.contest.seed
     start = space.point(np.array(space.base))[None]
     first = first_generation(start, spec.population, generator(seed, "inference/initial", 0))
     draw = int(generator(seed, "inference/algorithm", 0).integers(2**31))

@@ -7,9 +7,17 @@ from objectives.engine import keeps
 from objectives.problem import chunk_size
 from plant.backends.lanes import LANES
 from tuner.documents.plan import PlannedSeconds
-from tuner.experiments.planning.counts import CONFIRMED, flights_of, judged_at_most, points_at_most
+from tuner.experiments.planning.counts import (
+    CONFIRMED,
+    flights_of,
+    judged_at_most,
+    points_at_most,
+    scenario_flights,
+    survivors_at_most,
+)
 from tuner.experiments.planning.pilot import Pilot
 from tuner.search.first_generation import FURTHER
+from tuner.search.names import ALGORITHMS
 from tuner.store.flights import GATHERED
 from tuner.study.contest import Contender
 from tuner.study.study import Study
@@ -21,6 +29,8 @@ MARGIN_BYTES = 250e6
 # While a chunk is laid out in lanes its inputs stand in memory this many times more, and results while they are written.
 LAYING_OUT, WRITING = 3, 4
 NUMBER = 8
+# A model takes so long to pick a candidate [s], and asks for so many margins: that of the quickstart, on one core.
+MODEL_SECONDS, MODEL_ASKS = 0.010, 7
 
 
 def seconds_of(study: Study, pilot: Pilot, compilation: float | None = None) -> PlannedSeconds:
@@ -28,14 +38,18 @@ def seconds_of(study: Study, pilot: Pilot, compilation: float | None = None) -> 
     spec = study.search
     # The first generation asks for further hypercubes until enough points are worth a flight.
     redrawn = 0.0 if pilot.worthy_share == 1.0 else min(FURTHER, 1.0 / max(pilot.worthy_share, 1.0 / FURTHER))
-    screening = spec.population * (spec.generations + redrawn) * pilot.screen_seconds
-    search, held_out = screening, 0.0
+    models = ALGORITHMS[spec.algorithm].screens
+    asked = spec.population * (spec.generations * (MODEL_ASKS if models else 1) + redrawn)
+    search, held_out = asked * pilot.screen_seconds + models * spec.candidates * MODEL_SECONDS, 0.0
     finalists = flights_of(study).finalists_at_most + 1
     for entry, flown in zip(study.scenarios, pilot.scenarios, strict=True):
-        times = 1 if keeps(entry.search, entry.spec.steps(study.system.timing)) else spec.generations
-        search += times * entry.search * flown.draw_seconds
+        first = spec.flights_first(entry.search)
+        times = 1 if keeps(first, entry.spec.steps(study.system.timing)) else spec.generations
+        search += (times * first + entry.search - first) * flown.draw_seconds
         held_out += 2 * entry.held_out * flown.draw_seconds
-        search += spec.generations * _rounds(spec.population, entry.search, pilot.threads) * flown.block_seconds
+        rounds = spec.generations * _rounds(spec.population, first, pilot.threads)
+        rounds += _rounds(survivors_at_most(study), entry.search - first, pilot.threads)
+        search += rounds * flown.block_seconds
         rounds = sum(_rounds(count, entry.held_out, pilot.threads) for count in (finalists, CONFIRMED))
         held_out += rounds * flown.block_seconds
     return PlannedSeconds(
@@ -79,12 +93,9 @@ def memory_of(study: Study, pilot: Pilot) -> float:
 
 def disk_of(study: Study, pilot: Pilot) -> float:
     """Return how large the results folder gets at most [bytes]; every flight is kept, so that none is made twice."""
-    candidates, judged = (
-        study.search.population * study.search.generations,
-        judged_at_most(flights_of(study).finalists_at_most),
-    )
+    judged = judged_at_most(flights_of(study).finalists_at_most)
     flights = sum(
-        flown.stored_bytes * (candidates * entry.search + judged * entry.held_out)
+        flown.stored_bytes * (scenario_flights(study, entry) + judged * entry.held_out)
         for entry, flown in zip(study.scenarios, pilot.scenarios, strict=True)
     )
     return FIXED_DISK + flights

@@ -6,8 +6,9 @@ are counted as flown, and the front as long as it may get.
 
 from tuner.documents.plan import PlannedFlights
 from tuner.experiments.tuning.conclusion import MOST_FINALISTS
+from tuner.experiments.tuning.survivors import MOST_SURVIVORS
 from tuner.study.contest import Contender, Contest
-from tuner.study.study import Study
+from tuner.study.study import Study, StudyScenario
 
 CONFIRMED = 2
 """The default and the recommended point fly once more, on scenarios that decided nothing."""
@@ -15,13 +16,24 @@ CONFIRMED = 2
 
 def search_flights(study: Study) -> int:
     """Return how many flights the search takes at most."""
-    return study.search.generations * study.search.population * sum(entry.search for entry in study.scenarios)
+    return sum(scenario_flights(study, entry) for entry in study.scenarios)
+
+
+def scenario_flights(study: Study, entry: StudyScenario) -> int:
+    """Return how many flights of a scenario the search takes at most."""
+    first = study.search.flights_first(entry.search)
+    return study.search.candidates * first + survivors_at_most(study) * (entry.search - first)
+
+
+def survivors_at_most(study: Study) -> int:
+    """Return how many candidates make all flights of the search at most: the first one and those that survive."""
+    return min(study.search.candidates, 1 + MOST_SURVIVORS)
 
 
 def flights_of(study: Study) -> PlannedFlights:
     """Return how many flights a run makes at most."""
     search, each = search_flights(study), sum(entry.held_out for entry in study.scenarios)
-    finalists = min(study.search.population * study.search.generations, MOST_FINALISTS)
+    finalists = min(study.search.candidates, MOST_FINALISTS)
     held_out = judged_at_most(finalists) * each
     return PlannedFlights(
         search_at_most=search,

@@ -94,6 +94,7 @@ def plan_document(study: Study, pilot: Pilot, compile_seconds: float | None, sha
         ),
         flights=flights_of(study),
         seconds=seconds_of(study, pilot, compile_seconds),
+        search=study.search.text,
         memory_bytes=memory_of(study, pilot),
         disk_bytes_at_most=disk_of(study, pilot),
         difference_percent=100.0 * share,

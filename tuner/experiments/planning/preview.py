@@ -65,7 +65,7 @@ def _described(contender: Contender) -> str:
 
 def inference_preview(inference: Inference) -> InferencePreview:
     """Return what an inference would fly."""
-    search = inference.contest.base.search
+    search = inference.search
     flown = {(cell.contender, cell.scenario) for cell in inference.cells}
     return InferencePreview(
         kind="inference",

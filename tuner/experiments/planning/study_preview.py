@@ -192,8 +192,13 @@ def study_preview(asked: Study) -> StudyPreview:
         out_of_reach=[unreached(entry) for entry in beyond],
         problems=[*trim_problems(trims), *obstacle_texts(beyond)],
         warnings=[*warnings_before_run(asked), *plant_step_warnings(plant_step)],
-        told=automatic_limit_texts(asked.automatic_limits),
+        told=[*search_texts(asked), *automatic_limit_texts(asked.automatic_limits)],
     )
+
+
+def search_texts(study: Study) -> list[str]:
+    """Return which search a study asks for and why; nothing where it searches no gain."""
+    return [study.search.text] if study.space.variables else []
 
 
 def trim_problems(trims: list[TrimRow]) -> list[str]:

@@ -7,7 +7,7 @@ import numpy as np
 
 from objectives.problem import Problem
 from plant.scenarios import CONFIRMATION, HELD_OUT
-from tuner.analysis.held_out import Finalists, Searched, compare, compare_known, judge
+from tuner.analysis.held_out import Finalists, compare, compare_known, judge
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
@@ -20,7 +20,8 @@ from tuner.experiments.tuning.ending import obstacles_of
 from tuner.experiments.tuning.guards import warnings_after_run, warnings_before_run
 from tuner.experiments.tuning.outcome import Outcome, finalist_gains
 from tuner.experiments.tuning.problem import batches
-from tuner.search.front import pick
+from tuner.experiments.tuning.survivors import Survivors, survivors_of
+from tuner.search.front import evenly, pick
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive
 from tuner.search.watcher import CHECKING, Watcher
@@ -35,12 +36,13 @@ def conclude(
 ) -> Outcome:
     """Re-fly the default and the front on held-out scenarios and pick the recommended point; said: warnings so far."""
     found = archive(generations)
-    candidates, warnings = finalists_of(found, study)
+    survivors = survivors_of(problem, study, generations, watcher)
+    candidates, warnings = finalists_of(survivors, found, study)
     flown, again = batches(study, HELD_OUT), batches(study, CONFIRMATION)
     gains = finalist_gains(problem, study, found, candidates)
     watcher.on_stage(CHECKING, (len(gains) + 2) * sum(batch.count for batch in flown))
     evaluation = problem.evaluate_gains(gains, flown, watcher.on_flights_done, fly_all=True)
-    finalists = judge(problem, evaluation, searched(generations, [0, *candidates.tolist()]), study.seed)
+    finalists = judge(problem, evaluation, survivors.seen([0, *candidates.tolist()]), study.seed)
     tuned, why = recommend(study, finalists)
     confirmation = problem.evaluate_gains(gains[[0, tuned]], again, watcher.on_flights_done, fly_all=True)
     if broken := broken_by(finalists.evaluation.violations[tuned], confirmation.violations[1], study):
@@ -51,20 +53,13 @@ def conclude(
     warnings += conflict_texts(conflict, limits, default) if conflict is not None else []
     plant_step = estimated_plant_step(problem, study, gains[[0, tuned]])
     outcome = Outcome(
-        study, problem, generations, candidates, finalists, confirmation, tuned, why,
+        study, problem, generations, survivors, candidates, finalists, confirmation, tuned, why,
         compare(problem, confirmation, study.seed), compare_known(problem, confirmation),
         conflict, obstacles_of(problem, study, generations, found, conflict, limits), costs_of(known, limits),
         plant_step, [*said, *warnings, *plant_step_warnings(plant_step)], 0.0,
     )  # fmt: skip
     warnings = [*outcome.warnings, *warnings_after_run(outcome)]
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
-
-
-def searched(generations: list[Generation], candidates: list[int]) -> list[Searched]:
-    """Return candidates of the archive as the search saw them."""
-    owners = [(entry.evaluation, row) for entry in generations for row in range(len(entry.points))]
-    seen = [owners[candidate] for candidate in candidates]
-    return [Searched(flown.values[row], flown.scores[row], flown.origin) for flown, row in seen]
 
 
 def completely_known(found: Archive, generations: list[Generation]) -> Archive:
@@ -96,18 +91,14 @@ def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: Study) -> str:
     return " and ".join(kind for part, kind in kinds if (part > 0.0).any())
 
 
-def finalists_of(found: Archive, study: Study) -> tuple[np.ndarray, list[str]]:
+def finalists_of(survivors: Survivors, found: Archive, study: Study) -> tuple[np.ndarray, list[str]]:
     """Return the archive indices to re-fly and what to warn of."""
     warnings = warnings_before_run(study)
-    front = found.front()
-    if len(front) == 0:
+    if len(found.front()) == 0:
         least, why = nothing_feasible(found, study.requirements)
         return np.array([least]), [*warnings, why]
-    front = front[np.argsort(found.values[front, 0], kind="stable")]
-    if len(front) > MOST_FINALISTS:
-        keep = np.unique(np.linspace(0, len(front) - 1, MOST_FINALISTS).round().astype(int))
-        front = front[keep]
-    return front, warnings
+    rows = survivors.finalists()
+    return survivors.candidates[rows[evenly(survivors.evaluation.values[rows, 0], MOST_FINALISTS)]], warnings
 
 
 def recommend(study: Study, finalists: Finalists) -> tuple[int, str]:

@@ -10,6 +10,7 @@ from tuner.analysis.held_out import Finalists
 from tuner.documents.parts import PlantStep
 from tuner.documents.summary import ComparedRow, ObstacleRow, RequiredRow
 from tuner.experiments.tuning.conflicts import Conflict, LimitPrice
+from tuner.experiments.tuning.survivors import Survivors
 from tuner.search.loop import Archive, Generation, archive, point_name
 from tuner.study.study import Study
 
@@ -27,6 +28,7 @@ class Outcome:
     study: Study
     problem: Problem
     generations: list[Generation]
+    survivors: Survivors
     candidates: np.ndarray
     finalists: Finalists
     confirmation: Evaluation
@@ -48,8 +50,13 @@ class Outcome:
 
     @property
     def flights(self) -> int:
-        """Number of flights of the search, of the held-out check and of the confirmation."""
-        return self.generations[-1].flights + self.finalists.evaluation.flights + self.confirmation.flights
+        """Number of flights of the search, of its survivors, of the held-out check and of the confirmation."""
+        return (
+            self.generations[-1].flights
+            + self.survivors.flights
+            + self.finalists.evaluation.flights
+            + self.confirmation.flights
+        )
 
     @property
     def flights_made(self) -> int:

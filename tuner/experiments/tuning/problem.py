@@ -1,5 +1,7 @@
 """The problem that a study poses and the flights it is posed on."""
 
+from dataclasses import replace
+
 from objectives.engine import Engine
 from objectives.margins.curve import is_compiled
 from objectives.memory import FlightMemory
@@ -16,6 +18,17 @@ def batches(study: Study, stream: str) -> tuple[FlightBatch, ...]:
         FlightBatch(entry.spec, stream, entry.search if stream == SEARCH else entry.held_out)
         for entry in study.scenarios
     )
+
+
+def first_batches(study: Study) -> tuple[FlightBatch, ...]:
+    """Return the flights that every candidate of the search makes."""
+    return tuple(replace(batch, count=study.search.flights_first(batch.count)) for batch in batches(study, SEARCH))
+
+
+def remaining_batches(study: Study) -> tuple[FlightBatch, ...]:
+    """Return the flights of the search that only survivors make."""
+    pairs = zip(batches(study, SEARCH), first_batches(study), strict=True)
+    return tuple(replace(batch, start=first.count) for batch, first in pairs)
 
 
 def problem_of(

@@ -25,7 +25,7 @@ from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.gains_of_run import gains_document
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.problem import check_searched, problem_of, warm_up
-from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search
+from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search, warm_up_search
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import constraint_table, front_table, margin_table, response_table
 from tuner.search.loop import Search
@@ -55,9 +55,9 @@ class TuningRun(Experiment[Study, Outcome]):
 
     @classmethod
     def notes(cls, study: Study) -> list[str]:
-        """Say what a steady wind takes and which limits the study does not write."""
+        """Say which search it is, what a steady wind takes and which limits the study does not write."""
         specs = [entry.spec for entry in study.scenarios]
-        return [*trim_texts(specs, study.system), *automatic_limit_texts(study.automatic_limits)]
+        return [study.search.text, *trim_texts(specs, study.system), *automatic_limit_texts(study.automatic_limits)]
 
     @classmethod
     @contextmanager
@@ -92,6 +92,7 @@ class TuningRun(Experiment[Study, Outcome]):
         """Have the kernel compiled where anything is left to search."""
         if self.store.generations < self.study.search.generations:
             warm_up(self.problem, self.study, self.watcher)
+            warm_up_search(self.study, self.watcher)
 
     def algorithm(self) -> tuple[Search, list[str]]:
         """Return the search, at its beginning, and warnings about its starting points."""

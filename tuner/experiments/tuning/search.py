@@ -12,14 +12,16 @@ from plant.errors import StoreError
 from plant.gains import gain_addresses
 from plant.scenarios import SEARCH
 from plant.seeds import generator
-from tuner.experiments.tuning.problem import batches
+from tuner.experiments.tuning.problem import first_batches
 from tuner.experiments.tuning.starts import starting_points
 from tuner.experiments.tuning.tables import generation_table, history_table
+from tuner.search import gaussian_process
+from tuner.search.covariance import is_compiled
 from tuner.search.first_generation import first_generation
 from tuner.search.loop import Generation, Search, archive, search_generations
 from tuner.search.names import ALGORITHMS
 from tuner.search.registry import SEARCHES
-from tuner.search.watcher import SEARCHING, Watcher
+from tuner.search.watcher import SEARCHING, Watcher, compilation
 from tuner.store.clock import Clock, Spent, recorded
 from tuner.store.flights import FlightStore
 from tuner.store.folder import Folder
@@ -55,13 +57,20 @@ def algorithm_of(problem: Problem, study: Study, first: np.ndarray) -> Search:
     return SEARCHES[name](first, len(study.objectives), limits, seed, **known)
 
 
+def warm_up_search(study: Study, watcher: Watcher) -> None:
+    """Have the models of a search compiled before anything is timed."""
+    if ALGORITHMS[study.search.algorithm].screens and not is_compiled():
+        with compilation(watcher):
+            gaussian_process.warm_up()
+
+
 def search(
     problem: Problem, study: Study, folder: Folder, watcher: Watcher, algorithm: Search, clock: Clock | None = None
 ) -> list[Generation]:
     """Run a search, whose very first candidate is the default, and record each generation."""
     clock = clock or Clock()
     spec, past = study.search, recorded(folder.path / "history.csv")
-    each = sum(batch.count for batch in batches(study, SEARCH))
+    each = sum(batch.count for batch in first_batches(study))
     watcher.on_stage(SEARCHING, spec.generations * spec.population * each)
     problem.spared = watcher.on_flights_skipped
     generations: list[Generation] = []
@@ -95,7 +104,7 @@ def evaluated(
     fly_all: bool | np.ndarray = False,
 ) -> Evaluation:
     """Evaluate a generation (n, d) on the search's scenarios, in a race against the best `before` it if the study asks so."""
-    flown = batches(study, SEARCH)
+    flown = first_batches(study)
     if not study.search.racing:
         return problem.evaluate(points, flown, on_flights_done, fly_all)
     return race(problem, points, flown, champions(before, len(study.objectives)), study.seed, on_flights_done, fly_all)

@@ -43,6 +43,7 @@ def summary_document(outcome: Outcome) -> Summary:
         tuned=shown if feasible else None,
         nearest=None if feasible else shown,
         pick=Pick(rule=study.pick, why=outcome.why),
+        search=search_text(outcome),
         flights=outcome.flights,
         screened=Spared(candidates=last.screened, flights=last.flights_saved),
         raced=Spared(candidates=last.raced, flights=last.flights_raced),
@@ -70,6 +71,15 @@ def summary_document(outcome: Outcome) -> Summary:
         ],
         plant_step=outcome.plant_step,
     )
+
+
+def search_text(outcome: Outcome) -> str:
+    """Return which search it was and why, and how many candidates survived it where they first made few flights."""
+    search, survivors = outcome.study.search, outcome.survivors
+    if search.first is None:
+        return search.text
+    tried, whole = len(outcome.archive.points), survivors.evaluation.scores.shape[-1]
+    return f"{search.text} Of {tried:,} candidates {len(survivors.candidates)} survived and made all {whole} flights."
 
 
 def picked_on(outcome: Outcome) -> PickedOn:

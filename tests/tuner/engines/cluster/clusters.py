@@ -15,7 +15,11 @@ from tuner.study import load_study
 
 
 def small_study(**changes):
-    return load_study(QUICKSTART, {**SMALL, **{key.replace("__", "."): value for key, value in changes.items()}})
+    # Four flights of each candidate first, and what survives makes two more.
+    return load_study(
+        QUICKSTART,
+        {**SMALL, "scenario.0.search": 6, **{key.replace("__", "."): value for key, value in changes.items()}},
+    )
 
 
 def problem_with(study, engine=None, memory=None):

@@ -13,7 +13,7 @@ from tuner.store import manifest
 from tuner.store.manifest import first_damage, read_manifest
 
 CHANGES = {
-    "search.population": 8, "search.generations": 5, "scenario.0.search": 4, "scenario.0.held_out": 32,
+    "search.population": 8, "search.generations": 5, "scenario.0.search": 6, "scenario.0.held_out": 32,
     "scenario.0.duration": 2.0, "margin": [],
 }  # fmt: skip
 CODE = "import sys; from tuner.cli.main import main; main()"

@@ -22,7 +22,7 @@ from tuner.experiments.tuning.problem import problem_of
 from tuner.study import load_study
 
 # A race stops candidates early, so that fewer are flown than is said: here none, to count them.
-EVERYTHING = {**SMALL, "search.racing": False}
+EVERYTHING = {**SMALL, "search.algorithm": "nsga2", "search.racing": False}
 ROOT = Path(__file__).parents[4]
 RUN = """
 import json, sys
@@ -96,6 +96,19 @@ def test_counts_drive_the_costs(study, pilot):
     assert many[2] > plain[2] and many[1].held_out_at_most == pytest.approx(32 * plain[1].held_out_at_most, rel=1e-9)
 
 
+def test_few_flights_first_cost_less(study, pilot):
+    all_of_them, first = ({"scenario.0.search": 32, "search.first": n} for n in (32, 4))
+    one, other = (load_study(QUICKSTART, {**EVERYTHING, **changes}) for changes in (all_of_them, first))
+    assert flights_of(other).search_at_most == 24 * 4 + 24 * 28 == flights_of(one).search_at_most
+    many = [
+        load_study(QUICKSTART, {**EVERYTHING, **changes, "search.generations": 50}) for changes in (all_of_them, first)
+    ]
+    # 400 candidates, of which 49 make all flights.
+    assert [flights_of(entry).search_at_most for entry in many] == [400 * 32, 400 * 4 + 49 * 28]
+    assert seconds_of(many[1], pilot).search < 0.7 * seconds_of(many[0], pilot).search
+    assert disk_of(many[1], pilot) < disk_of(many[0], pilot)
+
+
 def test_the_pilot_starts_from_the_default_and_is_drawn_alike_for_any_thread_count(study, pilot):
     assert np.array_equal(pilot.points[0], study.space.point(study.default_row))
     assert pilot.flights == 8 * FLIGHTS and pilot.worthy_share == 1.0
@@ -144,7 +157,7 @@ def test_command_prints_json_and_a_table(tmp_path, monkeypatch, capsys):
     code, out, err = tuner(monkeypatch, capsys, "plan", path, "--threads", 2, "--difference", 2, "--json")
     assert (code, err) == (0, "")
     document = json.loads(out)
-    assert document["flights"]["search_at_most"] == 32 * 14 * 32 and document["difference_percent"] == 2.0
+    assert document["flights"]["search_at_most"] == 208 * 4 + 49 * 4 and document["difference_percent"] == 2.0
     # Margins leave a few per cent of the ranges.
     assert document["pilot"]["worth_flying_percent"] < 30.0
     easy = tmp_path / "easy.toml"

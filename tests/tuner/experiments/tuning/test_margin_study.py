@@ -31,6 +31,7 @@ from tuner.api.catalogue import LISTINGS
 from tuner.experiments.tuning.conclusion import finalists_of
 from tuner.experiments.tuning.run import TuningRun
 from tuner.experiments.tuning.search import algorithm_of, first_points, search
+from tuner.experiments.tuning.survivors import survivors_of
 from tuner.search.first_generation import first_generation
 from tuner.search.loop import archive
 from tuner.search.watcher import Watcher
@@ -60,8 +61,9 @@ def searched(folder, asked, threads=2):
     )
     results = Folder.create(folder)
     first, _ = first_points(problem, asked, results)
-    found = archive(search(problem, asked, results, Watcher(), algorithm_of(problem, asked, first)))
-    return found, finalists_of(found, asked)[1]
+    generations = search(problem, asked, results, Watcher(), algorithm_of(problem, asked, first))
+    found, survivors = archive(generations), survivors_of(problem, asked, generations, Watcher())
+    return found, finalists_of(survivors, found, asked)[1]
 
 
 @pytest.fixture(scope="module")

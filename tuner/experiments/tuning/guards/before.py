@@ -17,12 +17,16 @@ from tuner.study.study import Study
 
 
 def few_scenarios(study: Study) -> list[str]:
-    """Warn of risks that ask more of the scenarios than there are."""
+    """Warn of risks that ask more of the scenarios than there are.
+
+    A search that flies few scenarios first does so on purpose: its values only say what goes on to the held-out check.
+    """
+    streams = (SEARCH, HELD_OUT) if study.search.first is None else (HELD_OUT,)
     return [
         f"{objective.label} rests on {have} {stream} scenarios; {need} would put five into its tail, so expect "
         f"its {stream} value to be optimistic."
         for objective in study.objectives
-        for stream in (SEARCH, HELD_OUT)
+        for stream in streams
         if (have := _count(study, objective, stream)) < (need := minimum_samples(objective.risk))
     ]
 

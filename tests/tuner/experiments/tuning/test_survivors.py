@@ -1,0 +1,86 @@
+"""Few flights first: who survives a search, what survivors fly, and that nobody else may be recommended."""
+
+import numpy as np
+import pandas as pd
+import pytest
+
+from plant.scenarios import SEARCH
+from tests.tuner.conftest import run_small
+from tuner.experiments.planning.counts import search_flights
+from tuner.experiments.tuning.problem import batches
+from tuner.experiments.tuning.survivors import MOST_SURVIVORS, layers, surviving
+from tuner.search.front import evenly, feasible_front, non_dominated
+
+FIRST, ALL = 4, 6
+
+
+@pytest.fixture(scope="module")
+def staged(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("survivors") / "r"
+    return run_small(folder, scenario__0__search=ALL), folder
+
+
+def test_every_candidate_flies_the_first_and_survivors_the_others(staged):
+    outcome, folder = staged
+    survivors, tried = outcome.survivors, len(outcome.archive.points)
+    assert outcome.generations[-1].flights == FIRST * tried
+    assert survivors.flights == (ALL - FIRST) * len(survivors.candidates)
+    flown = pd.concat([pd.read_parquet(file) for file in (folder / "flights").glob("*.parquet")])
+    assert len(flown[flown.stream == SEARCH]) == FIRST * tried + survivors.flights
+    assert outcome.flights_made == outcome.flights
+    assert outcome.generations[-1].flights + survivors.flights <= search_flights(outcome.study)
+
+
+def test_survivors_are_judged_on_all_flights(staged):
+    outcome, _ = staged
+    survivors = outcome.survivors
+    again = outcome.problem.evaluate(
+        outcome.archive.points[survivors.candidates], batches(outcome.study, SEARCH), fly_all=True
+    )
+    assert np.array_equal(survivors.evaluation.scores, again.scores)
+    # Means over other layouts are rounded otherwise.
+    for name in ("values", "violations", "failures"):
+        np.testing.assert_allclose(getattr(survivors.evaluation, name), getattr(again, name), rtol=1e-12, atol=1e-15)
+    front = survivors.candidates[feasible_front(again.values, again.violations)]
+    assert set(outcome.candidates) <= set(front)
+
+
+def test_the_front_survives_and_what_is_surely_beaten_does_not(staged):
+    outcome, _ = staged
+    seen = outcome.generations[0].evaluation
+    for entry in outcome.generations:
+        kept = surviving(outcome.problem, entry.evaluation, 1)
+        assert set(feasible_front(entry.evaluation.values, entry.evaluation.violations)) <= set(kept)
+    # Ten times as bad in every flight: beaten whatever flights are drawn.
+    row = int(feasible_front(seen.values, seen.violations)[0])
+    scores, values = np.repeat(seen.scores[[row]], 2, axis=0), np.repeat(seen.values[[row]], 2, axis=0)
+    scores[1, :2] *= 10.0
+    values[1] *= 10.0
+    pair = type(seen)(
+        values, np.zeros((2, seen.violations.shape[1])), np.zeros(2), scores, seen.origin,
+        np.zeros((2, 0)), np.ones(2, dtype=bool),
+    )  # fmt: skip
+    assert surviving(outcome.problem, pair, 1).tolist() == [0]
+
+
+def test_the_words_say_how_many_survived(staged):
+    outcome, folder = staged
+    said = f"Of {len(outcome.archive.points)} candidates {len(outcome.survivors.candidates)} survived"
+    for name in ("summary.json", "report.html"):
+        assert said in (folder / name).read_text()
+
+
+def test_a_front_of_many_is_thinned_evenly():
+    along = np.linspace(0.0, 1.0, 3 * MOST_SURVIVORS)
+    rows = evenly(along[::-1], MOST_SURVIVORS)
+    assert len(rows) == MOST_SURVIVORS and {0, len(along) - 1} <= set(rows.tolist())
+    assert np.all(np.diff(along[::-1][rows]) > 0.0)
+    assert len(evenly(along, 0)) == 0 and evenly(along, 1000).tolist() == list(range(len(along)))
+
+
+def test_layers_are_fronts_taken_away_one_after_the_other():
+    values = np.random.default_rng(1).random((60, 2))
+    found = layers(values)
+    for k in range(found.max() + 1):
+        left = np.flatnonzero(found >= k)
+        assert np.array_equal(left[non_dominated(values[left])], np.flatnonzero(found == k))

@@ -1,0 +1,119 @@
+"""Candidates that survive a search on few flights: they fly all flights of the search, and only they may be recommended.
+
+Every candidate of such a search flies the first scenarios alone. Those that no better one surely beats there, see
+`objectives.racing`, make the remaining flights; the front that goes to the held-out check is theirs.
+"""
+
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from objectives.problem import Evaluation, Problem
+from objectives.racing import beaten_by
+from tuner.analysis.held_out import Searched
+from tuner.experiments.tuning.problem import remaining_batches
+from tuner.search.front import evenly, feasible_front, non_dominated
+from tuner.search.infeasible import nothing_feasible
+from tuner.search.loop import Generation, archive
+from tuner.search.watcher import REFINING, Watcher
+from tuner.study.study import Study
+
+# Candidates that make all flights at most: as many as are finalists.
+MOST_SURVIVORS = 48
+# Fields of an evaluation that have a row for each candidate.
+OF_CANDIDATES = ("values", "violations", "failures", "scores", "requirements", "flown")
+
+
+@dataclass(frozen=True)
+class Survivors:
+    """What survived. candidates (k,): archive indices in increasing order, the first of all among them.
+
+    evaluation: of these, on all flights of the search; flights: made for it, the first ones aside.
+    """
+
+    candidates: np.ndarray
+    evaluation: Evaluation
+    flights: int
+
+    def finalists(self) -> np.ndarray:
+        """Return the rows (f,) of the feasible survivors that no other one dominates, or of the one that breaks limits least."""
+        front = feasible_front(self.evaluation.values, self.evaluation.violations)
+        return front if len(front) else np.argsort(self.evaluation.violations.sum(axis=1), kind="stable")[:1]
+
+    def seen(self, candidates: list[int]) -> list[Searched]:
+        """Return survivors by their archive indices as the search saw them."""
+        rows, found = np.searchsorted(self.candidates, candidates).tolist(), self.evaluation
+        return [Searched(found.values[row], found.scores[row], found.origin) for row in rows]
+
+
+def survivors_of(problem: Problem, study: Study, generations: list[Generation], watcher: Watcher) -> Survivors:
+    """Fly what survives the search through the rest of its flights; where every candidate flew all of them, all survive."""
+    seen = pooled([entry.evaluation for entry in generations])
+    if study.search.first is None:
+        return Survivors(np.arange(len(seen.values)), seen, 0)
+    found, flown = archive(generations), remaining_batches(study)
+    kept = surviving(problem, seen, study.seed)
+    candidates = np.union1d([0], kept if len(kept) else [nothing_feasible(found, study.requirements)[0]])
+    watcher.on_stage(REFINING, len(candidates) * sum(batch.count - batch.start for batch in flown))
+    rest = problem.evaluate(found.points[candidates], flown, watcher.on_flights_done, fly_all=candidates == 0)
+    if problem.memory:
+        problem.memory.commit("survivors")
+    return Survivors(candidates, joined(problem, picked(seen, candidates), rest), rest.flights)
+
+
+def picked(seen: Evaluation, rows: np.ndarray) -> Evaluation:
+    """Return the evaluation of some of the candidates."""
+    return replace(seen, **{name: getattr(seen, name)[rows] for name in (*OF_CANDIDATES, "counted")})
+
+
+def joined(problem: Problem, one: Evaluation, other: Evaluation) -> Evaluation:
+    """Return the evaluation of candidates on the flights of two, in the order of the scenarios."""
+    origin = np.concatenate([one.origin, other.origin])
+    names = {name: number for number, name in enumerate(dict.fromkeys(one.origin.tolist()))}
+    order = np.argsort([names[name] for name in origin.tolist()], kind="stable")
+    scores = np.ascontiguousarray(np.concatenate([one.scores, other.scores], axis=-1)[..., order])
+    risks, m = problem.risks(scores, origin[order]), len(problem.objectives)
+    broken = np.concatenate([problem.broken(risks), one.violations[:, len(problem.constraints) :]], axis=1)
+    made = one.scores.shape[-1], other.scores.shape[-1]
+    failures = (made[0] * one.failures + made[1] * other.failures) / sum(made)
+    return replace(
+        one, values=risks[:, :m], violations=broken, failures=failures, scores=scores, origin=origin[order], counted=None
+    )  # fmt: skip
+
+
+def pooled(evaluations: list[Evaluation]) -> Evaluation:
+    """Return the evaluations of several generations as one."""
+    parts = {name: np.concatenate([getattr(entry, name) for entry in evaluations], axis=0) for name in OF_CANDIDATES}
+    counted = np.concatenate([entry.flights_each for entry in evaluations], axis=0)
+    return replace(evaluations[0], **parts, counted=counted)
+
+
+def surviving(problem: Problem, seen: Evaluation, root: int) -> np.ndarray:
+    """Return the candidates (k,) that keep every limit and that no point of the front surely beats, the front among them.
+
+    Where these are too many, those furthest behind are left out, and the last layer is thinned.
+    """
+    kept = np.flatnonzero(seen.flown & np.all(seen.violations <= 0.0, axis=1))
+    if not len(kept):
+        return kept
+    values, m = seen.values[kept], len(problem.objectives)
+    behind = layers(values)
+    front = seen.scores[kept[behind == 0], :m]
+    hopeful = (behind == 0) | (beaten_by(problem, front, seen.scores[kept], seen.origin, root) < 0)
+    chosen = list[int]()
+    for layer in range(behind.max(initial=0) + 1):
+        rows = np.flatnonzero(hopeful & (behind == layer))
+        chosen += rows[evenly(values[rows, 0], MOST_SURVIVORS - len(chosen))].tolist()
+    return np.sort(kept[chosen])
+
+
+def layers(values: np.ndarray) -> np.ndarray:
+    """Return for each of some values (n, m) how many fronts have to be taken away before it stands on one (n,)."""
+    found, left = np.zeros(len(values), dtype=int), np.arange(len(values))
+    for number in range(len(values)):
+        if not len(left):
+            break
+        front = non_dominated(values[left])
+        found[left[front]] = number
+        left = np.delete(left, front)
+    return found

@@ -1,0 +1,50 @@
+"""The search for a study that asks for none: a model where candidates are few, evolution where they are many."""
+
+from typing import NamedTuple
+
+from tuner.search.names import ALGORITHMS
+
+MODEL = "gaussian_process"
+# What a model was measured to be ahead for; beyond it the time of its own outgrows that of the flights it saves.
+MOST_GAINS, MOST_OBJECTIVES, MOST_CANDIDATES = 20, 3, 1000
+
+
+class Choice(NamedTuple):
+    """A search by its name, and why it."""
+
+    algorithm: str
+    why: str
+
+
+def automatic(gains: int, objectives: int, candidates: int) -> Choice:
+    """Return the search for so many gains, objectives and candidates."""
+    beyond = [
+        f"{count:,} {noun} are more than the {most:,} that a model was measured to serve"
+        for count, most, noun in (
+            (gains, MOST_GAINS, "gains"),
+            (objectives, MOST_OBJECTIVES, "objectives"),
+            (candidates, MOST_CANDIDATES, "candidates"),
+        )
+        if count > most
+    ]
+    if beyond:
+        return Choice(evolution(objectives), beyond[0])
+    size = f"{_counted(gains, 'gain')}, {_counted(objectives, 'objective')} and {candidates:,} candidates"
+    return Choice(MODEL, f"{size} are few enough for a model, which needs the fewest flights")
+
+
+def evolution(objectives: int) -> str:
+    """Return the evolutionary search for a number of objectives."""
+    if objectives == 1:
+        return "cmaes"
+    return "nsga2" if objectives <= 3 else "nsga3"
+
+
+def _counted(count: int, noun: str) -> str:
+    return f"{count} {noun}{'' if count == 1 else 's'}"
+
+
+def candidates_of(algorithm: str, population: int | None, generations: int | None) -> int:
+    """Return how many candidates a search tries; None: its own number."""
+    usual = ALGORITHMS[algorithm]
+    return (population or usual.population) * (generations or usual.generations)
