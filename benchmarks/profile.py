@@ -1,24 +1,28 @@
-"""`python -m benchmarks.profile STUDY`: where the wall time of a run goes, as a table.
+"""`python -m benchmarks.profile STUDY`: where the time of a run goes, as a table.
 
 A thread looks at the main thread's stack every few milliseconds and books the time since its last look on the innermost
 frame that has a stage of its own. Nothing is patched, so nothing runs differently; the kernels give the lock away, so
 waiting for flights is seen as flights. Figures are drawn by another process: what is booked on them is what the run waits
-for them.
+for them, and the processor time of that process stands in a line of its own.
+
+Neighbours stretch wall time, so processor time is booked too, of the main thread and of the whole process. A stage takes at
+least the larger of the first and of the second shared by two cores: that sum is what an idle machine with two cores would take.
 """
 
 import argparse
 import sys
 from collections import defaultdict
 from pathlib import Path
+from resource import RUSAGE_CHILDREN, getrusage
 from tempfile import TemporaryDirectory
-from threading import Event, Thread
-from time import perf_counter, process_time
+from threading import Event, Thread, get_ident
+from time import clock_gettime, perf_counter, process_time, pthread_getcpuclockid
 from types import FrameType
-from typing import Any
+from typing import Any, NamedTuple
 
 from benchmarks.measuring import RESULTS, machine, write_json
 
-EVERY = 0.004
+EVERY, CORES = 0.004, 2
 STAGES: tuple[tuple[str, str], ...] = (
     ("importlib._bootstrap", "imports"),
     ("/numba/", "compiling"),
@@ -60,12 +64,37 @@ def stage_of(frame: FrameType | None) -> str:
     return "start and end of the process"
 
 
+class Times(NamedTuple):
+    """Seconds: by the clock, of processor time of the main thread, and of all threads of the process."""
+
+    wall: float
+    main: float
+    all: float
+
+    @property
+    def idle(self) -> float:
+        """Seconds that an idle machine with two cores would take at least."""
+        return max(self.main, self.all / CORES)
+
+    def since(self, earlier: "Times") -> "Times":
+        """Return what went by."""
+        return Times(*[now - before for now, before in zip(self, earlier, strict=True)])
+
+    def plus(self, other: "Times") -> "Times":
+        """Return the sum."""
+        return Times(*[one + more for one, more in zip(self, other, strict=True)])
+
+
+NOTHING = Times(0.0, 0.0, 0.0)
+
+
 class Sampler:
-    """Books the wall time of the thread that made it on stages."""
+    """Books the times of the thread that made it on stages."""
 
     def __init__(self) -> None:
-        self.seconds: defaultdict[str, float] = defaultdict(float)
-        self._watched, self._stop = _own_identity(), Event()
+        self.stages: defaultdict[str, Times] = defaultdict(lambda: NOTHING)
+        self._watched, self._stop = get_ident(), Event()
+        self._clock = pthread_getcpuclockid(self._watched)
         self._thread = Thread(target=self._look, daemon=True)
 
     def __enter__(self) -> "Sampler":
@@ -76,37 +105,36 @@ class Sampler:
         self._stop.set()
         self._thread.join()
 
+    def _now(self) -> Times:
+        return Times(perf_counter(), clock_gettime(self._clock), process_time())
+
     def _look(self) -> None:
-        last = perf_counter()
+        last = self._now()
         while not self._stop.wait(EVERY):
-            frame = sys._current_frames().get(self._watched)
-            now = perf_counter()
-            self.seconds[stage_of(frame)] += now - last
+            stage = stage_of(sys._current_frames().get(self._watched))
+            now = self._now()
+            self.stages[stage] = self.stages[stage].plus(now.since(last))
             last = now
 
 
-def _own_identity() -> int:
-    from threading import get_ident
-
-    return get_ident()
-
-
 def profile(study: Path, changes: list[str], threads: int | None) -> dict[str, Any]:
-    """Run a study into a folder that is thrown away and return seconds a stage."""
+    """Run a study into a folder that is thrown away and return the times of each stage."""
     with TemporaryDirectory() as folder:
         command = ["tuner", "run", str(study), "--out", str(Path(folder) / "results"), "--json"]
         command += [word for change in changes for word in ("--set", change)]
         command += [] if threads is None else ["--threads", str(threads)]
         arguments, sys.argv = sys.argv, command
-        wall, busy = perf_counter(), process_time()
         try:
             with Sampler() as sampler:
                 _run()
         finally:
             sys.argv = arguments
-        wall, busy = perf_counter() - wall, process_time() - busy
-    seconds = dict(sorted(sampler.seconds.items(), key=lambda entry: -entry[1]))
-    return {"study": study.stem, "changes": changes, "wall": wall, "busy": busy, "seconds": seconds}
+    stages = dict(sorted(sampler.stages.items(), key=lambda entry: -entry[1].idle))
+    used = getrusage(RUSAGE_CHILDREN)
+    return {
+        "study": study.stem, "changes": changes, "beside": used.ru_utime + used.ru_stime,
+        "stages": {stage: {**times._asdict(), "idle": times.idle} for stage, times in stages.items()},
+    }  # fmt: skip
 
 
 def _run() -> None:
@@ -119,15 +147,20 @@ def _run() -> None:
             raise
 
 
+COLUMNS = ("idle", "main", "all", "wall")
+
+
 def table(found: dict[str, Any]) -> str:
     """Return the table for people."""
-    title = " ".join([found["study"], *found["changes"]])
+    stages = found["stages"]
+    total = {name: sum(times[name] for times in stages.values()) for name in COLUMNS}
     lines = [
-        f"### {title}: {found['wall']:.1f} s of wall time, {found['busy']:.1f} s of processor time", "",
-        "| stage | wall [s] | share |", "|---|---:|---:|",
+        f"### {' '.join([found['study'], *found['changes']])}", "",
+        "| stage | two idle cores [s] | main thread [s] | process [s] | wall here [s] |", "|---|---:|---:|---:|---:|",
     ]  # fmt: skip
-    total = sum(found["seconds"].values())
-    lines += [f"| {stage} | {each:.2f} | {100 * each / total:.1f} % |" for stage, each in found["seconds"].items()]
+    rows = [*stages.items(), ("all", total)]
+    lines += [f"| {stage} | " + " | ".join(f"{times[name]:.2f}" for name in COLUMNS) + " |" for stage, times in rows]
+    lines += ["", f"Processes beside it: {found['beside']:.2f} s of processor time."]
     return "\n".join(lines) + "\n"
 
 

@@ -84,9 +84,16 @@ def _bootstrap(f_a: Array, f_b: Array, f_ab: Array, draw: np.random.Generator, r
 
 def ranks(values: Array) -> Array:
     """Return the ranks (n, q) of values (n, q) in each column, between 0 and 1; equal values share their mean rank."""
-    from scipy.stats import rankdata
+    return (np.stack([places(column) for column in values.T], axis=1) - 0.5) / len(values)
 
-    return (rankdata(values, axis=0) - 0.5) / len(values)
+
+def places(values: Array) -> Array:
+    """Return the ranks (n,) of finite values (n,), 1 for the smallest; equal values share their mean rank.
+
+    SciPy has it too, but `scipy.stats` takes 0.7 s to import.
+    """
+    _, which, count = np.unique(values, return_inverse=True, return_counts=True)
+    return (np.cumsum(count) - 0.5 * (count - 1))[which]
 
 
 def held_to_completed(values: Array, failures: Array) -> Array:

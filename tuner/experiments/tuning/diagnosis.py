@@ -17,6 +17,7 @@ from objectives.problem import Constraint
 from objectives.requirements import Requirement, Screen
 from objectives.scales import SCALES
 from plant.gains import GainAddress, gain_addresses
+from tuner.analysis.sensitivity.indices import places
 from tuner.documents.summary import DesignReach, GainAt, ObstacleRow
 from tuner.experiments.tuning.conflicts import number_text
 from tuner.experiments.tuning.starts import design_row, study_designs
@@ -232,12 +233,10 @@ def _correlated(study: Study, points: Array, values: Array) -> list[str]:
     variables = study.space.variables
     if len(points) < 8 or np.ptp(values) == 0.0:
         return []
-    from scipy.stats import rankdata
-
-    ranks = rankdata(values) - 0.5 * (len(values) + 1)
+    ranks = places(values) - 0.5 * (len(values) + 1)
     strength = []
     for i in range(len(variables)):
-        own = rankdata(points[:, i]) - 0.5 * (len(values) + 1)
+        own = places(points[:, i]) - 0.5 * (len(values) + 1)
         length = float(np.linalg.norm(own) * np.linalg.norm(ranks))
         strength.append(abs(float(own @ ranks)) / length if length > 0.0 else 0.0)
     # Under independence a rank correlation of n pairs has variance 1 / (n - 1); the error is shared among all gains, both signs.

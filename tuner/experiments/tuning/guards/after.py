@@ -5,6 +5,7 @@ from itertools import combinations
 
 import numpy as np
 
+from tuner.analysis.sensitivity.indices import places
 from tuner.documents.contest_document import BoundRow
 
 Times = Sequence[float]
@@ -44,9 +45,7 @@ def correlated_objectives(labels: Sequence[str], values: np.ndarray) -> list[str
     """Warn of pairs of objectives that rank all candidates flown, values (n, objectives), alike."""
     if len(values) < ENOUGH:
         return []
-    from scipy.stats import rankdata
-
-    ranks = rankdata(values, axis=0)
+    ranks = np.stack([places(column) for column in values.T], axis=1)
     ranks -= ranks.mean(axis=0)
     length = np.sqrt(np.square(ranks).sum(axis=0))
     return [
