@@ -43,7 +43,8 @@ class Finalists:
 
     flown: flights of all rows, evaluation: their values; low, high (rows, objectives): intervals; feasible, non_dominated: masks
     over the rows, the second among the feasible rows behind the default. search: values of the search; gap: held-out minus
-    search, with gap_low, gap_high; difference: row minus default, paired, with difference_low, difference_high (rows, objectives).
+    search, with gap_low, gap_high; difference: row minus default, paired, with difference_low, difference_high:
+    (rows, objectives).
     probability (rows,): share of the resamples on which the row is non-dominated among the feasible rows behind the default,
     0 for the others.
     """

@@ -48,6 +48,7 @@ class ResolvedSearch(DocumentPart):
     population: int | None = None
     generations: int | None = None
     initial: list[str] | None = None
+    stop: str | None = None
     racing: bool | None = None
 
 

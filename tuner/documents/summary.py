@@ -223,7 +223,11 @@ TableRow = Annotated[ComparedRow | RequiredRow, Field(discriminator="kind")]
 
 
 class Summary(Document):
-    """Content of summary.json. tuned: the recommended point, null where nothing is feasible; nearest: then the nearest to it."""
+    """Content of summary.json.
+
+    tuned: the recommended point, null where nothing is feasible; nearest: then the nearest to it. settled: finalists that made a
+    part of their held-out flights only.
+    """
 
     feasible: bool | None = None
     ending: list[str] = []
@@ -235,6 +239,7 @@ class Summary(Document):
     flights: int
     screened: Spared | None = None
     raced: Spared | None = None
+    settled: Spared | None = None
     wall_seconds: float
     search_seconds: SearchSeconds | None = None
     held_out: int

@@ -5,6 +5,9 @@ from dataclasses import dataclass
 from plant.errors import InputError, UnknownNameError
 
 STARTS = ("default", "design")
+# Ends of a search: after so many generations, or before, where its front has come to rest.
+GENERATIONS, CONVERGED = "generations", "converged"
+STOPS = (GENERATIONS, CONVERGED)
 
 
 @dataclass(frozen=True)

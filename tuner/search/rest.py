@@ -20,6 +20,17 @@ FITTED, MOST_TIMES = 5, 8
 EXPONENTS, CONSTANTS = np.geomspace(0.25, 4.0, 25), np.geomspace(0.05, 2.0, 25)
 
 
+class Budget(NamedTuple):
+    """Generations of a search at most; converges: it ends before, where it has come to rest."""
+
+    generations: int
+    converges: bool = False
+
+    def spent(self, volumes: Sequence[float]) -> bool:
+        """Return whether a search ends that has come to these hypervolumes, one a generation."""
+        return len(volumes) >= self.generations or (self.converges and has_converged(volumes))
+
+
 class Curve(NamedTuple):
     """A hypervolume over generations, limit - scale remainder(n); error: sum of the squares that it leaves."""
 

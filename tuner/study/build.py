@@ -28,7 +28,7 @@ from plant.sensors import SensorSpec
 from tuner.gains import Controller, read_gains
 from tuner.gains.ranges import check_multiple, check_plant_step, timing_of
 from tuner.search.front import resolved_rule
-from tuner.search.names import STARTS, check_algorithm
+from tuner.search.names import STARTS, STOPS, check_algorithm
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
 from tuner.study.margins import margin_requirement, margin_screen
@@ -373,7 +373,11 @@ def _search(table: SearchTable, objectives: int) -> SearchSpec:
     for start in table.initial:
         if start not in STARTS:
             raise UnknownNameError("starting point", start, STARTS, key="initial")
-    return SearchSpec(table.algorithm, table.population, table.generations, tuple(table.initial), table.racing)
+    if table.stop not in STOPS:
+        raise UnknownNameError("end of a search", table.stop, STOPS, key="stop")
+    return SearchSpec(
+        table.algorithm, table.population, table.generations, tuple(table.initial), table.racing, table.stop
+    )
 
 
 def _pick(table: PickTable, objectives: tuple[Objective, ...]) -> str:

@@ -17,6 +17,7 @@ from plant.air.injection import Injection
 from plant.air.spec import AirSpec
 from plant.scenarios import Bands, Spread
 from plant.sensors import SensorSpec
+from tuner.search.names import GENERATIONS
 from tuner.study import meanings
 from tuner.study.size import MOST_FLIGHTS
 
@@ -271,9 +272,11 @@ class SearchTable(StrictTable):
     population: int = 48
     """Candidates of a generation."""
     generations: Annotated[int, Field(ge=1)] = 15
-    """Number of generations."""
+    """Number of generations, at most where the search stops once it has converged."""
     initial: list[str] = Field(default=["default"])
     """Points that the search starts from: "default", "design"."""
+    stop: str = GENERATIONS
+    """End of the search: "generations", or "converged" for before, where a quarter of it brought next to nothing."""
     racing: bool = True
     """Stop flying a candidate once a better one surely beats it."""
 

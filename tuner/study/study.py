@@ -21,6 +21,8 @@ from plant.references import ReferenceSpec
 from plant.scenarios import ScenarioSpec
 from tuner.gains import Controller, VehicleRecord
 from tuner.gains.document import seed_entry
+from tuner.search.names import CONVERGED, GENERATIONS
+from tuner.search.rest import Budget
 from tuner.study.schema import StrictTable, StudyTable
 from tuner.text.markup import element, table
 
@@ -43,6 +45,18 @@ class SearchSpec:
     generations: int
     initial: tuple[str, ...]
     racing: bool = False
+    stop: str = GENERATIONS
+
+    @property
+    def budget(self) -> Budget:
+        """Number of generations, and whether the search may end before."""
+        return Budget(self.generations, converges=self.stop == CONVERGED)
+
+    @property
+    def size(self) -> str:
+        """Generations and candidates in words."""
+        most = "at most " if self.stop == CONVERGED else ""
+        return f"{most}{self.generations} generations of {self.population}"
 
 
 @dataclass(frozen=True)
@@ -125,7 +139,7 @@ class Study:
 
     def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
         """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
-        # No limit on cost is as before there were any, and so are automatic limits that ask the usual.
+        # What is usual is as it was before anything else could be asked for.
         usual = {"cost": not self.table.cost, "mission": self.mission == USUAL}
         left = {"title", "description", "airframe", *without, *[key for key, same in usual.items() if same]}
         content = {
@@ -135,6 +149,8 @@ class Study:
             "scenario": self._scenarios(paths=False),
             "vehicle": self.system.vehicle,
         }
+        if self.search.stop == GENERATIONS:
+            content["search"] = {key: value for key, value in content["search"].items() if key != "stop"}
         return {key: value for key, value in content.items() if key not in left}
 
     def digest(self) -> str:
@@ -165,7 +181,7 @@ class Study:
             ("scenarios", ", ".join(entry.spec.name for entry in self.scenarios)),
             ("objectives", ", ".join(entry.label for entry in self.objectives)),
             ("limits", ", ".join([entry.objective.label for entry in self.constraints] + [e.label for e in self.requirements])),
-            ("search", f"{self.search.algorithm}, {self.search.generations} generations of {self.search.population}"),
+            ("search", f"{self.search.algorithm}, {self.search.size}"),
         )  # fmt: skip
         return element("div", element("strong", self.title), table(("", f"seed {self.seed}"), rows))
 

@@ -60,7 +60,9 @@ def searched(folder, asked, threads=2):
     )
     results = Folder.create(folder)
     first, _ = first_points(problem, asked, results)
-    found = archive(search(problem, asked, results, Watcher(), algorithm_of(problem, asked, first)))
+    found = archive(
+        search(problem, asked, results, Watcher(), algorithm_of(problem, asked, first), asked.search.budget)
+    )
     return found, finalists_of(found, asked)[1]
 
 
