@@ -133,7 +133,7 @@ def run(problem: Problem, study: Study) -> Iterator[Generation]:
         default = np.arange(len(points)) == 0 if not done else False
         return evaluated(problem, study, points, done, fly_all=default)
 
-    for record in search_generations(algorithm_of(problem, study, first), evaluate, study.search.generations):
+    for record in search_generations(algorithm_of(problem, study, first), evaluate, study.search.budget):
         done.append(record)
         yield record
 

@@ -22,17 +22,17 @@ from objectives.risk import (
     bootstrap_interval,
     interval_on,
     paired_difference_on,
-    replicates_on,
     resampled_scenarios,
     within,
 )
 from plant.seeds import generator
+from tuner.analysis.final_flights import FRONT_REPLICATES, FinalFlights
 from tuner.documents.parts import Estimate, SampledValue
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.search.front import non_dominated
 
-# Bootstrap replicates for the error bars of the front, and for the Default / Tuned table.
-FRONT_REPLICATES, TABLE_REPLICATES = 400, 2000
+# Bootstrap replicates for the Default / Tuned table.
+TABLE_REPLICATES = 2000
 # Relative difference of two values that are the same within rounding.
 SAME = 1e-9
 
@@ -41,14 +41,15 @@ SAME = 1e-9
 class Finalists:
     """Held-out results; row 0 is the default, the others are the front of the search. FINALIST_COLUMNS names what is written.
 
-    evaluation: of all rows; low, high (rows, objectives): intervals; feasible, non_dominated: masks over the rows, the
-    second among the feasible rows behind the default. search: values of the search; gap: held-out minus search, with
-    gap_low, gap_high; difference: row minus default, paired, with difference_low, difference_high (rows, objectives).
+    flown: flights of all rows, evaluation: their values; low, high (rows, objectives): intervals; feasible, non_dominated: masks
+    over the rows, the second among the feasible rows behind the default. search: values of the search; gap: held-out minus
+    search, with gap_low, gap_high; difference: row minus default, paired, with difference_low, difference_high:
+    (rows, objectives).
     probability (rows,): share of the resamples on which the row is non-dominated among the feasible rows behind the default,
     0 for the others.
     """
 
-    evaluation: Evaluation
+    flown: FinalFlights
     low: np.ndarray
     high: np.ndarray
     feasible: np.ndarray
@@ -61,6 +62,16 @@ class Finalists:
     difference: np.ndarray
     difference_low: np.ndarray
     difference_high: np.ndarray
+
+    @property
+    def evaluation(self) -> Evaluation:
+        """The values of all rows."""
+        return self.flown.evaluation
+
+    @property
+    def flights(self) -> np.ndarray:
+        """Number of held-out flights of each row."""
+        return self.evaluation.flights_each
 
     @property
     def lost(self) -> np.ndarray:
@@ -81,17 +92,15 @@ class Searched:
         return self.scores[index] if scenario is None else self.scores[index][self.origin == scenario]
 
 
-def judge(problem: Problem, evaluation: Evaluation, searched: list[Searched], root: int) -> Finalists:
+def judge(flown: FinalFlights, searched: list[Searched]) -> Finalists:
     """Find out what the held-out flights of all finalists say; searched: each of them in the search."""
-    drawn = _front_resamples(evaluation, root)
+    evaluation, problem, root = flown.evaluation, flown.problem, flown.root
     shape = evaluation.values.shape
     low, high, search, gap_low, gap_high = (np.empty(shape) for _ in range(5))
     replicates = np.empty((*shape, FRONT_REPLICATES))
     for i, objective in enumerate(problem.objectives):
-        samples = evaluation.samples(i, objective.scenario)
-        part = within(drawn, evaluation.origin, objective.scenario)
-        low[:, i], high[:, i] = interval_on(samples, objective.risk, part)
-        replicates[:, i] = replicates_on(samples, objective.risk, part)
+        _, low[:, i], high[:, i] = flown.estimate(i)
+        replicates[:, i] = flown.replicates(i)
         before = [entry.samples(i, objective.scenario) for entry in searched]
         search[:, i] = [entry.values[i] for entry in searched]
         ends = [_search_interval(entry, objective.risk, root, i) for entry in before]
@@ -101,28 +110,18 @@ def judge(problem: Problem, evaluation: Evaluation, searched: list[Searched], ro
     feasible = np.all(evaluation.violations <= 0.0, axis=1)
     best, probability = np.zeros(shape[0], dtype=bool), np.zeros(shape[0])
     rows = 1 + np.flatnonzero(feasible[1:])
-    best[rows] = non_dominated(evaluation.values[rows])
+    best[rows] = flown.non_dominated(rows)
     probability[rows] = share_non_dominated(replicates[rows])
     return Finalists(
-        evaluation, low, high, feasible, best, search, evaluation.values - search, gap_low, gap_high, probability,
-        *differences_to(problem, evaluation, 0, root),
+        flown, low, high, feasible, best, search, evaluation.values - search, gap_low, gap_high, probability,
+        *differences_to(flown, 0),
     )  # fmt: skip
 
 
-def differences_to(problem: Problem, evaluation: Evaluation, row: int, root: int) -> PairedDifference:
-    """Return every finalist minus one of them (rows, objectives), paired over the held-out flights."""
-    drawn = _front_resamples(evaluation, root)
-    found = []
-    for i, objective in enumerate(problem.objectives):
-        samples = evaluation.samples(i, objective.scenario)
-        part = within(drawn, evaluation.origin, objective.scenario)
-        found.append(paired_difference_on(samples, samples[row], objective.risk, part))
+def differences_to(flown: FinalFlights, row: int) -> PairedDifference:
+    """Return every finalist minus one that made all flights (rows, objectives), paired over the held-out flights."""
+    found = [flown.difference_to(i, row) for i in range(len(flown.problem.objectives))]
     return PairedDifference(*np.stack(found, axis=-1))
-
-
-def _front_resamples(evaluation: Evaluation, root: int) -> np.ndarray:
-    """Return the resamples (FRONT_REPLICATES, flights) of the held-out flights, the same for all finalists and questions."""
-    return resampled_scenarios(generator(root, "bootstrap/front", 0), FRONT_REPLICATES, evaluation.origin)
 
 
 def _search_interval(samples: np.ndarray, risk: Risk, root: int, objective: int) -> tuple[float, float]:

@@ -48,5 +48,9 @@ FINALIST_COLUMNS = (
     ),
     FinalistColumn("feasible", "flag"),
     FinalistColumn("lost", "count", missing=0),
+    FinalistColumn(
+        "flights", "count", "Flights",
+        "held-out flights made: fewer where the first of them settled the point's place, so its intervals are wider",
+    ),
 )  # fmt: skip
 """Attributes of `Finalists`, which holds the values; a number more is a row more."""

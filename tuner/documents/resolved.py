@@ -50,6 +50,7 @@ class ResolvedSearch(DocumentPart):
     population: int | None = None
     generations: int | None = None
     initial: list[str] | None = None
+    stop: str | None = None
     racing: bool | None = None
     first: int | None = None
     why: str = ""

@@ -223,8 +223,11 @@ TableRow = Annotated[ComparedRow | RequiredRow, Field(discriminator="kind")]
 
 
 class Summary(Document):
-    """Content of summary.json. tuned: the recommended point, null where nothing is feasible; nearest: then the nearest to it;
-    search: which search it was, why, and what survived it where candidates first made few flights.
+    """Content of summary.json.
+
+    tuned: the recommended point, null where nothing is feasible; nearest: then the nearest to it. search: which search it was,
+    why, and what survived it where candidates first made few flights. settled: finalists that made a part of their held-out
+    flights only.
     """
 
     feasible: bool | None = None
@@ -238,6 +241,7 @@ class Summary(Document):
     flights: int
     screened: Spared | None = None
     raced: Spared | None = None
+    settled: Spared | None = None
     wall_seconds: float
     search_seconds: SearchSeconds | None = None
     held_out: int

@@ -11,6 +11,7 @@ from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import metric_anchor
 from tuner.report.page import folded, folded_text, wide
 from tuner.report.words import law_title
+from tuner.search.names import CONVERGED
 from tuner.store.environment import Environment
 from tuner.study.processor_cost.cost import told
 from tuner.text.markup import Markup, coded, described, element, join, table
@@ -153,8 +154,9 @@ def _in_unit(unit: str) -> Markup:
 
 def _search(search: ResolvedSearch) -> str:
     sizes = (search.generations, "generations"), (search.population, "candidates each")
-    size = [f"{number} {noun}" for number, noun in sizes if number is not None]
-    return ", ".join([search.algorithm, " of ".join(size)]) if size else search.algorithm
+    size = " of ".join(f"{number} {noun}" for number, noun in sizes if number is not None)
+    most = "at most " if size and search.stop == CONVERGED else ""
+    return ", ".join(filter(None, [search.algorithm, f"{most}{size}"]))
 
 
 def _machine(environment: Environment) -> str:

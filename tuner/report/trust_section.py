@@ -42,6 +42,7 @@ def _saved(results: TuningFolder) -> Markup:
         for entry, why in (
             (summary.screened, "that break a hard requirement"),
             (summary.raced, "whose race ended early"),
+            (summary.settled, "whose place among the finalists was settled before"),
         )
         if entry is not None and entry.candidates
     ]

@@ -9,6 +9,7 @@ import numpy as np
 
 from objectives.problem import Evaluation
 from tuner.search.front import feasible_front, hypervolume
+from tuner.search.rest import Budget
 
 
 class Search(Protocol):
@@ -77,18 +78,19 @@ def archive(generations: list[Generation]) -> Archive:
 def search_generations(
     search: Search,
     evaluate: Callable[[np.ndarray], Evaluation],
-    generations: int,
+    budget: Budget,
     now: Callable[[], float] | None = None,
 ) -> Iterator[Generation]:
-    """Run the search and yield every generation; the first candidate of all is the baseline of the hypervolume.
+    """Run the search until its budget is spent and yield every generation.
 
+    The first candidate of all is the baseline of the hypervolume.
     now: seconds since the start of the search, measured here unless given.
     """
     begin = perf_counter()
     clock = now or (lambda: perf_counter() - begin)
     done: list[Generation] = []
     flights = screened = saved = raced = spared = 0
-    for number in range(generations):
+    while not budget.spent([entry.hypervolume for entry in done]):
         points = search.ask()
         evaluation = evaluate(points)
         search.tell(evaluation.values, evaluation.violations)
@@ -97,7 +99,7 @@ def search_generations(
         saved += evaluation.flights_saved
         raced += int(np.sum(evaluation.flown & ~evaluation.complete, axis=0))
         spared += evaluation.flights_raced
-        draft = Generation(number, points, evaluation, flights, screened, saved, raced, spared, clock(), 0.0, 0.0)
+        draft = Generation(len(done), points, evaluation, flights, screened, saved, raced, spared, clock(), 0.0, 0.0)
         so_far = archive([*done, draft])
         feasible = np.all(so_far.violations <= 0.0, axis=1).mean(axis=0)
         volume = hypervolume(so_far.values[so_far.front()], so_far.values[0])

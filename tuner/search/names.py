@@ -7,6 +7,9 @@ from plant.errors import InputError, UnknownNameError
 STARTS = ("default", "design")
 AUTOMATIC = "auto"
 """In place of a search's name: the one that `tuner.search.automatic` chooses."""
+# Ends of a search: after so many generations, or before, where its front has come to rest.
+GENERATIONS, CONVERGED = "generations", "converged"
+STOPS = (GENERATIONS, CONVERGED)
 
 
 @dataclass(frozen=True)

@@ -29,7 +29,7 @@ from tuner.gains import Controller, read_gains
 from tuner.gains.ranges import check_multiple, check_plant_step, timing_of, usual_timing
 from tuner.search.automatic import MODEL, automatic, candidates_of
 from tuner.search.front import resolved_rule
-from tuner.search.names import ALGORITHMS, AUTOMATIC, STARTS, check_algorithm
+from tuner.search.names import ALGORITHMS, AUTOMATIC, STARTS, STOPS, check_algorithm
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
 from tuner.study.margins import margin_requirement, margin_screen
@@ -389,12 +389,14 @@ def search_of(table: SearchTable, gains: int, objectives: int, flights: int) -> 
     for start in table.initial:
         if start not in STARTS:
             raise UnknownNameError("starting point", start, STARTS, key="initial")
+    if table.stop not in STOPS:
+        raise UnknownNameError("end of a search", table.stop, STOPS, key="stop")
     first = usual.first if table.first is None else table.first
     staged = first is not None and first < flights
     races = table.racing and not staged and not usual.screens
     return SearchSpec(
         algorithm, population, table.generations or usual.generations, tuple(table.initial),
-        racing=races, first=first if staged else None,
+        racing=races, first=first if staged else None, stop=table.stop,
         why="as the study asks" if algorithm != choice.algorithm else choice.why,
     )  # fmt: skip
 

@@ -22,6 +22,7 @@ from plant.air.injection import Injection
 from plant.air.spec import AirSpec
 from plant.scenarios import Bands, Spread
 from plant.sensors import SensorSpec
+from tuner.search.names import GENERATIONS
 from tuner.study import meanings
 from tuner.study.size import MOST_FLIGHTS
 
@@ -293,12 +294,14 @@ class SearchTable(StrictTable):
     population: int | None = None
     """Candidates of a generation; by default the algorithm's own."""
     generations: Annotated[int | None, Field(ge=1)] = None
-    """Number of generations; by default the algorithm's own."""
+    """Number of generations, at most where the search stops once it has converged; by default the algorithm's own."""
     initial: list[str] = Field(default=["default"])
     """Points that the search starts from: "default", "design"."""
     first: Annotated[int | None, Field(ge=1)] = None
     """Flights of each scenario that every candidate makes; those that survive the search make the others. By default the
     algorithm's own."""
+    stop: str = GENERATIONS
+    """End of the search: "generations", or "converged" for before, where a quarter of it brought next to nothing."""
     racing: bool = True
     """Stop flying a candidate once a better one surely beats it, where all may make every flight; a model, which compares common
     flights, never races."""

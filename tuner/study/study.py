@@ -21,6 +21,8 @@ from plant.references import ReferenceSpec
 from plant.scenarios import ScenarioSpec
 from tuner.gains import Controller, VehicleRecord
 from tuner.gains.document import seed_entry
+from tuner.search.names import CONVERGED, GENERATIONS
+from tuner.search.rest import Budget
 from tuner.study.schema import StrictTable, StudyTable
 from tuner.text.markup import element, table
 
@@ -48,12 +50,18 @@ class SearchSpec:
     initial: tuple[str, ...]
     racing: bool = False
     first: int | None = None
+    stop: str = GENERATIONS
     why: str = ""
 
     @property
     def candidates(self) -> int:
         """Candidates of all generations."""
         return self.population * self.generations
+
+    @property
+    def budget(self) -> Budget:
+        """Number of generations, and whether the search may end before."""
+        return Budget(self.generations, converges=self.stop == CONVERGED)
 
     def flights_first(self, flights: int) -> int:
         """Return how many of so many flights of a scenario every candidate makes."""
@@ -68,13 +76,19 @@ class SearchSpec:
     @property
     def values(self) -> dict[str, Any]:
         """What decides what is searched, as JSON-able data."""
-        return {**self.sizes, "initial": list(self.initial), "racing": self.racing}
+        return {**self.sizes, "initial": list(self.initial), "stop": self.stop, "racing": self.racing}
+
+    @property
+    def size(self) -> str:
+        """Generations and candidates in words."""
+        most = "at most " if self.stop == CONVERGED else ""
+        return f"{most}{self.generations} generations of {self.population}"
 
     @property
     def text(self) -> str:
         """One sentence on which search it is, and why."""
         first = "" if self.first is None else f", {self.first} flights of each scenario first"
-        return f"Search: {self.algorithm}, {self.generations} generations of {self.population}{first}: {self.why}."
+        return f"Search: {self.algorithm}, {self.size}{first}: {self.why}."
 
 
 @dataclass(frozen=True)
@@ -159,7 +173,7 @@ class Study:
 
     def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
         """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
-        # No limit on cost is as before there were any, and so are automatic limits that ask the usual.
+        # What is usual is as it was before anything else could be asked for.
         usual = {"cost": not self.table.cost, "mission": self.mission == USUAL}
         left = {"title", "description", "airframe", *without, *[key for key, same in usual.items() if same]}
         content = {
@@ -169,6 +183,8 @@ class Study:
             "scenario": self._scenarios(paths=False),
             "vehicle": self.system.vehicle,
         }
+        if self.search.stop == GENERATIONS:
+            content["search"] = {key: value for key, value in content["search"].items() if key != "stop"}
         return {key: value for key, value in content.items() if key not in left}
 
     def digest(self) -> str:
@@ -199,7 +215,7 @@ class Study:
             ("scenarios", ", ".join(entry.spec.name for entry in self.scenarios)),
             ("objectives", ", ".join(entry.label for entry in self.objectives)),
             ("limits", ", ".join([entry.objective.label for entry in self.constraints] + [e.label for e in self.requirements])),
-            ("search", f"{self.search.algorithm}, {self.search.generations} generations of {self.search.population}"),
+            ("search", f"{self.search.algorithm}, {self.search.size}"),
         )  # fmt: skip
         return element("div", element("strong", self.title), table(("", f"seed {self.seed}"), rows))
 

@@ -9,6 +9,7 @@ from tuner.documents.judgement import JudgedRow, JudgementDocument
 from tuner.documents.parts import in_shown_units
 from tuner.experiments.planning.study_preview import DefaultRow, StudyPreview, TrimRow, VehicleRow
 from tuner.gains.sections import VERSIONS
+from tuner.search.names import CONVERGED
 
 if TYPE_CHECKING:
     from tuner.api.checking import Checked, Judgement
@@ -66,9 +67,11 @@ def show_study(found: StudyPreview, console: Console) -> None:
     table = TerminalTable(box=None, show_header=False)
     table.add_column("", no_wrap=True)
     table.add_column("")
+    most = "at most " if found.stop == CONVERGED else ""
     for key in ("title", "variables", "objectives", "constraints", "requirements", "search_flights", "digest"):
         value = getattr(found, key)
-        table.add_row(key, ", ".join(value) if isinstance(value, list) else str(value))
+        before = most if key == "search_flights" else ""
+        table.add_row(key, ", ".join(value) if isinstance(value, list) else f"{before}{value}")
     table.add_row("vehicle", vehicle_text(found.vehicle))
     table.add_row("plant step", found.plant_step.words)
     for row in found.trim:

@@ -42,6 +42,12 @@ def print_tuning(results: "TuningResults", console: Console) -> None:
         console.print(
             f"Races that ended early: {raced.candidates:,} candidates; {raced.flights:,} flights saved.",
         )
+    settled = summary.settled
+    if settled.candidates:
+        console.print(
+            f"Held-out flights ended early, for their place was settled: {settled.candidates:,} finalists; {settled.flights:,} "
+            "flights saved.",
+        )
     made, flights = results.flights_made, summary.flights
     now = "" if made in (None, flights) else f" ({made:,} flights flown now, the others were there)"
     console.print(f"{flights:,} flights{now} in {summary.wall_seconds:.1f} s.")

@@ -64,5 +64,5 @@ def judgement(
     engine = engine_again(path, first.system, first.seed)
     experiment = JudgementRun(asked, folder, watcher, engine, threads=threads, reuse=(path,))
     problem = problem_of(first, threads, flight_store(first, None, (path,)), engine)
-    experiment.candidates = [record.points for record in replayed(path, first, problem, asked.search.generations)]
+    experiment.candidates = [record.points for record in replayed(path, first, problem, first.search.budget)]
     return experiment

@@ -33,6 +33,7 @@ from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import front_table, generation_table
 from tuner.gains.hashing import same_result
 from tuner.search.loop import Generation, archive, point_name
+from tuner.search.rest import Budget
 from tuner.search.watcher import CHECKING, Watcher
 from tuner.store.advice import CONTEST, TUNING, kind_of
 from tuner.store.environment import Environment, environment
@@ -133,7 +134,7 @@ def verify(path: Path, sample: int | None, threads: int | None, watcher: Watcher
         if store.damaged:
             raise Different(f"{store.damaged[0]} is damaged")
         problem = problem_of(study, threads, store, engine, record.model)
-        generations = replay(path, study, problem, record.generations if finished else None)
+        generations = replay(path, study, problem, finished)
         flown = chosen(generations, sample, study.seed)
         warm_up(again, study, watcher)
         refly(study, again, generations, flown, store, watcher)
@@ -165,13 +166,16 @@ def named(path: Path) -> str:
     return "folder" if known is None else known.kind
 
 
-def replay(path: Path, study: Study, problem: Problem, count: int | None) -> list[Generation]:
-    """Replay the search and compare every recorded generation; count: of generations, or None for those there are."""
+def replay(path: Path, study: Study, problem: Problem, finished: bool) -> list[Generation]:
+    """Replay the search and compare every recorded generation; finished: there must be all of them."""
     files = sorted((path / "generations").glob("*.parquet"))
-    if count is not None and len(files) != count:
-        raise Different(f"{len(files)} generations are recorded, {count} were asked for")
+    most = study.search.generations
+    if finished and len(files) != most and not study.search.budget.converges:
+        raise Different(f"{len(files)} generations are recorded, {most} were asked for")
     done: list[Generation] = []
-    for record in replayed(path, study, problem, len(files)):
+    for record in replayed(path, study, problem, study.search.budget if finished else Budget(len(files))):
+        if len(done) == len(files):
+            raise Different(f"{len(files)} generations are recorded, and the search goes on")
         done.append(record)
         file = files[record.number]
         try:
@@ -179,6 +183,8 @@ def replay(path: Path, study: Study, problem: Problem, count: int | None) -> lis
         except StoreError as error:
             raise Different(f"{file} cannot be read ({error.__context__})") from None
         compare_tables(f"{file.parent.name}/{file.name}", there, generation_table(study, done, record))
+    if len(done) != len(files):
+        raise Different(f"{len(files)} generations are recorded, and the search ends after {len(done)}")
     return done
 
 

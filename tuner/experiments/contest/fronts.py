@@ -21,7 +21,7 @@ import numpy as np
 from objectives.problem import Objective
 from objectives.risk import interval_on, replicates_on, resampled_scenarios, within
 from plant.seeds import generator
-from tuner.analysis.held_out import FRONT_REPLICATES
+from tuner.analysis.final_flights import FRONT_REPLICATES
 from tuner.documents.parts import SampledValue
 from tuner.experiments.contest.flying import ContestPoint, Flown
 from tuner.search.front import non_dominated

@@ -108,7 +108,7 @@ def search(
         return evaluation(inference, parts[-1], scores)
 
     generations = []
-    for record in search_generations(algorithm, evaluate, spec.generations):
+    for record in search_generations(algorithm, evaluate, spec.budget):
         # The loop counts one flight for a column of scores; here every contender flew it.
         record = replace(record, flights=record.flights * len(flyer.tasks))
         generations.append(record)

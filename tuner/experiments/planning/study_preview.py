@@ -84,6 +84,7 @@ class StudyPreview(DocumentPart):
     automatic_limits: list[AutomaticLimit]
     requirements: list[str]
     search_flights: int
+    stop: str
     digest: str
     vehicle: VehicleRow
     plant_step: PlantStep
@@ -184,6 +185,7 @@ def study_preview(asked: Study) -> StudyPreview:
         automatic_limits=automatic_rows(asked.automatic_limits),
         requirements=[requirement.label for requirement in asked.requirements],
         search_flights=search_flights(asked),
+        stop=asked.search.stop,
         digest=asked.digest(),
         vehicle=vehicle_row(asked.airframe.name, asked.system.vehicle),
         plant_step=plant_step,

@@ -1,13 +1,15 @@
 """Conclusion of a search on flights that it never saw: finalists, the recommended point, warnings."""
 
 from dataclasses import replace
+from functools import partial
 from time import perf_counter
 
 import numpy as np
 
 from objectives.problem import Problem
 from plant.scenarios import CONFIRMATION, HELD_OUT
-from tuner.analysis.held_out import Finalists, compare, compare_known, judge
+from tuner.analysis.finals import Finals
+from tuner.analysis.held_out import Finalists, Searched, compare, compare_known, judge
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
@@ -21,7 +23,7 @@ from tuner.experiments.tuning.guards import warnings_after_run, warnings_before_
 from tuner.experiments.tuning.outcome import Outcome, finalist_gains
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.survivors import Survivors, survivors_of
-from tuner.search.front import evenly, pick
+from tuner.search.front import evenly, non_dominated, pick
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive
 from tuner.search.watcher import CHECKING, Watcher
@@ -41,9 +43,8 @@ def conclude(
     flown, again = batches(study, HELD_OUT), batches(study, CONFIRMATION)
     gains = finalist_gains(problem, study, found, candidates)
     watcher.on_stage(CHECKING, (len(gains) + 2) * sum(batch.count for batch in flown))
-    evaluation = problem.evaluate_gains(gains, flown, watcher.on_flights_done, fly_all=True)
-    finalists = judge(problem, evaluation, survivors.seen([0, *candidates.tolist()]), study.seed)
-    tuned, why = recommend(study, finalists)
+    finals = Finals(problem, gains, flown, partial(best_row, study), study.seed, watcher.on_flights_done)
+    finalists, tuned, why = judged(study, finals, survivors.seen([0, *candidates.tolist()]))
     confirmation = problem.evaluate_gains(gains[[0, tuned]], again, watcher.on_flights_done, fly_all=True)
     if broken := broken_by(finalists.evaluation.violations[tuned], confirmation.violations[1], study):
         warnings.append(f"The point shown beside the default breaks {broken}; see the table.")
@@ -60,6 +61,17 @@ def conclude(
     )  # fmt: skip
     warnings = [*outcome.warnings, *warnings_after_run(outcome)]
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
+
+
+def judged(study: Study, finals: Finals, before: list[Searched]) -> tuple[Finalists, int, str]:
+    """Fly the finalists and return them with the row and the reason of the recommended one, which makes all flights."""
+    flown = finals.fly()
+    while True:
+        finalists = judge(flown, before)
+        tuned, why = recommend(study, finalists)
+        if flown.complete[tuned]:
+            return finalists, tuned, why
+        flown = finals.complete(flown, np.array([tuned]))
 
 
 def completely_known(found: Archive, generations: list[Generation]) -> Archive:
@@ -108,8 +120,13 @@ def recommend(study: Study, finalists: Finalists) -> tuple[int, str]:
     if len(rows) == 0:
         least = int(np.argmin(finalists.evaluation.violations[1:].sum(axis=1))) + 1
         return least, "no finalist keeps every constraint on the held-out scenarios; this one breaks them least"
-    beating = rows[np.all(values[rows] < values[0], axis=1)]
-    among = beating if len(beating) else rows
+    return picked(study, values, rows)
+
+
+def picked(study: Study, values: np.ndarray, front: np.ndarray) -> tuple[int, str]:
+    """Return what the pick rule picks from the rows of a front, and why; values (rows, objectives): of all, the default first."""
+    beating = front[np.all(values[front] < values[0], axis=1)]
+    among = beating if len(beating) else front
     chosen, why = pick(study.pick, values[among], [objective.label for objective in study.objectives])
     where = (
         "among the points of the held-out front that beat the default in every objective"
@@ -117,3 +134,9 @@ def recommend(study: Study, finalists: Finalists) -> tuple[int, str]:
         else "on the held-out front, where no point beats the default in every objective"
     )
     return int(among[chosen]), f"{why}, {where}"
+
+
+def best_row(study: Study, values: np.ndarray, feasible: np.ndarray) -> int:
+    """Return the row to recommend, 0 for none; values (rows, objectives), feasible (rows,): of all, the default first."""
+    rows = 1 + np.flatnonzero(feasible[1:])
+    return picked(study, values, rows[non_dominated(values[rows])])[0] if len(rows) else 0

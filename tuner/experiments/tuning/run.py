@@ -29,6 +29,7 @@ from tuner.experiments.tuning.search import algorithm_of, first_points, flight_s
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import constraint_table, front_table, margin_table, response_table
 from tuner.search.loop import Search
+from tuner.search.rest import Budget
 from tuner.search.watcher import Watcher
 from tuner.store.advice import JUDGEMENT, TUNING
 from tuner.store.clock import Clock
@@ -94,6 +95,11 @@ class TuningRun(Experiment[Study, Outcome]):
             warm_up(self.problem, self.study, self.watcher)
             warm_up_search(self.study, self.watcher)
 
+    @property
+    def budget(self) -> Budget:
+        """Number of generations, and whether the search may end before."""
+        return self.study.search.budget
+
     def algorithm(self) -> tuple[Search, list[str]]:
         """Return the search, at its beginning, and warnings about its starting points."""
         first, warnings = first_points(self.problem, self.study, self.folder)
@@ -102,7 +108,7 @@ class TuningRun(Experiment[Study, Outcome]):
     def fly(self) -> Outcome:
         """Search, re-fly the finalists and pick."""
         algorithm, warnings = self.algorithm()
-        generations = search(self.problem, self.study, self.folder, self.watcher, algorithm, self.clock)
+        generations = search(self.problem, self.study, self.folder, self.watcher, algorithm, self.budget, self.clock)
         # What earlier sessions took counts.
         self.begin -= max(generations[-1].seconds - self.seconds, 0.0)
         self.drawing = report.start_figures(self.folder.path)
@@ -176,6 +182,11 @@ class JudgementRun(TuningRun):
     kind = JUDGEMENT
     takes = frozenset()
     candidates: list[np.ndarray]
+
+    @property
+    def budget(self) -> Budget:
+        """Number of recorded generations: where the first judge stopped, nothing else is known."""
+        return Budget(len(self.candidates))
 
     def algorithm(self) -> tuple[Search, list[str]]:
         """Return the recorded search."""

@@ -21,6 +21,7 @@ from tuner.search.first_generation import first_generation
 from tuner.search.loop import Generation, Search, archive, search_generations
 from tuner.search.names import ALGORITHMS
 from tuner.search.registry import SEARCHES
+from tuner.search.rest import Budget
 from tuner.search.watcher import SEARCHING, Watcher, compilation
 from tuner.store.clock import Clock, Spent, recorded
 from tuner.store.flights import FlightStore
@@ -65,13 +66,19 @@ def warm_up_search(study: Study, watcher: Watcher) -> None:
 
 
 def search(
-    problem: Problem, study: Study, folder: Folder, watcher: Watcher, algorithm: Search, clock: Clock | None = None
+    problem: Problem,
+    study: Study,
+    folder: Folder,
+    watcher: Watcher,
+    algorithm: Search,
+    budget: Budget,
+    clock: Clock | None = None,
 ) -> list[Generation]:
     """Run a search, whose very first candidate is the default, and record each generation."""
     clock = clock or Clock()
-    spec, past = study.search, recorded(folder.path / "history.csv")
+    past = recorded(folder.path / "history.csv")
     each = sum(batch.count for batch in first_batches(study))
-    watcher.on_stage(SEARCHING, spec.generations * spec.population * each)
+    watcher.on_stage(SEARCHING, budget.generations * study.search.population * each)
     problem.spared = watcher.on_flights_skipped
     generations: list[Generation] = []
 
@@ -87,11 +94,15 @@ def search(
             problem.memory.commit(f"{SEARCH}-{number:04d}")
         return evaluation
 
-    for record in search_generations(algorithm, evaluate, spec.generations, clock.now):
+    for record in search_generations(algorithm, evaluate, budget, clock.now):
         generations.append(record)
         folder.write_table(f"generations/{record.number:04d}.parquet", generation_table(study, generations, record))
         folder.write_table("history.csv", history_table(generations))
-        watcher.on_generation(record, spec.generations)
+        watcher.on_generation(record, budget.generations)
+    if len(generations) < budget.generations:
+        watcher.on_message(
+            f"The search has converged after {len(generations)} of at most {budget.generations} generations."
+        )
     return generations
 
 
@@ -132,8 +143,8 @@ def as_recorded(evaluation: Evaluation, past: list[Spent], number: int) -> Evalu
     )
 
 
-def replayed(path: Path, study: Study, problem: Problem, count: int) -> Iterator[Generation]:
-    """Ask a search again, told what is recorded: yield the first `count` generations of a results folder.
+def replayed(path: Path, study: Study, problem: Problem, budget: Budget) -> Iterator[Generation]:
+    """Ask a search again, told what is recorded: yield the generations of a results folder.
 
     Flights that the problem's memory does not hold are flown.
     """
@@ -146,6 +157,6 @@ def replayed(path: Path, study: Study, problem: Problem, count: int) -> Iterator
         default = np.arange(len(points)) == 0 if not done else False
         return evaluated(problem, study, points, done, fly_all=default)
 
-    for record in search_generations(algorithm_of(problem, study, known[0]), evaluate, count):
+    for record in search_generations(algorithm_of(problem, study, known[0]), evaluate, budget):
         done.append(record)
         yield record

@@ -47,6 +47,9 @@ def summary_document(outcome: Outcome) -> Summary:
         flights=outcome.flights,
         screened=Spared(candidates=last.screened, flights=last.flights_saved),
         raced=Spared(candidates=last.raced, flights=last.flights_raced),
+        settled=Spared(
+            candidates=int(np.sum(~finalists.flown.complete, axis=0)), flights=finalists.evaluation.flights_raced
+        ),
         wall_seconds=outcome.seconds,
         search_seconds=SearchSeconds(
             screening=sum(entry.evaluation.screening_seconds for entry in outcome.generations),

@@ -19,11 +19,8 @@ from objectives.margins.results import Margins
 from objectives.margins.trim import Trim
 from objectives.problem import Evaluation
 from objectives.requirements import Requirement
-from objectives.risk import interval_on, paired_difference_on, resampled_scenarios, within
 from plant.errors import InputError
 from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
-from plant.seeds import generator
-from tuner.analysis.held_out import FRONT_REPLICATES
 from tuner.analysis.responses import SIGNALS, UNITS, Responses, fly_responses
 from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.experiments.tuning.outcome import Outcome
@@ -115,18 +112,12 @@ def constraint_table(outcome: Outcome) -> Any:
 
     SI units, with intervals; difference: to the default, paired.
     """
-    study, evaluation = outcome.study, outcome.finalists.evaluation
-    drawn = resampled_scenarios(generator(study.seed, "bootstrap/front", 0), FRONT_REPLICATES, evaluation.origin)
+    study, flown = outcome.study, outcome.finalists.flown
     rows = []
     for i, constraint in enumerate(study.constraints, start=len(study.objectives)):
-        quantity = constraint.objective
-        samples = evaluation.samples(i, quantity.scenario)
-        part = within(drawn, evaluation.origin, quantity.scenario)
-        low, high = interval_on(samples, quantity.risk, part)
-        numbers = (
-            quantity.risk.apply(samples), low, high, *paired_difference_on(samples, samples[0], quantity.risk, part),
-        )  # fmt: skip
-        rows += [(name, quantity.label, *values) for name, *values in zip(outcome.names, *numbers, strict=True)]
+        numbers = (*flown.estimate(i), *flown.difference_to(i, 0))
+        label = constraint.objective.label
+        rows += [(name, label, *values) for name, *values in zip(outcome.names, *numbers, strict=True)]
     return data_frame([dict(zip(COLUMNS, row, strict=True)) for row in rows])
 
 

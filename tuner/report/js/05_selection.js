@@ -50,7 +50,7 @@ const STATES = {
 function faultsOf({ point }) {
   const said = [];
   if (point && !point.feasible) said.push("breaks a limit");
-  if (point?.lost) said.push(`lost ${point.lost} of ${data.held_out} held-out flights`);
+  if (point?.lost) said.push(`lost ${point.lost} of ${point.flights ?? data.held_out} held-out flights`);
   return said.join(", ");
 }
 

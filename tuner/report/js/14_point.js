@@ -33,7 +33,7 @@ function showPoint() {
 }
 
 function stateText({ layer, point }) {
-  const lost = point.lost ? ` It lost ${point.lost} of ${data.held_out} held-out flights.` : "";
+  const lost = point.lost ? ` It lost ${point.lost} of ${point.flights ?? data.held_out} held-out flights.` : "";
   if (layer === "default") return `The default gains, which everything is measured by.${lost}`;
   const said = [`It is ${point.front ? "" : "not "}on the held-out front`];
   if (isNumber(point.probability)) said.push(`and non-dominated on ${perCent(point.probability)} of the resamples`);

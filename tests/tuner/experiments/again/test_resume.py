@@ -18,10 +18,19 @@ from tuner.experiments.again.resume import reopen
 from tuner.experiments.again.verify import verify
 from tuner.experiments.tuning.problem import batches, problem_of
 from tuner.experiments.tuning.run import TuningRun
+from tuner.search import rest
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.store.inputs import read_record
 from tuner.study import load_study
+
+
+class Heard(Watcher):
+    def __init__(self):
+        self.messages = []
+
+    def on_message(self, text):
+        self.messages.append(text)
 
 
 class Listener(Watcher):
@@ -82,6 +91,29 @@ def test_a_search_by_a_model_goes_on_with_the_same_bits(tmp_path):
     outcome, _ = resumed(tmp_path / "run", threads=1)
     assert outcome.problem.flights_made == 2 * 8 * 4
     compare(result_of(tmp_path / "run"), whole)
+
+
+def test_a_search_that_converged_and_finalists_that_stopped_keep_their_bits(tmp_path, monkeypatch):
+    # Any search has come to rest after two generations then; a quarter of 128 held-out flights decides.
+    monkeypatch.setattr(rest, "FEWEST", 2)
+    monkeypatch.setattr(rest, "RESTING", 1.0)
+    path, heard = tmp_path / "run", Heard()
+    changes = {"search__stop": "converged", "scenario__0__held_out": 128, "scenario__0__duration": 1.0}
+    outcome = run_small(path, **changes, scenario__0__reference__time=0.1)
+    made = outcome.finalists.evaluation.flights_each
+    assert len(outcome.generations) == 2 and set(made) == {32, 128} and made[outcome.tuned] == made[0] == 128
+    whole = result_of(path)
+    assert verify(path, 3, 2, Watcher()).identical
+    for name in ("search-0001", "held-out"):
+        flights_file(path, name).unlink()
+    resumed(path, threads=1)
+    compare(result_of(path), whole)
+    # A longer budget does not wake it.
+    study, folder = reopen(path, 6)
+    assert len(TuningRun(study, folder, heard, threads=2).carry_out().generations) == 2
+    assert heard.messages == ["The search has converged after 2 of at most 6 generations."]
+    (path / "generations" / "0001.parquet").unlink()
+    assert verify(path, 1, 2, Watcher()).difference == "1 generations are recorded, and the search goes on"
 
 
 @pytest.mark.parametrize("damage", ["cut", "flip", "gone"])

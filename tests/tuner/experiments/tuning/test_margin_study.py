@@ -61,7 +61,7 @@ def searched(folder, asked, threads=2):
     )
     results = Folder.create(folder)
     first, _ = first_points(problem, asked, results)
-    generations = search(problem, asked, results, Watcher(), algorithm_of(problem, asked, first))
+    generations = search(problem, asked, results, Watcher(), algorithm_of(problem, asked, first), asked.search.budget)
     found, survivors = archive(generations), survivors_of(problem, asked, generations, Watcher())
     return found, finalists_of(survivors, found, asked)[1]
 

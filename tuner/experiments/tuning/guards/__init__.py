@@ -41,7 +41,7 @@ def _flown_values(outcome: Outcome) -> np.ndarray:
 
 def _duplicate_knees(outcome: Outcome) -> list[str]:
     rows = np.flatnonzero(outcome.finalists.non_dominated).tolist()
-    apart = differences_to(outcome.problem, outcome.finalists.evaluation, outcome.tuned, outcome.study.seed)
+    apart = differences_to(outcome.finalists.flown, outcome.tuned)
     return after.duplicate_knees(outcome.names, outcome.tuned, rows, apart.low, apart.high)
 
 
@@ -103,7 +103,9 @@ GUARDS = {
     "on_bound": Guard(AFTER, "recommended gains at an end of their range", _on_bounds),
     "still_rising": Guard(
         AFTER, "a search that ended before its front had come to rest",
-        lambda outcome: after.still_rising([entry.hypervolume for entry in outcome.generations]),
+        lambda outcome: after.still_rising(
+            [entry.hypervolume for entry in outcome.generations], [entry.flights for entry in outcome.generations]
+        ),
     ),
 }  # fmt: skip
 

@@ -7,14 +7,13 @@ import numpy as np
 
 from tuner.analysis.sensitivity.indices import places
 from tuner.documents.contest_document import BoundRow
+from tuner.search.rest import MOST_TIMES, RESTING, gained, generations_to_rest, last_quarter
 
 Times = Sequence[float]
 # Objectives that differ by less than this share of their size are constant; rank correlations from here on are perfect.
 SAME, PERFECT = 1e-9, 0.999
 # Candidates from which on a perfect correlation is no accident: ten ranks agree by chance once in 3.6 million.
 ENOUGH = 10
-# A search has come to rest where the last quarter of its generations adds no more than this share of the hypervolume.
-QUARTER, RESTING = 0.25, 0.02
 
 
 def constant_objectives(labels: Sequence[str], values: np.ndarray, never: Sequence[Times]) -> list[str]:
@@ -89,19 +88,25 @@ def _others_there(entry: BoundRow) -> str:
     return f", as do {100.0 * entry.share:.0f} % of the front" if entry.share > 0.0 else ""
 
 
-def still_rising(volumes: Sequence[float]) -> list[str]:
-    """Warn where the hypervolume of the last generations, one a generation, shows that the search had not come to rest."""
-    last = max(round(QUARTER * len(volumes)), 1)
-    if len(volumes) < 2 or volumes[-1] <= 0.0:
+def still_rising(volumes: Sequence[float], flights: Sequence[int]) -> list[str]:
+    """Warn where a search had not come to rest, with the budget after which it would have; hypervolume and flights so far, one a
+    generation.
+    """
+    done, share = len(volumes), gained(volumes)
+    if share <= RESTING:
         return []
-    before = volumes[-1 - last]
-    gained = (volumes[-1] - before) / volumes[-1]
-    if gained <= RESTING:
-        return []
-    budget = 2 * len(volumes)
+    budget = generations_to_rest(volumes)
+    if budget is None:
+        advice = f"No end is in sight within {MOST_TIMES} times as many generations"
+        budget = 2 * done
+    else:
+        each = (flights[-1] - flights[-1 - last_quarter(done)]) / last_quarter(done)
+        total = float(f"{flights[-1] + each * (budget - done):.2g}")
+        advice = f"At this pace it comes to rest after about {budget} generations, {total:,.0f} flights"
     return [
-        f"The front still grew at the end of the search: of its hypervolume {100.0 * gained:.0f} % came in the last {last} of "
-        f"{len(volumes)} generations. Go on with it: `tuner resume` with --budget {budget}, or search.generations = {budget}."
+        f"The front still grew at the end of the search: of its hypervolume {100.0 * share:.0f} % came in the last "
+        f"{last_quarter(done)} of {done} generations. {advice}. Go on with it: `tuner resume` with --budget {budget}, or "
+        f"search.generations = {budget}."
     ]
 
 

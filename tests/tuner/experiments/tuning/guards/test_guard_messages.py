@@ -60,12 +60,17 @@ def test_times_of_never_are_those_that_flights_without_an_event_are_scored_by():
 
 
 def test_a_search_that_still_gains_is_told_with_a_budget():
-    (said,) = still_rising([0.1, 0.2, 0.3, 0.4, 0.5, 0.6, 0.7, 0.8])
-    # The last two of eight generations brought 0.2 of 0.8.
-    assert "25 % came in the last 2 of 8 generations" in said and "--budget 16" in said
+    # 0.5 (1 - 1 / n): the last quarter of 16 generations brings 2.2 %, that of 17 generations 1.9 %.
+    volumes = [0.5 - 0.5 / n for n in range(1, 17)]
+    (said,) = still_rising(volumes, [100 * n for n in range(1, 17)])
+    assert "2 % came in the last 4 of 16 generations" in said and "about 17 generations, 1,700 flights" in said
+    assert "--budget 17" in said
+    # A line has no end.
+    (said,) = still_rising([0.01 * n for n in range(1, 9)], [100 * n for n in range(1, 9)])
+    assert "25 % came in the last 2 of 8 generations" in said and "No end" in said and "--budget 16" in said
     for resting in ([0.5, 0.7, 0.795, 0.8], [0.0] * 8, [0.7], [0.0, 0.0]):
-        assert still_rising(resting) == []
-    assert still_rising([0.0, 0.4])[0].count("100 % came in the last 1 of 2")
+        assert still_rising(resting, [1] * len(resting)) == []
+    assert still_rising([0.0, 0.4], [8, 16])[0].count("100 % came in the last 1 of 2")
 
 
 def test_objectives_that_rank_alike_are_named_whatever_the_shape():

@@ -1,0 +1,167 @@
+"""Held-out flights of finalists, some of which stopped before the end, and what they say of each of them.
+
+What a finalist that stopped is worth is its paired difference to one that made all flights, from the flights of both, plus the
+value of that one: points that lie close together rise and fall with the air alike, so their difference varies far less than
+their values (control variates: P. Glasserman, "Monte Carlo Methods in Financial Engineering", Springer, 2003, section 4.1). Its
+intervals are wider by as much as it flew less.
+"""
+
+from dataclasses import dataclass
+from functools import cached_property
+
+import numpy as np
+
+from objectives.problem import Evaluation, Problem, seen_scores
+from objectives.requirements import known_violations
+from objectives.risk import PairedDifference, Risk, interval_on, paired_difference_on, replicates_on, within
+from objectives.risk.joint import resampled_scenarios
+from plant.seeds import generator
+
+Array = np.ndarray
+# Resamples of the flights, the same for all finalists and questions; complete rows that may stand in for one that stopped.
+FRONT_REPLICATES, NEIGHBOURS = 400, 3
+
+
+@dataclass(frozen=True)
+class FinalFlights:
+    """Held-out flights of finalists.
+
+    scores (rows, quantities, flights): of flights not made the mean of those made in the same scenario; failed (rows, flights);
+    origin (flights,): name of the scenario; known (rows, requirements); early (flights,): mask of those that everyone made;
+    complete (rows,): mask of those who made all.
+    """
+
+    problem: Problem
+    root: int
+    scores: Array
+    failed: Array
+    origin: Array
+    known: Array
+    early: Array
+    complete: Array
+    seconds: float = 0.0
+
+    @cached_property
+    def evaluation(self) -> Evaluation:
+        """The values of every row."""
+        n = len(self.problem.objectives)
+        risks = np.stack([self.estimate(i)[0] for i in range(self.scores.shape[1])], axis=1)
+        broken = known_violations(self.problem.requirements, self.known)
+        return Evaluation(
+            values=risks[:, :n],
+            violations=np.concatenate([self.problem.broken(risks), broken], axis=1),
+            failures=np.where(self.complete, self.failed.mean(axis=1), self.failed[:, self.early].mean(axis=1)),
+            scores=self.scores,
+            origin=self.origin,
+            requirements=self.known,
+            flown=np.ones(len(risks), dtype=bool),
+            counted=np.where(self.complete, len(self.early), int(self.early.sum(axis=0))),
+            flight_seconds=self.seconds,
+        )
+
+    def estimate(self, i: int) -> tuple[Array, Array, Array]:
+        """Return the risk of a quantity (rows,) and both ends of its interval."""
+        samples, drawn, risk = self.seen(i)
+        low, high = interval_on(samples, risk, drawn)
+        return self._carried(i, risk.apply(samples), low, high)
+
+    def difference_to(self, i: int, row: int) -> PairedDifference:
+        """Return the risk of a quantity (rows,) minus that of a row that made all flights, paired."""
+        samples, drawn, risk = self.seen(i)
+        other = np.broadcast_to(samples[row], samples.shape)
+        return PairedDifference(*self._carried(i, *paired_difference_on(samples, other, risk, drawn)))
+
+    def replicates(self, i: int) -> Array:
+        """Return the risk of a quantity on every resample (rows, FRONT_REPLICATES)."""
+        samples, drawn, risk = self.seen(i)
+        found, stopped = replicates_on(samples, risk, drawn), np.flatnonzero(~self.complete)
+        if len(stopped):
+            samples, drawn, _ = self.seen(i, early=True)
+            there = self._beside(i)
+            apart = replicates_on(samples[stopped], risk, drawn) - replicates_on(samples[there], risk, drawn)
+            found[stopped] = found[there] + apart
+        return found
+
+    def non_dominated(self, rows: Array) -> Array:
+        """Return which of some rows (k,) no other one dominates, each pair on the flights that both made (k,)."""
+        n = len(self.problem.objectives)
+        whole = np.stack([risk.apply(samples) for samples, _, risk in map(self.seen, range(n))], axis=1)[rows]
+        parts = [self.seen(i, early=True) for i in range(n)]
+        early = np.stack([risk.apply(samples) for samples, _, risk in parts], axis=1)[rows]
+        both = self.complete[rows] & self.complete[rows][:, None]
+        return ~np.any(np.where(both, dominates(whole), dominates(early)), axis=0)
+
+    def seen(self, i: int, early: bool = False) -> tuple[Array, Array, Risk]:
+        """Return scores (rows, flights) of a quantity, resamples of these flights, and its risk.
+
+        early: on the flights that everyone made.
+        """
+        quantity, scores, origin, drawn = self.problem.quantities[i], self.scores, self.origin, self._drawn
+        if early:
+            scores, origin, drawn = scores[..., self.early], origin[self.early], self._drawn_early
+        return (
+            seen_scores(scores, i, origin, quantity.scenario),
+            within(drawn, origin, quantity.scenario),
+            quantity.risk,
+        )
+
+    def _beside(self, i: int) -> Array:
+        """Return for each row that stopped the complete row that tells most of a quantity.
+
+        Of those that are the fewest places away, added up over the objectives, the one with the smallest variance in all: what
+        went wrong in a few late flights of one must not count for the others.
+        """
+        complete, (whole, *_), (early, *_) = self._sound, self.seen(i), self.seen(i, early=True)
+        own = whole[complete].var(axis=-1) / whole.shape[-1]
+        near = np.argsort(self._places_apart[:, complete], axis=1, kind="stable")[:, :NEIGHBOURS]
+        found = []
+        for row, some in zip(np.flatnonzero(~self.complete), near[~self.complete], strict=True):
+            apart = (early[row] - early[complete[some]]).var(axis=-1) / early.shape[-1]
+            found.append(complete[some[np.argmin(own[some] + apart)]])
+        return np.array(found)
+
+    @cached_property
+    def _sound(self) -> Array:
+        """The complete rows that keep all constraints, or all complete rows where none does."""
+        complete = np.flatnonzero(self.complete)
+        broken = self.problem.broken(self.problem.risks(self.scores[complete], self.origin))
+        sound = complete[np.all(broken <= 0.0, axis=1)]
+        return sound if len(sound) else complete
+
+    @cached_property
+    def _places_apart(self) -> Array:
+        """Places (rows, rows) that any two are apart, added up over the objectives, on the flights that everyone made."""
+        parts = [self.seen(i, early=True) for i in range(len(self.problem.objectives))]
+        order = [np.argsort(risk.apply(samples), kind="stable") for samples, _, risk in parts]
+        places = np.argsort(np.stack(order), axis=1)
+        return np.abs(places[:, :, None] - places[:, None]).sum(axis=0)
+
+    @cached_property
+    def _drawn(self) -> Array:
+        return resampled_scenarios(generator(self.root, "bootstrap/front", 0), FRONT_REPLICATES, self.origin)
+
+    @cached_property
+    def _drawn_early(self) -> Array:
+        draw = generator(self.root, "bootstrap/finals", 0)
+        return resampled_scenarios(draw, FRONT_REPLICATES, self.origin[self.early])
+
+    def _carried(self, i: int, value: Array, low: Array, high: Array) -> tuple[Array, Array, Array]:
+        """Return what is known of complete rows carried over to the others, whose distances to both ends add as variances do.
+
+        G. Y. Zou, A. Donner, Statistics in Medicine 27(10):1693-1702, 2008, for a sum.
+        """
+        stopped = np.flatnonzero(~self.complete)
+        if len(stopped):
+            there = self._beside(i)
+            samples, drawn, risk = self.seen(i, early=True)
+            apart = paired_difference_on(samples[stopped], samples[there], risk, drawn)
+            below = np.hypot(value[there] - low[there], apart.difference - apart.low)
+            above = np.hypot(high[there] - value[there], apart.high - apart.difference)
+            value[stopped] = value[there] + apart.difference
+            low[stopped], high[stopped] = value[stopped] - below, value[stopped] + above
+        return value, low, high
+
+
+def dominates(values: Array) -> Array:
+    """Return whether each row of values (n, m) dominates each other one: (n, n), the first one by row."""
+    return np.all(values[:, None] <= values, axis=-1) & np.any(values[:, None] < values, axis=-1)
