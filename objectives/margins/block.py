@@ -1,4 +1,4 @@
-"""All margins of one block of closed loops, one row for each candidate and amplitude."""
+"""Margins of one block of closed loops, one row for each candidate and amplitude: those that are asked for."""
 
 from dataclasses import dataclass
 
@@ -7,13 +7,21 @@ from numpy.typing import NDArray
 
 from objectives.margins import classical, curve, disk, tracking
 from objectives.margins.classical import At
-from objectives.margins.frequency import Modes, modes_of, without_idle
+from objectives.margins.frequency import Complex, Modes, modes_of, without_idle
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.multiloop import multiloop_margin
 from objectives.margins.quantities import LOOP_QUANTITIES
 
 Array = NDArray[np.float64]
+Asked = frozenset[str]
 UNSTABLE = {entry.field: entry.unstable for entry in LOOP_QUANTITIES}
+MULTILOOP = "multiloop"
+EVERY: Asked = frozenset([*UNSTABLE, MULTILOOP])
+"""Fields of `Margins` that can be asked for."""
+
+# Quantities that need more than the commands' answers to signals injected, and those read where T is real or Re T = -1/2.
+TRACKING = frozenset(["bandwidth", "load_index"])
+REAL, LINE = frozenset(["gain_up", "gain_down"]), frozenset(["phase", "delay", "crossover"])
 
 
 @dataclass(frozen=True)
@@ -21,7 +29,7 @@ class BlockReadings:
     """Margins of n loops of a block with k channels.
 
     modes; quantities: by field of `Margins`, value and frequency (n, k); together: disk margin (n,) in all those of its channels
-    at once that are inputs of the plant.
+    at once that are inputs of the plant, infinite where it was not asked for.
     """
 
     modes: Modes
@@ -29,24 +37,40 @@ class BlockReadings:
     together: At
 
 
-def read_block(loops: LinearLoops, grid: Array, h: float, skew: float, plant_inputs: list[int]) -> BlockReadings:
+def modes_of_loops(loops: LinearLoops, asked: Asked = EVERY) -> Modes:
+    """Return the modes of loops whose terms are closed, a (n, b, b), with the inputs and outputs that margins are read from."""
+    inputs, outputs = (slice(None), slice(None)) if asked & TRACKING else (loops.injected, loops.command)
+    a = without_idle(loops.a, loops.b[..., loops.injected])
+    return modes_of(a, loops.b[..., inputs], loops.c[..., outputs, :])
+
+
+def read_block(
+    loops: LinearLoops, grid: Array, h: float, skew: float, plant_inputs: list[int], asked: Asked = EVERY
+) -> BlockReadings:
     """Read the margins of loops whose terms are closed, a (n, b, b).
 
     skew: of the disks, see `disk`; plant_inputs: which of the k channels are inputs of the plant.
     """
-    modes = modes_of(without_idle(loops.a, loops.b[..., loops.injected]))
-    b, c = loops.b[..., loops.injected], loops.c[..., loops.command, :]
-    quantities = read_curves(modes, b, c, grid, h, skew)
-    wide = tracking.bandwidth(modes, loops.b[..., loops.reference], loops.c[..., loops.output, :], grid, h)
-    index = tracking.load_index(modes, loops.b[..., loops.load], loops.c[..., loops.error, :], h)
-    quantities |= {"bandwidth": At(wide, wide), "load_index": At(index, np.zeros_like(index))}
-    together = quantities["disk"]
-    if len(plant_inputs) > 1:
-        together = multiloop_margin(modes, b[..., plant_inputs], c[..., plant_inputs, :], grid, h, disk.centre(skew))
-    elif plant_inputs:
-        together = At(*[part[:, plant_inputs[0]] for part in together])
-    else:
-        together = At(np.full(len(modes.size), np.inf), np.zeros(len(modes.size)))
+    return read_modes(modes_of_loops(loops, asked), loops, grid, h, skew, plant_inputs, asked)
+
+
+def read_modes(
+    modes: Modes, loops: LinearLoops, grid: Array, h: float, skew: float, plant_inputs: list[int], asked: Asked
+) -> BlockReadings:
+    """Read the margins of loops, see `read_block`, from their modes."""
+    alone = asked | {"disk"} if MULTILOOP in asked else asked
+    quantities = read_curves(modes, modes.residues(loops.command, loops.injected), grid, h, skew, alone)
+    if "bandwidth" in asked:
+        wide = tracking.bandwidth(modes, modes.residues(loops.output, loops.reference), grid, h)
+        quantities["bandwidth"] = At(wide, wide)
+    if "load_index" in asked:
+        index = tracking.load_index(modes, modes.residues(loops.error, loops.load), h)
+        quantities["load_index"] = At(index, np.zeros_like(index))
+    together = At(np.full(len(modes.size), np.inf), np.zeros(len(modes.size)))
+    if MULTILOOP in asked and len(plant_inputs) > 1:
+        together = multiloop_margin(modes, plant_inputs, grid, h, disk.centre(skew))
+    elif MULTILOOP in asked and plant_inputs:
+        together = At(*[part[:, plant_inputs[0]] for part in quantities["disk"]])
     return BlockReadings(
         modes,
         {name: _or_unstable(at, modes.stable[:, None], UNSTABLE[name]) for name, at in quantities.items()},
@@ -54,31 +78,26 @@ def read_block(loops: LinearLoops, grid: Array, h: float, skew: float, plant_inp
     )
 
 
-def read_curves(modes: Modes, b: Array, c: Array, grid: Array, h: float, skew: float) -> dict[str, At]:
-    """Return the quantities of the curves T of k loops, (n, k) each.
-
-    b (n, b, k) leads from the injected, c (n, k, b) to the commanded signals.
+def read_curves(
+    modes: Modes, residues: Complex, grid: Array, h: float, skew: float, asked: Asked = EVERY
+) -> dict[str, At]:
+    """Return those of the quantities of the curves T of k loops that are asked for, (n, k) each; residues (n, k, b): of T.
 
     Of loops that are not stable it tells nothing.
     """
-    n, size_b = modes.poles.shape
-    k = b.shape[-1]
-    peaks = np.ones((n, k, 3, 2))
-    real, line = np.full((n, k, size_b + 2, 2), np.nan), np.full((n, k, size_b + 1, 2), np.nan)
-    curve.read_all(grid, modes.poles, modes.residues(b, c), modes.stable, h, disk.centre(skew), peaks, real, line)
-    up, down = classical.gain_margins(real)
-    tops = [At(peaks[..., j, 1], peaks[..., j, 0]) for j in range(3)]
-    crossover = classical.crossover(line)
-    return {
-        "gain_up": up,
-        "gain_down": down,
-        "phase": classical.phase_margin(line),
-        "delay": classical.delay_margin(line),
-        "sensitivity": tops[0],
-        "complementary": tops[1],
-        "disk": At(1.0 / tops[2].value, tops[2].frequency),
-        "crossover": At(crossover, crossover),
-    }
+    n, k, size_b = residues.shape
+    levels = {"sensitivity": 1.0, "complementary": 0.0, "disk": disk.centre(skew)}
+    levels = {name: level for name, level in levels.items() if name in asked}
+    peaks, crossed = np.ones((n, k, len(levels), 2)), np.full((n, k, 2, size_b + 2, 2), np.nan)
+    curve.read_all(
+        grid, modes.poles, residues, modes.stable, h, np.array(list(levels.values())), peaks, crossed,
+        bool(asked & REAL), bool(asked & LINE),
+    )  # fmt: skip
+    found = {name: At(peaks[..., j, 1], peaks[..., j, 0]) for j, name in enumerate(levels)}
+    if "disk" in found:
+        found["disk"] = At(1.0 / found["disk"].value, found["disk"].frequency)
+    found |= classical.read(crossed[:, :, curve.IMAGINARY], crossed[:, :, curve.REAL])
+    return {name: at for name, at in found.items() if name in asked}
 
 
 def _or_unstable(at: At, stable: NDArray[np.bool_], value: float) -> At:

@@ -34,6 +34,19 @@ def _least(candidates: Array, frequency: Array) -> At:
     return At(value, np.where(np.isfinite(value), found, 0.0))
 
 
+def read(real: Array, line: Array) -> dict[str, At]:
+    """Return all that follows from crossings (..., n, 2) where T is real and where Re T = -1/2, by field of `Margins`."""
+    up, down = gain_margins(real)
+    highest = crossover(line)
+    return {
+        "gain_up": up,
+        "gain_down": down,
+        "phase": phase_margin(line),
+        "delay": delay_margin(line),
+        "crossover": At(highest, highest),
+    }
+
+
 def gain_margins(real: Array) -> tuple[At, At]:
     """Factors (...) by which the loop gain may rise and by which it may fall, both 1 or more.
 

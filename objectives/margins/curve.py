@@ -220,40 +220,47 @@ def crossings(
 
 @inlined
 def read_curve(
-    grid: Array, poles: Complex, residues: Complex, h: float, middle: float, peaks: Array, real: Array, line: Array
+    grid: Array, poles: Complex, residues: Complex, h: float, levels: Array, peaks: Array, crossed: Array, kinds: range
 ) -> None:
     """Read one loop; the grid (3, f), as of `merged`, starts at 0 and ends at pi/h, where T is real.
 
-    peaks (3, 2): w and height of the highest |T + 1|, |T| and |T + middle|; real (n + 2, 2): w and T where T is real; line
-    (n + 1, 2): w and Im T where Re T = -1/2. Rows that are not used stay as they are.
+    peaks (levels, 2): w and height of the highest |T + level| of each level. crossed (2, n + 2, 2): of those of `kinds`, at
+    IMAGINARY w and T where T is real, at REAL w and Im T where Re T = -1/2. Rows that are not used stay as they are.
     """
     points = merged(grid, poles, h)
     w, last = points[0], points.shape[1] - 1
     t = np.empty((2, last + 1))
     sample(points, poles, residues, t)
-    for j, level in enumerate((1.0, 0.0, middle)):
-        peaks[j, 0], peaks[j, 1] = highest(points, t, poles, residues, h, level)
-    crossings(w, t[0], poles, residues, h, REAL, 0.5, line)
-    real[0, 0], real[0, 1] = w[0], t[0, 0]
-    real[1, 0], real[1, 1] = w[last], t[0, last]
-    # At both ends the imaginary part vanishes; just inside it has the sign that its slope gives it.
-    _, slope, _ = value_and_slopes(w[0], poles, residues, h)
-    t[1, 0] = slope.imag
-    _, slope, _ = value_and_slopes(w[last], poles, residues, h)
-    t[1, last] = -slope.imag
-    crossings(w, t[1], poles, residues, h, IMAGINARY, 0.0, real[2:])
+    for j in range(len(levels)):
+        peaks[j, 0], peaks[j, 1] = highest(points, t, poles, residues, h, levels[j])
+    for kind in kinds:
+        begin = 0
+        if kind == IMAGINARY:
+            # At both ends the imaginary part vanishes; just inside it has the sign that its slope gives it.
+            for end in range(2):
+                i = end * last
+                crossed[kind, end, 0], crossed[kind, end, 1] = w[i], t[0, i]
+                _, slope, _ = value_and_slopes(w[i], poles, residues, h)
+                t[1, i] = slope.imag if end == 0 else -slope.imag
+            begin = 2
+        level = 0.0 if kind == IMAGINARY else 0.5
+        crossings(w, t[1 - kind], poles, residues, h, kind, level, crossed[kind, begin:])
 
 
 @compiled
 def read_all(
-    grid: Array, poles: Complex, residues: Complex, stable: NDArray[np.bool_], h: float, middle: float, peaks: Array,
-    real: Array, line: Array,
+    grid: Array, poles: Complex, residues: Complex, stable: NDArray[np.bool_], h: float, levels: Array, peaks: Array,
+    crossed: Array, real: bool, line: bool,
 ) -> None:  # fmt: skip
-    """Read the stable ones of loops with poles (n, b) and residues (n, k, b) of k channels; see `read_curve`."""
+    """Read the stable ones of loops with poles (n, b) and residues (n, k, b) of k channels; see `read_curve`.
+
+    real, line: whether to look for where T is real, and for where Re T = -1/2.
+    """
+    kinds = range(IMAGINARY if real else REAL, REAL + 1 if line else REAL)
     for i in range(len(poles)):
         if stable[i]:
             for j in range(residues.shape[1]):
-                read_curve(grid, poles[i], residues[i, j], h, middle, peaks[i, j], real[i, j], line[i, j])
+                read_curve(grid, poles[i], residues[i, j], h, levels, peaks[i, j], crossed[i, j], kinds)
 
 
 @inlined

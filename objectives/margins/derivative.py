@@ -39,19 +39,24 @@ class Batch:
 class Derivative:
     """A CasADi function of columns with its derivative by `by`, for batches as `Batch` takes them.
 
-    It returns outputs (n, rows), their derivative (n, rows, columns) and what is not differentiated (n, more).
+    It returns outputs (n, rows), the entries (n, m) of their derivative that are not always 0 and what is not differentiated
+    (n, more). where: rows and columns of the entries; shape: rows and columns of the derivative.
     """
 
     def __init__(self, name: str, by: Any, arguments: list[Any], outputs: Any, others: Any) -> None:
         slope: Any = ca.jacobian(outputs, by)
         row, column = slope.sparsity().get_triplet()
-        self._where = (np.array(row), np.array(column))
-        self._shape = (outputs.numel(), by.numel())
+        self.where = (np.array(row), np.array(column))
+        self.shape = (outputs.numel(), by.numel())
         self._batch = Batch(name, arguments, [outputs, ca.vertcat(*slope.nonzeros()), others])
 
     def __call__(self, *arguments: Array) -> tuple[Array, Array, Array]:
         """Evaluate a batch."""
         outputs, entries, others = self._batch(*arguments)
-        slope = np.zeros((len(outputs), *self._shape))
-        slope[:, *self._where] = entries
-        return outputs, slope, others
+        return outputs, entries, others
+
+    def full(self, entries: Array) -> Array:
+        """Return derivatives (n, rows, columns) of entries (n, m)."""
+        slope = np.zeros((len(entries), *self.shape))
+        slope[:, *self.where] = entries
+        return slope

@@ -23,7 +23,7 @@ from numpy.typing import NDArray
 from objectives.margins.period import Term
 from plant.backends import array
 from plant.cascade import Cascade
-from plant.records import pack
+from plant.records import flatten, pack
 
 Array = NDArray[np.float64]
 
@@ -112,12 +112,26 @@ def term_gains(
     """Gains (n, cases, terms) that stand for the nonlinear terms."""
     constants = constants_of(cascade, gains, h)
     out = np.empty((len(gains), len(cases), len(terms)))
-    swept = [i for i, case in enumerate(cases) if case.amplitude is not None]
-    steep = [i for i, case in enumerate(cases) if case.amplitude is None]
-    amplitudes = np.array([case.amplitude for case in cases if case.amplitude is not None])
     for j, term in enumerate(terms):
-        function, own = term.nonlinearity.function, getattr(constants, term.axis)
-        out[:, swept, j] = describing_function(function, own, amplitudes)
-        if steep:
-            out[:, steep, j] = steepest_slope(function, own)[:, None]
+        own = getattr(constants, term.axis)
+        alike = (i for i in range(j) if _same(terms[i], term, getattr(constants, terms[i].axis), own))
+        i = next(alike, None)
+        out[:, :, j] = _case_gains(term, own, cases) if i is None else out[:, :, i]
     return out
+
+
+def _same(one: Term, other: Term, of_one: Any, of_other: Any) -> bool:
+    """Return whether two terms are the same function under the same constants, as on axes that share their gains."""
+    return one.nonlinearity is other.nonlinearity and all(
+        np.array_equal(a, b) for a, b in zip(flatten(of_one), flatten(of_other), strict=True)
+    )
+
+
+def _case_gains(term: Term, constants: Any, cases: tuple[Case, ...]) -> Array:
+    """Gains (n, cases) that stand for one term."""
+    function = term.nonlinearity.function
+    amplitudes = np.array([case.amplitude for case in cases if case.amplitude is not None])
+    swept = describing_function(function, constants, amplitudes)
+    steep = steepest_slope(function, constants) if len(amplitudes) < len(cases) else None
+    taken = iter(np.moveaxis(swept, -1, 0))
+    return np.stack(np.broadcast_arrays(*[steep if case.amplitude is None else next(taken) for case in cases]), axis=-1)

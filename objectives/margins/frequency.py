@@ -5,12 +5,13 @@ a chain of delays with all poles at 0, the entries of the matrix are moved by 1e
 little, but parts the eigenvectors enough.
 """
 
-from contextlib import suppress
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
 from numpy.typing import NDArray
 
+from objectives.margins.schur import split
 from plant.seeds import generator
 
 Array = NDArray[np.float64]
@@ -35,12 +36,13 @@ def frequency_grid(h: float, points: int = POINTS) -> Array:
 class Modes:
     """Closed loops as modes.
 
-    poles (n, b); right (n, b, b): eigenvectors in columns; left (n, b, b): their inverse; size (n,): largest |pole|.
+    poles (n, b); shown (n, o, b): what each mode gives to each output, a row of C times a right eigenvector; driven (n, b, u):
+    what each input gives to each mode; size (n,): largest |pole|.
     """
 
     poles: Complex
-    right: Complex
-    left: Complex
+    shown: Complex
+    driven: Complex
     size: Array
 
     @property
@@ -53,44 +55,37 @@ class Modes:
         """Logarithm of the largest |pole|, (n,): what the slowest mode grows by in a period."""
         return np.log(np.maximum(self.size, 1e-300))
 
-    def residues(self, b: Array, c: Array) -> Complex:
-        """Residues (n, k, b) of k loops, the j-th from column j of b (n, b, k) to row j of c (n, k, b)."""
-        return (c @ self.right) * np.swapaxes(self.left @ b, -1, -2)
+    def residues(self, outputs: slice, inputs: slice) -> Complex:
+        """Residues (n, k, b) of k loops, the j-th from the j-th of some inputs to the j-th of as many outputs."""
+        return self.shown[:, outputs] * np.swapaxes(self.driven[:, :, inputs], -1, -2)
 
-    def response(self, z: Complex, b: Array, c: Array) -> Complex:
-        """Responses (n, f, o, u) from inputs of b (n, b, u) to outputs of c (n, o, b) at points z (n, f), without feedthrough."""
+    def response(self, z: Complex, outputs: Sequence[int], inputs: Sequence[int]) -> Complex:
+        """Responses (n, f, o, u) from some inputs to some outputs at points z (n, f), without feedthrough."""
         inverse = 1.0 / (z[..., None] - self.poles[:, None, :])
-        return (c @ self.right)[:, None] @ (inverse[..., None] * (self.left @ b)[:, None])
+        return self.shown[:, None, outputs] @ (inverse[..., None] * self.driven[:, None, :, inputs])
+
+    def of(self, rows: Mask) -> "Modes":
+        """Return some of them."""
+        return Modes(self.poles[rows], self.shown[rows], self.driven[rows], self.size[rows])
 
 
-def modes_of(a: Array) -> Modes:
-    """Modes of state matrices (n, b, b)."""
-    poles, right = _eigen(a)
+def modes_of(a: Array, b: Array, c: Array) -> Modes:
+    """Modes of state matrices a (n, b, b) with inputs b (n, b, u) and outputs c (n, o, b)."""
+    poles, driven, shown, spread = _split(a, b, c)
     size = np.max(np.abs(poles), axis=-1)
-    left, poor = _inverse(right)
+    poor = ~(spread < DEPENDENT)
     if poor.any():
-        poles[poor], right[poor] = _eigen(_moved(a[poor]))
-        left[poor], _ = _inverse(right[poor])
-    return Modes(poles, right, left, size)
+        poles[poor], driven[poor], shown[poor], _ = _split(_moved(a[poor]), b[poor], c[poor])
+    return Modes(poles, shown, driven, size)
 
 
-def _inverse(right: Complex) -> tuple[Complex, Mask]:
-    """Inverse of matrices of eigenvectors, and whether it cannot be trusted."""
-    with np.errstate(all="ignore"):
-        try:
-            left = np.linalg.inv(right)
-        except np.linalg.LinAlgError:
-            # One of them has none: one by one, so that the others keep theirs to the last bit.
-            left = np.full_like(right, np.inf)
-            for i, one in enumerate(right):
-                with suppress(np.linalg.LinAlgError):
-                    left[i] = np.linalg.inv(one)
-        return left.astype(complex), np.logical_not(np.linalg.norm(left, axis=(-2, -1)) < DEPENDENT)
-
-
-def _eigen(a: Array) -> tuple[Complex, Complex]:
-    poles, right = np.linalg.eig(a)
-    return poles.astype(complex), right.astype(complex)
+def _split(a: Array, b: Array, c: Array) -> tuple[Complex, Complex, Complex, Array]:
+    """What `schur.split` finds."""
+    (n, states), inputs, outputs = a.shape[:2], b.shape[-1], c.shape[-2]
+    poles, spread = np.empty((n, states), complex), np.empty(n)
+    driven, shown = np.empty((n, states, inputs), complex), np.empty((n, outputs, states), complex)
+    split(np.ascontiguousarray(a), np.ascontiguousarray(b), np.ascontiguousarray(c), poles, driven, shown, spread)
+    return poles, driven, shown, spread
 
 
 def _moved(a: Array) -> Array:

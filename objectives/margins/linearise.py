@@ -6,6 +6,7 @@ flown code to rounding.
 """
 
 from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 from numpy.typing import NDArray
@@ -84,16 +85,6 @@ class LinearLoops:
 
 
 @dataclass(frozen=True)
-class PeriodStep:
-    """One period at a batch of points: next state (n, x), readings (n, o), values f(s) (n, w) and the linear loops."""
-
-    state: Array
-    readings: Array
-    values: Array
-    loops: LinearLoops
-
-
-@dataclass(frozen=True)
 class Surroundings:
     """Surroundings of a batch as rows of numbers: nominal, reference, disturbance, dynamics."""
 
@@ -132,11 +123,55 @@ def plant_about(period: PeriodMap, body: Array, setting: Surroundings) -> Plant:
     unit = np.eye(BODY + len(held))
     following, slope = body[None], unit[None, :BODY]
     for _ in range(period.timing.steps):
-        following, local, _ = period.fly(
+        following, entries, _ = period.fly(
             np.concatenate([following, held[None]], axis=1), setting.disturbance, setting.dynamics
         )
-        slope = local @ np.concatenate([slope, unit[None, BODY:]], axis=1)
+        slope = period.fly.full(entries) @ np.concatenate([slope, unit[None, BODY:]], axis=1)
     return Plant(body, following[0], slope[0])
+
+
+@dataclass(frozen=True)
+class PeriodStep:
+    """One period at a batch of points: next state (n, x), readings (n, o) and values f(s) (n, w).
+
+    entries (n, m): of the derivative of `PeriodMap.decide`, with speeds of rotors as shares of those in balance.
+    """
+
+    period: PeriodMap
+    plant: Plant
+    state: Array
+    readings: Array
+    values: Array
+    entries: Array
+
+    @property
+    def signals(self) -> Array:
+        """Signals s (n, w) of the nonlinear terms."""
+        return self.readings[:, N_CHANNELS : N_CHANNELS + self.values.shape[1]]
+
+    @cached_property
+    def loops(self) -> LinearLoops:
+        """The linear loops of all channels."""
+        n, size_x = self.state.shape
+        slope = self.period.decide.full(self.entries)
+        by_body, by_speed, by_load = np.split(self.plant.slope, [BODY, BODY + ROTORS], axis=-1)
+        memory = slice(ROTORS, ROTORS + size_x - BODY)
+        whole = np.zeros((n, size_x, slope.shape[-1] + N_CHANNELS))
+        whole[:, :BODY, :-N_CHANNELS] = by_speed @ slope[:, :ROTORS]
+        whole[:, :BODY, :BODY] += by_body
+        whole[:, :BODY, -N_CHANNELS:] = by_load
+        whole[:, BODY:, :-N_CHANNELS] = slope[:, memory]
+        readings = np.concatenate(
+            [slope[:, memory.stop :], np.zeros((n, slope.shape[1] - memory.stop, N_CHANNELS))], axis=-1
+        )
+        return LinearLoops(
+            whole[:, :, :size_x],
+            whole[:, :, size_x:],
+            readings[:, :, :size_x],
+            readings[:, :, size_x:],
+            N_CHANNELS,
+            self.values.shape[1],
+        )
 
 
 def one_period(
@@ -146,33 +181,18 @@ def one_period(
 
     The plant's part is that about its balance, which all candidates share.
     """
-    n, n_terms, size_x = len(gains), len(period.terms), state.shape[1]
-    none = np.zeros((n, N_CHANNELS))
-    outputs, slope, values = period.decide(
+    none = np.zeros((len(gains), N_CHANNELS))
+    outputs, entries, values = period.decide(
         np.concatenate([state, none, w, none], axis=1), gains, setting.nominal, setting.reference
     )
     body, speed = state[:, :BODY], outputs[:, :ROTORS]
-    by_body, by_speed, by_load = np.split(plant.slope, [BODY, BODY + ROTORS], axis=-1)
-    by_speed = by_speed * (speed / plant.body[-ROTORS:])[:, None]
-    memory = slice(ROTORS, ROTORS + size_x - BODY)
-    whole = np.zeros((n, size_x, slope.shape[-1] + N_CHANNELS))
-    whole[:, :BODY, :-N_CHANNELS] = by_speed @ slope[:, :ROTORS]
-    whole[:, :BODY, :BODY] += by_body
-    whole[:, :BODY, -N_CHANNELS:] = by_load
-    whole[:, BODY:, :-N_CHANNELS] = slope[:, memory]
-    readings = np.concatenate(
-        [slope[:, memory.stop :], np.zeros((n, slope.shape[1] - memory.stop, N_CHANNELS))], axis=-1
-    )
-    loops = LinearLoops(
-        whole[:, :, :size_x],
-        whole[:, :, size_x:],
-        readings[:, :, :size_x],
-        readings[:, :, size_x:],
-        N_CHANNELS,
-        n_terms,
-    )
+    memory = slice(ROTORS, ROTORS + state.shape[1] - BODY)
+    row, _ = period.decide.where
+    shares = np.concatenate([speed / plant.body[-ROTORS:], np.ones((len(gains), 1))], axis=1)
     following = np.concatenate([plant.after(body, speed), outputs[:, memory]], axis=1)
-    return PeriodStep(following, outputs[:, memory.stop :], values, loops)
+    return PeriodStep(
+        period, plant, following, outputs[:, memory.stop :], values, entries * shares[:, np.minimum(row, ROTORS)]
+    )
 
 
 def close_terms(loops: LinearLoops, gain: Array) -> LinearLoops:

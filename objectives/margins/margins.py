@@ -3,18 +3,20 @@
 Linearised about its trim, with the nonlinear terms closed at each amplitude, split into blocks, and read off block by block.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
 from itertools import product
 
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.margins.block import read_block
+from objectives.margins.assembly import Assembly
+from objectives.margins.block import EVERY, read_block
 from objectives.margins.describing import DEFAULT_CASES, Case, term_gains
 from objectives.margins.frequency import POINTS, frequency_grid
 from objectives.margins.linearise import LinearLoops, Plant, Surroundings, close_terms
 from objectives.margins.period import CHANNELS, PeriodMap, Term
+from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import LoopResponse, Margins, Realisation, joined
 from objectives.margins.sheet import Sheet
 from objectives.margins.structure import Block, blocks_of, coordinates, with_images
@@ -50,12 +52,43 @@ def spread_corners(vehicle: Vehicle, spread: Spread) -> tuple[Vehicle, ...]:
 
 
 @dataclass(frozen=True)
+class Scope:
+    """The part of an evaluation that somebody wants: fields of `Margins`, and of which channels.
+
+    decisive: channels any of which, not stable, decides all that is wanted.
+    """
+
+    asked: frozenset[str]
+    channels: frozenset[int]
+    decisive: frozenset[int]
+
+
+ALL_OF_IT = Scope(EVERY, frozenset(range(len(CHANNELS))), frozenset())
+
+
+def scope_of(requirements: Sequence[MarginRequirement]) -> Scope:
+    """Return what requirements need."""
+    asked = frozenset(field for entry in requirements for field in entry.quantity.fields)
+    channels = [
+        frozenset(CHANNELS.index(axis) for axis in (CHANNELS if entry.quantity.whole else entry.axes))
+        for entry in requirements
+    ]
+    return Scope(asked, frozenset().union(*channels), frozenset.intersection(*channels))
+
+
+@dataclass(frozen=True)
 class _Situation:
     """A vehicle in its trim, as rows of numbers, and the blocks that its loop falls into."""
 
     setting: Surroundings
     plant: Plant
     blocks: tuple[Block, ...]
+    assemblies: tuple[Assembly, ...]
+
+    @property
+    def parts(self) -> Iterator[tuple[Block, Assembly]]:
+        """Each block with its assembly."""
+        return zip(self.blocks, self.assemblies, strict=True)
 
 
 class MarginModel:
@@ -119,33 +152,64 @@ class MarginModel:
         Returns:
             Margins (n, channels) in SI units: factors, rad, s; see `objectives.margins.quantities`.
         """
+        return joined([self._read(part, ALL_OF_IT).summed(self.skew) for part in self._parts(gains)])
+
+    def limited(self, gains: Array, requirements: Sequence[MarginRequirement]) -> Array:
+        """Return the values (n, requirements) of limits on margins, those of `evaluate`, working out nothing else.
+
+        gains (n, gains). Where a loop that all of them ask for is not stable, the candidate's other loops are not looked at.
+        """
+        scope = scope_of(requirements)
+        return np.concatenate(
+            [
+                np.stack([entry.values(margins) for entry in requirements], axis=1)
+                for part in self._parts(gains)
+                for margins in [self._read(part, scope).summed(self.skew)]
+            ],
+            axis=0,
+        )
+
+    def _parts(self, gains: Array) -> list[Array]:
+        """Gains rows in batches, at least one."""
         gains = np.asarray(gains, dtype=float)
+        return [gains[i : i + CHUNK] for i in range(0, max(len(gains), 1), CHUNK)]
+
+    def _read(self, gains: Array, scope: Scope) -> Sheet:
+        sheet = Sheet(len(gains), len(self.vehicles), self.cases, self.period, scope.asked)
         if not len(gains):
-            return self._sheet(0).summed(self.skew)
-        return joined([self._evaluate(gains[i : i + CHUNK]) for i in range(0, len(gains), CHUNK)])
-
-    def _sheet(self, n: int) -> Sheet:
-        return Sheet(n, len(self.vehicles), self.cases, self.period)
-
-    def _evaluate(self, gains: Array) -> Margins:
-        sheet = self._sheet(len(gains))
-        term = self._term_gains(gains, self.cases)
+            return sheet
+        term, undecided = self._term_gains(gains, self.cases), np.ones(len(gains), dtype=bool)
         for i, situation in enumerate(self._situations):
             point = self._trimmed(situation.setting, situation.plant, gains)
-            for block in situation.blocks:
+            for block, assembly in sorted(situation.parts, key=lambda part: len(part[0].into)):
                 sheet.sweep(block)
-                rows = point.steady
-                if block.image is not None:
-                    original = situation.blocks[block.image]
+                if scope.channels.isdisjoint(block.channels):
+                    continue
+                rows = point.steady & undecided
+                original = None if block.image is None else situation.blocks[block.image]
+                if original is not None and not scope.channels.isdisjoint(original.channels):
                     alike = self._alike(gains, block, original)
                     sheet.copy(i, block, alike, original)
-                    rows = rows & ~alike
-                if rows.any():
-                    closed = _closed(block, point.step.loops.of(rows), term[rows])
-                    inputs = [j for j, channel in enumerate(block.channels) if channel in PLANT_INPUTS]
-                    sheet.enter(i, block, rows, read_block(closed, self._grid, self.period, self.skew, inputs))
+                    rows &= ~alike
+                for cases in self._rounds(block, scope):
+                    if rows.any():
+                        closed = _with_terms(block, assembly(point.step, rows), term[rows][:, cases])
+                        inputs = [j for j, channel in enumerate(block.channels) if channel in PLANT_INPUTS]
+                        read = read_block(closed, self._grid, self.period, self.skew, inputs, scope.asked)
+                        sheet.enter(i, block, rows, cases, read)
+                        if not scope.decisive.isdisjoint(block.channels):
+                            stable = read.modes.stable.reshape(np.count_nonzero(rows), -1).all(axis=1)
+                            undecided[np.nonzero(rows)[0][~stable]] = False
+                            rows &= undecided
             sheet.discard(i, ~point.steady)
-        return sheet.summed(self.skew)
+        return sheet
+
+    def _rounds(self, block: Block, scope: Scope) -> list[list[int]]:
+        """Cases in the order in which they are looked at: where one may decide, those of the least and largest gains first."""
+        cases = list(range(len(self.cases)))
+        if not block.terms or scope.decisive.isdisjoint(block.channels) or len(cases) < 3:
+            return [cases]
+        return [[cases[0], cases[-1]], cases[1:-1]]
 
     def open_blocks(self, gains: Array, vehicle: int = 0) -> list[tuple[Block, LinearLoops]]:
         """Blocks under a gains row (g,) with their loops (1, ...), nonlinear terms left open."""
@@ -210,7 +274,10 @@ class MarginModel:
         for axis, like in (("y", "x"), ("roll", "pitch")):
             gains[:, self._columns[axis]] = gains[:, self._columns[like]]
         term, loops = self._term_gains(gains, MIDDLE), self._trimmed(setting, plant, gains).step.loops
-        return _Situation(setting, plant, with_images(blocks, tuple(_closed(block, loops, term) for block in blocks)))
+        blocks = with_images(blocks, tuple(_closed(block, loops, term) for block in blocks))
+        decide = self._map.decide
+        assemblies = [Assembly(block, plant, len(self.terms), decide.where, decide.shape) for block in blocks]
+        return _Situation(setting, plant, blocks, tuple(assemblies))
 
     def _probes(self) -> Array:
         """Gains rows spread over the search ranges."""
@@ -231,10 +298,16 @@ class MarginModel:
         return term_gains(self._map.terms, self._map.cascade, gains, self.period, tuple(cases))
 
     def _trimmed(self, setting: Surroundings, plant: Plant, gains: Array) -> TrimPoint:
-        return find_trim(self._map, gains, setting, plant, self._body, self._term_gains(gains, MIDDLE)[:, 0])
+        return find_trim(
+            self._map, gains, setting, plant, self._body, lambda: self._term_gains(gains, MIDDLE)[:, 0]
+        )
 
 
 def _closed(block: Block, loops: LinearLoops, term: Array) -> LinearLoops:
     """The block's loops, closed with term gains (n, cases, terms): rows are candidates, then cases; without terms, candidates."""
-    part = block.part(loops)
+    return _with_terms(block, block.part(loops), term)
+
+
+def _with_terms(block: Block, part: LinearLoops, term: Array) -> LinearLoops:
+    """A block's own loops, closed as `_closed` does."""
     return close_terms(part.expanded(), term[:, :, list(block.terms)]).flattened() if block.terms else part

@@ -8,6 +8,8 @@ J. ACM 7(4), 1960); where that leaves the highest bound it is lowered along the 
 d ln sigma/d ln d_i = |u_i|^2 - |v_i|^2. Every D gives a valid bound, so the margin is never too large.
 """
 
+from collections.abc import Sequence
+
 import numpy as np
 from numpy.typing import NDArray
 
@@ -65,12 +67,12 @@ def mu_upper(m: Complex) -> Array:
     return value
 
 
-def multiloop_margin(modes: Modes, b: Array, c: Array, grid: Array, h: float, centre: float) -> At:
-    """Disk margin alpha (n,) in k channels at once, b (n, b, k) and c (n, k, b), and its frequency [rad/s]."""
+def multiloop_margin(modes: Modes, channels: Sequence[int], grid: Array, h: float, centre: float) -> At:
+    """Disk margin alpha (n,) in some channels at once, the first inputs and outputs of the modes, and its frequency [rad/s]."""
 
     def matrices(w: Array) -> Complex:
         """T + c I (n, f, k, k) at frequencies (n, f)."""
-        return modes.response(np.exp(1j * w * h), b, c) + centre * np.eye(b.shape[-1])
+        return modes.response(np.exp(1j * w * h), channels, channels) + centre * np.eye(len(channels))
 
     rows, last = np.arange(len(modes.size)), grid.shape[1] - 1
     w = np.broadcast_to(grid[0], (len(rows), last + 1))

@@ -29,8 +29,8 @@ class MarginQuantity:
     scale, limited: where it is shown, or limited by a study file, in another unit than that of files. digits: behind the point
     where it is printed. low, high: between which limits have a sense, neither included, in the unit of limits; low is None where
     no limit can be put on it. unlimited: meaning of an infinite value of a stable loop. unstable: value of a loop that is not
-    stable; open: of a channel without any loop. read(margins) -> values, where they are worked out instead of read. whole: a
-    quantity of all loops at once, values (n,).
+    stable; open: of a channel without any loop. read(margins) -> values, where they are worked out instead of read; beside: what
+    other fields they are worked out from. whole: a quantity of all loops at once, values (n,).
     """
 
     name: str
@@ -49,7 +49,13 @@ class MarginQuantity:
     unstable: float = 0.0
     open: float = np.inf
     read: Callable[[Any], Array] | None = None
+    beside: tuple[str, ...] = ()
     whole: bool = False
+
+    @property
+    def fields(self) -> tuple[str, ...]:
+        """Fields of the record `Margins` that its values come from."""
+        return (self.field, *self.beside)
 
     @property
     def shown_unit(self) -> str:
@@ -93,7 +99,7 @@ QUANTITIES = {
         MarginQuantity(
             "gain_margin", "gain margin", "gain", "1", "least", "gain_up",
             "how far the loop gain may change, the lesser of up and down", DECIBEL, DECIBEL, 1, high=80.0,
-            read=lambda margins: np.minimum(margins.gain_up.value, margins.gain_down.value),
+            read=lambda margins: np.minimum(margins.gain_up.value, margins.gain_down.value), beside=("gain_down",),
         ),
         MarginQuantity(
             "gain_up", "gain margin up", "gain up", "1", "least", "gain_up", "how far the loop gain may rise", DECIBEL, DECIBEL,

@@ -18,14 +18,16 @@ Mask = NDArray[np.bool_]
 class Sheet:
     """Values (n, vehicles, cases, channels) by quantity; they start as those of channels without a loop.
 
-    h: control period [s].
+    h: control period [s]; asked: fields of `Margins` that are kept, the others of which stay empty.
     """
 
-    def __init__(self, n: int, vehicles: int, cases: tuple[Case, ...], h: float) -> None:
+    def __init__(self, n: int, vehicles: int, cases: tuple[Case, ...], h: float, asked: frozenset[str]) -> None:
         shape = (n, vehicles, len(cases), N_CHANNELS)
         self._cases, self._h = cases, h
-        self._value = {entry.field: np.full(shape, entry.open) for entry in LOOP_QUANTITIES}
-        self._frequency = {entry.field: np.zeros(shape) for entry in LOOP_QUANTITIES}
+        shapes = {entry.field: shape if entry.field in asked else (0, *shape[1:]) for entry in LOOP_QUANTITIES}
+        self._asked = [entry for entry in LOOP_QUANTITIES if entry.field in asked]
+        self._value = {entry.field: np.full(shapes[entry.field], entry.open) for entry in LOOP_QUANTITIES}
+        self._frequency = {entry.field: np.zeros(shapes[entry.field]) for entry in LOOP_QUANTITIES}
         self._growth, self._stable = np.full(shape, -np.inf), np.ones(shape, dtype=bool)
         self._together, self._together_at = np.full((*shape[:3], 1), np.inf), np.zeros((*shape[:3], 1))
         self._swept = np.zeros(N_CHANNELS, dtype=bool)
@@ -34,9 +36,9 @@ class Sheet:
         """Have the channels of a block report cases where it has terms, whether or not any candidate is entered."""
         self._swept[list(block.channels)] |= bool(block.terms)
 
-    def enter(self, vehicle: int, block: Block, rows: Mask, read: BlockReadings) -> None:
+    def enter(self, vehicle: int, block: Block, rows: Mask, cases: list[int], read: BlockReadings) -> None:
         """Enter the readings of a block for some candidates: their rows are candidates, then cases, or one for all cases."""
-        chosen, every = np.nonzero(rows)[0], np.arange(len(self._cases))
+        chosen, every = np.nonzero(rows)[0], np.array(cases)
 
         def by_case(values: Any) -> Any:
             return values.reshape(len(chosen), 1, len(values) // len(chosen), -1)
@@ -54,13 +56,14 @@ class Sheet:
 
     def copy(self, vehicle: int, block: Block, rows: Mask, original: Block) -> None:
         """Enter for some candidates what another block has, channel by channel."""
-        for array in (*self._value.values(), *self._frequency.values(), self._stable, self._growth):
+        kept = [table[entry.field] for table in (self._value, self._frequency) for entry in self._asked]
+        for array in (*kept, self._stable, self._growth):
             for to, of in zip(block.channels, original.channels, strict=True):
                 array[rows, vehicle, :, to] = array[rows, vehicle, :, of]
 
     def discard(self, vehicle: int, rows: Mask) -> None:
         """Nothing is stable where no steady flight was found."""
-        for entry in LOOP_QUANTITIES:
+        for entry in self._asked:
             self._value[entry.field][rows, vehicle] = entry.unstable
             self._frequency[entry.field][rows, vehicle] = 0.0
         self._stable[rows, vehicle] = False

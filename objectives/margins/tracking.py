@@ -7,6 +7,7 @@ from objectives.margins import curve
 from objectives.margins.frequency import Modes
 
 Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
 
 # Squared share of the reference that still counts as followed: -3 dB.
 FOLLOWED = 0.5
@@ -16,26 +17,26 @@ REJECTED = 1e-7
 POINTS = 50
 
 
-def bandwidth(modes: Modes, b: Array, c: Array, grid: Array, h: float) -> Array:
+def bandwidth(modes: Modes, residues: Complex, grid: Array, h: float) -> Array:
     """Highest frequency [rad/s], (n, k), at which y follows r to within -3 dB; 0 for loops that are not stable.
 
-    b (n, b, k), c (n, k, b): from the reference of each of k channels to its output.
+    residues (n, k, b): from the reference of each of k channels to its output.
     """
-    found = np.zeros((len(modes.poles), b.shape[-1]))
+    found = np.zeros(residues.shape[:2])
     thinned = np.ascontiguousarray(grid[:, :: grid.shape[1] // POINTS])
-    curve.highest_levels(thinned, modes.poles, modes.residues(b, c), modes.stable, h, FOLLOWED, found)
+    curve.highest_levels(thinned, modes.poles, residues, modes.stable, h, FOLLOWED, found)
     return found
 
 
-def load_index(modes: Modes, b: Array, c: Array, h: float) -> Array:
+def load_index(modes: Modes, residues: Complex, h: float) -> Array:
     """Load-disturbance index k_i = 1/|integral of e dt| after a unit step of the load, (n, k), in s^-3 for an acceleration.
 
     For a PID loop it is the integral gain (K. J. Astrom, T. Hagglund, Advanced PID Control, ISA 2006, section 4.3). 0 for loops
-    that leave a steady error or are not stable. b, c: from the load of each of k channels to its error.
+    that leave a steady error or are not stable. residues (n, k, b): from the load of each of k channels to its error.
     """
     distance = 1.0 - modes.poles[:, None, :]
     with np.errstate(divide="ignore", invalid="ignore"):
-        steady = modes.residues(b, c) / distance
+        steady = residues / distance
         # With G(1) = 0 the sum of the errors after a step is G'(1).
         integral = h * np.abs(np.sum(steady / distance, axis=-1))
         rejected = np.abs(np.sum(steady, axis=-1)) < REJECTED * np.sum(np.abs(steady), axis=-1)

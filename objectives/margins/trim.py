@@ -4,6 +4,7 @@ Flying at a constant velocity through a steady wind is, seen from a frame that m
 velocity: the plant feels its air-relative velocity only, and laws see errors. So the fixed point is sought with the place held.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass, field, replace
 from math import atan, cos, degrees, sin, sqrt
 
@@ -141,19 +142,19 @@ class TrimPoint:
 
 
 def find_trim(
-    period: PeriodMap, gains: Array, setting: Surroundings, plant: Plant, body: Array, secant: Array
+    period: PeriodMap, gains: Array, setting: Surroundings, plant: Plant, body: Array, secant: Callable[[], Array]
 ) -> TrimPoint:  # fmt: skip
     """Find the steady flight of gains rows (n, g) of a plant in balance, starting from a body (17,) that hovers level.
 
-    secant (n, terms): gains that stand for the nonlinear terms while their signals are at rest. What is found for a row does not
-    depend on the others. A row that runs away, or ends outside the limits, is not steady.
+    secant() -> (n, terms): gains that stand for the nonlinear terms while their signals are at rest. What is found for a row does
+    not depend on the others. A row that runs away, or ends outside the limits, is not steady.
     """
     starts = np.broadcast_to(body, (len(gains), BODY))
     (state,) = period.at_rest(starts, gains, setting.nominal, setting.reference)
     w = np.zeros((len(gains), len(period.terms)))
     step = one_period(period, state, w, gains, setting, plant)
     if not _is_steady(state, w, step).all():
-        state, w = _iterate(period, state, w, gains, setting, plant, secant)
+        state, w = _iterate(period, state, w, gains, setting, plant, secant())
         step = one_period(period, state, w, gains, setting, plant)
     return TrimPoint(state, w, _is_steady(state, w, step) & _is_balanced(state, plant), step)
 
@@ -197,7 +198,7 @@ def _without_limits(nominal: Array) -> Array:
 
 def _given(step: PeriodStep) -> Array:
     """Return the values of the terms, nothing for a signal at rest: a sign jumps there."""
-    return np.where(np.abs(step.readings[:, step.loops.terms]) < AT_REST, 0.0, step.values)
+    return np.where(np.abs(step.signals) < AT_REST, 0.0, step.values)
 
 
 def _is_steady(state: Array, w: Array, step: PeriodStep) -> NDArray[np.bool_]:
@@ -208,7 +209,7 @@ def _is_steady(state: Array, w: Array, step: PeriodStep) -> NDArray[np.bool_]:
 def _newton(state: Array, w: Array, step: PeriodStep, secant: Array, held: bool) -> tuple[Array, Array]:
     """One step for x = F(x, w) and w = f(s), each f taken for a line through 0 and through where it is."""
     drift, lag = step.state - state, _given(step) - w
-    s = step.readings[:, step.loops.terms]
+    s = step.signals
     at_rest = np.abs(s) < AT_REST
     ratio = np.where(at_rest, secant, step.values / np.where(at_rest, 1.0, s))
     closed = close_terms(step.loops, ratio)

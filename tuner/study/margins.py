@@ -77,10 +77,8 @@ class MarginAnalysis:
         """
         values = np.zeros((len(gains), len(self._asked)))
         for choice in sorted({_choice(entry) for entry in self._asked}):
-            margins = self.model(*choice).evaluate(gains)
-            for i, entry in enumerate(self._asked):
-                if _choice(entry) == choice:
-                    values[:, i] = entry.values(margins)
+            columns = [i for i, entry in enumerate(self._asked) if _choice(entry) == choice]
+            values[:, columns] = self.model(*choice).limited(gains, [self._asked[i] for i in columns])
         return values
 
     def model(self, spread: bool, amplitude: float) -> "MarginModel":

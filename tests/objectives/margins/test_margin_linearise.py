@@ -51,7 +51,7 @@ def linearised(pair, trim, options, gains, vehicle=HUMMINGBIRD):
     term = term_gains(period.terms, cascade, gains, H, CASES)[:, 0]
     setting = setting_of(trim, knowledge, vehicle)
     plant = balanced_plant(period, trim, knowledge, setting)
-    point = find_trim(period, gains, setting, plant, level_body(trim, knowledge), term)
+    point = find_trim(period, gains, setting, plant, level_body(trim, knowledge), lambda: term)
     stepper = Stepper(cascade, knowledge, TIMING, smooth_dynamics(vehicle), trim, period.terms, term[0])
     return period, stepper, point, close_terms(point.step.loops, term)
 

@@ -35,6 +35,7 @@ from tests.objectives.margins.designs import (
 )  # fmt: skip
 
 NAMES = [entry.field for entry in LOOP_QUANTITIES]
+ALL = slice(None)
 WIND = Trim(yaw=0.4, wind=Vec3(3.0, 1.0, 0.0))
 
 
@@ -258,8 +259,8 @@ def test_loops_of_any_kind_have_the_margins_of_python_control():
         kinds["unstable"] += np.abs(np.asarray(control.poles(system))).max(axis=0) > 1.0
         kinds["non-minimum phase"] += np.abs(np.asarray(control.zeros(system))).max(axis=0) > 1.0
         # T from injected to commanded signal is minus the closed loop from the reference.
-        modes = modes_of(np.asarray(closed.A)[None])
-        found = read_curves(modes, np.asarray(closed.B)[None], -np.asarray(closed.C)[None], grid, H, 0.0)
+        modes = modes_of(np.asarray(closed.A)[None], np.asarray(closed.B)[None], -np.asarray(closed.C)[None])
+        found = read_curves(modes, modes.residues(ALL, ALL), grid, H, 0.0)
         loop = system(np.exp(1j * np.linspace(1e-3, np.pi / H, 2001) * H))
         for name, size in (
             ("sensitivity", lambda z: np.abs(1.0 / (1.0 + z))),
@@ -293,7 +294,8 @@ def test_a_gain_margin_in_the_first_or_last_interval_of_the_grid_is_found(angle,
     closed = start + 0.8 * (end - start)
     a = np.array([[-closed[1:], [1.0, 0.0]]])
     b, c = np.array([[[1.0], [0.0]]]), np.array(-0.8 * (end - start)[None, None, 1:], dtype=float)
-    found = read_curves(modes_of(a), b, c, frequency_grid(H), H, 0.0)["gain_up"]
+    modes = modes_of(a, b, c)
+    found = read_curves(modes, modes.residues(ALL, ALL), frequency_grid(H), H, 0.0)["gain_up"]
     assert found.value[0, 0] == pytest.approx(1.25, rel=1e-6)
     assert found.frequency[0, 0] == pytest.approx(angle / H, rel=1e-6)
 
@@ -316,26 +318,26 @@ def test_a_pole_on_the_circle_and_a_pole_outside_give_no_margin():
     grid = frequency_grid(H)
     for radius in (1.0, 1.0 + 1e-12, 1.05):
         a = np.array([[[radius * np.cos(0.3), radius * np.sin(0.3)], [-radius * np.sin(0.3), radius * np.cos(0.3)]]])
-        modes = modes_of(a)
+        modes = modes_of(a, np.ones((1, 2, 1)), np.ones((1, 1, 2)))
         assert not modes.stable[0]
-        found = read_curves(modes, np.ones((1, 2, 1)), np.ones((1, 1, 2)), grid, H, 0.0)
+        found = read_curves(modes, modes.residues(ALL, ALL), grid, H, 0.0)
         assert not np.isnan(found["sensitivity"].value).any()
 
 
 def resonance(top, half_width):
-    """Modes, b, c and frequency of T = R/(z - p) + conjugate that reaches `top`, midway between two points of the grid."""
+    """Modes and frequency of T = R/(z - p) + conjugate that reaches `top`, midway between two points of the grid."""
     grid = frequency_grid(H)
     w = float(np.sqrt(grid[0, 200] * grid[0, 201]))
     p = np.exp((-half_width + 1j) * w * H)
     r = top * half_width * w * H * np.exp(1j * w * H)
     a = np.array([[[p.real, p.imag], [-p.imag, p.real]]])
-    return modes_of(a), np.array([[[1.0], [0.0]]]), 2.0 * np.array([[[r.real, r.imag]]]), w
+    return modes_of(a, np.array([[[1.0], [0.0]]]), 2.0 * np.array([[[r.real, r.imag]]])), w
 
 
 def test_a_narrow_resonance_between_two_points_of_the_grid_is_found():
     """Its half-width is 1e-5 of its frequency, the grid is 3 % wide: T runs round a circle from 0 to -2 and back in between."""
-    modes, b, c, w = resonance(-2.0, 1e-5)
-    found = read_curves(modes, b, c, frequency_grid(H), H, 0.0)
+    modes, w = resonance(-2.0, 1e-5)
+    found = read_curves(modes, modes.residues(ALL, ALL), frequency_grid(H), H, 0.0)
     assert found["complementary"].value[0, 0] == pytest.approx(2.0, rel=1e-4)
     assert found["complementary"].frequency[0, 0] == pytest.approx(w, rel=1e-8)
     # On that circle |L| is 1 where T = -1/2 +- j sqrt(3)/2, and there L = exp(-+ 2j pi/3).

@@ -59,10 +59,10 @@ weight = (random.normal(size=(n, channels, 5)) + 1j * random.normal(size=(n, cha
 poles, residues = (np.concatenate([half, half.conj()], axis=-1) for half in (upper, weight))
 w = np.concatenate([[0.0], np.geomspace(0.01, 0.9999 * np.pi / h, 200), [np.pi / h]])
 grid, stable = np.stack([w, np.cos(w * h), np.sin(w * h)]), np.ones(n, dtype=bool)
-found = [np.zeros((n, channels, *shape)) for shape in ((3, 2), (12, 2), (11, 2), ())]
+found = [np.zeros((n, channels, *shape)) for shape in ((3, 2), (2, 12, 2), ())]
 calls = [
-    lambda: curve.read_all(grid, poles, residues, stable, h, 0.5, *found[:3]),
-    lambda: curve.highest_levels(grid, poles, residues, stable, h, 0.5, found[3]),
+    lambda: curve.read_all(grid, poles, residues, stable, h, np.array([1.0, 0.0, 0.5]), *found[:2], True, True),
+    lambda: curve.highest_levels(grid, poles, residues, stable, h, 0.5, found[2]),
 ]
 for i in map(int, sys.argv[1]):
     calls[i]()

@@ -10,9 +10,9 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from objectives.margins.block import BlockReadings, read_block
+from objectives.margins.block import BlockReadings, modes_of_loops, read_block
 from objectives.margins.describing import DEFAULT_CASES, Case, term_gains
-from objectives.margins.frequency import frequency_grid, modes_of, without_idle
+from objectives.margins.frequency import frequency_grid
 from objectives.margins.linearise import LinearLoops, close_terms
 from objectives.margins.period import CHANNELS, PeriodMap
 from objectives.margins.quantities import LOOP_QUANTITIES
@@ -74,8 +74,7 @@ class Linear:
         index = CHANNELS.index(channel)
         block = next(block for block in self.blocks if index in block.channels)
         part = self._part(block, self._trimmed(self.nominal.vehicle, self._row).step.loops)
-        stable = modes_of(without_idle(part.a, part.b[..., part.injected])).stable
-        return part, block.channels.index(index), stable
+        return part, block.channels.index(index), modes_of_loops(part).stable
 
     def _judged(self, loops: LinearLoops) -> list[Judged]:
         n, worst = len(loops.a), _Worst(len(loops.a))
@@ -94,8 +93,10 @@ class Linear:
     def _trimmed(self, vehicle: Vehicle, rows: Array) -> TrimPoint:
         setting = setting_of(self.trim, self.nominal, vehicle)
         plant = balanced_plant(self._map, self.trim, self.nominal, setting)
-        secant = self._gains_of_terms(rows, MIDDLE)[:, 0]
-        return find_trim(self._map, rows, setting, plant, level_body(self.trim, self.nominal), secant)
+        body = level_body(self.trim, self.nominal)
+        return find_trim(
+            self._map, rows, setting, plant, body, lambda: self._gains_of_terms(rows, MIDDLE)[:, 0]
+        )
 
     def _trimmed_or_none(self, vehicle: Vehicle) -> TrimPoint | None:
         try:

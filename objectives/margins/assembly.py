@@ -1,0 +1,86 @@
+"""The matrices of a block straight from the derivatives of one instant, compiled.
+
+The controller's derivative has some hundred entries that are not zero; each moves few entries of a block's matrices, always in the
+same proportions. These are worked out once, from the block and the plant, so the loop of all states need not be written down for
+each candidate.
+"""
+
+from pathlib import Path
+from typing import Any
+
+import numba
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.margins.linearise import LinearLoops, PeriodStep, Plant
+from objectives.margins.period import BODY, N_CHANNELS, ROTORS
+from objectives.margins.structure import Block
+from plant.backends.cache import keep_file
+
+Array = NDArray[np.float64]
+
+OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz"}}
+
+
+class Assembly:
+    """Matrices of one block of a plant's loops under any gains: `block.part(step.loops)`, without those loops.
+
+    where: rows and columns of the entries of the controller's derivative; size: number of its rows and columns.
+    """
+
+    def __init__(
+        self, block: Block, plant: Plant, n_terms: int, where: tuple[NDArray[np.intp], NDArray[np.intp]], size: tuple[int, int]
+    ) -> None:
+        self._block, (b, x), k = block, block.into.shape, len(block.channels)
+        channels, terms = np.array(block.channels, dtype=int), np.array(block.terms, dtype=int)
+        parts = [channels, N_CHANNELS + terms, N_CHANNELS + n_terms + channels]
+        inputs = np.concatenate(parts)
+        outputs = np.concatenate([*parts, 2 * N_CHANNELS + n_terms + channels])
+        by_body, by_speed, by_load = np.split(plant.slope, [BODY, BODY + ROTORS], axis=-1)
+        rows, columns = np.zeros((b + len(outputs), size[0])), np.zeros((size[1], b + len(inputs) + k))
+        memory = ROTORS + x - BODY
+        rows[:b, :ROTORS] = block.into[:, :BODY] @ by_speed
+        rows[:b, ROTORS:memory] = block.into[:, BODY:]
+        rows[b + np.arange(len(outputs)), memory + outputs] = 1.0
+        columns[:x, :b] = block.out_of
+        columns[x + inputs, b + np.arange(len(inputs))] = 1.0
+        fixed = np.zeros((len(rows), columns.shape[1]))
+        fixed[:b, :b] = block.into[:, :BODY] @ by_body @ block.out_of[:BODY]
+        fixed[:b, b + len(inputs) :] = block.into[:, :BODY] @ by_load[:, channels]
+        self._fixed, self._states = fixed, b
+        self._entry, self._place, self._weight = _shares(rows, columns, *where)
+
+    def __call__(self, step: PeriodStep, chosen: NDArray[np.bool_]) -> LinearLoops:
+        """Loops of some of the candidates of a step, terms left open."""
+        entries = step.entries if chosen.all() else step.entries[chosen]
+        whole = np.empty((len(entries), *self._fixed.shape))
+        assemble(entries, self._entry, self._place, self._weight, self._fixed.ravel(), whole.reshape(len(entries), -1))
+        b = self._states
+        return LinearLoops(
+            whole[:, :b, :b], whole[:, :b, b:], whole[:, b:, :b], whole[:, b:, b:],
+            len(self._block.channels), len(self._block.terms),
+        )  # fmt: skip
+
+
+def _shares(
+    rows: Array, columns: Array, row: NDArray[np.intp], column: NDArray[np.intp]
+) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
+    """Entries, the places of a block's matrices, as one row, that each moves, and by how much of itself."""
+    seen = np.nonzero(rows.any(axis=0)[row] & columns.any(axis=1)[column])[0]
+    moved = rows[:, row[seen]].T[:, :, None] * columns[column[seen]][:, None]
+    entry, place = np.nonzero(moved.reshape(len(seen), -1))
+    return seen[entry], place, moved.reshape(len(seen), -1)[entry, place]
+
+
+def assemble(
+    entries: Array, entry: NDArray[np.intp], place: NDArray[np.intp], weight: Array, fixed: Array, whole: Array
+) -> None:
+    """Fill whole (n, places) with what is fixed (places,) and the shares of entries (n, m)."""
+    for i in range(len(entries)):
+        for j in range(len(fixed)):
+            whole[i, j] = fixed[j]
+        for j in range(len(entry)):
+            whole[i, place[j]] += weight[j] * entries[i, entry[j]]
+
+
+assemble = keep_file(numba.njit(**OPTIONS, nogil=True)(assemble), Path(__file__))
