@@ -9,6 +9,7 @@ elsewhere: B. Efron, R. J. Tibshirani, "An Introduction to the Bootstrap", Chapm
 the worst case neither is valid: no resample exceeds the largest value seen.
 """
 
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
@@ -55,8 +56,7 @@ def bootstrap_interval(
 def interval_on(values: Values, risk: Risk, resample: Indices, confidence: float = 0.95) -> Interval:
     """Return the interval of the risk of values (..., n) on given resamples (replicates, n) of the scenarios."""
     flat = values.reshape(-1, values.shape[-1])
-    pairs = [_ends_of(row, None, risk, resample, confidence) for row in flat]
-    return Interval(*np.array(pairs).reshape(-1, 2).T.reshape(2, *values.shape[:-1]))
+    return Interval(*_ends_of(flat, None, risk, resample, confidence).reshape(2, *values.shape[:-1]))
 
 
 def paired_difference(
@@ -78,14 +78,15 @@ def paired_difference(
 def paired_difference_on(
     first: Values, second: Values, risk: Risk, resample: Indices, confidence: float = 0.95
 ) -> PairedDifference:
-    """Return risk(first) - risk(second), both (..., n), with its interval on given resamples (replicates, n)."""
+    """Return risk(first) - risk(second) with its interval on given resamples (replicates, n).
+
+    first (..., n); second the same, or (n,) for what each of the first is compared with.
+    """
     # numpy sums in another order along other layouts, and equal candidates must differ by 0.
     first, second = np.ascontiguousarray(first), np.ascontiguousarray(second)
     n = first.shape[-1]
-    rows = zip(first.reshape(-1, n), second.reshape(-1, n), strict=True)
-    pairs = [_ends_of(a, b, risk, resample, confidence) for a, b in rows]
-    low, high = np.array(pairs).reshape(-1, 2).T.reshape(2, *first.shape[:-1])
-    return PairedDifference(risk.apply(first) - risk.apply(second), low, high)
+    found = _ends_of(first.reshape(-1, n), second.reshape(-1, n), risk, resample, confidence)
+    return PairedDifference(risk.apply(first) - risk.apply(second), *found.reshape(2, *first.shape[:-1]))
 
 
 def replicates_on(values: Values, risk: Risk, resample: Indices) -> Values:
@@ -106,24 +107,33 @@ def _resamples(rng: np.random.Generator, replicates: int, n: int) -> Indices:
     return rng.integers(n, size=(replicates, n), dtype=np.intp)
 
 
-def _ends_of(
-    first: Values, second: Values | None, risk: Risk, resample: Indices, confidence: float
-) -> tuple[float, float]:
-    """Return the ends of the interval of the risk of first (n,), or of its difference to that of second."""
-    own = _measured(first, second, risk)
-    drawn, errors = np.empty(len(resample)), np.empty(len(resample))
-    at_once = max(BLOCK // len(first), 1)
+def _ends_of(first: Values, second: Values | None, risk: Risk, resample: Indices, confidence: float) -> Values:
+    """Return the ends (2, rows) of the intervals of the risks of first (rows, n), or of their differences to those of second.
+
+    second: (rows, n), or (1, n) for what all are compared with.
+    """
+    rows, n = first.shape
+    drawn, errors = np.empty((2, rows, len(resample)))
+    at_once = max(BLOCK // n, 1)
     for begin in range(0, len(resample), at_once):
         chosen = slice(begin, begin + at_once)
-        part = resample[chosen]
-        found = _measured(first[part], None if second is None else second[part], risk)
-        drawn[chosen], errors[chosen] = found.risk, standard_error(found)
-    return ends(float(own.risk), float(standard_error(own)), Resampled(drawn, errors), confidence)
+        for row, found in enumerate(_measured(first, second, risk, resample[chosen])):
+            drawn[row, chosen], errors[row, chosen] = found.risk, standard_error(found)
+    pairs = [
+        ends(float(own.risk), float(standard_error(own)), Resampled(drawn[row], errors[row]), confidence)
+        for row, own in enumerate(_measured(first, second, risk, slice(None)))
+    ]
+    return np.array(pairs).reshape(-1, 2).T
 
 
-def _measured(first: Values, second: Values | None, risk: Risk) -> MeasuredRisk:
-    found = measured(first, risk)
-    return found if second is None else difference(found, measured(second, risk))
+def _measured(first: Values, second: Values | None, risk: Risk, part: Indices | slice) -> Iterator[MeasuredRisk]:
+    """Yield the risk of part of each row, or its difference to the same part of second; one that is shared is measured once."""
+    shared = measured(second[0][part], risk) if second is not None and len(second) == 1 else None
+    for i, row in enumerate(first):
+        found = measured(row[part], risk)
+        if second is not None:
+            found = difference(found, shared or measured(second[i][part], risk))
+        yield found
 
 
 def _replicates(values: Values, risk: Risk, resample: Indices) -> Values:

@@ -115,9 +115,8 @@ def differences_to(problem: Problem, evaluation: Evaluation, row: int, root: int
     found = []
     for i, objective in enumerate(problem.objectives):
         samples = evaluation.samples(i, objective.scenario)
-        other = np.broadcast_to(samples[row], samples.shape)
         part = within(drawn, evaluation.origin, objective.scenario)
-        found.append(paired_difference_on(samples, other, objective.risk, part))
+        found.append(paired_difference_on(samples, samples[row], objective.risk, part))
     return PairedDifference(*np.stack(found, axis=-1))
 
 
