@@ -173,6 +173,27 @@ class MarginModel:
         w = self._grid[0, 1:] if frequency is None else np.asarray(frequency, dtype=float)
         return self.realisation(gains, channel, case, vehicle).response(w)
 
+    def curves(self, gains: Array, cases: NDArray[np.intp], frequency: Array) -> NDArray[np.complex128]:
+        """Loop transfer functions (n, channels, f) of the first vehicle under gains rows (n, g) at frequencies (f,) [rad/s].
+
+        cases (n, channels): number of the amplitude in `cases` for each. A channel without a loop has zeros. A loop that has the
+        gains and the dynamics of another has its curve too.
+        """
+        situation, terms = self._situations[0], self._term_gains(gains, self.cases)
+        loops = self._trimmed(situation.setting, situation.plant, gains).step.loops
+        found = np.zeros((len(gains), len(CHANNELS), len(frequency)), dtype=complex)
+        for block in situation.blocks:
+            original = block if block.image is None else situation.blocks[block.image]
+            alike = self._alike(gains, block, original) & (original is not block)
+            for j, (channel, like) in enumerate(zip(block.channels, original.channels, strict=True)):
+                same = alike & (cases[:, channel] == cases[:, like])
+                found[same, channel] = found[same, like]
+                rows = np.flatnonzero(~same)
+                closed = _closed(block, loops.of(~same), terms[rows, cases[rows, channel]][:, None])
+                for row, a, b, c in zip(rows, closed.a, closed.b[:, :, j], closed.c[:, j], strict=True):
+                    found[row, channel] = Realisation(a, b, c, self.period).response(frequency).loop
+        return found
+
     def _situation(self, nominal: Nominal, vehicle: Vehicle) -> _Situation:
         setting = setting_of(self.trim, nominal, vehicle)
         plant = balanced_plant(self._map, self.trim, nominal, setting)
