@@ -16,7 +16,7 @@ def write_report(folder: Path) -> Path:
 
 
 def start_figures(folder: Path) -> Drawing:
-    """Make ready to write figures/ like `write_figures` and return at once; `begin` when the folder is ready, then `wait`."""
+    """Make ready to write figures/ like `write_figures` and return at once; tell it to `begin`, as it says, then `wait`."""
     return Drawing(folder)
 
 

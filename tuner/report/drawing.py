@@ -11,20 +11,23 @@ import sys
 from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
-from threading import Thread
+from threading import Semaphore, Thread
 from typing import IO
 
 from plant.errors import StoreError
 from tuner.store.folder import put
 from tuner.text.errors import guarded
 
-BEGIN = b"\n"
+BEGIN, STAGES = b"\n", 2
 INPUT = 0
 """The file descriptor of standard input, past Python's buffer: a thread that waits in it must not hold its lock at the end."""
 
 
 class Drawing:
-    """Figures of a results folder, drawn by a process that imports what it needs at once and draws when told to begin."""
+    """Figures of a results folder, drawn by a process that imports what it needs at once and draws when told to.
+
+    It is told twice: when the folder holds front, history and summary, and when it holds responses too.
+    """
 
     def __init__(self, folder: Path) -> None:
         code = "import sys; from tuner.report.drawing import draw; sys.exit(draw(sys.argv[1]))"
@@ -39,7 +42,7 @@ class Drawing:
         self._orders, self._process.stdin = self._process.stdin, None
 
     def begin(self) -> None:
-        """Draw: everything that the figures show is in the folder."""
+        """Draw what the folder holds by now, see the class."""
         # Where the process has ended already, `wait` says why.
         with suppress(BrokenPipeError):
             self._orders.write(BEGIN)
@@ -56,7 +59,8 @@ class Drawing:
 
     def wait(self) -> None:
         """Wait for the figures and write them; StoreError says why they are not there."""
-        self.begin()
+        for _ in range(STAGES):
+            self.begin()
         out, errors = self._process.communicate()
         self.stop()
         files, said = received(BytesIO(out)), errors.decode(errors="replace").strip()
@@ -66,24 +70,33 @@ class Drawing:
             put(self._folder, name, content)
 
 
+class Orders:
+    """Orders of the parent on standard input, whose end is the end of the parent, and at once that of this process."""
+
+    def __init__(self) -> None:
+        self._given = Semaphore(0)
+        Thread(target=self._read, daemon=True).start()
+
+    def _read(self) -> None:
+        while os.read(INPUT, 1):
+            self._given.release()
+        os._exit(1)
+
+    def wait(self) -> None:
+        """Wait for the next order."""
+        self._given.acquire()
+
+
 def draw(folder: str) -> int:
     """Draw all figures of a folder when told to, and hand them over; return 0, or 2 with one line on stderr where that fails."""
-    from tuner.report.figures import draw_all
+    orders = Orders()
 
     def drawn() -> None:
-        # The end of the input without a word: there is no parent any more.
-        if os.read(INPUT, 1):
-            Thread(target=end_with_parent, daemon=True).start()
-            hand_over(draw_all(Path(folder)), sys.stdout.buffer)
+        from tuner.report.figures import draw_all
+
+        hand_over(draw_all(Path(folder), orders.wait), sys.stdout.buffer)
 
     return guarded(drawn)
-
-
-def end_with_parent() -> None:
-    """Wait for the end of the input, which is the end of the parent, and end this process at once."""
-    while os.read(INPUT, 1):
-        pass
-    os._exit(1)
 
 
 def hand_over(files: dict[str, bytes], out: IO[bytes]) -> None:

@@ -1,7 +1,7 @@
 """Figures for a paper: front, responses and progress of a results folder, or the responses of one controller."""
 
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
@@ -32,18 +32,24 @@ def write_all(folder: Path) -> list[Path]:
     return [put(folder, name, content) for name, content in draw_all(folder).items()]
 
 
-def draw_all(folder: Path) -> dict[str, bytes]:
-    """Return every figure that the folder has data for, by its name in the folder."""
+def draw_all(folder: Path, wait: Callable[[], object] = lambda: None) -> dict[str, bytes]:
+    """Return every figure that the folder has data for, by its name in the folder.
+
+    wait: called before the folder is opened, when it must hold all but responses, and again before they are read.
+    """
+    wait()
     results = TuningFolder(folder)
     with style():
-        drawn = {"front": front_figure(results), "progress": progress_figure(results)}
+        files = files_of("front", front_figure(results)) | files_of("progress", progress_figure(results))
+        wait()
         for name, scenario in zip(response_names(results.scenarios), results.scenarios, strict=True):
-            drawn[name] = response_figure(results, scenario)
-        return {
-            f"figures/{name}{ending}": content
-            for name, figure in drawn.items()
-            for ending, content in printed(figure).items()
-        }
+            files |= files_of(name, response_figure(results, scenario))
+    return files
+
+
+def files_of(name: str, figure: Figure) -> dict[str, bytes]:
+    """Return the files of a figure by their names in the folder."""
+    return {f"figures/{name}{ending}": content for ending, content in printed(figure).items()}
 
 
 def response_names(scenarios: list[str]) -> list[str]:

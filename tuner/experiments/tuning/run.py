@@ -104,9 +104,20 @@ class TuningRun(Experiment[Study, Outcome]):
         generations = search(self.problem, self.study, self.folder, self.watcher, algorithm, self.clock)
         # What earlier sessions took counts.
         self.begin -= max(generations[-1].seconds - self.seconds, 0.0)
-        outcome = conclude(self.problem, self.study, generations, self.watcher, self.begin, warnings)
-        self.store.commit(HELD_OUT)
+        self.drawing = report.start_figures(self.folder.path)
+        with self.given_up_on_error():
+            outcome = conclude(self.problem, self.study, generations, self.watcher, self.begin, warnings)
+            self.store.commit(HELD_OUT)
         return outcome
+
+    @contextmanager
+    def given_up_on_error(self) -> Iterator[None]:
+        """Give the figures up where an error ends the run."""
+        try:
+            yield
+        except BaseException:
+            self.drawing.stop()
+            raise
 
     @staticmethod
     def is_feasible(found: Outcome) -> bool:
@@ -114,12 +125,10 @@ class TuningRun(Experiment[Study, Outcome]):
         return found.feasible
 
     def write(self, found: Outcome) -> None:
-        """Write documents and tables while the process that draws the figures starts, then the report."""
+        """Write documents and tables, and the report, while another process draws the figures."""
         folder, watcher = self.folder, self.watcher
-        drawing = report.start_figures(folder.path)
-        try:
+        with self.given_up_on_error():
             self.write_documents(found)
-            drawing.begin()
             watcher.on_writing("margins")
             margins = margin_table(found)
             if margins is not None:
@@ -127,10 +136,7 @@ class TuningRun(Experiment[Study, Outcome]):
             watcher.on_writing("report")
             report.write_report(folder.path)
             watcher.on_writing("figures")
-            drawing.wait()
-        except BaseException:
-            drawing.stop()
-            raise
+            self.drawing.wait()
         folder.written(*DRAWN)
 
     def write_documents(self, found: Outcome) -> None:
@@ -141,8 +147,10 @@ class TuningRun(Experiment[Study, Outcome]):
         folder.remove(gains_name(not found.feasible))
         folder.write_json(gains_name(found.feasible), gains_document(found, summary))
         folder.write_json("summary.json", summary)
+        self.drawing.begin()
         self.watcher.on_writing("responses")
         folder.write_table("responses.parquet", response_table(found))
+        self.drawing.begin()
         if found.study.constraints:
             folder.write_table("constraints.csv", constraint_table(found))
 
