@@ -165,21 +165,17 @@ def sample_scenarios(
     """
     steps, h = spec.steps(timing), timing.control_period
     indices = list(indices)
-    airs, noises = [], []
-    for i in indices:
-        airs.append(sample_air(spec.air, h, steps, generator(root, f"{stream}/{spec.name}/air", i)))
-        noises.append(sample_noise(spec.sensors, steps, generator(root, f"{stream}/{spec.name}/sensors", i)))
-    air = np.stack(airs)
-    if not air[..., WIND_COLUMNS:].any():
-        air = air[..., :WIND_COLUMNS]
-    noise = np.stack(noises)[..., :0] if spec.sensors.silent() else np.stack(noises)
+    airs = [sample_air(spec.air, h, steps, generator(root, f"{stream}/{spec.name}/air", i)) for i in indices]
+    if not any(air[:, WIND_COLUMNS:].any() for air in airs):
+        airs = [air[:, :WIND_COLUMNS] for air in airs]
+    noises = [_noise(spec, steps, generator(root, f"{stream}/{spec.name}/sensors", i)) for i in indices]
     references = np.ascontiguousarray(spec.track(timing).samples)
     bodies, starts = _vehicles(spec, vehicle, references, root, stream, indices)
     return FlightInputs(
         dynamics=to_lanes(bodies),
         starts=to_lanes(starts),
-        disturbances=to_lanes(air),
-        noises=to_lanes(noise),
+        disturbances=to_lanes(airs),
+        noises=to_lanes(noises),
         references=references,
         targets=spec.targets(timing),
         count=len(airs),
@@ -200,6 +196,11 @@ def draw_vehicle(spread: Spread, vehicle: Vehicle, draw: np.random.Generator) ->
     mass, inertia, thrust, lag = (middles + draw.uniform(-1.0, 1.0, 4) * widths).tolist()
     x, y = (draw.uniform(-1.0, 1.0, 2) * spread.centre * arm_of(vehicle)).tolist()
     return off_centre(vary(vehicle, mass, inertia, thrust, lag), x, y)
+
+
+def _noise(spec: ScenarioSpec, steps: int, draw: np.random.Generator) -> np.ndarray:
+    """Draw the sensor errors of a flight (steps, 12); without columns where all sensors are perfect."""
+    return np.empty((steps, 0)) if spec.sensors.silent() else sample_noise(spec.sensors, steps, draw)
 
 
 def _vehicles(

@@ -5,7 +5,7 @@ lanes never mix, a block is always full (spare lanes repeat the last scenario), 
 """
 
 import os
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from dataclasses import dataclass
 
@@ -36,13 +36,14 @@ class FlightInputs:
     count: int
 
 
-def to_lanes(per_scenario: np.ndarray) -> np.ndarray:
-    """Turn (scenarios, ...) into (blocks, ..., lanes), repeating the last scenario to fill the last block."""
+def to_lanes(per_scenario: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
+    """Turn scenarios, arrays of one shape (...), into (blocks, ..., lanes), repeating the last one to fill the last block."""
     blocks = -(-len(per_scenario) // LANES)
-    spare = blocks * LANES - len(per_scenario)
-    padded = np.concatenate([per_scenario, np.repeat(per_scenario[-1:], spare, axis=0)], axis=0)
-    grouped = padded.reshape(blocks, LANES, *per_scenario.shape[1:])
-    return np.ascontiguousarray(np.moveaxis(grouped, 1, -1))
+    out = np.empty((blocks, *per_scenario[0].shape, LANES))
+    for block in range(blocks):
+        chosen = range(block * LANES, (block + 1) * LANES)
+        np.stack([per_scenario[min(i, len(per_scenario) - 1)] for i in chosen], axis=-1, out=out[block])
+    return out
 
 
 def available_threads() -> int:
@@ -90,11 +91,11 @@ class Flyer:
         """
         blocks = len(inputs.dynamics)
         out = np.empty((len(gains), blocks, self.rows, LANES))
-        empty = np.empty((1, 1, 1, 1, 1))
+        nothing, empty = np.empty(0, dtype=np.intp), np.empty((1, 1, 1, 1, 1))
 
         def task(candidate: int) -> None:
             one = slice(candidate, candidate + 1)
-            self._run(gains[one], nominal, inputs, out[one], empty, 0)
+            self._run(gains[one], nominal, inputs, out[one], nothing, empty, 0)
             if on_flights_done is not None:
                 on_flights_done(inputs.count)
 
@@ -102,22 +103,40 @@ class Flyer:
             list(pool.map(task, range(len(gains))))
         return np.moveaxis(out, -1, 2).reshape(len(gains), blocks * LANES, self.rows)[:, : inputs.count]
 
-    def trace(self, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, every: int = 1) -> np.ndarray:
-        """Fly one candidate, gains (n,), and return every `every`-th instant: (scenarios, instants, workspace rows)."""
+    def trace(
+        self,
+        gains: np.ndarray,
+        nominal: Nominal,
+        inputs: FlightInputs,
+        every: int = 1,
+        traced: Sequence[int] | None = None,
+    ) -> np.ndarray:
+        """Fly one candidate, gains (n,), and return every `every`-th instant: (scenarios, instants, rows).
+
+        traced: rows of the workspace in the order they are wanted, by default all of them; a few take a twentieth of the memory.
+        """
         blocks, steps = len(inputs.dynamics), len(inputs.references)
+        chosen = np.arange(layout(self.loop).total) if traced is None else np.array(traced, dtype=np.intp)
         out = np.empty((1, blocks, self.rows, LANES))
-        trace = np.empty((1, blocks, -(-steps // every), layout(self.loop).total, LANES))
-        self._run(gains[None], nominal, inputs, out, trace, every)
+        trace = np.empty((1, blocks, -(-steps // every), len(chosen), LANES))
+        self._run(gains[None], nominal, inputs, out, chosen, trace, every)
         return np.moveaxis(trace[0], -1, 1).reshape(blocks * LANES, *trace.shape[2:4])[: inputs.count]
 
     def _run(
-        self, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, out: np.ndarray, trace: np.ndarray, every: int
+        self,
+        gains: np.ndarray,
+        nominal: Nominal,
+        inputs: FlightInputs,
+        out: np.ndarray,
+        traced: np.ndarray,
+        trace: np.ndarray,
+        every: int,
     ) -> None:
         h, plant_step = self._timing
         self._kernel(
             np.ascontiguousarray(gains, dtype=float), np.array(flatten(nominal), dtype=float), inputs.dynamics,
             inputs.starts, inputs.disturbances, inputs.noises, inputs.references, np.array(flatten(inputs.targets), dtype=float),
-            self._limits, h, plant_step, round(h / plant_step), out, trace, every,
+            self._limits, h, plant_step, round(h / plant_step), out, traced, trace, every,
         )  # fmt: skip
 
 

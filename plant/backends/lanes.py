@@ -114,7 +114,7 @@ LANE, ENTRY = "a[{}, l]", "a[{}]"
 RUN = """
 @jit(nogil=True, fastmath=FAST_MATH, error_model="numpy")
 def run(gains, nominal_row, dynamicss, starts, disturbances, noises, references, targets_row, limits_row, h, plant_step,
-        substeps, out, trace, every):
+        substeps, out, traced, trace, every):
     nominal = load_nominal(nominal_row, 0)
     targets = load_targets(targets_row, 0)
     limits = load_limits(limits_row, 0)
@@ -139,7 +139,8 @@ def run(gains, nominal_row, dynamicss, starts, disturbances, noises, references,
                 store_flight(a, l, decide(load_flight(a, l), constants, nominal, reference, load_noise(a, l), targets,
                                           limits, time, h))
             if every > 0 and k % every == 0:
-                trace[candidate, block, k // every] = a
+                for i in range(traced.shape[0]):
+                    trace[candidate, block, k // every, i] = a[traced[i]]
             if n_disturbance <= N_WIND:
                 for j in range(substeps):
                     for l in range(LANES):

@@ -7,7 +7,8 @@ of every finalist in every scenario: a fan over many flights, and the flight in 
 value of the first objective that counts in the scenario.
 """
 
-from typing import Any
+from concurrent.futures import ThreadPoolExecutor
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -122,9 +123,8 @@ def constraint_table(outcome: Outcome) -> Any:
         samples = evaluation.samples(i, quantity.scenario)
         part = within(drawn, evaluation.origin, quantity.scenario)
         low, high = interval_on(samples, quantity.risk, part)
-        default = np.broadcast_to(samples[0], samples.shape)
         numbers = (
-            quantity.risk.apply(samples), low, high, *paired_difference_on(samples, default, quantity.risk, part),
+            quantity.risk.apply(samples), low, high, *paired_difference_on(samples, samples[0], quantity.risk, part),
         )  # fmt: skip
         rows += [(name, quantity.label, *values) for name, *values in zip(outcome.names, *numbers, strict=True)]
     return data_frame([dict(zip(COLUMNS, row, strict=True)) for row in rows])
@@ -145,12 +145,15 @@ def margin_table(outcome: Outcome) -> Any:
         model = margin_model(outcome)
     except InputError:
         return None
-    margins = model.evaluate(outcome.finalist_rows)
+    gains = outcome.finalist_rows
+    margins = model.evaluate(gains)
+    frequency = np.geomspace(LOWEST, np.pi / model.period, POINTS)
+    curves = model.curves(gains, np.maximum(margins.sensitivity.case, 0), frequency)
     looped = {channel for block in model.blocks for channel in block}
     rows = [
-        {"point": name, **loop_row(model, margins, outcome.gains(row), row, channel)}
+        {"point": name, **loop_row(model, margins, row, channel), **curve_row(frequency, curves[row, i])}
         for row, name in enumerate(outcome.names)
-        for channel in CHANNELS
+        for i, channel in enumerate(CHANNELS)
         if channel in looped
     ]
     return data_frame(rows)
@@ -163,28 +166,38 @@ def margin_model(outcome: Outcome) -> MarginModel:
     return MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, Trim(hold=held))
 
 
-def loop_row(model: MarginModel, margins: Margins, gains: np.ndarray, row: int, channel: str) -> dict[str, Any]:
-    """Return margins and curve of one loop of one finalist."""
+def loop_row(model: MarginModel, margins: Margins, row: int, channel: str) -> dict[str, Any]:
+    """Return the margins of one loop of one finalist."""
     i = CHANNELS.index(channel)
-    stable = bool(margins.stable[row, i])
+    stable, case = bool(margins.stable[row, i]), int(margins.sensitivity.case[row, i])
     values = {name: float(QUANTITIES[name].values(margins)[row, i]) for name in RECORDED}
-    case = max(int(margins.sensitivity.case[row, i]), 0)
-    frequency = np.geomspace(LOWEST, np.pi / model.period, POINTS)
-    loop = model.loop(gains, channel, model.cases[case], frequency).loop
-    swept = margins.sensitivity.case[row, i] >= 0
     return {
         "channel": channel,
         "stable": stable,
         **{name: value if stable and np.isfinite(value) else None for name, value in values.items()},
-        "case": model.cases[case].label if swept else "",
-        "frequency": frequency.astype(np.float32),
-        "real": loop.real.astype(np.float32),
-        "imag": loop.imag.astype(np.float32),
+        "case": model.cases[case].label if case >= 0 else "",
     }
+
+
+def curve_row(frequency: np.ndarray, loop: np.ndarray) -> dict[str, Any]:
+    """Return the curve of one loop (f,) at frequencies (f,) [rad/s]."""
+    parts = {"frequency": frequency, "real": loop.real, "imag": loop.imag}
+    return {name: part.astype(np.float32) for name, part in parts.items()}
 
 
 # Held-out scenarios a fan is drawn from: its 5 % and 95 % lines rest on three flights each.
 FAN_SCENARIOS = 64
+
+
+class PointFan(NamedTuple):
+    """Responses of a point over many flights: time (instants,) [s]; else (instants, signals), worst: in its worst flight."""
+
+    time: np.ndarray
+    reference: np.ndarray
+    low: np.ndarray
+    median: np.ndarray
+    high: np.ndarray
+    worst: np.ndarray
 
 
 def response_table(outcome: Outcome) -> Any:
@@ -205,17 +218,19 @@ def response_table(outcome: Outcome) -> Any:
 
 def scenario_parts(outcome: Outcome, spec: ScenarioSpec, count: int) -> list[Any]:
     """Return the tables of all points in one scenario, fans over so many flights."""
-    inputs = drawn(outcome, spec, range(count))
-    worst = worst_flights(outcome, spec.name)
-    parts = []
-    for row, name in enumerate(outcome.names):
-        flown = flight_of(outcome, row, inputs)
-        index = int(worst[row])
-        single = (
-            flown.actual[index] if index < count else flight_of(outcome, row, drawn(outcome, spec, [index])).actual[0]
+    inputs, worst = drawn(outcome, spec, range(count)), worst_flights(outcome, spec.name).tolist()
+    beyond = {index: drawn(outcome, spec, [index]) for index in sorted({*worst}) if index >= count}
+
+    def fan_of(row: int) -> PointFan:
+        flown, index = flight_of(outcome, row, inputs), worst[row]
+        seen = flown if index < count else flight_of(outcome, row, beyond[index])
+        return PointFan(
+            flown.time, flown.reference.mean(axis=0), *flown.fans(), seen.actual[index if seen is flown else 0]
         )
-        parts.append(point_table(flown, name, spec.name, single, index))
-    return parts
+
+    with ThreadPoolExecutor(outcome.problem.flyer.threads) as pool:
+        fans = zip(pool.map(fan_of, range(len(worst))), outcome.names, worst, strict=True)
+        return [point_table(fan, name, spec.name, index) for fan, name, index in fans]
 
 
 def worst_flights(outcome: Outcome, scenario: str) -> np.ndarray:
@@ -239,13 +254,13 @@ def flight_of(outcome: Outcome, row: int, inputs: Any) -> Responses:
     )
 
 
-def point_table(flown: Responses, point: str, scenario: str, worst: np.ndarray, index: int) -> Any:
-    """Return the fans of one point as a long table (pandas); worst (instants, signals): its worst flight."""
-    count, signals = len(flown.time), len(SIGNALS)
-    low, median, high = flown.fans()
-    series = {"reference": flown.reference.mean(axis=0), "low": low, "median": median, "high": high, "worst": worst}
+def point_table(fan: PointFan, point: str, scenario: str, worst_flight: int) -> Any:
+    """Return the fan of one point as a long table (pandas); worst_flight: index of the flight in which it did worst."""
+    time, *series = fan
     columns: dict[str, Any] = {"point": point, "scenario": scenario}
-    columns |= {"signal": np.repeat(SIGNALS, count), "unit": np.repeat(UNITS, count)}
-    columns |= {"time": np.tile(flown.time, signals)}
-    columns |= {name: values.T.ravel().astype(np.float32) for name, values in series.items()}
-    return data_frame({**columns, "worst_flight": np.int32(index)})
+    columns |= {"signal": np.repeat(SIGNALS, len(time)), "unit": np.repeat(UNITS, len(time))}
+    columns |= {"time": np.tile(time, len(SIGNALS))}
+    columns |= {
+        name: values.T.ravel().astype(np.float32) for name, values in zip(PointFan._fields[1:], series, strict=True)
+    }
+    return data_frame({**columns, "worst_flight": np.int32(worst_flight)})
