@@ -80,10 +80,24 @@ def keep(dispatcher: Any, name: str, kind: Any = None) -> Any:
     from numba.core.caching import FunctionCache
 
     parent: Any = kind or FunctionCache
-    kept = type("Kept", (parent,), {"_impl_class": _here(parent._impl_class)})(dispatcher.py_func)
+    parts = {"_impl_class": _here(parent._impl_class)} | ({} if kind else {"load_overload": _load_alone})
+    kept = type("Kept", (parent,), parts)(dispatcher.py_func)
     kept._cache_file = SealedFiles(_sealed_folder, lambda: f"{name}-{compiled_for().label}", alone=kind is None)
     dispatcher._cache = kept
     return dispatcher
+
+
+def _load_alone(kept: Any, signature: Any, target: Any) -> Any:
+    """Load what numba compiled for a signature, in place of `FunctionCache.load_overload`; None where there is nothing.
+
+    That one first reads all declarations that numba compiles by, 0.5 s of each process; they are read when something is compiled.
+    """
+    from numba.core.runtime import rtsys
+
+    # Memory of arrays, which loaded code asks for.
+    rtsys.initialize(target)
+    with kept._guard_against_spurious_io_errors():
+        return kept._load_overload(signature, target)
 
 
 def keep_file(dispatcher: Any, *files: Path) -> Any:
