@@ -27,7 +27,7 @@ assert flyer().cached
 flyer().fly(gains()[None], NOMINAL, inputs(range(1)))
 run = flyer()._kernel
 import sys
-print(sum(run.stats.cache_hits.values()), sum(run.stats.cache_misses.values()), "numba.cpython.unicode" in sys.modules)
+print(sum(run.stats.cache_hits.values()), sum(run.stats.cache_misses.values()), "numba.cpython.heapq" in sys.modules)
 """
 
 KEY = """
@@ -113,7 +113,7 @@ def kept(folder):
 
 def test_second_process_compiles_nothing():
     flyer().fly(gains()[None], NOMINAL, inputs(range(1)))
-    # Nor does it read the declarations that numba compiles by, strings among them.
+    # Nor does it read the declarations that numba compiles by, heaps among them.
     assert run(SECOND_PROCESS) == (["1", "0", "False"], [])
 
 
