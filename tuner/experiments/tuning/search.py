@@ -80,8 +80,10 @@ def search(
 
     for record in search_generations(algorithm, evaluate, spec.generations, clock.now):
         generations.append(record)
-        folder.write_table(f"generations/{record.number:04d}.parquet", generation_table(study, generations, record))
-        folder.write_table("history.csv", history_table(generations))
+        table = generation_table(study, generations, record)
+        folder.write_tables(
+            {f"generations/{record.number:04d}.parquet": table, "history.csv": history_table(generations)}
+        )
         watcher.on_generation(record, spec.generations)
     return generations
 
