@@ -221,7 +221,8 @@ def scenario_parts(outcome: Outcome, spec: ScenarioSpec, count: int) -> list[Any
     """Return the tables of all points in one scenario, fans over so many flights."""
     worst = worst_flights(outcome, spec.name).tolist()
     beyond = sorted({index for index in worst if index >= count})
-    inputs, others = drawn(outcome, spec, range(count)), drawn(outcome, spec, beyond or [0])
+    inputs = drawn(outcome, spec, range(count))
+    others = drawn(outcome, spec, beyond) if beyond else inputs
 
     def worst_of(row: int, flown: Responses) -> np.ndarray:
         if worst[row] < count:

@@ -16,6 +16,7 @@ from tuner.experiments.tuning.tables import (
     flight_of,
     margin_table,
     response_table,
+    scenario_parts,
     worst_flights,
 )
 
@@ -40,6 +41,13 @@ def test_responses_of_every_finalist_with_the_flight_in_which_it_did_worst(outco
     alone = flight_of(outcome, row, drawn(outcome, spec, [int(index)])).actual[0, :, 0]
     assert mine[mine.signal == "x"].worst.to_numpy() == pytest.approx(alone, abs=1e-6)
     assert index < len(scores) <= FAN_SCENARIOS
+
+
+def test_a_worst_flight_is_the_same_in_the_fan_and_beyond_it(outcome):
+    entry = outcome.study.scenarios[0]
+    for inside, beyond in zip(*[scenario_parts(outcome, entry.spec, n) for n in (entry.held_out, 1)], strict=True):
+        assert inside.worst_flight.tolist() == beyond.worst_flight.tolist()
+        np.testing.assert_array_equal(inside.worst, beyond.worst)
 
 
 @pytest.mark.parametrize("count", [1, 2, 21, 64])
