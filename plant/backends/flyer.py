@@ -8,7 +8,7 @@ import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -35,6 +35,12 @@ class FlightInputs:
     references: np.ndarray
     targets: Targets
     count: int
+
+    def block(self, number: int) -> "FlightInputs":
+        """Return the scenarios of one block."""
+        names = ("dynamics", "starts", "disturbances", "noises")
+        parts = {name: getattr(self, name)[number : number + 1] for name in names}
+        return replace(self, **parts, count=min(self.count - number * LANES, LANES))
 
 
 def to_lanes(per_scenario: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:

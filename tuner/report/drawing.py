@@ -15,7 +15,7 @@ from threading import Semaphore, Thread
 from typing import IO
 
 from plant.errors import StoreError
-from tuner.store.folder import put
+from tuner.store.folder import put_together
 from tuner.text.errors import guarded
 
 BEGIN, STAGES = b"\n", 2
@@ -66,8 +66,7 @@ class Drawing:
         files, said = received(BytesIO(out)), errors.decode(errors="replace").strip()
         if self._process.returncode or files is None:
             raise StoreError(said.splitlines()[-1].removeprefix("Error: ") if said else "no figures drawn")
-        for name, content in files.items():
-            put(self._folder, name, content)
+        put_together(self._folder, files)
 
 
 class Orders:

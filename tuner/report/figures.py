@@ -17,7 +17,7 @@ from tuner.report.charts.front import front_panels
 from tuner.report.charts.look import role_look
 from tuner.report.charts.paper import DPI, WIDTH, Figure, figure_of, printed, style
 from tuner.report.charts.progress import progress_panels
-from tuner.store.folder import put
+from tuner.store.folder import put_together
 from tuner.text.units import in_degrees
 
 if TYPE_CHECKING:
@@ -29,7 +29,7 @@ COLUMNS, ROW = 4, 1.7
 
 def write_all(folder: Path) -> list[Path]:
     """Write every figure that the folder has data for and return the files."""
-    return [put(folder, name, content) for name, content in draw_all(folder).items()]
+    return put_together(folder, draw_all(folder))
 
 
 def draw_all(folder: Path, wait: Callable[[], object] = lambda: None) -> dict[str, bytes]:

@@ -12,13 +12,13 @@ from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
-from scipy.stats.qmc import Sobol
 
 from plant.seeds import generator
 from tuner.search.constraint_ranking import power_of_two
 from tuner.search.front import feasible_front
 from tuner.search.improvement import Box, Hope, Improvement, directions
 from tuner.search.scaling import spread
+from tuner.search.sobol import Sobol
 from tuner.search.surrogate import Shape, Surrogate, fitted_shape
 
 Array = np.ndarray
@@ -68,7 +68,7 @@ class GaussianProcess:
         self._violations = np.empty((0, n_constraints))
         self._screen = KnownLimits(excess) if excess else None
         self._shapes: dict[str, tuple[int, Shape]] = {}
-        self._sobol = Sobol(first.shape[1], scramble=True, rng=generator(seed, "search/gaussian_process/pool", 0))
+        self._sobol = Sobol(first.shape[1], generator(seed, "search/gaussian_process/pool", 0))
         self._batch, self._generation = len(first), 0
         self._asked: Array | None = first.copy()
 

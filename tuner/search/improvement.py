@@ -10,6 +10,7 @@ from math import gamma, pi
 import numpy as np
 
 from tuner.search.covariance import compiled
+from tuner.search.sobol import Sobol
 from tuner.search.surrogate import Expectation
 
 Array = np.ndarray
@@ -26,10 +27,9 @@ def directions(count: int, objectives: int, draw: np.random.Generator) -> Array:
         angle = (np.arange(count) + draw.uniform()) / count * (pi / 2.0)
         return np.stack([np.cos(angle), np.sin(angle)], axis=1)
     from scipy.special import ndtri
-    from scipy.stats.qmc import Sobol
 
     # The normal distribution has no direction of its own; of each number, the half above 0.
-    share = Sobol(objectives, scramble=True, rng=draw).random(count)
+    share = Sobol(objectives, draw).random(count)
     normal = np.maximum(ndtri(0.5 + 0.5 * share), 1e-9)
     return normal / np.sqrt(np.square(normal).sum(axis=1, keepdims=True))
 

@@ -2,11 +2,14 @@
 
 run.json, inputs/, study.toml, resolved.json, environment.json, history.csv, generations/NNNN.parquet, flights/, front.csv,
 summary.json, gains.json, responses.parquet, report.html, figures/, manifest.json. The contents of each are told in
-results/README.md. A file is on the disk before its name is, and its name before the next file is begun.
+results/README.md. A file is on the disk before its name is, and its name before the next file is begun; those that belong
+together are written side by side, for a disk takes some in the time of one.
 """
 
 import io
 import os
+from collections.abc import Mapping
+from concurrent.futures import ThreadPoolExecutor
 from contextlib import suppress
 from pathlib import Path
 from typing import Any
@@ -101,12 +104,16 @@ class Folder:
 
     def write_bytes(self, name: str, content: bytes) -> None:
         """Write a file of bytes."""
+        self.write_together({name: content})
+
+    def write_together(self, files: Mapping[str, bytes]) -> None:
+        """Write files of bytes by name, side by side."""
         if not self._begun:
             self._begun = True
-            files = {} if self._former is None else self._former.files
-            self._put(manifest.FILE, manifest_of(False, files).text().encode())
-        self._put(name, content)
-        self._digests[name] = digest_of(content)
+            former = {} if self._former is None else self._former.files
+            self._put(manifest.FILE, manifest_of(False, former).text().encode())
+        put_together(self.path, files, self._made)
+        self._digests |= {name: digest_of(content) for name, content in files.items()}
 
     def write_json(self, name: str, content: Any) -> None:
         """Write a document, or plain data, as a JSON file."""
@@ -114,7 +121,16 @@ class Folder:
 
     def write_table(self, name: str, table: Any) -> None:
         """Write a pandas table as .csv or .parquet, by the ending of the name."""
-        self.write_bytes(name, csv_text(table).encode() if name.endswith(".csv") else parquet_bytes(table))
+        self.write_tables({name: table})
+
+    def write_tables(self, tables: Mapping[str, Any]) -> None:
+        """Write pandas tables by name, side by side."""
+        self.write_together(
+            {
+                name: csv_text(table).encode() if name.endswith(".csv") else parquet_bytes(table)
+                for name, table in tables.items()
+            }
+        )
 
     def keep(self, name: str) -> bool:
         """Take a file of an earlier session over as it is; False where it is missing or not what that session wrote."""
@@ -175,6 +191,14 @@ def put(folder: Path, name: str, content: bytes, made: bool = False) -> Path:
             f"{go_on(folder, made)}"
         ) from error
     return file
+
+
+def put_together(folder: Path, files: Mapping[str, bytes], made: bool = False) -> list[Path]:
+    """Write files of a results folder by name, side by side, and return their paths; as `put`."""
+    if len(files) == 1:
+        return [put(folder, *entry, made) for entry in files.items()]
+    with ThreadPoolExecutor(len(files) or 1) as pool:
+        return list(pool.map(lambda entry: put(folder, *entry, made), files.items()))
 
 
 def data_frame(content: Any) -> Any:

@@ -235,6 +235,18 @@ def test_response_for_plots_agrees_with_the_margins():
     assert decibel(np.array(10.0)) == 20.0
 
 
+def test_curves_of_a_batch_are_those_of_each_loop_by_itself():
+    model, frequency = model_of("ladrc", "hybrid", cases=(Case(0.0), Case(0.2))), np.array([0.3, 3.0, 30.0])
+    gains = np.stack([default_gains("ladrc", "hybrid"), gains_with("ladrc", "hybrid", roll__omega_o=20.0)[0]])
+    cases = np.array([[0, 0, 1, 0, 0, 1], [1, 0, 0, 1, 1, 0]])
+    found = model.curves(gains, cases, frequency)
+    for row, channels in enumerate(cases):
+        for i, case in enumerate(channels):
+            alone = model.loop(gains[row], CHANNELS[i], model.cases[case], frequency).loop
+            np.testing.assert_allclose(found[row, i], alone, rtol=1e-9)
+    assert not np.allclose(found[1, CHANNELS.index("roll")], found[1, CHANNELS.index("pitch")], rtol=1e-3)
+
+
 @cache
 def any_loops():
     """Random loops (a, b, c, d = 0) of python-control with unstable poles and zeros outside, whose closed loop is stable."""

@@ -49,6 +49,8 @@ def test_a_traced_flight_ends_where_the_untraced_one_does():
     trace = flyer().trace(gains(), NOMINAL, batch, every=1)
     meters = trace[:, -1, result_rows(loop())]
     assert np.array_equal(meters, flyer().fly(gains()[None], NOMINAL, batch)[0])
+    few = flyer().trace(gains(), NOMINAL, batch, every=3, traced=[7, 0])
+    assert np.array_equal(few, trace[:, ::3, [7, 0]])
 
 
 def test_lanes_fly_what_plain_python_and_numpy_fly():

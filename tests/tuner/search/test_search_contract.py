@@ -9,11 +9,14 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import qmc
 
+from plant.seeds import generator
 from tests.tuner.search.search_runs import CASES, MORE_CASES, POPULATION, bowls, run, started, stepped
 from tuner.search.front import feasible_front
 from tuner.search.names import ALGORITHMS
 from tuner.search.registry import SEARCHES
+from tuner.search.sobol import Sobol
 
 ROOT = Path(__file__).parents[3]
 every = pytest.mark.parametrize(("name", "objectives"), CASES)
@@ -291,6 +294,14 @@ def test_random_is_uniform():
     counts = np.bincount(np.ravel_multi_index((points.T * 4).astype(int), (4, 4, 4)), minlength=64)
     chi = np.square(counts - len(points) / 64).sum(axis=0) / (len(points) / 64)
     assert abs(chi - 63) < 5 * 126**0.5
+
+
+@pytest.mark.parametrize("dimensions", [1, 2, 18])
+def test_sobol_points_are_those_of_scipy_to_the_last_bit(dimensions):
+    drawn = Sobol(dimensions, generator(3, "test", dimensions))
+    wanted = qmc.Sobol(dimensions, scramble=True, rng=generator(3, "test", dimensions))
+    for count in (1, 0, 6, 64, 17):
+        assert np.array_equal(drawn.random(count), wanted.random(count))
 
 
 def test_sobol_is_a_net():

@@ -96,8 +96,10 @@ def search(
 
     for record in search_generations(algorithm, evaluate, budget, clock.now):
         generations.append(record)
-        folder.write_table(f"generations/{record.number:04d}.parquet", generation_table(study, generations, record))
-        folder.write_table("history.csv", history_table(generations))
+        table = generation_table(study, generations, record)
+        folder.write_tables(
+            {f"generations/{record.number:04d}.parquet": table, "history.csv": history_table(generations)}
+        )
         watcher.on_generation(record, budget.generations)
     if len(generations) < budget.generations:
         watcher.on_message(

@@ -19,6 +19,7 @@ from objectives.margins.results import Margins
 from objectives.margins.trim import Trim
 from objectives.problem import Evaluation
 from objectives.requirements import Requirement
+from plant.backends.lanes import LANES
 from plant.errors import InputError
 from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
 from tuner.analysis.responses import SIGNALS, UNITS, Responses, fly_responses
@@ -209,15 +210,20 @@ def response_table(outcome: Outcome) -> Any:
 
 def scenario_parts(outcome: Outcome, spec: ScenarioSpec, count: int) -> list[Any]:
     """Return the tables of all points in one scenario, fans over so many flights."""
-    inputs, worst = drawn(outcome, spec, range(count)), worst_flights(outcome, spec.name).tolist()
-    beyond = {index: drawn(outcome, spec, [index]) for index in sorted({*worst}) if index >= count}
+    worst = worst_flights(outcome, spec.name).tolist()
+    beyond = sorted({index for index in worst if index >= count})
+    inputs = drawn(outcome, spec, range(count))
+    others = drawn(outcome, spec, beyond) if beyond else inputs
+
+    def worst_of(row: int, flown: Responses) -> np.ndarray:
+        if worst[row] < count:
+            return flown.actual[worst[row]]
+        block, lane = divmod(beyond.index(worst[row]), LANES)
+        return flight_of(outcome, row, others.block(block)).actual[lane]
 
     def fan_of(row: int) -> PointFan:
-        flown, index = flight_of(outcome, row, inputs), worst[row]
-        seen = flown if index < count else flight_of(outcome, row, beyond[index])
-        return PointFan(
-            flown.time, flown.reference.mean(axis=0), *flown.fans(), seen.actual[index if seen is flown else 0]
-        )
+        flown = flight_of(outcome, row, inputs)
+        return PointFan(flown.time, flown.reference.mean(axis=0), *flown.fans(), worst_of(row, flown))
 
     with ThreadPoolExecutor(outcome.problem.flyer.threads) as pool:
         fans = zip(pool.map(fan_of, range(len(worst))), outcome.names, worst, strict=True)

@@ -6,13 +6,14 @@ from math import pi
 import numpy as np
 import pytest
 from scipy.integrate import quad
+from scipy.stats import rankdata
 
 from plant.errors import InputError
 from plant.seeds import generator
 from tuner.analysis.sensitivity import analysis as module
 from tuner.analysis.sensitivity.analysis import Sampled, analyse, judged
 from tuner.analysis.sensitivity.design import SobolDesign, checked_base, sobol_design
-from tuner.analysis.sensitivity.indices import RANK, VALUE, held_to_completed, sobol_spans
+from tuner.analysis.sensitivity.indices import RANK, VALUE, held_to_completed, places, sobol_spans
 
 G = np.array([0.0, 0.5, 3.0, 9.0])
 
@@ -34,6 +35,11 @@ def sampled(*functions, failures=None):
         return Sampled(values, lost, np.ones(len(points), dtype=bool), scores)
 
     return evaluate
+
+
+def test_places_are_the_ranks_of_scipy():
+    values = np.random.default_rng(1).integers(0, 9, 40).astype(float)
+    assert np.array_equal(places(values), rankdata(values))
 
 
 def near(spans, row, expected):

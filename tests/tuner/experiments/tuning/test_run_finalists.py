@@ -6,6 +6,7 @@ import pytest
 from objectives.margins.margins import MarginModel
 from objectives.margins.trim import Trim
 from plant.errors import InputError
+from tuner.analysis.responses import LEVELS, quantiles
 from tuner.experiments.tuning import tables
 from tuner.experiments.tuning.tables import (
     FAN_SCENARIOS,
@@ -15,6 +16,7 @@ from tuner.experiments.tuning.tables import (
     flight_of,
     margin_table,
     response_table,
+    scenario_parts,
     worst_flights,
 )
 
@@ -39,6 +41,21 @@ def test_responses_of_every_finalist_with_the_flight_in_which_it_did_worst(outco
     alone = flight_of(outcome, row, drawn(outcome, spec, [int(index)])).actual[0, :, 0]
     assert mine[mine.signal == "x"].worst.to_numpy() == pytest.approx(alone, abs=1e-6)
     assert index < len(scores) <= FAN_SCENARIOS
+
+
+def test_a_worst_flight_is_the_same_in_the_fan_and_beyond_it(outcome):
+    entry = outcome.study.scenarios[0]
+    for inside, beyond in zip(*[scenario_parts(outcome, entry.spec, n) for n in (entry.held_out, 1)], strict=True):
+        assert inside.worst_flight.tolist() == beyond.worst_flight.tolist()
+        np.testing.assert_array_equal(inside.worst, beyond.worst)
+
+
+@pytest.mark.parametrize("count", [1, 2, 21, 64])
+def test_quantiles_of_fans_are_those_of_numpy_to_the_last_bit(count):
+    values = np.random.default_rng(count).normal(size=(count, 50, 3))
+    values[-1, 4, 1] = np.nan
+    values[0, 5] = values[-1, 5]
+    np.testing.assert_array_equal(quantiles(values, LEVELS), np.quantile(values, LEVELS, axis=0))
 
 
 def test_worst_flight_goes_by_the_first_objective_that_counts_there(outcome):
