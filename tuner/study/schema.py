@@ -196,7 +196,7 @@ class ScenarioTable(StrictTable):
     search: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] = 32
     """Flights of each candidate in the search."""
     held_out: Annotated[int, Field(ge=2, le=MOST_FLIGHTS)] = 1024
-    """Flights of the held-out check, and as many for the confirmation."""
+    """Flights of a finalist in the held-out check at most, and as many for the confirmation."""
     steady_share: float = 0.2
     """Share of the flight, at its end, over which the steady-state error is taken."""
     recovery_from: float | None = None

@@ -51,6 +51,7 @@ BAD = [
     (CVAR, CVAR + '\nscenario = "gust"', "objective[0].scenario", "did you mean 'gusts'?"),
     ("population = 8", 'population = 8\nalgorithm = "nsga-2"', "search.algorithm", "did you mean 'nsga2'?"),
     ("population = 8", 'population = 8\ninitial = ["defalt"]', "search.initial", "did you mean 'default'?"),
+    ("population = 8", 'population = 8\nstop = "convergd"', "search.stop", "did you mean 'converged'?"),
     ("population = 8", "population = 8\ninitial = []", "search.initial", 'write initial = ["default"]'),
     ('"knee"', '"kne"', "pick.rule", "did you mean 'knee'?"),
     ('"knee"', '"min:travl"', "pick.rule", "did you mean 'min:travel'?"),
