@@ -1,10 +1,19 @@
-"""Order of the test files, the long ones first, so that no worker ends the suite alone with one of them; and the terminal of all."""
+"""Order of the test files, the long ones first, so that no worker ends the suite alone with one of them; and the surroundings of all."""
 
+import gc
 import os
+import sys
+
+import pytest
 
 # The width and colours of whoever starts the tests are not those that the tests expect: 80 columns and none.
 for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE"):
     os.environ.pop(name, None)
+
+# Compiled sources are kept, whatever the starter wants: pytest rewrites 5,000 assertions in each worker, and some hundred
+# processes that tests start would compile all of the tool again, which took 40 of 1,200 s.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
 
 # Those of 15 s of processor time and more with an empty cache, the longest first; the first two compile for themselves.
 LONG = (
@@ -20,7 +29,40 @@ LONG = (
 )  # fmt: skip
 
 
+# Folders whose files share runs that take seconds (fixtures of the session): one worker gets all of each.
+TOGETHER = (
+    "tests/tuner/experiments/contest/", "tests/tuner/experiments/compare/", "tests/tuner/experiments/inference/",
+    "tests/tuner/report/contest/",
+)  # fmt: skip
+
+
 def pytest_collection_modifyitems(items):
     """Put the tests of long files first; the others keep their order."""
     place = {f"tests/{name}": number for number, name in enumerate(LONG)}
     items.sort(key=lambda item: place.get(item.nodeid.partition("::")[0], len(LONG)))
+
+
+def pytest_collection_finish(session):
+    """Leave what is there before the first test out of all collections of garbage, which took 7 % of the time."""
+    gc.collect()
+    gc.freeze()
+
+
+@pytest.hookimpl(wrapper=True, optionalhook=True)
+def pytest_xdist_auto_num_workers(config):
+    """Start one worker more than there are processors: a sixth of the time tests wait for browsers, firmware and other processes."""
+    return (yield) + ("PYTEST_XDIST_AUTO_NUM_WORKERS" not in os.environ)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Hand out tests by file, and those of some folders together."""
+    if config.getvalue("dist") != "loadfile":
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    class Scheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            return next((folder for folder in TOGETHER if nodeid.startswith(folder)), super()._split_scope(nodeid))
+
+    return Scheduling(config, log)
