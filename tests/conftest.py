@@ -15,20 +15,18 @@ for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE"):
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
-# Those of 15 s of processor time and more with an empty cache, the longest first; the first two compile for themselves.
+# Those of 12 s and more, the longest first; the first one compiles for itself.
 LONG = (
-    "tuner/test_fresh_install.py", "golden/test_golden.py", "tuner/experiments/contest/test_contest_run.py",
-    "tuner/experiments/again/test_resume.py", "tuner/engines/cluster/test_cluster_lost.py",
-    "tuner/engines/cluster/test_cluster_bits.py", "tuner/engines/cluster/test_cluster_document.py",
-    "tuner/store/test_faults_everywhere.py", "tuner/report/test_report_browser.py", "tuner/cli/test_interrupt.py",
-    "tuner/exchange/test_hostile_texts.py", "tuner/study/test_bundled_studies.py", "tuner/store/test_disk_faults.py",
-    "tuner/experiments/inference/test_inference_cases.py", "tuner/experiments/contest/test_contest_command.py",
-    "test_tutorial_document.py", "tuner/api/test_examples.py", "plant/backends/test_kernel_cache.py",
-    "tuner/experiments/again/test_machine.py", "tuner/experiments/again/test_kill.py", "tuner/test_wheel.py",
-    "tuner/exchange/test_export_contract.py", "tuner/exchange/c99/test_c99_compilers.py",
+    "tuner/test_fresh_install.py", "tuner/report/test_report_browser.py", "tuner/experiments/again/test_resume.py",
+    "tuner/experiments/contest/test_contest_run.py", "tuner/study/test_bundled_studies.py", "golden/test_golden.py",
+    "tuner/engines/cluster/test_cluster_bits.py", "tuner/engines/cluster/test_cluster_lost.py", "tuner/cli/test_interrupt.py",
+    "tuner/exchange/betaflight/test_betaflight_firmware.py", "tuner/search/test_search_contract.py",
+    "tuner/experiments/inference/test_inference_cases.py", "tuner/exchange/test_hostile_texts.py", "tuner/api/test_examples.py",
+    "test_tutorial_document.py", "tuner/experiments/again/test_machine.py", "tuner/test_wheel.py",
+    "tuner/store/test_disk_faults.py", "tuner/store/test_faults_everywhere.py", "tuner/search/test_gaussian_process.py",
+    "tuner/exchange/test_export_contract.py", "tuner/exchange/c99/test_c99_compilers.py", "tuner/experiments/again/test_kill.py",
+    "objectives/margins/test_margin_time_domain.py", "tuner/cli/test_terminal.py", "plant/backends/test_backends_agree.py",
 )  # fmt: skip
-
-
 # Folders whose files share runs that take seconds (fixtures of the session): one worker gets all of each.
 TOGETHER = (
     "tests/tuner/experiments/contest/", "tests/tuner/experiments/compare/", "tests/tuner/experiments/inference/",
