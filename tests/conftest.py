@@ -1,22 +1,36 @@
-"""Order of the test files, the long ones first, so that no worker ends the suite alone with one of them; and the terminal of all."""
+"""Order of the test files, the long ones first, so that no worker ends the suite alone with one of them; and the surroundings of all."""
 
+import gc
 import os
+import sys
+
+import pytest
 
 # The width and colours of whoever starts the tests are not those that the tests expect: 80 columns and none.
 for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE"):
     os.environ.pop(name, None)
 
-# Those of 15 s of processor time and more with an empty cache, the longest first; the first two compile for themselves.
+# Compiled sources are kept, whatever the starter wants: pytest rewrites 5,000 assertions in each worker, and some hundred
+# processes that tests start would compile all of the tool again, which took 40 of 1,200 s.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
+sys.dont_write_bytecode = False
+
+# Those of 12 s and more, the longest first; the first one compiles for itself.
 LONG = (
-    "tuner/test_fresh_install.py", "golden/test_golden.py", "tuner/experiments/contest/test_contest_run.py",
-    "tuner/experiments/again/test_resume.py", "tuner/engines/cluster/test_cluster_lost.py",
-    "tuner/engines/cluster/test_cluster_bits.py", "tuner/engines/cluster/test_cluster_document.py",
-    "tuner/store/test_faults_everywhere.py", "tuner/report/test_report_browser.py", "tuner/cli/test_interrupt.py",
-    "tuner/exchange/test_hostile_texts.py", "tuner/study/test_bundled_studies.py", "tuner/store/test_disk_faults.py",
-    "tuner/experiments/inference/test_inference_cases.py", "tuner/experiments/contest/test_contest_command.py",
-    "test_tutorial_document.py", "tuner/api/test_examples.py", "plant/backends/test_kernel_cache.py",
-    "tuner/experiments/again/test_machine.py", "tuner/experiments/again/test_kill.py", "tuner/test_wheel.py",
-    "tuner/exchange/test_export_contract.py", "tuner/exchange/c99/test_c99_compilers.py",
+    "tuner/test_fresh_install.py", "tuner/report/test_report_browser.py", "tuner/experiments/again/test_resume.py",
+    "tuner/experiments/contest/test_contest_run.py", "tuner/study/test_bundled_studies.py", "golden/test_golden.py",
+    "tuner/engines/cluster/test_cluster_bits.py", "tuner/engines/cluster/test_cluster_lost.py", "tuner/cli/test_interrupt.py",
+    "tuner/exchange/betaflight/test_betaflight_firmware.py", "tuner/search/test_search_contract.py",
+    "tuner/experiments/inference/test_inference_cases.py", "tuner/exchange/test_hostile_texts.py", "tuner/api/test_examples.py",
+    "test_tutorial_document.py", "tuner/experiments/again/test_machine.py", "tuner/test_wheel.py",
+    "tuner/store/test_disk_faults.py", "tuner/store/test_faults_everywhere.py", "tuner/search/test_gaussian_process.py",
+    "tuner/exchange/test_export_contract.py", "tuner/exchange/c99/test_c99_compilers.py", "tuner/experiments/again/test_kill.py",
+    "objectives/margins/test_margin_time_domain.py", "tuner/cli/test_terminal.py", "plant/backends/test_backends_agree.py",
+)  # fmt: skip
+# Folders whose files share runs that take seconds (fixtures of the session): one worker gets all of each.
+TOGETHER = (
+    "tests/tuner/experiments/contest/", "tests/tuner/experiments/compare/", "tests/tuner/experiments/inference/",
+    "tests/tuner/report/contest/",
 )  # fmt: skip
 
 
@@ -24,3 +38,29 @@ def pytest_collection_modifyitems(items):
     """Put the tests of long files first; the others keep their order."""
     place = {f"tests/{name}": number for number, name in enumerate(LONG)}
     items.sort(key=lambda item: place.get(item.nodeid.partition("::")[0], len(LONG)))
+
+
+def pytest_collection_finish(session):
+    """Leave what is there before the first test out of all collections of garbage, which took 7 % of the time."""
+    gc.collect()
+    gc.freeze()
+
+
+@pytest.hookimpl(wrapper=True, optionalhook=True)
+def pytest_xdist_auto_num_workers(config):
+    """Start one worker more than there are processors: a sixth of the time tests wait for browsers, firmware and other processes."""
+    return (yield) + ("PYTEST_XDIST_AUTO_NUM_WORKERS" not in os.environ)
+
+
+@pytest.hookimpl(optionalhook=True)
+def pytest_xdist_make_scheduler(config, log):
+    """Hand out tests by file, and those of some folders together."""
+    if config.getvalue("dist") != "loadfile":
+        return None
+    from xdist.scheduler import LoadFileScheduling
+
+    class Scheduling(LoadFileScheduling):
+        def _split_scope(self, nodeid):
+            return next((folder for folder in TOGETHER if nodeid.startswith(folder)), super()._split_scope(nodeid))
+
+    return Scheduling(config, log)

@@ -1,13 +1,21 @@
-"""One small run of the quickstart, without its margins, shared by the tests of what a run leaves behind."""
+"""What tests of the tool share, which keeps them cheap: one small run, blank figures, the command line without a process.
 
-from contextlib import nullcontext
+A run takes a second, its figures as much again, a process two for its imports. So a test that only reads what a run leaves
+behind takes `small_run` (or `small_contest`, or a comparison or an inference from the `conftest.py` of its folder), and copies
+the folder where it spoils something. Commands run in this process by the fixture `tuner`; a process of its own is for tests of
+the process itself: its streams, signals, environment or memory. Figures are blank but in `tests/tuner/report/`; `no_figures`
+leaves them out. Bundles of C hold few golden vectors by `few_golden_vectors`. Folders whose files share such a fixture belong
+into `TOGETHER` of `tests/conftest.py`, so that one worker makes it for all. What takes 10 s all the same, and has a small
+stand-in, is marked `slow` and named in `.ci/run`.
+"""
+
 from pathlib import Path
 from subprocess import CompletedProcess
 
 import pytest
 
 from tests.tuner import in_process
-from tests.undrawn import DrawnHere, undrawn
+from tests.undrawn import undrawn
 
 QUICKSTART = Path(__file__).parents[2] / "studies" / "quickstart.toml"
 SMALL = {
@@ -33,30 +41,34 @@ class NoDrawing:
         pass
 
 
-def run_small(folder, threads=2, reuse=(), drawn=False, **changes):
-    """Run the quickstart with few candidates and flights; its figures are blank unless they are to be drawn."""
+def run_small(folder, threads=2, reuse=(), **changes):
+    """Run the quickstart with few candidates and flights."""
     from tuner.experiments.tuning.run import TuningRun
     from tuner.search.watcher import Watcher
     from tuner.store.folder import Folder
     from tuner.study import load_study
 
     study = load_study(QUICKSTART, {**SMALL, **{key.replace("__", "."): value for key, value in changes.items()}})
-    with nullcontext() if drawn else undrawn():
-        return TuningRun(study, Folder.create(folder), Watcher(), threads=threads, reuse=reuse).carry_out()
+    return TuningRun(study, Folder.create(folder), Watcher(), threads=threads, reuse=reuse).carry_out()
 
 
 @pytest.fixture(scope="session", autouse=True)
-def drawn_here():
-    """Have figures drawn in this process: one that is started to draw them takes three seconds to import what it needs."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("tuner.report.start_figures", DrawnHere)
+def blank_figures():
+    """Have figures written blank and by this process: drawing takes half of a short run, a process that draws three seconds."""
+    with undrawn():
         yield
+
+
+@pytest.fixture
+def no_figures(monkeypatch):
+    """Have runs write no figures at all, which a blank page still takes a third of a second for."""
+    monkeypatch.setattr("tuner.report.start_figures", lambda folder: NoDrawing())
 
 
 @pytest.fixture(scope="session")
 def small_run(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "small"
-    return run_small(folder, drawn=True), folder
+    return run_small(folder), folder
 
 
 @pytest.fixture

@@ -12,7 +12,6 @@ import pytest
 
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.experiments.again.killing import command, compare, finish, finish_elsewhere, result_of
-from tests.undrawn import undrawn
 
 CHANGES = {**SMALL, "mission.off": ["rms.position", "rms.yaw"]}
 RUN = [part for key, value in CHANGES.items() if key != "margin" for part in ("--set", f"{key}={json.dumps(value)}")]
@@ -23,12 +22,6 @@ def fresh(folder):
     folder.mkdir()
     kept = {name: value for name, value in os.environ.items() if name not in ("TUNER_CACHE_DIR", "XDG_CACHE_HOME")}
     return kept | {"HOME": str(folder), "NUMBA_CACHE_DIR": str(folder)}
-
-
-@pytest.fixture(scope="module", autouse=True)
-def blank_figures():
-    with undrawn():
-        yield
 
 
 @pytest.fixture(scope="module")

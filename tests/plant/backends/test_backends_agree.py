@@ -143,6 +143,14 @@ def cascade_case(cascade, vehicle, draw):
     return memory, constants, reference, m, in_force
 
 
+@cache
+def both_of(pair):
+    """The step of a cascade in CasADi and on arrays; it knows no airframe."""
+    cascade = close_cascade(*[LAWS[name] for name in pair])
+    kinds = (cascade.Memory, cascade.Constants, Nominal, Reference, Measurement, Rotors, float)
+    return symbolic.symbolic_function("step", cascade.step, kinds), array.rebinder()(cascade.step)
+
+
 PAIRS = [(name, name) for name in LAWS] + [("ladrc", "hybrid"), ("pid", "ladrc"), ("adrc", "hybrid_gsta")]
 # Compiled as a whole: these take some seconds each, and the step of every law is compiled above.
 COMPILED = (("ladrc", "hybrid"), ("adrc", "hybrid_gsta"))
@@ -155,10 +163,7 @@ def test_cascade(pair, frame):
     vehicle = airframe(frame)
     knowledge = nominal(vehicle, ControlOptions(), H)
     draw = np.random.default_rng(3)
-    expression = symbolic.symbolic_function(
-        "step", cascade.step, (cascade.Memory, cascade.Constants, Nominal, Reference, Measurement, Rotors, float)
-    )
-    on_arrays = array.rebinder()(cascade.step)
+    expression, on_arrays = both_of(pair)
     native = lanes.compiled(cascade.step) if frame == "hummingbird" and pair in COMPILED else None
     for _ in range(SAMPLES):
         memory, constants, reference, m, in_force = cascade_case(cascade, vehicle, draw)

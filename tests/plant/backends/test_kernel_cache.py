@@ -129,7 +129,9 @@ def test_the_folder_can_be_chosen(monkeypatch, tmp_path):
 # The same bits
 
 
+@pytest.mark.slow
 def test_the_process_that_compiles_gives_the_bits_of_those_that_load_in_any_order(tmp_path):
+    """In small: the test below, for the reason, and the first run of a fresh install, whose bytes are those of the second."""
     first = run(CURVES, tmp_path, "01")
     assert first[0][1] == "True"
     assert run(CURVES, tmp_path, "01") == first

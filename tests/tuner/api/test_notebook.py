@@ -5,8 +5,7 @@ import json
 from pathlib import Path
 from typing import Any
 
-import tuner.report
-from tests.tuner.conftest import NoDrawing
+from tests.undrawn import drawn
 
 NOTEBOOK = Path(__file__).parents[3] / "docs" / "notebooks" / "tune_in_a_notebook.ipynb"
 
@@ -27,11 +26,11 @@ def run(source, names) -> Any:
     return None if last is None else eval(compile(ast.Expression(last.value), "cell", "eval"), names)
 
 
-def test_every_cell_runs_and_what_it_shows_is_html(tmp_path, monkeypatch, capsys):
+def test_every_cell_runs_and_what_it_shows_is_html(tmp_path, monkeypatch, capsys, no_figures):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
     names: dict[str, Any] = {"__name__": "notebook"}
-    shown = [run("".join(cell["source"]), names) for cell in code_cells()]
+    with drawn():
+        shown = [run("".join(cell["source"]), names) for cell in code_cells()]
     pages = [value._repr_html_() for value in shown if hasattr(value, "_repr_html_")]
     assert len(pages) >= 6 and all("<table" in page for page in pages if page)
     assert "generation 6 of 6" in capsys.readouterr().out

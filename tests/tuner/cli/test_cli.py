@@ -10,7 +10,6 @@ from typer.main import get_group
 from typer.testing import CliRunner
 
 from tests.tuner.conftest import QUICKSTART
-from tests.undrawn import undrawn
 from tuner.api.catalogue import LISTINGS
 from tuner.cli.app import GROUPS
 from tuner.cli.main import app
@@ -88,8 +87,7 @@ def test_run_fly_report_one_after_the_other(tmp_path, tuner):
         "--set", "search.population=8", "--set", "search.generations=2", "--set", "scenario.0.search=4",
         "--set", "scenario.0.held_out=16",
     ]  # fmt: skip
-    with undrawn():
-        done = tuner("run", QUICKSTART, "--out", folder, "--threads", 2, *small)
+    done = tuner("run", QUICKSTART, "--out", folder, "--threads", 2, *small)
     assert done.returncode == 0, done.stderr
     assert "generation 2/2" in done.stdout
     assert "tuned - default" in done.stdout

@@ -78,6 +78,11 @@ def line_skeleton(content):
     return [line for line in lines if not line.startswith("#")]
 
 
+def yaml_skeleton(content):
+    """What a reader gets of it; ROS 2 reads by libyaml too, where it is there."""
+    return yaml.load(content, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
+
+
 def zip_skeleton(content):
     with zipfile.ZipFile(io.BytesIO(content)) as archive:
         return {name: skeleton(name, archive.read(name)) for name in archive.namelist() if not name.endswith(".so")}
@@ -85,7 +90,7 @@ def zip_skeleton(content):
 
 READERS = {
     ".c": c_skeleton, ".h": c_skeleton, ".py": python_skeleton, ".m": matlab_skeleton, ".xml": xml_skeleton,
-    ".ssv": xml_skeleton, ".html": html_skeleton, ".md": markdown_skeleton, ".yaml": yaml.safe_load, ".params": line_skeleton,
+    ".ssv": xml_skeleton, ".html": html_skeleton, ".md": markdown_skeleton, ".yaml": yaml_skeleton, ".params": line_skeleton,
     ".param": line_skeleton, ".txt": line_skeleton, ".fmu": zip_skeleton,
 }  # fmt: skip
 

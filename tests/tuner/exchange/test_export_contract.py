@@ -47,6 +47,7 @@ CARRIED = [
 ]
 BUNDLES = {}
 PAIRS = [pytest.param(entry, CONTROLLERS[name], id=f"{entry.name}-{name}") for entry, name in CARRIED]
+pytestmark = pytest.mark.usefixtures("few_golden_vectors")
 
 
 def exported(entry, given):

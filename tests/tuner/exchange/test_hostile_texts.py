@@ -22,7 +22,7 @@ from tuner.exchange.texts import c_comment, c_string, matlab_string, python_docs
 from tuner.exchange.writing import as_json
 from tuner.gains import read_gains, to_document
 
-# How many texts stand alone in the usual run, where not all do: golden vectors and compilers take half a second a time.
+# How many texts stand alone in the usual run, where not all do: code is traced and written for a third of a second a time.
 ALONE = {"c99": 0, "fmi": 0, "crazyflie": 40, "rotorpy": 20}
 PAIRS = [pytest.param(entry, CONTROLLERS[name], id=f"{entry.name}-{name}") for entry, name in CARRIED]
 # Half of a surrogate pair has no bytes: the hash of the gains to go back to refuses it, too.
@@ -142,6 +142,7 @@ def test_an_import_and_a_study_refuse_an_airframe_of_that_name(tmp_path, monkeyp
 # Behind the border.
 
 
+@pytest.mark.usefixtures("few_golden_vectors", "uncompiled")
 @pytest.mark.parametrize(("entry", "given"), PAIRS)
 def test_hostile_texts_leave_an_export_as_it_is(entry, given):
     first = next(CONTROLLERS[name] for other, name in CARRIED if other is entry)
@@ -150,6 +151,7 @@ def test_hostile_texts_leave_an_export_as_it_is(entry, given):
 
 
 @pytest.mark.slow
+@pytest.mark.usefixtures("few_golden_vectors", "uncompiled")
 @pytest.mark.parametrize(
     ("entry", "given"), [pair for pair, (entry, _) in zip(PAIRS, CARRIED, strict=True) if entry.name in ALONE]
 )

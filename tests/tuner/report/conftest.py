@@ -1,9 +1,17 @@
-"""Made-up results folders, one for each number of objectives, shared by the tests that only read them."""
+"""Figures as they are, and made-up results folders, one for each number of objectives, shared by the tests that only read them."""
 
 import pytest
 
 from tests.tuner.report.fabricate import fabricate
+from tests.undrawn import drawn
 from tuner.report import write_report
+
+
+@pytest.fixture(scope="package", autouse=True)
+def drawn_figures():
+    """Have figures drawn as they are; elsewhere they are blank."""
+    with drawn():
+        yield
 
 
 @pytest.fixture(scope="session", params=[1, 2, 3, 4])

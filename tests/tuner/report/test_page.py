@@ -8,6 +8,7 @@ import pytest
 
 from plant.errors import StoreError
 from tests.tuner.conftest import run_small
+from tests.undrawn import undrawn
 from tuner.report import write_figures, write_report
 
 EXTRA = [{"metric": "itae.position"}, {"metric": "travel"}, {"metric": "peak.tilt"}, {"metric": "effort"}]
@@ -96,7 +97,8 @@ def test_a_damaged_file_is_named(copied, name):
 @pytest.mark.parametrize("count", [1, 3, 4])
 def test_any_number_of_objectives(count, tmp_path):
     folder = tmp_path / "run"
-    run_small(folder, objective=EXTRA[:count], search__generations=1)
+    with undrawn():
+        run_small(folder, objective=EXTRA[:count], search__generations=1)
     page = (folder / "report.html").read_text()
     assert len(page_data(page)["objectives"]) == count
     assert ('id="space"' in page, 'id="matrix"' in page) == (count == 3, count > 2)

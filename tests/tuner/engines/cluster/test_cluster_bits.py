@@ -17,7 +17,9 @@ from tuner.store.folder import Folder
 
 pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install holdfast[dask]")
 
+import dask  # noqa: E402
 from distributed import Client, LocalCluster  # noqa: E402
+from distributed.utils import get_mp_context  # noqa: E402
 
 from tuner.engines.cluster.connect import quiet, refuse_unlike  # noqa: E402
 from tuner.engines.cluster.engine import DaskEngine  # noqa: E402
@@ -25,7 +27,11 @@ from tuner.engines.cluster.engine import DaskEngine  # noqa: E402
 
 @pytest.fixture(scope="module")
 def cluster():
+    # Processes are forks of one that has imported what they need: with those that follow on the killed ones there are a dozen.
+    forks = dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"})
+    get_mp_context().set_forkserver_preload(["distributed", "tuner.engines.cluster.worker"])
     with (
+        forks,
         quiet(),
         LocalCluster(n_workers=4, threads_per_worker=1, dashboard_address=":0", silence_logs=60) as here,
         Client(here) as client,
@@ -42,14 +48,9 @@ def without_pictures(monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def alone(tmp_path_factory):
+def alone(small_run):
     """What the study leaves behind without a cluster."""
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(tuner.report, "write_report", lambda folder: None)
-        patch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
-        folder = tmp_path_factory.mktemp("alone") / "r"
-        TuningRun(small_study(), Folder.create(folder), Watcher(), threads=2).carry_out()
-    return result_of(folder)
+    return result_of(small_run[1])
 
 
 class Killer(Watcher):

@@ -19,13 +19,6 @@ from tests.tuner.experiments.again.killing import (
     run_arguments,
     timed,
 )
-from tests.undrawn import undrawn
-
-
-@pytest.fixture(scope="module", autouse=True)
-def blank_figures():
-    with undrawn():
-        yield
 
 
 @pytest.fixture(scope="module")

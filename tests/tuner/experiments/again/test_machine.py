@@ -15,7 +15,6 @@ from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_
 from plant.errors import StoreError
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.experiments.again.killing import compare, finish, finish_elsewhere, result_of
-from tests.undrawn import undrawn
 from tuner.experiments.again.resume import recorded_study, reopen
 from tuner.experiments.again.verify import verify
 from tuner.experiments.registry import compute_as_reused
@@ -26,13 +25,6 @@ from tuner.study import load_study
 # Every x86 processor of the last fifteen years runs this; the compiler shapes loops for it in another way than for this one.
 OTHER = {"NUMBA_CPU_NAME": "x86-64-v2"}
 NO_SUCH = Processor("no-such-cpu", "+teleport,-sse2")
-
-
-@pytest.fixture(autouse=True)
-def blank_figures(small_run):
-    """Of the runs of this file; the small run is drawn before, for the others."""
-    with undrawn():
-        yield
 
 
 @pytest.fixture

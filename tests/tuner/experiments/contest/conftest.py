@@ -4,7 +4,6 @@ import pytest
 
 from tests.tuner.experiments.contest.contest_text import write
 from tests.tuner.study.loading import load_contest
-from tests.undrawn import undrawn
 from tuner.experiments.contest.run import ContestRun
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
@@ -18,5 +17,4 @@ def run_small(path, folder, threads=2, **changes):
 @pytest.fixture(scope="session")
 def small_contest(tmp_path_factory):
     folder = tmp_path_factory.mktemp("contests")
-    with undrawn():
-        return run_small(write(folder), folder / "small"), folder / "small"
+    return run_small(write(folder), folder / "small"), folder / "small"

@@ -12,7 +12,7 @@ from objectives.problem import FlightBatch
 from objectives.risk import bootstrap_interval
 from plant.scenarios import HELD_OUT
 from plant.seeds import generator
-from tests.tuner.conftest import QUICKSTART, SMALL, run_small
+from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.in_process import tuner
 from tuner.experiments.planning.cost import disk_of, memory_of, seconds_of
 from tuner.experiments.planning.counts import flights_of
@@ -30,7 +30,7 @@ from pathlib import Path
 import tuner.report
 from tests.tuner.conftest import NoDrawing, run_small
 tuner.report.start_figures = lambda folder: NoDrawing()
-outcome = run_small(Path(sys.argv[1]), threads=2, drawn=True, search__racing=False)
+outcome = run_small(Path(sys.argv[1]), threads=2, search__racing=False)
 # Not ru_maxrss: that of a process begins with what its parent held.
 held = next(line for line in Path("/proc/self/status").read_text().splitlines() if line.startswith("VmHWM"))
 peak = int(held.split()[1]) * 1024
@@ -49,12 +49,10 @@ def pilot(study):
 
 
 @pytest.fixture(scope="module")
-def ran(tmp_path_factory):
+def ran(small_run, tmp_path_factory):
     """A run in a process of its own, for its memory: flights of search and in all, finalists, peak [bytes], folder."""
-    # Compilers take memory too, in the first process of a machine: that is this one.
-    folder = tmp_path_factory.mktemp("runs")
-    run_small(folder / "first")
-    folder = folder / "small"
+    # Compilers take memory too, in the first process of a machine: that is this one, by the small run.
+    folder = tmp_path_factory.mktemp("runs") / "small"
     done = subprocess.run(
         [sys.executable, "-c", RUN, str(folder)],
         cwd=ROOT, capture_output=True, text=True, check=True, timeout=300,

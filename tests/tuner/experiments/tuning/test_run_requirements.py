@@ -187,9 +187,9 @@ def test_a_soft_requirement_that_nobody_keeps_is_flown_and_named(small, tmp_path
     assert "so none could be offered" in said
 
 
-def test_kept_requirements_change_no_bit_of_a_run(small, tmp_path):
+def test_kept_requirements_change_no_bit_of_a_run(small_run, small, tmp_path):
     # An eye that is always content: NSGA-II hears of one constraint more, all else stays.
-    plain, watched = run(tmp_path / "plain", small), run(tmp_path / "watched", required(small, limit=0.0))
+    plain, watched = small_run[0], run(tmp_path / "watched", required(small, limit=0.0))
     assert np.array_equal(plain.archive.points, watched.archive.points)
     assert np.array_equal(plain.finalists.evaluation.values, watched.finalists.evaluation.values)
     assert plain.flights == watched.flights
