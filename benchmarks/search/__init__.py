@@ -1,1 +1,4 @@
-"""How good the searches of the tool and of others are, over flights and over processor time. Run `python -m benchmarks.search`."""
+"""The searches of the tool and of other packages beside each other, over flights and over processor time.
+
+Run `python -m benchmarks.search`.
+"""

@@ -1,8 +1,8 @@
 """`python -m benchmarks.search`: race the tool's searches and those of other packages, and write one table and one figure.
 
-Runs that the document has are kept, so a race that was stopped goes on, and the tool's own searches are raced anew by
-`--contestant NAME --again` while the peers' runs stay, each with the revision it was measured at. Peers are installed into a folder of
-their own under --envs, never into this environment.
+Runs that the document has are kept, so a race that was stopped goes on. The tool's own searches are raced anew by
+`--contestant NAME --again` while the peers' runs stay, each with the revision it was measured at. Peers are installed into a
+folder of their own under --envs, never into this environment.
 """
 
 import argparse

@@ -1,8 +1,9 @@
 """BoTorch: qLogNEHVI with several objectives, qLogEI with one, over a pool of points that keep what is known without flying.
 
-S. Ament et al., "Unexpected improvements to expected improvement for Bayesian optimization", NeurIPS 2023; version 0.18. Models are
-its `SingleTaskGP` as it comes, told that values have no noise, of the logarithm of each objective and of each limit that was ever broken.
-The pool is made as the tool's is, a part over the cube and the rest around the front, so that what is compared is the models and the choice.
+S. Ament et al., "Unexpected improvements to expected improvement for Bayesian optimization", NeurIPS 2023; version 0.18. Models
+are its `SingleTaskGP` as it comes, told that values have no noise, of the logarithm of each objective and of each limit that was
+ever broken. The pool is made as the tool's is, a part over the cube and the rest around the front, so that what is compared is
+the models and the choice.
 """
 
 import warnings

@@ -16,10 +16,10 @@ BLIND = "margins: told for no flight, and uses nothing that it is told"
 class Contestant:
     """A search, its budget and what it knows.
 
-    overrides: of the study, for a search of the tool; peer: for one of another package. first: candidates of the common start that
-    are its first batch; batch: later ones, of a peer. most_flights; most_seconds: of a processor, after which it is stopped.
-    objectives: fewest and most that it takes. family: of its line in the figure. "reference": long runs, which serve only to find
-    the best known.
+    overrides: of the study; peer: the search, where it is of another package. first: candidates of the common start that are its
+    first batch; batch: later ones, of a peer. most_flights, most_seconds: after which it is stopped, the latter of a processor.
+    objectives: fewest and most that it takes. family: of its line in the figure; "reference" is a long run, which only serves to
+    find the best known.
     """
 
     knows: str
@@ -50,7 +50,7 @@ def other(name: str, knows: str = TOLD, **more: Any) -> Contestant:
 
 TODAYS = {"search": {"algorithm": "nsga2", "population": 32, "generations": 1000}}
 CONTESTANTS = {
-    AUTO: Contestant(ASKS, "tool", {"search": {"algorithm": "auto"}}, first=16),
+    AUTO: Contestant(ASKS, "tool", {"search": {"algorithm": "auto"}}, first=16, most_seconds=60.0),
     "gaussian_process": own("gaussian_process", 8, 4, ASKS),
     "nsga2": own("nsga2", 32, 4, TOLD),
     "nsga3": own("nsga3", 32, 4, TOLD, objectives=(2, 9)),

@@ -21,15 +21,19 @@ class Search(Protocol):
         ...
 
     def tell(self, values: Array, violations: Array) -> None:
-        """Tell objectives (n, m) and violations (n, c) of the batch asked for, the latter in shares of the limits, 0 where kept."""
+        """Tell objectives (n, m) and violations (n, c) of the batch asked for.
+
+        Violations are shares of the limits, 0 where kept. What did not fly has the worst values flown so far.
+        """
         ...
 
 
 class Start(NamedTuple):
-    """All that a peer is given. first: points (n, d) of its first batch; batch: size of the later ones; limits: number of
+    """All that a peer is given.
 
-    columns of violations; seed: of all draws; excess: points (n, d) -> by how much they exceed what is known without flying (n, h),
-    0 or less where they keep it. Objectives are above 0, the first point of all is the default.
+    first: points (n, d) of its first batch, the very first of which is the default; batch: size of the later ones. objectives,
+    limits: numbers of columns of values and of violations; objectives are above 0. seed: of all draws. excess: points (n, d) ->
+    by how much they exceed what is known without flying (n, h), 0 or less where they keep it.
     """
 
     first: Array
@@ -44,8 +48,8 @@ class Start(NamedTuple):
 class Peer:
     """A search of another package.
 
-    module: where `begun(start, **options)` returns a `Search`; only the environment of the peer can import it. environment: name of
-    its own environment, "" for that of the tool; requires: what is installed there.
+    module: where `begun(start, **options)` returns a `Search`; only the environment of the peer can import it. environment: its
+    name, "" for that of the tool; requires: what is installed there.
     """
 
     module: str

@@ -74,14 +74,14 @@ class Course:
         return first_generation(starting_points(self._study)[0][:1], START, draw, worthy)
 
     def front(self, points: np.ndarray) -> np.ndarray:
-        """Return the values (k, m) on held-out flights of those of the points (n, d) that keep the limits and nobody beats."""
+        """Return the values (k, m) on held-out flights of points (n, d), of those that keep the limits and that none beats."""
         values, kept = self._flown(points)
         return values[feasible_front(values, np.where(kept, 0.0, 1.0)[:, None])]
 
     def worth(self, front: np.ndarray) -> float | None:
-        """Return the share of the box up to 1.1 times the default that a front (k, m) dominates; with one objective its least value.
+        """Return the share of the box up to 1.1 times the default that a front (k, m) dominates.
 
-        None with one objective where nothing kept the limits.
+        With one objective its least value, None where nothing kept the limits.
         """
         if self.objectives > 1:
             return hypervolume(front, self.default)
@@ -106,9 +106,9 @@ class Course:
 
 
 def finalists(points: np.ndarray, values: np.ndarray, violations: np.ndarray) -> np.ndarray:
-    """Return those of the candidates (n, d) that fly held-out scenarios: of a front those that add most to it one after the other.
+    """Return the candidates (k, d) that fly held-out scenarios: those that add most to the front, or the best of one objective.
 
-    values (n, m); violations (n, c). With one objective the best few.
+    points (n, d), values (n, m), violations (n, c): of all candidates.
     """
     if values.shape[1] == 1:
         feasible = np.flatnonzero(np.all(violations <= 0.0, axis=1))

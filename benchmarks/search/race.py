@@ -63,7 +63,7 @@ class Entry:
 
 @dataclass(frozen=True)
 class Run:
-    """A contestant's run. front: values of its best on held-out flights; stopped: why before the last goal, "" if it was reached."""
+    """A contestant's run. front: values of its best on held-out flights; stopped: why it ended early, "" where it did not."""
 
     entries: list[Entry]
     front: list[list[float]]

@@ -13,6 +13,8 @@ from tuner.search.front import feasible_front, hypervolume
 Runs = list[dict[str, Any]]
 # Flights and processor seconds at which contestants are compared, and the share of the best known that is enough.
 AT_FLIGHTS, AT_SECONDS, ENOUGH = (200, 500, 1000, 3000, 11_000), (3, 10, 30), 0.95
+# Flights at which the default is to be ahead.
+DECIDING = (500, 1000, 3000)
 # Share of flights beyond a mark that a batch may end late.
 LATE = 1.05
 
@@ -26,12 +28,16 @@ class Curve(NamedTuple):
     seconds: list[float]
 
     def after(self, flights: float) -> float | None:
-        """Return the share after so many flights, None where the run had not flown so many or so few."""
+        """Return the share after so many flights, of one that ended before that at its end; None where none was judged yet."""
         at = [i for i, count in enumerate(self.flights) if count <= LATE * flights]
-        return self.shares[at[-1]] if at and self.flights[-1] * LATE >= flights else None
+        return self.shares[at[-1]] if at else None
+
+    def ended(self, flights: float) -> bool:
+        """Return whether the run ended before so many flights."""
+        return self.flights[-1] * LATE < flights
 
     def within(self, seconds: float) -> float | None:
-        """Return the share after so many seconds, that at its end where it had ended; None where nothing was judged by then."""
+        """Return the share after so many seconds, of one that ended before that at its end; None where none was judged yet."""
         at = [i for i, spent in enumerate(self.seconds) if spent <= seconds]
         return self.shares[at[-1]] if at else None
 
@@ -55,7 +61,7 @@ def curves(runs: Runs, problem: str) -> dict[str, list[Curve]]:
 
 
 def best_known(runs: Runs, problem: str) -> dict[int, float]:
-    """Return the worth of all fronts of a problem together, by seed: a share of the box, or the least value of one objective."""
+    """Return the worth of all fronts of a problem together by seed: a share of the box, or one objective's least value."""
     found: dict[int, float] = {}
     for seed in sorted({run["seed"] for run in runs if run["problem"] == problem}):
         mine = [run for run in runs if run["problem"] == problem and run["seed"] == seed and run["front"]]
@@ -77,7 +83,7 @@ def _curve(run: dict[str, Any], best: float) -> Curve:
 
 
 def _share(worth: float | None, best: float, objectives: int) -> float:
-    """Return how near a worth is to the best known: a share of its hypervolume, or the quotient of two values to be made small."""
+    """Return how near a worth is to the best known: a share of its hypervolume, or the quotient of two small values."""
     if worth is None:
         return 0.0
     return worth / best if objectives > 1 else best / worth
@@ -96,10 +102,11 @@ def markdown(runs: Runs) -> str:
 
 INTRODUCTION = f"""# Searches beside each other
 
-Written by `python -m benchmarks.search`. Shares of the best known front of a seed on {FLIGHTS} held-out flights (hypervolume up to 1.1 times the
-default; with one objective the best known value over the value found), median over seeds [least, most]. The best known is the front of all
-contestants and of two long runs together. Processor time is that of the search, of margins and of flying; held-out flights are not counted.
-A dash: nothing was judged there. A run that was stopped keeps its last share in columns of time.
+Written by `python -m benchmarks.search`. Shares of the best known front of a seed on {FLIGHTS} held-out flights
+(hypervolume up to 1.1 times the default; with one objective the best known value over the value found), median over seeds
+[least, most]. The best known is the front of all contestants and of two long runs together. Processor time is that of the
+search, of margins and of flying; held-out flights are not counted. A dash: a seed was not judged by then. A run that ended
+keeps its last share, in round brackets in columns of flights.
 """
 
 
@@ -114,10 +121,16 @@ def _problem(runs: Runs, problem: str) -> str:
         "|---|" + "---:|" * (len(heads) + 2),
     ]  # fmt: skip
     for name, own in found.items():
-        cells = [_range(curve.after(count) for curve in own) for count in AT_FLIGHTS]
+        cells = [_cell(own, count) for count in AT_FLIGHTS]
         cells += [_range(curve.within(seconds) for curve in own) for seconds in AT_SECONDS]
         lines.append(f"| {name} | {' | '.join(cells)} | {_reached(own, 0, ',.0f')} | {_reached(own, 1, '.1f')} |")
     return "\n".join([*lines, ""])
+
+
+def _cell(own: list[Curve], flights: float) -> str:
+    """Return the shares after so many flights, in brackets where one of the runs ended before."""
+    text = _range(curve.after(flights) for curve in own)
+    return f"({text})" if text != "-" and any(curve.ended(flights) for curve in own) else text
 
 
 def _range(shares: Iterable[float | None]) -> str:
@@ -157,39 +170,42 @@ def _verdicts(runs: Runs, problems: list[str]) -> str:
 
 
 def _ahead(found: dict[str, list[Curve]]) -> str:
-    """Return which peers have a larger median share than the default, and where."""
-    peers = [name for name in found if CONTESTANTS[name].family in ("peer", "baseline")]
-    marks = [(f"{count:,} flights", lambda curve, count=count: curve.after(count)) for count in (500, 1000, 3000)]
+    """Return which peers have a larger median share than the default, and where; and which had ended before."""
+    peers = {name: own for name, own in found.items() if CONTESTANTS[name].family in ("peer", "baseline")}
+    marks = [(f"{count:,} flights", lambda curve, count=count: curve.after(count)) for count in DECIDING]
     marks += [(f"{seconds} s", lambda curve, seconds=seconds: curve.within(seconds)) for seconds in AT_SECONDS]
     ahead = []
     for mark, share in marks:
         mine = _median(share(curve) for curve in found[AUTO])
-        theirs = {name: _median(share(curve) for curve in found[name]) for name in peers}
-        if mine is None:
-            ahead.append(f"nothing of it at {mark}")
-        ahead += [f"{name} at {mark}" for name, other in theirs.items() if mine is not None and (other or 0.0) > mine]
-    return "Ahead of it: " + ("; ".join(ahead) if ahead else "no peer") + "."
+        ahead += [f"{name} at {mark}" for name, own in peers.items() if _median(map(share, own)) > mine]
+    text = "Ahead of it: " + ("; ".join(ahead) if ahead else "no peer") + "."
+    ended = [
+        f"{name} before {count:,}"
+        for count in DECIDING
+        for name, own in peers.items()
+        if any(curve.ended(count) for curve in own)
+    ]
+    return text + (f" Ended by their processor budget: {'; '.join(ended)} flights." if ended else "")
 
 
-def _median(shares: Iterable[float | None]) -> float | None:
-    some = [share for share in shares if share is not None]
-    return median(some) if some else None
+def _median(shares: Iterable[float | None]) -> float:
+    """Return the median over seeds; what was not judged yet counts as nothing."""
+    return median([share or 0.0 for share in shares])
 
 
 def _knowledge(runs: Runs) -> str:
     """Return what each contestant knows, its start and budget, and which runs ended early and why."""
     lines = [
         "## What each knows", "",
-        "All start from the same first candidates of a seed: the default and points that keep the margins. What margins say of a point "
-        "costs no flight.", "",
+        "All start from the same first candidates of a seed: the default and points that keep the margins. What margins say of a",
+        "point costs no flight.", "",
         "| search | first batch, later ones | flights a candidate | at most | knows |", "|---|---:|---:|---:|---|",
     ]  # fmt: skip
     for name, entry in CONTESTANTS.items():
         later = entry.batch if entry.peer else entry.first
         each = entry.overrides.get("scenario.0.search", "the study's")
-        lines.append(
-            f"| {name} | {entry.first}, {later} | {each} | {entry.most_flights:,} flights or {entry.most_seconds:g} s | {entry.knows} |"
-        )
+        most = f"{entry.most_flights:,} flights or {entry.most_seconds:g} s"
+        lines.append(f"| {name} | {entry.first}, {later} | {each} | {most} | {entry.knows} |")
     early: dict[str, dict[str, int]] = {}
     for run in runs:
         if run["stopped"]:
