@@ -44,7 +44,9 @@ def draw_figure(runs: Runs, file: Path) -> None:
     for axis in axes[:, 0]:
         axis.set_ylabel("share of the best known, held out")
     known = {label: line for axis in axes.flat for line, label in zip(*axis.get_legend_handles_labels(), strict=True)}
-    figure.legend(known.values(), known.keys(), loc="outside lower center", ncols=5, frameon=False, fontsize=9)
+    figure.legend(
+        known.values(), known.keys(), loc="outside lower center", ncols=1 + len(problems), frameon=False, fontsize=9
+    )
     figure.savefig(file, dpi=110)
     pyplot.close(figure)
 

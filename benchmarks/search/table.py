@@ -139,7 +139,7 @@ def _range(shares: Iterable[float | None]) -> str:
     some = [share for share in known if share is not None]
     if len(some) < len(known) or not some:
         return "-"
-    return f"{median(some):.2f} [{min(some):.2f}, {max(some):.2f}]"
+    return f"{some[0]:.2f}" if len(some) == 1 else f"{median(some):.2f} [{min(some):.2f}, {max(some):.2f}]"
 
 
 def _reached(own: list[Curve], part: int, form: str) -> str:
