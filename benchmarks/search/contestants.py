@@ -48,9 +48,12 @@ def other(name: str, knows: str = TOLD, **more: Any) -> Contestant:
     return Contestant(knows, "peer", {"scenario.0.search": 4}, PEERS[name], **more)
 
 
+# The search of a study whose [search] is empty, and the same with more candidates.
+DEFAULT, MORE = {"search": {"algorithm": "auto"}}, {"search": {"algorithm": "auto", "generations": 60}}
 TODAYS = {"search": {"algorithm": "nsga2", "population": 32, "generations": 1000}}
 CONTESTANTS = {
-    AUTO: Contestant(ASKS, "tool", {"search": {"algorithm": "auto"}}, first=16, most_seconds=60.0),
+    AUTO: Contestant(ASKS, "tool", DEFAULT, first=16),
+    "auto, 960 candidates": Contestant(ASKS, "tool", MORE, first=16, most_seconds=60.0),
     "gaussian_process": own("gaussian_process", 8, 4, ASKS),
     "nsga2": own("nsga2", 32, 4, TOLD),
     "nsga3": own("nsga3", 32, 4, TOLD, objectives=(2, 9)),

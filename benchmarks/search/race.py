@@ -24,9 +24,8 @@ from tuner.search.front import feasible_front
 from tuner.search.loop import Generation, search_generations
 from tuner.study import Study
 
-# Flights after which a front is judged; more generations than any budget allows.
+# Flights after which a front is judged.
 GOALS = (200, 300, 400, 500, 700, 1000, 1500, 2000, 3000, 5000, 11_000, 30_000)
-FOREVER = 100_000
 
 
 class Step(NamedTuple):
@@ -96,7 +95,7 @@ def tool_steps(problem: Problem, study: Study, first: Array) -> Iterator[Step]:
         default = np.arange(len(points)) == 0 if not done else False
         return evaluated(problem, study, points, done, fly_all=default)
 
-    for record in search_generations(algorithm_of(problem, study, first), evaluate, FOREVER):
+    for record in search_generations(algorithm_of(problem, study, first), evaluate, study.search.generations):
         done.append(record)
         yield Step(record.points, record.evaluation.values, record.evaluation.violations, record.flights)
 
