@@ -42,7 +42,11 @@ def run(entries: list[Contestant], envs: Path, batches: list[int], rounds: int, 
         runners = []
         for entry in entries:
             try:
-                runners.append(Runner.begin(entry, python_of(entry, envs), scratch / "course.npz", scratch))
+                runners.append(
+                    Runner.begin(
+                        entry, python_of(entry.environment, entry.requires, envs), scratch / "course.npz", scratch
+                    )
+                )
             except NotInstalled as error:
                 left_out[entry.name] = str(error)
 

@@ -5,8 +5,6 @@ import subprocess
 import sys
 from pathlib import Path
 
-from benchmarks.peers.contestant import Contestant
-
 ROOT = Path(__file__).resolve().parents[2]
 MOST_SECONDS = 1200
 """How long an installation may take: torch and jax are large."""
@@ -16,18 +14,18 @@ class NotInstalled(Exception):
     """A peer's environment could not be made; says why."""
 
 
-def python_of(contestant: Contestant, envs: Path) -> str:
-    """Return the interpreter of a contestant's environment, made and filled if it is not there yet."""
-    if not contestant.environment:
+def python_of(name: str, requires: tuple[str, ...], envs: Path) -> str:
+    """Return the interpreter of an environment, made and filled if it is not there yet; name "" for that of the package."""
+    if not name:
         return sys.executable
-    folder = envs / contestant.environment
+    folder = envs / name
     python = folder / ("Scripts/python.exe" if os.name == "nt" else "bin/python")
     done = folder / "installed"
-    wanted = " ".join(contestant.requires)
+    wanted = " ".join(requires)
     if done.exists() and done.read_text() == wanted:
         return str(python)
     _run([sys.executable, "-m", "venv", str(folder)])
-    _run([str(python), "-m", "pip", "install", "-q", *contestant.requires])
+    _run([str(python), "-m", "pip", "install", "-q", *requires])
     done.write_text(wanted)
     return str(python)
 

@@ -57,7 +57,7 @@ def environment(threads: int) -> Environment:
             "threads": threads,
             "started": datetime.now(UTC).isoformat(timespec="seconds"),
             "command": shlex.join([Path(sys.argv[0]).name, *sys.argv[1:]]),
-            "commit": _commit(),
+            "commit": commit(),
         }
     )
 
@@ -100,7 +100,8 @@ def _version(name: str) -> str | None:
         return None
 
 
-def _commit() -> str | None:
+def commit() -> str | None:
+    """Return the revision of a clone, marked where files differ from it; None elsewhere."""
     root = Path(__file__).resolve().parents[2]
     if not (root / ".git").exists():
         return None

@@ -1,0 +1,98 @@
+"""`python -m benchmarks.search`: race the tool's searches and those of other packages, and write one table and one figure.
+
+Runs that the document has are kept, so a race that was stopped goes on. The tool's own searches are raced anew by
+`--contestant NAME --again` while the peers' runs stay, each with the revision it was measured at. Peers are installed into a
+folder of their own under --envs, never into this environment.
+"""
+
+import argparse
+import json
+from collections.abc import Iterator
+from pathlib import Path
+from typing import Any, NamedTuple
+
+from benchmarks.measuring import RESULTS, machine, write_json
+from benchmarks.peers.environments import ROOT, NotInstalled
+from benchmarks.search.contestants import CONTESTANTS
+from benchmarks.search.figure import draw_figure
+from benchmarks.search.problems import FLIGHTS, PROBLEMS, Course
+from benchmarks.search.race import raced
+from benchmarks.search.table import markdown
+from plant.errors import InputError
+from tuner.store.environment import commit
+
+SEEDS = (2025, 2026, 2027, 2028, 2029)
+
+
+class Key(NamedTuple):
+    """What names a run."""
+
+    problem: str
+    contestant: str
+    seed: int
+
+    @classmethod
+    def of(cls, run: dict[str, Any]) -> "Key":
+        """Return the key of a run on record."""
+        return cls(*(run[field] for field in cls._fields))
+
+
+def main() -> None:
+    """Command line."""
+    parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("--json", action="store_true", help="print the document in place of the table")
+    parser.add_argument("--problem", action="append", choices=PROBLEMS, help="all unless given")
+    parser.add_argument("--contestant", action="append", help="the beginning of a name; all unless given")
+    parser.add_argument("--seed", action="append", type=int, help="2025 to 2029 unless given")
+    parser.add_argument("--again", action="store_true", help="race those that the document has, too")
+    parser.add_argument("--table", action="store_true", help="race nobody: write table and figure of the document")
+    parser.add_argument("--out", type=Path, default=RESULTS / "search.json")
+    parser.add_argument("--envs", type=Path, default=ROOT / ".benchmarks", help="where environments of peers live")
+    chosen = parser.parse_args()
+    document = on_record(chosen.out)
+    if not chosen.table:
+        known = set() if chosen.again else {Key.of(run) for run in document["runs"] if run["entries"]}
+        for key, course in wanted(chosen, known):
+            told = run(key, course, chosen.envs.resolve())
+            document["runs"] = [entry for entry in document["runs"] if Key.of(entry) != key] + [told]
+            write_json(chosen.out, document)
+            last = told["entries"][-1] if told["entries"] else None
+            print(*key, last or told["stopped"], flush=True)
+    text = markdown(document["runs"])
+    chosen.out.with_suffix(".md").write_text(text, encoding="utf-8")
+    draw_figure(document["runs"], chosen.out.with_suffix(".png"))
+    print(json.dumps(document) if chosen.json else text)
+
+
+def on_record(file: Path) -> dict[str, Any]:
+    """Return the document as far as it was written."""
+    runs = json.loads(file.read_text(encoding="utf-8")).get("runs", []) if file.exists() else []
+    return {"machine": machine(), "held_out_flights": FLIGHTS, "runs": runs}
+
+
+def wanted(chosen: argparse.Namespace, known: set[Key]) -> Iterator[tuple[Key, Course]]:
+    """Yield the runs that are asked for and not known, seed after seed, so that a part of the race is one of all problems."""
+    names = [name for name in CONTESTANTS if name.startswith(tuple(chosen.contestant or [""]))]
+    for seed in chosen.seed or SEEDS:
+        for problem in chosen.problem or PROBLEMS:
+            keys = [key for name in names if (key := Key(problem, name, seed)) not in known]
+            course = Course(problem, seed) if keys else None
+            for key in keys:
+                if course and CONTESTANTS[key.contestant].takes(course.objectives):
+                    yield key, course
+
+
+def run(key: Key, course: Course, envs: Path) -> dict[str, Any]:
+    """Return the run of a contestant, or why there is none."""
+    try:
+        found = raced(CONTESTANTS[key.contestant], course, envs).document()
+    except (NotInstalled, InputError) as error:
+        found = {"entries": [], "front": [], "stopped": f"left out: {error}"}
+    where = machine()
+    return {
+        **key._asdict(), "revision": commit(), "processor": where["processor"], "default": course.default.tolist(), **found
+    }  # fmt: skip
+
+
+if __name__ == "__main__":
+    main()

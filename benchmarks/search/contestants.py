@@ -1,0 +1,77 @@
+"""Who races: the tool's searches as a study asks for them, and the peers; what each knows, and how long it may take."""
+
+from dataclasses import dataclass, field
+from typing import Any, Literal
+
+from benchmarks.search.peer import PEERS, Peer
+
+CHEAP, COSTLY = 3000, 1000
+TODAY, AUTO = "nsga2 as d9ea7ca has it", "auto"
+TOLD = "margins: told once it asked, for no flight; reference point: none"
+ASKS = "margins: asks before it proposes; reference point: from the default, its first candidate"
+BLIND = "margins: told for no flight, and uses nothing that it is told"
+
+
+@dataclass(frozen=True)
+class Contestant:
+    """A search, its budget and what it knows.
+
+    overrides: of the study; peer: the search, where it is of another package. first: candidates of the common start that are its
+    first batch; batch: later ones, of a peer. most_flights, most_seconds: after which it is stopped, the latter of a processor.
+    objectives: fewest and most that it takes. family: of its line in the figure; "reference" is a long run, which only serves to
+    find the best known.
+    """
+
+    knows: str
+    family: Literal["tool", "peer", "baseline", "reference"]
+    overrides: dict[str, Any] = field(default_factory=dict)
+    peer: Peer | None = None
+    first: int = 32
+    batch: int = 32
+    most_flights: int = CHEAP
+    most_seconds: float = 30.0
+    objectives: tuple[int, int] = (1, 9)
+
+    def takes(self, objectives: int) -> bool:
+        """Return whether it searches for so many objectives."""
+        return self.objectives[0] <= objectives <= self.objectives[1]
+
+
+def own(algorithm: str, population: int, scenarios: int, knows: str, family: Any = "tool", **more: Any) -> Contestant:
+    """Return a search of the tool without races."""
+    search = {"algorithm": algorithm, "population": population, "generations": 1000, "racing": False}
+    return Contestant(knows, family, {"search": search, "scenario.0.search": scenarios}, first=population, **more)
+
+
+def other(name: str, knows: str = TOLD, **more: Any) -> Contestant:
+    """Return a peer, 4 flights a candidate."""
+    return Contestant(knows, "peer", {"scenario.0.search": 4}, PEERS[name], **more)
+
+
+# The search of a study whose [search] is empty, and the same with more candidates.
+DEFAULT, MORE = {"search": {"algorithm": "auto"}}, {"search": {"algorithm": "auto", "generations": 60}}
+TODAYS = {"search": {"algorithm": "nsga2", "population": 32, "generations": 1000}}
+CONTESTANTS = {
+    AUTO: Contestant(ASKS, "tool", DEFAULT, first=16),
+    "auto, 960 candidates": Contestant(ASKS, "tool", MORE, first=16, most_seconds=60.0),
+    "gaussian_process": own("gaussian_process", 8, 4, ASKS),
+    "nsga2": own("nsga2", 32, 4, TOLD),
+    "nsga3": own("nsga3", 32, 4, TOLD, objectives=(2, 9)),
+    "cmaes": own("cmaes", 12, 4, TOLD, objectives=(1, 1)),
+    TODAY: Contestant(TOLD, "tool", TODAYS, most_flights=11_000),
+    "Optuna TPE": other("Optuna TPE", first=8, batch=1, most_seconds=20.0),
+    "Optuna NSGA-II": other("Optuna NSGA-II"),
+    "Optuna GP": other("Optuna GP", first=8, batch=1, most_flights=COSTLY, most_seconds=40.0),
+    "pymoo NSGA-II": other("pymoo NSGA-II"),
+    "pymoo AGE-MOEA2": other("pymoo AGE-MOEA2", objectives=(2, 9)),
+    "BoTorch qLogNEHVI, qLogEI": other(
+        "BoTorch", "margins: asks before it proposes; reference point: given", first=8, batch=8, most_flights=COSTLY,
+        most_seconds=60.0,
+    ),
+    "random": own("random", 32, 4, BLIND, "baseline", most_seconds=8.0),
+    "sobol": own("sobol", 32, 4, BLIND, "baseline", most_seconds=8.0),
+    "long gaussian_process": own(
+        "gaussian_process", 32, 8, ASKS, "reference", most_flights=6000
+    ),
+    "long nsga2": own("nsga2", 64, 8, TOLD, "reference", most_flights=30_000),
+}  # fmt: skip

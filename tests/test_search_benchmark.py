@@ -1,0 +1,198 @@
+"""`python -m benchmarks.search`: its budgets, peers in processes of their own, shares of the best known, and what a rerun races."""
+
+import json
+import sys
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import benchmarks.search.__main__ as command
+from benchmarks.search.contestants import AUTO, CONTESTANTS, Contestant
+from benchmarks.search.peer import PEERS, Peer, Start
+from benchmarks.search.problems import thinned
+from benchmarks.search.process import PeerFailed, PeerProcess
+from benchmarks.search.race import GOALS, Run, Step, judged
+from benchmarks.search.table import best_known, curves, markdown
+from tuner.search.front import hypervolume
+
+NOWHERE = Path("never used: the toy needs no environment of its own")
+
+
+class Sum:
+    """The least sum of coordinates, one objective."""
+
+    def front(self, points):
+        return points.sum(axis=1, keepdims=True)[:1]
+
+    def worth(self, front):
+        return float(front.min())
+
+
+def steps(batch: int, count: int, seconds: float = 0.0):
+    draw, flights = np.random.default_rng(0), 0
+    for number in range(count):
+        points = draw.uniform(size=(batch, 2))
+        flights += batch
+        yield Step(points, points.sum(axis=1, keepdims=True), np.zeros((batch, 1)), flights, seconds * number)
+
+
+def contestant(**more):
+    return Contestant("nothing", "tool", **more)
+
+
+def test_a_front_is_judged_once_for_each_goal_that_was_passed():
+    run = judged(steps(150, 100), Sum(), contestant(most_flights=1000))
+    assert run.stopped == ""
+    # 150 flights at a time pass 200 and so on; a batch that passes two goals is judged once.
+    assert [entry.flights for entry in run.entries] == [300, 450, 600, 750, 1050]
+    assert [entry.candidates for entry in run.entries] == [entry.flights for entry in run.entries]
+
+
+def test_what_is_judged_is_the_best_so_far():
+    run = judged(steps(50, 100), Sum(), contestant(most_flights=GOALS[2]))
+    told = np.concatenate([step.values for step in steps(50, 100)])
+    assert [entry.worth for entry in run.entries] == [told[: entry.flights].min() for entry in run.entries]
+    assert run.front == [[min(entry.worth for entry in run.entries)]]
+
+
+def test_the_processor_budget_counts_the_time_of_a_peer_and_judges_what_was_reached():
+    run = judged(steps(50, 100, seconds=10.0), Sum(), contestant(most_seconds=25.0))
+    assert run.stopped == "after 25 s of a processor"
+    assert run.entries[-1].flights == 200 and run.entries[-1].seconds >= 30.0
+
+
+def test_a_search_that_has_nothing_left_to_ask_keeps_what_it_found():
+    run = judged(steps(50, 5), Sum(), contestant())
+    assert run.stopped == "nothing left to ask" and run.entries[-1].flights == 250
+
+
+def excess(points):
+    return points[:, :1] - 0.5
+
+
+START = Start(np.array([[0.5, 0.25], [1.0 / 3.0, 0.1]]), 3, 1, 2, 7, excess)
+TOY = Peer("tests.search_peer")
+
+
+def test_a_peer_in_a_process_of_its_own_asks_the_same_to_the_last_bit_and_says_why_it_ends():
+    here = TOY.begun(START)
+    with PeerProcess(TOY, START, NOWHERE) as there:
+        for _ in range(3):
+            points = here.ask()
+            assert np.array_equal(there.ask(), points)
+            for search in (here, there):
+                search.tell(points.sum(axis=1, keepdims=True), np.zeros((len(points), 2)))
+        assert 0.0 < there.seconds < 5.0
+        with pytest.raises(PeerFailed, match="ValueError: values are above 0"):
+            there.tell(-np.ones((3, 1)), np.zeros((3, 2)))
+
+
+def test_every_peer_is_a_contestant_that_flies_four_times_a_candidate():
+    entered = [entry for entry in CONTESTANTS.values() if entry.peer is not None]
+    assert sorted(map(id, PEERS.values())) == sorted(id(entry.peer) for entry in entered)
+    assert {entry.overrides["scenario.0.search"] for entry in entered} == {4}
+
+
+def run_of(name: str, seed: int, front, worths, problem="quickstart", default=(1.0, 1.0)):
+    entries = [
+        {"flights": flights, "candidates": flights // 4, "seconds": flights / 100.0, "worth": worth}
+        for flights, worth in worths.items()
+    ]
+    return {
+        "problem": problem, "contestant": name, "seed": seed, "revision": "abc", "processor": "one", "default": list(default),
+        "entries": entries, "front": front, "stopped": "",
+    }  # fmt: skip
+
+
+def test_the_best_known_is_the_front_of_everyone_together():
+    runs = [
+        run_of("nsga2", 1, [[0.2, 0.6]], {500: 0.2}),
+        run_of("random", 1, [[0.6, 0.2], [0.7, 0.7]], {500: 0.1}),
+        run_of("random", 2, [[1.0, 0.5]], {500: 0.1}),
+    ]
+    # Of a box of 1.1 by 1.1: two rectangles of 0.9 x 0.5 that share 0.5 x 0.5.
+    both = (2 * 0.9 * 0.5 - 0.5 * 0.5) / 1.1**2
+    assert best_known(runs, "quickstart") == pytest.approx({1: both, 2: 0.1 * 0.6 / 1.1**2})
+    assert curves(runs, "quickstart")["nsga2"][0].shares == pytest.approx([0.2 / both])
+
+
+def test_with_one_objective_a_share_is_the_best_value_over_the_value():
+    runs = [
+        run_of("cmaes", 1, [[0.4]], {500: None, 1000: 0.4}, "axes", (1.0,)),
+        run_of("random", 1, [[0.2]], {500: 0.2}, "axes", (1.0,)),
+    ]
+    assert curves(runs, "axes")["cmaes"][0].shares == [0.0, 0.5]
+
+
+def test_the_share_at_a_mark_is_the_last_one_judged_by_then():
+    runs = [run_of("nsga2", 1, [[0.0, 0.0]], {208: 0.25, 520: 0.5, 900: 0.75})]
+    [curve] = curves(runs, "quickstart")["nsga2"]
+    # Flights up to a twentieth beyond a mark count there.
+    assert [curve.after(flights) for flights in (100, 200, 500, 700, 1000)] == [None, 0.25, 0.5, 0.5, 0.75]
+    assert [curve.ended(flights) for flights in (200, 900, 1000)] == [False, False, True]
+    assert [curve.within(seconds) for seconds in (1.0, 5.2, 100.0)] == [None, 0.5, 0.75]
+    assert curve.enough() is None
+
+
+def test_the_verdict_names_peers_that_are_ahead_of_the_default():
+    fast = {500: 0.9, 1000: 0.97, 3000: 0.98}
+    runs = [
+        run_of(AUTO, 1, [[0.0, 0.0]], fast),
+        run_of("nsga2 as d9ea7ca has it", 1, [], {11_000: 0.8}),
+        run_of("Optuna TPE", 1, [], {500: 0.95, 1000: 0.96}),
+        run_of("pymoo NSGA-II", 1, [], {500: 0.3, 1000: 0.4, 3000: 0.5}),
+    ]
+    text = markdown(runs)
+    assert "quickstart: 95% of the best known after 1,000 (median)" in text and "has 0.80 after 11,000" in text
+    assert "Ahead of it: Optuna TPE at 500 flights" in text and "pymoo NSGA-II at" not in text
+    assert "Ended by their processor budget: Optuna TPE before 3,000 flights." in text
+    assert "| Optuna TPE | - | 0.95 | 0.96 | (0.96) |" in text
+
+
+def test_a_thinned_front_keeps_more_than_one_spread_evenly():
+    angle = np.linspace(0.0, np.pi / 2.0, 60) ** 2 / (np.pi / 2.0)
+    front = 1.0 - 0.9 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
+    evenly = np.linspace(0, 59, 6).round().astype(int)
+    base = np.ones(2)
+    picked = thinned(front, 6)
+    assert len(set(picked)) == 6
+    assert hypervolume(front[picked], base) > hypervolume(front[evenly], base)
+
+
+class Course:
+    objectives, default = 2, np.array([1.0, 1.0])
+
+    def __init__(self, problem, seed):
+        self.problem, self.seed = problem, seed
+
+
+def test_a_rerun_races_only_what_the_document_lacks(tmp_path, monkeypatch, capsys):
+    raced = []
+
+    def race(contestant, course, envs):
+        name = next(name for name, entry in CONTESTANTS.items() if entry is contestant)
+        raced.append((course.problem, name, course.seed))
+        return Run([], [], "left out") if name == AUTO else judged(steps(100, 20), Sum(), contestant)
+
+    monkeypatch.setattr(command, "Course", Course)
+    monkeypatch.setattr(command, "raced", race)
+    monkeypatch.setattr(command, "draw_figure", lambda runs, file: None)
+    monkeypatch.setattr(command, "markdown", lambda runs: "a table")
+
+    def asked(*arguments):
+        raced.clear()
+        out = tmp_path / "search.json"
+        monkeypatch.setattr(sys, "argv", ["search", "--out", str(out), "--problem", "quickstart", *arguments])
+        command.main()
+        return list(raced), json.loads(out.read_text())["runs"]
+
+    first, _ = asked("--contestant", "nsga3", "--contestant", "auto", "--seed", "1")
+    assert [name for _, name, _ in first] == [AUTO, "auto, 960 candidates", "nsga3"]
+    then, runs = asked("--contestant", "auto", "--seed", "1", "--seed", "2")
+    # What was left out is tried again.
+    assert [(name, seed) for _, name, seed in then] == [(AUTO, 1), (AUTO, 2), ("auto, 960 candidates", 2)]
+    assert len(runs) == 5
+    again, runs = asked("--contestant", "nsga3", "--seed", "1", "--again")
+    assert len(again) == 1 and len(runs) == 5
+    assert capsys.readouterr().out.endswith("a table\n")
