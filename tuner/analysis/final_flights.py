@@ -61,9 +61,11 @@ class FinalFlights:
 
     def estimate(self, i: int) -> tuple[Array, Array, Array]:
         """Return the risk of a quantity (rows,) and both ends of its interval."""
-        samples, drawn, risk = self.seen(i)
-        low, high = interval_on(samples, risk, drawn)
-        return self._carried(i, risk.apply(samples), low, high)
+        if i not in self._estimates:
+            samples, drawn, risk = self.seen(i)
+            low, high = interval_on(samples, risk, drawn)
+            self._estimates[i] = self._carried(i, risk.apply(samples), low, high)
+        return self._estimates[i]
 
     def difference_to(self, i: int, row: int) -> PairedDifference:
         """Return the risk of a quantity (rows,) minus that of a row that made all flights, paired."""
@@ -77,7 +79,7 @@ class FinalFlights:
         found, stopped = replicates_on(samples, risk, drawn), np.flatnonzero(~self.complete)
         if len(stopped):
             samples, drawn, _ = self.seen(i, early=True)
-            there = self._beside(i)
+            there, _ = self._apart(i)
             apart = replicates_on(samples[stopped], risk, drawn) - replicates_on(samples[there], risk, drawn)
             found[stopped] = found[there] + apart
         return found
@@ -104,6 +106,21 @@ class FinalFlights:
             within(drawn, origin, quantity.scenario),
             quantity.risk,
         )
+
+    def _apart(self, i: int) -> tuple[Array, PairedDifference]:
+        """Return the rows that stand in for those that stopped, and how far these are from them in a quantity (stopped,)."""
+        if i not in self._differences:
+            there, (samples, drawn, risk) = self._beside(i), self.seen(i, early=True)
+            self._differences[i] = there, paired_difference_on(samples[~self.complete], samples[there], risk, drawn)
+        return self._differences[i]
+
+    @cached_property
+    def _estimates(self) -> dict[int, tuple[Array, Array, Array]]:
+        return {}
+
+    @cached_property
+    def _differences(self) -> dict[int, tuple[Array, PairedDifference]]:
+        return {}
 
     def _beside(self, i: int) -> Array:
         """Return for each row that stopped the complete row that tells most of a quantity.
@@ -152,9 +169,7 @@ class FinalFlights:
         """
         stopped = np.flatnonzero(~self.complete)
         if len(stopped):
-            there = self._beside(i)
-            samples, drawn, risk = self.seen(i, early=True)
-            apart = paired_difference_on(samples[stopped], samples[there], risk, drawn)
+            there, apart = self._apart(i)
             below = np.hypot(value[there] - low[there], apart.difference - apart.low)
             above = np.hypot(high[there] - value[there], apart.high - apart.difference)
             value[stopped] = value[there] + apart.difference

@@ -67,7 +67,9 @@ def generations_to_rest(volumes: Sequence[float]) -> int | None:
     None where fewer than `FITTED` generations have a front, or where that takes more than `MOST_TIMES` as many generations.
     """
     curve = _fitted(np.asarray(volumes, dtype=float))
-    for generations in range(len(volumes) + 1, MOST_TIMES * len(volumes) + 1 if curve else 0):
+    if curve is None:
+        return None
+    for generations in range(len(volumes) + 1, MOST_TIMES * len(volumes) + 1):
         before, there = curve.at(np.array([generations - last_quarter(generations), generations], dtype=float))
         if there - before <= RESTING * there:
             return generations

@@ -7,7 +7,7 @@ import numpy as np
 
 from tuner.analysis.sensitivity.indices import places
 from tuner.documents.contest_document import BoundRow
-from tuner.search.rest import MOST_TIMES, RESTING, gained, generations_to_rest, last_quarter
+from tuner.search.rest import RESTING, gained, generations_to_rest, last_quarter
 
 Times = Sequence[float]
 # Objectives that differ by less than this share of their size are constant; rank correlations from here on are perfect.
@@ -97,7 +97,7 @@ def still_rising(volumes: Sequence[float], flights: Sequence[int]) -> list[str]:
         return []
     budget = generations_to_rest(volumes)
     if budget is None:
-        advice = f"No end is in sight within {MOST_TIMES} times as many generations"
+        advice = "When it comes to rest cannot be told from these generations"
         budget = 2 * done
     else:
         each = (flights[-1] - flights[-1 - last_quarter(done)]) / last_quarter(done)
