@@ -111,28 +111,39 @@ def _store(kind: Any, name: str, offset: int) -> str:
 
 LANE, ENTRY = "a[{}, l]", "a[{}]"
 
+# Copies are loops: an assignment of a slice is an array walked stride by stride, and compiles its error message besides.
 RUN = """
+@inline
+def put(a, row, part):
+    for r in range(part.shape[0]):
+        for l in range(LANES):
+            a[row + r, l] = part[r, l]
+
+
 @jit(nogil=True, fastmath=FAST_MATH, error_model="numpy")
 def run(gains, nominal_row, dynamicss, starts, disturbances, noises, references, targets_row, limits_row, h, plant_step,
         substeps, out, traced, trace, every):
     nominal = load_nominal(nominal_row, 0)
     targets = load_targets(targets_row, 0)
     limits = load_limits(limits_row, 0)
-    n_disturbance, n_noise = disturbances.shape[2], noises.shape[2]
+    n_disturbance = disturbances.shape[2]
     for i in range(gains.shape[0] * dynamicss.shape[0]):
         candidate, block = i // dynamicss.shape[0], i % dynamicss.shape[0]
         constants = prepare(load_gains(gains[candidate], 0), h)
         reference = load_reference(references[0], 0)
-        a = np.zeros((TOTAL, LANES))
-        a[DYNAMICS:DYNAMICS + N_DYNAMICS] = dynamicss[block]
-        a[NOISE:NOISE + n_noise] = noises[block, 0]
-        a[BODY:BODY + N_BODY] = starts[block]
+        a = np.empty((TOTAL, LANES))
+        for r in range(TOTAL):
+            for l in range(LANES):
+                a[r, l] = 0.0
+        put(a, DYNAMICS, dynamicss[block])
+        put(a, NOISE, noises[block, 0])
+        put(a, BODY, starts[block])
         for l in range(LANES):
             body = place(load_body(a, l), reference)
             store_flight(a, l, start(body, constants, nominal, reference, load_noise(a, l), targets))
         for k in range(references.shape[0]):
-            a[DISTURBANCE:DISTURBANCE + n_disturbance] = disturbances[block, k]
-            a[NOISE:NOISE + n_noise] = noises[block, k]
+            put(a, DISTURBANCE, disturbances[block, k])
+            put(a, NOISE, noises[block, k])
             reference = load_reference(references[k], 0)
             time = k * h
             for l in range(LANES):
@@ -140,7 +151,8 @@ def run(gains, nominal_row, dynamicss, starts, disturbances, noises, references,
                                           limits, time, h))
             if every > 0 and k % every == 0:
                 for i in range(traced.shape[0]):
-                    trace[candidate, block, k // every, i] = a[traced[i]]
+                    for l in range(LANES):
+                        trace[candidate, block, k // every, i, l] = a[traced[i], l]
             if n_disturbance <= N_WIND:
                 for j in range(substeps):
                     for l in range(LANES):
@@ -151,7 +163,9 @@ def run(gains, nominal_row, dynamicss, starts, disturbances, noises, references,
                     for l in range(LANES):
                         store_body(a, l, advance(load_body(a, l), load_speed(a, l), load_disturbance(a, l),
                                                  load_dynamics(a, l), plant_step))
-        out[candidate, block] = a[RESULT:RESULT + N_RESULT]
+        for r in range(N_RESULT):
+            for l in range(LANES):
+                out[candidate, block, r, l] = a[RESULT + r, l]
 """
 
 
@@ -176,9 +190,9 @@ def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
     ]
     result = result_rows(loop)
     constants = {
-        "TOTAL": place_of.total, "DYNAMICS": place_of.dynamics, "N_DYNAMICS": size(Dynamics), "NOISE": place_of.noise,
+        "TOTAL": place_of.total, "DYNAMICS": place_of.dynamics, "NOISE": place_of.noise,
         "DISTURBANCE": place_of.disturbance, "RESULT": result.start, "N_RESULT": result.stop - result.start,
-        "N_WIND": wind, "LANES": LANES, "BODY": body.start, "N_BODY": body.stop - body.start,
+        "N_WIND": wind, "LANES": LANES, "BODY": body.start,
     }  # fmt: skip
     header = "\n".join(f"{name} = {value}" for name, value in constants.items())
     return "\n".join([header, *parts, RUN])

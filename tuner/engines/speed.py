@@ -1,7 +1,8 @@
-"""`tuner bench`: closed-loop plant steps per second of the backends, measured side by side in one run, and time of margins.
+"""`tuner bench`: closed-loop plant steps per second of the backends, measured side by side in one run, flights, time of margins.
 
 The full hybrid cascade with motor lag, noise, metrics, RK4 at 1 kHz and control at 250 Hz, flights of 10 s. Backends are
-measured in turn, several rounds, and the median is reported, because machines are shared and noisy: compare ratios.
+measured in turn, several rounds, and the median is reported, because machines are shared and noisy: compare ratios. Flights per
+second are those of the lanes with the plant step that a study has unless it fixes one, here one in a control period.
 
 Margins are those that the quickstart limits, of its cascade in all six channels, over every amplitude of the sliding term, for
 gains drawn from their search ranges; by processor time. A candidate of the quickstart costs one evaluation of margins and 32
@@ -36,6 +37,7 @@ from plant.records import flatten, pack
 from plant.references.steps import Steps
 from plant.scenarios import SEARCH, ScenarioSpec, sample_scenarios
 from plant.seeds import generator
+from tuner.gains.ranges import usual_timing
 from tuner.store.environment import simd
 
 DURATION, SCENARIOS, ROUNDS = 10.0, 64, 3
@@ -70,6 +72,10 @@ def bench(flights: int, threads: int | None = None) -> dict[str, Any]:
     def lanes() -> float:
         return _rate(lambda: flyer.fly(gains, knowledge, inputs), len(gains) * SCENARIOS * steps)
 
+    def flights_a_second() -> float:
+        usual = flyer.at(usual_timing(timing.control_period, load("hummingbird")))
+        return _rate(lambda: usual.fly(gains, knowledge, inputs), len(gains) * SCENARIOS)
+
     def one_by_one() -> float:
         few = gains[: max(1, len(gains) // SCALAR_SHARE)]
         return _rate(lambda: scalar.fly(few, knowledge, inputs, limits, timing, count), len(few) * SCENARIOS * steps)
@@ -80,11 +86,12 @@ def bench(flights: int, threads: int | None = None) -> dict[str, Any]:
     margins = MarginBench()
     flyer.fly(gains[:1], knowledge, _head(inputs, 2))
     scalar.fly(gains[:1], knowledge, _head(inputs, 2), limits, timing, count)
-    rounds = [(lanes(), one_by_one(), arrays(), margins.wall()) for _ in range(ROUNDS)]
-    lanes_rate, scalar_rate, numpy_rate, _ = (median(column) for column in zip(*rounds, strict=True))
-    quickstart_steps = QUICKSTART_FLIGHTS * QUICKSTART_DURATION / timing.plant_step
+    rounds = [(lanes(), one_by_one(), arrays(), margins.wall(), flights_a_second()) for _ in range(ROUNDS)]
+    lanes_rate, scalar_rate, numpy_rate, _, flights_rate = (median(column) for column in zip(*rounds, strict=True))
+    quickstart_flights = QUICKSTART_FLIGHTS * QUICKSTART_DURATION / DURATION
     return {
         "lanes_steps_per_s": lanes_rate,
+        "lanes_flights_per_s": flights_rate,
         "scalar_steps_per_s": scalar_rate,
         "numpy_steps_per_s": numpy_rate,
         "threads": count,
@@ -95,7 +102,7 @@ def bench(flights: int, threads: int | None = None) -> dict[str, Any]:
         "lanes_over_scalar": median(entry[0] / entry[1] for entry in rounds),
         "lanes_per_thread_over_numpy": median(entry[0] / count / entry[2] for entry in rounds),
         **margins.figures(),
-        "margins_over_flights": median(entry[3] * entry[0] / quickstart_steps for entry in rounds),
+        "margins_over_flights": median(entry[3] * entry[4] / quickstart_flights for entry in rounds),
     }
 
 
@@ -165,10 +172,10 @@ def _busy(work: Callable[[np.ndarray], Any], gains: np.ndarray, batch: int) -> f
     return median(once() for _ in range(ROUNDS))
 
 
-def _rate(work: Any, steps: int) -> float:
+def _rate(work: Any, count: int) -> float:
     begin = perf_counter()
     work()
-    return steps / (perf_counter() - begin)
+    return count / (perf_counter() - begin)
 
 
 def _head(inputs: FlightInputs, steps: int) -> FlightInputs:
