@@ -28,12 +28,12 @@ def automatic(gains: int, objectives: int, candidates: int) -> Choice:
         if count > most
     ]
     if beyond:
-        return Choice(evolution(objectives), beyond[0])
+        return Choice(_evolution(objectives), beyond[0])
     size = f"{_counted(gains, 'gain')}, {_counted(objectives, 'objective')} and {candidates:,} candidates"
     return Choice(MODEL, f"{size} are few enough for a model, which needs the fewest flights")
 
 
-def evolution(objectives: int) -> str:
+def _evolution(objectives: int) -> str:
     """Return the evolutionary search for a number of objectives."""
     if objectives == 1:
         return "cmaes"

@@ -31,13 +31,13 @@ SAMPLES, DIRECTIONS = 64, 64
 # Values beyond this many spreads above the smallest are as bad as any; logarithms even out what is below.
 WORST = 1e4
 # Largest number of points that a model is told: of an objective the best, of a limit the closest to it.
-MOST_TOLD, MOST_CLOSE = 400, 160
+MOST_TOLD, MOST_CLOSE = 400, 250
 # Growth of the number of points after which length scales are looked for again.
 GROWTH = 1.3
 # Parents of the pool at least; and points that are looked at again together.
 PARENTS, TOGETHER = 8, 8
 # Points for which is asked what is known: for each that is still to be picked, and at least. One by one takes far longer.
-ASKED, LEAST_ASKED = 3, 12
+ASKED, LEAST_ASKED = 3, 48
 
 
 class LimitModel(NamedTuple):

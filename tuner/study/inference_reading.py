@@ -13,7 +13,6 @@ import numpy as np
 from objectives.decisions import Variable
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS, gain_addresses
-from tuner.search.automatic import evolution
 from tuner.search.names import AUTOMATIC
 from tuner.study.build import search_of
 from tuner.study.contest import Contest
@@ -74,13 +73,10 @@ def _chosen(contest: Contest, settings: SettingsTable) -> Contest:
 
 
 def _search(base: Study, unknowns: int, kinds: int) -> SearchSpec:
-    """Return the search for so many unknowns and kinds of misfit; one that is left open is an evolution.
-
-    A setting is flown by all contenders, and no model was measured on misfits.
-    """
+    """Return the search for so many unknowns and kinds of misfit; left open it is nsga2, for no other was measured on misfits."""
     table = base.table.search
     if table.algorithm == AUTOMATIC:
-        table = table.model_copy(update={"algorithm": evolution(kinds)})
+        table = table.model_copy(update={"algorithm": "nsga2"})
     return search_of(table, unknowns, kinds, 0)
 
 

@@ -133,8 +133,8 @@ class Study:
     @property
     def content(self) -> dict[str, Any]:
         """The content of the file, overrides and the search that was chosen included, paths relative to its folder."""
-        given = self.table.model_dump(mode="json", exclude_unset=True)
-        return {**given, "search": {**given.get("search", {}), **self.search.sizes}}
+        search = self.table.search.model_copy(update=self.search.sizes)
+        return self.table.model_copy(update={"search": search}).model_dump(mode="json", exclude_unset=True)
 
     @property
     def generations(self) -> int:

@@ -78,7 +78,7 @@ def test_the_content_of_a_study_names_what_was_chosen(tmp_path):
     assert study.resolved()["search"]["why"] == study.search.why
 
 
-def record(version, generations=7):
+def record(version, generations: int | None = 7):
     return RunRecord(
         format="holdfast-run",
         version=version,

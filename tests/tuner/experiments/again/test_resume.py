@@ -407,7 +407,13 @@ def test_a_judgement_is_not_resumed(small_run, tmp_path):
 @pytest.fixture(scope="module")
 def raced(small_run, tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "raced"
-    return run_small(folder, search__racing=True, search__generations=6, scenario__0__search=16), folder
+    changes = {
+        "search__algorithm": "nsga2",
+        "search__racing": True,
+        "search__generations": 6,
+        "scenario__0__search": 16,
+    }
+    return run_small(folder, **changes), folder
 
 
 def test_a_race_spares_flights_and_counts_the_others(raced):
