@@ -27,11 +27,11 @@ class At(NamedTuple):
 
 def _least(candidates: Array, frequency: Array) -> At:
     """Least along the last axis, with its frequency; infinite ones and NaN do not count."""
-    finite = np.where(np.isfinite(candidates), candidates, np.inf)
-    at = np.argmin(finite, axis=-1)[..., None]
-    value = np.take_along_axis(finite, at, axis=-1)[..., 0]
-    found = np.take_along_axis(frequency, at, axis=-1)[..., 0]
-    return At(value, np.where(np.isfinite(value), found, 0.0))
+    finite = np.where(np.isfinite(candidates), candidates, np.inf).reshape(-1, candidates.shape[-1])
+    rows, at = np.arange(len(finite)), np.argmin(finite, axis=-1)
+    value = finite[rows, at]
+    found = np.where(np.isfinite(value), frequency.reshape(finite.shape)[rows, at], 0.0)
+    return At(value.reshape(candidates.shape[:-1]), found.reshape(candidates.shape[:-1]))
 
 
 def read(real: Array, line: Array) -> dict[str, At]:
