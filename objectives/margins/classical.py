@@ -36,6 +36,7 @@ def _least(candidates: Array, frequency: Array) -> At:
 
 def read(real: Array, line: Array) -> dict[str, At]:
     """Return all that follows from crossings (..., n, 2) where T is real and where Re T = -1/2, by field of `Margins`."""
+    real, line = _used(real), _used(line)
     up, down = gain_margins(real)
     highest = crossover(line)
     return {
@@ -45,6 +46,12 @@ def read(real: Array, line: Array) -> dict[str, At]:
         "delay": delay_margin(line),
         "crossover": At(highest, highest),
     }
+
+
+def _used(crossings: Array) -> Array:
+    """Crossings (..., n, 2) without the rows at the end that no loop of the batch uses, at least one."""
+    most = int(np.max(np.sum(crossings[..., 0] == crossings[..., 0], axis=-1), initial=1))
+    return crossings[..., :most, :]
 
 
 def gain_margins(real: Array) -> tuple[At, At]:
