@@ -1,7 +1,8 @@
 """Stability margins of exactly the sampled loop that flies, for batches of candidates.
 
     model = MarginModel(system.cascade, system.nominal, system.timing, system.vehicle)      # hover in still air; 0.3 s
-    margins = model.evaluate(gains)                       # gains rows (n, g); about 1.5 ms a candidate, 0.5 ms for linear laws
+    margins = model.evaluate(gains)                       # gains rows (n, g); about 0.8 ms a candidate
+    values = model.limited(gains, requirements)           # (n, requirements), nothing else worked out; about 0.4 ms
     margins.phase.value                                   # (n, 6) [rad], channels x, y, z, roll, pitch, yaw
     margins.phase.frequency, margins.phase.case           # where it is met [rad/s], and at which of margins.cases
     margins.sensitivity.value, margins.gain_up.value      # Ms [1]; factor by which the gain may rise [1]
@@ -34,8 +35,8 @@ How it is built, in the order of the work:
     injection, derivative, period    one control period as CasADi functions, with signals added and read
     trim, linearise                  steady flight by Newton's method, and the linear loop about it
     describing                       gains that stand for nonlinear terms
-    structure                        the loop falls into blocks: x with pitch, y with roll, z, yaw at hover
-    frequency, curve                 poles and residues; the curve T(e^jwh) sampled, crossed and refined
+    structure, assembly              the loop falls into blocks: x with pitch, y with roll, z, yaw at hover
+    schur, frequency, curve          poles and residues; the curve T(e^jwh) sampled, crossed and refined
     classical, sensitivity, disk, multiloop, tracking    margins from these
     block, sheet, results, margins   all of it for a batch, and the worst of it
 """

@@ -1,8 +1,8 @@
 """The matrices of a block straight from the derivatives of one instant, compiled.
 
-The controller's derivative has some hundred entries that are not zero; each moves few entries of a block's matrices, always in the
-same proportions. These are worked out once, from the block and the plant, so the loop of all states need not be written down for
-each candidate.
+The controller's derivative has some hundred entries that are not zero; each moves few entries of a block's matrices, always in
+the same proportions. These are worked out once, from the block and the plant, so the loop of all states need not be written down
+for each candidate.
 """
 
 from pathlib import Path
@@ -29,7 +29,12 @@ class Assembly:
     """
 
     def __init__(
-        self, block: Block, plant: Plant, n_terms: int, where: tuple[NDArray[np.intp], NDArray[np.intp]], size: tuple[int, int]
+        self,
+        block: Block,
+        plant: Plant,
+        n_terms: int,
+        where: tuple[NDArray[np.intp], NDArray[np.intp]],
+        size: tuple[int, int],
     ) -> None:
         self._block, (b, x), k = block, block.into.shape, len(block.channels)
         channels, terms = np.array(block.channels, dtype=int), np.array(block.terms, dtype=int)

@@ -27,15 +27,16 @@ class At(NamedTuple):
 
 def _least(candidates: Array, frequency: Array) -> At:
     """Least along the last axis, with its frequency; infinite ones and NaN do not count."""
-    finite = np.where(np.isfinite(candidates), candidates, np.inf)
-    at = np.argmin(finite, axis=-1)[..., None]
-    value = np.take_along_axis(finite, at, axis=-1)[..., 0]
-    found = np.take_along_axis(frequency, at, axis=-1)[..., 0]
-    return At(value, np.where(np.isfinite(value), found, 0.0))
+    finite = np.where(np.isfinite(candidates), candidates, np.inf).reshape(-1, candidates.shape[-1])
+    rows, at = np.arange(len(finite)), np.argmin(finite, axis=-1)
+    value = finite[rows, at]
+    found = np.where(np.isfinite(value), frequency.reshape(finite.shape)[rows, at], 0.0)
+    return At(value.reshape(candidates.shape[:-1]), found.reshape(candidates.shape[:-1]))
 
 
 def read(real: Array, line: Array) -> dict[str, At]:
     """Return all that follows from crossings (..., n, 2) where T is real and where Re T = -1/2, by field of `Margins`."""
+    real, line = _used(real), _used(line)
     up, down = gain_margins(real)
     highest = crossover(line)
     return {
@@ -45,6 +46,12 @@ def read(real: Array, line: Array) -> dict[str, At]:
         "delay": delay_margin(line),
         "crossover": At(highest, highest),
     }
+
+
+def _used(crossings: Array) -> Array:
+    """Crossings (..., n, 2) without the rows at the end that no loop of the batch uses, at least one."""
+    most = int(np.max(np.sum(crossings[..., 0] == crossings[..., 0], axis=-1), initial=1))
+    return crossings[..., :most, :]
 
 
 def gain_margins(real: Array) -> tuple[At, At]:

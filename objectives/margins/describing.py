@@ -97,10 +97,8 @@ def steepest_slope(function: Callable[..., Any], constants: Any) -> Array:
 
 def _closer(s: Array, at: NDArray[np.intp]) -> Array:
     """Signals (n, 1, points) about the interval `at` (n, 1) of signals, neighbours included, where a corner may stand."""
-    wide = np.broadcast_to(s, (len(at), *s.shape[1:]))
-    low, high = (
-        np.take_along_axis(wide, np.clip(at + step, 0, s.shape[-1] - 1)[..., None], axis=-1) for step in (-1, 2)
-    )
+    rows = np.minimum(np.arange(len(at)), len(s) - 1)[:, None]
+    low, high = (s[rows, 0, np.minimum(np.maximum(at + step, 0), s.shape[-1] - 1)][..., None] for step in (-1, 2))
     # Below rest a root is steeper without end.
     low = np.maximum(low, REST)
     return low + (high - low) * np.linspace(0.0, 1.0, SLOPE_POINTS)

@@ -3,7 +3,7 @@
 Linearised about its trim, with the nonlinear terms closed at each amplitude, split into blocks, and read off block by block.
 """
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 
@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins.assembly import Assembly
-from objectives.margins.block import EVERY, read_block
+from objectives.margins.block import EVERY, MULTILOOP, read_block
 from objectives.margins.describing import DEFAULT_CASES, Case, term_gains
 from objectives.margins.frequency import POINTS, frequency_grid
 from objectives.margins.linearise import LinearLoops, Plant, Surroundings, close_terms
@@ -37,6 +37,9 @@ Mask = NDArray[np.bool_]
 PROBES, MIDDLE = 4, (Case(0.1),)
 # Candidates worked on at once: off hover, where all channels are one block, a hundred with six cases take 0.5 GB.
 CHUNK = 100
+# The same without the margin of all loops at once, which is what takes the room, and candidates from which on it pays to look at
+# the amplitudes that most often decide before the others.
+LARGE_CHUNK, MANY = 250, 16
 SMALL = Case(0.0)
 # Channels that are inputs of the plant itself; x and y are demands inside the controller.
 PLANT_INPUTS = tuple(CHANNELS.index(name) for name in ("z", *ATTITUDE_AXES))
@@ -85,10 +88,12 @@ class _Situation:
     blocks: tuple[Block, ...]
     assemblies: tuple[Assembly, ...]
 
-    @property
-    def parts(self) -> Iterator[tuple[Block, Assembly]]:
-        """Each block with its assembly."""
-        return zip(self.blocks, self.assemblies, strict=True)
+    def parts(self, channels: frozenset[int]) -> list[tuple[Block, Assembly]]:
+        """Return the blocks of some channels, and those of which they may be images, with their assemblies, small ones first."""
+        asked = [not channels.isdisjoint(block.channels) for block in self.blocks]
+        originals = {block.image for block, here in zip(self.blocks, asked, strict=True) if here}
+        pairs = enumerate(zip(self.blocks, self.assemblies, strict=True))
+        return sorted((pair for i, pair in pairs if asked[i] or i in originals), key=lambda pair: len(pair[0].into))
 
 
 class MarginModel:
@@ -152,7 +157,7 @@ class MarginModel:
         Returns:
             Margins (n, channels) in SI units: factors, rad, s; see `objectives.margins.quantities`.
         """
-        return joined([self._read(part, ALL_OF_IT).summed(self.skew) for part in self._parts(gains)])
+        return joined([self._read(part, ALL_OF_IT).summed(self.skew) for part in _parts(gains, CHUNK)])
 
     def limited(self, gains: Array, requirements: Sequence[MarginRequirement]) -> Array:
         """Return the values (n, requirements) of limits on margins, those of `evaluate`, working out nothing else.
@@ -163,16 +168,11 @@ class MarginModel:
         return np.concatenate(
             [
                 np.stack([entry.values(margins) for entry in requirements], axis=1)
-                for part in self._parts(gains)
+                for part in _parts(gains, CHUNK if scope.asked >= {MULTILOOP} else LARGE_CHUNK)
                 for margins in [self._read(part, scope).summed(self.skew)]
             ],
             axis=0,
         )
-
-    def _parts(self, gains: Array) -> list[Array]:
-        """Gains rows in batches, at least one."""
-        gains = np.asarray(gains, dtype=float)
-        return [gains[i : i + CHUNK] for i in range(0, max(len(gains), 1), CHUNK)]
 
     def _read(self, gains: Array, scope: Scope) -> Sheet:
         sheet = Sheet(len(gains), len(self.vehicles), self.cases, self.period, scope.asked)
@@ -181,17 +181,15 @@ class MarginModel:
         term, undecided = self._term_gains(gains, self.cases), np.ones(len(gains), dtype=bool)
         for i, situation in enumerate(self._situations):
             point = self._trimmed(situation.setting, situation.plant, gains)
-            for block, assembly in sorted(situation.parts, key=lambda part: len(part[0].into)):
+            for block, assembly in situation.parts(scope.channels):
                 sheet.sweep(block)
-                if scope.channels.isdisjoint(block.channels):
-                    continue
                 rows = point.steady & undecided
-                original = None if block.image is None else situation.blocks[block.image]
-                if original is not None and not scope.channels.isdisjoint(original.channels):
+                if block.image is not None:
+                    original = situation.blocks[block.image]
                     alike = self._alike(gains, block, original)
                     sheet.copy(i, block, alike, original)
                     rows &= ~alike
-                for cases in self._rounds(block, scope):
+                for cases in self._rounds(len(gains), block, scope):
                     if rows.any():
                         closed = _with_terms(block, assembly(point.step, rows), term[rows][:, cases])
                         inputs = [j for j, channel in enumerate(block.channels) if channel in PLANT_INPUTS]
@@ -204,10 +202,10 @@ class MarginModel:
             sheet.discard(i, ~point.steady)
         return sheet
 
-    def _rounds(self, block: Block, scope: Scope) -> list[list[int]]:
-        """Cases in the order in which they are looked at: where one may decide, those of the least and largest gains first."""
+    def _rounds(self, n: int, block: Block, scope: Scope) -> list[list[int]]:
+        """Cases in the order in which n candidates are looked at: where one may decide, those that most often do first."""
         cases = list(range(len(self.cases)))
-        if not block.terms or scope.decisive.isdisjoint(block.channels) or len(cases) < 3:
+        if n < MANY or not block.terms or scope.decisive.isdisjoint(block.channels) or len(cases) < 3:
             return [cases]
         return [[cases[0], cases[-1]], cases[1:-1]]
 
@@ -298,9 +296,13 @@ class MarginModel:
         return term_gains(self._map.terms, self._map.cascade, gains, self.period, tuple(cases))
 
     def _trimmed(self, setting: Surroundings, plant: Plant, gains: Array) -> TrimPoint:
-        return find_trim(
-            self._map, gains, setting, plant, self._body, lambda: self._term_gains(gains, MIDDLE)[:, 0]
-        )
+        return find_trim(self._map, gains, setting, plant, self._body, lambda: self._term_gains(gains, MIDDLE)[:, 0])
+
+
+def _parts(gains: Array, size: int) -> list[Array]:
+    """Return gains rows in batches of some size, at least one."""
+    gains = np.asarray(gains, dtype=float)
+    return [gains[i : i + size] for i in range(0, max(len(gains), 1), size)]
 
 
 def _closed(block: Block, loops: LinearLoops, term: Array) -> LinearLoops:

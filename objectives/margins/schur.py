@@ -131,7 +131,7 @@ def sweep(h: Array, b: Array, c: Array, low: int, high: int, since: int) -> None
 
 @inlined
 def quasi_triangle(h: Array, b: Array, c: Array) -> bool:
-    """Bring a Hessenberg matrix h (n, n) to a quasi-triangle, 2x2 blocks on its diagonal, b and c along; whether that was done."""
+    """Bring a Hessenberg matrix h (n, n) to a quasi-triangle of 2x2 blocks, b and c along; False where that fails."""
     high, since = len(h) - 1, 0
     for _ in range(SWEEPS * len(h)):
         while high > 0:

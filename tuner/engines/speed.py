@@ -138,8 +138,8 @@ class MarginBench:
     def figures(self) -> dict[str, float | int]:
         """Return processor milliseconds a candidate.
 
-        With gains shared by the axes of a loop and with own gains for each axis, of stable loops alone, in small batches and one by
-        one, and for every quantity in place of those limited.
+        With gains shared by the axes of a loop and with own gains for each axis, of stable loops alone, in small batches and one
+        by one, and for every quantity in place of those limited.
         """
 
         def limited(gains: np.ndarray) -> np.ndarray:

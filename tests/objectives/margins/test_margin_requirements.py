@@ -1,14 +1,19 @@
 """Margins as numbers with limits: what is read, which way is better, and what loops that are not stable are worth."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
+from objectives.margins.block import EVERY
+from objectives.margins.describing import DEFAULT_CASES
 from objectives.margins.quantities import LIMITABLE, LOOP_QUANTITIES, QUANTITIES, RECORDED, REPORTED
 from objectives.margins.requirement import MarginRequirement, requirement_label
+from objectives.margins.results import Worst
 from objectives.requirements import LARGEST_VIOLATION
 from plant.cascade import ATTITUDE_AXES, AXES
 from plant.gains import GROUPS
-from tests.objectives.margins.designs import H, default_gains, gains_with, model_of
+from tests.objectives.margins.designs import H, default_gains, gains_with, model_of, random_gains
 
 PAIR = ("ladrc", "ladrc")
 SLOW, UNSTABLE = {"roll__omega_c": 2.0}, {"roll__omega_c": 60.0}
@@ -131,3 +136,35 @@ def test_labels_tell_apart_what_differs():
     assert requirement_label("ms") == "ms"
     assert requirement_label("ms", "tilt") == "ms(tilt)"
     assert requirement_label("ms", "tilt", hard=False, spread=True, amplitude=0.1) == "ms(tilt, from 0.1, spread, soft)"
+
+
+LIMITS = {
+    "quickstart": (("phase_margin", "gain_margin", "ms", "delay_periods"), AXES),
+    "every quantity": (tuple(LIMITABLE), AXES),
+    "an axis that mirrors another": (("disk", "load_index"), ("roll", "yaw")),
+    "a linear axis": (("ms",), ("z",)),
+}
+
+
+@pytest.mark.parametrize("limits", LIMITS.values(), ids=LIMITS)
+def test_limits_alone_have_the_bits_of_all_margins_in_any_batch(limits):
+    """Of candidates that are stable and not, with shared gains, where loops are mirrors, and with own ones."""
+    names, axes = limits
+    asked = [limited(name, 1.0, () if QUANTITIES[name].whole else axes) for name in names]
+    model = model_of("ladrc", "hybrid", cases=DEFAULT_CASES)
+    gains = np.concatenate([random_gains("ladrc", "hybrid", 24, 3, 0.8), default_gains("ladrc", "hybrid")[None]])
+    margins = model.evaluate(gains)
+    assert 5 < margins.stable.all(axis=1).sum(axis=0) < 24
+    wanted = np.stack([entry.values(margins) for entry in asked], axis=1)
+    for size in (25, 7, 1):
+        found = [model.limited(gains[i : i + size], asked) for i in range(0, len(gains), size)]
+        np.testing.assert_array_equal(np.concatenate(found), wanted)
+    assert model.limited(gains[:0], asked).shape == (0, len(asked))
+
+
+def test_a_limit_reads_the_fields_that_it_says(margins):
+    """A quantity that was not asked for is empty, so whoever reads it by mistake fails."""
+    for entry in QUANTITIES.values():
+        nothing = Worst(*[column[:0] for column in margins.multiloop])
+        bare = replace(margins, **{name: nothing for name in EVERY if name not in entry.fields})
+        np.testing.assert_array_equal(entry.values(bare), entry.values(margins))

@@ -94,9 +94,7 @@ class Linear:
         setting = setting_of(self.trim, self.nominal, vehicle)
         plant = balanced_plant(self._map, self.trim, self.nominal, setting)
         body = level_body(self.trim, self.nominal)
-        return find_trim(
-            self._map, rows, setting, plant, body, lambda: self._gains_of_terms(rows, MIDDLE)[:, 0]
-        )
+        return find_trim(self._map, rows, setting, plant, body, lambda: self._gains_of_terms(rows, MIDDLE)[:, 0])
 
     def _trimmed_or_none(self, vehicle: Vehicle) -> TrimPoint | None:
         try:
