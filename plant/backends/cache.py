@@ -92,7 +92,7 @@ def _load_alone(kept: Any, signature: Any, target: Any) -> Any:
 
     That one first reads all declarations that numba compiles by, 0.5 s of each process; they are read when something is compiled.
     """
-    from numba.core.runtime import rtsys
+    from numba.core.runtime.nrt import rtsys
 
     # Memory of arrays, which loaded code asks for.
     rtsys.initialize(target)

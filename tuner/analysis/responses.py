@@ -49,11 +49,11 @@ def quantiles(values: np.ndarray, levels: Sequence[float]) -> np.ndarray:
     """Return what `np.quantile` does along the first axis, to the last bit, in an eighth of its time for a few dozen values."""
     ordered = np.sort(values, axis=0)
     found = np.empty((len(levels), *values.shape[1:]))
-    for level, quantile in zip(levels, found, strict=True):
+    for i, level in enumerate(levels):
         place = level * (len(ordered) - 1)
         low, share = int(place), place - int(place)
         first, second = ordered[low], ordered[min(low + 1, len(ordered) - 1)]
-        quantile[...] = first + (second - first) * share if share < 0.5 else second - (second - first) * (1.0 - share)
+        found[i] = first + (second - first) * share if share < 0.5 else second - (second - first) * (1.0 - share)
     # NaN stand last.
     found[:, np.isnan(ordered[-1])] = np.nan
     return found

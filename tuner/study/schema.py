@@ -31,8 +31,9 @@ from tuner.study.size import MOST_FLIGHTS
 def _meanings(module: str) -> dict[str, dict[str, str]]:
     """Return the texts that stand below the fields of the classes of a module, by class and field."""
     found: dict[str, dict[str, str]] = {}
-    for kind in ast.parse(getsource(sys.modules[module])).body:
-        for entry, below in pairwise(kind.body if isinstance(kind, ast.ClassDef) else ()):
+    statements = ast.parse(getsource(sys.modules[module])).body
+    for kind in [statement for statement in statements if isinstance(statement, ast.ClassDef)]:
+        for entry, below in pairwise(kind.body):
             match entry, below:
                 case ast.AnnAssign(target=ast.Name(id=name)), ast.Expr(value=ast.Constant(value=str(text))):
                     found.setdefault(kind.name, {})[name] = text

@@ -173,7 +173,7 @@ def loop_row(model: MarginModel, margins: Margins, row: int, channel: str) -> di
 
 def curve_row(frequency: np.ndarray, loop: np.ndarray) -> dict[str, Any]:
     """Return the curve of one loop (f,) at frequencies (f,) [rad/s]."""
-    parts = {"frequency": frequency, "real": loop.real, "imag": loop.imag}
+    parts = {"frequency": frequency, "real": np.real(loop), "imag": np.imag(loop)}
     return {name: part.astype(np.float32) for name, part in parts.items()}
 
 
@@ -223,7 +223,8 @@ def scenario_parts(outcome: Outcome, spec: ScenarioSpec, count: int) -> list[Any
 
     def fan_of(row: int) -> PointFan:
         flown = flight_of(outcome, row, inputs)
-        return PointFan(flown.time, flown.reference.mean(axis=0), *flown.fans(), worst_of(row, flown))
+        low, median, high = flown.fans()
+        return PointFan(flown.time, flown.reference.mean(axis=0), low, median, high, worst_of(row, flown))
 
     with ThreadPoolExecutor(outcome.problem.flyer.threads) as pool:
         fans = zip(pool.map(fan_of, range(len(worst))), outcome.names, worst, strict=True)
