@@ -7,6 +7,7 @@ from pathlib import Path
 import pytest
 from rich.text import Text
 
+import tuner as interface
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.compare.conftest import changed_gains
 from tests.tuner.in_process import tuner
@@ -57,6 +58,18 @@ def command(monkeypatch, capsys, *arguments, codes=(0,)):
         return out
 
     return told
+
+
+def remembered(monkeypatch, name):
+    """Have a function of the interface answer each question once: no answer hangs on a width."""
+    work, answers = getattr(interface, name), {}
+
+    def answer(*asked, **named):
+        if asked not in answers:
+            answers[asked] = work(*asked, **named)
+        return answers[asked]
+
+    monkeypatch.setattr(interface, name, answer)
 
 
 def printed(capsys, *printers):
@@ -121,6 +134,8 @@ def test_theory_and_cost(small_run, monkeypatch, capsys):
 
 
 def test_check(small_run, monkeypatch, capsys):
+    for name in ("check", "judge"):
+        remembered(monkeypatch, name)
     for name in ("quickstart", "contest", "paper_inference"):
         check_widths(command(monkeypatch, capsys, "check", name), monkeypatch)
     judged = ("check", small_run[1] / "gains.json", "--requirements", QUICKSTART, "--seeds", "8")
