@@ -42,7 +42,7 @@ def main() -> None:
     parser = argparse.ArgumentParser(description=__doc__, formatter_class=argparse.RawDescriptionHelpFormatter)
     parser.add_argument("--json", action="store_true", help="print the document in place of the table")
     parser.add_argument("--problem", action="append", choices=PROBLEMS, help="all unless given")
-    parser.add_argument("--contestant", action="append", help="the beginning of a name; all unless given")
+    parser.add_argument("--contestant", action="append", help="a name or the beginning of names; all unless given")
     parser.add_argument("--seed", action="append", type=int, help="2025 to 2029 unless given")
     parser.add_argument("--again", action="store_true", help="race those that the document has, too")
     parser.add_argument("--table", action="store_true", help="race nobody: write table and figure of the document")
@@ -72,7 +72,7 @@ def on_record(file: Path) -> dict[str, Any]:
 
 def wanted(chosen: argparse.Namespace, known: set[Key]) -> Iterator[tuple[Key, Course]]:
     """Yield the runs that are asked for and not known, seed after seed, so that a part of the race is one of all problems."""
-    names = [name for name in CONTESTANTS if name.startswith(tuple(chosen.contestant or [""]))]
+    names = [name for name in CONTESTANTS if any(_meant(name, given) for given in chosen.contestant or [""])]
     for seed in chosen.seed or SEEDS:
         for problem in chosen.problem or PROBLEMS:
             keys = [key for name in names if (key := Key(problem, name, seed)) not in known]
@@ -80,6 +80,11 @@ def wanted(chosen: argparse.Namespace, known: set[Key]) -> Iterator[tuple[Key, C
             for key in keys:
                 if course and CONTESTANTS[key.contestant].takes(course.objectives):
                     yield key, course
+
+
+def _meant(name: str, given: str) -> bool:
+    """Return whether a contestant is asked for: by its name, or by the beginning of it where that is nobody's name."""
+    return name == given if given in CONTESTANTS else name.startswith(given)
 
 
 def run(key: Key, course: Course, envs: Path) -> dict[str, Any]:

@@ -50,7 +50,10 @@ def other(name: str, knows: str = TOLD, **more: Any) -> Contestant:
 
 # The search of a study whose [search] is empty, and the same with more candidates.
 DEFAULT, MORE = {"search": {"algorithm": "auto"}}, {"search": {"algorithm": "auto", "generations": 60}}
-TODAYS = {"search": {"algorithm": "nsga2", "population": 32, "generations": 1000}}
+TODAYS = {
+    "search": {"algorithm": "nsga2", "population": 32, "generations": 1000, "racing": True},
+    "scenario.0.search": 32,
+}
 CONTESTANTS = {
     AUTO: Contestant(ASKS, "tool", DEFAULT, first=16),
     "auto, 960 candidates": Contestant(ASKS, "tool", MORE, first=16, most_seconds=60.0),
