@@ -30,7 +30,7 @@ MARGIN_BYTES = 250e6
 LAYING_OUT, WRITING = 3, 4
 NUMBER = 8
 # A model takes so long to pick a candidate [s], and asks for so many margins: that of the quickstart, on one core.
-MODEL_SECONDS, MODEL_ASKS = 0.010, 7
+MODEL_SECONDS, MODEL_ASKS = 0.010, 19
 
 
 def seconds_of(study: Study, pilot: Pilot, compilation: float | None = None) -> PlannedSeconds:
