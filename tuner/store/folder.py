@@ -195,10 +195,14 @@ def put(folder: Path, name: str, content: bytes, made: bool = False) -> Path:
 
 def put_together(folder: Path, files: Mapping[str, bytes], made: bool = False) -> list[Path]:
     """Write files of a results folder by name, side by side, and return their paths; as `put`."""
+
+    def written(name: str) -> Path:
+        return put(folder, name, files[name], made)
+
     if len(files) == 1:
-        return [put(folder, *entry, made) for entry in files.items()]
+        return [written(name) for name in files]
     with ThreadPoolExecutor(len(files) or 1) as pool:
-        return list(pool.map(lambda entry: put(folder, *entry, made), files.items()))
+        return list(pool.map(written, files))
 
 
 def data_frame(content: Any) -> Any:
