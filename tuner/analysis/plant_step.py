@@ -33,8 +33,9 @@ def plant_step_of(study: Study) -> PlantStep:
     """Return how a study integrates the plant, its error not estimated."""
     timing = study.system.timing
     return PlantStep(
-        step=timing.plant_step, steps=timing.steps, fixed=study.table.controller.plant_step is not None, flights=0
-    )
+        step=timing.plant_step, steps=timing.steps, fixed=study.table.controller.plant_step is not None, flights=0,
+        error=None, metric=None, ended_otherwise=0,
+    )  # fmt: skip
 
 
 def estimated_plant_step(problem: Problem, study: Study, gains: Array) -> PlantStep:
@@ -42,11 +43,13 @@ def estimated_plant_step(problem: Problem, study: Study, gains: Array) -> PlantS
     halvings = [halving(problem, study, entry.spec, gains, entry.held_out) for entry in study.scenarios]
     errors = np.max([entry.errors for entry in halvings], axis=0)
     worst = int(np.argmax(errors))
-    return PlantStep(
-        **plant_step_of(study).content() | {"flights": FLIGHTS * len(gains) * len(halvings)},
-        error=float(errors[worst]),
-        metric=str(problem.quantities[worst].metric),
-        ended_otherwise=sum(entry.ended_otherwise for entry in halvings),
+    return plant_step_of(study).model_copy(
+        update={
+            "flights": FLIGHTS * len(gains) * len(halvings),
+            "error": float(errors[worst]),
+            "metric": str(problem.quantities[worst].metric),
+            "ended_otherwise": sum(entry.ended_otherwise for entry in halvings),
+        }
     )
 
 

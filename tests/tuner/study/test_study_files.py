@@ -39,7 +39,7 @@ def test_a_small_study_becomes_the_domain_with_its_defaults(tmp_path: Path):
     assert study.airframe == load("hummingbird")
     assert study.system.vehicle == study.airframe.vehicle
     assert (study.system.cascade.position.name, study.system.cascade.attitude.name) == ("ladrc", "hybrid")
-    assert study.system.timing == Timing(0.004, 0.001)
+    assert study.system.timing == Timing(0.004, 0.004)
     assert study.system.limits == Limits(5.0, cos(80.0 * pi / 180.0))
     assert study.options == ControlOptions(tilt_limit=pi / 6.0)
     (entry,) = study.scenarios

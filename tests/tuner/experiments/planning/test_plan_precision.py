@@ -6,6 +6,7 @@ import pytest
 from objectives.risk import Risk, minimum_samples
 from plant.scenarios import ScenarioSpec
 from plant.seeds import generator
+from tuner.documents.parts import PlantStep
 from tuner.experiments.planning.pilot import Pilot, ScenarioPilot, pilot_size
 from tuner.experiments.planning.precision import pooled, scenarios_needed, weighed_risk, width
 
@@ -52,7 +53,8 @@ def test_scenarios_weigh_as_much_as_in_the_run():
         return ScenarioPilot(ScenarioSpec(name), scores, lost, 1.0, 1.0, 1.0, 1.0)
 
     calm, wild = np.zeros((2, 1, 64)), np.ones((2, 1, 64))
-    pilot = Pilot(np.zeros((2, 1)), (flown("calm", calm), flown("wild", wild)), 1.0, 0.0, 72, 1, 1.0)
+    step = PlantStep(step=0.004, steps=1, fixed=False, flights=0)
+    pilot = Pilot(np.zeros((2, 1)), (flown("calm", calm), flown("wild", wild)), 1.0, 0.0, 72, 1, step, 1.0)
     scores, weights = pooled(pilot, 0, [30, 10])
     assert scores.shape == (2, 128) and weights.sum(axis=0) == pytest.approx(1.0)
     assert float(np.sum(weights * scores[0], axis=0)) == pytest.approx(0.25)
