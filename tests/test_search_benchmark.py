@@ -64,7 +64,19 @@ def test_the_processor_budget_counts_the_time_of_a_peer_and_judges_what_was_reac
 
 def test_a_search_that_has_nothing_left_to_ask_keeps_what_it_found():
     run = judged(steps(50, 5), Sum(), contestant())
-    assert run.stopped == "nothing left to ask" and run.entries[-1].flights == 250
+    assert run.stopped == "it asks no more" and run.entries[-1].flights == 250
+
+
+def test_what_survives_a_search_is_all_that_is_judged_at_its_end():
+    def with_survivors():
+        yield from steps(50, 5)
+        yield Step(np.full((2, 2), 0.75), np.full((2, 1), 1.5), np.zeros((2, 1)), 270, survivors=True)
+
+    run = judged(with_survivors(), Sum(), contestant())
+    assert run.stopped == "" and [entry.flights for entry in run.entries] == [200, 270]
+    assert run.entries[-1].worth == 1.5 and run.entries[-1].candidates == 250
+    # What was seen on the way stays part of the best known.
+    assert run.front == [[run.entries[0].worth]]
 
 
 def excess(points):

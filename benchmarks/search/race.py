@@ -19,9 +19,11 @@ from benchmarks.search.process import PeerFailed, PeerProcess
 from objectives.problem import Problem
 from plant.scenarios import SEARCH
 from tuner.experiments.tuning.problem import batches
-from tuner.experiments.tuning.search import algorithm_of, evaluated
+from tuner.experiments.tuning.search import algorithm_of, evaluated, warm_up_search
+from tuner.experiments.tuning.survivors import survivors_of
 from tuner.search.front import feasible_front
-from tuner.search.loop import Generation, search_generations
+from tuner.search.loop import Generation, archive, search_generations
+from tuner.search.watcher import Watcher
 from tuner.study import Study
 
 # Flights after which a front is judged.
@@ -29,13 +31,17 @@ GOALS = (200, 300, 400, 500, 700, 1000, 1500, 2000, 3000, 5000, 11_000, 30_000)
 
 
 class Step(NamedTuple):
-    """A batch that was told: points (n, d), values (n, m), violations (n, c), flights so far, seconds beside this process."""
+    """A batch that was told: points (n, d), values (n, m), violations (n, c), flights so far, seconds beside this process.
+
+    survivors: whether these are all that the search ends with, on all its flights.
+    """
 
     points: Array
     values: Array
     violations: Array
     flights: int
     elsewhere: float = 0.0
+    survivors: bool = False
 
 
 class Judge(Protocol):
@@ -78,6 +84,7 @@ def raced(contestant: Contestant, course: Course, envs: Path) -> Run:
     study = course.study(contestant.overrides)
     problem = course.problem(study)
     if contestant.peer is None:
+        warm_up_search(study, Watcher())
         return judged(tool_steps(problem, study, course.start[: contestant.first]), course, contestant)
     limits = len(study.constraints) + len(study.requirements)
     start = Start(
@@ -98,6 +105,9 @@ def tool_steps(problem: Problem, study: Study, first: Array) -> Iterator[Step]:
     for record in search_generations(algorithm_of(problem, study, first), evaluate, study.search.budget):
         done.append(record)
         yield Step(record.points, record.evaluation.values, record.evaluation.violations, record.flights)
+    left = survivors_of(problem, study, done, Watcher())
+    points, found = archive(done).points[left.candidates], left.evaluation
+    yield Step(points, found.values, found.violations, done[-1].flights + left.flights, survivors=True)
 
 
 def peer_steps(problem: Problem, study: Study, peer: PeerProcess) -> Iterator[Step]:
@@ -118,20 +128,23 @@ def judged(steps: Iterator[Step], judge: Judge, contestant: Contestant) -> Run:
     """Take steps until the budget is spent; the front is judged as the flights reach one goal after the other."""
     meter, record = Meter(), Record(judge)
     goals = [goal for goal in GOALS if goal <= contestant.most_flights]
-    stopped = "nothing left to ask"
+    stopped = "it asks no more"
     try:
         for step in meter.timed(steps):
             record.add(step)
             seconds = meter.seconds + step.elsewhere
-            if step.flights >= goals[0]:
+            if step.flights >= goals[0] or step.survivors:
                 goals = [goal for goal in goals if goal > step.flights]
                 record.judge(seconds)
-            if not goals or seconds > contestant.most_seconds:
-                stopped = f"after {contestant.most_seconds:g} s of a processor" if goals else ""
+            if not goals or step.survivors:
+                stopped = ""
+                break
+            if seconds > contestant.most_seconds:
+                stopped = f"after {contestant.most_seconds:g} s of a processor"
                 break
     except PeerFailed as error:
         stopped = str(error)
-    if goals and record.unjudged:
+    if record.unjudged:
         record.judge(meter.seconds + record.elsewhere)
     return Run(record.entries, record.front.tolist(), stopped)
 
@@ -157,7 +170,7 @@ class Record:
     """All that a contestant was told, and how its front was judged. front (k, m): the best of all fronts judged."""
 
     def __init__(self, judge: Judge) -> None:
-        self._judge, self._steps = judge, list[Step]()
+        self._judge, self._steps, self._candidates = judge, list[Step](), 0
         self.entries, self.unjudged = list[Entry](), False
         self.front = np.empty((0, 0))
 
@@ -168,6 +181,10 @@ class Record:
 
     def add(self, step: Step) -> None:
         """Take note of a step."""
+        if step.survivors:
+            self._steps.clear()
+        else:
+            self._candidates += len(step.points)
         self._steps.append(step)
         self.unjudged = True
 
@@ -175,7 +192,7 @@ class Record:
         """Judge the front so far."""
         told = [np.concatenate(part) for part in zip(*[step[:3] for step in self._steps], strict=True)]
         front = self._judge.front(finalists(*told))
-        self.entries.append(Entry(self._steps[-1].flights, len(told[0]), seconds, self._judge.worth(front)))
+        self.entries.append(Entry(self._steps[-1].flights, self._candidates, seconds, self._judge.worth(front)))
         every = np.concatenate([front, *([self.front] if len(self.front) else [])])
         self.front = every[feasible_front(every, np.zeros((len(every), 0)))]
         self.unjudged = False

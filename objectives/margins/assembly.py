@@ -71,7 +71,7 @@ def _shares(
     rows: Array, columns: Array, row: NDArray[np.intp], column: NDArray[np.intp]
 ) -> tuple[NDArray[np.intp], NDArray[np.intp], Array]:
     """Entries, the places of a block's matrices, as one row, that each moves, and by how much of itself."""
-    seen = np.nonzero(rows.any(axis=0)[row] & columns.any(axis=1)[column])[0]
+    seen = np.nonzero(np.any(rows[:, row], axis=0) & np.any(columns[column], axis=1))[0]
     moved = rows[:, row[seen]].T[:, :, None] * columns[column[seen]][:, None]
     entry, place = np.nonzero(moved.reshape(len(seen), -1))
     return seen[entry], place, moved.reshape(len(seen), -1)[entry, place]

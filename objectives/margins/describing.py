@@ -130,6 +130,7 @@ def _case_gains(term: Term, constants: Any, cases: tuple[Case, ...]) -> Array:
     function = term.nonlinearity.function
     amplitudes = np.array([case.amplitude for case in cases if case.amplitude is not None])
     swept = describing_function(function, constants, amplitudes)
-    steep = steepest_slope(function, constants) if len(amplitudes) < len(cases) else None
-    taken = iter(np.moveaxis(swept, -1, 0))
-    return np.stack(np.broadcast_arrays(*[steep if case.amplitude is None else next(taken) for case in cases]), axis=-1)
+    steep = [steepest_slope(function, constants)] if len(amplitudes) < len(cases) else []
+    gains, taken = [*np.moveaxis(swept, -1, 0), *steep], iter(range(len(amplitudes)))
+    chosen = [-1 if case.amplitude is None else next(taken) for case in cases]
+    return np.stack(np.broadcast_arrays(*[gains[i] for i in chosen]), axis=-1)

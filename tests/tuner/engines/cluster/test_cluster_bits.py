@@ -17,7 +17,7 @@ from tuner.store.folder import Folder
 
 pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install holdfast[dask]")
 
-import dask  # noqa: E402
+from dask.config import set as configured  # noqa: E402
 from distributed import Client, LocalCluster  # noqa: E402
 from distributed.utils import get_mp_context  # noqa: E402
 
@@ -28,7 +28,7 @@ from tuner.engines.cluster.engine import DaskEngine  # noqa: E402
 @pytest.fixture(scope="module")
 def cluster():
     # Processes are forks of one that has imported what they need: with those that follow on the killed ones there are a dozen.
-    forks = dask.config.set({"distributed.worker.multiprocessing-method": "forkserver"})
+    forks = configured({"distributed.worker.multiprocessing-method": "forkserver"})
     get_mp_context().set_forkserver_preload(["distributed", "tuner.engines.cluster.worker"])
     with (
         forks,
