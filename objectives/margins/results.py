@@ -13,6 +13,8 @@ from objectives.margins.disk import DiskRange, disk_range
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
 Mask = NDArray[np.bool_]
+# Relative difference up to which two conditions count as equally bad.
+ALIKE = 1e-6
 
 
 class Worst(NamedTuple):
@@ -132,11 +134,18 @@ def worst(values: Array, frequency: Array, sense: str, case: Index) -> Worst:
     n, vehicles, cases, channels = values.shape
     flat = np.moveaxis(values, -1, 1).reshape(n, channels, vehicles * cases)
     at = np.argmin(flat, axis=-1) if sense == "least" else np.argmax(flat, axis=-1)
-    vehicle, which = np.divmod(at, cases)
+    extreme = np.take_along_axis(flat, at[..., None], axis=-1)
+    vehicle, which = np.divmod(first_alike(flat, extreme, at), cases)
     n_index, channel = np.ogrid[:n, :channels]
-    return Worst(
-        values[n_index, vehicle, which, channel],
-        frequency[n_index, vehicle, which, channel],
-        case[channel, which],
-        vehicle,
-    )
+    return Worst(extreme[..., 0], frequency[n_index, vehicle, which, channel], case[channel, which], vehicle)
+
+
+def first_alike(values: Array, extreme: Array, at: Index) -> Index:
+    """Return where values (..., n) first come to their extreme (..., 1) within `ALIKE`; at: where they come to it exactly.
+
+    Rounding, which differs between machines, must not decide which of several alike cases is named.
+    """
+    with np.errstate(invalid="ignore"):
+        near = np.isfinite(extreme) & (np.abs(values - extreme) <= ALIKE * np.abs(extreme))
+    alike = near | (values == extreme)
+    return np.where(alike.any(axis=-1), np.argmax(alike, axis=-1), at)

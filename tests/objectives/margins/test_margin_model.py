@@ -14,7 +14,7 @@ from objectives.margins.frequency import frequency_grid, modes_of
 from objectives.margins.margins import MarginModel, spread_corners
 from objectives.margins.period import CHANNELS, terms_of
 from objectives.margins.quantities import LOOP_QUANTITIES
-from objectives.margins.results import Worst
+from objectives.margins.results import Worst, worst
 from objectives.margins.trim import Trim
 from objectives.scales import decibel
 from plant.errors import InputError
@@ -397,3 +397,13 @@ def test_the_published_gains_fail_45_degrees_at_every_amplitude():
             model.cases = (Case(amplitude),)
             found.append(np.degrees(model.evaluate(gains).phase.value[0, 5]))
         assert 15.0 < min(found) < max(found) < 36.0
+
+
+def test_of_conditions_that_are_alike_the_first_one_is_named() -> None:
+    values = np.array([[2.0, 1.0 + 1e-9, 1.0], [np.inf, 3.0, np.inf], [np.inf, np.inf, np.inf]])
+    frequency = np.arange(9.0).reshape(3, 3)
+    found = worst(values[:, None, :, None], frequency[:, None, :, None], "least", np.array([[0, 1, 2]]))
+    assert found.value[:, 0].tolist() == [1.0, 3.0, np.inf]
+    assert found.case[:, 0].tolist() == [1, 1, 0] and found.frequency[:, 0].tolist() == [1.0, 4.0, 6.0]
+    found = worst(values[:, None, :, None], frequency[:, None, :, None], "most", np.array([[0, 1, 2]]))
+    assert found.case[:, 0].tolist() == [0, 0, 0] and found.value[1:, 0].tolist() == [np.inf, np.inf]
