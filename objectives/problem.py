@@ -374,11 +374,10 @@ class Problem:
         return out, unknown
 
     def warm_up(self, gains: np.ndarray, spec: ScenarioSpec) -> None:
-        """Screen and fly a gains row (g,) once, which nobody remembers, so that everything is compiled.
+        """Fly a gains row (g,) once, which nobody remembers, so that the kernel is compiled.
 
         Here too where others fly, for the responses: their kernel may be in a cache that is not this machine's.
         """
-        known_values(self.screens, gains[None])
         batch = FlightBatch(spec, SEARCH, 1)
         self.engine.warm_up(gains, batch)
         if not isinstance(self.engine, LocalEngine):

@@ -1,13 +1,20 @@
 """The problem that a study poses and the flights it is posed on."""
 
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager, nullcontext
 from dataclasses import replace
+from pathlib import Path
 
 from objectives.engine import Engine
-from objectives.margins.curve import is_compiled
+from objectives.margins import curve
 from objectives.memory import FlightMemory
 from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
 from plant.scenarios import SEARCH
+from tuner.search import covariance, gaussian_process
+from tuner.search.names import ALGORITHMS
 from tuner.search.watcher import Watcher, compilation
 from tuner.study.study import Study
 
@@ -54,10 +61,48 @@ def check_searched(study: Study) -> None:
         )  # fmt: skip
 
 
-def warm_up(problem: Problem, study: Study, watcher: Watcher) -> None:
-    """Have the kernel compiled (once for a combination of laws) before anything is timed."""
-    ready = problem.flyer.cached and problem.engine.ready(batches(study, SEARCH)[0])
-    if ready and (not study.table.margin or is_compiled()):
+def warm_up(problem: Problem, study: Study, watcher: Watcher, folder: Path | None = None) -> None:
+    """Have what compiles, once for a combination of laws, compiled before anything is timed.
+
+    folder: of a run that is to search; the models of its search are compiled too, and the margins by a process beside.
+    """
+    flights = not (problem.flyer.cached and problem.engine.ready(batches(study, SEARCH)[0]))
+    margins = bool(study.table.margin) and not curve.is_compiled()
+    models = folder is not None and ALGORITHMS[study.search.algorithm].screens and not covariance.is_compiled()
+    if not (flights or margins or models):
         return
     with compilation(watcher):
-        problem.warm_up(study.default_row, study.scenarios[0].spec)
+        with compiled_beside(folder) if folder is not None and margins else nullcontext():
+            if flights:
+                problem.warm_up(study.default_row, study.scenarios[0].spec)
+            if models:
+                gaussian_process.warm_up()
+        ask_margins(problem, study)
+
+
+def ask_margins(problem: Problem, study: Study) -> None:
+    """Ask for the margins of the default, of which nothing is kept but what was compiled."""
+    problem.excess(study.space.point(study.default_row)[None])
+
+
+@contextmanager
+def compiled_beside(folder: Path) -> Iterator[None]:
+    """Have the margins of a run in a results folder compiled by another process; at the end they are.
+
+    Compiling holds Python's lock, so a thread would not do: for the quickstart 15 of 34 s are margins, on either of two cores.
+    Where the process fails, whoever needs the margins first compiles them.
+    """
+    code = (
+        "import sys; from pathlib import Path; from tuner.experiments.again.resume import recorded_study; "
+        "from tuner.experiments.tuning.problem import ask_margins, problem_of; "
+        "study, _ = recorded_study(Path(sys.argv[1])); ask_margins(problem_of(study, None, None), study)"
+    )
+    with subprocess.Popen(
+        [sys.executable, "-c", code, str(folder.resolve())], cwd=Path(__file__).parents[3],
+        stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
+    ) as process:  # fmt: skip
+        try:
+            yield
+        except BaseException:
+            process.kill()
+            raise

@@ -25,7 +25,7 @@ from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.gains_of_run import gains_document
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.problem import check_searched, problem_of, warm_up
-from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search, warm_up_search
+from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import constraint_table, front_table, margin_table, response_table
 from tuner.search.loop import Search
@@ -92,8 +92,7 @@ class TuningRun(Experiment[Study, Outcome]):
     def warm_up(self) -> None:
         """Have the kernel compiled where anything is left to search."""
         if self.store.generations < self.study.search.generations:
-            warm_up(self.problem, self.study, self.watcher)
-            warm_up_search(self.study, self.watcher)
+            warm_up(self.problem, self.study, self.watcher, self._folder.path if self._folder else None)
 
     @property
     def budget(self) -> Budget:

@@ -15,14 +15,12 @@ from plant.seeds import generator
 from tuner.experiments.tuning.problem import first_batches
 from tuner.experiments.tuning.starts import starting_points
 from tuner.experiments.tuning.tables import generation_table, history_table
-from tuner.search import gaussian_process
-from tuner.search.covariance import is_compiled
 from tuner.search.first_generation import first_generation
 from tuner.search.loop import Generation, Search, archive, search_generations
 from tuner.search.names import ALGORITHMS
 from tuner.search.registry import SEARCHES
 from tuner.search.rest import Budget
-from tuner.search.watcher import SEARCHING, Watcher, compilation
+from tuner.search.watcher import SEARCHING, Watcher
 from tuner.store.clock import Clock, Spent, recorded
 from tuner.store.flights import FlightStore
 from tuner.store.folder import Folder
@@ -56,13 +54,6 @@ def algorithm_of(problem: Problem, study: Study, first: np.ndarray) -> Search:
     name = study.search.algorithm
     known = {"excess": problem.excess} if ALGORITHMS[name].screens and study.requirements else {}
     return SEARCHES[name](first, len(study.objectives), limits, seed, **known)
-
-
-def warm_up_search(study: Study, watcher: Watcher) -> None:
-    """Have the models of a search compiled before anything is timed."""
-    if ALGORITHMS[study.search.algorithm].screens and not is_compiled():
-        with compilation(watcher):
-            gaussian_process.warm_up()
 
 
 def search(
