@@ -71,7 +71,7 @@ def test_every_command_and_option_exists(command):
 
 
 def test_every_test_that_is_named_is_there():
-    named = set(re.findall(r"\btests/[\w/]+(?:\.py)?", TEXT))
+    named = set(re.findall(r"\btests/[\w/-]+(?:\.\w+)?", TEXT))
     assert len(named) > 8
     assert [name for name in named if not (ROOT / name).exists()] == []
 

@@ -19,7 +19,8 @@ from tuner.store.folder import ASIDE
 
 # Everything that a run writes, in the fewest flights.
 TINY = {
-    "search.population": 8, "search.generations": 2, "scenario.0.search": 4, "scenario.0.held_out": 8,
+    "search.algorithm": "nsga2", "search.population": 8, "search.generations": 2, "scenario.0.search": 4,
+    "scenario.0.held_out": 8,
     "scenario.0.duration": 2.0, "margin": [], "constraint": [{"metric": "failure", "max": 0.5}],
 }  # fmt: skip
 

@@ -146,7 +146,10 @@ def test_the_registry_knows_when_each_speaks():
 
 def test_too_few_scenarios_for_the_level_are_foreseen_from_the_study_alone():
     # CVaR 0.8 asks for five in a tail of a fifth: 25.
-    few = load_study(QUICKSTART, {"margin": [], "scenario.0.search": 24, "scenario.0.held_out": 25})
+    few = load_study(
+        QUICKSTART,
+        {"margin": [], "search.algorithm": "nsga2", "scenario.0.search": 24, "scenario.0.held_out": 25},
+    )
     (said,) = warnings_before_run(few)
     assert "rests on 24 search scenarios; 25 would put five into its tail" in said
     assert warnings_before_run(load_study(QUICKSTART, {"margin": [], "scenario.0.search": 25})) == []
