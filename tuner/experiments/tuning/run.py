@@ -14,6 +14,7 @@ import numpy as np
 
 from objectives.engine import Engine
 from plant.scenarios import HELD_OUT
+from plant.threads import use_threads
 from tuner import report
 from tuner.documents.summary import gains_name
 from tuner.engines.cluster.connect import engine_at
@@ -75,6 +76,7 @@ class TuningRun(Experiment[Study, Outcome]):
 
     def prepare(self) -> None:
         """Index the flights on record and pose the problem."""
+        use_threads(self.threads)
         self.clock = Clock()
         self.store = flight_store(self.study, self.folder, reused(self.options))
         self.problem = problem_of(self.study, self.threads, self.store, self.engine)
@@ -107,12 +109,15 @@ class TuningRun(Experiment[Study, Outcome]):
 
     def fly(self) -> Outcome:
         """Search, re-fly the finalists and pick."""
-        algorithm, warnings = self.algorithm()
-        generations = search(self.problem, self.study, self.folder, self.watcher, algorithm, self.budget, self.clock)
-        # What earlier sessions took counts.
-        self.begin -= max(generations[-1].seconds - self.seconds, 0.0)
+        # It imports while one core of this process rests.
         self.drawing = report.start_figures(self.folder.path)
         with self.given_up_on_error():
+            algorithm, warnings = self.algorithm()
+            generations = search(
+                self.problem, self.study, self.folder, self.watcher, algorithm, self.budget, self.clock
+            )
+            # What earlier sessions took counts.
+            self.begin -= max(generations[-1].seconds - self.seconds, 0.0)
             outcome = conclude(self.problem, self.study, generations, self.watcher, self.begin, warnings)
             self.store.commit(HELD_OUT)
         return outcome
