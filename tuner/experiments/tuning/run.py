@@ -6,16 +6,18 @@ and that the second finds worth it is flown; so are finalists on held-out scenar
 """
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import Thread
 from typing import Unpack
 
 import numpy as np
 
 from objectives.engine import Engine
-from plant.scenarios import HELD_OUT
+from plant.scenarios import CONFIRMATION, HELD_OUT
 from plant.threads import use_threads
 from tuner import report
+from tuner.analysis.finals import draw_ahead
 from tuner.documents.summary import gains_name
 from tuner.engines.cluster.connect import engine_at
 from tuner.engines.cuda import LANES, engine_again, engine_named
@@ -25,7 +27,7 @@ from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.gains_of_run import gains_document
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.experiments.tuning.problem import check_searched, problem_of, warm_up
+from tuner.experiments.tuning.problem import batches, check_searched, problem_of, warm_up
 from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search, warm_up_search
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import constraint_table, front_table, margin_table, response_table
@@ -112,6 +114,8 @@ class TuningRun(Experiment[Study, Outcome]):
         # It imports while one core of this process rests.
         self.drawing = report.start_figures(self.folder.path)
         with self.given_up_on_error():
+            if self.store.generations < self.study.search.generations:
+                Thread(target=self.prepare_end, daemon=True).start()
             algorithm, warnings = self.algorithm()
             generations = search(
                 self.problem, self.study, self.folder, self.watcher, algorithm, self.budget, self.clock
@@ -121,6 +125,13 @@ class TuningRun(Experiment[Study, Outcome]):
             outcome = conclude(self.problem, self.study, generations, self.watcher, self.begin, warnings)
             self.store.commit(HELD_OUT)
         return outcome
+
+    def prepare_end(self) -> None:
+        """Import and draw what the end of the run takes, beside a search that leaves cores idle."""
+        # Whatever goes wrong here goes wrong again where it is needed, and is told there.
+        with suppress(Exception):
+            report.prepare()
+            draw_ahead(self.problem, batches(self.study, HELD_OUT), batches(self.study, CONFIRMATION))
 
     @contextmanager
     def given_up_on_error(self) -> Iterator[None]:
