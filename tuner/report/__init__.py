@@ -9,7 +9,9 @@ from tuner.report.drawing import Drawing
 
 
 def prepare() -> None:
-    """Import what `write_report` takes."""
+    """Import what tables and `write_report` take."""
+    import pandas  # noqa: F401, ICN001
+
     from tuner.report import tuning_page as tuning_page
 
 
