@@ -43,7 +43,7 @@ def _replaced(points: np.ndarray, draw: np.random.Generator, worthy: Callable[[n
     for _ in range(FURTHER // TOGETHER):
         if not len(open_rows):
             break
-        further = np.concatenate([latin_hypercube(*points.shape, draw) for _ in range(TOGETHER)])
+        further = np.concatenate([latin_hypercube(len(points), points.shape[1], draw) for _ in range(TOGETHER)])
         found = further[worthy(further)][: len(open_rows)]
         points[open_rows[: len(found)]] = found
         open_rows = open_rows[len(found) :]
