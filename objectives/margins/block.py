@@ -74,7 +74,11 @@ def read_modes(
         together = At(*[part[:, plant_inputs[0]] for part in quantities["disk"]])
     return BlockReadings(
         modes,
-        {name: _or_unstable(at, modes.stable[:, None], UNSTABLE[name]) for name, at in quantities.items()},
+        {
+            name: _or_unstable(at, modes.stable[:, None], UNSTABLE[name])
+            for name, at in quantities.items()
+            if name in asked
+        },
         _or_unstable(together, modes.stable, UNSTABLE["disk"]),
     )
 
