@@ -12,7 +12,7 @@ from time import perf_counter, process_time, thread_time
 from typing import Any, NamedTuple
 
 from benchmarks.measuring import RESULTS, machine, write_json
-from plant.backends.flyer import available_threads
+from plant.threads import available_threads
 
 STUDY = Path(__file__).parents[1] / "studies" / "contest.toml"
 CONTENDER, CANDIDATES, ROUNDS = "Hybrid A-ST-SMC", 64, 5

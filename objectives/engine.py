@@ -45,6 +45,9 @@ class Engine(Protocol):
         """Return whether flights begin at once; if not, the first one waits for a compiler."""
         return True
 
+    def draw_ahead(self, batch: FlightBatch, first: int, last: int) -> None:
+        """Draw the flights first..last of a batch, for which it is asked later; from a thread beside the one that flies."""
+
     def warm_up(self, gains: np.ndarray, batch: FlightBatch) -> None:
         """Fly a gains row (g,) once, so that everything is compiled."""
         self.fly(gains[None], batch, 0, 1)
@@ -106,6 +109,11 @@ class LocalEngine(Engine):
     def ready(self, batch: FlightBatch) -> bool:  # noqa: ARG002
         """Return whether an earlier process compiled the kernel."""
         return self._flyer.cached
+
+    def draw_ahead(self, batch: FlightBatch, first: int, last: int) -> None:
+        """Draw flights that are few enough to be kept."""
+        if keeps(batch.count, batch.spec.steps(self._system.timing)):
+            self._scenarios.inputs(batch, first, last)
 
     def fly(
         self, gains: np.ndarray, batch: FlightBatch, first: int, last: int, on_flights_done: OnFlightsDone | None = None

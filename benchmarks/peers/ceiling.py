@@ -11,7 +11,8 @@ import numpy as np
 
 from benchmarks.course import LIMITS, SUBSTEPS, TIMING, Course, split
 from benchmarks.peers.contestant import Work
-from plant.backends.flyer import available_threads, to_lanes
+from plant.backends.flyer import to_lanes
+from plant.threads import available_threads
 
 SOURCE = Path(__file__).with_name("ceiling.c")
 FLAGS = "-O3 -march=native -ffast-math -fno-finite-math-only -fopenmp-simd -shared -fPIC".split()

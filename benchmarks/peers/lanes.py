@@ -6,7 +6,8 @@ import numpy as np
 
 from benchmarks.course import LIMITS, TIMING, Course, loop, split
 from benchmarks.peers.contestant import Work
-from plant.backends.flyer import FlightInputs, Flyer, available_threads, to_lanes
+from plant.backends.flyer import FlightInputs, Flyer, to_lanes
+from plant.threads import available_threads
 
 
 def inputs_of(course: Course) -> FlightInputs:

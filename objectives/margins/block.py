@@ -7,10 +7,11 @@ from numpy.typing import NDArray
 
 from objectives.margins import classical, curve, disk, tracking
 from objectives.margins.classical import At
-from objectives.margins.frequency import Complex, Modes, modes_of, without_idle
+from objectives.margins.frequency import SHARE, Complex, Modes, modes_of, without_idle
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.multiloop import multiloop_margin
 from objectives.margins.quantities import LOOP_QUANTITIES
+from plant.threads import shares, side_by_side
 
 Array = NDArray[np.float64]
 Asked = frozenset[str]
@@ -73,7 +74,11 @@ def read_modes(
         together = At(*[part[:, plant_inputs[0]] for part in quantities["disk"]])
     return BlockReadings(
         modes,
-        {name: _or_unstable(at, modes.stable[:, None], UNSTABLE[name]) for name, at in quantities.items()},
+        {
+            name: _or_unstable(at, modes.stable[:, None], UNSTABLE[name])
+            for name, at in quantities.items()
+            if name in asked
+        },
         _or_unstable(together, modes.stable, UNSTABLE["disk"]),
     )
 
@@ -89,10 +94,15 @@ def read_curves(
     levels = {"sensitivity": 1.0, "complementary": 0.0, "disk": disk.centre(skew)}
     levels = {name: level for name, level in levels.items() if name in asked}
     peaks, crossed = np.ones((n, k, len(levels), 2)), np.full((n, k, 2, size_b + 2, 2), np.nan)
-    curve.read_all(
-        grid, modes.poles, residues, modes.stable, h, np.array(list(levels.values())), peaks, crossed,
-        bool(asked & REAL), bool(asked & LINE),
-    )  # fmt: skip
+    heights, stable = np.array(list(levels.values())), modes.stable
+
+    def read(rows: slice) -> None:
+        curve.read_all(
+            grid, modes.poles[rows], residues[rows], stable[rows], h, heights, peaks[rows], crossed[rows],
+            bool(asked & REAL), bool(asked & LINE),
+        )  # fmt: skip
+
+    side_by_side(read, shares(n, SHARE))
     found = {name: At(peaks[..., j, 1], peaks[..., j, 0]) for j, name in enumerate(levels)}
     if "disk" in found:
         found["disk"] = At(1.0 / found["disk"].value, found["disk"].frequency)

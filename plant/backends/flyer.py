@@ -4,7 +4,6 @@ The bits of a flight depend on its gains and its scenario alone, not on the lane
 lanes never mix, a block is always full (spare lanes repeat the last scenario), and nothing is summed across flights.
 """
 
-import os
 from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
@@ -17,6 +16,7 @@ from plant.closed_loop import ClosedLoop, Limits, Timing
 from plant.nominal import Nominal
 from plant.records import flatten
 from plant.targets import Targets
+from plant.threads import available_threads
 
 
 @dataclass(frozen=True)
@@ -51,11 +51,6 @@ def to_lanes(per_scenario: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
         chosen = range(block * LANES, (block + 1) * LANES)
         np.stack([per_scenario[min(i, len(per_scenario) - 1)] for i in chosen], axis=-1, out=out[block])
     return out
-
-
-def available_threads() -> int:
-    """Return the number of cores this process may use."""
-    return len(os.sched_getaffinity(0)) if hasattr(os, "sched_getaffinity") else os.cpu_count() or 1
 
 
 class Flyer:

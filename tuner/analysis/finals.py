@@ -41,8 +41,7 @@ class Finals:
     ) -> None:
         self._problem, self._gains, self._batches, self._choose = problem, gains, batches, choose
         self._root, self._on_flights_done = root, on_flights_done
-        enough = all(SHARE * batch.count >= FEWEST for batch in batches)
-        self._early = [round(SHARE * batch.count) if enough else batch.count for batch in batches]
+        self._early = early_counts(batches)
 
     def fly(self) -> FinalFlights:
         """Return the flights of everyone, as far as they decide something."""
@@ -83,14 +82,34 @@ class Finals:
         """Have rows make the flights of each batch from `first` to `last`."""
         start, everyone = 0, np.ones(len(rows), dtype=bool)
         for batch, begin, end in zip(self._batches, first, last, strict=True):
-            for low, high in self._problem.chunks(replace(batch, count=end)):
-                if high > begin:
-                    here = max(low, begin)
-                    columns = slice(start + here, start + high)
-                    found.scores[rows, :, columns], found.failed[rows, columns] = self._problem.scored(
-                        self._gains[rows], everyone, batch, here, high, self._on_flights_done
-                    )
+            for low, high in ranges(self._problem, batch, begin, end):
+                columns = slice(start + low, start + high)
+                found.scores[rows, :, columns], found.failed[rows, columns] = self._problem.scored(
+                    self._gains[rows], everyone, batch, low, high, self._on_flights_done
+                )
             start += batch.count
+
+
+def early_counts(batches: tuple[FlightBatch, ...]) -> list[int]:
+    """Return how many flights of each batch everyone makes."""
+    enough = all(SHARE * batch.count >= FEWEST for batch in batches)
+    return [round(SHARE * batch.count) if enough else batch.count for batch in batches]
+
+
+def ranges(problem: Problem, batch: FlightBatch, begin: int, end: int) -> list[tuple[int, int]]:
+    """Return the ranges in which the flights of a batch from `begin` to `end` are made, one after the other."""
+    chunks = problem.chunks(replace(batch, count=end))
+    return [(max(low, begin), high) for low, high in chunks if high > begin]
+
+
+def draw_ahead(problem: Problem, flown: tuple[FlightBatch, ...], again: tuple[FlightBatch, ...]) -> None:
+    """Have what `Finals` flies, and what is flown again in whole batches, drawn beforehand."""
+    for batch, early in zip(flown, early_counts(flown), strict=True):
+        for first, last in [*ranges(problem, batch, 0, early), *ranges(problem, batch, early, batch.count)]:
+            problem.engine.draw_ahead(batch, first, last)
+    for batch in again:
+        for first, last in problem.chunks(batch):
+            problem.engine.draw_ahead(batch, first, last)
 
 
 def decided(found: FinalFlights, choose: Choose) -> Array:

@@ -4,8 +4,6 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, ClassVar
 
-import pandas as pd
-
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.errors import InputError, StoreError, UnknownNameError
 from tuner.api.frames import estimates, figures, frame, json_text, shown
@@ -22,6 +20,8 @@ from tuner.experiments.compare.entrants import rows_of, study_of
 from tuner.store.document import read_text
 
 if TYPE_CHECKING:
+    import pandas as pd
+
     from tuner.api.figures import Figures
     from tuner.report.charts.paper import Figure
 
@@ -82,7 +82,7 @@ class Results:
         return self.folder
 
     @property
-    def summary(self) -> pd.DataFrame:
+    def summary(self) -> "pd.DataFrame":
         """The main table."""
         raise NotImplementedError
 
@@ -161,7 +161,7 @@ class TuningResults(Results):
         return self.document.recommends
 
     @cached_property
-    def summary(self) -> pd.DataFrame:
+    def summary(self) -> "pd.DataFrame":
         """Default against tuned: a row for each objective and limit, with 95 % intervals and a verdict."""
         rows = [
             {
@@ -174,8 +174,10 @@ class TuningResults(Results):
         return frame(rows, "quantity")
 
     @cached_property
-    def finalists(self) -> pd.DataFrame:
+    def finalists(self) -> "pd.DataFrame":
         """Every point that was flown on held-out scenarios, the default first; columns as in front.csv."""
+        import pandas as pd
+
         found = self.documents.front
         columns: dict[str, Any] = {"role": found.roles, "feasible": found.feasible, "on_front": found.non_dominated}
         told = [entry for entry in FINALIST_COLUMNS if entry.form != "flag" and entry.name in found.columns]
@@ -192,7 +194,7 @@ class TuningResults(Results):
         return table
 
     @cached_property
-    def front(self) -> pd.DataFrame:
+    def front(self) -> "pd.DataFrame":
         """The front on held-out scenarios: a row for each point, objectives with 95 % intervals, and the searched gains.
 
         Units stand in `front.attrs["units"]`. The column role tells the recommended point ("tuned"), probability how likely
@@ -202,18 +204,20 @@ class TuningResults(Results):
         return every.query("on_front and feasible and role != 'default'").drop(columns="on_front")
 
     @cached_property
-    def candidates(self) -> pd.DataFrame:
+    def candidates(self) -> "pd.DataFrame":
         """Every candidate that the search tried; columns as in generations/*.parquet."""
+        import pandas as pd
+
         parts = [read_frame(file) for file in sorted((self.home / "generations").glob("*.parquet"))]
         return pd.concat(parts, ignore_index=True).set_index("candidate")
 
     @cached_property
-    def history(self) -> pd.DataFrame:
+    def history(self) -> "pd.DataFrame":
         """Progress of the search, a row for each generation: flights, seconds, feasible share, hypervolume."""
         return read_frame(self.home / "history.csv").set_index("generation")
 
     @cached_property
-    def margins(self) -> pd.DataFrame:
+    def margins(self) -> "pd.DataFrame":
         """Stability margins at hover by point and channel: factors, rad, s and rad/s; empty where nothing limits one."""
         file = self.home / "margins.parquet"
         if not file.exists():
@@ -223,7 +227,7 @@ class TuningResults(Results):
         return found
 
     @cached_property
-    def responses(self) -> pd.DataFrame:
+    def responses(self) -> "pd.DataFrame":
         """Responses by point, scenario and signal: 5 %, 50 % and 95 % over flights, and the worst flight; times in s."""
         return read_frame(self.home / "responses.parquet")
 
@@ -289,7 +293,7 @@ class ContestResults(Results):
         return opening.open_results(self.home)
 
     @cached_property
-    def summary(self) -> pd.DataFrame:
+    def summary(self) -> "pd.DataFrame":
         """Values with 95 % intervals: a row for each contender, columns for each objective and limit."""
         units = {row.label: row.unit for row in self.document.quantities}
         rows: dict[str, dict[str, Any]] = {row.name: {} for row in self.document.contenders}
@@ -300,7 +304,7 @@ class ContestResults(Results):
         return frame(named, "contender", every)
 
     @cached_property
-    def differences(self) -> pd.DataFrame:
+    def differences(self) -> "pd.DataFrame":
         """Paired differences with 95 % intervals: a row for each two contenders and each quantity."""
         return frame(self.document.differences, ("first", "second", "quantity"))
 
@@ -319,17 +323,17 @@ class InferenceResults(Results):
     main = "inference.json"
 
     @cached_property
-    def summary(self) -> pd.DataFrame:
+    def summary(self) -> "pd.DataFrame":
         """The unknowns: inferred value, the span that does nearly as well, and how well each is told."""
         return self.unknowns
 
     @cached_property
-    def unknowns(self) -> pd.DataFrame:
+    def unknowns(self) -> "pd.DataFrame":
         """A row for each unknown: unit, default, inferred, near_low, near_high, low68, high68, verdict."""
         return frame(self.document.unknowns, "name")
 
     @cached_property
-    def cells(self) -> pd.DataFrame:
+    def cells(self) -> "pd.DataFrame":
         """A row for each published number: contender, metric, unit, the number, and our flights beside it."""
         rows = [
             {

@@ -25,7 +25,7 @@ from objectives.margins.requirement import MarginRequirement
 from plant.air.air import AirSpec
 from plant.airframes import load
 from plant.backends.array import rebinder as numpy_rebinder
-from plant.backends.flyer import FlightInputs, Flyer, available_threads
+from plant.backends.flyer import FlightInputs, Flyer
 from plant.backends.scalar import scalar_kernel
 from plant.backends.stepping import Inputs, fly_steps
 from plant.cascade import AXES, close_cascade
@@ -37,6 +37,7 @@ from plant.records import flatten, pack
 from plant.references.steps import Steps
 from plant.scenarios import SEARCH, ScenarioSpec, sample_scenarios
 from plant.seeds import generator
+from plant.threads import available_threads
 from tuner.gains.ranges import usual_timing
 from tuner.store.environment import simd
 

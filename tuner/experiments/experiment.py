@@ -13,7 +13,7 @@ from time import perf_counter
 from typing import Any, ClassVar, Generic, TypeVar, Unpack
 
 from objectives.engine import LANES, Engine
-from plant.backends.flyer import available_threads
+from plant.threads import available_threads
 from tuner.documents.resolved import Resolved
 from tuner.experiments.options import Options
 from tuner.search.watcher import Watcher

@@ -8,6 +8,13 @@ from pathlib import Path
 from tuner.report.drawing import Drawing
 
 
+def prepare() -> None:
+    """Import what tables and `write_report` take."""
+    import pandas  # noqa: F401, ICN001
+
+    from tuner.report import tuning_page as tuning_page
+
+
 def write_report(folder: Path) -> Path:
     """Write report.html into a results folder and return its path; StoreError names a missing or damaged file."""
     from tuner.report.tuning_page import write_page

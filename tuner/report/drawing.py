@@ -91,8 +91,9 @@ def draw(folder: str) -> int:
     orders = Orders()
 
     def drawn() -> None:
-        from tuner.report.figures import draw_all
+        from tuner.report.figures import draw_all, make_ready
 
+        make_ready()
         hand_over(draw_all(Path(folder), orders.wait), sys.stdout.buffer)
 
     return guarded(drawn)

@@ -15,7 +15,7 @@ from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Mark, Panel
 from tuner.report.charts.front import front_panels
 from tuner.report.charts.look import role_look
-from tuner.report.charts.paper import DPI, WIDTH, Figure, figure_of, printed, style
+from tuner.report.charts.paper import DPI, WIDTH, Figure, figure_of, grid, printed, style
 from tuner.report.charts.progress import progress_panels
 from tuner.store.folder import put_together
 from tuner.text.units import in_degrees
@@ -30,6 +30,15 @@ COLUMNS, ROW = 4, 1.7
 def write_all(folder: Path) -> list[Path]:
     """Write every figure that the folder has data for and return the files."""
     return put_together(folder, draw_all(folder))
+
+
+def make_ready() -> None:
+    """Import what reads tables, and draw a word, so that fonts are read: a second that `draw_all` takes less."""
+    import pandas  # noqa: F401, ICN001
+    import pyarrow.parquet  # noqa: F401
+
+    with style():
+        printed(grid(1, 1, 1.0)[0])
 
 
 def draw_all(folder: Path, wait: Callable[[], object] = lambda: None) -> dict[str, bytes]:

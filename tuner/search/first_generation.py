@@ -11,6 +11,8 @@ import numpy as np
 
 # Hypercubes drawn at most in place of points that are not worth a flight: enough where 3 % are, for a second or two.
 FURTHER = 48
+# Hypercubes that are asked about together: one after the other takes longer.
+TOGETHER = 6
 
 
 def latin_hypercube(count: int, dimensions: int, draw: np.random.Generator) -> np.ndarray:
@@ -38,10 +40,10 @@ def first_generation(
 def _replaced(points: np.ndarray, draw: np.random.Generator, worthy: Callable[[np.ndarray], np.ndarray]) -> np.ndarray:
     """Replace points (n, d) that are not worth a flight as far as worthy ones are found."""
     points, open_rows = points.copy(), np.flatnonzero(~worthy(points))
-    for _ in range(FURTHER):
+    for _ in range(FURTHER // TOGETHER):
         if not len(open_rows):
             break
-        further = latin_hypercube(len(points), points.shape[1], draw)
+        further = np.concatenate([latin_hypercube(len(points), points.shape[1], draw) for _ in range(TOGETHER)])
         found = further[worthy(further)][: len(open_rows)]
         points[open_rows[: len(found)]] = found
         open_rows = open_rows[len(found) :]

@@ -14,6 +14,7 @@ from typing import NamedTuple
 import numpy as np
 
 from plant.seeds import generator
+from plant.threads import side_by_side
 from tuner.search.constraint_ranking import power_of_two
 from tuner.search.front import feasible_front
 from tuner.search.improvement import Box, Hope, Improvement, directions
@@ -99,7 +100,7 @@ class GaussianProcess:
         def gain_of(pool: Array, jointly: bool) -> Improvement | Hope:
             if aims:
                 return aims.improvement(pool, jointly)
-            return Hope([limit.model.at(pool) for limit in (*known, *broken)], len(pool), draw)
+            return Hope(side_by_side(lambda limit: limit.model.at(pool), [*known, *broken]), len(pool), draw)
 
         pool = self._pool(draw)
         chance = chance_of(known, pool) * chance_of(broken, pool)
@@ -128,15 +129,20 @@ class GaussianProcess:
         """Return a model of each limit that is known without flying and that a point was seen to break."""
         if not self._screen:
             return []
-        points, told = self._screen.points, self._screen.excess
-        found = [self._limit(f"known {i}", points, column) for i, column in enumerate(told.T)]
-        return [limit for limit in found if limit is not None]
+        return self._limits("known", self._screen.points, self._screen.excess)
 
     def _broken_limits(self, believed: Array) -> list[LimitModel]:
         """Return a model of each constraint that was ever broken."""
         broken = self._violations[believed] / units(self._violations)
-        found = [self._limit(f"constraint {i}", self._points[believed], column) for i, column in enumerate(broken.T)]
-        return [limit for limit in found if limit is not None]
+        return self._limits("constraint", self._points[believed], broken)
+
+    def _limits(self, kind: str, points: Array, excess: Array) -> list[LimitModel]:
+        """Return a model of each column of excess (n, c) at points (n, d) that was ever above 0."""
+
+        def limit_of(i: int) -> LimitModel | None:
+            return self._limit(f"{kind} {i}", points, excess[:, i])
+
+        return [limit for limit in side_by_side(limit_of, range(excess.shape[1])) if limit is not None]
 
     def _limit(self, name: str, points: Array, excess: Array) -> LimitModel | None:
         """Return the model of an excess (n,) at points (n, d), None where it was never above 0."""
@@ -191,8 +197,8 @@ def picked(gain: Improvement | Hope, chances: "Chances", batch: int) -> Array:
 def chance_of(limits: list[LimitModel], pool: Array) -> Array:
     """Return the probability (p,) that points of a pool (p, d) keep all limits."""
     chance = np.ones(len(pool))
-    for limit in limits:
-        chance *= limit.model.at(pool).chance_below(limit.level)
+    for kept in side_by_side(lambda limit: limit.model.at(pool).chance_below(limit.level), limits):
+        chance *= kept
     return chance
 
 
@@ -249,7 +255,9 @@ class Aims:
         targets = evened(values, believed)
         rows = np.flatnonzero(believed)
         rows = np.sort(rows[np.argsort(targets[rows].mean(axis=1), kind="stable")[:MOST_TOLD]])
-        self._models = [model(f"objective {j}", points[rows], column[rows]) for j, column in enumerate(targets.T)]
+        self._models = side_by_side(
+            lambda j: model(f"objective {j}", points[rows], targets[rows, j]), range(targets.shape[1])
+        )
         values = np.expm1(targets)
         self._box = Box(values[front], None if np.any(values[0] > 0.99 * WORST) else values[0])
         self._front = self._box.ahead(values[front])
@@ -259,13 +267,14 @@ class Aims:
     def improvement(self, pool: Array, jointly: bool) -> Improvement:
         """Return what points of the pool (p, d) add to the front; jointly: to each other too."""
         samples = np.empty((SAMPLES, len(pool), len(self._models)))
-        for j, model in enumerate(self._models):
-            expected = model.at(pool)
-            if jointly:
-                drawn = expected.samples(self._draw.standard_normal((SAMPLES, len(pool))))
-            else:
-                drawn = expected.mean + expected.deviation * self._draw.standard_normal((SAMPLES, 1))
+        normals = [self._draw.standard_normal((SAMPLES, len(pool) if jointly else 1)) for _ in self._models]
+
+        def sample(j: int) -> None:
+            expected = self._models[j].at(pool)
+            drawn = expected.samples(normals[j]) if jointly else expected.mean + expected.deviation * normals[j]
             samples[:, :, j] = np.expm1(np.minimum(drawn, np.log1p(WORST)))
+
+        side_by_side(sample, range(len(self._models)))
         return Improvement(self._box.ahead(samples), self._front, self._along)
 
 

@@ -5,6 +5,7 @@ of a study are answered together, from one evaluation for each choice of spread 
 """
 
 from collections.abc import Callable
+from functools import lru_cache
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -14,12 +15,14 @@ from objectives.margins.quantities import LIMITABLE, MarginQuantity
 from objectives.margins.requirement import MarginRequirement, requirement_label
 from objectives.problem import System
 from objectives.requirements import Array, Screen
-from plant.cascade import AXES
+from plant.cascade import AXES, Cascade
 from plant.closed_loop import Timing
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS
+from plant.nominal import Nominal
 from plant.references.spec import HOLD
 from plant.scenarios import ScenarioSpec, Spread
+from plant.vehicle import Vehicle
 from tuner.study.schema import MarginTable
 from tuner.text.units import after_number
 
@@ -58,6 +61,15 @@ def margin_screen(
     return Screen(tuple(entry.requirement for entry in asked), analysis.values)
 
 
+@lru_cache(maxsize=4)
+def nominal_margins(cascade: Cascade, nominal: Nominal, timing: Timing, vehicle: Vehicle, held: bool) -> "MarginModel":
+    """Margins of the nominal vehicle in all amplitudes, holding a place or not; a run asks for them several times."""
+    from objectives.margins.margins import MarginModel
+    from objectives.margins.trim import Trim
+
+    return MarginModel(cascade, nominal, timing, vehicle, Trim(hold=held))
+
+
 class MarginAnalysis:
     """Values of requirements on margins; models are built when they are first needed, which takes 0.3 s each."""
 
@@ -69,12 +81,21 @@ class MarginAnalysis:
         self._scenarios = scenarios
         self._path = path
         self._models: dict[tuple[bool, float], MarginModel] = {}
+        # A candidate is asked for by the search, before its flights and among the finalists.
+        self._known: dict[bytes, Array] = {}
 
     def values(self, gains: Array) -> Array:
         """Return the values (n, requirements) of gains rows (n, gains).
 
         Infinite are gain, phase and delay margins that no crossing limits, and peaks of loops that are not stable.
         """
+        new = {row.tobytes(): row for row in gains if row.tobytes() not in self._known}
+        if new:
+            self._known |= dict(zip(new, self._values(np.array(list(new.values()))), strict=True))
+        found = [self._known[row.tobytes()] for row in gains]
+        return np.array(found).reshape(len(gains), len(self._asked))
+
+    def _values(self, gains: Array) -> Array:
         values = np.zeros((len(gains), len(self._asked)))
         for choice in sorted({_choice(entry) for entry in self._asked}):
             columns = [i for i, entry in enumerate(self._asked) if _choice(entry) == choice]
@@ -99,9 +120,13 @@ class MarginAnalysis:
             found |= dict.fromkeys(spread_corners(system.vehicle, spec.spread))
         larger = [case for case in DEFAULT_CASES if case.amplitude is not None and case.amplitude > amplitude]
         cases = [Case(amplitude), *larger] if amplitude > 0.0 else DEFAULT_CASES
-        trim = Trim(hold=holds_place(self._scenarios, system.timing))
+        held = holds_place(self._scenarios, system.timing)
         first, *others = found
-        return MarginModel(system.cascade, system.nominal, system.timing, first, trim, others=others, cases=cases)
+        if not others and cases is DEFAULT_CASES:
+            return nominal_margins(system.cascade, system.nominal, system.timing, first, held)
+        return MarginModel(
+            system.cascade, system.nominal, system.timing, first, Trim(hold=held), others=others, cases=cases
+        )
 
     def _located(self, build: Callable[[], "MarginModel"]) -> "MarginModel":
         try:

@@ -7,9 +7,9 @@ from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
 
 from objectives.engine import Engine
-from plant.backends.flyer import available_threads
 from plant.backends.processor import compiled_for
 from plant.errors import InputError, require_package
+from plant.threads import available_threads
 from tuner.engines.cluster.machine import differences, machine_report, report_for
 from tuner.study.study import Study
 

@@ -12,8 +12,9 @@ import numpy as np
 
 from objectives.decisions import DecisionSpace
 from objectives.problem import Problem, seen_scores
-from plant.backends.flyer import FlightInputs, available_threads
+from plant.backends.flyer import FlightInputs
 from plant.scenarios import for_vehicle, sample_scenarios
+from plant.threads import available_threads
 from tuner.study.contest import Contender, Contest
 from tuner.study.study import StudyScenario
 

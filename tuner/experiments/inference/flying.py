@@ -11,7 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 
 from objectives.problem import System, score_flights
-from plant.backends.flyer import FlightInputs, Flyer, available_threads
+from plant.backends.flyer import FlightInputs, Flyer
+from plant.threads import available_threads
 from tuner.experiments.inference.draws import Draws, FlightRange
 from tuner.experiments.inference.record import SettingStore
 from tuner.study.inference import Inference

@@ -6,15 +6,18 @@ and that the second finds worth it is flown; so are finalists on held-out scenar
 """
 
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, suppress
 from pathlib import Path
+from threading import Thread
 from typing import Unpack
 
 import numpy as np
 
 from objectives.engine import Engine
-from plant.scenarios import HELD_OUT
+from plant.scenarios import CONFIRMATION, HELD_OUT
+from plant.threads import use_threads
 from tuner import report
+from tuner.analysis.finals import draw_ahead
 from tuner.documents.summary import gains_name
 from tuner.engines.cluster.connect import engine_at
 from tuner.engines.cuda import LANES, engine_again, engine_named
@@ -24,7 +27,7 @@ from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.gains_of_run import gains_document
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.experiments.tuning.problem import check_searched, problem_of, warm_up
+from tuner.experiments.tuning.problem import batches, check_searched, problem_of, warm_up
 from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search
 from tuner.experiments.tuning.summary import summary_document
 from tuner.experiments.tuning.tables import constraint_table, front_table, margin_table, response_table
@@ -75,6 +78,7 @@ class TuningRun(Experiment[Study, Outcome]):
 
     def prepare(self) -> None:
         """Index the flights on record and pose the problem."""
+        use_threads(self.threads)
         self.clock = Clock()
         self.store = flight_store(self.study, self.folder, reused(self.options))
         self.problem = problem_of(self.study, self.threads, self.store, self.engine)
@@ -106,15 +110,27 @@ class TuningRun(Experiment[Study, Outcome]):
 
     def fly(self) -> Outcome:
         """Search, re-fly the finalists and pick."""
-        algorithm, warnings = self.algorithm()
-        generations = search(self.problem, self.study, self.folder, self.watcher, algorithm, self.budget, self.clock)
-        # What earlier sessions took counts.
-        self.begin -= max(generations[-1].seconds - self.seconds, 0.0)
+        # It imports while one core of this process rests.
         self.drawing = report.start_figures(self.folder.path)
         with self.given_up_on_error():
+            if self.store.generations < self.study.search.generations:
+                Thread(target=self.prepare_end, daemon=True).start()
+            algorithm, warnings = self.algorithm()
+            generations = search(
+                self.problem, self.study, self.folder, self.watcher, algorithm, self.budget, self.clock
+            )
+            # What earlier sessions took counts.
+            self.begin -= max(generations[-1].seconds - self.seconds, 0.0)
             outcome = conclude(self.problem, self.study, generations, self.watcher, self.begin, warnings)
             self.store.commit(HELD_OUT)
         return outcome
+
+    def prepare_end(self) -> None:
+        """Import and draw what the end of the run takes, beside a search that leaves cores idle."""
+        # Whatever goes wrong here goes wrong again where it is needed, and is told there.
+        with suppress(Exception):
+            report.prepare()
+            draw_ahead(self.problem, batches(self.study, HELD_OUT), batches(self.study, CONFIRMATION))
 
     @contextmanager
     def given_up_on_error(self) -> Iterator[None]:

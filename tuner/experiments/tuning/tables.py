@@ -16,7 +16,6 @@ from objectives.margins.margins import MarginModel
 from objectives.margins.period import CHANNELS
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from objectives.margins.results import Margins
-from objectives.margins.trim import Trim
 from objectives.problem import Evaluation
 from objectives.requirements import Requirement
 from plant.backends.lanes import LANES
@@ -27,7 +26,7 @@ from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.search.loop import Generation
 from tuner.store.folder import data_frame, stacked
-from tuner.study.margins import holds_place
+from tuner.study.margins import holds_place, nominal_margins
 from tuner.study.study import Study
 
 
@@ -155,7 +154,7 @@ def margin_model(outcome: Outcome) -> MarginModel:
     """Return the margins of the study's loop; raises InputError where there is no steady flight."""
     system = outcome.study.system
     held = holds_place(tuple(entry.spec for entry in outcome.study.scenarios), system.timing)
-    return MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, Trim(hold=held))
+    return nominal_margins(system.cascade, system.nominal, system.timing, system.vehicle, held)
 
 
 def loop_row(model: MarginModel, margins: Margins, row: int, channel: str) -> dict[str, Any]:
