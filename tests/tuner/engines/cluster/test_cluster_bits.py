@@ -48,9 +48,14 @@ def without_pictures(monkeypatch):
 
 
 @pytest.fixture(scope="module")
-def alone(small_run):
+def alone(tmp_path_factory):
     """What the study leaves behind without a cluster."""
-    return result_of(small_run[1])
+    folder = tmp_path_factory.mktemp("alone") / "r"
+    with pytest.MonkeyPatch.context() as patch:
+        patch.setattr(tuner.report, "write_report", lambda folder: None)
+        patch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
+        TuningRun(small_study(search__generations=3), Folder.create(folder), Watcher(), threads=2).carry_out()
+    return result_of(folder)
 
 
 class Killer(Watcher):
