@@ -131,6 +131,8 @@ def shared(browser, three):
 @pytest.fixture
 def reader(shared):
     """The page of three objectives as it opens; loading it anew for every test takes long."""
+    # A pointer left by the last test would tell what comes under it as the page scrolls.
+    shared.page.mouse.move(0, 0)
     if shared.page.is_visible("#clear"):
         shared.page.click("#clear")
     for layer in ("searched", "infeasible"):
