@@ -21,8 +21,8 @@ from plant.scenarios import SEARCH
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.search import algorithm_of, evaluated
 from tuner.experiments.tuning.survivors import survivors_of
-from tuner.search.front import feasible_front
 from tuner.search import gaussian_process
+from tuner.search.front import feasible_front
 from tuner.search.loop import Generation, archive, search_generations
 from tuner.search.watcher import Watcher
 from tuner.study import Study
@@ -85,7 +85,7 @@ def raced(contestant: Contestant, course: Course, envs: Path) -> Run:
     study = course.study(contestant.overrides)
     problem = course.problem(study)
     if contestant.peer is None:
-        gaussian_process.warm_up())
+        gaussian_process.warm_up()
         return judged(tool_steps(problem, study, course.start[: contestant.first]), course, contestant)
     limits = len(study.constraints) + len(study.requirements)
     start = Start(
