@@ -38,6 +38,7 @@ def draw_figure(runs: Runs, file: Path) -> None:
         axes[1, column].set_xlabel("processor time [s]")
     for axis in axes.flat:
         axis.set_xscale("log")
+        axis.tick_params(axis="x", which="minor", labelbottom=False)
         axis.set_ylim(0.0, 1.02)
         axis.axhline(ENOUGH, color="#888888", linewidth=0.8)
         axis.grid(True, which="major", color="#dddddd")
