@@ -5,6 +5,7 @@ from collections.abc import Iterable, Sequence
 from math import degrees
 
 from tuner.documents.contest_document import QuantityRow
+from tuner.documents.parts import PlantStep
 from tuner.documents.resolved import ResolvedSearch
 from tuner.documents.summary import ComparedRow
 from tuner.documents.tuning import TuningFolder
@@ -82,10 +83,8 @@ def run_facts(results: TuningFolder) -> Markup:
         ("Study", join((summary.study, " (digest ", element("code", resolved.digest or MISSING), ")"))),
         ("Seed", str(resolved.seed)),
         ("Airframe", resolved.airframe.title or resolved.airframe.name),
-        ("Position law", law_title(controller.position)),
-        ("Attitude law", law_title(controller.attitude)),
-        ("Control period", MISSING if period is None else f"{significant(period)} s"),
-        ("Plant step", MISSING if summary.plant_step is None else summary.plant_step.words),
+        ("Laws", f"{law_title(controller.position)} (position); {law_title(controller.attitude)} (attitude)"),
+        ("Control period", _period(period, summary.plant_step)),
         ("Control step", (period and told(controller.position, controller.attitude, period)) or MISSING),
         ("Search", _search(resolved.search)),
         ("Pick rule", summary.pick.rule),
@@ -150,6 +149,13 @@ def resolved_text(results: TuningFolder) -> str:
 
 def _in_unit(unit: str) -> Markup:
     return join((" [", marked_up(unit), "]")) if unit else Markup()
+
+
+def _period(period: float | None, plant_step: PlantStep | None) -> str:
+    """Return the control period [s] in words, and the steps of the plant where they are known."""
+    if period is None:
+        return MISSING
+    return "; plant: ".join([f"{significant(period)} s", *([plant_step.words] if plant_step else [])])
 
 
 def _search(search: ResolvedSearch) -> str:
