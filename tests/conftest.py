@@ -15,9 +15,9 @@ for name in ("COLUMNS", "LINES", "FORCE_COLOR", "NO_COLOR", "TTY_COMPATIBLE"):
 os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 sys.dont_write_bytecode = False
 
-# Those of 12 s and more, the longest first; the first one compiles for itself.
+# Those of 12 s and more, the longest first.
 LONG = (
-    "tuner/test_fresh_install.py", "tuner/report/test_report_browser.py", "tuner/experiments/again/test_resume.py",
+    "tuner/report/test_report_browser.py", "tuner/experiments/again/test_resume.py",
     "tuner/experiments/contest/test_contest_run.py", "tuner/study/test_bundled_studies.py", "golden/test_golden.py",
     "tuner/engines/cluster/test_cluster_bits.py", "tuner/engines/cluster/test_cluster_lost.py", "tuner/cli/test_interrupt.py",
     "tuner/exchange/betaflight/test_betaflight_firmware.py", "tuner/search/test_search_contract.py",

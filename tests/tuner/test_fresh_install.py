@@ -45,6 +45,7 @@ def killed(folder, home):
     assert not (folder / "front.csv").exists()
 
 
+@pytest.mark.slow
 def test_the_first_run_gives_the_bytes_of_the_second_and_of_one_killed_and_resumed(first, tmp_path):
     folder, home = first
     assert "requirement:ms" in (folder / "front.csv").read_text().splitlines()[0]

@@ -59,6 +59,7 @@ def test_a_run_says_what_it_was_computed_with(small_run):
 
 
 @pytest.mark.skipif(not this_processor().features.count("+sse2"), reason="x86-64-v2 is no processor of this kind")
+@pytest.mark.slow
 def test_a_resume_told_to_compile_for_another_processor_keeps_to_the_bits_of_the_run(small_run, copy):
     cut_short(copy)
     finish_elsewhere("resume", copy, env=os.environ | OTHER)
