@@ -25,7 +25,7 @@ SEEDS = (2025, 2026, 2027, 2028, 2029)
 
 
 class Key(NamedTuple):
-    """What names a run."""
+    """Name of a run."""
 
     problem: str
     contestant: str

@@ -1,4 +1,4 @@
-"""Who races: the tool's searches as a study asks for them, and the peers; what each knows, and how long it may take."""
+"""The contestants: the tool's searches as a study asks for them, and the peers; what each knows, and how long it may take."""
 
 from dataclasses import dataclass, field
 from typing import Any, Literal

@@ -83,7 +83,7 @@ def modes_of(a: Array, b: Array, c: Array) -> Modes:
 
 
 def _split(a: Array, b: Array, c: Array) -> tuple[Complex, Complex, Complex, Array]:
-    """What `schur.split` finds."""
+    """The findings of `schur.split`."""
     (n, states), inputs, outputs = a.shape[:2], b.shape[-1], c.shape[-2]
     poles, spread = np.empty((n, states), complex), np.empty(n)
     driven, shown = np.empty((n, states, inputs), complex), np.empty((n, outputs, states), complex)

@@ -1,4 +1,4 @@
-"""What tests of the tool share, which keeps them cheap: one small run, blank figures, the command line without a process.
+"""Shared by the tests of the tool, which keeps them cheap: one small run, blank figures, the command line without a process.
 
 A run takes a second, its figures as much again, a process two for its imports. So a test that only reads what a run leaves
 behind takes `small_run` (or `small_contest`, or a comparison or an inference from the `conftest.py` of its folder), and copies
@@ -29,7 +29,7 @@ SMALL = {
 
 
 class NoDrawing:
-    """What stands for figures where a test looks at none: they take most of the time of a short run."""
+    """A stand-in for figures where a test looks at none: they take most of the time of a short run."""
 
     def begin(self):
         pass

@@ -70,8 +70,7 @@ class FinalFlights:
     def difference_to(self, i: int, row: int) -> PairedDifference:
         """Return the risk of a quantity (rows,) minus that of a row that made all flights, paired."""
         samples, drawn, risk = self.seen(i)
-        other = np.broadcast_to(samples[row], samples.shape)
-        return PairedDifference(*self._carried(i, *paired_difference_on(samples, other, risk, drawn)))
+        return PairedDifference(*self._carried(i, *paired_difference_on(samples, samples[row], risk, drawn)))
 
     def replicates(self, i: int) -> Array:
         """Return the risk of a quantity on every resample (rows, FRONT_REPLICATES)."""
@@ -91,7 +90,8 @@ class FinalFlights:
         parts = [self.seen(i, early=True) for i in range(n)]
         early = np.stack([risk.apply(samples) for samples, _, risk in parts], axis=1)[rows]
         both = self.complete[rows] & self.complete[rows][:, None]
-        return ~np.any(np.where(both, dominates(whole), dominates(early)), axis=0)
+        worse = [dominates(values[:, None], values) for values in (whole, early)]
+        return ~np.any(np.where(both, *worse), axis=0)
 
     def seen(self, i: int, early: bool = False) -> tuple[Array, Array, Risk]:
         """Return scores (rows, flights) of a quantity, resamples of these flights, and its risk.
@@ -177,6 +177,6 @@ class FinalFlights:
         return value, low, high
 
 
-def dominates(values: Array) -> Array:
-    """Return whether each row of values (n, m) dominates each other one: (n, n), the first one by row."""
-    return np.all(values[:, None] <= values, axis=-1) & np.any(values[:, None] < values, axis=-1)
+def dominates(one: Array, other: Array, axis: int = -1) -> Array:
+    """Return whether one set of objectives, which stand along an axis, dominates another."""
+    return np.all(one <= other, axis=axis) & np.any(one < other, axis=axis)

@@ -16,7 +16,7 @@ from objectives.problem import Problem
 from objectives.requirements import known_values, known_violations
 from objectives.risk import replicates_on
 from objectives.system import FlightBatch
-from tuner.analysis.final_flights import FinalFlights
+from tuner.analysis.final_flights import FinalFlights, dominates
 
 Array = np.ndarray
 # Part of the flights that everyone makes; how many they are in a scenario at least for anything to be decided by them; share of
@@ -137,17 +137,13 @@ def contested(replicates: Array, keeping: Array) -> Array:
     dominated, or breaks a limit, has no part in it, nor has the default.
     """
     rows = 1 + np.flatnonzero(keeping[1:] > 1.0 - LEVEL)
-    share = np.array([dominated_share(replicates[row], replicates[rows]) for row in rows]).reshape(len(rows), len(rows))
+    others = replicates[rows]
+    share = np.array([dominates(one, others, axis=1).mean(axis=-1) for one in others]).reshape(len(rows), len(rows))
     off = np.any((share >= LEVEL) & (keeping[rows] >= LEVEL)[:, None], axis=0)
     unsure = (share > 1.0 - LEVEL) & (share < LEVEL) & ~off & ~off[:, None]
     found = np.zeros(len(keeping), dtype=bool)
     found[rows] = unsure.any(axis=0) | unsure.any(axis=1)
     return found
-
-
-def dominated_share(one: Array, others: Array) -> Array:
-    """Return in which share of the resamples a row (m, r) dominates others (k, m, r): (k,)."""
-    return (np.all(one <= others, axis=1) & np.any(one < others, axis=1)).mean(axis=-1)
 
 
 def recommended(replicates: Array, keeps: Array, choose: Choose) -> Array:

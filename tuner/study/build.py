@@ -27,9 +27,7 @@ from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
 from tuner.gains import Controller, read_gains
 from tuner.gains.ranges import check_multiple, check_plant_step, timing_of, usual_timing
-from tuner.search.automatic import MODEL, automatic, candidates_of
 from tuner.search.front import resolved_rule
-from tuner.search.names import ALGORITHMS, AUTOMATIC, STARTS, STOPS, check_algorithm
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
 from tuner.study.margins import margin_requirement, margin_screen
@@ -43,17 +41,16 @@ from tuner.study.schema import (
     ObjectiveTable,
     PickTable,
     ScenarioTable,
-    SearchTable,
     StudyTable,
 )
+from tuner.study.search_reading import search_of
 from tuner.study.size import ScenarioSize, check_size, flight_steps
-from tuner.study.study import SearchSpec, Study, StudyScenario
+from tuner.study.study import Study, StudyScenario
 from tuner.study.trim import check_trim
 from tuner.text.input_errors import check_magnitudes, located
 from tuner.text.units import after_number
 
 T = TypeVar("T")
-SMALLEST_POPULATION = 8
 # Longest flight [control periods], an hour at 250 Hz: beyond it a digit slipped, and the run would fill the memory or not end.
 MOST_PERIODS = 1_000_000
 # Fastest reference [m/s]: a third above the fastest quadrotors.
@@ -368,37 +365,6 @@ def _finite(value: float, key: str) -> float:
     if not isfinite(value):
         raise InputError(f"given {value}; this must be a finite number", key=key)
     return value
-
-
-def search_of(table: SearchTable, gains: int, objectives: int, flights: int) -> SearchSpec:
-    """Return the search for so many gains and objectives; flights: most of a candidate in one scenario.
-
-    Raises InputError with the key inside [search].
-    """
-    choice = automatic(gains, objectives, candidates_of(MODEL, table.population, table.generations))
-    named = table.algorithm != AUTOMATIC
-    algorithm = table.algorithm if named else choice.algorithm
-    check_algorithm(algorithm, objectives)
-    usual = ALGORITHMS[algorithm]
-    population = usual.population if table.population is None else table.population
-    smallest = max(SMALLEST_POPULATION, objectives + objectives % 2)
-    if population < smallest or population % 2:
-        raise InputError(f"given {population}; the population must be even and at least {smallest}", key="population")
-    if not table.initial:
-        raise InputError('given an empty list; write initial = ["default"]', key="initial")
-    for start in table.initial:
-        if start not in STARTS:
-            raise UnknownNameError("starting point", start, STARTS, key="initial")
-    if table.stop not in STOPS:
-        raise UnknownNameError("end of a search", table.stop, STOPS, key="stop")
-    first = usual.first if table.first is None else table.first
-    staged = first is not None and first < flights
-    races = table.racing and not staged and not usual.screens
-    return SearchSpec(
-        algorithm, population, table.generations or usual.generations, tuple(table.initial),
-        racing=races, first=first if staged else None, stop=table.stop,
-        why="as the study asks" if algorithm != choice.algorithm else choice.why,
-    )  # fmt: skip
 
 
 def _pick(table: PickTable, objectives: tuple[Objective, ...]) -> str:

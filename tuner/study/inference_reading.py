@@ -14,12 +14,12 @@ from objectives.decisions import Variable
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS, gain_addresses
 from tuner.search.names import AUTOMATIC
-from tuner.study.build import search_of
 from tuner.study.contest import Contest
 from tuner.study.contest_reading import checked_tables, contest_from_layers, contest_from_table
 from tuner.study.contest_schema import INFERENCE_TABLES, InferenceTable, SettingsTable, UnknownTable
 from tuner.study.inference import Cell, Inference, Unknown
 from tuner.study.layers import Layer
+from tuner.study.search_reading import search_of
 from tuner.study.size import ScenarioSize, check_size, flight_steps
 from tuner.study.study import SearchSpec, Study
 from tuner.study.unknown_paths import CONTENDER, GAINS, Place, place_of, value_at

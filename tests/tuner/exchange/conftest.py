@@ -1,4 +1,4 @@
-"""What makes exports quick for tests that look at something else in them."""
+"""Quick exports for tests that look at something else in them."""
 
 from functools import partial
 

@@ -79,7 +79,7 @@ def line_skeleton(content):
 
 
 def yaml_skeleton(content):
-    """What a reader gets of it; ROS 2 reads by libyaml too, where it is there."""
+    """The content that a reader gets; ROS 2 reads by libyaml too, where it is there."""
     return yaml.load(content, Loader=getattr(yaml, "CSafeLoader", yaml.SafeLoader))
 
 

@@ -7,7 +7,8 @@ from tests.undrawn import drawn
 from tuner.report import write_report
 
 
-@pytest.fixture(scope="package", autouse=True)
+# Not of the package: without an __init__.py its end is that of the session, and all that follows would be drawn.
+@pytest.fixture(scope="module", autouse=True)
 def drawn_figures():
     """Have figures drawn as they are; elsewhere they are blank."""
     with drawn():

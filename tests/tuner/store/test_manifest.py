@@ -8,7 +8,6 @@ import pytest
 from plant.errors import StoreError
 from tests.tuner.experiments.again.killing import assert_covered, assert_sealed, manifest_of, result_of, unsealed
 from tests.tuner.in_process import tuner
-from tests.undrawn import undrawn
 from tuner.experiments.again.verify import verify
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
@@ -85,9 +84,7 @@ def test_verification_misses_no_file(name, copy):
 def test_what_resume_mends(copy, small_run, monkeypatch, capsys):
     for name, damage in DAMAGES:
         damage(copy / name)
-    # Blank, as those that they are compared with.
-    with undrawn():
-        code, _, err = tuner(monkeypatch, capsys, "resume", copy, "--json")
+    code, _, err = tuner(monkeypatch, capsys, "resume", copy, "--json")
     assert (code, err) == (0, "")
     compared = result_of(copy)
     # The study comes back from inputs/, where it is without comments.

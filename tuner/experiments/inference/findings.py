@@ -10,6 +10,7 @@ from tuner.experiments.inference.flying import SettingFlyer
 from tuner.experiments.inference.misfit import LOCAL_REFINEMENT, EvaluatedSettings, best_row, evaluate_settings, front
 from tuner.experiments.inference.ranges import Range, ranges
 from tuner.experiments.inference.refine import Slope
+from tuner.search.front import evenly
 from tuner.search.loop import Generation
 from tuner.search.watcher import CHECKING, Watcher
 from tuner.study.inference import Inference
@@ -76,6 +77,4 @@ def most_inside(inference: Inference, found: EvaluatedSettings) -> int:
 
 def thinned(values: np.ndarray, rows: np.ndarray) -> np.ndarray:
     """Return at most MOST_CHECKED of the rows of misfits (n, kinds), in the order of the first."""
-    rows = rows[np.argsort(values[rows, 0], kind="stable")]
-    keep = np.unique(np.linspace(0, len(rows) - 1, min(len(rows), MOST_CHECKED)).round().astype(int))
-    return rows[keep]
+    return rows[evenly(values[rows, 0], MOST_CHECKED)]

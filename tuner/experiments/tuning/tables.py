@@ -7,7 +7,6 @@ of every finalist in every scenario: a fan over many flights, and the flight in 
 value of the first objective that counts in the scenario.
 """
 
-from concurrent.futures import ThreadPoolExecutor
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -21,6 +20,7 @@ from objectives.requirements import Requirement
 from plant.backends.lanes import LANES
 from plant.errors import InputError
 from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
+from plant.threads import side_by_side
 from tuner.analysis.responses import SIGNALS, UNITS, Responses, fly_responses
 from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.experiments.tuning.outcome import Outcome
@@ -225,9 +225,8 @@ def scenario_parts(outcome: Outcome, spec: ScenarioSpec, count: int) -> list[Any
         low, median, high = flown.fans()
         return PointFan(flown.time, flown.reference.mean(axis=0), low, median, high, worst_of(row, flown))
 
-    with ThreadPoolExecutor(outcome.problem.flyer.threads) as pool:
-        fans = zip(pool.map(fan_of, range(len(worst))), outcome.names, worst, strict=True)
-        return [point_table(fan, name, spec.name, index) for fan, name, index in fans]
+    fans = zip(side_by_side(fan_of, range(len(worst))), outcome.names, worst, strict=True)
+    return [point_table(fan, name, spec.name, index) for fan, name, index in fans]
 
 
 def worst_flights(outcome: Outcome, scenario: str) -> np.ndarray:

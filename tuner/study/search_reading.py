@@ -1,0 +1,40 @@
+"""From a [search] table to the search that runs, of studies and of inferences alike."""
+
+from plant.errors import InputError, UnknownNameError
+from tuner.search.automatic import MODEL, automatic, candidates_of
+from tuner.search.names import ALGORITHMS, AUTOMATIC, STARTS, STOPS, check_algorithm
+from tuner.study.schema import SearchTable
+from tuner.study.study import SearchSpec
+
+SMALLEST_POPULATION = 8
+
+
+def search_of(table: SearchTable, gains: int, objectives: int, flights: int) -> SearchSpec:
+    """Return the search for so many gains and objectives; flights: most of a candidate in one scenario.
+
+    Raises InputError with the key inside [search].
+    """
+    choice = automatic(gains, objectives, candidates_of(MODEL, table.population, table.generations))
+    named = table.algorithm != AUTOMATIC
+    algorithm = table.algorithm if named else choice.algorithm
+    check_algorithm(algorithm, objectives)
+    usual = ALGORITHMS[algorithm]
+    population = usual.population if table.population is None else table.population
+    smallest = max(SMALLEST_POPULATION, objectives + objectives % 2)
+    if population < smallest or population % 2:
+        raise InputError(f"given {population}; the population must be even and at least {smallest}", key="population")
+    if not table.initial:
+        raise InputError('given an empty list; write initial = ["default"]', key="initial")
+    for start in table.initial:
+        if start not in STARTS:
+            raise UnknownNameError("starting point", start, STARTS, key="initial")
+    if table.stop not in STOPS:
+        raise UnknownNameError("end of a search", table.stop, STOPS, key="stop")
+    first = usual.first if table.first is None else table.first
+    staged = first is not None and first < flights
+    races = table.racing and not staged and not usual.screens
+    return SearchSpec(
+        algorithm, population, table.generations or usual.generations, tuple(table.initial),
+        racing=races, first=first if staged else None, stop=table.stop,
+        why="as the study asks" if algorithm != choice.algorithm else choice.why,
+    )  # fmt: skip
