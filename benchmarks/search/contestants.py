@@ -16,8 +16,8 @@ BLIND = "margins: told for no flight, and uses nothing that it is told"
 class Contestant:
     """A search, its budget and what it knows.
 
-    overrides: of the study; peer: the search, where it is of another package. first: candidates of the common start that are its
-    first batch; batch: later ones, of a peer. most_flights, most_seconds: after which it is stopped, the latter of a processor.
+    overrides: of the study; peer: the search, where it is of another package. first: candidates of the common start that are the
+    first batch of a peer; batch: later ones. A search of the tool takes generations of its study. most_flights, most_seconds: after which it is stopped, the latter of a processor.
     objectives: fewest and most that it takes. family: of its line in the figure; "reference" is a long run, which only serves to
     find the best known.
     """
@@ -40,7 +40,7 @@ class Contestant:
 def own(algorithm: str, population: int, scenarios: int, knows: str, family: Any = "tool", **more: Any) -> Contestant:
     """Return a search of the tool without races."""
     search = {"algorithm": algorithm, "population": population, "generations": 1000, "racing": False}
-    return Contestant(knows, family, {"search": search, "scenario.0.search": scenarios}, first=population, **more)
+    return Contestant(knows, family, {"search": search, "scenario.0.search": scenarios}, **more)
 
 
 def other(name: str, knows: str = TOLD, **more: Any) -> Contestant:
@@ -55,8 +55,8 @@ TODAYS = {
     "scenario.0.search": 32,
 }
 CONTESTANTS = {
-    AUTO: Contestant(ASKS, "tool", DEFAULT, first=16),
-    "auto, 960 candidates": Contestant(ASKS, "tool", MORE, first=16, most_seconds=60.0),
+    AUTO: Contestant(ASKS, "tool", DEFAULT),
+    "auto, 960 candidates": Contestant(ASKS, "tool", MORE, most_seconds=60.0),
     "gaussian_process": own("gaussian_process", 8, 4, ASKS),
     "nsga2": own("nsga2", 32, 4, TOLD),
     "nsga3": own("nsga3", 32, 4, TOLD, objectives=(2, 9)),
