@@ -17,9 +17,9 @@ class Contestant:
     """A search, its budget and what it knows.
 
     overrides: of the study; peer: the search, where it is of another package. first: candidates of the common start that are the
-    first batch of a peer; batch: later ones. A search of the tool takes generations of its study. most_flights, most_seconds: after which it is stopped, the latter of a processor.
-    objectives: fewest and most that it takes. family: of its line in the figure; "reference" is a long run, which only serves to
-    find the best known.
+    first batch of a peer; batch: later ones. A search of the tool takes the generations of its study. most_flights, most_seconds:
+    after which it is stopped, the latter of a processor. objectives: fewest and most that it takes. family: of its line in the
+    figure; "reference" is a long run, which only serves to find the best known.
     """
 
     knows: str
@@ -48,14 +48,17 @@ def other(name: str, knows: str = TOLD, **more: Any) -> Contestant:
     return Contestant(knows, "peer", {"scenario.0.search": 4}, PEERS[name], **more)
 
 
-# The search of a study whose [search] is empty, and the same with more candidates.
-DEFAULT, MORE = {"search": {"algorithm": "auto"}}, {"search": {"algorithm": "auto", "generations": 60}}
+# The search of a study whose [search] is empty; the same where every candidate makes 4 flights and what survives 8; and longer.
+DEFAULT = {"search": {"algorithm": "auto"}}
+FOUR_FIRST = {"search": {"algorithm": "auto", "population": 16, "generations": 15, "first": 4}}
+MORE = {"search": {**FOUR_FIRST["search"], "generations": 60}}
 TODAYS = {
     "search": {"algorithm": "nsga2", "population": 32, "generations": 1000, "racing": True},
     "scenario.0.search": 32,
 }
 CONTESTANTS = {
     AUTO: Contestant(ASKS, "tool", DEFAULT),
+    "auto, 4 flights first": Contestant(ASKS, "tool", FOUR_FIRST),
     "auto, 960 candidates": Contestant(ASKS, "tool", MORE, most_seconds=60.0),
     "gaussian_process": own("gaussian_process", 8, 4, ASKS),
     "nsga2": own("nsga2", 32, 4, TOLD),
