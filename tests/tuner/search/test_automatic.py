@@ -60,7 +60,7 @@ def test_a_study_that_leaves_it_open_gets_the_sizes_of_its_search(tmp_path, risk
     usual = model.tailed if tailed else model.usual
     assert search.algorithm == "gaussian_process" and not search.racing
     assert (search.population, search.generations, search.first) == usual
-    assert least_tail(study.objectives, 1) * search.first == pytest.approx(in_tail, rel=0.05)
+    assert search.first and least_tail(study.objectives, 1) * search.first == pytest.approx(in_tail, rel=0.05)
     assert f"{search.candidates} candidates are few enough" in search.text
 
 
