@@ -6,7 +6,8 @@ from functools import cached_property
 from objectives import meters
 from objectives.metrics import MetricLimits
 from plant.cascade import Cascade
-from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
+from plant.closed_loop import Limits, close_loop
+from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.nominal import Nominal
 from plant.scenarios import ScenarioSpec
 from plant.vehicle import Vehicle

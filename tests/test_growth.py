@@ -15,9 +15,10 @@ from objectives.system import FlightBatch, System
 from plant.air.air import AirSpec
 from plant.airframes import load
 from plant.cascade import close_cascade
-from plant.closed_loop import Limits, Timing
+from plant.closed_loop import Limits
 from plant.gains import default_row
 from plant.laws import law
+from plant.loop import Timing
 from plant.nominal import ControlOptions, nominal
 from plant.references.steps import Steps
 from plant.scenarios import SEARCH, ScenarioSpec

@@ -12,7 +12,8 @@ from plant.air.spec import AirSpec
 from plant.attitude import euler_angles
 from plant.backends.array import rebinder
 from plant.backends.flyer import FlightInputs, Flyer
-from plant.closed_loop import Limits, Timing
+from plant.closed_loop import Limits
+from plant.loop import Timing
 from plant.nominal import Nominal, nominal
 from plant.records import rows
 from plant.references.steps import Steps

@@ -29,9 +29,10 @@ from plant.backends.flyer import FlightInputs, Flyer
 from plant.backends.scalar import scalar_kernel
 from plant.backends.stepping import Inputs, fly_steps
 from plant.cascade import AXES, close_cascade
-from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
+from plant.closed_loop import Limits, close_loop
 from plant.gains import default_row, gain_addresses
 from plant.laws import law
+from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.nominal import ControlOptions, Nominal, nominal
 from plant.records import flatten, pack
 from plant.references.steps import Steps

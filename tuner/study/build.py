@@ -17,9 +17,10 @@ from plant.air.injection import Injection
 from plant.air.spec import AirSpec
 from plant.airframes import Airframe, load, names
 from plant.cascade import AXES, Cascade, close_cascade
-from plant.closed_loop import Limits, Timing
+from plant.closed_loop import Limits
 from plant.errors import InputError, UnknownNameError
 from plant.laws import law
+from plant.loop import Timing
 from plant.nominal import ControlOptions, nominal
 from plant.references import ReferenceSpec, from_mapping
 from plant.references.spec import HOLD, POSITION, VELOCITY

@@ -16,9 +16,9 @@ from objectives.margins.requirement import MarginRequirement, requirement_label
 from objectives.problem import System
 from objectives.requirements import Array, Screen
 from plant.cascade import AXES, Cascade
-from plant.closed_loop import Timing
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS
+from plant.loop import Timing
 from plant.nominal import Nominal
 from plant.references.spec import HOLD
 from plant.scenarios import ScenarioSpec, Spread

@@ -9,11 +9,12 @@ import pytest
 
 from plant.backends.rebind import PRIMITIVES, Rebinder
 from plant.backends.stepping import fly_steps, unchanged
-from plant.closed_loop import Status, Timing
+from plant.closed_loop import Status
 from plant.errors import UnknownNameError
 from plant.laws import LAWS, Law, Nonlinearity, law
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.law import HELD_COMMAND, PROMISES
+from plant.loop import Timing
 from plant.nominal import ControlOptions, nominal
 from plant.records import flatten
 from tests.plant.axis import LOOPS, REST, Axis, H, Input, defaults, random_inputs, run

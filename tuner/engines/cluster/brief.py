@@ -10,9 +10,10 @@ from objectives.memory import scenario_key
 from objectives.system import FlightBatch, System
 from plant.backends.processor import Processor, compiled_for
 from plant.cascade import close_cascade
-from plant.closed_loop import Limits, Timing
+from plant.closed_loop import Limits
 from plant.errors import InputError
 from plant.laws import LAWS, law
+from plant.loop import Timing
 from plant.nominal import Nominal
 from plant.scenarios import ScenarioSpec
 from plant.vehicle import Vehicle
