@@ -92,6 +92,11 @@ class ClosedLoop:
         return self.Flight.__annotations__["body"]
 
     @property
+    def Meters(self) -> Any:  # noqa: N802
+        """Type of its meters."""
+        return self.Flight.__annotations__["meters"]
+
+    @property
     def sources(self) -> set[Path]:
         """Files that its records were written in."""
         kinds = [self.Flight, self.Constants, *self.records[:-1]]

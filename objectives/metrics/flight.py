@@ -8,8 +8,6 @@ import numpy as np
 
 from objectives.metrics.metric import Metric
 
-ROTORS = 4
-
 FLIGHT_METRICS = (
     Metric(
         name="travel",
@@ -18,7 +16,7 @@ FLIGHT_METRICS = (
         scope="flight",
         definition="total variation of the rotor commands per second, summed over rotors, in hover thrusts",
         value=lambda view: view.meters.travel / view.context.duration,
-        bound=lambda view: ROTORS * view.context.limits.command_peak / view.context.h,
+        bound=lambda view: view.context.limits.travel / view.context.h,
     ),
     Metric(
         name="effort",
@@ -27,7 +25,7 @@ FLIGHT_METRICS = (
         scope="flight",
         definition="mean over the flight of the squared departure of the rotor commands from hover, summed over rotors",
         value=lambda view: view.meters.effort / view.context.duration,
-        bound=lambda view: ROTORS * np.maximum(view.context.limits.command_peak - 1.0, 1.0) ** 2,
+        bound=lambda view: view.context.limits.effort,
     ),
     Metric(
         name="saturation",

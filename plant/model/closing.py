@@ -12,7 +12,8 @@ from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any, NamedTuple
 
-from plant.laws.channel import Applied, Channel as Known, Measured, Setpoint
+from plant.laws.channel import Applied, Measured, Setpoint
+from plant.laws.channel import Channel as Known
 from plant.loop import LARGEST_STATE, ClosedLoop, LoopRecords, MeterModel
 from plant.model.plan import Channel, LoopPlan
 from plant.model.plant_model import PlantModel
