@@ -21,8 +21,15 @@ class Sheet:
     h: control period [s]; asked: fields of `Margins` that are kept, the others of which stay empty.
     """
 
-    def __init__(self, n: int, vehicles: int, cases: tuple[Case, ...], h: float, asked: frozenset[str]) -> None:
-        shape = (n, vehicles, len(cases), N_CHANNELS)
+    def __init__(self,
+        n: int,
+        vehicles: int,
+        cases: tuple[Case, ...],
+        h: float,
+        asked: frozenset[str],
+        channels: int = N_CHANNELS,
+    ) -> None:
+        shape = (n, vehicles, len(cases), channels)
         self._cases, self._h = cases, h
         shapes = {entry.field: shape if entry.field in asked else (0, *shape[1:]) for entry in LOOP_QUANTITIES}
         self._asked = [entry for entry in LOOP_QUANTITIES if entry.field in asked]
@@ -30,7 +37,7 @@ class Sheet:
         self._frequency = {entry.field: np.zeros(shapes[entry.field]) for entry in LOOP_QUANTITIES}
         self._growth, self._stable = np.full(shape, -np.inf), np.ones(shape, dtype=bool)
         self._together, self._together_at = np.full((*shape[:3], 1), np.inf), np.zeros((*shape[:3], 1))
-        self._swept = np.zeros(N_CHANNELS, dtype=bool)
+        self._swept = np.zeros(channels, dtype=bool)
 
     def sweep(self, block: Block) -> None:
         """Have the channels of a block report cases where it has terms, whether or not any candidate is entered."""

@@ -123,6 +123,16 @@ def limited(asked: float, previous: float, within: Range) -> float:
     return clip(clip(asked, previous - within.step, previous + within.step), within.low, within.high)
 
 
+def to_plant(command: float, channel: float) -> float:  # noqa: ARG001
+    """Return the command of an input as it goes to the plant; margins break the loop of a channel here."""
+    return command
+
+
+def to_channel(command: float, channel: float) -> float:  # noqa: ARG001
+    """Return the command of a channel as the set point of the one that it commands; margins break its loop here."""
+    return command
+
+
 def due(time: float, h: float, every: float) -> bool:
     """Return whether a channel that steps every so many periods steps at this time; the first instant counts."""
     k = floor(time / h + 0.5)
@@ -133,7 +143,7 @@ def _channel_lines(channel: Channel, plan: LoopPlan) -> list[str]:
     """Lines that step one channel: its set point, its command and its memory."""
     name = channel.name
     outer = plan.commanded.get(name)
-    goal = f"Setpoint(u_{outer}, 0.0, 0.0)" if outer else f"reference.{name}"
+    goal = f"Setpoint(to_channel(u_{outer}, {plan.number(outer)}), 0.0, 0.0)" if outer else f"reference.{name}"
     rate = f"seen.{channel.rate_output}" if channel.rate_output else "0.0"
     inner = channel.to in plan.names
     effect = f"kept.commands.{name}" if inner else f"flight.in_force.{channel.to}"
@@ -223,7 +233,7 @@ class _Closing:
             "Input": self.plant.Input, "Output": self.plant.Output, "Waiting": self.Waiting, "Sample": self.Sample,
             "AxisSample": AxisSample, "Setpoint": Setpoint, "Measured": Measured, "Applied": Applied, "clip": clip,
             "select": select, "both": both, "either": either, "absolute": absolute, "maximum": maximum, "minimum": minimum,
-            "due": due, "limited": limited, "keep_meters": selector(self.meter.Meters), "meter_start": self.meter.start,
+            "due": due, "limited": limited, "to_plant": to_plant, "to_channel": to_channel, "keep_meters": selector(self.meter.Meters), "meter_start": self.meter.start,
             "meter_update": self.meter.update, "LARGEST": LARGEST_STATE,
         }  # fmt: skip
 
@@ -301,7 +311,7 @@ class _Closing:
         ]
         for channel in self.plan.channels:
             lines += _channel_lines(channel, self.plan)
-        forces, queues, at_limit = [], [], []
+        forces, speeds, queues, at_limit = [], [], [], []
         for actuator in self.plan.actuators:
             name = actuator.name
             asked = " + ".join(f"u_{each.name}" for each in self.plan.acting_on(name)) or f"flight.asked.{name}"
@@ -312,6 +322,8 @@ class _Closing:
             ]
             force, queue = _queue_lines(name, self.delays[name])
             forces.append(force)
+            first = self.plan.acting_on(name)[:1]
+            speeds.append(f"to_plant({force}, {self.plan.number(first[0].name)})" if first else force)
             queues += [queue] if queue else []
             at_limit.append(f"absolute(short_{name}) > 0.0")
         saturated = at_limit[0]
@@ -323,13 +335,14 @@ class _Closing:
         each = {key: ", ".join(f"{key}_{name}" for name in self.plan.names) for key in ("memory", "u", "over")}
         lines += [
             f"    in_force, asked = Input({', '.join(forces)}), {asked}",
+            f"    speed = Input({', '.join(speeds)})",
             f"    sample = {self._sample('asked', 'flight.asked', f'select({saturated}, 1.0, 0.0)')}",
             "    status = select(flight.status < 0.5, status_of(body.state, sample, limits), flight.status)",
             "    alive = status < 0.5",
             "    meters = keep_meters(alive, meter_update(flight.meters, sample, targets, h), flight.meters)",
             "    end_time = select(alive, time + h, flight.end_time)",
             f"    control = Control({each['memory']}, Commands({each['u']}), Commands({each['over']}))",
-            f"    return Flight(body, in_force, in_force, asked, {short}, "
+            f"    return Flight(body, speed, in_force, asked, {short}, "
             + (f"Waiting({', '.join(queues)}), " if queues else "")
             + "control, meters, status, end_time)",
         ]

@@ -120,6 +120,10 @@ class LoopPlan:
         """Channels whose set point is a reference."""
         return tuple(channel for channel in self.channels if channel.name not in self.commanded)
 
+    def number(self, name: str) -> float:
+        """Return the place of a channel as the number that model functions carry."""
+        return float(self.names.index(name))
+
     def acting_on(self, actuator: str) -> tuple[Channel, ...]:
         """Return the channels whose commands add up to an input."""
         return tuple(channel for channel in self.channels if channel.to == actuator)
