@@ -4,7 +4,6 @@ The axis is judged by the functions that judge a quadrotor's (`objectives.meters
 input, from where the flight began.
 """
 
-
 from objectives.meters import AxisMeter, start_axis, update_axis
 from plant.loop import MeterModel
 from plant.model.closing import written
@@ -41,5 +40,3 @@ def _update_lines(plan: LoopPlan) -> list[str]:
         f"    return Meters({', '.join(updated)}, meters.travel + moved, meters.effort + h * squares,",
         f"        meters.saturated + h * sample.saturated, {largest})",
     ]
-
-

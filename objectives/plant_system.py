@@ -1,7 +1,7 @@
 """A plant of the user's own under study: its loops, what its controller knows, its limits and its timing."""
 
 from collections.abc import Iterable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from math import inf, isfinite
 from typing import Any
@@ -10,6 +10,7 @@ from objectives.metrics.address import Axes
 from objectives.plant_meters import meters_of
 from plant.backends.flyer import FlightInputs
 from plant.backends.identity import identity
+from plant.gains import GainAddress
 from plant.laws.channel import Channel as Known
 from plant.loop import Timing
 from plant.model.closing import PlantLoop, Range, close_plant
@@ -81,6 +82,18 @@ class PlantSystem:
         return self.loop.records.Limits(*[channel.limit for channel in self.plan.channels])
 
     @property
+    def gains(self) -> tuple[GainAddress, ...]:
+        """All gains in the column order of a gains row, with the unit of the output that their channel controls."""
+        found = []
+        for channel in self.plan.channels:
+            unit = self.plant.unit(f"Output.{channel.output}")
+            for info in channel.law.gains:
+                written = replace(info, unit=info.unit.replace("{y}", unit))
+                address = f"{channel.name}.{info.name.rstrip('_')}"
+                found.append(GainAddress(address, len(found), channel.name, "attitude", written))
+        return tuple(found)
+
+    @property
     def axes(self) -> Axes:
         """The channels as axes that flights are judged on, each a group of its own."""
         units = {each.name: self.plant.unit(f"Output.{each.output}") for each in self.plan.channels}
@@ -107,8 +120,12 @@ class PlantSystem:
     def content(self, spec: PlantScenario) -> dict[str, Any]:
         """Return all that decides its flights through a scenario but seeds and gains, as JSON-able data."""
         numbers = [flatten(part) for part in (self.parameters, self.nominal, self.limits, self.timing)]
-        signals = [sorted((name, repr(each)) for name, each in part.items()) for part in (spec.references, spec.disturbances)]
-        rest = [sorted((name, repr(each)) for name, each in part.items()) for part in (spec.sensors, spec.spread, spec.band)]
+        signals = [
+            sorted((name, repr(each)) for name, each in part.items()) for part in (spec.references, spec.disturbances)
+        ]
+        rest = [
+            sorted((name, repr(each)) for name, each in part.items()) for part in (spec.sensors, spec.spread, spec.band)
+        ]
         return {
             "plant": identity(self.loop),
             "numbers": [[value if isfinite(value) else repr(value) for value in part] for part in numbers],

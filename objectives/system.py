@@ -11,6 +11,7 @@ from objectives.metrics.address import CASCADE, Axes
 from plant.backends.flyer import FlightInputs
 from plant.cascade import Cascade
 from plant.closed_loop import Limits, close_loop
+from plant.gains import GainAddress, gain_addresses
 from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.nominal import Nominal
 from plant.records import flatten
@@ -33,6 +34,11 @@ class System:
     def loop(self) -> ClosedLoop:
         """The closed loop with the meters of this package."""
         return close_loop(self.cascade, MeterModel(meters.Meters, meters.start, meters.update))
+
+    @property
+    def gains(self) -> tuple[GainAddress, ...]:
+        """All gains in the column order of a gains row."""
+        return gain_addresses(self.cascade)
 
     @property
     def axes(self) -> Axes:

@@ -90,7 +90,7 @@ class PlantMargins:
         return joined([self._read(part, asked).summed(self.skew) for part in parts])
 
     def _read(self, gains: Array, asked: frozenset[str]) -> Sheet:
-        sheet = Sheet(len(gains), len(self._periods), self.cases, self.period, asked, len(self.channels))
+        sheet = Sheet(len(gains), len(self._periods), self.cases, self.period, asked, self.channels)
         everyone, cases = np.ones(len(gains), dtype=bool), list(range(len(self.cases)))
         if not len(gains):
             return sheet
@@ -101,7 +101,9 @@ class PlantMargins:
                 sheet.sweep(block)
                 closed = _with_terms(block, block.part(loops), term)
                 inputs = [j for j, channel in enumerate(block.channels) if self._is_input(channel)]
-                sheet.enter(i, block, everyone, cases, read_block(closed, self._grid, self.period, self.skew, inputs, asked))
+                sheet.enter(
+                    i, block, everyone, cases, read_block(closed, self._grid, self.period, self.skew, inputs, asked)
+                )
         return sheet
 
     def _is_input(self, channel: int) -> bool:

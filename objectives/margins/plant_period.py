@@ -16,8 +16,8 @@ from objectives.plant_system import PlantSystem
 from plant.backends import array, symbolic
 from plant.errors import InputError
 from plant.laws.law import Law, Nonlinearity
-from plant.model.closing import close_plant, to_channel, to_plant
 from plant.loop import MeterModel
+from plant.model.closing import close_plant, to_channel, to_plant
 from plant.records import flatten, pack, paths, record_type, size
 
 Array = NDArray[np.float64]
@@ -60,7 +60,9 @@ class PlantPeriod:
         self.system, self.plan, self.plant = system, system.plan, system.plant
         self.h, self.steps = system.timing.control_period, system.timing.steps
         self.loop = close_plant(system.plant, system.plan, MeterModel(NoMeters, _nothing, _nothing), self.h)
-        self.terms = tuple(PlantTerm(each.name, each.law, term) for each in self.plan.channels for term in each.law.nonlinear)
+        self.terms = tuple(
+            PlantTerm(each.name, each.law, term) for each in self.plan.channels for term in each.law.nonlinear
+        )
         kept = {name: part for name, part in self.loop.Flight.__annotations__.items() if name not in LEFT_OUT}
         self.state = record_type("PlantState", kept)
         self.parameters = system.parameters if parameters is None else parameters
@@ -78,7 +80,9 @@ class PlantPeriod:
         n, k, w = len(gains), self.n_channels, len(self.terms)
         states = self._start(gains, self._body, self._nominal, self._reference)[0]
         none = np.zeros((n, k + w + k))
-        outputs, entries, _ = self._decide(np.concatenate([states, none], axis=1), gains, self._nominal, self._reference)
+        outputs, entries, _ = self._decide(
+            np.concatenate([states, none], axis=1), gains, self._nominal, self._reference
+        )
         self._check_rest(states, outputs)
         slope = self._decide.full(entries)
         x, b, m = states.shape[1], len(self._body), size(self.plant.Input)
@@ -185,7 +189,10 @@ class PlantPeriod:
         """Return the references with r added to their values."""
         parts = [getattr(goal, name) for name in self.plan.names]
         return goal._replace(
-            **{name: part._replace(value=part.value + r) for name, part, r in zip(self.plan.names, parts, by, strict=True)}
+            **{
+                name: part._replace(value=part.value + r)
+                for name, part, r in zip(self.plan.names, parts, by, strict=True)
+            }
         )
 
     def _check_rest(self, states: Array, outputs: Array) -> None:

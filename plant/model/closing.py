@@ -280,11 +280,19 @@ class _Closing:
             share = len(self.plan.acting_on(c.to)) or 1
             lines += [
                 f"    u_{c.name} = "
-                + (f"body.shown.{self._output_of(c.to)}" if c.to in self.plan.names else f"held.{c.to} / {float(share)}"),
+                + (
+                    f"body.shown.{self._output_of(c.to)}"
+                    if c.to in self.plan.names
+                    else f"held.{c.to} / {float(share)}"
+                ),
                 f"    memory_{c.name} = start_{c.name}(constants.{c.name}, Measured(seen.{c.output}, {rate}), "
                 f"nominal.{c.name}.b0 * u_{c.name})",
                 f"    goal_{c.name} = "
-                + (f"Setpoint(body.shown.{c.output}, 0.0, 0.0)" if c.name in self.plan.commanded else f"reference.{c.name}"),
+                + (
+                    f"Setpoint(body.shown.{c.output}, 0.0, 0.0)"
+                    if c.name in self.plan.commanded
+                    else f"reference.{c.name}"
+                ),
             ]
         commands = ", ".join(f"u_{name}" for name in self.plan.names)
         memories = ", ".join(f"memory_{name}" for name in self.plan.names)

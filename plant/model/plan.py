@@ -149,7 +149,9 @@ def _check_unique(names: Sequence[str]) -> None:
         if name in names[:i]:
             raise InputError(f"given '{name}' twice; names of channels must differ", key=f"channel[{i}].name")
         if not name.isidentifier() or name.startswith("_"):
-            raise InputError(f"given '{name}'; allowed: letters, digits and _, a letter first", key=f"channel[{i}].name")
+            raise InputError(
+                f"given '{name}'; allowed: letters, digits and _, a letter first", key=f"channel[{i}].name"
+            )
 
 
 def _check_channel(channel: Channel, names: Sequence[str], inputs: Sequence[str], outputs: Sequence[str]) -> None:

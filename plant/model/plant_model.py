@@ -86,7 +86,9 @@ def _nothing(state: Any, command: Any) -> Callable[[Any], Any]:
 def _check_record(kind: str, record: Any, file: str) -> None:
     if not (isinstance(record, type) and issubclass(record, tuple) and hasattr(record, "_fields")):
         given = "nothing" if record is None else repr(record)
-        raise InputError(f"given {given} for {kind}; write class {kind}(NamedTuple) with a unit for every field", file=file)
+        raise InputError(
+            f"given {given} for {kind}; write class {kind}(NamedTuple) with a unit for every field", file=file
+        )
     for field, part in record.__annotations__.items():
         if getattr(part, "__origin__", None) is not float or not unit_of(part):
             raise InputError(

@@ -69,7 +69,8 @@ class PlantScenario:
             raise InputError(f"given {self.settling}; allowed: above 0 and below 1", key="settling")
         if not 0.0 <= self.recovery_from < self.duration:
             raise InputError(
-                f"given {self.recovery_from} s; allowed: 0 s up to the duration of {self.duration} s", key="recovery_from"
+                f"given {self.recovery_from} s; allowed: 0 s up to the duration of {self.duration} s",
+                key="recovery_from",
             )
         for name, width in self.spread.items():
             if not (isfinite(width) and 0.0 <= width <= MOST_SPREAD):

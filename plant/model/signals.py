@@ -107,7 +107,9 @@ class Ramp(Signal):
     def __post_init__(self) -> None:
         super().__post_init__()
         if not self.until > self.time:
-            raise InputError(f"given {self.until:g} s; the end must come after the start at {self.time:g} s", key="until")
+            raise InputError(
+                f"given {self.until:g} s; the end must come after the start at {self.time:g} s", key="until"
+            )
 
     def values(self, t: Array, draw: np.random.Generator) -> Array:  # noqa: ARG002
         """Return the ramp and its slope."""
