@@ -9,7 +9,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from plant.records import parts, source_of
+from plant.records import parts, paths, source_of
 
 # Squared size of the state beyond which a flight counts as non-finite; comparisons with NaN are false.
 LARGEST_STATE = 1e12
@@ -95,6 +95,11 @@ class ClosedLoop:
     def Meters(self) -> Any:  # noqa: N802
         """Type of its meters."""
         return self.Flight.__annotations__["meters"]
+
+    @property
+    def results(self) -> tuple[str, ...]:
+        """Names of the numbers of a flight that backends return: the meters, status and end time."""
+        return (*paths(self.Meters), "status", "end_time")
 
     @property
     def sources(self) -> set[Path]:

@@ -85,6 +85,23 @@ class PlantMargins:
         w = self._grid[0, 1:] if frequency is None else np.asarray(frequency, dtype=float)
         return self.realisation(gains, channel, case).response(w)
 
+    def curves(self, gains: Array, cases: NDArray[np.intp], frequency: Array) -> NDArray[np.complex128]:
+        """Loop transfer functions (n, channels, f) of the nominal plant under gains rows (n, g) at frequencies (f,) [rad/s].
+
+        cases (n, channels): number of the amplitude in `cases` for each. A channel without a loop has zeros.
+        """
+        period, found = self._periods[0], np.zeros((len(gains), len(self.channels), len(frequency)), dtype=complex)
+        loops, terms = period.loops(gains), self._term_gains(period, gains, self.cases)
+        for block in self._blocks[0]:
+            part = block.part(loops)
+            for j, channel in enumerate(block.channels):
+                chosen = terms[np.arange(len(gains)), cases[:, channel]][:, None]
+                closed = _with_terms(block, part, chosen)
+                for row in range(len(gains)):
+                    own = Realisation(closed.a[row], closed.b[row, :, j], closed.c[row, j], self.period)
+                    found[row, channel] = own.response(frequency).loop
+        return found
+
     def _evaluate(self, gains: Array, asked: frozenset[str]) -> Margins:
         parts = [gains[i : i + CHUNK] for i in range(0, max(len(gains), 1), CHUNK)]
         return joined([self._read(part, asked).summed(self.skew) for part in parts])
@@ -122,5 +139,5 @@ class PlantMargins:
 
 
 def _with_terms(block: Block, part: LinearLoops, term: Array) -> LinearLoops:
-    """A block's own loops, closed with term gains (n, cases, terms): rows are candidates, then cases; without terms, candidates."""
+    """A block's own loops, closed with term gains (n, cases, terms): rows are candidates, then cases, where it has terms."""
     return close_terms(part.expanded(), term[:, :, list(block.terms)]).flattened() if block.terms else part

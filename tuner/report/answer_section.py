@@ -7,7 +7,7 @@ from objectives.margins.quantities import QUANTITIES
 from tuner.documents.parts import Estimate
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import DEFAULT, TuningFolder
-from tuner.report.words import law_title, plain_margin, plain_metric, plain_risk
+from tuner.report.words import law_title, laws_of, plain_margin, plain_metric, plain_risk
 from tuner.text.markup import Markup, cells, element, join
 from tuner.text.numbers import MISSING, count, duration, estimate, fixed, significant
 from tuner.text.sentences import limit_text, listing
@@ -115,8 +115,8 @@ def _margins_sentence(results: TuningFolder) -> Markup:
 
 
 def _evidence(results: TuningFolder) -> str:
-    summary, controller = results.summary, results.resolved.controller
-    laws = f"{law_title(controller.position)} on position and {law_title(controller.attitude)} on attitude"
+    summary = results.summary
+    laws = listing([f"{law_title(law)} on {loop}" for law, loop in laws_of(results.resolved)])
     return (
         f"Values are from {count(summary.held_out)} fresh scenarios with 95 % intervals, of {count(summary.flights)} "
         f"simulated flights in {duration(summary.wall_seconds)}; {laws}."

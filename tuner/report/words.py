@@ -5,6 +5,7 @@ import re
 from objectives.margins.quantities import QUANTITIES
 from plant.laws import LAWS
 from tuner.documents.parts import Estimate
+from tuner.documents.resolved import Resolved
 from tuner.documents.summary import PickedOn
 from tuner.text.numbers import per_cent, significant
 
@@ -47,6 +48,14 @@ def plain_margin(label: str) -> str:
 def law_title(name: str) -> str:
     """Return what a law is called in full."""
     return LAWS[name].title if name in LAWS else name
+
+
+def laws_of(resolved: Resolved) -> list[tuple[str, str]]:
+    """Return the law of each loop: pairs of law and loop."""
+    controller = resolved.controller
+    if controller is None:
+        return [(channel.law, channel.name) for channel in resolved.channel]
+    return [(controller.position, "position"), (controller.attitude, "attitude")]
 
 
 def gap_words(picked: PickedOn, gap: Estimate) -> str:

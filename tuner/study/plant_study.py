@@ -50,6 +50,11 @@ class PlantStudy(TuningStudy):
     file: Path
 
     @property
+    def fixes_plant_step(self) -> bool:
+        """Whether the study writes the plant step."""
+        return self.table.plant.plant_step is not None
+
+    @property
     def about(self) -> tuple[tuple[str, str], ...]:
         """Plant, and the law of each channel."""
         laws = ", ".join(f"{each.law.name} ({each.name})" for each in self.system.plan.channels)

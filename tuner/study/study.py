@@ -190,6 +190,11 @@ class TuningStudy:
         """The plant and its laws, in a few words each."""
         raise NotImplementedError
 
+    @property
+    def fixes_plant_step(self) -> bool:
+        """Whether the study writes the plant step."""
+        raise NotImplementedError
+
     def _repr_html_(self) -> str:
         rows = (
             *self.about,
@@ -239,6 +244,11 @@ class Study(TuningStudy):
             self.airframe, self.system.cascade, self.options, timing.control_period, timing.plant_step,
             tuple(float(gain) for gain in gains), self.vehicle,
         )  # fmt: skip
+
+    @property
+    def fixes_plant_step(self) -> bool:
+        """Whether the study writes the plant step."""
+        return self.table.controller.plant_step is not None
 
     @property
     def about(self) -> tuple[tuple[str, str], ...]:
