@@ -20,6 +20,7 @@ from objectives.engine import LANES
 from objectives.system import FlightBatch, System
 from plant.backends import processor
 from plant.records import flatten
+from plant.registry import origins
 
 # Libraries whose versions can change the bits of a flight.
 LIBRARIES = ("numba", "llvmlite", "numpy", "scipy")
@@ -52,6 +53,12 @@ def model_key() -> str:
     return digest.hexdigest()
 
 
+def own_code(system: System, batch: FlightBatch) -> dict[str, str]:
+    """Return the digests of code that decides the flights of a batch and is not bundled, by name."""
+    laws = origins((system.cascade.position, system.cascade.attitude))
+    return laws | origins([type(batch.spec.reference)], "kind")
+
+
 def scenario_key(
     system: System, root: int, batch: FlightBatch, arithmetic: str = LANES, model: str | None = None
 ) -> str:
@@ -72,6 +79,8 @@ def scenario_key(
         # Also where a card flies: the air is drawn here.
         "machine": processor.arithmetic().label,
     }
+    if own := own_code(system, batch):
+        content["code"] = own
     if arithmetic != LANES:
         content["arithmetic"] = arithmetic
     return hashlib.blake2b(json.dumps(content, sort_keys=True, allow_nan=False).encode(), digest_size=12).hexdigest()

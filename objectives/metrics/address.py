@@ -59,9 +59,7 @@ def all_addresses() -> tuple[str, ...]:
 def parse(address: str) -> MetricAddress:
     """Return what an address stands for; UnknownNameError, with the nearest valid name, if it stands for nothing."""
     name, _, axes = address.partition(".")
-    if name not in METRICS:
-        raise UnknownNameError("metric", name, METRICS)
-    metric = METRICS[name]
+    metric = METRICS.find(name)
     if address not in addresses_of(metric):
         raise UnknownNameError("metric address", address, addresses_of(metric))
     return MetricAddress(address, metric, AXES[axes] if axes else ())

@@ -7,7 +7,7 @@ stale, and a file that was damaged is flown again. For runs that were stopped, k
 from pathlib import Path
 from typing import Any, Unpack
 
-from plant.errors import InputError, StoreError
+from plant.errors import InputError, StoreError, UnnamedCodeError
 from tuner.experiments.options import ResumeOptions
 from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed, refuse_options
 from tuner.search.watcher import Watcher
@@ -80,6 +80,8 @@ def _study_again(path: Path, record: RunRecord) -> AnyStudy:
     file = path / record.study
     try:
         study = load_any(file, as_recorded(record, file))
+    except UnnamedCodeError:
+        raise
     except InputError as error:
         raise StoreError(f"the inputs of this run are damaged: {error}") from None
     check_unchanged(path, record, study.digest())
