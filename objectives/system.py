@@ -15,6 +15,7 @@ from plant.gains import GainAddress, gain_addresses
 from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.nominal import Nominal
 from plant.records import flatten
+from plant.registry import origins
 from plant.scenarios import ScenarioSpec, sample_scenarios
 from plant.targets import Targets
 from plant.vehicle import Vehicle
@@ -58,7 +59,10 @@ class System:
         reference = asdict(spec.reference)
         # What is in a waypoint file decides, not where it lies.
         reference.pop("path", None)
+        laws = origins((self.cascade.position, self.cascade.attitude))
+        own = laws | origins([type(spec.reference)], "kind")
         return {
+            **({"code": own} if own else {}),
             "laws": [self.cascade.position.name, self.cascade.attitude.name],
             "numbers": [flatten(part) for part in (self.vehicle, self.nominal, self.limits, self.timing)],
             "scenario": {**asdict(spec), "reference": {**reference, "kind": spec.reference.kind}},

@@ -73,9 +73,7 @@ def all_addresses(axes: Axes = CASCADE) -> tuple[str, ...]:
 def parse(address: str, axes: Axes = CASCADE) -> MetricAddress:
     """Return what an address stands for; UnknownNameError, with the nearest valid name, if it stands for nothing."""
     name, _, group = address.partition(".")
-    if name not in METRICS:
-        raise UnknownNameError("metric", name, METRICS)
-    metric = METRICS[name]
+    metric = METRICS.find(name)
     valid = addresses_of(metric, axes)
     if address not in valid:
         raise UnknownNameError("metric address", address, valid)

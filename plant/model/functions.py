@@ -6,6 +6,7 @@ elsewhere would stay in Python.
 """
 
 import ast
+import dis
 import inspect
 import textwrap
 from collections.abc import Callable, Iterator
@@ -20,15 +21,24 @@ REFUSED: dict[type[ast.AST], str] = {
     ast.If: "an `if` on a value; write select(condition, a, b)",
     ast.IfExp: "an `if` on a value; write select(condition, a, b)",
     ast.BoolOp: "`and` or `or` on values; write both(a, b) or either(a, b)",
+    ast.Not: "`not` on a value; write the opposite comparison",
+    ast.Assert: "`assert`; a model function cannot fail",
+    ast.Raise: "`raise`; a model function cannot fail",
     ast.While: "a loop; write the terms out",
     ast.For: "a loop; write the terms out",
-    ast.Global: "a state that hides between calls; keep it in State",
-    ast.Nonlocal: "a state that hides between calls; keep it in State",
+    ast.Global: "a state that hides between calls; keep it in {memory}",
+    ast.Nonlocal: "a state that hides between calls; keep it in {memory}",
     ast.Try: "`try`; a model function cannot fail",
     ast.Import: "an import; write it at the top of the file",
     ast.ImportFrom: "an import; write it at the top of the file",
 }
-HIDDEN = "a state that hides between calls, '{}'; keep it in State"
+HIDDEN = "a state that hides between calls, '{name}'; keep it in {memory}"
+CHAIN = "a chain of comparisons; write both(a < b, b < c)"
+# Builtins that a look at the globals does not find; on arrays and symbols they mean something else.
+BUILTINS = {
+    "abs": "absolute", "min": "minimum", "max": "maximum", "round": "floor", "sum": "", "len": "", "float": "", "int": "", "bool": "",
+    "pow": "", "print": "",
+}  # fmt: skip
 
 
 def place_of(thing: Any, file: str, line: int = 0) -> str:
@@ -37,11 +47,19 @@ def place_of(thing: Any, file: str, line: int = 0) -> str:
         _, first = inspect.getsourcelines(thing)
     except (OSError, TypeError):
         return file
+    # It may stand in a file that the user's own imports.
+    if isinstance(thing, FunctionType):
+        file = thing.__code__.co_filename
     return f"{file}:{first + line}"
 
 
-def check_model_function(function: Any, name: str, arguments: int, file: str) -> Callable[..., Any]:
-    """Return a model function of so many arguments, after a look at it and at all that it calls; InputError with its line."""
+def check_model_function(
+    function: Any, name: str, arguments: int, file: str, memory: str = "State"
+) -> Callable[..., Any]:
+    """Return a model function of so many arguments, after a look at it and at all that it calls; InputError with its line.
+
+    memory: the record that holds what goes from one call to the next.
+    """
     if not isinstance(function, FunctionType):
         given = "nothing" if function is None else repr(function)
         raise InputError(f"given {given}; write def {name}(...) with {arguments} arguments", file=file, key=name)
@@ -50,8 +68,8 @@ def check_model_function(function: Any, name: str, arguments: int, file: str) ->
         place = place_of(function, file)
         raise InputError(f"takes {count} arguments; it must take {arguments}", file=place, key=name)
     for each in _reached(function, {}):
-        _check_statements(each, file)
-        _check_names(each, file)
+        _check_statements(each, file, memory)
+        _check_names(each, file, memory)
     return function
 
 
@@ -61,13 +79,18 @@ def _reached(function: FunctionType, seen: dict[FunctionType, None]) -> Iterator
         return
     seen[function] = None
     yield function
-    for name in function.__code__.co_names:
+    for name in _globals_of(function):
         value = function.__globals__.get(name)
         if isinstance(value, FunctionType):
             yield from _reached(value, seen)
 
 
-def _check_statements(function: FunctionType, file: str) -> None:
+def _globals_of(function: FunctionType) -> list[str]:
+    """Return the names that a function looks up outside; attributes of records, which may have the same names, are none."""
+    return [entry.argval for entry in dis.get_instructions(function) if entry.opname in ("LOAD_GLOBAL", "LOAD_NAME")]
+
+
+def _check_statements(function: FunctionType, file: str, memory: str) -> None:
     try:
         tree = ast.parse(textwrap.dedent(inspect.getsource(function)))
     except (OSError, TypeError, SyntaxError):
@@ -75,15 +98,27 @@ def _check_statements(function: FunctionType, file: str) -> None:
     for node in ast.walk(tree):
         reason = next((text for kind, text in REFUSED.items() if isinstance(node, kind)), None)
         if reason is None and isinstance(node, (ast.Attribute, ast.Subscript)) and isinstance(node.ctx, ast.Store):
-            reason = HIDDEN.format(ast.unparse(node))
+            reason = HIDDEN.replace("{name}", ast.unparse(node))
+        if isinstance(node, ast.Compare) and len(node.ops) > 1:
+            reason = CHAIN
         if reason is not None:
-            place = place_of(function, file, getattr(node, "lineno", 1) - 1)
-            raise InputError(f"{reason}", file=place, key=function.__name__)
+            place = place_of(function, file, _line_of(node, tree) - 1)
+            raise InputError(reason.replace("{memory}", memory), file=place, key=function.__name__)
 
 
-def _check_names(function: FunctionType, file: str) -> None:
-    for name in function.__code__.co_names:
+def _line_of(node: ast.AST, tree: ast.AST) -> int:
+    """Return the line of a node; an operator has that of the expression around it."""
+    around = next((outer for outer in ast.walk(tree) if node in ast.iter_child_nodes(outer)), node)
+    return getattr(node, "lineno", getattr(around, "lineno", 1))
+
+
+def _check_names(function: FunctionType, file: str, memory: str) -> None:
+    for name in _globals_of(function):
         value = function.__globals__.get(name)
+        if value is None and name in BUILTINS:
+            instead = f"; write {BUILTINS[name]}" if BUILTINS[name] else ""
+            message = f"uses the builtin '{name}', which backends cannot replace{instead}"
+            raise InputError(message, file=place_of(function, file), key=function.__name__)
         if isinstance(value, (ModuleType, BuiltinFunctionType)) and value not in vars(primitives).values():
             allowed = ", ".join(primitives.__all__)
             raise InputError(
@@ -92,4 +127,5 @@ def _check_names(function: FunctionType, file: str) -> None:
                 key=function.__name__,
             )
         if isinstance(value, (list, dict, set)):
-            raise InputError(HIDDEN.format(name), file=place_of(function, file), key=function.__name__)
+            message = HIDDEN.replace("{name}", name).replace("{memory}", memory)
+            raise InputError(message, file=place_of(function, file), key=function.__name__)

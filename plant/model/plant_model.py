@@ -10,7 +10,7 @@ Every field is Annotated[float, "unit"]. Functions take their mathematics from `
 """
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import isfinite
 from typing import Any, NamedTuple
 
@@ -35,8 +35,8 @@ class PlantModel:
     """
 
     name: str
-    title: str
-    file: str
+    title: str = field(compare=False)
+    file: str = field(compare=False)
     State: Any
     Input: Any
     Disturbance: Any

@@ -10,7 +10,7 @@ import sys
 from typing import Any
 
 from tuner.cli import begin, judge, read, tune, vehicle
-from tuner.cli.app import app
+from tuner.cli.app import app, with_code_first
 from tuner.text.errors import guarded
 
 FAMILIES = (begin, tune, read, judge, vehicle)
@@ -29,4 +29,4 @@ def _invoke() -> Any:
     # A width of 0, which some programs without a terminal hand on, is none: nothing at all would fit.
     if not os.environ.get("COLUMNS", "1").strip("0"):
         del os.environ["COLUMNS"]
-    return app(prog_name="tuner")
+    return app(with_code_first(sys.argv[1:]), prog_name="tuner")

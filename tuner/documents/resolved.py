@@ -106,10 +106,16 @@ class ResolvedRequirement(DocumentPart):
 
 
 class Resolved(Document):
-    """Content of resolved.json of a tuning run; tables that are not told here are those of the study file."""
+    """Content of resolved.json of a tuning run; tables that are not told here are those of the study file.
+
+    law, metric, reference: digests of code of the user's own, by name.
+    """
 
     title: str = ""
     seed: int
+    law: dict[str, str] | None = None
+    metric: dict[str, str] | None = None
+    reference: dict[str, str] | None = None
     airframe: ResolvedAirframe | None = None
     controller: ResolvedController | None = None
     plant: ResolvedPlant | None = None

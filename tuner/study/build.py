@@ -30,6 +30,7 @@ from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
 from tuner.study.judged_reading import constraint_of, listed, objective_of, pick_rule, unique
 from tuner.study.margins import margin_requirement, margin_screen
+from tuner.study.own_code import use_files_of
 from tuner.study.processor_cost.requirement import cost_screen
 from tuner.study.reading import checked_table, read_study_table
 from tuner.study.schema import (
@@ -67,6 +68,7 @@ def study_from_table(path: Path, raw: Mapping[str, Any]) -> Study:
 
 def _build(path: Path, table: StudyTable) -> Study:
     with located(path, ""):
+        use_files_of(path, {"law": table.law, "metric": table.metric, "reference": table.reference})
         with located(path, "airframe"):
             airframe = _airframe(table.airframe, path)
         with located(path, "controller"):

@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping
 from dataclasses import asdict, dataclass
-from functools import cached_property
 from math import inf, isfinite
 from pathlib import Path
 from typing import Any, ClassVar
@@ -19,11 +18,11 @@ from plant.errors import InputError, UnknownNameError
 from plant.gains import GainAddress
 from plant.laws import law
 from plant.loop import Timing
-from plant.model.loading import digest_of, load_plant
 from plant.model.plan import Actuator, Channel, plan_loop
-from plant.model.plant_model import PlantModel
+from plant.model.plant_model import PlantModel, plant_from
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Signal, signal_from
+from plant.own_code import in_results_folder, run_own_code
 from plant.records import flatten, paths
 from plant.texts import LONGEST_TITLE, check_text, check_texts, check_title
 from tuner.gains.ranges import check_multiple, check_period, check_value, timing_of
@@ -42,12 +41,13 @@ from tuner.text.input_errors import located
 
 @dataclass(frozen=True, kw_only=True)
 class PlantStudy(TuningStudy):
-    """A study of a plant of the user's own. file: where the plant is written."""
+    """A study of a plant of the user's own. file: where the plant is written; code_digest: of it and what it imports."""
 
     kind: ClassVar[str] = "plant"
     system: PlantSystem
     table: PlantStudyTable
     file: Path
+    code_digest: str = ""
 
     @property
     def fixes_plant_step(self) -> bool:
@@ -60,11 +60,6 @@ class PlantStudy(TuningStudy):
         laws = ", ".join(f"{each.law.name} ({each.name})" for each in self.system.plan.channels)
         return ("plant", self.system.plant.title), ("laws", laws)
 
-    @cached_property
-    def plant_digest(self) -> str:
-        """Digest of the plant's file."""
-        return digest_of(self.file.read_bytes())
-
     def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
         """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
         values = self._values()
@@ -75,7 +70,7 @@ class PlantStudy(TuningStudy):
     def _values(self) -> dict[str, Any]:
         system = self.system
         parameters = dict(zip(paths(system.plant.Parameters), flatten(system.parameters), strict=True))
-        plant = {"parameters": parameters, "plant_step": system.timing.plant_step, "digest": self.plant_digest}
+        plant = {"parameters": parameters, "plant_step": system.timing.plant_step, "digest": self.code_digest}
         return {
             **self.table.model_dump(mode="json", by_alias=True),
             "plant": {
@@ -116,7 +111,8 @@ def build_plant_study(path: Path, table: PlantStudyTable, plant: PlantModel | No
     file = path.parent / table.plant.file
     with located(path, ""):
         with located(path, "plant.file"):
-            plant = plant or load_plant(file)
+            code = None if plant else run_own_code(file, in_results_folder(path))
+            plant = plant or plant_from(code.names, file.stem, str(file))
         with located(path, "plant"):
             timing = _timing(table.plant)
             parameters = _parameters(plant, table.plant.parameters)
@@ -154,7 +150,7 @@ def build_plant_study(path: Path, table: PlantStudyTable, plant: PlantModel | No
     return PlantStudy(
         path=path, title=table.title, description=table.description, seed=table.seed, system=system, space=space,
         scenarios=scenarios, objectives=objectives, constraints=constraints, screens=screens, search=search, pick=rule,
-        table=table, file=file,
+        table=table, file=file, code_digest="" if code is None else code.digest,
     )  # fmt: skip
 
 

@@ -17,6 +17,7 @@ from plant.airframes import Airframe
 from plant.input_files import read_input_text
 from plant.nominal import ControlOptions
 from plant.references import ReferenceSpec
+from plant.registry import origins
 from plant.scenarios import ScenarioSpec
 from tuner.gains import Controller, VehicleRecord
 from tuner.gains.document import seed_entry
@@ -257,9 +258,23 @@ class Study(TuningStudy):
         laws = f"{cascade.position.name} (position), {cascade.attitude.name} (attitude)"
         return ("airframe", self.airframe.name), ("laws", laws)
 
+    @property
+    def own_code(self) -> dict[str, dict[str, str]]:
+        """Digests of the laws, metrics and references that are not bundled, by table and name."""
+        cascade, judged = self.system.cascade, [*self.objectives, *[entry.objective for entry in self.constraints]]
+        kinds = {type(entry.spec.reference): None for entry in self.scenarios}
+        found = {
+            "law": origins((cascade.position, cascade.attitude)),
+            "metric": origins(entry.metric.metric for entry in judged),
+            "reference": origins(kinds, "kind"),
+        }
+        return {table: digests for table, digests in found.items() if digests}
+
     def _values(self) -> dict[str, Any]:
         return {
-            **_dumped(self.table),
+            **_dumped(self.table, {"law", "metric", "reference"}),
+            # By digest: where a file lies does not count.
+            **self.own_code,
             "controller": self._controller(),
             "scenario": self._scenarios(paths=True),
             "search": self.search.values,

@@ -11,6 +11,7 @@ from types import FrameType
 from typing import Any
 
 from plant.errors import ToolError, one_line
+from plant.own_code import place_of_error
 from tuner.text.inert_stream import inert_streams
 
 BROKEN = 1
@@ -143,6 +144,8 @@ def message(error: BaseException, number: int | None) -> str | None:
         return f"Interrupted; {notes[-1]}." if notes else "Interrupted."
     if isinstance(error, ToolError):
         return f"Error: {error}"
+    if place := place_of_error(error):
+        return f"Error: {place}: {type(error).__name__}: {error}; correct this line, or see all of it with --debug"
     if isinstance(error, OSError):
         # Files are the only things outside this process that the tool touches: a full disk, a folder without permission.
         where = f"{error.filename}: " if error.filename else ""

@@ -40,7 +40,11 @@ def print_figures(figures: Row) -> None:
 
 
 def shown(value: Any) -> str:
-    """Return a figure as text: a list with commas, a number with its unit."""
+    """Return a figure as text: a list or a table with commas, a number with its unit."""
+    if isinstance(value, dict) and "value" not in value:
+        return ", ".join(
+            f"{key} {entry:.4g}" if isinstance(entry, float) else f"{key} {entry}" for key, entry in value.items()
+        )
     if isinstance(value, dict):
         return f"{value['value']:.4g}{unit_text(value['unit'], ' {}')}"
     return ", ".join(value) if isinstance(value, list) else str(value)

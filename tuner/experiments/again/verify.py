@@ -35,13 +35,13 @@ from tuner.gains.hashing import same_result
 from tuner.search.loop import Generation, archive, point_name
 from tuner.search.rest import Budget
 from tuner.search.watcher import CHECKING, Watcher
-from tuner.store.advice import CONTEST, TUNING, kind_of
+from tuner.store.advice import CONTEST, FLOWN_AGAIN, TUNING, kind_of
 from tuner.store.environment import Environment, environment
 from tuner.store.flights import RESULTS, FlightStore
 from tuner.store.folder import csv_text
 from tuner.store.manifest import NONE_YET, Manifest, first_damage, read_manifest
 from tuner.store.start import read_start
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 from tuner.text.markup import element
 
 # Candidates flown again at a time.
@@ -81,7 +81,7 @@ class Verdict:
         """The verdict as a sentence."""
         if self.difference is not None:
             return f"Different: {self.difference}{self.elsewhere}"
-        if self.kind != TUNING:
+        if self.kind not in FLOWN_AGAIN:
             return self._words_of_files()
         front = "front, gains and summary" if self.finished else "the run is not finished, so there is no front yet"
         files = ""
@@ -121,7 +121,7 @@ class Different(Exception):
 def verify(path: Path, sample: int | None, threads: int | None, watcher: Watcher) -> Verdict:
     """Compare a results folder with what comes out now; sample: fly only so many candidates again, drawn at random."""
     manifest = read_manifest(path)
-    if manifest is not None and kind_of(path) != TUNING:
+    if manifest is not None and kind_of(path) not in FLOWN_AGAIN:
         return verify_files(path, manifest)
     study, record = recorded_study(path)
     store = flight_store(study, None, (path,))
@@ -166,7 +166,7 @@ def named(path: Path) -> str:
     return "folder" if known is None else known.kind
 
 
-def replay(path: Path, study: Study, problem: Problem, finished: bool) -> list[Generation]:
+def replay(path: Path, study: TuningStudy, problem: Problem, finished: bool) -> list[Generation]:
     """Replay the search and compare every recorded generation; finished: there must be all of them."""
     files = sorted((path / "generations").glob("*.parquet"))
     most = study.search.generations
@@ -209,7 +209,12 @@ def chosen(generations: list[Generation], sample: int | None, root: int) -> np.n
 
 
 def refly(
-    study: Study, again: Problem, generations: list[Generation], flown: np.ndarray, store: FlightStore, watcher: Watcher
+    study: TuningStudy,
+    again: Problem,
+    generations: list[Generation],
+    flown: np.ndarray,
+    store: FlightStore,
+    watcher: Watcher,
 ) -> None:
     """Fly candidates again on the search's scenarios and raise the first meter that differs from its record."""
     points = archive(generations).points if generations else np.zeros((0, len(study.space.variables)))
@@ -244,7 +249,9 @@ def compare_flights(point: str, scenario: str, first: int, there: np.ndarray, he
         )
 
 
-def compare_front(path: Path, study: Study, problem: Problem, generations: list[Generation], watcher: Watcher) -> None:
+def compare_front(
+    path: Path, study: TuningStudy, problem: Problem, generations: list[Generation], watcher: Watcher
+) -> None:
     """Judge the finalists again and compare front.csv, gains.json and summary.json."""
     known = read_start(path, len(study.space.variables))
     assert known is not None, "the replay has read it"

@@ -44,7 +44,7 @@ def document_of(study: TuningStudy, outcome: Outcome, summary: Summary) -> Row:
 def _(study: PlantStudy, outcome: Outcome, summary: Summary) -> Row:
     origin = study.origin(summary.shown) | ({} if outcome.feasible else {"feasible": False})
     parts = {"study": origin, "objectives": objective_rows(outcome), "margins": margin_rows(outcome)}
-    return plant_gains_document(study.system, outcome.gains(outcome.tuned), study.plant_digest) | {
+    return plant_gains_document(study.system, outcome.gains(outcome.tuned), study.code_digest) | {
         key: part for key, part in parts.items() if part
     }
 

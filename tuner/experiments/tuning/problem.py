@@ -12,6 +12,7 @@ from objectives.margins import curve
 from objectives.memory import FlightMemory
 from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
+from plant.own_code import HAVE_RUN
 from plant.scenarios import SEARCH
 from tuner.search import covariance, gaussian_process
 from tuner.search.names import ALGORITHMS
@@ -97,11 +98,13 @@ def compiled_beside(folder: Path) -> Iterator[None]:
     """
     code = (
         "import sys; from pathlib import Path; from tuner.experiments.again.resume import recorded_study; "
+        "from tuner.study.own_code import use; list(map(use, sys.argv[2:])); "
         "from tuner.experiments.tuning.problem import ask_margins, problem_of; "
         "study, _ = recorded_study(Path(sys.argv[1])); ask_margins(problem_of(study, None, None), study)"
     )
+    named = [str(own.file.resolve()) for own in HAVE_RUN.values()]
     with subprocess.Popen(
-        [sys.executable, "-c", code, str(folder.resolve())], cwd=Path(__file__).parents[3],
+        [sys.executable, "-c", code, str(folder.resolve()), *named], cwd=Path(__file__).parents[3],
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     ) as process:  # fmt: skip
         try:

@@ -1,0 +1,142 @@
+"""Files of the user's own that a study or a command line names: a law, a metric or a reference, put into its registry.
+
+A file is told by what it defines: LAW, METRIC or REFERENCE. A results folder never runs code that the user did not name: a study
+that is read from one gets what has been named before, by its digest.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from objectives.metrics import METRICS, Metric
+from objectives.metrics.contract import breaches as metric_breaches
+from objectives.metrics.contract import check_metric
+from plant.contract.breach import Breach
+from plant.contract.law_contract import breaches as law_breaches
+from plant.contract.law_contract import check_law
+from plant.contract.reference_contract import breaches as reference_breaches
+from plant.contract.reference_contract import check_reference
+from plant.errors import InputError
+from plant.laws import LAWS, Law
+from plant.own_code import OwnCode, in_results_folder, run_own_code
+from plant.references import REFERENCES, ReferenceSpec
+from plant.registry import Registry
+from tuner.gains.quantities import UCUM
+from tuner.study.schema import OwnCodeTable
+
+
+@dataclass(frozen=True)
+class OwnKind:
+    """A kind of what a file may define.
+
+    noun: also its table in a study. name: of what the file defines. check: refuses what could not be flown; breaches: all that its
+    contract finds.
+    """
+
+    noun: str
+    name: str
+    registry: Registry[Any]
+    check: Callable[[Any, str], Any]
+    breaches: Callable[[Any, str], list[Breach]]
+
+
+def _check_law(entry: Any, file: str) -> Law:
+    if not isinstance(entry, Law):
+        raise InputError(f"LAW is {entry!r}; it must be Law(name=..., step=...), of plant.laws.law", file=file)
+    for breach in _unit_breaches(entry):
+        raise InputError(breach.message, file=file, key=breach.part)
+    return check_law(entry, file)
+
+
+def _unit_breaches(entry: Law) -> list[Breach]:
+    return [
+        Breach(
+            "Gains",
+            f"the gain '{gain.name}' has the unit {gain.unit!r}, for which gains.json has no code; allowed: {_units()}",
+        )
+        for gain in entry.gains
+        if not {gain.unit_in("attitude"), gain.unit_in("position")} <= UCUM.keys()
+    ]
+
+
+def _units() -> str:
+    """Return the units that a gain may have, {y} standing for rad or m."""
+    return ", ".join(dict.fromkeys(unit.replace("rad", "{y}") for unit in UCUM if "m" not in unit.replace("rad", "")))
+
+
+def _law_breaches(entry: Any, file: str) -> list[Breach]:
+    if not isinstance(entry, Law):
+        return [Breach("LAW", f"is {entry!r}; it must be Law(name=..., step=...), of plant.laws.law", file)]
+    return [breach._replace(place=file) for breach in _unit_breaches(entry)] or law_breaches(entry, file)
+
+
+OWN_KINDS = (
+    OwnKind("law", "LAW", LAWS, _check_law, _law_breaches),
+    OwnKind("metric", "METRIC", METRICS, check_metric, metric_breaches),
+    OwnKind("reference", "REFERENCE", REFERENCES, check_reference, reference_breaches),
+)
+TABLES = tuple(kind.noun for kind in OWN_KINDS)
+"""Tables of a study that name files of code."""
+
+
+def use(file: str | Path) -> Law | Metric | type[ReferenceSpec]:
+    """Run a file of your own and make its law, metric or reference known by its name, to studies, gains and everything else.
+
+    Args:
+        file: A Python file that defines LAW, METRIC or REFERENCE.
+
+    Returns:
+        What it defines.
+
+    Raises:
+        InputError: It cannot be run or used; the message names file and line.
+
+    Examples:
+        >>> tuner.use("my_law.py").name  # doctest: +SKIP
+        'my_law'
+
+    """
+    return _take(run_own_code(Path(file)), OWN_KINDS)
+
+
+def use_files_of(study: Path, tables: Mapping[str, OwnCodeTable | None]) -> None:
+    """Take the files that the tables of a study name; study: its path, which they are relative to.
+
+    Raises InputError with the key, and UnnamedCodeError where the study lies in a results folder and the user has not named them.
+    """
+    recorded = in_results_folder(study)
+    for kind in OWN_KINDS:
+        table = tables.get(kind.noun)
+        for name in [] if table is None else table.files:
+            _take(run_own_code(study.parent / name, recorded), (kind,))
+
+
+def own_breaches(file: Path) -> tuple[OwnKind, str, list[Breach]]:
+    """Run a file and return its kind, the name of what it defines, and what that breaks."""
+    code = run_own_code(file)
+    kind = _kind_of(code, OWN_KINDS)
+    entry = code.names[kind.name]
+    told = kind.breaches(entry, str(file))
+    if told:
+        return kind, str(getattr(entry, "name", getattr(entry, "kind", file.stem))), told
+    taken = _take(code, (kind,))
+    return kind, str(getattr(taken, "name", getattr(taken, "kind", ""))), []
+
+
+def _take(code: OwnCode, kinds: tuple[OwnKind, ...]) -> Any:
+    kind = _kind_of(code, kinds)
+    entry = kind.check(code.names[kind.name], str(code.file))
+    return kind.registry.add(entry, code.origin)
+
+
+def _kind_of(code: OwnCode, kinds: tuple[OwnKind, ...]) -> OwnKind:
+    found = [kind for kind in kinds if kind.name in code.names]
+    wanted = " or ".join(kind.name for kind in kinds)
+    if not found:
+        raise InputError(f"defines no {wanted}; write {kinds[0].name} = ... at its end", file=code.file)
+    if len(found) > 1:
+        raise InputError(
+            f"defines {' and '.join(kind.name for kind in found)}; put each into a file of its own", file=code.file
+        )
+    return found[0]
