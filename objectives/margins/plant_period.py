@@ -44,8 +44,7 @@ class PlantTerm(NamedTuple):
 class PlantPeriod:
     """One control period of a plant's loops about rest.
 
-    terms: nonlinear terms of the laws, channel by channel. state: record of all that one period hands to the next. loops(gains) ->
-    the linear loops of gains rows (n, g), terms open. Raises InputError where channels step at several rates: then one period is
+    terms: nonlinear terms of the laws, channel by channel. state: record of all that one period hands to the next. Raises InputError where channels step at several rates: then one period is
     not like the next.
     """
 

@@ -70,7 +70,8 @@ class ScalarKernel:
         self.run(
             gains, np.array(flatten(nominal), dtype=float), _flat(inputs.dynamics, size(kinds.Dynamics))[: inputs.count],
             _flat(inputs.starts, size(self.loop.Body))[: inputs.count],
-            _flat(inputs.disturbances, size(kinds.Disturbance))[: inputs.count], _flat(inputs.noises, size(kinds.Noise))[: inputs.count],
+            _flat(inputs.disturbances, size(kinds.Disturbance))[: inputs.count],
+            _flat(inputs.noises, size(kinds.Noise))[: inputs.count],
             inputs.references, np.array(flatten(inputs.targets), dtype=float), np.array(flatten(limits)), h, plant_step,
             timing.steps, out,
         )  # fmt: skip

@@ -4,7 +4,7 @@
     Disturbance                          what acts on it from outside; may be left out
     derivative(state, input, disturbance, parameters) -> State
     output(state, input, disturbance, parameters) -> Output
-    rest(parameters) -> (State, Input)   where flights start, at rest under no disturbance; zero of everything where it is left out
+    rest(parameters) -> (State, Input)   where flights start, at rest under no disturbance; all zero where it is left out
 
 Every field is Annotated[float, "unit"]. Functions take their mathematics from `plant.primitives`, as those of the quadrotor do.
 """
@@ -89,14 +89,14 @@ def _check_record(kind: str, record: Any, file: str) -> None:
         raise InputError(
             f"given {given} for {kind}; write class {kind}(NamedTuple) with a unit for every field", file=file
         )
-    for field, part in record.__annotations__.items():
+    for name, part in record.__annotations__.items():
         if getattr(part, "__origin__", None) is not float or not unit_of(part):
             raise InputError(
-                f'no unit; write {field}: Annotated[float, "m"], with "1" for a number without one',
+                f'no unit; write {name}: Annotated[float, "m"], with "1" for a number without one',
                 file=place_of(record, file),
-                key=f"{kind}.{field}",
+                key=f"{kind}.{name}",
             )
-    missing = [field for field in record._fields if kind == "Parameters" and field not in record._field_defaults]
+    missing = [name for name in record._fields if kind == "Parameters" and name not in record._field_defaults]
     if missing:
         raise InputError(
             "no nominal value; write it behind the unit, as in = 0.5",

@@ -57,7 +57,8 @@ class Kept:
 class FlightStore:
     """Recalls what is in a results folder and in others, and writes what it is given into the first.
 
-    columns: names of the gains; results: of the numbers of a flight. damaged: names of files that were set aside, or of other folders passed over.
+    columns: names of the gains; results: of the numbers of a flight. damaged: names of files that were set aside, or
+    of other folders passed over.
     """
 
     def __init__(

@@ -19,6 +19,7 @@ from plant.contract.reference_contract import breaches as reference_breaches
 from plant.contract.reference_contract import check_reference
 from plant.errors import InputError
 from plant.laws import LAWS, Law
+from plant.model.plant_model import PlantModel, plant_from
 from plant.own_code import OwnCode, in_results_folder, run_own_code
 from plant.references import REFERENCES, ReferenceSpec
 from plant.registry import Registry
@@ -76,15 +77,17 @@ OWN_KINDS = (
     OwnKind("metric", "METRIC", METRICS, check_metric, metric_breaches),
     OwnKind("reference", "REFERENCE", REFERENCES, check_reference, reference_breaches),
 )
+PLANT = "derivative"
+"""Name that tells the file of a plant."""
 TABLES = tuple(kind.noun for kind in OWN_KINDS)
 """Tables of a study that name files of code."""
 
 
-def use(file: str | Path) -> Law | Metric | type[ReferenceSpec]:
+def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel:
     """Run a file of your own and make its law, metric or reference known by its name, to studies, gains and everything else.
 
     Args:
-        file: A Python file that defines LAW, METRIC or REFERENCE.
+        file: A Python file that defines LAW, METRIC or REFERENCE, or a plant.
 
     Returns:
         What it defines.
@@ -97,7 +100,8 @@ def use(file: str | Path) -> Law | Metric | type[ReferenceSpec]:
         'my_law'
 
     """
-    return _take(run_own_code(Path(file)), OWN_KINDS)
+    code = run_own_code(Path(file))
+    return plant_from(code.names, code.file.stem, str(code.file)) if PLANT in code.names else _take(code, OWN_KINDS)
 
 
 def use_files_of(study: Path, tables: Mapping[str, OwnCodeTable | None]) -> None:

@@ -25,8 +25,8 @@ BEFORE, AFTER = "before", "after"
 
 @dataclass(frozen=True)
 class Guard:
-    """when: `BEFORE` a run, message(study), or `AFTER` it, message(outcome). what: what it looks for, one line. of: studies that a
-    guard before looks at.
+    """when: `BEFORE` a run, message(study), or `AFTER` it, message(outcome). what: what it looks for, one line. of: studies
+    that a guard before looks at.
     """
 
     when: str
