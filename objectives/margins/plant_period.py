@@ -44,8 +44,8 @@ class PlantTerm(NamedTuple):
 class PlantPeriod:
     """One control period of a plant's loops about rest.
 
-    terms: nonlinear terms of the laws, channel by channel. state: record of all that one period hands to the next. Raises InputError where channels step at several rates: then one period is
-    not like the next.
+    terms: nonlinear terms of the laws, channel by channel. state: record of all that one period hands to the next.
+    Raises InputError where channels step at several rates: then one period is not like the next.
     """
 
     def __init__(self, system: PlantSystem, parameters: Any | None = None) -> None:

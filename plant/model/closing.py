@@ -234,7 +234,8 @@ class _Closing:
             "AxisSample": AxisSample, "Setpoint": Setpoint, "Measured": Measured, "Applied": Applied, "clip": clip,
             "select": select, "both": both, "either": either, "absolute": absolute, "maximum": maximum, "minimum": minimum,
             "due": due, "limited": limited, "to_plant": to_plant, "to_channel": to_channel,
-            "keep_meters": selector(self.meter.Meters), "meter_start": self.meter.start, "meter_update": self.meter.update, "LARGEST": LARGEST_STATE,
+            "keep_meters": selector(self.meter.Meters), "meter_start": self.meter.start,
+            "meter_update": self.meter.update, "LARGEST": LARGEST_STATE,
         }  # fmt: skip
 
     def loop(self) -> PlantLoop:
