@@ -249,7 +249,7 @@ def tuning_story(folder: Path, results: TuningFolder) -> TuningStory:
         recommended=shown if feasible else None, nearest=None if feasible else shown, shown_as=summary.shown_as,
         confirmation_flights=summary.held_out, table=summary.table, gains=placed_gains(results), front=front(results),
         trust=trust(results), warnings=summary.warnings, remarks=summary.remarks,
-        commands=next_commands(folder, summary.gains_file, feasible),
+        commands=next_commands(folder, summary.gains_file, feasible, results.has_rotors),
     )  # fmt: skip
 
 
@@ -314,9 +314,11 @@ def trust(results: TuningFolder) -> Trust:
     )  # fmt: skip
 
 
-def next_commands(folder: Path, file: str, feasible: bool) -> list[str]:
-    """Return what to do next; gains that break limits are looked at and not flown."""
+def next_commands(folder: Path, file: str, feasible: bool, rotors: bool = True) -> list[str]:
+    """Return what to do next; gains that break limits are looked at and not flown. rotors: a quadrotor was flown."""
     gains = folder / file
+    if not rotors:
+        return [f"tuner report {folder}"]
     if not feasible:
         return [f"tuner margins {gains}", f"tuner check {folder / 'study.toml'}", f"tuner report {folder}"]
     return [f"tuner fly {gains} --plot fly.png", f"tuner margins {gains}", f"tuner report {folder}"]

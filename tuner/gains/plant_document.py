@@ -7,8 +7,9 @@ import numpy as np
 from objectives.plant_system import PlantSystem
 from plant.records import flatten, paths
 from tuner.gains.quantities import code_or_note, quantity
+from tuner.gains.sections import PLANT_FORMAT
 
-FORMAT, VERSION = "holdfast-plant-gains", 1
+VERSION = 1
 
 
 def plant_gains_document(system: PlantSystem, gains: np.ndarray, digest: str) -> dict[str, Any]:
@@ -16,7 +17,7 @@ def plant_gains_document(system: PlantSystem, gains: np.ndarray, digest: str) ->
     plant, plan, timing = system.plant, system.plan, system.timing
     parameters = zip(paths(plant.Parameters), flatten(system.parameters), strict=True)
     return {
-        "format": FORMAT,
+        "format": PLANT_FORMAT,
         "version": VERSION,
         "plant": {
             "name": plant.name,

@@ -32,8 +32,8 @@ def answer_table(results: TuningFolder) -> Markup:
     head = [name.replace("Tuned", results.shown_as.capitalize()) for name in HEAD]
     top = element("tr", join(element("th", name, scope="col") for name in head))
     groups = [
-        ("Objectives: smaller is better", [_row(entry) for entry in results.objectives]),
-        ("Constraints: kept or broken", [_row(entry) for entry in results.constraints]),
+        ("Objectives: smaller is better", [_row(entry, results.has_rotors) for entry in results.objectives]),
+        ("Constraints: kept or broken", [_row(entry, results.has_rotors) for entry in results.constraints]),
         ("Known without flying", [_known_row(entry) for entry in results.requirements]),
         ("Margins, worst of the loops", _margin_rows(results)),
     ]
@@ -86,8 +86,12 @@ def _verdict_sentence(results: TuningFolder) -> Markup:
     if point == DEFAULT:
         return join((element("strong", "The default gains"), f" remain the recommendation: {why}. ", _limits(results)))
     clear = [entry for entry in results.objectives if entry.verdict in ("better", "worse")]
-    told = [" ".join((plain_metric(entry.metric), *change(entry))) for entry in clear]
-    even = [plain_metric(entry.metric) for entry in results.objectives if entry.verdict == "no clear difference"]
+    told = [" ".join((plain_metric(entry.metric, results.has_rotors), *change(entry))) for entry in clear]
+    even = [
+        plain_metric(entry.metric, results.has_rotors)
+        for entry in results.objectives
+        if entry.verdict == "no clear difference"
+    ]
     parts = [element("strong", text) for text in told]
     head = f"The tuned gains, point {point}, against the default: " if told else f"Point {point} is recommended. "
     against = join((head, join(parts, ", ")))
@@ -128,9 +132,9 @@ def _group(title: str, rows: Sequence[Sequence[str]], head: list[str]) -> Markup
     return element("tbody", first, *[element("tr", join(cells(head, row))) for row in rows])
 
 
-def _row(quantity: ComparedRow) -> list[str]:
+def _row(quantity: ComparedRow, rotors: bool) -> list[str]:
     tip = definition_text(quantity)
-    link = element("a", plain_metric(quantity.metric), href=f"#{metric_anchor(quantity.metric)}", data_tip=tip)
+    link = element("a", plain_metric(quantity.metric, rotors), href=f"#{metric_anchor(quantity.metric)}", data_tip=tip)
     return [
         join((link, _unit(quantity.unit), element("small", _about(quantity)))),
         estimate_cell(quantity.default),

@@ -64,7 +64,7 @@ def provenance_section(results: TuningFolder) -> Markup:
             run_facts(results),
             element(
                 "div",
-                folded("The air that was flown", wide(air_table(results))),
+                *([folded("The air that was flown", wide(air_table(results)))] if results.summary.air else []),
                 folded("What the words mean", definitions(results)),
                 folded_text("Study file as given", results.study),
                 folded_text("Every value, defaults included", resolved_text(results)),

@@ -18,10 +18,15 @@ NOUNS = {
 _RISK = re.compile(r"([a-z_]+?)(\d+(?:\.\d+)?)?\(")
 
 
-def plain_metric(metric: str) -> str:
-    """Return what a metric measures: "position error", "rotor travel"; its name where there are no words for it."""
+def plain_metric(metric: str, rotors: bool = True) -> str:
+    """Return what a metric measures: "position error", "rotor travel"; its name where there are no words for it.
+
+    rotors: whether commands are those of rotors.
+    """
     family, _, signal = metric.partition(".")
     noun = NOUNS.get(family)
+    if noun is not None and not rotors:
+        noun = noun.replace("rotor command", "command").replace("rotor", "command")
     return metric if noun is None else f"{signal.replace('_', ' ')} {noun}".strip()
 
 
