@@ -14,7 +14,7 @@ FLIGHT_METRICS = (
         symbol="TV",
         unit="1/s",
         scope="flight",
-        definition="total variation of the commands per second, summed over rotors in hover thrusts, or over inputs in their scales",
+        definition="total variation of the commands per second, over all rotors in hover thrusts or inputs in their scales",
         value=lambda view: view.meters.travel / view.context.duration,
         bound=lambda view: view.context.limits.travel / view.context.h,
     ),

@@ -46,7 +46,7 @@ class ResolvedPlant(DocumentPart):
 
     name: str
     title: str = ""
-    file: str
+    file: str | None = None
     digest: str
     control_period: float
     plant_step: float

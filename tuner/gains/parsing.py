@@ -49,8 +49,8 @@ def check_identity(document: Row, path: Path) -> None:
     """Refuse what is no gains.json, or one of a version that is not known."""
     if document.get("format") == PLANT_FORMAT:
         raise InputError(
-            "holds gains of a plant of one's own; this command is for those of quadrotors: `tuner show` and `tuner report` take the "
-            "results folder",
+            "holds gains of a plant of one's own; this command is for those of quadrotors: `tuner show` and `tuner report` take "
+            "the results folder",
             file=path,
             key="format",
         )

@@ -23,8 +23,8 @@ RESPONSES_AID = (
     "position loop asks for; dashed: bounds, where a signal comes near one. Zooming one chart in time zooms all."
 )
 PLANT_RESPONSES_AID = (
-    "Line: median over flights; band: 5 to 95 % of them; fine dashes: reference, for an inner loop the mean of what the outer one "
-    "asks for; dashed: bounds, where a signal comes near one. Zooming one chart in time zooms all."
+    "Line: median over flights; band: 5 to 95 % of them; fine dashes: reference, for an inner loop the mean of what the outer "
+    "one asks for; dashed: bounds, where a signal comes near one. Zooming one chart in time zooms all."
 )
 PLANT_LOOPS_AID = (
     "The loop as it is flown, where the plant rests, at the amplitude of its nonlinear terms at which the sensitivity peaks "

@@ -24,7 +24,7 @@ SignalTable = dict[str, Any]
 class PlantTable(StrictTable):
     """[plant]: the file of the plant, and how it is stepped."""
 
-    file: str
+    file: str | None = None
     """Python file of the plant, beside the study: State, Input, Parameters, Output, derivative and output."""
     control_period: float
     """Period of the controller [s]."""

@@ -14,6 +14,7 @@ from objectives.margins.quantities import LIMITABLE
 from objectives.margins.requirement import MarginRequirement, requirement_label
 from objectives.plant_system import PlantSystem
 from objectives.requirements import Screen
+from plant.backends.identity import identity
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GainAddress
 from plant.laws import law
@@ -41,13 +42,12 @@ from tuner.text.input_errors import located
 
 @dataclass(frozen=True, kw_only=True)
 class PlantStudy(TuningStudy):
-    """A study of a plant of the user's own. file: where the plant is written; code_digest: of it and what it imports."""
+    """A study of a plant of the user's own. code_digest: of its file and what that imports."""
 
     kind: ClassVar[str] = "plant"
     system: PlantSystem
     table: PlantStudyTable
-    file: Path
-    code_digest: str = ""
+    code_digest: str
 
     @property
     def fixes_plant_step(self) -> bool:
@@ -108,11 +108,9 @@ def checked_plant_table(path: Path, table: Mapping[str, Any]) -> PlantStudyTable
 
 def build_plant_study(path: Path, table: PlantStudyTable, plant: PlantModel | None = None) -> PlantStudy:
     """Return the study of a table; plant: the plant, where it comes from no file."""
-    file = path.parent / table.plant.file
     with located(path, ""):
         with located(path, "plant.file"):
-            code = None if plant else run_own_code(file, in_results_folder(path))
-            plant = plant or plant_from(code.names, file.stem, str(file))
+            plant, digest = _plant(path, table.plant.file) if plant is None else (plant, identity(plant))
         with located(path, "plant"):
             timing = _timing(table.plant)
             parameters = _parameters(plant, table.plant.parameters)
@@ -150,8 +148,16 @@ def build_plant_study(path: Path, table: PlantStudyTable, plant: PlantModel | No
     return PlantStudy(
         path=path, title=table.title, description=table.description, seed=table.seed, system=system, space=space,
         scenarios=scenarios, objectives=objectives, constraints=constraints, screens=screens, search=search, pick=rule,
-        table=table, file=file, code_digest="" if code is None else code.digest,
+        table=table, code_digest=digest,
     )  # fmt: skip
+
+
+def _plant(path: Path, name: str | None) -> tuple[PlantModel, str]:
+    """Return the plant of a file beside a study, and its digest."""
+    if name is None:
+        raise InputError('needs a file; write for instance file = "motor.py"')
+    code = run_own_code(path.parent / name, in_results_folder(path))
+    return plant_from(code.names, Path(name).stem, str(path.parent / name)), code.digest
 
 
 def _timing(table: PlantTable) -> Timing:

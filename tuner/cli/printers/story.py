@@ -118,7 +118,8 @@ def asked_text(asked: AskedPart) -> str:
     flown = asked.airframe or (asked.plant or "").rstrip(".")
     return (
         f"{len(asked.searched)} gains of {laws} on {flown}, seed {asked.seed}; {asked.algorithm} tried {asked.candidates:,} "
-        f"candidates in {asked.flights:,} flights and {asked.wall_seconds:.0f} s. To be made small: {', '.join(asked.objectives)}."
+        f"candidates in {asked.flights:,} flights and {asked.wall_seconds:.0f} s. To be made small: "
+        f"{', '.join(asked.objectives)}."
     )
 
 
