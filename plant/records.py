@@ -21,6 +21,11 @@ def is_leaf(part: Any) -> bool:
     return part is float or getattr(part, "__origin__", None) is float
 
 
+def is_record(kind: Any) -> bool:
+    """Return whether something is a NamedTuple class."""
+    return isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")
+
+
 def unit_of(part: Any) -> str:
     """Return the unit that a leaf is annotated with, "" for none."""
     return str(getattr(part, "__metadata__", ("",))[0])

@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from plant.errors import InputError
 from plant.model.functions import check_model_function, place_of
-from plant.records import flatten, pack, paths, size, unit_of
+from plant.records import flatten, is_record, pack, paths, size, unit_of
 
 RECORDS = ("State", "Input", "Parameters", "Output")
 # Largest share of a state's size that may be left of its derivative at rest [1/s].
@@ -84,7 +84,7 @@ def _nothing(state: Any, command: Any) -> Callable[[Any], Any]:
 
 
 def _check_record(kind: str, record: Any, file: str) -> None:
-    if not (isinstance(record, type) and issubclass(record, tuple) and hasattr(record, "_fields")):
+    if not is_record(record):
         given = "nothing" if record is None else repr(record)
         raise InputError(
             f"given {given} for {kind}; write class {kind}(NamedTuple) with a unit for every field", file=file

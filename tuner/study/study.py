@@ -18,7 +18,6 @@ from plant.input_files import read_input_text
 from plant.nominal import ControlOptions
 from plant.references import ReferenceSpec
 from plant.registry import origins
-from plant.scenarios import ScenarioSpec
 from tuner.gains import Controller, VehicleRecord
 from tuner.gains.document import seed_entry
 from tuner.search.names import CONVERGED, GENERATIONS
@@ -31,7 +30,7 @@ from tuner.text.markup import element, table
 class StudyScenario:
     """A scenario and how many draws of it the search and the held-out check fly."""
 
-    spec: ScenarioSpec
+    spec: Any
     search: int
     held_out: int
 
