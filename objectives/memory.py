@@ -19,8 +19,8 @@ import plant
 from objectives.engine import LANES
 from objectives.system import FlightBatch, System
 from plant.backends import processor
+from plant.origin import origins
 from plant.records import flatten
-from plant.registry import origins
 
 # Libraries whose versions can change the bits of a flight.
 LIBRARIES = ("numba", "llvmlite", "numpy", "scipy")

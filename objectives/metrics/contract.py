@@ -1,4 +1,4 @@
-"""The contract of a metric: documented, finite for every flight inside the limits, within its bound, and the same when asked again."""
+"""The contract of a metric: documented, finite for every flight inside the limits, within its bound, the same when asked twice."""
 
 import re
 from collections.abc import Iterator
@@ -21,7 +21,11 @@ from plant.texts import check_title
 # Flights that are looked at: how many, their control period and length [s].
 FLIGHTS, PERIOD, DURATION = 64, 0.004, 2.0
 LIMITS = MetricLimits(position_error=5.0, command_peak=3.0)
-CHOICES = {"scope": ("axis", "flight"), "combine": tuple(COMBINE), "window": (None, "time", "recovery_from", "steady_from")}
+CHOICES = {
+    "scope": ("axis", "flight"),
+    "combine": tuple(COMBINE),
+    "window": (None, "time", "recovery_from", "steady_from"),
+}
 
 
 def breaches(metric: Any, file: str) -> list[Breach]:
@@ -46,7 +50,10 @@ def is_described(metric: Any) -> Iterator[Breach]:
         yield Breach("", f"METRIC is {metric!r}; it must be Metric(name=..., value=..., bound=...)")
         return
     if not re.fullmatch(NAME, metric.name):
-        yield Breach("", f"given the name '{metric.name}'; a name is a small letter and then small letters, digits and _, up to 40")
+        yield Breach(
+            "",
+            f"given the name '{metric.name}'; a name is a small letter and then small letters, digits and _, up to 40",
+        )
     for key in ("symbol", "unit", "definition"):
         try:
             check_title(getattr(metric, key), key=key)
@@ -74,7 +81,10 @@ def values_are_right(metric: Metric) -> Iterator[Breach]:
             yield Breach("value", f"gives {float(value.min(axis=0)):g}; a metric is at least 0, and smaller is better")
         if not (value <= np.minimum(bound, metric.highest) * (1.0 + 1e-12)).all():
             over = float((value / bound).max(axis=0))
-            yield Breach("bound", f"is exceeded {over:.3g} times by a flight inside the limits; a lost flight must cost more than any")
+            yield Breach(
+                "bound",
+                f"is exceeded {over:.3g} times by a flight inside the limits; a lost flight must cost more than any",
+            )
         if not np.array_equal(value, _array(metric.value(view))):
             yield Breach("value", "gives another number when it is asked again")
 

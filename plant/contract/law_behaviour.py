@@ -45,7 +45,7 @@ def cases(law: Law) -> Iterator[Case]:
 
 
 def results_are_finite_records(law: Law) -> Iterator[Breach]:
-    """prepare gives Constants, start Memory, step a number and Memory; all of it finite, at the start and just after."""
+    """Prepare gives Constants, start Memory, step a number and Memory; all of it finite, at the start and just after."""
     for case in cases(law):
         constants = law.prepare(case.gains, H)
         yield from _checked("prepare", constants, law.Constants, case)
@@ -76,7 +76,9 @@ def same_inputs_give_the_same(law: Law) -> Iterator[Breach]:
         run(law, case.gains, inputs[::-1], case.channel(3.0))
         again, _ = run(law, case.gains, inputs, case.channel(2.0))
         if not np.array_equal(first, again, equal_nan=True):
-            yield Breach("step", "gives other commands for the same inputs: a state hides between calls; keep it in Memory")
+            yield Breach(
+                "step", "gives other commands for the same inputs: a state hides between calls; keep it in Memory"
+            )
             return
 
 
@@ -87,7 +89,9 @@ def at_rest_nothing_changes(law: Law) -> Iterator[Breach]:
         memory = law.start(constants, here, 0.0)
         command, after = law.step(memory, constants, case.channel(2.0), Setpoint(place, 0.0, 0.0), here, STILL, H)
         if command != 0.0:
-            yield Breach("step", f"commands {command:g} at rest at {place:g} without an error, {case.words}; it must command 0")
+            yield Breach(
+                "step", f"commands {command:g} at rest at {place:g} without an error, {case.words}; it must command 0"
+            )
         elif after != memory:
             yield Breach("start", f"gives a memory that changes at rest at {place:g} without an error, {case.words}")
 
@@ -104,11 +108,13 @@ def commands_point_the_right_way(law: Law) -> Iterator[Breach]:
             yield Breach("step", f"does not command towards the setpoint, {case.words}: its sign is wrong")
         # What does not follow an acceleration need not be pushed by it, what does not come to rest need not brake.
         if not pushed * sign > 0.0 and "tracks" in law.promises:
-            yield Breach("step", f"does not follow setpoint.acceleration, {case.words}; add it, or do not promise \"tracks\"")
+            yield Breach(
+                "step", f'does not follow setpoint.acceleration, {case.words}; add it, or do not promise "tracks"'
+            )
         moving = law.start(constants, Measured(0.0, 0.1 * sign), 0.0)
         braking, _ = law.step(moving, constants, channel, REST, Measured(0.0, 0.1 * sign), STILL, H)
         if not braking * sign < 0.0 and "rejects" in law.promises:
-            yield Breach("step", f"does not brake a motion, {case.words}; or do not promise \"rejects\"")
+            yield Breach("step", f'does not brake a motion, {case.words}; or do not promise "rejects"')
 
 
 def only_the_error_counts(law: Law) -> Iterator[Breach]:
@@ -125,7 +131,9 @@ def only_the_error_counts(law: Law) -> Iterator[Breach]:
         if not np.ptp(here, axis=0) > 1.0:
             yield Breach("step", f"hardly commands anything on inputs of order one, {case.words}")
         if not np.allclose(there, here, rtol=0.0, atol=1e-11 * np.abs(here).max(axis=0)):
-            yield Breach("step", f"commands otherwise where reference and measurement are both moved by 64, {case.words}")
+            yield Breach(
+                "step", f"commands otherwise where reference and measurement are both moved by 64, {case.words}"
+            )
 
 
 def _moved(entry: Input, by: float) -> Input:
@@ -137,14 +145,16 @@ def _moved(entry: Input, by: float) -> Input:
 
 
 def commands_scale_with_the_channel(law: Law) -> Iterator[Breach]:
-    """u b0 does not depend on b0 if what is delivered, in units of u, scales along; by a power of two to the last bit."""
+    """U b0 does not depend on b0 if what is delivered, in units of u, scales along; by a power of two to the last bit."""
     inputs = random_inputs(np.random.default_rng(2), 50)
     scaled = [i._replace(applied=Applied(i.applied.effect / 64.0, i.applied.excess / 64.0)) for i in inputs]
     for case in cases(law):
         small, _ = run(law, case.gains, inputs, case.channel(3.0))
         large, _ = run(law, case.gains, scaled, case.channel(192.0))
         if not np.array_equal(small, 64.0 * large):
-            yield Breach("step", f"does not scale as 1/channel.b0, {case.words}: divide the acceleration asked for by channel.b0")
+            yield Breach(
+                "step", f"does not scale as 1/channel.b0, {case.words}: divide the acceleration asked for by channel.b0"
+            )
 
 
 def corners_stay_finite(law: Law) -> Iterator[Breach]:
@@ -177,7 +187,9 @@ def references_are_flown_as_promised(law: Law) -> Iterator[Breach]:
         flown = Axis(b0=4.0).fly(law, gains, 401, lambda t: path[round(t / H)], Measured(0.2 + beside, 0.0))
         away = np.abs(flown.value - [point.value for point in path]).max(axis=0)
         extra = np.abs(4.0 * flown.command - [point.acceleration for point in path]).max(axis=0)
-        yield from _promised(law, "tracks", away < 1.1 * beside and extra < 1e4 * beside, loop, "a reference that can be flown")
+        yield from _promised(
+            law, "tracks", away < 1.1 * beside and extra < 1e4 * beside, loop, "a reference that can be flown"
+        )
 
 
 # Slowest closed-loop pole with default gains: PID ki/kp = 1 and 0.24 1/s, the sliding surface 1 1/s: 120 s leave
@@ -198,7 +210,10 @@ def _promised(law: Law, promise: str, kept: Any, loop: str, what: str) -> Iterat
     if promise in law.promises and not kept:
         rest = sorted(law.promises - {promise})
         instead = f"promises=frozenset({{{', '.join(map(repr, rest))}}})" if rest else "promises=frozenset()"
-        yield Breach("step", f'leaves an error on {what} in the {loop} loop, but promises "{promise}"; write {instead} if it should')
+        yield Breach(
+            "step",
+            f'leaves an error on {what} in the {loop} loop, but promises "{promise}"; write {instead} if it should',
+        )
     elif promise not in law.promises and kept:
         yield Breach("promises", f'leaves no error on {what} in the {loop} loop; promise "{promise}"')
 
@@ -225,10 +240,16 @@ def saturation_is_listened_to(law: Law) -> Iterator[Breach]:
         # No command within the limit reaches 1 at rest sooner than full ahead for half the way and full astern for the rest.
         soonest = 2.0 * float(np.sqrt(1.0 / limit))
         if not settling(told.value) < settling(free.value) + soonest:
-            yield Breach("step", f"settles late after saturation in the {loop} loop: it winds up; use applied.excess or applied.effect")
+            yield Breach(
+                "step",
+                f"settles late after saturation in the {loop} loop: it winds up; use applied.excess or applied.effect",
+            )
         # Braking is limited too: a law that asks for lambda^2 e to brake as it arrives overshoots where the limit is less.
         if not told.value.max(axis=0) < free.value.max(axis=0) + 0.3:
-            yield Breach("step", f"overshoots after saturation in the {loop} loop: it winds up; use applied.excess or applied.effect")
+            yield Breach(
+                "step",
+                f"overshoots after saturation in the {loop} loop: it winds up; use applied.excess or applied.effect",
+            )
         if "rejects" in law.promises and not untold.value.max(axis=0) > told.value.max(axis=0) + 0.2:
             yield Breach("step", f"does as well in the {loop} loop where it is told nothing of saturation")
 
@@ -238,7 +259,7 @@ def _step(t: float) -> Setpoint:  # noqa: ARG001
 
 
 def amplitude_counts_only_as_told(law: Law) -> Iterator[Breach]:
-    """With a gain in place of each nonlinear function, a law is linear to the last bit; as it stands, one that names any is not."""
+    """With a gain in place of each nonlinear function a law is linear to the bit; as it stands, one that names any is not."""
     rng, large = np.random.default_rng(4), 2.0**20
     first, second = 1e-3 * rng.standard_normal((2, 60, 3))
     for case in cases(law):
@@ -252,7 +273,9 @@ def amplitude_counts_only_as_told(law: Law) -> Iterator[Breach]:
         linear &= np.allclose(together, alone + respond(second, True), rtol=0.0, atol=1e-9 * size)
         if not linear:
             more = "more than what nonlinear names" if law.nonlinear else "an amplitude"
-            yield Breach("step", f"depends on {more}, {case.words}; name the function through which it does in nonlinear")
+            yield Breach(
+                "step", f"depends on {more}, {case.words}; name the function through which it does in nonlinear"
+            )
         elif np.array_equal(respond(large * first, False), large * respond(first, False)) != (not law.nonlinear):
             yield Breach("nonlinear", "names a function on which nothing depends")
 
@@ -261,7 +284,9 @@ def _responder(law: Law, case: Case) -> Callable[[Array, bool], Array]:
     """Return the commands (K,) for y, rate and effect (K, 3) about rest, unsaturated; linear: with k s for each nonlinearity."""
     constants = law.prepare(case.gains, H)
     stand_ins = {part.function: lambda s, constants, k=k: k * s for k, part in enumerate(law.nonlinear, 2)}
-    steps = {linear: Rebinder(PRIMITIVES, stand_ins=stand_ins if linear else None)(law.step) for linear in (True, False)}
+    steps = {
+        linear: Rebinder(PRIMITIVES, stand_ins=stand_ins if linear else None)(law.step) for linear in (True, False)
+    }
 
     def respond(inputs: Array, linear: bool) -> Array:
         memory, commands = law.start(constants, Measured(0.0, 0.0), 0.0), []
@@ -293,7 +318,11 @@ def _nonlinearity_problem(law: Law, part: Nonlinearity, loop: str) -> str:
         return "is not positive for a positive signal"
     if not np.ptp(gains, axis=0) > 0.1 * gains.max(axis=0):
         return "is linear"
-    return "" if part.unit.startswith("{y}") and "{" not in part.unit_in(loop) else "has a unit that does not begin with {y}"
+    return (
+        ""
+        if part.unit.startswith("{y}") and "{" not in part.unit_in(loop)
+        else "has a unit that does not begin with {y}"
+    )
 
 
 def the_continuous_observer_is_the_limit(law: Law) -> Iterator[Breach]:

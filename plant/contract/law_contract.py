@@ -27,7 +27,11 @@ def backends_agree(law: Law) -> Iterator[Breach]:
     return backends_agree(law)
 
 
-SHAPE: tuple[Clause, ...] = (description.parts_are_there, description.words_are_there, description.every_gain_is_described)
+SHAPE: tuple[Clause, ...] = (
+    description.parts_are_there,
+    description.words_are_there,
+    description.every_gain_is_described,
+)
 WORKS: tuple[Clause, ...] = (
     description.ranges_hold_their_defaults,
     description.what_proofs_ask_for_agrees,

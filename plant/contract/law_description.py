@@ -56,7 +56,9 @@ def _record(name: str, record: Any) -> Iterator[Breach]:
 def words_are_there(law: Law) -> Iterator[Breach]:
     """A name that can stand in addresses and in C, a title, a source, how it is sampled."""
     if not re.fullmatch(NAME, law.name):
-        yield Breach("name", f"given '{law.name}'; a name is a small letter and then small letters, digits and _, up to 40")
+        yield Breach(
+            "name", f"given '{law.name}'; a name is a small letter and then small letters, digits and _, up to 40"
+        )
     for key in ("title", "source", "sampling"):
         try:
             check_title(getattr(law, key), key=key)
@@ -70,7 +72,10 @@ def every_gain_is_described(law: Law) -> Iterator[Breach]:
     """One entry for each field of Gains, in their order, with symbol, unit, meaning and source."""
     names = tuple(gain.name for gain in law.gains)
     if names != law.Gains._fields:
-        yield Breach("Gains", f"gains describes {', '.join(names)}; it must describe {', '.join(law.Gains._fields)}, in this order")
+        yield Breach(
+            "Gains",
+            f"gains describes {', '.join(names)}; it must describe {', '.join(law.Gains._fields)}, in this order",
+        )
     if len({gain.symbol for gain in law.gains}) != len(law.gains):
         yield Breach("Gains", "two gains have the same symbol; give each its own")
     for gain in law.gains:

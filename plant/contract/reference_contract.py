@@ -38,7 +38,9 @@ def check_reference(kind: Any, file: str) -> Any:
 def is_described(kind: Any) -> Iterator[Breach]:
     """A frozen dataclass with a name, a sentence about itself, and parameters with unit and meaning."""
     if not (isinstance(kind, type) and issubclass(kind, ReferenceSpec) and is_dataclass(kind)):
-        yield Breach("", f"REFERENCE is {kind!r}; it must be a class of ReferenceSpec with @dataclass(frozen=True, kw_only=True)")
+        yield Breach(
+            "", f"REFERENCE is {kind!r}; it must be a class of ReferenceSpec with @dataclass(frozen=True, kw_only=True)"
+        )
         return
     if not re.fullmatch(NAME, str(getattr(kind, "kind", ""))):
         yield Breach("", 'has no name; write kind: ClassVar[str] = "my_track" in the class')
@@ -46,7 +48,9 @@ def is_described(kind: Any) -> Iterator[Breach]:
         yield Breach("", "has no docstring; write one sentence that says what is flown")
     for entry in fields(kind):
         if entry.init and not {"unit", "meaning"} <= set(entry.metadata):
-            yield Breach("", f"the parameter '{entry.name}' has no unit; write {entry.name}: float = number(\"m\", \"meaning\")")
+            yield Breach(
+                "", f'the parameter \'{entry.name}\' has no unit; write {entry.name}: float = number("m", "meaning")'
+            )
 
 
 def samples_are_right(kind: type[ReferenceSpec]) -> Iterator[Breach]:
@@ -61,12 +65,16 @@ def samples_are_right(kind: type[ReferenceSpec]) -> Iterator[Breach]:
     if not isinstance(track, Track):
         yield Breach("track", f"gives {type(track).__name__}; it must give Track, as without_step and Track(...) do")
     elif track.samples.shape != (t.size, WIDTH):
-        yield Breach("track", f"gives samples of shape {track.samples.shape}; it must be {(t.size, WIDTH)}, as blank(t.size) is")
+        yield Breach(
+            "track", f"gives samples of shape {track.samples.shape}; it must be {(t.size, WIDTH)}, as blank(t.size) is"
+        )
     else:
         yield from _values(track)
         again = spec.track(t)
         if not np.array_equal(track.samples, again.samples, equal_nan=True):
-            yield Breach("track", "gives other samples when it is asked again: the same parameters must give the same track")
+            yield Breach(
+                "track", "gives other samples when it is asked again: the same parameters must give the same track"
+            )
 
 
 def _values(track: Track) -> Iterator[Breach]:
@@ -79,7 +87,9 @@ def _values(track: Track) -> Iterator[Breach]:
         yield Breach("track", "moves at t = 0; a flight starts at rest, so blend the motion in")
     levels = np.shape(track.start), np.shape(track.final)
     if levels != ((len(AXES),), (len(AXES),)):
-        yield Breach("track", f"gives start and final of shapes {levels[0]} and {levels[1]}; both must be ({len(AXES)},)")
+        yield Breach(
+            "track", f"gives start and final of shapes {levels[0]} and {levels[1]}; both must be ({len(AXES)},)"
+        )
     for what, places, rates in (
         ("velocity", samples[:, POSITION], samples[:, VELOCITY]), ("yaw rate", samples[:, [YAW]], samples[:, [YAW_RATE]]),
     ):  # fmt: skip

@@ -188,5 +188,7 @@ def _copy_imports(folder: Folder, code: Path, taken: dict[str, Path]) -> None:
     for source in sources_of(code)[:-1]:
         name = source.file.name
         if taken.setdefault(name, source.file) != source.file:
-            raise StoreError(f"{source.file} and {taken[name]} are copied into one folder; give one of them another name")
+            raise StoreError(
+                f"{source.file} and {taken[name]} are copied into one folder; give one of them another name"
+            )
         folder.write_bytes(f"inputs/{name}", source.content)

@@ -23,6 +23,7 @@ from plant.own_code import OwnCode, in_results_folder, run_own_code
 from plant.references import REFERENCES, ReferenceSpec
 from plant.registry import Registry
 from tuner.gains.quantities import UCUM
+from tuner.study.reading import parse_toml
 from tuner.study.schema import OwnCodeTable
 
 
@@ -30,8 +31,8 @@ from tuner.study.schema import OwnCodeTable
 class OwnKind:
     """A kind of what a file may define.
 
-    noun: also its table in a study. name: of what the file defines. check: refuses what could not be flown; breaches: all that its
-    contract finds.
+    noun: also its table in a study. name: of what the file defines. check: refuses what could not be flown; breaches: all that
+    its contract finds.
     """
 
     noun: str
@@ -51,7 +52,10 @@ def _check_law(entry: Any, file: str) -> Law:
 
 def _unit_breaches(entry: Law) -> list[Breach]:
     return [
-        Breach("Gains", f"the gain '{gain.name}' has the unit {gain.unit!r}, for which gains.json has no code; allowed: {_units()}")
+        Breach(
+            "Gains",
+            f"the gain '{gain.name}' has the unit {gain.unit!r}, for which gains.json has no code; allowed: {_units()}",
+        )
         for gain in entry.gains
         if not {gain.unit_in("attitude"), gain.unit_in("position")} <= UCUM.keys()
     ]
@@ -97,6 +101,23 @@ def use(file: str | Path) -> Law | Metric | type[ReferenceSpec]:
     return _take(run_own_code(Path(file)), OWN_KINDS)
 
 
+def use_named(file: Path) -> None:
+    """Take a file of code, or all that a study names: of a study in a results folder too, for this is where the user names it."""
+    if file.suffix != ".toml":
+        use(file)
+        return
+    table = parse_toml(file)
+    for kind in OWN_KINDS:
+        for name in _files_in(table.get(kind.noun)):
+            _take(run_own_code(file.parent / name), (kind,))
+
+
+def _files_in(table: Any) -> list[str]:
+    """Return the files that a table of a study names which has not been checked yet."""
+    given = table.get("file") if isinstance(table, dict) else None
+    return [name for name in (given if isinstance(given, list) else [given]) if isinstance(name, str)]
+
+
 def use_files_of(study: Path, tables: Mapping[str, OwnCodeTable | None]) -> None:
     """Take the files that the tables of a study name; study: its path, which they are relative to.
 
@@ -109,16 +130,26 @@ def use_files_of(study: Path, tables: Mapping[str, OwnCodeTable | None]) -> None
             _take(run_own_code(study.parent / name, recorded), (kind,))
 
 
-def own_breaches(file: Path) -> tuple[OwnKind, str, list[Breach]]:
-    """Run a file and return its kind, the name of what it defines, and what that breaks."""
+@dataclass(frozen=True)
+class Examination:
+    """What the contract of its kind says of a file. name: of what it defines, "" where that is not to be told."""
+
+    kind: OwnKind
+    name: str
+    digest: str
+    breaches: list[Breach]
+
+
+def examine_own(file: Path) -> Examination:
+    """Run a file and hold it against the contract of its kind; what keeps it is known by its name from then on."""
     code = run_own_code(file)
     kind = _kind_of(code, OWN_KINDS)
     entry = code.names[kind.name]
     told = kind.breaches(entry, str(file))
-    if told:
-        return kind, str(getattr(entry, "name", getattr(entry, "kind", file.stem))), told
-    taken = _take(code, (kind,))
-    return kind, str(getattr(taken, "name", getattr(taken, "kind", ""))), []
+    if not told:
+        entry = _take(code, (kind,))
+    name = getattr(entry, "name", getattr(entry, "kind", ""))
+    return Examination(kind, str(name), code.digest, told)
 
 
 def _take(code: OwnCode, kinds: tuple[OwnKind, ...]) -> Any:
@@ -133,5 +164,7 @@ def _kind_of(code: OwnCode, kinds: tuple[OwnKind, ...]) -> OwnKind:
     if not found:
         raise InputError(f"defines no {wanted}; write {kinds[0].name} = ... at its end", file=code.file)
     if len(found) > 1:
-        raise InputError(f"defines {' and '.join(kind.name for kind in found)}; put each into a file of its own", file=code.file)
+        raise InputError(
+            f"defines {' and '.join(kind.name for kind in found)}; put each into a file of its own", file=code.file
+        )
     return found[0]

@@ -17,8 +17,8 @@ from plant.airframes import Airframe
 from plant.gains import gain_addresses
 from plant.input_files import read_input_text
 from plant.nominal import ControlOptions
+from plant.origin import origins
 from plant.references import ReferenceSpec
-from plant.registry import origins
 from plant.scenarios import ScenarioSpec
 from tuner.gains import Controller, VehicleRecord
 from tuner.gains.document import seed_entry
