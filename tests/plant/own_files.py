@@ -2,6 +2,11 @@
 
 from pathlib import Path
 
+from objectives.metrics import METRICS
+from plant.laws import LAWS
+from plant.own_code import HAVE_RUN
+from plant.references import REFERENCES
+
 SHIPPED = Path(__file__).parents[2] / "studies" / "own_law"
 LAW, METRIC, REFERENCE = (SHIPPED / name for name in ("pid_plain.py", "mae.py", "circle.py"))
 
@@ -21,3 +26,11 @@ def line_of(file: Path, text: str) -> int:
     """Return the number of the first line that holds a text."""
     lines = file.read_text(encoding="utf-8").splitlines()
     return next(number for number, line in enumerate(lines, 1) if text in line)
+
+
+def forget() -> None:
+    """Know no code of one's own any more, as another process does."""
+    HAVE_RUN.clear()
+    for registry in (LAWS, METRICS, REFERENCES):
+        for name in [name for name, entry in registry.items() if entry.origin is not None]:
+            del registry[name]

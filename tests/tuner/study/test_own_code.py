@@ -10,14 +10,12 @@ import pytest
 
 import tuner
 from objectives.memory import scenario_key
-from objectives.metrics import METRICS
 from objectives.system import FlightBatch
 from plant import own_code
 from plant.errors import InputError, UnnamedCodeError
 from plant.laws import LAWS
-from plant.references import REFERENCES
 from plant.registry import Registry
-from tests.plant.own_files import LAW, METRIC, REFERENCE, edited, line_of
+from tests.plant.own_files import LAW, METRIC, REFERENCE, edited, forget, line_of
 from tuner.cli.app import with_code_first
 from tuner.engines.cluster.brief import brief_of
 from tuner.gains.examining import examine
@@ -31,20 +29,6 @@ from tuner.text.errors import guarded
 STUDY = SHIPPED / "own_law.toml"
 
 
-@pytest.fixture(autouse=True)
-def _forgotten():
-    """Nothing of a test's own is known to the next one."""
-    registries: tuple[Any, ...] = (LAWS, METRICS, REFERENCES)
-    before, ran = [dict(registry) for registry in registries], dict(own_code.HAVE_RUN)
-    own_code.HAVE_RUN.clear()
-    yield
-    for registry, entries in zip(registries, before, strict=True):
-        registry.clear()
-        registry.update(entries)
-    own_code.HAVE_RUN.clear()
-    own_code.HAVE_RUN.update(ran)
-
-
 @pytest.fixture
 def home(tmp_path: Path) -> Path:
     """A copy of the shipped study with its files."""
@@ -56,14 +40,6 @@ def home(tmp_path: Path) -> Path:
 def rewritten(file: Path, *changes: tuple[str, str]) -> None:
     """Change a file in its place."""
     edited(file, file.parent, *changes)
-
-
-def forget() -> None:
-    """Be another process."""
-    own_code.HAVE_RUN.clear()
-    for registry in (LAWS, METRICS, REFERENCES):
-        for name in [name for name, entry in registry.items() if entry.origin is not None]:
-            del registry[name]
 
 
 def test_a_study_flies_what_its_files_define(home: Path) -> None:
@@ -310,6 +286,12 @@ def test_an_error_of_the_users_code_is_one_line_with_its_place(
     monkeypatch.setattr("sys.argv", ["tuner", "--debug"])
     with pytest.raises(AttributeError):
         guarded(lambda: value(object()))
+
+
+def test_the_documentation_shows_the_shipped_files() -> None:
+    pages = {name: (SHIPPED.parent / "docs" / "how_to" / f"add_a_{name}.md").read_text() for name in ("law", "metric")}
+    assert f"```python\n{LAW.read_text()}```" in pages["law"]
+    assert f"```python\n{METRIC.read_text()}```" in pages["metric"]
 
 
 def test_the_shipped_files_are_the_studys(home: Path) -> None:
