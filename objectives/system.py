@@ -14,8 +14,8 @@ from plant.closed_loop import Limits, close_loop
 from plant.gains import GainAddress, gain_addresses
 from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.nominal import Nominal
+from plant.origin import origins
 from plant.records import flatten
-from plant.registry import origins
 from plant.scenarios import ScenarioSpec, sample_scenarios
 from plant.targets import Targets
 from plant.vehicle import Vehicle

@@ -17,16 +17,10 @@ from typing import Any, NamedTuple
 
 from plant.errors import InputError, UnnamedCodeError
 from plant.input_files import read_input
+from plant.origin import Origin
 
 # The file in a results folder that says so.
 RECORD = "run.json"
-
-
-class Origin(NamedTuple):
-    """Where something of the user's own comes from: its file, or "package version", and the digest of its code."""
-
-    place: str
-    digest: str
 
 
 class Source(NamedTuple):
@@ -183,7 +177,7 @@ def _unnamed(file: Path, digest: str) -> UnnamedCodeError:
     if changed:
         return UnnamedCodeError(
             f"the run flew this code (digest {digest}), and {changed[0].file} is another (digest {changed[0].digest}): it has "
-            f"changed since; put it back, or name this copy with --code {file}",
+            f"changed since; put it back, or name the copy with --code {file}",
             file=file,
         )
     return UnnamedCodeError(

@@ -8,12 +8,11 @@ A package offers an entry by an entry point, as in its pyproject.toml:
 
 import hashlib
 from collections.abc import Callable, Iterable
-from dataclasses import is_dataclass, replace
 from pathlib import Path
 from typing import Any, TypeVar
 
 from plant.errors import InputError, UnknownNameError
-from plant.own_code import Origin
+from plant.origin import Origin, with_origin
 
 T = TypeVar("T")
 
@@ -68,20 +67,7 @@ class Registry(dict[str, T]):
 
         for point in entry_points(group=self.group):
             entry = _loaded(point)
-            self.add(entry, Origin(f"{point.dist.name} {point.dist.version}", _digest(point)))
-
-
-def origins(entries: Iterable[Any], name: str = "name") -> dict[str, str]:
-    """Return name -> digest of those entries that are not bundled."""
-    return {getattr(entry, name): entry.origin.digest for entry in entries if entry.origin is not None}
-
-
-def with_origin(entry: Any, origin: Origin) -> Any:
-    """Return an entry that knows where it comes from; a class is told itself."""
-    if is_dataclass(entry) and not isinstance(entry, type):
-        return replace(entry, origin=origin)
-    entry.origin = origin
-    return entry
+            self.add(entry, Origin(f"{point.dist.name} {point.dist.version}", _digest(point), True))
 
 
 def _loaded(point: Any) -> Any:

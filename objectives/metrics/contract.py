@@ -1,4 +1,4 @@
-"""The contract of a metric: documented, finite for every flight inside the limits, within its bound, and the same when asked again."""
+"""The contract of a metric: documented, finite for flights inside the limits, within its bound, the same when asked twice."""
 
 import re
 from collections.abc import Iterator

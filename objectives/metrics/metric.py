@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from objectives.meters import AxisMeter, Meters
 from objectives.metrics.context import FlightContext
-from plant.own_code import Origin
+from plant.origin import Origin
 from plant.targets import Target
 
 Scope = Literal["axis", "flight"]

@@ -1,4 +1,4 @@
-"""One source, every backend: a law gives the same numbers in Python, on arrays, in CasADi and compiled, and can be traced to C."""
+"""One source, every backend: a law gives the same numbers in Python, on arrays, in CasADi and compiled; C can be made of it."""
 
 from collections.abc import Callable, Iterator
 from typing import Any, NamedTuple

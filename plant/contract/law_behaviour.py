@@ -259,7 +259,7 @@ def _step(t: float) -> Setpoint:  # noqa: ARG001
 
 
 def amplitude_counts_only_as_told(law: Law) -> Iterator[Breach]:
-    """With a gain in place of each nonlinear function, a law is linear to the last bit; as it stands, one that names any is not."""
+    """With a gain in place of each nonlinear function a law is linear to the bit; as it stands, one that names any is not."""
     rng, large = np.random.default_rng(4), 2.0**20
     first, second = 1e-3 * rng.standard_normal((2, 60, 3))
     for case in cases(law):

@@ -5,7 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from plant.laws.continuous import ContinuousForm
-from plant.own_code import Origin
+from plant.origin import Origin
 
 # All that a law may promise: see `Law.promises`.
 PROMISES = frozenset({"tracks", "rejects"})

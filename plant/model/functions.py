@@ -36,8 +36,8 @@ HIDDEN = "a state that hides between calls, '{name}'; keep it in {memory}"
 CHAIN = "a chain of comparisons; write both(a < b, b < c)"
 # Builtins that a look at the globals does not find; on arrays and symbols they mean something else.
 BUILTINS = {
-    "abs": "absolute", "min": "minimum", "max": "maximum", "round": "floor", "sum": "", "len": "", "float": "", "int": "", "bool": "",
-    "pow": "", "print": "",
+    "abs": "absolute", "min": "minimum", "max": "maximum", "round": "floor",
+    **dict.fromkeys(("bool", "float", "int", "len", "pow", "print", "sum"), ""),
 }  # fmt: skip
 
 

@@ -1,6 +1,6 @@
 """References: what the vehicle is asked to do, as checked descriptions that turn into samples for the closed loop.
 
-A new reference is one file with a `ReferenceSpec` and one entry in `REFERENCES`.
+A new reference is one file with a `ReferenceSpec` and one entry in `REFERENCES`; or a file that a study names.
 """
 
 from collections.abc import Mapping

@@ -10,7 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
-from plant.own_code import Origin
+from plant.origin import Origin
 from plant.references.parameters import check_numbers
 
 POSITION, VELOCITY, ACCELERATION = slice(0, 3), slice(3, 6), slice(6, 9)

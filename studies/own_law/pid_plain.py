@@ -33,7 +33,13 @@ def start(constants: Gains, measured: Measured, held: float) -> Memory:  # noqa:
 
 
 def step(
-    memory: Memory, constants: Gains, channel: Channel, setpoint: Setpoint, measured: Measured, applied: Applied, h: float
+    memory: Memory,
+    constants: Gains,
+    channel: Channel,
+    setpoint: Setpoint,
+    measured: Measured,
+    applied: Applied,
+    h: float,
 ) -> tuple[float, Memory]:
     """One control period; the integral takes effect one period after it is formed."""
     error, rate = setpoint.value - measured.value, setpoint.rate - measured.rate

@@ -28,6 +28,7 @@ Rows = list[dict[str, Any]]
 
 def laws() -> Rows:
     """Control laws and their gains."""
+    LAWS.ask_packages()
     return [
         {
             "law": law.name, "title": law.title, "gain": gain.name.rstrip("_"), "symbol": gain.symbol, "loop": loop,
@@ -56,6 +57,7 @@ def airframes() -> Rows:
 
 def metrics() -> Rows:
     """Metrics; those with axes are addressed as NAME.AXIS or NAME.GROUP."""
+    METRICS.ask_packages()
     return [
         {
             "metric": metric.name, "unit": metric.unit.format("m|rad"), "definition": metric.definition,
@@ -72,6 +74,7 @@ def risks() -> Rows:
 
 def references() -> Rows:
     """References and their parameters."""
+    REFERENCES.ask_packages()
     return [
         {
             "reference": name, "about": (kind.__doc__ or "").strip().splitlines()[0],

@@ -67,14 +67,17 @@ def tuner(
         list[Path] | None,
         typer.Option(
             CODE,
-            help="Run this file of a law, metric or reference of your own first; may stand behind the command too.",
+            help="Run your own law, metric, reference or plant first: its file, or a study that names it; may stand last.",
             show_default=False,
         ),
     ] = None,
 ) -> None:
     """Take the options that stand before a command."""
-    for file in code or []:
-        package.use(file)
+    if code:
+        from tuner.study.own_code import use_named
+
+        for file in code:
+            use_named(file)
 
 
 def with_code_first(arguments: list[str]) -> list[str]:

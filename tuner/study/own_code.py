@@ -15,6 +15,7 @@ from objectives.metrics.contract import check_metric
 from plant.contract.breach import Breach
 from plant.contract.law_contract import breaches as law_breaches
 from plant.contract.law_contract import check_law
+from plant.contract.plant_contract import breaches as plant_breaches
 from plant.contract.reference_contract import breaches as reference_breaches
 from plant.contract.reference_contract import check_reference
 from plant.errors import InputError
@@ -24,6 +25,7 @@ from plant.own_code import OwnCode, in_results_folder, run_own_code
 from plant.references import REFERENCES, ReferenceSpec
 from plant.registry import Registry
 from tuner.gains.quantities import UCUM
+from tuner.study.reading import parse_toml
 from tuner.study.schema import OwnCodeTable
 
 
@@ -31,8 +33,8 @@ from tuner.study.schema import OwnCodeTable
 class OwnKind:
     """A kind of what a file may define.
 
-    noun: also its table in a study. name: of what the file defines. check: refuses what could not be flown; breaches: all that its
-    contract finds.
+    noun: also its table in a study. name: of what the file defines. check: refuses what could not be flown; breaches: all that
+    its contract finds.
     """
 
     noun: str
@@ -77,8 +79,8 @@ OWN_KINDS = (
     OwnKind("metric", "METRIC", METRICS, check_metric, metric_breaches),
     OwnKind("reference", "REFERENCE", REFERENCES, check_reference, reference_breaches),
 )
-PLANT = "derivative"
-"""Name that tells the file of a plant."""
+PLANT_NOUN, PLANT = "plant", "derivative"
+"""Table of a study that names the file of a plant, and the name in the file that tells it."""
 TABLES = tuple(kind.noun for kind in OWN_KINDS)
 """Tables of a study that name files of code."""
 
@@ -104,6 +106,25 @@ def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel:
     return plant_from(code.names, code.file.stem, str(code.file)) if PLANT in code.names else _take(code, OWN_KINDS)
 
 
+def use_named(file: Path) -> None:
+    """Take a file of code, or all that a study names: of a study in a results folder too, for this is where the user names it."""
+    if file.suffix != ".toml":
+        use(file)
+        return
+    table = parse_toml(file)
+    for kind in OWN_KINDS:
+        for name in _files_in(table.get(kind.noun)):
+            _take(run_own_code(file.parent / name), (kind,))
+    for name in _files_in(table.get(PLANT_NOUN)):
+        use(file.parent / name)
+
+
+def _files_in(table: Any) -> list[str]:
+    """Return the files that a table of a study names which has not been checked yet."""
+    given = table.get("file") if isinstance(table, dict) else None
+    return [name for name in (given if isinstance(given, list) else [given]) if isinstance(name, str)]
+
+
 def use_files_of(study: Path, tables: Mapping[str, OwnCodeTable | None]) -> None:
     """Take the files that the tables of a study name; study: its path, which they are relative to.
 
@@ -116,16 +137,31 @@ def use_files_of(study: Path, tables: Mapping[str, OwnCodeTable | None]) -> None
             _take(run_own_code(study.parent / name, recorded), (kind,))
 
 
-def own_breaches(file: Path) -> tuple[OwnKind, str, list[Breach]]:
-    """Run a file and return its kind, the name of what it defines, and what that breaks."""
+@dataclass(frozen=True)
+class Examination:
+    """What the contract of its kind says of a file.
+
+    noun: of its kind. name: of what it defines, "" where that is not to be told.
+    """
+
+    noun: str
+    name: str
+    digest: str
+    breaches: list[Breach]
+
+
+def examine_own(file: Path) -> Examination:
+    """Run a file and hold it against the contract of its kind; what keeps it is known by its name from then on."""
     code = run_own_code(file)
+    if PLANT in code.names:
+        return Examination(PLANT_NOUN, file.stem, code.digest, plant_breaches(code.names, file.stem, str(file)))
     kind = _kind_of(code, OWN_KINDS)
     entry = code.names[kind.name]
     told = kind.breaches(entry, str(file))
-    if told:
-        return kind, str(getattr(entry, "name", getattr(entry, "kind", file.stem))), told
-    taken = _take(code, (kind,))
-    return kind, str(getattr(taken, "name", getattr(taken, "kind", ""))), []
+    if not told:
+        entry = _take(code, (kind,))
+    name = getattr(entry, "name", getattr(entry, "kind", ""))
+    return Examination(kind.noun, str(name), code.digest, told)
 
 
 def _take(code: OwnCode, kinds: tuple[OwnKind, ...]) -> Any:

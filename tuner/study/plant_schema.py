@@ -12,6 +12,7 @@ from tuner.study.schema import (
     GainTable,
     MarginTable,
     ObjectiveTable,
+    OwnCodeTable,
     PickTable,
     SearchTable,
     StrictTable,
@@ -147,6 +148,8 @@ class PlantStudyTable(StrictTable):
     """Gains by address, CHANNEL.GAIN: a number fixes one, a table gives its range."""
     description: str = ""
     """Text for the report."""
+    law: OwnCodeTable | None = None
+    metric: OwnCodeTable | None = None
     actuator: list[ActuatorTable] = Field(default=[])
     constraint: list[ConstraintTable] = Field(default=[])
     margin: list[MarginTable] = Field(default=[])

@@ -31,6 +31,7 @@ from tuner.study.judged_reading import constraint_of, listed, objective_of, pick
 from tuner.study.layers import Layer
 from tuner.study.margins import margin_limit
 from tuner.study.messages import translated
+from tuner.study.own_code import use_files_of
 from tuner.study.plant_schema import ChannelTable, PlantGainTable, PlantScenarioTable, PlantStudyTable, PlantTable
 from tuner.study.reading import put
 from tuner.study.schema import MarginTable
@@ -109,6 +110,7 @@ def checked_plant_table(path: Path, table: Mapping[str, Any]) -> PlantStudyTable
 def build_plant_study(path: Path, table: PlantStudyTable, plant: PlantModel | None = None) -> PlantStudy:
     """Return the study of a table; plant: the plant, where it comes from no file."""
     with located(path, ""):
+        use_files_of(path, {"law": table.law, "metric": table.metric})
         with located(path, "plant.file"):
             plant, digest = _plant(path, table.plant.file) if plant is None else (plant, identity(plant))
         with located(path, "plant"):

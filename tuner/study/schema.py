@@ -297,7 +297,7 @@ class OwnCodeTable(StrictTable):
     """[law], [metric], [reference]: Python files of your own, which run when the study is read."""
 
     file: TextOrList
-    """A file, or a list of files, relative to the study. Each defines LAW, METRIC or REFERENCE, which has its name from then on."""
+    """A file, or a list of files, relative to the study. Each defines LAW, METRIC or REFERENCE, which the study then names."""
 
     @property
     def files(self) -> list[str]:

@@ -16,8 +16,8 @@ from objectives.requirements import Requirement, Screen, requirements_of
 from plant.airframes import Airframe
 from plant.input_files import read_input_text
 from plant.nominal import ControlOptions
+from plant.origin import origins
 from plant.references import ReferenceSpec
-from plant.registry import origins
 from tuner.gains import Controller, VehicleRecord
 from tuner.gains.document import seed_entry
 from tuner.search.names import CONVERGED, GENERATIONS

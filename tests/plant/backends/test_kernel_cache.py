@@ -8,7 +8,6 @@ import threading
 from dataclasses import fields, is_dataclass, replace
 from pathlib import Path
 from types import FunctionType
-from typing import Any
 
 import pytest
 

@@ -23,10 +23,22 @@ def print_checked(checked: "Checked", _: Console) -> None:
     """Print what a file holds."""
     if checked.examined is not None:
         print(f"{checked.examined.path}: valid: {sentence(checked.examined)}")
+    elif "breaches" in checked.content:
+        print_own(checked.content)
     elif isinstance(checked.document, StudyPreview):
         show_study(checked.document, wide_console())
     else:
         print_figures(checked.content)
+
+
+def print_own(content: Row) -> None:
+    """Print what code of the user's own breaks, a line each, or that it keeps its contract."""
+    for breach in content["breaches"]:
+        print(": ".join(text for text in (breach["place"], breach["part"], breach["message"]) if text))
+    if not content["breaches"]:
+        print(
+            f"{content['file']}: the {content['kind']} '{content['name']}' keeps its contract (digest {content['digest']})"
+        )
 
 
 def print_figures(figures: Row) -> None:
