@@ -40,9 +40,8 @@ class PlantController:
 
     Gains, Constants: of the law of every channel. Nominal: its knowledge: every channel as its law knows it, then the ranges of
     `commands` of channels and of `inputs`. Reference: a set point for every channel; those of inner ones are not read.
-    Memory: laws; commands and excess of channels; command and shortfall of inputs: what they were last sent, less what
-    what was wanted; in_force: what the plant has of it now; waiting: what is on its way; phase: periods since a slower channel
-    stepped.
+    Memory: laws; commands and excess of channels; command of inputs: what they were last sent; shortfall: that less what was
+    wanted; in_force: what has come into force; waiting: what is on its way; phase: periods since a slower channel stepped.
     prepare(gains, h) -> Constants. start(constants, nominal, seen, held) -> Memory at rest at the outputs seen, with the inputs
     held. step(memory, constants, nominal, reference, seen, h) -> Memory, once every period; its `command` is to be sent.
     """
@@ -144,7 +143,13 @@ def _step_lines(plan: LoopPlan, memory: Any) -> list[str]:
     waiting = [
         [*[f"kept.waiting.{name}.p{i}" for i in range(1, periods)], f"sent_{name}"] for name, periods in queues.items()
     ]
-    parts = {"excess": "over_{}", "command": "sent_{}", "shortfall": "shortfall_{}", "in_force": "force_{}", "phase": "phase_{}"}
+    parts = {
+        "excess": "over_{}",
+        "command": "sent_{}",
+        "shortfall": "shortfall_{}",
+        "in_force": "force_{}",
+        "phase": "phase_{}",
+    }
     return [*lines, _kept(memory, waiting, **parts)]
 
 
@@ -194,7 +199,7 @@ def _channel_lines(channel: Channel, plan: LoopPlan) -> list[str]:
 
 
 def _input_lines(actuator: Actuator, plan: LoopPlan, late: int) -> list[str]:
-    """Lines that sum up what channels want of one input, what it is sent of that, and what comes into force so many periods late."""
+    """Lines that sum up what channels want of one input, what it is sent, and what comes into force so many periods late."""
     name = actuator.name
     wanted = " + ".join(f"u_{each.name}" for each in plan.acting_on(name)) or f"kept.command.{name}"
     lines = [f"    wanted_{name} = {wanted}"]

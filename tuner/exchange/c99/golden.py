@@ -225,7 +225,10 @@ def _setpoint(share: float) -> AttitudeSetpoint:
 
 def golden_header(vectors: Golden, real: Real, prefix: str, words: dict[str, str]) -> str:
     """Write golden.h; prefix: of all names; words: p, P, digest, airframe, laws."""
-    texts = [entry_vectors(name, entry, real, prefix) for name, entry in (("", vectors.step), ("attitude_", vectors.attitude_step))]
+    texts = [
+        entry_vectors(name, entry, real, prefix)
+        for name, entry in (("", vectors.step), ("attitude_", vectors.attitude_step))
+    ]
     defines, arrays = ([line for text in texts for line in text[i]] for i in (0, 1))
     defines.append(f"#define GOLDEN_MEASUREMENTS {len(vectors.measure_inputs)}u")
     arrays.append(_array("golden_measure_inputs", vectors.measure_inputs, real, prefix))

@@ -1,4 +1,4 @@
-"""The C99 bundle of a plant of the user's own: controller, golden vectors, the program that compares them, Makefile and README."""
+"""The C99 bundle of a plant of one's own: controller, golden vectors, the program that compares them, Makefile and README."""
 
 import hashlib
 from collections.abc import Sequence
@@ -12,6 +12,7 @@ from tuner.exchange.c99.plant_golden import plant_golden
 from tuner.exchange.c99.plant_sources import c_name, channel_lines, delays, plant_code, tuned_plant
 from tuner.exchange.texts import c_comment, filled, markdown, tool
 from tuner.exchange.writing import write_files
+
 
 def export_plant(
     system: PlantSystem, gains: Sequence[float], folder: str | Path, *, real: str = "float", name: str = "", digest: str = ""

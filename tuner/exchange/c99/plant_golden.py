@@ -54,7 +54,9 @@ def plant_golden(tuned: TunedPlant, real: Real, steps: int = STEPS) -> Vectors:
 
 def _check_flown(steps: int, real: Real) -> None:
     if not steps:
-        raise InputError(f"given gains under which the first command is no finite {real.name}; take others", key="gains")
+        raise InputError(
+            f"given gains under which the first command is no finite {real.name}; take others", key="gains"
+        )
 
 
 def _scenario(tuned: TunedPlant, steps: int) -> PlantScenario:

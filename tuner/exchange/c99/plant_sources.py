@@ -64,7 +64,7 @@ class TunedPlant:
 
 @dataclass(frozen=True)
 class PlantCode:
-    """Texts of the header and the source; types: C names of the records, by reference_type, measured_type, input_type, state_type."""
+    """Texts of the header and the source; types: C names of the records by what they are: reference_type, state_type."""
 
     header: str
     source: str
@@ -73,9 +73,11 @@ class PlantCode:
 
 def tuned_plant(system: PlantSystem, gains: Sequence[float]) -> TunedPlant:
     """Return a plant's controller with a row of gains; InputError where they do not fit, or a name is none in C."""
-    addresses = paths(system.loop.records.Gains)
+    addresses = [gain.address for gain in system.gains]
     if len(gains) != len(addresses):
-        raise InputError(f"given {len(gains)} gains; this loop has {len(addresses)}: {', '.join(addresses)}", key="gains")
+        raise InputError(
+            f"given {len(gains)} gains; this loop has {len(addresses)}: {', '.join(addresses)}", key="gains"
+        )
     for address, value in zip(addresses, gains, strict=True):
         if not isfinite(value):
             raise InputError(f"given {value}; a gain must be finite", key=address)
@@ -85,7 +87,9 @@ def tuned_plant(system: PlantSystem, gains: Sequence[float]) -> TunedPlant:
     setpoints = {each.name: _setpoint(each.name, unit_of(outputs[each.output])) for each in system.plan.outer}
     for name in (*system.plan.names, *Measured._fields, *system.plant.Input._fields):
         if name in WORDS or not name.isascii():
-            raise InputError(f"given '{name}', which is no name in C; allowed: ASCII letters, digits and _, no word of C or C++")
+            raise InputError(
+                f"given '{name}', which is no name in C; allowed: ASCII letters, digits and _, no word of C or C++"
+            )
     return TunedPlant(system, tuple(map(float, gains)), Measured, record_type("Reference", setpoints))
 
 
@@ -101,7 +105,7 @@ def per_time(unit: str) -> str:
 
 
 def plant_code(tuned: TunedPlant, real: str, prefix: str, digest: str) -> PlantCode:
-    """Write the controller; real: "float" or "double"; prefix: of all names, an identifier in lower case; digest: of the gains."""
+    """Write the controller; real: "float" or "double"; prefix: of all names, a lower-case identifier; digest: of the gains."""
 
     def note(leaf: Any) -> str:
         return f" /* [{c_comment(unit_of(leaf))}] */" if unit_of(leaf) else ""
@@ -138,7 +142,11 @@ def channel_lines(plan: LoopPlan) -> list[str]:
 
 def delays(tuned: TunedPlant) -> str:
     """Return the sentence on the delays that the controller counts on."""
-    late = [f"{each.name} {each.periods(tuned.period)}" for each in tuned.system.plan.actuators if each.periods(tuned.period)]
+    late = [
+        f"{each.name} {each.periods(tuned.period)}"
+        for each in tuned.system.plan.actuators
+        if each.periods(tuned.period)
+    ]
     if not late:
         return "It counts on commands that act in the period in which they are sent."
     return f"It counts on commands that act so many periods after they are sent: {', '.join(late)}. It does not hold them back."
@@ -161,9 +169,7 @@ def _source(tuned: TunedPlant, style: Style, types: dict[str, str]) -> str:
     reference, command = f"const {types['reference_type']} *reference", types["input_type"]
     functions = [
         *[each.text for each in written.values()],
-        entry_function(
-            style, "init", init, [state, measured, f"const {command} *held"], "state", None
-        ),
+        entry_function(style, "init", init, [state, measured, f"const {command} *held"], "state", None),
         entry_function(
             style, "step", step, [state, reference, measured, f"{command} *command"], "state", call, "command", after
         ),
@@ -201,14 +207,9 @@ def _with_calls(graph: Graph, plan: LoopPlan, routines: dict[str, Routine]) -> R
 
 def _gains(tuned: TunedPlant) -> dict[str, dict[str, str]]:
     """Value with unit of each gain by channel."""
-    gains: dict[str, dict[str, str]] = {}
-    values = iter(tuned.gains)
-    for channel in tuned.system.plan.channels:
-        unit = tuned.system.plant.unit(f"Output.{channel.output}")
-        infos = {info.name: info for info in channel.law.gains}
-        gains[channel.name] = {
-            name: f"{next(values):.9g} {c_comment(infos[name].unit.replace('{y}', unit))}" for name in channel.law.Gains._fields
-        }
+    gains: dict[str, dict[str, str]] = {name: {} for name in tuned.system.plan.names}
+    for gain in tuned.system.gains:
+        gains[gain.axis][gain.address.partition(".")[2]] = f"{tuned.gains[gain.column]:.9g} {c_comment(gain.unit)}"
     return gains
 
 
