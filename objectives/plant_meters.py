@@ -6,7 +6,7 @@ input, from where the flight began.
 
 from objectives.meters import AxisMeter, start_axis, update_axis
 from plant.loop import MeterModel
-from plant.model.closing import written
+from plant.model.functions import written
 from plant.model.plan import LoopPlan
 from plant.primitives import absolute, maximum
 from plant.records import record_type

@@ -13,7 +13,8 @@ from plant.backends.identity import identity
 from plant.gains import GainAddress
 from plant.laws.channel import Channel as Known
 from plant.loop import Timing
-from plant.model.closing import PlantLoop, Range, close_plant
+from plant.model.closing import PlantLoop, close_plant
+from plant.model.controller import Range
 from plant.model.plan import LoopPlan
 from plant.model.plant_model import PlantModel
 from plant.model.scenario import PlantScenario, sample_plant_scenarios

@@ -43,8 +43,8 @@ def parts(kind: RecordType) -> set[RecordType]:
 
 
 def source_of(kind: type) -> Path:
-    """Return the file that a record class was written in."""
-    return Path(str(sys.modules[kind.__module__].__file__))
+    """Return the file that a record class was written in; the empty path for one of a notebook's cell."""
+    return Path(getattr(sys.modules[kind.__module__], "__file__", None) or "")
 
 
 @cache

@@ -17,7 +17,8 @@ from plant.backends import array, symbolic
 from plant.errors import InputError
 from plant.laws.law import Law, Nonlinearity
 from plant.loop import MeterModel
-from plant.model.closing import close_plant, to_channel, to_plant
+from plant.model.closing import close_plant, to_plant
+from plant.model.controller import to_channel
 from plant.records import flatten, pack, paths, record_type, size
 
 Array = NDArray[np.float64]
@@ -172,7 +173,7 @@ class PlantPeriod:
         idle = dict.fromkeys(("status", "end_time"), 0.0)
         flight = self.loop.Flight(
             **{name: getattr(before, name) for name in self.state._fields},
-            speed=before.asked, meters=NoMeters(), **idle,
+            speed=before.control.command, meters=NoMeters(), **idle,
         )  # fmt: skip
         after = symbolic.rebinder(signals.stand_ins())(self.loop.decide)(
             flight, constants, _record(kinds.Nominal, nominal), goal, _zeros(kinds.Noise), _zeros(kinds.Targets),

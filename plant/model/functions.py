@@ -1,4 +1,4 @@
-"""Rules of model functions, checked on the functions of the user's own before a backend takes them.
+"""Model functions: written out as lines, and the rules that those of the user's own are checked by before a backend takes them.
 
 A model function is a pure function of scalars: no `if` on a value, no loop over time, no state that hides between calls, nothing
 from outside but numbers, records, other such functions and `plant.primitives`. Backends rebind its names, so mathematics from
@@ -8,6 +8,7 @@ elsewhere would stay in Python.
 import ast
 import dis
 import inspect
+import linecache
 import textwrap
 from collections.abc import Callable, Iterator
 from types import BuiltinFunctionType, FunctionType, ModuleType
@@ -39,6 +40,16 @@ BUILTINS = {
     "abs": "absolute", "min": "minimum", "max": "maximum", "round": "floor",
     **dict.fromkeys(("bool", "float", "int", "len", "pow", "print", "sum"), ""),
 }  # fmt: skip
+
+
+def written(name: str, lines: list[str], names: dict[str, Any]) -> Callable[..., Any]:
+    """Return the function that stands in these lines, with names as its globals; tracebacks show the lines."""
+    source = "\n".join(lines) + "\n"
+    file = f"<{name} of the loop>"
+    linecache.cache[file] = (len(source), None, source.splitlines(True), file)
+    world = {"__name__": __name__, **names}
+    exec(compile(source, file, "exec"), world)
+    return world[name]
 
 
 def place_of(thing: Any, file: str, line: int = 0) -> str:

@@ -46,6 +46,11 @@ class Actuator:
             raise InputError(f"given {self.scale}; a scale must be finite and positive", key="scale")
 
     @property
+    def bounded(self) -> bool:
+        """Whether anything limits or slews a command."""
+        return any(map(isfinite, (self.low, self.high, self.rate)))
+
+    @property
     def size(self) -> float:
         """The size that control activity is counted in."""
         half = 0.5 * (self.high - self.low)
@@ -123,6 +128,15 @@ class LoopPlan:
     def number(self, name: str) -> float:
         """Return the place of a channel as the number that model functions carry."""
         return float(self.names.index(name))
+
+    def channel(self, name: str) -> Channel:
+        """Return the channel of that name."""
+        return self.channels[self.names.index(name)]
+
+    def command_unit(self, plant: PlantModel, channel: Channel) -> str:
+        """Return the unit of a channel's command: that of its input, or of the output of the channel that it commands."""
+        inner = channel.to in self.names
+        return plant.unit(f"Output.{self.channel(channel.to).output}" if inner else f"Input.{channel.to}")
 
     def acting_on(self, actuator: str) -> tuple[Channel, ...]:
         """Return the channels whose commands add up to an input."""
