@@ -22,6 +22,8 @@ Array = NDArray[np.float64]
 # Candidates worked on at once, and gains rows that the structure is read off from.
 CHUNK, PROBES = 250, 4
 MIDDLE = Case(0.1)
+# Lowest frequency that is looked at [rad in a control period]: a plant of hours is seen like one of milliseconds.
+LOWEST = 1e-5
 
 
 class PlantMargins:
@@ -47,7 +49,7 @@ class PlantMargins:
         self.terms = self._periods[0].terms
         self.cases = tuple(cases) if self.terms else (Case(0.0),)
         self.channels = system.plan.names
-        self._grid = frequency_grid(system.timing.control_period, points)
+        self._grid = frequency_grid(self.period, points, LOWEST / self.period)
         draws = np.array([generator(0, "margins/probes", i).uniform(size=len(low)) for i in range(PROBES)])
         self._blocks = [self._structure(period, low + draws * (high - low)) for period in self._periods]
 

@@ -50,10 +50,10 @@ class PlantPeriod:
     """
 
     def __init__(self, system: PlantSystem, parameters: Any | None = None) -> None:
-        slow = [channel.name for channel in system.plan.channels if channel.every > 1]
+        slow = [channel for channel in system.plan.channels if channel.every > 1]
         if slow:
             raise InputError(
-                f"channel '{slow[0]}' steps every {system.plan.channels[0].every} periods; margins are known for loops of one "
+                f"channel '{slow[0].name}' steps every {slow[0].every} periods; margins are known for loops of one "
                 "rate: set every = 1, or leave the margins out",
                 key="margin",
             )
