@@ -83,7 +83,7 @@ def _(system: PlantSystem, flyer: Flyer, gains: np.ndarray, inputs: FlightInputs
     steps = len(inputs.references)
     every, plant, plan = max(1, steps // INSTANTS), system.plant, system.plan
     kind, names = flyer.loop.Flight, plan.names
-    traced = np.r_[*[rows(kind, part) for part in ("body.shown", "asked", "control.commands")]]
+    traced = np.r_[*[rows(kind, part) for part in ("body.shown", "control.command", "control.commands")]]
     trace = flyer.trace(gains, system.nominal, inputs, every, traced)
     n, m = size(plant.Output), size(plant.Input)
     shown, asked, commands = np.split(trace, (n, n + m), axis=-1)

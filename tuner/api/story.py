@@ -318,7 +318,7 @@ def next_commands(folder: Path, file: str, feasible: bool, rotors: bool = True) 
     """Return what to do next; gains that break limits are looked at and not flown. rotors: a quadrotor was flown."""
     gains = folder / file
     if not rotors:
-        return [f"tuner report {folder}"]
+        return [f"tuner export {gains} --to c99 --code MODEL.py", f"tuner report {folder}"]
     if not feasible:
         return [f"tuner margins {gains}", f"tuner check {folder / 'study.toml'}", f"tuner report {folder}"]
     return [f"tuner fly {gains} --plot fly.png", f"tuner margins {gains}", f"tuner report {folder}"]

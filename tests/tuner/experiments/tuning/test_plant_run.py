@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import subprocess
 from pathlib import Path
 
 import pytest
@@ -49,6 +50,23 @@ def test_it_is_flown_again_to_the_same_bits(run, written, monkeypatch, capsys):
     code, out, err = tuner(monkeypatch, capsys, "verify", run, "--code", written / "motor.py")
     assert code == 0, err
     assert "every bit is the same" in out
+
+
+def test_its_controller_is_c_with_the_bits_that_flew(run, written, monkeypatch, capsys, tmp_path):
+    arguments = ("export", run / "gains.json", "--to", "c99", "--out", tmp_path / "c", "--code", written / "motor.py")
+    code, out, err = tuner(monkeypatch, capsys, *arguments)
+    assert code == 0, err
+    assert "motor_controller.c" in out
+    if shutil.which("make") and shutil.which("cc"):
+        made = subprocess.run(["make"], cwd=tmp_path / "c", capture_output=True, text=True, check=True)
+        assert "the same bits" in made.stdout
+        assert "warning" not in made.stderr
+
+
+def test_gains_of_a_plant_are_refused_where_a_quadrotor_flies(run, monkeypatch, capsys):
+    code, _, err = tuner(monkeypatch, capsys, "fly", run / "gains.json")
+    assert code == 2
+    assert "holds gains of a plant of one's own" in err
 
 
 def test_a_longer_budget_gives_what_the_longer_run_gives(run, written, monkeypatch, capsys, tmp_path):
