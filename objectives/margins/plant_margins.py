@@ -126,7 +126,8 @@ class PlantMargins:
         return sheet
 
     def _is_input(self, channel: int) -> bool:
-        return self.system.plan.channels[channel].to not in self.channels
+        plan = self.system.plan
+        return not plan.cascades(plan.channels[channel])
 
     def _structure(self, period: PlantPeriod, gains: Array) -> tuple[Block, ...]:
         term = self._term_gains(period, gains, (MIDDLE,))

@@ -242,7 +242,7 @@ class _Signals:
     def readings(self, before: Any, goal: Any, after: Any) -> list[Any]:
         """Return c, s, y and e; channels on one input have the command of that input."""
         plan = self._period.plan
-        first = [int(plan.number(plan.acting_on(each.to)[0].name)) if each.to not in plan.names else i
+        first = [int(plan.number(plan.acting_on(each.to)[0].name)) if not plan.cascades(each) else i
                  for i, each in enumerate(plan.channels)]  # fmt: skip
         commands = [self._commands[i] for i in first]
         outputs = [getattr(before.body.shown, each.output) for each in plan.channels]

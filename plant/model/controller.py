@@ -122,7 +122,7 @@ def _start_lines(plan: LoopPlan, memory: Any) -> list[str]:
     for channel in plan.channels:
         name = channel.name
         share = float(len(plan.acting_on(channel.to)))
-        inner = channel.to in plan.names
+        inner = plan.cascades(channel)
         held = f"seen.{plan.channel(channel.to).output}" if inner else f"held.{channel.to} / {share}"
         lines += [
             f"    u_{name} = {held}",
@@ -177,7 +177,7 @@ def _channel_lines(channel: Channel, plan: LoopPlan) -> list[str]:
     name = channel.name
     outer = plan.commanded.get(name)
     goal = f"Setpoint(to_channel(u_{outer}, {plan.number(outer)}), 0.0, 0.0)" if outer else f"reference.{name}"
-    inner = channel.to in plan.names
+    inner = plan.cascades(channel)
     effect = f"kept.commands.{name}" if inner else f"kept.in_force.{channel.to}"
     excess = f"kept.excess.{name}" if inner else f"kept.shortfall.{channel.to} + kept.excess.{name}"
     command, over = _limited(f"asked_{name}", f"nominal.commands.{name}", channel.low, channel.high)

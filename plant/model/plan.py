@@ -115,10 +115,14 @@ class LoopPlan:
         """Names of the channels."""
         return tuple(channel.name for channel in self.channels)
 
+    def cascades(self, channel: Channel) -> bool:
+        """Return whether a channel commands another one; one that bears the name of its input acts on that."""
+        return channel.to in self.names and channel.to != channel.name
+
     @property
     def commanded(self) -> dict[str, str]:
         """The channel whose set point each cascaded channel is, by the name of the inner one."""
-        return {channel.to: channel.name for channel in self.channels if channel.to in self.names}
+        return {channel.to: channel.name for channel in self.channels if self.cascades(channel)}
 
     @property
     def outer(self) -> tuple[Channel, ...]:
@@ -135,7 +139,7 @@ class LoopPlan:
 
     def command_unit(self, plant: PlantModel, channel: Channel) -> str:
         """Return the unit of a channel's command: that of its input, or of the output of the channel that it commands."""
-        inner = channel.to in self.names
+        inner = self.cascades(channel)
         return plant.unit(f"Output.{self.channel(channel.to).output}" if inner else f"Input.{channel.to}")
 
     def acting_on(self, actuator: str) -> tuple[Channel, ...]:
@@ -181,12 +185,13 @@ def _outer_first(channels: Sequence[Channel]) -> Iterator[Channel]:
     """Yield channels so that each stands before the one it commands; InputError for a ring, which no order can decide."""
     left = list(channels)
     names = [channel.name for channel in channels]
-    commanded = [channel.to for channel in channels if channel.to in names]
+    own = [channel.name for channel in channels if channel.to == channel.name]
+    commanded = [channel.to for channel in channels if channel.to in names and channel.to not in own]
     twice = next((name for i, name in enumerate(commanded) if name in commanded[:i]), None)
     if twice is not None:
         raise InputError("given two channels that command its set point; allowed: one", key=f"{twice}.to")
     while left:
-        ready = [each for each in left if each.name not in [other.to for other in left]]
+        ready = [each for each in left if each.name not in [other.to for other in left if other is not each]]
         if not ready:
             ring = " -> ".join(each.name for each in left)
             raise InputError(
