@@ -28,5 +28,5 @@ def with_origin(entry: Any, origin: Origin) -> Any:
     """Return an entry that knows where it comes from; a class is told itself."""
     if is_dataclass(entry) and not isinstance(entry, type):
         return replace(entry, origin=origin)
-    entry.origin = origin
+    setattr(entry, "origin", origin)  # noqa: B010 (a class's own attribute, whatever its type)
     return entry

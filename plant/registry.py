@@ -66,8 +66,7 @@ class Registry(dict[str, T]):
         from importlib.metadata import entry_points
 
         for point in entry_points(group=self.group):
-            entry = _loaded(point)
-            self.add(entry, Origin(f"{point.dist.name} {point.dist.version}", _digest(point), True))
+            self.add(_loaded(point), _origin(point))
 
 
 def _loaded(point: Any) -> Any:
@@ -78,6 +77,10 @@ def _loaded(point: Any) -> Any:
         raise InputError(
             f"the entry point {point.name} = {point.value} cannot be loaded: {what}", file=point.group
         ) from error
+
+
+def _origin(point: Any) -> Origin:
+    return Origin(f"{point.dist.name} {point.dist.version}", _digest(point), True)
 
 
 def _digest(point: Any) -> str:

@@ -41,11 +41,16 @@ def _record(name: str, record: Any) -> Iterator[Breach]:
     if not (isinstance(record, type) and issubclass(record, tuple) and hasattr(record, "_fields")):
         yield Breach(name, f"given {record!r}; write class {name}(NamedTuple) with a float for every field")
         return
-    if not record._fields:
+    if not record.__annotations__:
         yield Breach(name, "has no field; C has no empty struct, so give it one, such as unused: float")
     for field, part in record.__annotations__.items():
         nested = isinstance(part, type) and issubclass(part, tuple) and hasattr(part, "_fields")
-        if part is not float and not nested:
+        if isinstance(part, str):
+            yield Breach(
+                name,
+                f"the field '{field}' is the text {part!r}; take `from __future__ import annotations` out of the file",
+            )
+        elif part is not float and not nested:
             yield Breach(name, f"the field '{field}' is {part!r}; it must be float or another such record")
         elif nested:
             yield from _record(f"{name}.{field}", part)

@@ -22,8 +22,9 @@ from tuner.gains.examining import examine
 from tuner.store.folder import Folder
 from tuner.store.inputs import freeze
 from tuner.study.files import SHIPPED
-from tuner.study.kinds import load_any
+from tuner.study.kinds import load_tuning
 from tuner.study.own_code import use, use_named
+from tuner.study.study import Study
 from tuner.text.errors import guarded
 
 STUDY = SHIPPED / "own_law.toml"
@@ -37,13 +38,18 @@ def home(tmp_path: Path) -> Path:
     return tmp_path / "own_law.toml"
 
 
+def own_study(path: Path) -> Study:
+    """Return the study of a file."""
+    return load_tuning(path, "test")
+
+
 def rewritten(file: Path, *changes: tuple[str, str]) -> None:
     """Change a file in its place."""
     edited(file, file.parent, *changes)
 
 
 def test_a_study_flies_what_its_files_define(home: Path) -> None:
-    study = load_any(home)
+    study = own_study(home)
     assert study.system.cascade.attitude is LAWS["pid_plain"]
     assert study.objectives[0].label == "mean(mae.position)"
     assert study.scenarios[0].spec.reference.kind == "circle"
@@ -51,24 +57,24 @@ def test_a_study_flies_what_its_files_define(home: Path) -> None:
 
 
 def test_the_digest_of_a_study_is_that_of_its_code_wherever_it_lies(home: Path, tmp_path: Path) -> None:
-    here = load_any(home).digest()
+    here = own_study(home).digest()
     shutil.copytree(home.parent / "own_law", tmp_path / "elsewhere" / "own_law")
     shutil.copy(home, tmp_path / "elsewhere" / "another_name.toml")
     forget()
-    assert load_any(tmp_path / "elsewhere" / "another_name.toml").digest() == here
+    assert own_study(tmp_path / "elsewhere" / "another_name.toml").digest() == here
     digests = {here}
     for name in ("pid_plain.py", "mae.py", "circle.py"):
         with (home.parent / "own_law" / name).open("a") as file:
             file.write("# changed\n")
         forget()
-        digests.add(load_any(home).digest())
+        digests.add(own_study(home).digest())
     assert len(digests) == 4
 
 
 def test_recorded_flights_are_those_of_the_code_of_law_and_reference_but_not_of_the_metric(home: Path) -> None:
     def key() -> str:
         forget()
-        study = load_any(home)
+        study = own_study(home)
         return scenario_key(study.system, study.seed, FlightBatch(study.scenarios[0].spec, "search", 4))
 
     keys = [key()]
@@ -84,7 +90,8 @@ def test_a_file_read_again_is_the_same_and_an_edited_one_takes_its_place(tmp_pat
     first = use(file)
     assert use(file) is first
     rewritten(file, ('title="PID without', 'title="My PID without'))
-    assert use(file).title == "My PID without a derivative filter" == LAWS["pid_plain"].title
+    use(file)
+    assert LAWS["pid_plain"].title == "My PID without a derivative filter"
 
 
 def test_names_belong_to_one_file_each(tmp_path: Path) -> None:
@@ -110,12 +117,12 @@ def test_a_file_tells_what_it_defines(tmp_path: Path) -> None:
 def test_a_key_or_a_file_that_is_not_there_is_told(home: Path) -> None:
     rewritten(home, ('file = "own_law/pid_plain.py"', 'path = "own_law/pid_plain.py"'))
     with pytest.raises(InputError, match=r"law.path: unknown key 'path'; valid: file"):
-        load_any(home)
+        own_study(home)
     rewritten(home, ('path = "own_law/pid_plain.py"', 'file = "own_law/none.py"'))
     with pytest.raises(InputError, match="none.py: there is no such file"):
-        load_any(home)
+        own_study(home)
     rewritten(home, ('file = "own_law/none.py"', 'file = ["own_law/pid_plain.py"]'))
-    assert load_any(home).system.cascade.attitude.name == "pid_plain"
+    assert own_study(home).system.cascade.attitude.name == "pid_plain"
 
 
 @dataclass(frozen=True)
@@ -133,7 +140,7 @@ def recorded(home: Path, tmp_path: Path) -> Recorded:
     marker = tmp_path / "it_ran"
     (home.parent / "own_law" / "beside.py").write_text(f"from pathlib import Path\nPath({str(marker)!r}).touch()\n")
     rewritten(home.parent / "own_law" / "pid_plain.py", ("SOURCE = ", "import beside\n\nSOURCE = "))
-    study = load_any(home)
+    study = own_study(home)
     with Folder.create(tmp_path / "results") as folder:
         freeze(folder, study.kind, home, study.content, study.digest(), study.generations)
     marker.unlink()
@@ -158,7 +165,7 @@ def test_a_results_folder_runs_no_code_that_nobody_named(command: str, recorded:
 def test_what_the_user_names_is_what_its_copy_runs_as(home: Path, recorded: Recorded) -> None:
     use_named(home)
     recorded.marker.unlink()
-    assert load_any(recorded.study).digest() == json.loads((recorded.path / "run.json").read_text())["digest"]
+    assert own_study(recorded.study).digest() == json.loads((recorded.path / "run.json").read_text())["digest"]
     assert not recorded.marker.exists(), "the copy is the same code and did not run again"
 
 
@@ -167,7 +174,7 @@ def test_a_file_that_has_changed_since_is_refused(home: Path, recorded: Recorded
         file.write("# changed\n")
     use_named(home)
     with pytest.raises(UnnamedCodeError, match="has changed since; put it back, or name the copy with --code"):
-        load_any(recorded.study)
+        own_study(recorded.study)
 
 
 def test_a_folder_cannot_have_a_study_elsewhere_read(recorded: Recorded) -> None:
@@ -180,7 +187,7 @@ def test_a_folder_cannot_have_a_study_elsewhere_read(recorded: Recorded) -> None
 
 
 def test_gains_name_the_code_of_their_law(home: Path, tmp_path: Path) -> None:
-    study = load_any(home)
+    study = own_study(home)
     tuner.default_gains("pid_plain").write(tmp_path / "gains.json")
     code = json.loads((tmp_path / "gains.json").read_text())["controller"]["code"]
     assert code == {"attitude": {"file": "pid_plain.py", "digest": study.own_code["law"]["pid_plain"]}}
@@ -189,17 +196,17 @@ def test_gains_name_the_code_of_their_law(home: Path, tmp_path: Path) -> None:
     assert "name the file with --code pid_plain.py" in str(examine(tmp_path / "gains.json").problems[0])
     with (home.parent / "own_law" / "pid_plain.py").open("a") as file:
         file.write("# changed\n")
-    load_any(home)
+    own_study(home)
     assert "name the file of then, or tune again" in str(examine(tmp_path / "gains.json").problems[0])
 
 
 def test_workers_are_sent_no_code(home: Path) -> None:
-    study = load_any(home)
+    study = own_study(home)
     batch = FlightBatch(study.scenarios[0].spec, "search", 4)
     with pytest.raises(InputError, match="the law 'pid_plain' is of a file of your own, and workers are sent no code"):
         brief_of(study.system, study.seed, batch)
     rewritten(home, ('attitude = "pid_plain"', 'attitude = "pid"'))
-    study = load_any(home)
+    study = own_study(home)
     with pytest.raises(InputError, match="the reference 'circle' is of a file of your own"):
         brief_of(study.system, study.seed, FlightBatch(study.scenarios[0].spec, "search", 4))
 
@@ -266,10 +273,10 @@ def test_the_option_may_stand_anywhere() -> None:
 
 
 def test_check_tells_what_a_file_breaks(tmp_path: Path) -> None:
-    assert tuner.check(LAW).document["breaches"] == [] and not tuner.check(LAW).hopeless
+    assert tuner.check(LAW).content["breaches"] == [] and not tuner.check(LAW).hopeless
     file = edited(LAW, tmp_path, ("error, rate =", "if measured.rate > 1.0:\n        pass\n    error, rate ="))
     found = tuner.check(file)
-    (breach,) = found.document["breaches"]
+    (breach,) = found.content["breaches"]
     assert found.hopeless and found.kind == "law"
     assert breach["place"] == f"{file}:{line_of(file, 'if measured')}" and breach["part"] == "step"
 
@@ -295,5 +302,5 @@ def test_the_documentation_shows_the_shipped_files() -> None:
 
 
 def test_the_shipped_files_are_the_studys(home: Path) -> None:
-    named = {file for table in ("law", "metric", "reference") for file in getattr(load_any(home).table, table).files}
+    named = {file for table in ("law", "metric", "reference") for file in getattr(own_study(home).table, table).files}
     assert named == {f"own_law/{file.name}" for file in (LAW, METRIC, REFERENCE)}
