@@ -11,7 +11,7 @@ import inspect
 import linecache
 import textwrap
 from collections.abc import Callable, Iterator
-from types import BuiltinFunctionType, FunctionType, ModuleType
+from types import FunctionType, ModuleType
 from typing import Any
 
 from plant import primitives
@@ -25,6 +25,7 @@ REFUSED: dict[type[ast.AST], str] = {
     ast.Not: "`not` on a value; write the opposite comparison",
     ast.Assert: "`assert`; a model function cannot fail",
     ast.Raise: "`raise`; a model function cannot fail",
+    ast.Match: "a `match` on a value; write select(condition, a, b)",
     ast.While: "a loop; write the terms out",
     ast.For: "a loop; write the terms out",
     ast.Global: "a state that hides between calls; keep it in {memory}",
@@ -35,6 +36,8 @@ REFUSED: dict[type[ast.AST], str] = {
 }
 HIDDEN = "a state that hides between calls, '{name}'; keep it in {memory}"
 CHAIN = "a chain of comparisons; write both(a < b, b < c)"
+# What cannot change between calls, and other functions, which are looked at themselves.
+ALLOWED = (int, float, str, tuple, FunctionType)
 # Builtins that a look at the globals does not find; on arrays and symbols they mean something else.
 BUILTINS = {
     "abs": "absolute", "min": "minimum", "max": "maximum", "round": "floor",
@@ -130,13 +133,20 @@ def _check_names(function: FunctionType, file: str, memory: str) -> None:
             instead = f"; write {BUILTINS[name]}" if BUILTINS[name] else ""
             message = f"uses the builtin '{name}', which backends cannot replace{instead}"
             raise InputError(message, file=place_of(function, file), key=function.__name__)
-        if isinstance(value, (ModuleType, BuiltinFunctionType)) and value not in vars(primitives).values():
+        if value is None or isinstance(value, ALLOWED) or value in vars(primitives).values():
+            continue
+        if isinstance(value, ModuleType) or (callable(value) and not _is_record(value)):
             allowed = ", ".join(primitives.__all__)
             raise InputError(
                 f"uses '{name}', which backends cannot replace; take from plant.primitives: {allowed}",
                 file=place_of(function, file),
                 key=function.__name__,
             )
-        if isinstance(value, (list, dict, set)):
+        if not _is_record(value):
             message = HIDDEN.replace("{name}", name).replace("{memory}", memory)
             raise InputError(message, file=place_of(function, file), key=function.__name__)
+
+
+def _is_record(value: object) -> bool:
+    """Return whether a value is a type of records."""
+    return isinstance(value, type) and issubclass(value, tuple)

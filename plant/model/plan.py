@@ -6,6 +6,7 @@ channel's set point (a cascade). Commands of several channels on one input add u
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from keyword import iskeyword
 from math import inf, isfinite
 
 from plant.errors import InputError, UnknownNameError
@@ -15,6 +16,10 @@ from plant.records import paths
 
 # Longest delay of an input [control periods]: each period is a number of the state.
 MOST_DELAY = 128
+# Names that stand beside those of the channels in the records of a loop and of its meters.
+TAKEN = frozenset(
+    ("time", "command", "previous", "saturated", "commands", "inputs", "travel", "effort", "command_peak")
+)
 
 
 @dataclass(frozen=True)
@@ -149,27 +154,37 @@ class LoopPlan:
 
 def plan_loop(plant: PlantModel, channels: Sequence[Channel], actuators: Sequence[Actuator] = ()) -> LoopPlan:
     """Return the plan of a plant's loops, outer channels first; InputError where names, units or connections do not fit."""
-    _check_unique([channel.name for channel in channels])
+    _check_names([channel.name for channel in channels])
     inputs, outputs = paths(plant.Input), paths(plant.Output)
     for actuator in actuators:
         if actuator.name not in inputs:
             raise UnknownNameError("input", actuator.name, inputs)
+    _check_once("actuator", [actuator.name for actuator in actuators])
     for channel in channels:
         _check_channel(channel, [each.name for each in channels], inputs, outputs)
+    _check_rates(channels)
     known = {actuator.name: actuator for actuator in actuators}
     return LoopPlan(tuple(_outer_first(channels)), tuple(known.get(name, Actuator(name)) for name in inputs))
 
 
-def _check_unique(names: Sequence[str]) -> None:
-    if not names:
-        raise InputError("given no channel; a loop needs at least one", key="channel")
+def _check_once(kind: str, names: Sequence[str]) -> None:
     for i, name in enumerate(names):
         if name in names[:i]:
-            raise InputError(f"given '{name}' twice; names of channels must differ", key=f"channel[{i}].name")
-        if not name.isidentifier() or name.startswith("_"):
+            raise InputError(f"given '{name}' twice; names must differ", key=f"{kind}[{i}].name")
+
+
+def _check_names(names: Sequence[str]) -> None:
+    if not names:
+        raise InputError("given no channel; a loop needs at least one", key="channel")
+    _check_once("channel", names)
+    for i, name in enumerate(names):
+        key = f"channel[{i}].name"
+        if not name.isidentifier() or name.startswith("_") or iskeyword(name):
             raise InputError(
-                f"given '{name}'; allowed: letters, digits and _, a letter first", key=f"channel[{i}].name"
+                f"given '{name}'; allowed: letters, digits and _, a letter first, no word of Python", key=key
             )
+        if name in TAKEN:
+            raise InputError(f"given '{name}'; the loop calls something else so: take another name", key=key)
 
 
 def _check_channel(channel: Channel, names: Sequence[str], inputs: Sequence[str], outputs: Sequence[str]) -> None:
@@ -179,6 +194,18 @@ def _check_channel(channel: Channel, names: Sequence[str], inputs: Sequence[str]
     targets = [*inputs, *[name for name in names if name != channel.name]]
     if channel.to not in targets:
         raise UnknownNameError("input or channel", channel.to, targets, key=f"{channel.name}.to")
+
+
+def _check_rates(channels: Sequence[Channel]) -> None:
+    known = {channel.name: channel for channel in channels}
+    for outer in channels:
+        inner = known.get(outer.to)
+        if inner is not None and outer.every % inner.every:
+            raise InputError(
+                f"given {outer.every}; '{inner.name}', which it commands, steps every {inner.every} periods: allowed is a "
+                "multiple of that",
+                key=f"{outer.name}.every",
+            )
 
 
 def _outer_first(channels: Sequence[Channel]) -> Iterator[Channel]:

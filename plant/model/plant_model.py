@@ -108,7 +108,7 @@ def _check_record(kind: str, record: Any, file: str) -> None:
 def _check_values(plant: PlantModel) -> None:
     """Raise InputError where the equations do not work at rest, or the plant does not stand still there."""
     quiet = pack(plant.Disturbance, [0.0] * size(plant.Disturbance))
-    state, command = _called(plant, "rest", plant.rest, plant.parameters)
+    state, command = _rest(plant)
     rate = _called(plant, "derivative", plant.derivative, state, command, quiet, plant.parameters)
     seen = _called(plant, "output", plant.output, state, command, quiet, plant.parameters)
     for name, function, record, kind in (
@@ -128,6 +128,18 @@ def _check_values(plant: PlantModel) -> None:
                 file=place_of(plant.derivative, plant.file),
                 key="derivative",
             )
+
+
+def _rest(plant: PlantModel) -> Any:
+    """Return the state and the input of a plant at rest; InputError where rest gives something else."""
+    given = _called(plant, "rest", plant.rest, plant.parameters)
+    place = place_of(plant.rest, plant.file)
+    if not (isinstance(given, tuple) and [type(each) for each in given] == [plant.State, plant.Input]):
+        raise InputError(f"gives {given!r}; it must give State, Input", file=place, key="rest")
+    for path, value in zip((*paths(plant.State), *paths(plant.Input)), flatten(given), strict=True):
+        if not (isinstance(value, (int, float)) and isfinite(value)):
+            raise InputError(f"gives {value!r} for {path}; numbers must be finite", file=place, key="rest")
+    return given
 
 
 def _called(plant: PlantModel, name: str, function: Callable[..., Any], *arguments: Any) -> Any:

@@ -1,8 +1,6 @@
 """Plants that tests fly: those of the shipped studies and a nonlinear one, as a user's file is read."""
 
-import sys
 from functools import cache
-from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 from typing import Any
 
@@ -14,6 +12,7 @@ from plant.laws import LAWS
 from plant.loop import Timing
 from plant.model.plan import Actuator, Channel, plan_loop
 from plant.model.plant_model import PlantModel, plant_from
+from plant.own_code import run_own_code
 from plant.records import flatten, pack
 
 ROOT = Path(__file__).parents[3]
@@ -23,11 +22,7 @@ FILES["pendulum"] = Path(__file__).with_name("pendulum.py")
 
 def read(file: Path) -> PlantModel:
     """Return the plant of a file."""
-    spec: Any = spec_from_file_location(f"plant_of_{file.stem}", file)
-    module = module_from_spec(spec)
-    sys.modules[spec.name] = module
-    spec.loader.exec_module(module)
-    return plant_from(vars(module), file.stem, str(file))
+    return plant_from(run_own_code(file).names, file.stem, str(file))
 
 
 @cache

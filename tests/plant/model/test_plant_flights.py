@@ -1,19 +1,23 @@
 """Flights of plants of one's own: Python, compiled lanes and an integrator that knows nothing of our closing say the same."""
 
+from dataclasses import replace
 from functools import cache
 
 import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
+from objectives.plant_system import PlantSystem
 from plant.backends.flyer import Flyer
+from plant.backends.stepping import fly_steps, lane_of, unchanged
 from plant.laws.channel import Applied, Measured, Setpoint
 from plant.laws.channel import Channel as Known
 from plant.loop import Timing
+from plant.model.plan import plan_loop
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Coloured, Sine, Step
 from plant.records import flatten, pack, paths, rows
-from tests.plant.model.plants import CASCADE_GAINS, cascade, stepped
+from tests.plant.model.plants import CASCADE_GAINS, FILES, cascade, pid, read, stepped
 
 SPEC = PlantScenario(
     "swing", 0.8, {"angle": Step(0.8, 0.05)}, {"push": Coloured(0.05, 0.02)},
@@ -173,3 +177,38 @@ def test_a_flight_beyond_its_limit_ends_there():
     missed = np.abs(inputs.references[:, 0] - bodies[:, 0]) >= 4.0
     assert flown[-2] == flight.status == 2.0
     assert flown[-1] == pytest.approx(np.argmax(missed) * 0.002, abs=1e-12)
+
+
+def test_feedthrough_shows_the_input_of_the_period_before(tmp_path):
+    """An output that shows its input closes no loop without a state: it shows what moved the plant until now."""
+    text = (
+        FILES["dc_motor"]
+        .read_text(encoding="utf-8")
+        .replace("Output(state.angle)", "Output(state.angle + input.voltage)")
+    )
+    (tmp_path / "motor.py").write_text(text, encoding="utf-8")
+    plant = read(tmp_path / "motor.py")
+    plan = plan_loop(plant, [pid("angle", "angle", "voltage")])
+    system = PlantSystem(plant, plan, plant.parameters, Timing(0.001, 0.001))
+    drawn = system.sample(PlantScenario("step", 0.05, {"angle": Step(1.0)}), 1, "search", [0])
+    seen = []
+    fly_steps(
+        system.loop, unchanged, pack(system.loop.records.Gains, [0.2, 0.0, 0.0, 0.001]), system.nominal, lane_of(drawn, 0),
+        drawn.targets, system.limits, system.timing, lambda k, flight: seen.append(flight),
+    )  # fmt: skip
+    fed = [after.body.shown.angle - after.body.state.angle for after in seen[1:]]
+    assert fed == pytest.approx([before.speed.voltage for before in seen[:-1]], rel=1e-12)
+    assert np.ptp(fed) > 0.05
+
+
+@pytest.mark.parametrize("name", ["torque", "speed", "x"])
+def test_a_channel_may_have_any_name(name):
+    """An outer channel that is called as an input or an output flies as under any other name."""
+    system = cascade()
+    outer, inner = system.plan.channels
+    outer, inner = replace(outer, name=name, to="inner"), replace(inner, name="inner")
+    renamed = replace(system, plan=plan_loop(system.plant, [outer, inner], system.plan.actuators))
+    spec = replace(SPEC, references={name: Step(0.8, 0.05)})
+    inputs = renamed.sample(spec, 7, "search", range(3))
+    flown = stepped(renamed, CASCADE_GAINS, inputs)[0]
+    assert np.array_equal(flown, stepped(system, CASCADE_GAINS, drawn())[0])
