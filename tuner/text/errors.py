@@ -9,7 +9,7 @@ import warnings
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from types import FrameType
-from typing import Any
+from typing import Any, NoReturn
 
 from plant.errors import ToolError, one_line
 from tuner.text.inert_stream import inert_streams
@@ -88,6 +88,12 @@ def guarded(run: Callable[[], Any]) -> int:
         sys.argv.remove("--debug")
     with inert_streams(), warnings_in_lines(), seldom_collected():
         return _guarded(run, debug)
+
+
+def leave(code: int) -> NoReturn:
+    """End the process; it does not look for circles of garbage once more, which takes 0.7 s after a run."""
+    gc.freeze()
+    sys.exit(code)
 
 
 def _guarded(run: Callable[[], Any], debug: bool) -> int:
