@@ -24,7 +24,7 @@ Array = NDArray[np.float64]
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "arcp", "nsz"}}
 INLINED = {**OPTIONS, "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-# Distance beyond which correlations no longer fall: e^{-40} is 4e-18. Coefficients of Taylor's series around half of a 256th of it.
+# Distance beyond which correlations no longer fall: e^{-40} is 4e-18. Taylor's series stands around half of a 256th of it.
 FURTHEST = 40.0
 CENTRE = FURTHEST / 512.0
 AT_CENTRE = math.exp(-CENTRE)
@@ -50,7 +50,9 @@ def decay(a: float) -> float:
     """Return e^{-a} for a >= 0 but for 1e-13 of it, in operations that a loop over many a does side by side."""
     # Taylor's series around the middle of [0, FURTHEST / 256], then squared eight times.
     x = CENTRE - min(a, FURTHEST) / 256.0
-    power = AT_CENTRE * (1.0 + x * (1.0 + x * (C2 + x * (C3 + x * (C4 + x * (C5 + x * (C6 + x * (C7 + x * (C8 + x * C9)))))))))
+    power = AT_CENTRE * (
+        1.0 + x * (1.0 + x * (C2 + x * (C3 + x * (C4 + x * (C5 + x * (C6 + x * (C7 + x * (C8 + x * C9))))))))
+    )
     for _ in range(8):
         power *= power
     return power
