@@ -77,7 +77,7 @@ def ran(tmp_path_factory):
 
 
 @pytest.mark.parametrize(
-    ("factor", "differs"), [(1.0 + 3e-14, ""), (1.0 + 1e-5, "requirement:"), (1.0 - 1e-5, "requirement:")]
+    ("factor", "differs"), [(1.0 + 3e-14, ""), (1.0 + 1e-5, "phase_margin"), (1.0 - 1e-5, "phase_margin")]
 )
 def test_margins_may_move_in_their_last_digits_when_a_run_is_verified(ran, monkeypatch, factor, differs):
     for module in (objectives.problem, finals):
@@ -86,7 +86,7 @@ def test_margins_may_move_in_their_last_digits_when_a_run_is_verified(ran, monke
     assert found.same is not bool(differs) and not found.identical
     assert differs in (found.difference or "")
     if not differs:
-        assert 1e-14 < found.margins_moved < 4e-14
+        assert 1e-14 < found.margins_moved < 1e-13
         assert found.words.startswith("The same but for the last digits of margins: 100 candidates replayed, 2 of them")
         assert "margins agree to 13 digits, all else to the bit" in found.words
 
