@@ -12,7 +12,7 @@ flights of 8 s.
 from collections.abc import Callable
 from dataclasses import replace
 from statistics import median
-from time import perf_counter, thread_time
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
@@ -165,10 +165,10 @@ def _busy(work: Callable[[np.ndarray], Any], gains: np.ndarray, batch: int) -> f
     """Return processor milliseconds a candidate of work on gains rows (n, g), so many at a time."""
 
     def once() -> float:
-        begin = thread_time()
+        begin = process_time()
         for i in range(0, len(gains), batch):
             work(gains[i : i + batch])
-        return 1e3 * (thread_time() - begin) / len(gains)
+        return 1e3 * (process_time() - begin) / len(gains)
 
     return median(once() for _ in range(ROUNDS))
 
