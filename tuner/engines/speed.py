@@ -5,8 +5,8 @@ measured in turn, several rounds, and the median is reported, because machines a
 second are those of the lanes with the plant step that a study has unless it fixes one, here one in a control period.
 
 Margins are those that the quickstart limits, of its cascade in all six channels, over every amplitude of the sliding term, for
-gains drawn from their search ranges; by processor time. A candidate of the quickstart costs one evaluation of margins and 32
-flights of 8 s.
+gains drawn from their search ranges; by processor time, summed over threads. A candidate of the quickstart costs one evaluation
+of margins and 32 flights of 8 s.
 """
 
 from collections.abc import Callable
