@@ -6,6 +6,7 @@ library's names load when a command calls them, and what prints an answer when t
 
 import os
 import signal
+import sys
 from typing import Any
 
 from tuner.cli import begin, judge, read, tune, vehicle
