@@ -5,8 +5,6 @@ from typing import Any
 
 import numpy as np
 
-from plant.backends import array, symbolic
-from plant.backends.lanes import compiled
 from plant.contract.breach import Breach, found
 from plant.model.plant_model import PlantModel, plant_from
 from plant.records import flatten, pack, size
@@ -68,6 +66,9 @@ def _is_pure(plant: PlantModel, name: str) -> Iterator[Breach]:
 
 
 def _backends_agree(plant: PlantModel, name: str) -> Iterator[Breach]:
+    # Here, because the compilers take a second to import.
+    from plant.backends.lanes import compiled
+
     function, cases = getattr(plant, name), samples(plant)
     wanted = np.array([flatten(function(*case)) for case in cases])
     kinds = (plant.State, plant.Input, plant.Disturbance, plant.Parameters)
@@ -84,6 +85,8 @@ def _backends_agree(plant: PlantModel, name: str) -> Iterator[Breach]:
 
 
 def _on_arrays(function: Callable[..., Any], kinds: tuple[Any, ...], cases: list[tuple[Any, ...]]) -> np.ndarray:
+    from plant.backends import array
+
     columns = [
         pack(kind, [np.array(leaf) for leaf in zip(*[flatten(case[i]) for case in cases], strict=True)])
         for i, kind in enumerate(kinds)
@@ -93,6 +96,8 @@ def _on_arrays(function: Callable[..., Any], kinds: tuple[Any, ...], cases: list
 
 
 def _in_casadi(function: Callable[..., Any], kinds: tuple[Any, ...], cases: list[tuple[Any, ...]]) -> np.ndarray:
+    from plant.backends import symbolic
+
     made = symbolic.symbolic_function("plant", function, kinds)
     rows = [made(*[flatten(part) for part in case]) for case in cases]
     return np.array([np.array(row).ravel() for row in rows])
