@@ -32,7 +32,7 @@ def list_(
     what: Annotated[
         str,
         typer.Argument(
-            help="airframes, laws, margins, metrics, references, risks, searches, signals, sources, studies, targets or theorems.",
+            help="airframes, laws, margins, metrics, references, risks, searches, signals, sources, studies, targets, theorems.",
             autocompletion=LISTING,
         ),
     ],
