@@ -6,8 +6,8 @@ where the starred errors are the least that a PI controller reaches for one of t
 
 The optimum is recomputed here for the loop as it is sampled, from its transfer functions alone: responses by a recursion, Ms on a
 frequency grid, a bisection that puts Ms on its limit, and a local optimiser over the ratios of the gains. The period of a
-thirty-second of the dead time is worth half a period of delay; the column J(0) is what the optimum tends
-to without sampling, by Richardson from half the period.
+thirty-second of the dead time is worth half a period of delay; the column J(0) is what the optimum tends to
+without sampling, by Richardson from half the period.
 """
 
 from collections.abc import Callable
