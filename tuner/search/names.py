@@ -13,8 +13,8 @@ GENERATIONS, CONVERGED = "generations", "converged"
 STOPS = (GENERATIONS, CONVERGED)
 
 
-# Flights that the tail of an objective needs at least, for a search fits itself to a single one. On seed 2028 of the figure eight the
-# best by the worst of 4 flights had 0.6 of the held-out hypervolume that the best by the worst two of 8 had.
+# Flights that the tail of an objective needs at least, for a search fits itself to a single one. On seed 2028 of the figure eight
+# the best by the worst of 4 flights had 0.6 of the held-out hypervolume that the best by the worst two of 8 had.
 IN_TAIL = 1.5
 
 

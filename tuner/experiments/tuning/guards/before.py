@@ -20,8 +20,8 @@ from tuner.study.study import Study, TuningStudy
 def few_scenarios(study: TuningStudy) -> list[str]:
     """Warn of risks that ask more of the scenarios than there are.
 
-    A search that flies few scenarios does so on purpose, be it a model's or one that flies few first: its values only say what goes
-    on to the held-out check.
+    A search that flies few scenarios does so on purpose, be it a model's or one that flies few first: its values only say what
+    goes on to the held-out check.
     """
     few = study.search.first is not None or ALGORITHMS[study.search.algorithm].usual.first is not None
     streams = (HELD_OUT,) if few else (SEARCH, HELD_OUT)
