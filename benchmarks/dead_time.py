@@ -71,7 +71,8 @@ class Loop(NamedTuple):
         # The load comes behind the dead time, as in a flight; it only shifts the response.
         load = lfilter(np.convolve(n[self.periods :], e), closed, step)
         output = lfilter(np.convolve(d, e), closed, step)
-        return tuple(float(np.sum(np.abs(y), axis=0)) / self.periods for y in (load, output))
+        of_load, of_output = (float(np.sum(np.abs(y), axis=0)) / self.periods for y in (load, output))
+        return of_load, of_output
 
 
 @cache
