@@ -54,7 +54,7 @@ class Registry(dict[str, T]):
             return earlier
         if earlier is not None and earlier.origin.place != origin.place:
             message = f"'{name}' is the {self.kind} of {earlier.origin.place} already; give one of them another name"
-            raise InputError(message, file=origin.place)
+            raise InputError(message, file=origin.place, key=self.kind)
         self[name] = with_origin(entry, origin)
         return self[name]
 
