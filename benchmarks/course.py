@@ -13,8 +13,9 @@ import numpy as np
 
 from objectives import meters
 from plant.cascade import close_cascade
-from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
+from plant.closed_loop import Limits, close_loop
 from plant.laws import law
+from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.nominal import Nominal
 from plant.records import pack
 from plant.targets import Targets

@@ -32,9 +32,10 @@ from plant.backends.cuda_card import card, missing
 from plant.backends.cuda_flights import CudaFlyer
 from plant.backends.flyer import FlightInputs, Flyer
 from plant.cascade import close_cascade
-from plant.closed_loop import Limits, MeterModel, Timing, close_loop
+from plant.closed_loop import Limits, close_loop
 from plant.gains import default_row
 from plant.laws import law
+from plant.loop import MeterModel, Timing
 from plant.nominal import ControlOptions, nominal
 from plant.references.steps import Steps
 from plant.scenarios import SEARCH, ScenarioSpec, sample_scenarios

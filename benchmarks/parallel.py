@@ -1,21 +1,38 @@
-"""`python -m benchmarks.parallel`: how well one evaluation of the contest (64 candidates, 32 flights each) uses all cores.
+"""`python -m benchmarks.parallel`: how well all cores are used by one evaluation of the contest, and by the quickstart's search.
 
-Two figures. By wall time, one thread over all threads and cores, in turns: right on a quiet machine. By processor time,
-which other people's work does not touch: with B the processor time of all threads and M that of the main thread, which
-works alone (margins, statistics), a quiet machine of n cores would need M + (B - M)/n; the flights are handed out one
-candidate at a time.
+The evaluation flies 64 candidates 32 times each; the search is all models, margins and flights of the quickstart's generations.
+Two figures each. By wall time, one thread over all threads and cores, in turns: right on a quiet machine. By processor time,
+which other people's work does not touch: with B the processor time of all threads and M that of the main thread, beside which
+nobody works, a quiet machine of n cores would need M + (B - M)/n. Beyond the cores at hand that is a bound: there may be fewer
+tasks than cores.
 """
 
+from collections.abc import Callable
 from pathlib import Path
 from statistics import median
 from time import perf_counter, process_time, thread_time
 from typing import Any, NamedTuple
 
 from benchmarks.measuring import RESULTS, machine, write_json
-from plant.threads import available_threads
+from plant.scenarios import SEARCH
+from plant.seeds import generator
+from plant.threads import available_threads, use_threads
+from tuner.experiments.tuning.problem import batches, first_batches, problem_of
+from tuner.experiments.tuning.search import algorithm_of
+from tuner.experiments.tuning.starts import starting_points
+from tuner.search.first_generation import first_generation
+from tuner.search.loop import search_generations
+from tuner.study import load_study
+from tuner.study.contest import Contest
+from tuner.study.kinds import load_any
 
-STUDY = Path(__file__).parents[1] / "studies" / "contest.toml"
+STUDIES = Path(__file__).parents[1] / "studies"
 CONTENDER, CANDIDATES, ROUNDS = "Hybrid A-ST-SMC", 64, 5
+# Numbers of cores for which the efficiency is worked out.
+CORES = (2, 4, 8, 16, 64)
+
+Work = Callable[[int], None]
+"""A piece of work on so many threads."""
 
 
 class Took(NamedTuple):
@@ -31,44 +48,67 @@ def quiet_wall(took: Took, cores: int) -> float:
     return took.alone + (took.busy - took.alone) / cores
 
 
-def run() -> dict[str, Any]:
-    """Measure both figures."""
-    from plant.scenarios import SEARCH
-    from plant.seeds import generator
-    from tuner.experiments.tuning.problem import batches, problem_of
-    from tuner.study.contest import Contest
-    from tuner.study.kinds import load_any
-
-    contest = load_any(STUDY)
+def evaluation() -> Work:
+    """Return one evaluation of a contender of the contest."""
+    contest = load_any(STUDIES / "contest.toml")
     assert isinstance(contest, Contest)
     study = next(entry.study for entry in contest.contenders if entry.name == CONTENDER)
-    cores, flown = available_threads(), batches(study, SEARCH)
-    problems = {threads: problem_of(study, threads, None) for threads in sorted({1, cores})}
+    flown = batches(study, SEARCH)
+    problems = {threads: problem_of(study, threads, None) for threads in sorted({1, available_threads()})}
     points = generator(1, "benchmarks/parallel", 0).uniform(size=(CANDIDATES, len(study.space.variables)))
 
-    def evaluate(threads: int) -> Took:
-        begin = perf_counter(), process_time(), thread_time()
+    def evaluate(threads: int) -> None:
         problems[threads].evaluate(points, flown, fly_all=True)
+
+    return evaluate
+
+
+def quickstart() -> Work:
+    """Return the search of the quickstart; the study is read each time, because it keeps the margins that it was asked for."""
+
+    def search(threads: int) -> None:
+        study = load_study(STUDIES / "quickstart.toml")
+        problem, flown = problem_of(study, threads, None), first_batches(study)
+        draw = generator(study.seed, "search/initial", 0)
+        first = first_generation(starting_points(study)[0], study.search.population, draw, problem.worth_flying)
+        algorithm = algorithm_of(problem, study, first)
+        for _ in search_generations(algorithm, lambda points: problem.evaluate(points, flown), study.search.budget):
+            pass
+
+    return search
+
+
+def measured(work: Work) -> dict[str, Any]:
+    """Measure both figures of a piece of work."""
+    cores = available_threads()
+
+    def take(threads: int) -> Took:
+        use_threads(threads)
+        begin = perf_counter(), process_time(), thread_time()
+        work(threads)
         return Took(perf_counter() - begin[0], process_time() - begin[1], thread_time() - begin[2])
 
-    for threads in problems:
-        evaluate(threads)
-    rounds = [{threads: evaluate(threads) for threads in problems} for _ in range(ROUNDS)]
+    counts = sorted({1, cores})
+    for threads in counts:
+        take(threads)
+    rounds = [{threads: take(threads) for threads in counts} for _ in range(ROUNDS)]
     return {
-        "machine": machine(),
-        "cores": cores,
         "efficiency_wall": median(entry[1].wall / entry[cores].wall / cores for entry in rounds),
-        "efficiency_processor": median(entry[1].busy / quiet_wall(entry[cores], cores) / cores for entry in rounds),
-        "alone_share": median(entry[1].alone / entry[1].busy for entry in rounds),
+        "efficiency_processor": {
+            str(n): median(entry[1].busy / quiet_wall(entry[cores], n) / n for entry in rounds) for n in CORES
+        },
+        "alone_share": median(entry[cores].alone / entry[cores].busy for entry in rounds),
         "rounds": [{str(threads): took._asdict() for threads, took in entry.items()} for entry in rounds],
     }
 
 
 def main() -> None:
     """Write parallel.json."""
-    found = run()
+    found = {"machine": machine(), "cores": available_threads()}
+    found |= {name: measured(work()) for name, work in (("evaluation", evaluation), ("quickstart", quickstart))}
     write_json(RESULTS / "parallel.json", found)
-    print({key: round(found[key], 3) for key in ("efficiency_wall", "efficiency_processor", "alone_share")})
+    for name in ("evaluation", "quickstart"):
+        print(name, {key: found[name][key] for key in ("efficiency_wall", "efficiency_processor", "alone_share")})
 
 
 if __name__ == "__main__":

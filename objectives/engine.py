@@ -11,7 +11,7 @@ import numpy as np
 
 from objectives.system import FlightBatch, System
 from plant.backends.flyer import FlightInputs, Flyer
-from plant.scenarios import ScenarioSpec, sample_scenarios
+from plant.scenarios import ScenarioSpec
 
 OnFlightsDone = Callable[[int], None]
 # Scenarios of a batch that are kept between generations, and their control periods together; at 10 s and 250 Hz, 2500 periods,
@@ -86,9 +86,7 @@ class Scenarios:
         key = (batch.spec, batch.stream, first, last)
         if key in self._kept:
             return self._kept[key]
-        inputs = sample_scenarios(
-            batch.spec, self._system.vehicle, self._system.timing, self._root, batch.stream, range(first, last)
-        )
+        inputs = self._system.sample(batch.spec, self._root, batch.stream, range(first, last))
         if keeps(batch.count, batch.spec.steps(self._system.timing)):
             self._kept[key] = inputs
         return inputs

@@ -6,7 +6,6 @@ gains: where the key and the gains are equal to the bit, the recorded result is 
 
 import hashlib
 import json
-from dataclasses import asdict
 from functools import cache
 from importlib.metadata import version
 from pathlib import Path
@@ -19,7 +18,6 @@ import plant
 from objectives.engine import LANES
 from objectives.system import FlightBatch, System
 from plant.backends import processor
-from plant.records import flatten
 
 # Libraries whose versions can change the bits of a flight.
 LIBRARIES = ("numba", "llvmlite", "numpy", "scipy")
@@ -59,14 +57,9 @@ def scenario_key(
 
     model: `model_key` of the sources that flew, by default those at hand.
     """
-    reference = asdict(batch.spec.reference)
-    # What is in a waypoint file decides, not where it lies.
-    reference.pop("path", None)
     content = {
         "model": model or model_key(),
-        "laws": [system.cascade.position.name, system.cascade.attitude.name],
-        "numbers": [flatten(part) for part in (system.vehicle, system.nominal, system.limits, system.timing)],
-        "scenario": {**asdict(batch.spec), "reference": {**reference, "kind": batch.spec.reference.kind}},
+        **system.content(batch.spec),
         "stream": batch.stream,
         "root": root,
         # Also where a card flies: the air is drawn here.

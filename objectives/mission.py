@@ -17,8 +17,9 @@ import numpy as np
 from objectives.metrics import parse
 from objectives.problem import Constraint, Objective
 from objectives.risk import Risk
-from plant.closed_loop import Limits, Timing
+from plant.closed_loop import Limits
 from plant.errors import InputError, UnknownNameError
+from plant.loop import Timing
 from plant.references.spec import HOLD, PITCH, POSITION, ROLL, YAW
 from plant.scenarios import ScenarioSpec
 

@@ -131,7 +131,7 @@ def score_flights(
     values, status, end_time = result_parts(results)
     h = system.timing.control_period
     context = FlightContext(spec.steps(system.timing) * h, h, targets, status, end_time, system.metric_limits())
-    return evaluate(metrics, values, context).values, status != 0
+    return evaluate(metrics, values, context, system.loop.Meters).values, status != 0
 
 
 def seen_scores(scores: np.ndarray, index: int, origin: np.ndarray, scenario: str | None) -> np.ndarray:
@@ -391,5 +391,5 @@ class Problem:
 
     def _targets(self, spec: ScenarioSpec) -> Targets:
         if spec not in self._known_targets:
-            self._known_targets[spec] = spec.targets(self.system.timing)
+            self._known_targets[spec] = self.system.targets(spec)
         return self._known_targets[spec]

@@ -1,14 +1,23 @@
 """The system under study, and the batches of flights that it makes."""
 
-from dataclasses import dataclass
+from collections.abc import Iterable
+from dataclasses import asdict, dataclass
 from functools import cached_property
+from typing import Any
 
 from objectives import meters
 from objectives.metrics import MetricLimits
+from objectives.metrics.address import CASCADE, Axes
+from plant.backends.flyer import FlightInputs
 from plant.cascade import Cascade
-from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
+from plant.closed_loop import Limits, close_loop
+from plant.gains import GainAddress, gain_addresses
+from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.nominal import Nominal
-from plant.scenarios import ScenarioSpec
+from plant.origin import origins
+from plant.records import flatten
+from plant.scenarios import ScenarioSpec, sample_scenarios
+from plant.targets import Targets
 from plant.vehicle import Vehicle
 
 
@@ -26,6 +35,38 @@ class System:
     def loop(self) -> ClosedLoop:
         """The closed loop with the meters of this package."""
         return close_loop(self.cascade, MeterModel(meters.Meters, meters.start, meters.update))
+
+    @property
+    def gains(self) -> tuple[GainAddress, ...]:
+        """All gains in the column order of a gains row."""
+        return gain_addresses(self.cascade)
+
+    @property
+    def axes(self) -> Axes:
+        """The axes that its flights are judged on."""
+        return CASCADE
+
+    def sample(self, spec: ScenarioSpec, root: int, stream: str, indices: Iterable[int]) -> FlightInputs:
+        """Draw scenarios of a stream."""
+        return sample_scenarios(spec, self.vehicle, self.timing, root, stream, indices)
+
+    def targets(self, spec: ScenarioSpec) -> Targets:
+        """Return what the flights of a scenario are measured against."""
+        return spec.targets(self.timing)
+
+    def content(self, spec: ScenarioSpec) -> dict[str, Any]:
+        """Return all that decides its flights through a scenario but seeds and gains, as JSON-able data."""
+        reference = asdict(spec.reference)
+        # What is in a waypoint file decides, not where it lies.
+        reference.pop("path", None)
+        laws = origins((self.cascade.position, self.cascade.attitude))
+        own = laws | origins([type(spec.reference)], "kind")
+        return {
+            **({"code": own} if own else {}),
+            "laws": [self.cascade.position.name, self.cascade.attitude.name],
+            "numbers": [flatten(part) for part in (self.vehicle, self.nominal, self.limits, self.timing)],
+            "scenario": {**asdict(spec), "reference": {**reference, "kind": spec.reference.kind}},
+        }
 
     def metric_limits(self) -> MetricLimits:
         """Return what no completed flight exceeds."""

@@ -1,10 +1,8 @@
-"""One flight as a sampled system: sense, decide, hold, fly, judge. Written once; every backend runs these functions.
+"""The closed loop of a quadrotor and its cascade. Written once; every backend runs these functions.
 
-At t = k h the controller measures, decides and the meters look; the command that is in force is held for the period while
-the plant is integrated in sub-steps. With compute delay, the command decided at k comes into force at k + 1.
+With compute delay, the command decided at k comes into force at k + 1.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
@@ -14,9 +12,10 @@ from plant.attitude import euler_angles, nearest_turn, thrust_direction
 from plant.cascade import Cascade, Held, Tilt
 from plant.disturbance import Disturbance
 from plant.integrator import runge_kutta_step
+from plant.loop import LARGEST_STATE, ClosedLoop, LoopRecords, MeterModel
 from plant.nominal import Nominal
 from plant.primitives import absolute, both, either, select, sqrt
-from plant.records import record_type, selector
+from plant.records import record_type, rows, selector
 from plant.references.track import Reference
 from plant.rigid_body import Body, Dynamics, rotor_thrusts
 from plant.sample import AxisSample, Sample
@@ -40,8 +39,6 @@ class Status(Enum):
 
 
 COMPLETED, TILTED, LOST, NON_FINITE = (float(status.code) for status in Status)
-# Squared size of the state beyond which a flight counts as non-finite; comparisons with NaN are false.
-LARGEST_STATE = 1e12
 
 
 class Limits(NamedTuple):
@@ -49,23 +46,6 @@ class Limits(NamedTuple):
 
     position: float
     cosine_tilt: float
-
-
-class Timing(NamedTuple):
-    """Control period [s] and plant step [s]."""
-
-    control_period: float
-    plant_step: float
-
-    @property
-    def steps(self) -> int:
-        """Number of plant steps in a control period."""
-        return round(self.control_period / self.plant_step)
-
-    @property
-    def halved(self) -> "Timing":
-        """The same with plant steps half as long."""
-        return self._replace(plant_step=0.5 * self.plant_step)
 
 
 def hover_body(nominal: Nominal) -> Body:
@@ -144,32 +124,10 @@ def select_rotors(condition: bool, a: Rotors, b: Rotors) -> Rotors:
 
 
 @dataclass(frozen=True)
-class MeterModel:
-    """Streaming accumulators of a flight, supplied by whoever judges it.
-
-    Meters: record type; start(sample, targets) -> Meters; update(meters, sample, targets, h) -> Meters.
-    """
-
-    Meters: Any
-    start: Callable[..., Any]
-    update: Callable[..., Any]
-
-
-@dataclass(frozen=True)
-class ClosedLoop:
-    """A closed loop bound to a cascade and to meters.
-
-    Flight: record of everything that changes. start(body, constants, nominal, reference, noise, targets) -> Flight.
-    decide(flight, constants, nominal, reference, noise, targets, limits, time, h) -> Flight at a control instant.
-    advance(body, speed, disturbance, dynamics, plant_step) -> Body over one plant step.
-    """
+class CascadeLoop(ClosedLoop):
+    """The closed loop of a quadrotor, bound to a cascade and to meters."""
 
     cascade: Cascade
-    meter: MeterModel
-    Flight: Any
-    start: Callable[..., Any]
-    decide: Callable[..., Any]
-    advance: Callable[..., Any]
 
 
 def advance(body: Body, speed: Rotors, disturbance: Disturbance, dynamics: Dynamics, plant_step: float) -> Body:
@@ -177,7 +135,7 @@ def advance(body: Body, speed: Rotors, disturbance: Disturbance, dynamics: Dynam
     return runge_kutta_step(body, speed, disturbance, dynamics, plant_step)
 
 
-def close_loop(cascade: Cascade, meter: MeterModel) -> ClosedLoop:
+def close_loop(cascade: Cascade, meter: MeterModel) -> CascadeLoop:
     """Bind the closed loop to a cascade and to the meters that judge it."""
     Flight = record_type(
         "Flight",
@@ -232,4 +190,10 @@ def close_loop(cascade: Cascade, meter: MeterModel) -> ClosedLoop:
         end_time = select(alive, time + h, flight.end_time)
         return Flight(body, speed_commands(in_force, nominal), in_force, command, control, meters, status, end_time)
 
-    return ClosedLoop(cascade, meter, Flight, start, decide, advance)
+    records = LoopRecords(
+        cascade.Gains, Nominal, Reference, Disturbance, Noise, Dynamics, Targets, Limits, rows(Disturbance, "wind").stop
+    )
+    name = f"{cascade.position.name}_{cascade.attitude.name}"
+    return CascadeLoop(
+        name, records, cascade.Constants, Flight, cascade.prepare, place, start, decide, advance, cascade
+    )

@@ -1,17 +1,34 @@
 """Nested NamedTuples of scalars as flat rows of numbers, and back.
 
-A record is a NamedTuple whose fields are floats or other records. Its leaves, depth first, are the rows of a workspace or
-the columns of an array; they are named once, by the annotations.
+A record is a NamedTuple whose fields are floats, plain or annotated with a unit, or other records. Its leaves, depth first, are
+the rows of a workspace or the columns of an array; they are named once, by the annotations.
 """
 
+import sys
 from collections.abc import Callable, Iterable, Iterator, Sequence
 from functools import cache
+from pathlib import Path
 from typing import Any, NamedTuple
 
 from plant.primitives import select
 
 Record = Any
 RecordType = Any
+
+
+def is_leaf(part: Any) -> bool:
+    """Return whether a field of a record is a number: float, or Annotated[float, "m/s"]."""
+    return part is float or getattr(part, "__origin__", None) is float
+
+
+def is_record(kind: Any) -> bool:
+    """Return whether something is a NamedTuple class."""
+    return isinstance(kind, type) and issubclass(kind, tuple) and hasattr(kind, "_fields")
+
+
+def unit_of(part: Any) -> str:
+    """Return the unit that a leaf is annotated with, "" for none."""
+    return str(getattr(part, "__metadata__", ("",))[0])
 
 
 def record_type(name: str, fields: dict[str, RecordType]) -> RecordType:
@@ -21,8 +38,13 @@ def record_type(name: str, fields: dict[str, RecordType]) -> RecordType:
 
 def parts(kind: RecordType) -> set[RecordType]:
     """Return a record type and all record types inside it."""
-    inside = [parts(part) for part in kind.__annotations__.values() if part is not float]
+    inside = [parts(part) for part in kind.__annotations__.values() if not is_leaf(part)]
     return {kind}.union(*inside)
+
+
+def source_of(kind: type) -> Path:
+    """Return the file that a record class was written in; the empty path for one of a notebook's cell."""
+    return Path(getattr(sys.modules[kind.__module__], "__file__", None) or "")
 
 
 @cache
@@ -33,7 +55,7 @@ def paths(kind: RecordType) -> tuple[str, ...]:
 
 def _paths(kind: RecordType, prefix: str) -> Iterator[str]:
     for name, part in kind.__annotations__.items():
-        if part is float:
+        if is_leaf(part):
             yield prefix + name
         else:
             yield from _paths(part, f"{prefix}{name}.")
@@ -62,7 +84,7 @@ def pack(kind: RecordType, values: Iterable[Any]) -> Record:
 
 
 def _pack(kind: RecordType, stream: Iterator[Any]) -> Record:
-    return kind(*[next(stream) if part is float else _pack(part, stream) for part in kind.__annotations__.values()])
+    return kind(*[next(stream) if is_leaf(part) else _pack(part, stream) for part in kind.__annotations__.values()])
 
 
 def flatten(record: Record) -> list[Any]:
@@ -83,7 +105,7 @@ def _build_source(kind: RecordType, leaves: Iterator[str], classes: dict[str, Re
     while classes.setdefault(name, kind) is not kind:
         name += "_"
     parts = [
-        next(leaves) if part is float else _build_source(part, leaves, classes)
+        next(leaves) if is_leaf(part) else _build_source(part, leaves, classes)
         for part in kind.__annotations__.values()
     ]
     return f"{name}({', '.join(parts)})"
@@ -95,3 +117,11 @@ def selector(kind: RecordType) -> Callable[..., Any]:
     body = build_source(kind, [f"select(condition, a.{path}, b.{path})" for path in paths(kind)], names)
     exec(f"def select_{kind.__name__}(condition, a, b):\n    return {body}", names)
     return names[f"select_{kind.__name__}"]
+
+
+def axpy_of(kind: RecordType) -> Callable[..., Any]:
+    """Return the model function (a, s, b) -> a + s b on records, leaf by leaf."""
+    names: dict[str, Any] = {"__name__": __name__}
+    body = build_source(kind, [f"a.{path} + s * b.{path}" for path in paths(kind)], names)
+    exec(f"def axpy_{kind.__name__}(a, s, b):\n    return {body}", names)
+    return names[f"axpy_{kind.__name__}"]

@@ -11,8 +11,8 @@ import numpy as np
 
 from plant.air.air import AirSpec, sample_air, steady_wind
 from plant.backends.flyer import FlightInputs, to_lanes
-from plant.closed_loop import Timing
 from plant.errors import InputError
+from plant.loop import Timing
 from plant.nominal import arm_of, off_centre, vary
 from plant.records import flatten
 from plant.references import ReferenceSpec, Track, build

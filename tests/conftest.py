@@ -64,3 +64,14 @@ def pytest_xdist_make_scheduler(config, log):
             return next((folder for folder in TOGETHER if nodeid.startswith(folder)), super()._split_scope(nodeid))
 
     return Scheduling(config, log)
+
+
+@pytest.fixture(autouse=True)
+def _no_code_of_an_earlier_test():
+    """Forget the laws, metrics and references of files that a test named: the next one's registries are the bundled ones."""
+    yield
+    own_code = sys.modules.get("plant.own_code")
+    if own_code is not None and own_code.HAVE_RUN:
+        from tests.plant.own_files import forget
+
+        forget()

@@ -15,9 +15,10 @@ from objectives.system import FlightBatch, System
 from plant.air.air import AirSpec
 from plant.airframes import load
 from plant.cascade import close_cascade
-from plant.closed_loop import Limits, Timing
+from plant.closed_loop import Limits
 from plant.gains import default_row
 from plant.laws import law
+from plant.loop import Timing
 from plant.nominal import ControlOptions, nominal
 from plant.references.steps import Steps
 from plant.scenarios import SEARCH, ScenarioSpec
@@ -83,14 +84,13 @@ def test_memory_grows_with_the_length_of_a_flight_by_wind_and_noise_alone(monkey
 
 
 @pytest.mark.slow
-def test_process_memory_stays_flat_from_4096_to_65536_scenarios():
-    """65 536 flights of 0.2 s would be 0.4 GB of wind and noise if they were all held; a chunk is 2 MB."""
+@pytest.mark.parametrize("point", ["1000,16,1.0", "1,65536,0.2"], ids=["16 000 flights", "65 536 scenarios"])
+def test_many_flights_take_a_process_little_more_memory_than_its_first_ones(point):
+    """Of 165 MB after the first 16 flights they made 186 and 172 MB; 65 536 flights of 0.2 s are 0.4 GB of wind and noise."""
+    import json
 
-    def peak(scenarios: int) -> float:
-        import json
-
-        command = [sys.executable, "-m", "benchmarks.growth", "--point", f"1,{scenarios},0.2"]
-        done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT)
-        return json.loads(done.stdout.splitlines()[-1])["peak_mb"]
-
-    assert peak(65_536) - peak(4096) < 150.0
+    command = [sys.executable, "-m", "benchmarks.growth", "--point", point]
+    done = subprocess.run(command, check=True, capture_output=True, text=True, cwd=ROOT)
+    measured = json.loads(done.stdout.splitlines()[-1])
+    assert measured["flights"] >= 16_000
+    assert measured["peak_mb"] - measured["base_mb"] < 60.0

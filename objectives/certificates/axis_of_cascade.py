@@ -5,7 +5,7 @@ from dataclasses import replace
 
 from objectives.certificates.channel_model import AxisLoop, RotorLag, TiltLoop
 from plant.cascade import ATTITUDE_AXES, Cascade
-from plant.closed_loop import Timing
+from plant.loop import Timing
 from plant.nominal import Nominal, yaw_lead
 from plant.records import pack
 

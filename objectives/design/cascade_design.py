@@ -25,8 +25,8 @@ from objectives.design.design_axis import AxisDesign, DesignAxis, fall_back
 from objectives.design.pid_ccp import design_pid
 from objectives.design.requirements import DesignRequirements
 from plant.cascade import ATTITUDE_AXES, AXES, LEAST_LIFT, POSITION_AXES, Cascade
-from plant.closed_loop import Timing
 from plant.laws import hybrid, ladrc, pid
+from plant.loop import Timing
 from plant.nominal import Nominal
 from plant.records import flatten
 

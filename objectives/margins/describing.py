@@ -12,7 +12,7 @@ Signals swing about 0, as they do under laws that leave no steady error. What a 
 tracking differentiator of ADRC, and every limit act as they do on small signals.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from functools import cache
 from typing import Any
@@ -108,8 +108,12 @@ def term_gains(
     terms: tuple[Term, ...], cascade: Cascade, gains: Array, h: float, cases: tuple[Case, ...]
 ) -> Array:  # fmt: skip
     """Gains (n, cases, terms) that stand for the nonlinear terms."""
-    constants = constants_of(cascade, gains, h)
-    out = np.empty((len(gains), len(cases), len(terms)))
+    return term_gains_of(terms, constants_of(cascade, gains, h), len(gains), cases)
+
+
+def term_gains_of(terms: Sequence[Any], constants: Any, n: int, cases: tuple[Case, ...]) -> Array:
+    """Gains (n, cases, terms) that stand for nonlinear terms, each of an axis of constants for n gains rows."""
+    out = np.empty((n, len(cases), len(terms)))
     for j, term in enumerate(terms):
         own = getattr(constants, term.axis)
         alike = (i for i in range(j) if _same(terms[i], term, getattr(constants, terms[i].axis), own))
@@ -118,14 +122,14 @@ def term_gains(
     return out
 
 
-def _same(one: Term, other: Term, of_one: Any, of_other: Any) -> bool:
+def _same(one: Any, other: Any, of_one: Any, of_other: Any) -> bool:
     """Return whether two terms are the same function under the same constants, as on axes that share their gains."""
     return one.nonlinearity is other.nonlinearity and all(
         np.array_equal(a, b) for a, b in zip(flatten(of_one), flatten(of_other), strict=True)
     )
 
 
-def _case_gains(term: Term, constants: Any, cases: tuple[Case, ...]) -> Array:
+def _case_gains(term: Any, constants: Any, cases: tuple[Case, ...]) -> Array:
     """Gains (n, cases) that stand for one term."""
     function = term.nonlinearity.function
     amplitudes = np.array([case.amplitude for case in cases if case.amplitude is not None])

@@ -29,9 +29,9 @@ ON_CIRCLE = 1e-10
 DEPENDENT, MOVED = 1e12, 1e-13
 
 
-def frequency_grid(h: float, points: int = POINTS) -> Array:
-    """Points of the unit circle (3, 1 + points): w [rad/s], cos wh, sin wh, at 0 and log-spaced from 0.01 to pi/h."""
-    w = np.concatenate([[0.0], np.geomspace(LOWEST, np.pi / h, points)])
+def frequency_grid(h: float, points: int = POINTS, lowest: float = LOWEST) -> Array:
+    """Points of the unit circle (3, 1 + points): w [rad/s], cos wh, sin wh, at 0 and log-spaced from the lowest to pi/h."""
+    w = np.concatenate([[0.0], np.geomspace(lowest, np.pi / h, points)])
     return np.stack([w, np.cos(w * h), np.sin(w * h)])
 
 

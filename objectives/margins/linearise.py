@@ -188,11 +188,10 @@ def one_period(
     body, speed = state[:, :BODY], outputs[:, :ROTORS]
     memory = slice(ROTORS, ROTORS + state.shape[1] - BODY)
     row, _ = period.decide.where
-    shares = np.concatenate([speed / plant.body[-ROTORS:], np.ones((len(gains), 1))], axis=1)
+    of_speed = np.flatnonzero(row < ROTORS)
+    entries[:, of_speed] *= (speed / plant.body[-ROTORS:])[:, row[of_speed]]
     following = np.concatenate([plant.after(body, speed), outputs[:, memory]], axis=1)
-    return PeriodStep(
-        period, plant, following, outputs[:, memory.stop :], values, entries * shares[:, np.minimum(row, ROTORS)]
-    )
+    return PeriodStep(period, plant, following, outputs[:, memory.stop :], values, entries)
 
 
 def close_terms(loops: LinearLoops, gain: Array) -> LinearLoops:

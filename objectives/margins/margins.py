@@ -22,9 +22,9 @@ from objectives.margins.sheet import Sheet
 from objectives.margins.structure import Block, blocks_of, coordinates, with_images
 from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, level_body, setting_of
 from plant.cascade import ATTITUDE_AXES, Cascade
-from plant.closed_loop import Timing
 from plant.errors import InputError
 from plant.gains import gain_addresses
+from plant.loop import Timing
 from plant.nominal import Nominal, vary
 from plant.scenarios import Spread
 from plant.seeds import generator

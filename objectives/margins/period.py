@@ -16,9 +16,10 @@ from objectives.margins.injection import SMOOTH, InstantReadings, SignalInjectio
 from plant.attitude import euler_angles
 from plant.backends import symbolic
 from plant.cascade import AXES, Cascade, commanded_torque
-from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
+from plant.closed_loop import Limits, close_loop
 from plant.disturbance import Disturbance
 from plant.integrator import runge_kutta_step
+from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.nominal import Nominal
 from plant.records import flatten, pack, record_type, size
 from plant.references.track import Reference

@@ -83,11 +83,11 @@ class MarginQuantity:
         """Return the values of a record `Margins` (n, channels), or (n,) where `whole`, in the unit of files."""
         return getattr(margins, self.field).value if self.read is None else self.read(margins)
 
-    def worst(self, values: Array, axes: Iterable[str]) -> Array:
-        """Return the number of each candidate (n,) in the worst of some axes, of values in any unit."""
+    def worst(self, values: Array, axes: Iterable[str], channels: tuple[str, ...] = AXES) -> Array:
+        """Return the number of each candidate (n,) in the worst of some axes, of values (n, channels) in any unit."""
         if self.whole:
             return values
-        chosen = values[:, [AXES.index(axis) for axis in axes]]
+        chosen = values[:, [channels.index(axis) for axis in axes]]
         return np.min(chosen, axis=1) if self.sense == "least" else np.max(chosen, axis=1)
 
 

@@ -31,7 +31,7 @@ class MarginRequirement:
 
     def values(self, margins: Any) -> Array:
         """Return the number of each candidate (n,) of a record `Margins`."""
-        return self.quantity.worst(self.quantity.to_limit(self.quantity.values(margins)), self.axes)
+        return self.quantity.worst(self.quantity.to_limit(self.quantity.values(margins)), self.axes, margins.channels)
 
     @property
     def requirement(self) -> Requirement:

@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from objectives.margins.describing import Case
 from objectives.margins.disk import DiskRange, disk_range
+from plant.cascade import AXES
 
 Array = NDArray[np.float64]
 Index = NDArray[np.intp]
@@ -30,7 +31,7 @@ class Worst(NamedTuple):
 
 @dataclass(frozen=True)
 class Margins:
-    """Margins of n candidates in the six channels of `period.CHANNELS`, each in the worst amplitude and vehicle.
+    """Margins of n candidates in `channels`, each in the worst amplitude and vehicle.
 
     A loop that is not stable in every condition has no margin: factors 1, angles, delays and disks 0, peaks infinite. A margin is
     infinite where no crossing limits it. Nothing is ever NaN.
@@ -57,6 +58,7 @@ class Margins:
     bandwidth: Worst
     load_index: Worst
     multiloop: Worst
+    channels: tuple[str, ...] = AXES
 
     @property
     def modulus(self) -> Array:

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from objectives.margins.block import BlockReadings
 from objectives.margins.describing import Case
-from objectives.margins.period import N_CHANNELS
+from objectives.margins.period import CHANNELS
 from objectives.margins.quantities import LOOP_QUANTITIES
 from objectives.margins.results import Margins, Worst, worst
 from objectives.margins.structure import Block
@@ -21,16 +21,24 @@ class Sheet:
     h: control period [s]; asked: fields of `Margins` that are kept, the others of which stay empty.
     """
 
-    def __init__(self, n: int, vehicles: int, cases: tuple[Case, ...], h: float, asked: frozenset[str]) -> None:
-        shape = (n, vehicles, len(cases), N_CHANNELS)
-        self._cases, self._h = cases, h
+    def __init__(
+        self,
+        n: int,
+        vehicles: int,
+        cases: tuple[Case, ...],
+        h: float,
+        asked: frozenset[str],
+        channels: tuple[str, ...] = CHANNELS,
+    ) -> None:
+        shape = (n, vehicles, len(cases), len(channels))
+        self._cases, self._h, self._channels = cases, h, channels
         shapes = {entry.field: shape if entry.field in asked else (0, *shape[1:]) for entry in LOOP_QUANTITIES}
         self._asked = [entry for entry in LOOP_QUANTITIES if entry.field in asked]
         self._value = {entry.field: np.full(shapes[entry.field], entry.open) for entry in LOOP_QUANTITIES}
         self._frequency = {entry.field: np.zeros(shapes[entry.field]) for entry in LOOP_QUANTITIES}
         self._growth, self._stable = np.full(shape, -np.inf), np.ones(shape, dtype=bool)
         self._together, self._together_at = np.full((*shape[:3], 1), np.inf), np.zeros((*shape[:3], 1))
-        self._swept = np.zeros(N_CHANNELS, dtype=bool)
+        self._swept = np.zeros(len(channels), dtype=bool)
 
     def sweep(self, block: Block) -> None:
         """Have the channels of a block report cases where it has terms, whether or not any candidate is entered."""
@@ -82,6 +90,7 @@ class Sheet:
             cases=self._cases,
             period=self._h,
             skew=skew,
+            channels=self._channels,
             stable=np.asarray(self._stable.all(axis=(1, 2))),
             growth=self._growth.max(axis=(1, 2)),
             multiloop=Worst(

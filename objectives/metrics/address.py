@@ -3,14 +3,25 @@
 A group joins axes of one unit by the metric's own rule; m and rad are never added.
 """
 
+from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from objectives.metrics.metric import Metric
 from objectives.metrics.registry import METRICS
 from plant.errors import InputError, UnknownNameError
-from plant.targets import Target, Targets
+from plant.targets import Target
+
+
+@dataclass(frozen=True)
+class Axes:
+    """Axes that flights are judged on: their units, and the groups that may follow the dot of an address."""
+
+    units: Mapping[str, str]
+    groups: Mapping[str, tuple[str, ...]]
+
 
 AXES: dict[str, tuple[str, ...]] = {
     "x": ("x",),
@@ -27,6 +38,8 @@ AXES: dict[str, tuple[str, ...]] = {
 """The axes behind every name that may follow the dot of an address."""
 
 UNITS = {"x": "m", "y": "m", "z": "m", "roll": "rad", "pitch": "rad", "yaw": "rad"}
+CASCADE = Axes(UNITS, AXES)
+"""The axes of a quadrotor."""
 
 
 @dataclass(frozen=True)
@@ -36,6 +49,7 @@ class MetricAddress:
     text: str
     metric: Metric
     axes: tuple[str, ...]
+    axis_unit: str = ""
 
     def __str__(self) -> str:
         return self.text
@@ -43,31 +57,31 @@ class MetricAddress:
     @property
     def unit(self) -> str:
         """SI unit of the value, "1" for none: "rad^2 s"."""
-        return self.metric.unit.format(UNITS[self.axes[0]] if self.axes else "")
+        return self.metric.unit.format(self.axis_unit)
 
 
-def addresses_of(metric: Metric) -> tuple[str, ...]:
+def addresses_of(metric: Metric, axes: Axes = CASCADE) -> tuple[str, ...]:
     """Return every valid address of one metric."""
-    return (metric.name,) if metric.scope == "flight" else tuple(f"{metric.name}.{axes}" for axes in AXES)
+    return (metric.name,) if metric.scope == "flight" else tuple(f"{metric.name}.{group}" for group in axes.groups)
 
 
-def all_addresses() -> tuple[str, ...]:
+def all_addresses(axes: Axes = CASCADE) -> tuple[str, ...]:
     """Return every valid address."""
-    return tuple(address for metric in METRICS.values() for address in addresses_of(metric))
+    return tuple(address for metric in METRICS.values() for address in addresses_of(metric, axes))
 
 
-def parse(address: str) -> MetricAddress:
+def parse(address: str, axes: Axes = CASCADE) -> MetricAddress:
     """Return what an address stands for; UnknownNameError, with the nearest valid name, if it stands for nothing."""
-    name, _, axes = address.partition(".")
-    if name not in METRICS:
-        raise UnknownNameError("metric", name, METRICS)
-    metric = METRICS[name]
-    if address not in addresses_of(metric):
-        raise UnknownNameError("metric address", address, addresses_of(metric))
-    return MetricAddress(address, metric, AXES[axes] if axes else ())
+    name, _, group = address.partition(".")
+    metric = METRICS.find(name)
+    valid = addresses_of(metric, axes)
+    if address not in valid:
+        raise UnknownNameError("metric address", address, valid)
+    judged = axes.groups[group] if group else ()
+    return MetricAddress(address, metric, judged, axes.units[judged[0]] if judged else "")
 
 
-def check(address: MetricAddress, targets: Targets, duration: float) -> None:
+def check(address: MetricAddress, targets: Any, duration: float) -> None:
     """Raise InputError where the metric has no meaning on flights with these targets and this duration [s].
 
     To be called when a study is read: `evaluate` gives such metrics defined but empty values instead.

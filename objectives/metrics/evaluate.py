@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.meters import Meters
-from objectives.metrics.address import UNITS, MetricAddress
+from objectives.metrics.address import MetricAddress
 from objectives.metrics.columns import unpack
 from objectives.metrics.context import COMPLETED, FlightContext
 from objectives.metrics.metric import COMBINE, AxisView, FlightView
@@ -30,15 +30,17 @@ class Scores(NamedTuple):
     censored: NDArray[np.bool_]
 
 
-def evaluate(addresses: Sequence[MetricAddress], meters: NDArray[np.float64], context: FlightContext) -> Scores:
-    """Return the scores (metrics, ...) of the flights whose final meters are the rows of meters (..., len(COLUMNS)).
+def evaluate(
+    addresses: Sequence[MetricAddress], meters: NDArray[np.float64], context: FlightContext, kind: Any = Meters
+) -> Scores:
+    """Return the scores (metrics, ...) of the flights whose final meters, records of a kind, are the rows of meters (..., n).
 
     The meters of failed flights are not looked at, they may hold anything.
     """
     shape = meters.shape[:-1]
     values = np.empty((len(addresses), *shape))
     censored = np.zeros((len(addresses), *shape), dtype=bool)
-    rows = unpack(Meters, meters)
+    rows = unpack(kind, meters)
     completed = np.broadcast_to(context.status == COMPLETED, shape)
     with np.errstate(all="ignore"):  # the meters of a failed flight may hold anything
         for index, address in enumerate(addresses):
@@ -50,12 +52,11 @@ def evaluate(addresses: Sequence[MetricAddress], meters: NDArray[np.float64], co
     return Scores(values, censored)
 
 
-def _views(address: MetricAddress, rows: Meters, context: FlightContext) -> list[AxisView] | list[FlightView]:
+def _views(address: MetricAddress, rows: Any, context: FlightContext) -> list[AxisView] | list[FlightView]:
     if not address.axes:
         return [FlightView(rows, context)]
-    limits = {"m": context.limits.position_error, "rad": context.limits.angle}
     return [
-        AxisView(getattr(rows, axis), getattr(context.targets, axis), limits[UNITS[axis]], context)
+        AxisView(getattr(rows, axis), getattr(context.targets, axis), context.limits.error(axis), context)
         for axis in address.axes
     ]
 

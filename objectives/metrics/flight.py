@@ -8,33 +8,31 @@ import numpy as np
 
 from objectives.metrics.metric import Metric
 
-ROTORS = 4
-
 FLIGHT_METRICS = (
     Metric(
         name="travel",
         symbol="TV",
         unit="1/s",
         scope="flight",
-        definition="total variation of the rotor commands per second, summed over rotors, in hover thrusts",
+        definition="total variation of the commands per second, over all rotors in hover thrusts or inputs in their scales",
         value=lambda view: view.meters.travel / view.context.duration,
-        bound=lambda view: ROTORS * view.context.limits.command_peak / view.context.h,
+        bound=lambda view: view.context.limits.travel / view.context.h,
     ),
     Metric(
         name="effort",
         symbol="J_u",
         unit="1",
         scope="flight",
-        definition="mean over the flight of the squared departure of the rotor commands from hover, summed over rotors",
+        definition="mean over the flight of the squared commands, of rotors as their departure from hover, summed over inputs",
         value=lambda view: view.meters.effort / view.context.duration,
-        bound=lambda view: ROTORS * np.maximum(view.context.limits.command_peak - 1.0, 1.0) ** 2,
+        bound=lambda view: view.context.limits.effort,
     ),
     Metric(
         name="saturation",
         symbol="D_sat",
         unit="1",
         scope="flight",
-        definition="share of the flight with any rotor at a limit",
+        definition="share of the flight with any rotor or input at a limit",
         value=lambda view: view.meters.saturated / view.context.duration,
         bound=lambda view: 1.0,
         highest=1.0,
@@ -45,7 +43,7 @@ FLIGHT_METRICS = (
         symbol="u_max",
         unit="1",
         scope="flight",
-        definition="largest rotor command, in hover thrusts",
+        definition="largest command, of a rotor in hover thrusts, of an input in its scale",
         value=lambda view: view.meters.command_peak,
         bound=lambda view: view.context.limits.command_peak,
     ),

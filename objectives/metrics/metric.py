@@ -1,7 +1,7 @@
 """The type of a metric: a number per flight, in a known unit, that is better when smaller."""
 
 from collections.abc import Callable, Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from math import inf
 from typing import Any, Literal, NamedTuple
 
@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from objectives.meters import AxisMeter, Meters
 from objectives.metrics.context import FlightContext
+from plant.origin import Origin
 from plant.targets import Target
 
 Scope = Literal["axis", "flight"]
@@ -53,7 +54,7 @@ class Metric:
     meaningless on an axis that makes no step. censored(view): where the flight ended before the awaited event, for
     metrics that are times. graded: a failed flight costs the more, the earlier it failed; otherwise it costs the
     bound. highest: the largest value that there is, 1 for a share. reaches_zero: whether a flight can have 0; the others
-    come near it at best.
+    come near it at best. origin: the file or package that it comes from, None where it is bundled.
     """
 
     name: str
@@ -70,3 +71,4 @@ class Metric:
     graded: bool = True
     highest: float = inf
     reaches_zero: bool = False
+    origin: Origin | None = field(default=None, compare=False)

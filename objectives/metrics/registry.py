@@ -1,7 +1,10 @@
 """Every metric by name."""
 
+from operator import attrgetter
+
 from objectives.metrics.axis import AXIS_METRICS
 from objectives.metrics.flight import FLIGHT_METRICS
 from objectives.metrics.metric import Metric
+from plant.registry import Registry
 
-METRICS: dict[str, Metric] = {metric.name: metric for metric in (*AXIS_METRICS, *FLIGHT_METRICS)}
+METRICS: Registry[Metric] = Registry("metric", attrgetter("name"), (*AXIS_METRICS, *FLIGHT_METRICS))

@@ -26,8 +26,8 @@ from plant.backends.array import rebinder
 from plant.backends.flyer import FlightInputs
 from plant.backends.lanes import LANES
 from plant.cascade import AXES
-from plant.closed_loop import Timing
 from plant.disturbance import Disturbance
+from plant.loop import Timing
 from plant.records import pack, size
 from plant.rigid_body import Body, Dynamics, body_rate
 from plant.scenarios import SEARCH, ScenarioSpec, sample_scenarios

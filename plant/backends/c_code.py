@@ -77,7 +77,8 @@ class Writer:
     """Writes the statements of one C function.
 
     real_name: name of the type in the code. floor: name of the function for it. tables: text of a constant -> expression of
-    its place in a table. call: (node, name of the local, arguments) -> statement of a call.
+    its place in a table. call: (node, name of the local, arguments) -> statement of a call. after: node of a number that a
+    routine keeps -> expression of the place where the routine puts it.
     """
 
     def __init__(
@@ -87,12 +88,14 @@ class Writer:
         floor: str,
         tables: Mapping[str, str] | None = None,
         call: Callable[[Node, str, list[str]], str] | None = None,
+        after: Callable[[Node], str] | None = None,
     ) -> None:
         self._real = real
         self._real_name = real_name
         self._floor = floor
         self._tables = tables or {}
         self._call = call
+        self._after = after
         # Expression of each node, and the origins of the constants that stand in it.
         self._written: dict[int, str] = {}
         self._origins: dict[int, list[str]] = {}
@@ -145,7 +148,9 @@ class Writer:
         if value.op in ("value", "sum"):
             call = value.args[0]
             return self._written[call.order] + (f".{value.op}" if call.text[0] else "")
-        assert value.op != "after", "the memory of a routine goes where the routine puts it"
+        if value.op == "after":
+            assert self._after is not None, "the memory of a routine goes where the routine puts it"
+            return self._after(value)
         return self._written[value.order]
 
     def _operation(self, node: Node) -> str:

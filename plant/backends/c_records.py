@@ -1,27 +1,34 @@
 """Records as C structures: one typedef for each NamedTuple, with members in the order and under the names of its fields."""
 
 import re
+from collections.abc import Callable
 from typing import Any
+
+from plant.records import is_leaf
 
 GENERIC = ("Memory", "Constants", "Gains")
 
 
 class CRecords:
-    """C names of record types; prefix: before each name. The types named first are those in `given`, which need no typedef."""
+    """C names of record types; prefix: before each name. The types named first are those in `given`, which need no typedef.
 
-    def __init__(self, prefix: str, given: dict[Any, str]) -> None:
+    note: comment behind a member, from the annotation of its leaf.
+    """
+
+    def __init__(self, prefix: str, given: dict[Any, str], note: Callable[[Any], str] = lambda _: "") -> None:
         self._prefix = prefix
+        self._note = note
         self._names: dict[Any, str] = dict(given)
         self.typedefs: list[str] = []
 
     def name(self, kind: Any) -> str:
         """Return the C name of a record type; its typedef and those of its parts are then among `typedefs`."""
-        if kind is float:
+        if is_leaf(kind):
             return f"{self._prefix}_real"
         if kind not in self._names:
-            members = [(self.name(part), field) for field, part in kind.__annotations__.items()]
+            parts = kind.__annotations__.items()
+            lines = "\n".join(f"    {self.name(part)} {field};{self._note(part)}" for field, part in parts)
             name = self._free(kind)
-            lines = "\n".join(f"    {part} {field};" for part, field in members)
             self.typedefs.append(f"typedef struct {{\n{lines}\n}} {name};")
             self._names[kind] = name
         return self._names[kind]

@@ -28,15 +28,8 @@ from plant.backends.cache import load_kernel
 from plant.backends.cuda_precision import CudaRebinder
 from plant.backends.identity import identity
 from plant.backends.lanes import result_rows
-from plant.backends.rebind import source_of
-from plant.closed_loop import ClosedLoop, Limits, place
-from plant.disturbance import Disturbance
-from plant.nominal import Nominal
+from plant.loop import ClosedLoop
 from plant.records import build_source, paths, size
-from plant.references.track import Reference
-from plant.rigid_body import Body, Dynamics
-from plant.sensors import Noise
-from plant.targets import Targets
 
 BLOCK = 128
 """Threads of a block."""
@@ -132,17 +125,17 @@ def run(constants_rows, nominal, dynamics_rows, starts, disturbances, noises, re
 
 def kernel_source(loop: ClosedLoop, wind_rows: int, noise_rows: int, names: dict[str, Any]) -> str:
     """Return the source of the kernel module of a loop; collects the record types it names."""
-    flight = loop.Flight
+    flight, kinds = loop.Flight, loop.records
     result = result_rows(loop)
     build = [f"body.{p[5:]}" if p.startswith("body.") else f"s.{p}" for p in paths(flight)]
     store = [f"    a[i, {i}] = s.{path}" for i, path in enumerate(paths(flight)[result])]
     parts = [
-        _loader(loop.cascade.Constants, "constants", "a, i", "a[i, {}]", names),
-        _loader(Reference, "reference", "a, i", "a[i, {}]", names),
-        _loader(Dynamics, "dynamics", "a, i", "a[{}, i]", names),
-        _loader(Body, "body", "a, i", "a[{}, i]", names),
-        _loader(Disturbance, "disturbance", "a, k, i", "a[k, {}, i]", names, wind_rows),
-        _loader(Noise, "noise", "a, k, i", "a[k, {}, i]", names, noise_rows),
+        _loader(loop.Constants, "constants", "a, i", "a[i, {}]", names),
+        _loader(kinds.Reference, "reference", "a, i", "a[i, {}]", names),
+        _loader(kinds.Dynamics, "dynamics", "a, i", "a[{}, i]", names),
+        _loader(loop.Body, "body", "a, i", "a[{}, i]", names),
+        _loader(kinds.Disturbance, "disturbance", "a, k, i", "a[k, {}, i]", names, wind_rows),
+        _loader(kinds.Noise, "noise", "a, k, i", "a[k, {}, i]", names, noise_rows),
         f"@inline\ndef with_body(s, body):\n    return {build_source(flight, build, names)}\n",
         "@inline\ndef store_result(a, i, s):\n" + "\n".join(store) + "\n",
         RUN,
@@ -166,14 +159,13 @@ def kernel_names(loop: ClosedLoop, precision: str) -> tuple[dict[str, Any], set[
     names: dict[str, Any] = {
         "cuda": cuda, "inline": _inline, "real": real, "ZERO": real(0.0),
         "start": bind(loop.start), "decide": bind(loop.decide), "advance": bind(loop.advance),
-        "place": bind(place),
+        "place": bind(loop.place),
     }  # fmt: skip
     own = {
         Path(str(part.__file__))
         for part in (records, primitives, branch_free, vector_math, cuda_precision, sys.modules[__name__])
     }
-    kinds = (loop.Flight, loop.cascade.Constants, Dynamics, Disturbance, Noise, Nominal, Reference, Targets, Limits)
-    return names, bind.sources | own | {source_of(part) for kind in kinds for part in records.parts(kind)}
+    return names, bind.sources | own | loop.sources
 
 
 @dataclass(frozen=True)
@@ -195,6 +187,6 @@ def kernel_of(
     bound = blocks or BLOCKS[precision]
     header = f"# {precision}, {compiler()}, blocks of {BLOCK}, {bound} at once\n"
     source = header + kernel_source(loop, wind_rows, noise_rows, names)
-    name = f"cuda_{precision}_{loop.cascade.position.name}_{loop.cascade.attitude.name}"
+    name = f"cuda_{precision}_{loop.name}"
     module, cached = load_kernel(name, source, names | {"kernel": _kernel(bound)}, sources, identity(loop), _kept())
     return CudaKernel(module.run, cached)

@@ -20,10 +20,8 @@ from plant.backends.cuda import BLOCK, BLOCKS, REALS, CudaKernel, kernel_of
 from plant.backends.cuda_card import card, free_memory
 from plant.backends.flyer import FlightInputs
 from plant.backends.lanes import result_rows
-from plant.closed_loop import ClosedLoop, Limits, Timing
-from plant.nominal import Nominal
+from plant.loop import ClosedLoop, Timing
 from plant.records import flatten, pack
-from plant.targets import Targets
 
 # Flights of a launch at most: some waves of a large card, a second of its time; and share of the free memory for its results.
 LARGEST_LAUNCH, RESULTS_SHARE = 2**18, 0.5
@@ -74,7 +72,7 @@ class CudaFlyer:
     """
 
     def __init__(
-        self, loop: ClosedLoop, limits: Limits, timing: Timing, precision: str, blocks: int | None = None
+        self, loop: ClosedLoop, limits: Any, timing: Timing, precision: str, blocks: int | None = None
     ) -> None:
         self.loop, self.precision = loop, precision
         self.card = card()
@@ -84,8 +82,8 @@ class CudaFlyer:
         self.rows = rows.stop - rows.start
         self.kernel_seconds = 0.0
         self._real = REALS[precision]
-        self._limits, self._timing = self._record(Limits, limits), timing
-        self._prepare = array.rebinder()(loop.cascade.prepare)
+        self._limits, self._timing = self._record(loop.records.Limits, limits), timing
+        self._prepare = array.rebinder()(loop.prepare)
         self._kernels: dict[tuple[int, int], CudaKernel] = {}
         self._on_card: OrderedDict[int, CardInputs] = OrderedDict()
 
@@ -99,13 +97,14 @@ class CudaFlyer:
     def fly(
         self,
         gains: np.ndarray,
-        nominal: Nominal,
+        nominal: Any,
         inputs: FlightInputs,
         on_flights_done: Callable[[int], None] | None = None,
     ) -> np.ndarray:
         """Fly every candidate through every scenario; on_flights_done(n) is called as n more flights end."""
+        kinds = self.loop.records
         kernel, on_card = self.kernel(inputs), self._inputs(inputs)
-        known = self._record(Nominal, nominal), self._record(Targets, inputs.targets)
+        known = self._record(kinds.Nominal, nominal), self._record(kinds.Targets, inputs.targets)
         out = np.empty((len(gains), inputs.count, self.rows))
         each = self._candidates(inputs.count)
         for first in range(0, len(gains), each):
@@ -118,7 +117,7 @@ class CudaFlyer:
     def constants(self, gains: np.ndarray) -> np.ndarray:
         """Return the law constants (candidates, n) of gains (candidates, g), worked out in double precision."""
         with np.errstate(all="ignore"):
-            record = self._prepare(pack(self.loop.cascade.Gains, gains.T), self._timing.control_period)
+            record = self._prepare(pack(self.loop.records.Gains, gains.T), self._timing.control_period)
         columns = [np.broadcast_to(leaf, len(gains)) for leaf in flatten(record)]
         return np.ascontiguousarray(np.stack(columns, axis=1), dtype=self._real)
 

@@ -8,14 +8,13 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
 from plant.backends.lanes import LANES, kernel_of, layout, result_rows
-from plant.closed_loop import ClosedLoop, Limits, Timing
-from plant.nominal import Nominal
+from plant.loop import ClosedLoop, Timing
 from plant.records import flatten
-from plant.targets import Targets
 from plant.threads import available_threads
 
 
@@ -24,7 +23,7 @@ class FlightInputs:
     """Scenarios of a batch in blocks of lanes.
 
     dynamics: (blocks, rows, lanes); starts: (blocks, 17, lanes), the body at the start, about where the reference starts;
-    disturbances: (blocks, K, rows, lanes); noises: the same; references: (K, 14);
+    disturbances: (blocks, K, rows, lanes); noises: the same; references: (K, 14), targets: those that they are judged by;
     count: number of scenarios, the rest of the last block is padding.
     """
 
@@ -33,7 +32,7 @@ class FlightInputs:
     disturbances: np.ndarray
     noises: np.ndarray
     references: np.ndarray
-    targets: Targets
+    targets: Any
     count: int
 
     def block(self, number: int) -> "FlightInputs":
@@ -62,7 +61,7 @@ class Flyer:
     order, then status and end time.
     """
 
-    def __init__(self, loop: ClosedLoop, limits: Limits, timing: Timing, threads: int | None = None) -> None:
+    def __init__(self, loop: ClosedLoop, limits: Any, timing: Timing, threads: int | None = None) -> None:
         self.loop = loop
         self.threads = threads or available_threads()
         self._limits = np.array(flatten(limits))
@@ -82,7 +81,7 @@ class Flyer:
     def fly(
         self,
         gains: np.ndarray,
-        nominal: Nominal,
+        nominal: Any,
         inputs: FlightInputs,
         on_flights_done: Callable[[int], None] | None = None,
     ) -> np.ndarray:
@@ -114,7 +113,7 @@ class Flyer:
     def trace(
         self,
         gains: np.ndarray,
-        nominal: Nominal,
+        nominal: Any,
         inputs: FlightInputs,
         every: int = 1,
         traced: Sequence[int] | None = None,
@@ -133,7 +132,7 @@ class Flyer:
     def _run(
         self,
         gains: np.ndarray,
-        nominal: Nominal,
+        nominal: Any,
         inputs: FlightInputs,
         out: np.ndarray,
         traced: np.ndarray,

@@ -25,6 +25,9 @@ def identity(value: Any) -> str:
 def _parts(value: Any, seen: dict[int, int]) -> Iterator[str]:
     if value is None or isinstance(value, (bool, int, float, complex, str, bytes, Enum, np.generic)):
         yield repr(value)
+    elif hasattr(value, "__metadata__"):
+        # A number annotated with its unit.
+        yield repr(value)
     elif isinstance(value, (ModuleType, BuiltinFunctionType, np.ufunc)):
         yield value.__name__
     elif isinstance(value, Mapping):

@@ -25,15 +25,9 @@ from plant import primitives, records
 from plant.backends import branch_free, vector_math
 from plant.backends.cache import load_kernel
 from plant.backends.identity import identity
-from plant.backends.rebind import Rebinder, source_of
-from plant.closed_loop import ClosedLoop, Limits, place
-from plant.disturbance import Disturbance
-from plant.nominal import Nominal
+from plant.backends.rebind import Rebinder
+from plant.loop import ClosedLoop
 from plant.records import build_source, paths, rows, size
-from plant.references.track import Reference
-from plant.rigid_body import Dynamics
-from plant.sensors import Noise
-from plant.targets import Targets
 
 # 16 doubles fill two AVX-512 or four AVX2 registers. With 8 the loop is two AVX2 or one AVX-512 step long, and LLVM may unroll it
 # whole and leave it scalar (seen on a Zen 4 with AVX-512, not on a Zen 3 with AVX2).
@@ -88,10 +82,11 @@ class Layout:
 
 def layout(loop: ClosedLoop) -> Layout:
     """Return where each record starts in the workspace of a loop."""
-    flight, dynamics = size(loop.Flight), size(Dynamics)
+    kinds = loop.records
+    flight, dynamics = size(loop.Flight), size(kinds.Dynamics)
     disturbance = flight + dynamics
-    noise = disturbance + size(Disturbance)
-    return Layout(0, flight, disturbance, noise, noise + size(Noise))
+    noise = disturbance + size(kinds.Disturbance)
+    return Layout(0, flight, disturbance, noise, noise + size(kinds.Noise))
 
 
 def loader(kind: Any, name: str, expression: str, offset: int, names: dict[str, Any], given: int | None = None) -> str:
@@ -172,9 +167,8 @@ def run(gains, nominal_row, dynamicss, starts, disturbances, noises, references,
 def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
     """Return the source of the kernel module of a loop; collects the record types it names."""
     place_of = layout(loop)
-    flight = loop.Flight
+    flight, kinds = loop.Flight, loop.records
     body, speed = rows(flight, "body"), rows(flight, "speed")
-    wind = rows(Disturbance, "wind").stop
     types = flight.__annotations__
     parts = [
         loader(flight, "load_flight", LANE, place_of.flight, names),
@@ -182,17 +176,17 @@ def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
         loader(types["body"], "load_body", LANE, body.start, names),
         _store(types["body"], "store_body", body.start),
         loader(types["speed"], "load_speed", LANE, speed.start, names),
-        loader(Dynamics, "load_dynamics", LANE, place_of.dynamics, names),
-        loader(Disturbance, "load_disturbance", LANE, place_of.disturbance, names),
-        loader(Disturbance, "load_wind", LANE, place_of.disturbance, names, wind),
-        loader(Noise, "load_noise", LANE, place_of.noise, names),
+        loader(kinds.Dynamics, "load_dynamics", LANE, place_of.dynamics, names),
+        loader(kinds.Disturbance, "load_disturbance", LANE, place_of.disturbance, names),
+        loader(kinds.Disturbance, "load_wind", LANE, place_of.disturbance, names, kinds.calm),
+        loader(kinds.Noise, "load_noise", LANE, place_of.noise, names),
         vector_loaders(loop, names),
     ]
     result = result_rows(loop)
     constants = {
         "TOTAL": place_of.total, "DYNAMICS": place_of.dynamics, "NOISE": place_of.noise,
         "DISTURBANCE": place_of.disturbance, "RESULT": result.start, "N_RESULT": result.stop - result.start,
-        "N_WIND": wind, "LANES": LANES, "BODY": body.start,
+        "N_WIND": kinds.calm, "LANES": LANES, "BODY": body.start,
     }  # fmt: skip
     header = "\n".join(f"{name} = {value}" for name, value in constants.items())
     return "\n".join([header, *parts, RUN])
@@ -200,8 +194,10 @@ def kernel_source(loop: ClosedLoop, names: dict[str, Any]) -> str:
 
 def vector_loaders(loop: ClosedLoop, names: dict[str, Any]) -> str:
     """Return the sources of the functions that build the records that all lanes share from vectors of numbers."""
+    kinds = loop.records
     shared = {
-        "gains": loop.cascade.Gains, "nominal": Nominal, "reference": Reference, "targets": Targets, "limits": Limits,
+        "gains": kinds.Gains, "nominal": kinds.Nominal, "reference": kinds.Reference, "targets": kinds.Targets,
+        "limits": kinds.Limits,
     }  # fmt: skip
     return "\n".join(loader(kind, f"load_{name}", ENTRY, 0, names) for name, kind in shared.items())
 
@@ -227,21 +223,19 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
         "jit": numba.njit,
         "inline": _inline,
         "FAST_MATH": FAST_MATH,
-        "prepare": bind(loop.cascade.prepare),
+        "prepare": bind(loop.prepare),
         "start": bind(loop.start),
         "decide": bind(loop.decide),
         "advance": bind(loop.advance),
-        "place": bind(place),
+        "place": bind(loop.place),
     }
     own = {Path(str(part.__file__)) for part in (records, primitives, branch_free, vector_math, sys.modules[__name__])}
-    kinds = (loop.Flight, loop.cascade.Gains, Dynamics, Disturbance, Noise, Nominal, Reference, Targets, Limits)
-    return names, bind.sources | own | {source_of(part) for kind in kinds for part in records.parts(kind)}
+    return names, bind.sources | own | loop.sources
 
 
 def kernel_of(loop: ClosedLoop) -> Kernel:
     """Return the kernel of a loop, from the cache or written there to be compiled by its first call."""
     names, sources = kernel_names(loop)
     source = kernel_source(loop, names)
-    name = f"{loop.cascade.position.name}_{loop.cascade.attitude.name}"
-    module, cached = load_kernel(name, source, names, sources, identity(loop))
+    module, cached = load_kernel(loop.name, source, names, sources, identity(loop))
     return Kernel(module.run, cached)

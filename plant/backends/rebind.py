@@ -6,13 +6,13 @@ of the model and no twin that can drift.
 """
 
 import builtins
-import sys
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import CellType, FunctionType
 from typing import Any
 
 from plant import primitives
+from plant.records import source_of
 
 Wrap = Callable[[FunctionType], Any]
 PRIMITIVES = {name: getattr(primitives, name) for name in primitives.__all__}
@@ -73,11 +73,6 @@ class Rebinder:
         if isinstance(value, type):
             self.sources.add(source_of(value))
         return value
-
-
-def source_of(kind: type) -> Path:
-    """Return the file that a record class was written in."""
-    return Path(str(sys.modules[kind.__module__].__file__))
 
 
 def _is_record_helper(function: FunctionType) -> bool:

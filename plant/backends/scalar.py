@@ -13,12 +13,8 @@ from plant.backends import lanes
 from plant.backends.cache import load_kernel
 from plant.backends.flyer import FlightInputs
 from plant.backends.identity import identity
-from plant.closed_loop import ClosedLoop, Limits, Timing
-from plant.disturbance import Disturbance
-from plant.nominal import Nominal
+from plant.loop import ClosedLoop, Timing
 from plant.records import build_source, flatten, size
-from plant.rigid_body import Body, Dynamics
-from plant.sensors import Noise
 
 # The flight is a function of its own because `prange` cannot carry records into a thread, only arrays and numbers.
 RUN = """
@@ -61,18 +57,21 @@ class ScalarKernel:
 
     run: Any
     rows: int
+    loop: ClosedLoop
 
     def fly(
-        self, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, limits: Limits, timing: Timing, threads: int
+        self, gains: np.ndarray, nominal: Any, inputs: FlightInputs, limits: Any, timing: Timing, threads: int
     ) -> np.ndarray:
         """Fly every candidate through every scenario: results (candidates, scenarios, rows) as those of `Flyer.fly`."""
         numba.set_num_threads(threads)
         out = np.empty((len(gains), inputs.count, self.rows))
         h, plant_step = timing
+        kinds = self.loop.records
         self.run(
-            gains, np.array(flatten(nominal), dtype=float), _flat(inputs.dynamics, size(Dynamics))[: inputs.count],
-            _flat(inputs.starts, size(Body))[: inputs.count],
-            _flat(inputs.disturbances, size(Disturbance))[: inputs.count], _flat(inputs.noises, size(Noise))[: inputs.count],
+            gains, np.array(flatten(nominal), dtype=float), _flat(inputs.dynamics, size(kinds.Dynamics))[: inputs.count],
+            _flat(inputs.starts, size(self.loop.Body))[: inputs.count],
+            _flat(inputs.disturbances, size(kinds.Disturbance))[: inputs.count],
+            _flat(inputs.noises, size(kinds.Noise))[: inputs.count],
             inputs.references, np.array(flatten(inputs.targets), dtype=float), np.array(flatten(limits)), h, plant_step,
             timing.steps, out,
         )  # fmt: skip
@@ -90,22 +89,21 @@ def _flat(blocks: np.ndarray, rows: int) -> np.ndarray:
 def scalar_kernel(loop: ClosedLoop) -> ScalarKernel:
     """Return the scalar kernel of a loop, compiled by its first call or loaded from the cache."""
     names, sources = lanes.kernel_names(loop)
-    flight = loop.Flight
+    flight, kinds = loop.Flight, loop.records
     result = lanes.result_rows(loop)
     parts = [
         lanes.vector_loaders(loop, names),
-        lanes.loader(Dynamics, "load_dynamics", lanes.ENTRY, 0, names),
-        lanes.loader(Body, "load_body", lanes.ENTRY, 0, names),
-        lanes.loader(Disturbance, "load_disturbance", lanes.ENTRY, 0, names),
-        lanes.loader(Noise, "load_noise", lanes.ENTRY, 0, names),
+        lanes.loader(kinds.Dynamics, "load_dynamics", lanes.ENTRY, 0, names),
+        lanes.loader(loop.Body, "load_body", lanes.ENTRY, 0, names),
+        lanes.loader(kinds.Disturbance, "load_disturbance", lanes.ENTRY, 0, names),
+        lanes.loader(kinds.Noise, "load_noise", lanes.ENTRY, 0, names),
         _with_body(flight, names),
         _store_result(flight, result),
         RUN,
     ]
     names["prange"] = numba.prange
-    name = f"scalar_{loop.cascade.position.name}_{loop.cascade.attitude.name}"
-    module, _ = load_kernel(name, "\n".join(parts), names, sources, identity(loop))
-    return ScalarKernel(module.run, result.stop - result.start)
+    module, _ = load_kernel(f"scalar_{loop.name}", "\n".join(parts), names, sources, identity(loop))
+    return ScalarKernel(module.run, result.stop - result.start, loop)
 
 
 def _with_body(flight: Any, names: dict[str, Any]) -> str:

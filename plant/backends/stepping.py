@@ -8,14 +8,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from plant.closed_loop import ClosedLoop, Limits, Timing, place
-from plant.disturbance import Disturbance
-from plant.nominal import Nominal
+from plant.loop import ClosedLoop, Timing
 from plant.records import pack, size
-from plant.references.track import Reference
-from plant.rigid_body import Body, Dynamics
-from plant.sensors import Noise
-from plant.targets import Targets
 
 Bind = Callable[[Callable[..., Any]], Any]
 
@@ -48,7 +42,7 @@ def unchanged(function: Callable[..., Any]) -> Any:
 
 
 def fly_steps(
-    loop: ClosedLoop, bind: Bind, gains: Any, nominal: Nominal, inputs: Inputs, targets: Targets, limits: Limits,
+    loop: ClosedLoop, bind: Bind, gains: Any, nominal: Any, inputs: Inputs, targets: Any, limits: Any,
     timing: Timing, watch: Callable[[int, Any], None] | None = None,
 ) -> Any:  # fmt: skip
     """Fly to the end and return the final Flight record; watch(k, flight) sees every control instant.
@@ -56,16 +50,17 @@ def fly_steps(
     Leaves are whatever `bind` computes with: floats for one lane in the python backend, arrays over lanes in numpy.
     """
     h, plant_step = timing
-    constants = bind(loop.cascade.prepare)(gains, h)
+    kinds = loop.records
+    constants = bind(loop.prepare)(gains, h)
     start, decide, advance = bind(loop.start), bind(loop.decide), bind(loop.advance)
-    dynamics = pack(Dynamics, inputs.dynamics)
-    references = [pack(Reference, row.tolist()) for row in inputs.references]
+    dynamics = pack(kinds.Dynamics, inputs.dynamics)
+    references = [pack(kinds.Reference, row.tolist()) for row in inputs.references]
     flight: Any = None
     for k, reference in enumerate(references):
-        noise = _record(Noise, inputs.noises[k])
-        disturbance = _record(Disturbance, inputs.disturbances[k])
+        noise = _record(kinds.Noise, inputs.noises[k])
+        disturbance = _record(kinds.Disturbance, inputs.disturbances[k])
         if k == 0:
-            body = bind(place)(pack(Body, inputs.starts), reference)
+            body = bind(loop.place)(pack(loop.Body, inputs.starts), reference)
             flight = start(body, constants, nominal, reference, noise, targets)
         flight = decide(flight, constants, nominal, reference, noise, targets, limits, k * h, h)
         if watch is not None:

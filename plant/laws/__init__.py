@@ -1,6 +1,7 @@
 """Control laws: one file a law, one line here. The cascade, the search and the reports learn of a law from this table."""
 
-from plant.errors import UnknownNameError
+from operator import attrgetter
+
 from plant.laws import (
     adrc,
     hybrid,
@@ -16,6 +17,7 @@ from plant.laws import (
     supertwisting_euler,
 )
 from plant.laws.law import GainInfo, Law, Nonlinearity, Span, SuperTwisting
+from plant.registry import Registry
 
 __all__ = ["LAWS", "GainInfo", "Law", "Nonlinearity", "Span", "SuperTwisting", "law"]
 
@@ -34,7 +36,7 @@ ENTRIES = (
     hybrid_beta3.LAW,
     ladrc_printed.LAW,
 )
-LAWS: dict[str, Law] = {entry.name: entry for entry in ENTRIES}
+LAWS: Registry[Law] = Registry("law", attrgetter("name"), ENTRIES)
 
 
 def law(name: str) -> Law:
@@ -49,6 +51,4 @@ def law(name: str) -> Law:
     Raises:
         UnknownNameError: There is no such law; the message names the nearest.
     """
-    if name not in LAWS:
-        raise UnknownNameError("law", name, LAWS)
-    return LAWS[name]
+    return LAWS.find(name)

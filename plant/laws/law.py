@@ -5,6 +5,7 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from plant.laws.continuous import ContinuousForm
+from plant.origin import Origin
 
 # All that a law may promise: see `Law.promises`.
 PROMISES = frozenset({"tracks", "rejects"})
@@ -105,6 +106,7 @@ class Law:
     continuous(gains, from_observer) -> ContinuousForm: the law on matrices; from_observer as `Channel.rate_from_observer`.
     sector(gains) -> kappa [1/s]: what the form leaves out lies between 0 and kappa S; None where it leaves nothing out.
     super_twisting: which gains are those of a super-twisting term.
+    origin: the file or package that it comes from, None where it is bundled; whoever adds it to `LAWS` says.
     """
 
     name: str
@@ -125,6 +127,7 @@ class Law:
     continuous: Callable[[Any, bool], ContinuousForm] | None = field(default=None, compare=False)
     sector: Callable[[Any], float] | None = field(default=None, compare=False)
     super_twisting: SuperTwisting | None = field(default=None, compare=False)
+    origin: Origin | None = field(default=None, compare=False)
 
     @property
     def discretisation(self) -> str:

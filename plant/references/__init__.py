@@ -1,9 +1,10 @@
 """References: what the vehicle is asked to do, as checked descriptions that turn into samples for the closed loop.
 
-A new reference is one file with a `ReferenceSpec` and one entry in `REFERENCES`.
+A new reference is one file with a `ReferenceSpec` and one entry in `REFERENCES`; or a file that a study names.
 """
 
 from collections.abc import Mapping
+from operator import attrgetter
 from pathlib import Path
 
 from plant.references.figure_eight import FigureEight
@@ -16,12 +17,13 @@ from plant.references.spec import ReferenceSpec, Track, build
 from plant.references.steps import Steps
 from plant.references.table import from_table
 from plant.references.waypoints import Waypoints
+from plant.registry import Registry
 
 __all__ = ["REFERENCES", "Parameter", "ReferenceSpec", "Track", "build", "from_mapping", "parameters"]
 
-REFERENCES: dict[str, type[ReferenceSpec]] = {
-    kind.kind: kind for kind in (Hover, Level, Steps, Ramp, FigureEight, Helix, Waypoints)
-}
+REFERENCES: Registry[type[ReferenceSpec]] = Registry(
+    "reference", attrgetter("kind"), (Hover, Level, Steps, Ramp, FigureEight, Helix, Waypoints)
+)
 
 
 def from_mapping(mapping: Mapping[str, object], *, base: Path | None = None, key: str = "reference") -> ReferenceSpec:

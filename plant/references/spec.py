@@ -10,6 +10,7 @@ from typing import ClassVar
 
 import numpy as np
 
+from plant.origin import Origin
 from plant.references.parameters import check_numbers
 
 POSITION, VELOCITY, ACCELERATION = slice(0, 3), slice(3, 6), slice(6, 9)
@@ -36,9 +37,13 @@ class Track:
 
 @dataclass(frozen=True, kw_only=True)
 class ReferenceSpec(ABC):
-    """A reference as a study file describes it: frozen, checked when made (InputError with the field as key)."""
+    """A reference as a study file describes it: frozen, checked when made (InputError with the field as key).
+
+    kind: name in study files. origin: the file or package that it comes from, None where it is bundled.
+    """
 
     kind: ClassVar[str]
+    origin: ClassVar[Origin | None] = None
 
     def __post_init__(self) -> None:
         """Check every number against its declared range."""

@@ -6,10 +6,11 @@ from pathlib import Path
 from plant.errors import InputError, UnknownNameError
 from plant.references.parameters import Parameter, parameters
 from plant.references.spec import ReferenceSpec
+from plant.registry import Registry
 
 
 def from_table(
-    kinds: Mapping[str, type[ReferenceSpec]], mapping: Mapping[str, object], base: Path | None, key: str
+    kinds: Registry[type[ReferenceSpec]], mapping: Mapping[str, object], base: Path | None, key: str
 ) -> ReferenceSpec:
     """Return the spec that a table like {kind = "steps", x = 1.0} describes.
 
@@ -35,13 +36,14 @@ def from_table(
         raise InputError(error.message, key=f"{key}.{error.key}" if error.key else key) from error
 
 
-def _kind(kinds: Mapping[str, type[ReferenceSpec]], name: object, key: str) -> type[ReferenceSpec]:
+def _kind(kinds: Registry[type[ReferenceSpec]], name: object, key: str) -> type[ReferenceSpec]:
     if not isinstance(name, str):
         given = "is missing" if name is None else f"is {name!r}"
         raise InputError(f"{given}; it must be one of {', '.join(sorted(kinds))}", key=f"{key}.kind")
-    if name not in kinds:
-        raise UnknownNameError("reference", name, kinds, key=f"{key}.kind")
-    return kinds[name]
+    try:
+        return kinds.find(name)
+    except UnknownNameError as error:
+        raise error.located(key=f"{key}.kind") from None
 
 
 def _line(parameter: Parameter) -> str:

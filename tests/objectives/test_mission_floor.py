@@ -7,8 +7,9 @@ from objectives.metrics import parse
 from objectives.mission import FOLLOWED, HELD, error_at_start, mission_floor, with_mission_floor
 from objectives.problem import Constraint, FlightBatch, Objective, Problem
 from objectives.risk import Risk
-from plant.closed_loop import Limits, Timing
+from plant.closed_loop import Limits
 from plant.gains import gain_addresses
+from plant.loop import Timing
 from plant.references.figure_eight import FigureEight
 from plant.references.hover import Hover
 from plant.references.level import Level

@@ -1,105 +1,20 @@
-"""One law on one axis: flown on an exact double integrator, and as a linear system."""
+"""One law on one axis as a linear system, beside what the contract of laws flies it on."""
 
-from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
+from plant.contract.axis import LOOPS, REST, Axis, H, Input, defaults, random_inputs, run
 from plant.laws import Law
-from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.laws.channel import Channel, Setpoint
 from plant.records import flatten, pack, size
 from tests.plant.harness import Array
 
-LOOPS = ("position", "attitude")
-H = 0.004
-REST = Setpoint(0.0, 0.0, 0.0)
-
-
-class Input(NamedTuple):
-    """What a law reads in one period, besides its memory, gains and channel."""
-
-    setpoint: Setpoint
-    measured: Measured
-    applied: Applied
-
-
-@dataclass(frozen=True)
-class Trajectory:
-    """Values y and rates (K,), commands before and after clipping (K,), memory after the last period."""
-
-    value: Array
-    rate: Array
-    asked: Array
-    command: Array
-    memory: Any
-
-
-@dataclass(frozen=True)
-class Axis:
-    """The plant y'' = b0 (u + disturbance + drift t), |u| <= limit, with the command held over each period, and the drift too.
-
-    told: what the law hears of its clipped command: "all", or "nothing" (then it takes the command asked for as delivered).
-    """
-
-    b0: float = 1.0
-    limit: float = np.inf
-    disturbance: float = 0.0
-    from_observer: bool = False
-    told: str = "all"
-    drift: float = 0.0
-
-    def fly(
-        self,
-        law: Law,
-        gains: Any,
-        steps: int,
-        goal: Callable[[float], Setpoint],
-        start: Measured | None = None,
-        h: float = H,
-    ) -> Trajectory:
-        """Fly from rest at 0, or from the state given, for `steps` periods."""
-        y, v = start or Measured(0.0, 0.0)
-        constants = law.prepare(gains, h)
-        memory, channel, applied = law.start(constants, Measured(y, v), 0.0), self.channel, Applied(0.0, 0.0)
-        rows = []
-        for k in range(steps):
-            asked, memory = law.step(memory, constants, channel, goal(k * h), Measured(y, v), applied, h)
-            command = min(max(asked, -self.limit), self.limit)
-            applied = Applied(command, command - asked) if self.told == "all" else Applied(asked, 0.0)
-            rows.append((y, v, asked, command))
-            acceleration = self.b0 * (command + self.disturbance + self.drift * k * h)
-            y, v = y + h * v + 0.5 * h * h * acceleration, v + h * acceleration
-        value, rate, wanted, clipped = np.array(rows).T
-        return Trajectory(value, rate, wanted, clipped, memory)
-
-    @property
-    def channel(self) -> Channel:
-        """What the law knows of the axis."""
-        return Channel(self.b0, float(self.from_observer))
-
-
-def defaults(law: Law, loop: str) -> Any:
-    """Return the default gains of a law as a record."""
-    return law.Gains(**law.defaults(loop))
-
-
-def run(
-    law: Law, gains: Any, inputs: list[Input], channel: Channel, h: float = H, memory: Any = None
-) -> tuple[Array, Any]:
-    """Feed given inputs, whatever the law commands; commands (K,) and the last memory. Starts at the first measurement."""
-    constants = law.prepare(gains, h)
-    memory = law.start(constants, inputs[0].measured, 0.0) if memory is None else memory
-    commands = []
-    for setpoint, measured, applied in inputs:
-        command, memory = law.step(memory, constants, channel, setpoint, measured, applied, h)
-        commands.append(command)
-    return np.array(commands), memory
-
-
-def random_inputs(rng: np.random.Generator, count: int) -> list[Input]:
-    """Return inputs of order one."""
-    return [pack(Input, map(float, rng.standard_normal(size(Input)))) for _ in range(count)]
+__all__ = [
+    "LOOPS", "REST", "Axis", "H", "Input", "Linear", "Setpoint", "continuous_feedback", "defaults", "linearised",
+    "random_inputs", "run",
+]  # fmt: skip
 
 
 @dataclass(frozen=True)

@@ -12,10 +12,11 @@ from plant.airframes import load, names
 from plant.backends.flyer import FlightInputs, to_lanes
 from plant.backends.stepping import Inputs
 from plant.cascade import close_cascade
-from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
+from plant.closed_loop import Limits, close_loop
 from plant.disturbance import Disturbance
 from plant.gains import default_row
 from plant.laws import LAWS
+from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.records import flatten, pack, size
 from plant.rigid_body import dynamics
 from plant.targets import Target, Targets

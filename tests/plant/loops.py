@@ -10,9 +10,10 @@ from plant.air.spec import AirSpec
 from plant.airframes import load
 from plant.backends.flyer import Flyer
 from plant.cascade import close_cascade
-from plant.closed_loop import Limits, MeterModel, Timing, close_loop
+from plant.closed_loop import Limits, close_loop
 from plant.gains import default_row
 from plant.laws import LAWS
+from plant.loop import MeterModel, Timing
 from plant.nominal import ControlOptions, nominal
 from plant.references.steps import Steps
 from plant.scenarios import ScenarioSpec, Spread, sample_scenarios

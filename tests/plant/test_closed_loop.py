@@ -10,8 +10,9 @@ from plant.backends import array
 from plant.backends.flyer import Flyer, result_parts
 from plant.backends.stepping import fly_steps, unchanged
 from plant.cascade import Tilt
-from plant.closed_loop import LARGEST_STATE, ClosedLoop, Limits, Status, hover_body, place, sample_of, status_of
+from plant.closed_loop import LARGEST_STATE, Limits, Status, hover_body, place, sample_of, status_of
 from plant.gains import default_row
+from plant.loop import ClosedLoop
 from plant.nominal import ControlOptions, nominal, yaw_lead
 from plant.records import flatten, index, pack
 from plant.references.track import Reference

@@ -8,9 +8,10 @@ from scipy.stats import kstest
 
 from objectives.margins.margins import spread_corners
 from plant.airframes import load
-from plant.closed_loop import Timing, hover_body
+from plant.closed_loop import hover_body
 from plant.disturbance import Disturbance
 from plant.errors import InputError
+from plant.loop import Timing
 from plant.nominal import ControlOptions, arm_of, nominal, off_centre, vary
 from plant.records import pack, paths, size
 from plant.rigid_body import Dynamics, body_rate, dynamics

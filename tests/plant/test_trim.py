@@ -11,8 +11,9 @@ from plant.air.air import AirSpec, sample_air, steady_wind
 from plant.airframes import load
 from plant.backends import array
 from plant.backends.stepping import fly_steps, lane_of
-from plant.closed_loop import Limits, Timing
+from plant.closed_loop import Limits
 from plant.laws import LAWS
+from plant.loop import Timing
 from plant.nominal import ControlOptions, nominal
 from plant.records import flatten, pack
 from plant.rigid_body import Body, dynamics

@@ -63,23 +63,26 @@ class FinalFlights:
         """Return the risk of a quantity (rows,) and both ends of its interval."""
         if i not in self._estimates:
             samples, drawn, risk = self.seen(i)
-            low, high = interval_on(samples, risk, drawn)
-            self._estimates[i] = self._carried(i, risk.apply(samples), low, high)
+            whole = samples[self.complete]
+            self._estimates[i] = self._carried(i, risk.apply(whole), *interval_on(whole, risk, drawn))
         return self._estimates[i]
 
     def difference_to(self, i: int, row: int) -> PairedDifference:
         """Return the risk of a quantity (rows,) minus that of a row that made all flights, paired."""
         samples, drawn, risk = self.seen(i)
-        return PairedDifference(*self._carried(i, *paired_difference_on(samples, samples[row], risk, drawn)))
+        apart = paired_difference_on(samples[self.complete], samples[row], risk, drawn)
+        return PairedDifference(*self._carried(i, *apart))
 
     def replicates(self, i: int) -> Array:
         """Return the risk of a quantity on every resample (rows, FRONT_REPLICATES)."""
         samples, drawn, risk = self.seen(i)
-        found, stopped = replicates_on(samples, risk, drawn), np.flatnonzero(~self.complete)
+        found, stopped = np.empty((len(samples), len(drawn))), np.flatnonzero(~self.complete)
+        found[self.complete] = replicates_on(samples[self.complete], risk, drawn)
         if len(stopped):
             samples, drawn, _ = self.seen(i, early=True)
             there, _ = self._apart(i)
-            apart = replicates_on(samples[stopped], risk, drawn) - replicates_on(samples[there], risk, drawn)
+            beside, rows = np.unique(there, return_inverse=True)
+            apart = replicates_on(samples[stopped], risk, drawn) - replicates_on(samples[beside], risk, drawn)[rows]
             found[stopped] = found[there] + apart
         return found
 
@@ -162,11 +165,13 @@ class FinalFlights:
         draw = generator(self.root, "bootstrap/finals", 0)
         return resampled_scenarios(draw, FRONT_REPLICATES, self.origin[self.early])
 
-    def _carried(self, i: int, value: Array, low: Array, high: Array) -> tuple[Array, Array, Array]:
-        """Return what is known of complete rows carried over to the others, whose distances to both ends add as variances do.
+    def _carried(self, i: int, *known: Array) -> tuple[Array, Array, Array]:
+        """Return value, low and high end of all rows from those known of complete ones; distances to ends add as variances do.
 
         G. Y. Zou, A. Donner, Statistics in Medicine 27(10):1693-1702, 2008, for a sum.
         """
+        value, low, high = np.empty((3, len(self.complete)))
+        value[self.complete], low[self.complete], high[self.complete] = known
         stopped = np.flatnonzero(~self.complete)
         if len(stopped):
             there, apart = self._apart(i)

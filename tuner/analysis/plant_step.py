@@ -6,13 +6,13 @@ a tenth of one widens an interval by half a percent.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from objectives.problem import Problem
-from plant.scenarios import ScenarioSpec, sample_scenarios
 from tuner.documents.parts import PlantStep
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 Array = np.ndarray
 STREAM, FLIGHTS = "plant step", 8
@@ -29,16 +29,16 @@ class Halving:
     ended_otherwise: int
 
 
-def plant_step_of(study: Study) -> PlantStep:
+def plant_step_of(study: TuningStudy) -> PlantStep:
     """Return how a study integrates the plant, its error not estimated."""
     timing = study.system.timing
     return PlantStep(
-        step=timing.plant_step, steps=timing.steps, fixed=study.table.controller.plant_step is not None, flights=0,
+        step=timing.plant_step, steps=timing.steps, fixed=study.fixes_plant_step, flights=0,
         error=None, metric=None, ended_otherwise=0,
     )  # fmt: skip
 
 
-def estimated_plant_step(problem: Problem, study: Study, gains: Array) -> PlantStep:
+def estimated_plant_step(problem: Problem, study: TuningStudy, gains: Array) -> PlantStep:
     """Return how a study integrates the plant, and the largest error over gains rows (n, g), quantities and scenarios."""
     halvings = [halving(problem, study, entry.spec, gains, entry.held_out) for entry in study.scenarios]
     errors = np.max([entry.errors for entry in halvings], axis=0)
@@ -53,10 +53,10 @@ def estimated_plant_step(problem: Problem, study: Study, gains: Array) -> PlantS
     )
 
 
-def halving(problem: Problem, study: Study, spec: ScenarioSpec, gains: Array, held_out: int) -> Halving:
+def halving(problem: Problem, study: TuningStudy, spec: Any, gains: Array, held_out: int) -> Halving:
     """Fly gains rows (n, g) through a scenario with the plant step and with half of it; held_out: flights of its mean."""
     system = study.system
-    inputs = sample_scenarios(spec, system.vehicle, system.timing, study.seed, STREAM, range(FLIGHTS))
+    inputs = system.sample(spec, study.seed, STREAM, range(FLIGHTS))
     flyers = (problem.flyer, problem.flyer.at(system.timing.halved))
     (coarse, lost), (fine, still_lost) = (
         problem.score(flyer.fly(gains, system.nominal, inputs), spec) for flyer in flyers

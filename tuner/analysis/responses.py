@@ -2,19 +2,22 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import singledispatch
 from math import cos, radians
 from typing import Any
 
 import numpy as np
 
+from objectives.plant_system import PlantSystem
 from objectives.system import System
 from plant.air.spec import AirSpec
 from plant.attitude import euler_angles
 from plant.backends.array import rebinder
 from plant.backends.flyer import FlightInputs, Flyer
-from plant.closed_loop import Limits, Timing
+from plant.closed_loop import Limits
+from plant.loop import Timing
 from plant.nominal import Nominal, nominal
-from plant.records import rows
+from plant.records import paths, rows, size
 from plant.references.steps import Steps
 from plant.scenarios import ScenarioSpec
 from plant.vectors import Quaternion
@@ -34,11 +37,16 @@ TRACED = ("body.position", "body.attitude", "pending", "control.tilt")
 
 @dataclass(frozen=True)
 class Responses:
-    """time (instants,) [s]; actual and reference (scenarios, instants, signals); a rotor's reference is NaN."""
+    """time (instants,) [s]; actual and reference (scenarios, instants, signals); the reference of a command is NaN.
+
+    signals, units: of the last axis.
+    """
 
     time: np.ndarray
     actual: np.ndarray
     reference: np.ndarray
+    signals: tuple[str, ...] = SIGNALS
+    units: tuple[str, ...] = UNITS
 
     def fans(self) -> np.ndarray:
         """Return low, median, high (3, instants, signals) over the scenarios."""
@@ -57,6 +65,47 @@ def quantiles(values: np.ndarray, levels: Sequence[float]) -> np.ndarray:
     # NaN stand last.
     found[:, np.isnan(ordered[-1])] = np.nan
     return found
+
+
+@singledispatch
+def responses_of(system: Any, flyer: Flyer, gains: np.ndarray, inputs: FlightInputs) -> Responses:
+    """Fly one candidate, gains (n,), through the scenarios and return what its axes and commands did."""
+    raise TypeError(f"nothing draws the responses of {type(system).__name__}")
+
+
+@responses_of.register
+def _(system: System, flyer: Flyer, gains: np.ndarray, inputs: FlightInputs) -> Responses:
+    return fly_responses(flyer, gains, system.nominal, inputs, system.timing.control_period)
+
+
+@responses_of.register
+def _(system: PlantSystem, flyer: Flyer, gains: np.ndarray, inputs: FlightInputs) -> Responses:
+    steps = len(inputs.references)
+    every, plant, plan = max(1, steps // INSTANTS), system.plant, system.plan
+    kind, names = flyer.loop.Flight, plan.names
+    traced = np.r_[*[rows(kind, part) for part in ("body.shown", "control.command", "control.commands")]]
+    trace = flyer.trace(gains, system.nominal, inputs, every, traced)
+    n, m = size(plant.Output), size(plant.Input)
+    shown, asked, commands = np.split(trace, (n, n + m), axis=-1)
+    outputs, inputs_of = paths(plant.Output), paths(plant.Input)
+    actual = [shown[..., outputs.index(channel.output)] for channel in plan.channels]
+    given = inputs.references[::every, ::3]
+    reference = [
+        commands[..., names.index(plan.commanded[name])]
+        if name in plan.commanded
+        else np.broadcast_to(given[:, i], actual[i].shape)
+        for i, name in enumerate(names)
+    ]
+    return Responses(
+        np.arange(0, steps, every) * system.timing.control_period,
+        np.concatenate([np.stack(actual, axis=-1), asked], axis=-1),
+        np.concatenate([np.stack(reference, axis=-1), np.full_like(asked, np.nan)], axis=-1),
+        (*names, *inputs_of),
+        (
+            *[plant.unit(f"Output.{channel.output}") for channel in plan.channels],
+            *[plant.unit(f"Input.{name}") for name in inputs_of],
+        ),
+    )
 
 
 def fly_responses(

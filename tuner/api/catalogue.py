@@ -1,6 +1,7 @@
 """Every registry as a table: laws, metrics, airframes and what else a study or an export may name."""
 
 from collections.abc import Callable, Iterable
+from dataclasses import fields
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from plant.airframes.derived import quantities
 from plant.errors import InputError, UnknownNameError
 from plant.input_files import read_input_text
 from plant.laws import LAWS
+from plant.model.signals import SIGNALS
 from plant.references import REFERENCES, parameters
 from plant.texts import toml_table
 from tuner.api.frames import frame
@@ -26,6 +28,7 @@ Rows = list[dict[str, Any]]
 
 def laws() -> Rows:
     """Control laws and their gains."""
+    LAWS.ask_packages()
     return [
         {
             "law": law.name, "title": law.title, "gain": gain.name.rstrip("_"), "symbol": gain.symbol, "loop": loop,
@@ -54,6 +57,7 @@ def airframes() -> Rows:
 
 def metrics() -> Rows:
     """Metrics; those with axes are addressed as NAME.AXIS or NAME.GROUP."""
+    METRICS.ask_packages()
     return [
         {
             "metric": metric.name, "unit": metric.unit.format("m|rad"), "definition": metric.definition,
@@ -70,12 +74,24 @@ def risks() -> Rows:
 
 def references() -> Rows:
     """References and their parameters."""
+    REFERENCES.ask_packages()
     return [
         {
             "reference": name, "about": (kind.__doc__ or "").strip().splitlines()[0],
             "parameters": ", ".join(f"{p.name} [{p.unit}]" for p in parameters(kind)) or "none",
         }
         for name, kind in REFERENCES.items()
+    ]  # fmt: skip
+
+
+def signals() -> Rows:
+    """Signals that channels of a plant of one's own follow, and that disturb it."""
+    return [
+        {
+            "signal": name, "about": entry.meaning, "follows": "no, it is random" if entry.random else "yes",
+            "parameters": ", ".join(f"{field.name} = {field.default:g}" for field in fields(entry)),
+        }
+        for name, entry in SIGNALS.items()
     ]  # fmt: skip
 
 
@@ -165,7 +181,7 @@ def sources() -> Rows:
 
 LISTINGS: dict[str, Callable[[], Rows]] = {
     "airframes": airframes, "laws": laws, "margins": margins, "metrics": metrics, "references": references, "risks": risks,
-    "searches": searches, "sources": sources, "studies": studies, "targets": targets, "theorems": theorems,
+    "searches": searches, "signals": signals, "sources": sources, "studies": studies, "targets": targets, "theorems": theorems,
 }  # fmt: skip
 
 
@@ -173,8 +189,8 @@ def catalogue(kind: str) -> "pd.DataFrame":
     """Return what the tool knows of a kind.
 
     Args:
-        kind: "airframes", "laws", "margins", "metrics", "references", "risks", "searches", "sources", "studies", "targets" or
-            "theorems".
+        kind: "airframes", "laws", "margins", "metrics", "references", "risks", "searches", "signals", "sources", "studies",
+            "targets" or "theorems".
 
     Returns:
         A row for each.

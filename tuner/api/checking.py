@@ -24,6 +24,7 @@ from tuner.study import Study
 from tuner.study.files import study_file
 from tuner.study.kinds import kind_of_layers, load_any
 from tuner.study.layers import read_layers
+from tuner.study.own_code import examine_own
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -39,9 +40,9 @@ class Checked(Documented):
     """Everything known of a file without flying.
 
     Attributes:
-        kind: Kind of the file: "study", "contest", "inference", "airframe" or "gains".
+        kind: Kind of the file: "study", "contest", "inference", "airframe", "gains", "law", "metric" or "reference".
         document: What it holds: a `StudyPreview`, `ContestPreview` or `InferencePreview`; plain data of the other kinds.
-        hopeless: Whether a study asks for what nothing can reach, or a gains file is wrong.
+        hopeless: Whether a study asks for what nothing can reach, a gains file is wrong, or code of your own breaks its contract.
         examined: A gains file as read, None for other files.
 
     """
@@ -70,7 +71,8 @@ def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
     """Check a file of any kind without flying.
 
     Args:
-        file: A study, contest, inference or airframe (TOML), a gains.json, or the name of a shipped study.
+        file: A study, contest, inference or airframe (TOML), a gains.json, a law, metric or reference of your own (Python,
+            which is run), or the name of a shipped study.
         watcher: Callbacks that hear of compilation.
 
     Returns:
@@ -91,6 +93,8 @@ def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
         )
     if path.suffix == ".json":
         return validate(path)
+    if path.suffix == ".py":
+        return check_own(path)
     layers = read_layers(path)
     keys = set(layers[0].table)
     if kind_of_layers(layers).table is None and AIRFRAME_KEYS & keys and not {"scenario", "objective"} & keys:
@@ -131,6 +135,19 @@ def validate(file: str | Path) -> Checked:
         "problems": [{"key": problem.key, "message": problem.message} for problem in examined.problems],
     }
     return Checked("gains", verdict, bool(examined.problems), examined)
+
+
+def check_own(file: Path) -> Checked:
+    """Hold code of the user's own against the contract of its kind."""
+    examined = examine_own(file)
+    verdict = {
+        "kind": examined.noun,
+        "name": examined.name,
+        "file": str(file),
+        "digest": examined.digest,
+        "breaches": [breach._asdict() for breach in examined.breaches],
+    }
+    return Checked(examined.noun, verdict, bool(examined.breaches))
 
 
 def airframe_figures(file: Path) -> Row:

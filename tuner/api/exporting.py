@@ -11,6 +11,7 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from plant.airframes import load
 from tuner.api.frames import Documented, frame, json_text, shown
 from tuner.api.gains import Gains, GainsLike, gains_of, taken, write_new
+from tuner.api.plants import export_run, is_plant_gains
 from tuner.documents.export import ExportDocument
 from tuner.exchange.registry import exporter as find_exporter
 from tuner.exchange.registry import importer as find_importer
@@ -71,7 +72,7 @@ def export(
     flights: int = FLIGHTS,
     force: bool = False,
     watcher: Watcher | None = None,
-) -> Exported:
+) -> Any:
     """Write gains for a target, work out again what rounding does to them, and keep what to go back to.
 
     Args:
@@ -85,7 +86,7 @@ def export(
         watcher: Callbacks that hear of progress.
 
     Returns:
-        What was written and lost.
+        What was written and lost; of a plant of your own, which goes to c99 alone, what was written.
 
     Raises:
         InputError: The target cannot hold the gains, or does not carry their laws.
@@ -97,6 +98,9 @@ def export(
         (True, True)
 
     """
+    if not isinstance(gains, Gains) and is_plant_gains(Path(gains)):
+        given = dict(text.split("=", 1) for text in texts(options) if "=" in text)
+        return export_run(Path(gains), target, None if out is None else Path(out), given, force)
     exporter = find_exporter(target)
     own = gains.path if isinstance(gains, Gains) else Path(gains)
     folder = Path(out) if out is not None else (own or Path("gains.json")).resolve().parent / "export" / exporter.name

@@ -16,8 +16,8 @@ from objectives.theory import THEOREMS, Setting, Theorem
 from objectives.theory.disturbance_rate import worst_rates
 from objectives.theory.guarantee import Guarantee, law_of, loop_of
 from plant.cascade import AXES
-from plant.closed_loop import Timing
 from plant.laws import LAWS
+from plant.loop import Timing
 from plant.nominal import nominal
 from plant.vectors import Vec3
 from tuner.analysis.margins.document import (

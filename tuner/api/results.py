@@ -232,9 +232,13 @@ class TuningResults(Results):
         return read_frame(self.home / "responses.parquet")
 
     @property
-    def recommended(self) -> Gains | None:
-        """The recommended gains; None where no candidate keeps every limit."""
-        return read_gains(self.home / GAINS) if self.feasible else None
+    def recommended(self) -> Any:
+        """The recommended `Gains`; of a plant of your own their values by address; None where no candidate keeps every limit."""
+        if not self.feasible:
+            return None
+        if self.documents.has_rotors:
+            return read_gains(self.home / GAINS)
+        return {address: entry.value for address, entry in self.documents.gains.gains.items()}
 
     @property
     def nearest(self) -> Gains:

@@ -125,7 +125,7 @@ def verify(
         threads: Threads, by default one for each core.
 
     Returns:
-        The verdict: `identical`, and the first difference in `words`.
+        The verdict: `identical`; `same`, where the last digits of margins do not count; and the first difference in `words`.
 
     Raises:
         StoreError: The folder is missing or damaged, or of another version.

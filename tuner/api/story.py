@@ -16,9 +16,11 @@ from tuner.api.frames import Documented, json_text
 from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.documents.opening import open_results
 from tuner.documents.parts import LawNames, SampledValue
+from tuner.documents.resolved import Resolved
 from tuner.documents.summary import PickedOn, TableRow
 from tuner.documents.tuning import TuningFolder
 from tuner.experiments.registry import folder_kind
+from tuner.report.words import laws_of
 from tuner.store.advice import CONTEST, RECORD, RESUMED, mend, whole
 from tuner.store.document import DocumentPart, Scale
 from tuner.store.inputs import read_record
@@ -55,10 +57,12 @@ class UnfinishedRun(DocumentPart):
 
 
 class AskedPart(DocumentPart):
-    """The question of a tuning run, and what the answer took."""
+    """The question of a tuning run, and what the answer took: of an airframe, or of a plant with the law of each channel."""
 
-    airframe: str
-    laws: LawNames
+    airframe: str | None = None
+    laws: LawNames | None = None
+    plant: str | None = None
+    channels: dict[str, str] | None = None
     seed: int
     searched: list[str]
     objectives: list[str]
@@ -245,7 +249,7 @@ def tuning_story(folder: Path, results: TuningFolder) -> TuningStory:
         recommended=shown if feasible else None, nearest=None if feasible else shown, shown_as=summary.shown_as,
         confirmation_flights=summary.held_out, table=summary.table, gains=placed_gains(results), front=front(results),
         trust=trust(results), warnings=summary.warnings, remarks=summary.remarks,
-        commands=next_commands(folder, summary.gains_file, feasible),
+        commands=next_commands(folder, summary.gains_file, feasible, results.has_rotors),
     )  # fmt: skip
 
 
@@ -253,8 +257,7 @@ def asked(results: TuningFolder) -> AskedPart:
     """Return what was asked and what it took."""
     resolved, summary = results.resolved, results.summary
     return AskedPart(
-        airframe=resolved.airframe.name,
-        laws=LawNames(position=resolved.controller.position, attitude=resolved.controller.attitude),
+        **flown(resolved),
         seed=resolved.seed,
         searched=[variable.name for variable in results.variables],
         objectives=[entry.label for entry in results.objectives],
@@ -263,6 +266,14 @@ def asked(results: TuningFolder) -> AskedPart:
         flights=summary.flights,
         wall_seconds=summary.wall_seconds,
     )
+
+
+def flown(resolved: Resolved) -> dict[str, Any]:
+    """Return what flew under which laws."""
+    laws = {loop: law for law, loop in laws_of(resolved)}
+    if resolved.airframe is None:
+        return {"plant": "" if resolved.plant is None else resolved.plant.title, "channels": laws}
+    return {"airframe": resolved.airframe.name, "laws": LawNames(**laws)}
 
 
 def placed_gains(results: TuningFolder) -> list[PlacedGain]:
@@ -303,9 +314,11 @@ def trust(results: TuningFolder) -> Trust:
     )  # fmt: skip
 
 
-def next_commands(folder: Path, file: str, feasible: bool) -> list[str]:
-    """Return what to do next; gains that break limits are looked at and not flown."""
+def next_commands(folder: Path, file: str, feasible: bool, rotors: bool = True) -> list[str]:
+    """Return what to do next; gains that break limits are looked at and not flown. rotors: a quadrotor was flown."""
     gains = folder / file
+    if not rotors:
+        return [f"tuner export {gains} --to c99 --code MODEL.py", f"tuner report {folder}"]
     if not feasible:
         return [f"tuner margins {gains}", f"tuner check {folder / 'study.toml'}", f"tuner report {folder}"]
     return [f"tuner fly {gains} --plot fly.png", f"tuner margins {gains}", f"tuner report {folder}"]

@@ -6,10 +6,12 @@ from pathlib import Path
 from typing import Any, TypeAlias
 
 from plant.errors import InputError
+from plant.model.plant_model import plant_from
 from tuner.study import Study
 from tuner.study.build import study_from_table
 from tuner.study.files import study_file
 from tuner.study.kinds import STUDY_KINDS, AnyStudy, load_any, load_tuning
+from tuner.study.plant_study import PlantStudy, build_plant_study, checked_plant_table
 from tuner.text.toml_text import toml_text
 
 StudyLike: TypeAlias = AnyStudy | str | Path
@@ -37,13 +39,20 @@ def load_study(study: str | Path, changes: Mapping[str, Any] | None = None) -> A
     return load_any(study_file(Path(study)), changes)
 
 
-def make_study(tables: Mapping[str, Any], name: str = "study", folder: str | Path = ".") -> Study:
+def make_study(
+    tables: Mapping[str, Any],
+    name: str = "study",
+    folder: str | Path = ".",
+    plant: Mapping[str, Any] | None = None,
+) -> Any:
     """Check a study that is put together in Python.
 
     Args:
         tables: What a study file holds, in its units: `{"title": ..., "gains": {...}, "scenario": [{...}], ...}`.
         name: Name of the study, which is that of its results folder unless another is given.
         folder: Folder that paths in the tables are relative to.
+        plant: Names that describe a plant of your own, such as `globals()` of a notebook, where the tables have a `[plant]`
+            without a file; see `docs/own_plant.md`. A run of it cannot be resumed, for no file holds its code.
 
     Returns:
         The study, ready to run.
@@ -71,6 +80,9 @@ def make_study(tables: Mapping[str, Any], name: str = "study", folder: str | Pat
 
     """
     path = Path(folder) / f"{name}.toml"
+    if PlantStudy.kind in tables:
+        model = None if plant is None else plant_from(plant, name)
+        return replace(build_plant_study(path, checked_plant_table(path, tables), model), given=toml_text(tables))
     for kind in STUDY_KINDS:
         if kind.table is not None and kind.table in tables:
             raise InputError(f"this is {kind.noun}; write it to a file and load it", file=path, key=kind.table)

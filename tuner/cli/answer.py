@@ -17,6 +17,7 @@ PRINTERS = {
     "Cost": "gains:print_costs",
     "Design": "margins:print_design",
     "Exported": "export:print_export",
+    "ExportedPlant": "export:print_export_of_plant",
     "Flights": "gains:print_flights",
     "Imported": "export:print_import",
     "InferenceResults": "inference:print_inference",

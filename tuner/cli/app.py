@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterable
 from functools import partial
+from itertools import islice
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -11,6 +12,8 @@ from typer.core import TyperGroup
 import tuner as package
 from tuner.experiments.options import THREADS, RunOption
 
+CODE = "--code"
+"""Option that names a file of the user's own code, of every command."""
 # Letters of a command's first sentence that its line in the help may have.
 SENTENCE = 200
 
@@ -60,8 +63,32 @@ def tuner(
     version: Annotated[
         bool, typer.Option("--version", help="Print the version and exit.", callback=print_version, is_eager=True)
     ] = False,
+    code: Annotated[
+        list[Path] | None,
+        typer.Option(
+            CODE,
+            help="Run your own law, metric, reference or plant first: its file, or a study that names it; may stand last.",
+            show_default=False,
+        ),
+    ] = None,
 ) -> None:
     """Take the options that stand before a command."""
+    if code:
+        from tuner.study.own_code import use_named
+
+        for file in code:
+            use_named(file)
+
+
+def with_code_first(arguments: list[str]) -> list[str]:
+    """Return the arguments of the command line with every --code FILE in front of the command."""
+    code, others, rest = list[str](), list[str](), iter(arguments)
+    for argument in rest:
+        if argument == CODE:
+            code += [argument, *islice(rest, 1)]
+        else:
+            (code if argument.startswith(f"{CODE}=") else others).append(argument)
+    return [*code, *others]
 
 
 def beginning(names: Callable[[], Iterable[str]]) -> Callable[[str], list[str]]:

@@ -32,7 +32,7 @@ def list_(
     what: Annotated[
         str,
         typer.Argument(
-            help="airframes, laws, margins, metrics, references, risks, searches, sources, studies, targets or theorems.",
+            help="airframes, laws, margins, metrics, references, risks, searches, signals, sources, studies, targets, theorems.",
             autocompletion=LISTING,
         ),
     ],
@@ -74,7 +74,7 @@ def check(
     file: Annotated[
         Path,
         typer.Argument(
-            help="Study, contest, inference, airframe (TOML) or gains.json.",
+            help="Study, contest, inference, airframe (TOML), gains.json, or a law, metric or reference of your own (Python).",
             show_default=False,
             callback=found_study,
             autocompletion=STUDY,
@@ -89,9 +89,12 @@ def check(
 ) -> None:
     """Check a file without flying, or judge gains by hard limits: exit code 0 fine, 1 hopeless or broken, 2 bad input.
 
-    Of a study it tells thrust-to-weight, trim in the mean wind, the default's margins and limits that nothing can reach.
+    Of a study it tells thrust-to-weight, trim in the mean wind, the default's margins and limits that nothing can reach; of a law
+    of your own, everything that it breaks, with the function's line.
 
     Example: tuner check quickstart
+
+    Example: tuner check my_law.py
 
     Example: tuner check results/quickstart/gains.json --requirements quickstart --json
     """

@@ -59,13 +59,13 @@ def verify(
     threads: Threads = None,
     as_json: AsJson = False,
 ) -> None:
-    """Fly a recorded run again and say whether every bit is the same and every file what was written; exit code 1 if not.
+    """Fly a recorded run again and compare every bit and every file; exit code 1 where anything but margins' last digits differs.
 
     Example: tuner verify results/quickstart --sample 20
     """
     with progress(as_json) as watcher:
         found = tuner.verify(results, sample=sample, watcher=watcher, threads=threads)
-    answer(found, as_json, 0 if found.identical else BROKEN)
+    answer(found, as_json, 0 if found.same else BROKEN)
 
 
 @app.command()

@@ -41,6 +41,33 @@ class ResolvedController(DocumentPart):
     default: Json = None
 
 
+class ResolvedPlant(DocumentPart):
+    """A plant of the user's own: its file and its digest, periods [s], and parameters in the units of the file."""
+
+    name: str
+    title: str = ""
+    file: str | None = None
+    digest: str
+    control_period: float
+    plant_step: float
+    parameters: dict[str, float] = {}
+
+
+class ResolvedChannel(DocumentPart):
+    """A loop of such a plant; limits are null where there are none."""
+
+    name: str
+    law: str
+    output: str
+    to: str
+    b0: float = 1.0
+    rate_output: str | None = None
+    every: int = 1
+    limit: float | None = None
+    low: float | None = None
+    high: float | None = None
+
+
 class ResolvedSearch(DocumentPart):
     """The search; initial: names of the points that it starts from; first: flights of each scenario that every candidate makes,
     where only survivors make the others; why: this one, in words.
@@ -79,12 +106,21 @@ class ResolvedRequirement(DocumentPart):
 
 
 class Resolved(Document):
-    """Content of resolved.json of a tuning run; tables that are not told here are those of the study file."""
+    """Content of resolved.json of a tuning run; tables that are not told here are those of the study file.
+
+    law, metric, reference: digests of code of the user's own, by name.
+    """
 
     title: str = ""
     seed: int
-    airframe: ResolvedAirframe
-    controller: ResolvedController
+    law: dict[str, str] | None = None
+    metric: dict[str, str] | None = None
+    reference: dict[str, str] | None = None
+    airframe: ResolvedAirframe | None = None
+    controller: ResolvedController | None = None
+    plant: ResolvedPlant | None = None
+    actuator: list[dict[str, Json]] = []
+    channel: list[ResolvedChannel] = []
     scenario: list[dict[str, Json]] = []
     objective: list[dict[str, Json]] = []
     description: str = ""

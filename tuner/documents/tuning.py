@@ -136,6 +136,11 @@ class TuningFolder(OpenedFolder[Summary]):
         """Every value of the study."""
         return Resolved.read(self.folder / "resolved.json")
 
+    @property
+    def has_rotors(self) -> bool:
+        """Whether a quadrotor was flown, and no plant of the user's own."""
+        return self.resolved.plant is None
+
     @cached_property
     def gains(self) -> RecommendedGains:
         """The gains of the point that stands beside the default."""

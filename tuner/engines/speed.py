@@ -5,14 +5,14 @@ measured in turn, several rounds, and the median is reported, because machines a
 second are those of the lanes with the plant step that a study has unless it fixes one, here one in a control period.
 
 Margins are those that the quickstart limits, of its cascade in all six channels, over every amplitude of the sliding term, for
-gains drawn from their search ranges; by processor time. A candidate of the quickstart costs one evaluation of margins and 32
-flights of 8 s.
+gains drawn from their search ranges; by processor time, summed over threads. A candidate of the quickstart costs one evaluation
+of margins and 32 flights of 8 s.
 """
 
 from collections.abc import Callable
 from dataclasses import replace
 from statistics import median
-from time import perf_counter, thread_time
+from time import perf_counter, process_time
 from typing import Any
 
 import numpy as np
@@ -29,9 +29,10 @@ from plant.backends.flyer import FlightInputs, Flyer
 from plant.backends.scalar import scalar_kernel
 from plant.backends.stepping import Inputs, fly_steps
 from plant.cascade import AXES, close_cascade
-from plant.closed_loop import ClosedLoop, Limits, MeterModel, Timing, close_loop
+from plant.closed_loop import Limits, close_loop
 from plant.gains import default_row, gain_addresses
 from plant.laws import law
+from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.nominal import ControlOptions, Nominal, nominal
 from plant.records import flatten, pack
 from plant.references.steps import Steps
@@ -165,10 +166,10 @@ def _busy(work: Callable[[np.ndarray], Any], gains: np.ndarray, batch: int) -> f
     """Return processor milliseconds a candidate of work on gains rows (n, g), so many at a time."""
 
     def once() -> float:
-        begin = thread_time()
+        begin = process_time()
         for i in range(0, len(gains), batch):
             work(gains[i : i + batch])
-        return 1e3 * (thread_time() - begin) / len(gains)
+        return 1e3 * (process_time() - begin) / len(gains)
 
     return median(once() for _ in range(ROUNDS))
 

@@ -4,6 +4,7 @@ import hashlib
 import json
 import os
 import shutil
+from collections.abc import Mapping
 from dataclasses import asdict
 from pathlib import Path, PurePosixPath
 from typing import Any
@@ -70,9 +71,13 @@ def write_export(out: Path, bundle: Bundle, document: ExportDocument, gains: Row
 
     gains: content of gains.json. Raises StoreError where it cannot be written or something stands there.
     """
-    check_free(out)
     files = {**bundle.files, **{f"rollback/{name}": content for name, content in bundle.rollback.items()}}
-    files |= {"export.json": as_json(document.content()), "gains.json": as_json(gains)}
+    write_files(out, files | {"export.json": as_json(document.content()), "gains.json": as_json(gains)})
+
+
+def write_files(out: Path, files: Mapping[str, bytes]) -> None:
+    """Write files into a folder that must not hold anything yet; it appears whole or not at all. Raises StoreError."""
+    check_free(out)
     part = out.with_name(f".{out.name}.part{os.getpid()}")
     try:
         for name, content in files.items():

@@ -12,7 +12,7 @@ from tuner.experiments.contest.run import ContestRun
 from tuner.experiments.experiment import DRAWN, Experiment, default_folder
 from tuner.experiments.inference.run import InferenceRun
 from tuner.experiments.options import OPTIONS, RunOptions, reused
-from tuner.experiments.tuning.run import JudgementRun, TuningRun
+from tuner.experiments.tuning.run import JudgementRun, PlantRun, TuningRun
 from tuner.search.watcher import Watcher
 from tuner.store.advice import kind_of
 from tuner.store.folder import Folder
@@ -38,6 +38,7 @@ EXPERIMENTS = {
     kind.name: kind
     for kind in (
         ExperimentKind(TuningRun, "summary.json", "a tuning run"),
+        ExperimentKind(PlantRun, "summary.json", "a tuning run of a plant"),
         ExperimentKind(JudgementRun, "summary.json", "a judgement"),
         ExperimentKind(ContestRun, "contest.json", "a contest"),
         ExperimentKind(InferenceRun, "inference.json", "an inference"),

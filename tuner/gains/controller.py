@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from plant.airframes import Airframe
@@ -58,6 +59,7 @@ class ControllerPart(NamedTuple):
     structure: Mapping[str, str]
     discretisation: Mapping[str, str]
     yaw_torque_cutoff: float = 0.0
+    code: Mapping[str, Any] = MappingProxyType({})
 
     @property
     def cascade(self) -> Cascade:

@@ -5,6 +5,7 @@ from dataclasses import asdict
 from math import nan
 
 from plant.gains import gain_addresses
+from plant.laws.law import Law
 from tuner.gains.airframe_block import airframe_block
 from tuner.gains.controller import Controller, VehicleRecord
 from tuner.gains.hashing import content_hash
@@ -53,6 +54,16 @@ def controller_block(controller: Controller) -> Row:
         **options,
         "structure": STRUCTURE,
         "discretisation": {loop: law.discretisation for loop, law in laws.items()},
+        **({"code": code} if (code := code_block(laws)) else {}),
+    }
+
+
+def code_block(laws: Mapping[str, Law]) -> Row:
+    """Return file and digest of the laws that are not bundled, by loop."""
+    return {
+        loop: {"file": law.origin.short, "digest": law.origin.digest}
+        for loop, law in laws.items()
+        if law.origin is not None
     }
 
 

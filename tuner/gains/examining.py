@@ -10,6 +10,7 @@ from typing import Any
 from plant.airframes import Airframe
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GainAddress, gain_addresses
+from plant.laws import LAWS
 from plant.texts import check_name, check_texts
 from tuner.gains.airframe_block import airframe_of, airframe_problems
 from tuner.gains.controller import ControllerPart
@@ -57,6 +58,33 @@ def text_problems(document: Row) -> Iterator[InputError]:
         check_texts({key: value for key, value in document.items() if not key.startswith("x-")})
     except InputError as error:
         yield error
+
+
+def law_problems(document: Row) -> Iterator[InputError]:
+    """Yield every law of a file or a package that is not known here, or is not the code that the gains were written with."""
+    controller = document.get("controller")
+    block = controller if isinstance(controller, dict) else {}
+    code = block.get("code")
+    for loop, entry in (code if isinstance(code, dict) else {}).items():
+        name = block.get(loop)
+        if isinstance(name, str) and isinstance(entry, dict):
+            yield from _law_problem(name, str(entry.get("file")), str(entry.get("digest")), f"controller.{loop}")
+
+
+def _law_problem(name: str, file: str, digest: str, key: str) -> Iterator[InputError]:
+    try:
+        origin = LAWS.find(name).origin
+    except UnknownNameError:
+        what = f"the law '{name}' is that of {file} (digest {digest}), which these gains do not hold"
+        yield InputError(f"{what}; name the file with --code {file}", key=key)
+        return
+    if origin is None or origin.digest != digest:
+        here = "is bundled" if origin is None else f"has the digest {origin.digest}"
+        yield InputError(
+            f"the law '{name}' of {file} had the digest {digest} when these gains were written; the one here {here}: name the "
+            "file of then, or tune again",
+            key=key,
+        )
 
 
 def schema_problems(document: Row) -> list[InputError]:
@@ -145,7 +173,9 @@ def examine(path: Path, airframe: Airframe | None = None) -> Examined:
         return Examined(path, given, given, [moved(error, path, error.key or "") for error in wrong])
     current = given["version"] in VERSIONS
     document = given if current else _brought_up(given, path, airframe)
-    wrong = schema_problems(document) or list(_semantic_problems(document, airframe, path))
+    wrong = (
+        list(law_problems(document)) or schema_problems(document) or list(_semantic_problems(document, airframe, path))
+    )
     if current:
         wrong += list(_hash_problems(given))
     return Examined(path, given, document, [moved(error, path, error.key or "") for error in wrong])

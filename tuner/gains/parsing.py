@@ -8,7 +8,7 @@ from typing import Any
 from plant.errors import InputError
 from plant.input_files import read_input_text
 from plant.texts import json_table
-from tuner.gains.sections import FORMAT, VERSION, VERSIONS, Row
+from tuner.gains.sections import FORMAT, PLANT_FORMAT, VERSION, VERSIONS, Row
 from tuner.text.toml_text import shown
 
 FIRST_VERSION = "0.1"
@@ -47,6 +47,13 @@ def _noting_twice(pairs: list[tuple[str, Any]], twice: list[str]) -> Row:
 
 def check_identity(document: Row, path: Path) -> None:
     """Refuse what is no gains.json, or one of a version that is not known."""
+    if document.get("format") == PLANT_FORMAT:
+        raise InputError(
+            "holds gains of a plant of one's own; this command is for those of quadrotors: `tuner show` and `tuner report` take "
+            "the results folder",
+            file=path,
+            key="format",
+        )
     if document.get("format") != FORMAT:
         given = f"given {shown(document['format'])}" if "format" in document else "this key is missing"
         message = f"{given}; this must be '{FORMAT}': {WANTED}"

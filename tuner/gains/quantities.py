@@ -32,6 +32,11 @@ def ucum(unit: str) -> str:
     return UCUM[unit]
 
 
+def code_or_note(unit: str) -> str:
+    """Return the UCUM code of a unit of the user's; one that the table lacks as an annotation, which UCUM takes for a number."""
+    return UCUM.get(unit, "{" + unit.replace("{", "(").replace("}", ")") + "}")
+
+
 def quantity(value: float, unit: str) -> dict[str, float | str]:
     """Return {value, unit} of a number whose unit is in our spelling."""
     return {"value": value, "unit": ucum(unit)}

@@ -3,9 +3,9 @@
 from math import ceil
 
 from plant.airframes import Airframe
-from plant.closed_loop import Timing
 from plant.errors import InputError
 from plant.gains import MOST_OBSERVER, GainAddress
+from plant.loop import Timing
 
 
 def check_value(key: str, gain: GainAddress, value: float, control_period: float, origin: str = "given") -> None:

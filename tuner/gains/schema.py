@@ -8,6 +8,7 @@ study       name, title, seed, digest, point: where the gains come from; feasibl
 objectives  what held-out flights say, row by row, all values of a row in its unit; interval: of low and high
 design      of `tuner design`: which axes were designed, and why not
 margins     loop by loop, of the loop broken where `break_at` says; what no crossing limits is left out
+controller  code: file and digest of a law of the user's own, by loop
 cost        instructions of one step of the controller, and bytes of code, on a target
 exports     files that the gains were written to, and what the target adds or lacks (lossy)
 """
@@ -48,9 +49,13 @@ LOOPS = {"position": POSITION_AXES, "attitude": ATTITUDE_AXES}
 OPTIONAL = ("vehicle", "study", "objectives", "design", "margins", "cost", "exports", "sha256")
 
 
-@cache
 def gains_schema() -> Row:
-    """Return the schema as JSON-able data."""
+    """Return the schema as JSON-able data, with the laws of the user's own that are known by now."""
+    return _schema_of(tuple(LAWS.values()))
+
+
+@cache
+def _schema_of(_: tuple[Law, ...]) -> Row:
     top = closed(
         {
             "format": {"const": FORMAT},
@@ -141,9 +146,13 @@ def schema_text() -> str:
     return json.dumps(gains_schema(), indent=1, ensure_ascii=False) + "\n"
 
 
-@cache
 def validator() -> Any:
     """Return a validator of the schema, of the package jsonschema."""
+    return _validator_of(tuple(LAWS.values()))
+
+
+@cache
+def _validator_of(_: tuple[Law, ...]) -> Any:
     from jsonschema import Draft202012Validator
 
     return Draft202012Validator(gains_schema())
@@ -172,8 +181,9 @@ def controller_schema(laws: list[str]) -> Row:
             **options,
             "structure": closed({key: {"const": text} for key, text in STRUCTURE.items()}),
             "discretisation": closed(texts("position", "attitude")),
+            "code": closed(dict.fromkeys(LOOPS, closed(texts("file", "digest"))), optional=LOOPS),
         },
-        optional=["yaw_torque_cutoff"],
+        optional=["yaw_torque_cutoff", "code"],
     )
 
 

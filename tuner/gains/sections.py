@@ -36,6 +36,8 @@ def texts(*names: str) -> Row:
 
 
 FORMAT, VERSION = "holdfast-gains", "1.1"
+PLANT_FORMAT = "holdfast-plant-gains"
+"""Format of gains of a plant of the user's own, see `tuner.gains.plant_document`."""
 # 1.1 adds "vehicle".
 VERSIONS = ("1.0", VERSION)
 CONVENTIONS = {

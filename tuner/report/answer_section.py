@@ -7,7 +7,7 @@ from objectives.margins.quantities import QUANTITIES
 from tuner.documents.parts import Estimate
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import DEFAULT, TuningFolder
-from tuner.report.words import law_title, plain_margin, plain_metric, plain_risk
+from tuner.report.words import law_title, laws_of, plain_margin, plain_metric, plain_risk
 from tuner.text.markup import Markup, cells, element, join
 from tuner.text.numbers import MISSING, count, duration, estimate, fixed, significant
 from tuner.text.sentences import limit_text, listing
@@ -32,8 +32,8 @@ def answer_table(results: TuningFolder) -> Markup:
     head = [name.replace("Tuned", results.shown_as.capitalize()) for name in HEAD]
     top = element("tr", join(element("th", name, scope="col") for name in head))
     groups = [
-        ("Objectives: smaller is better", [_row(entry) for entry in results.objectives]),
-        ("Constraints: kept or broken", [_row(entry) for entry in results.constraints]),
+        ("Objectives: smaller is better", [_row(entry, results.has_rotors) for entry in results.objectives]),
+        ("Constraints: kept or broken", [_row(entry, results.has_rotors) for entry in results.constraints]),
         ("Known without flying", [_known_row(entry) for entry in results.requirements]),
         ("Margins, worst of the loops", _margin_rows(results)),
     ]
@@ -86,8 +86,12 @@ def _verdict_sentence(results: TuningFolder) -> Markup:
     if point == DEFAULT:
         return join((element("strong", "The default gains"), f" remain the recommendation: {why}. ", _limits(results)))
     clear = [entry for entry in results.objectives if entry.verdict in ("better", "worse")]
-    told = [" ".join((plain_metric(entry.metric), *change(entry))) for entry in clear]
-    even = [plain_metric(entry.metric) for entry in results.objectives if entry.verdict == "no clear difference"]
+    told = [" ".join((plain_metric(entry.metric, results.has_rotors), *change(entry))) for entry in clear]
+    even = [
+        plain_metric(entry.metric, results.has_rotors)
+        for entry in results.objectives
+        if entry.verdict == "no clear difference"
+    ]
     parts = [element("strong", text) for text in told]
     head = f"The tuned gains, point {point}, against the default: " if told else f"Point {point} is recommended. "
     against = join((head, join(parts, ", ")))
@@ -115,8 +119,8 @@ def _margins_sentence(results: TuningFolder) -> Markup:
 
 
 def _evidence(results: TuningFolder) -> str:
-    summary, controller = results.summary, results.resolved.controller
-    laws = f"{law_title(controller.position)} on position and {law_title(controller.attitude)} on attitude"
+    summary = results.summary
+    laws = listing([f"{law_title(law)} on {loop}" for law, loop in laws_of(results.resolved)])
     return (
         f"Values are from {count(summary.held_out)} fresh scenarios with 95 % intervals, of {count(summary.flights)} "
         f"simulated flights in {duration(summary.wall_seconds)}; {laws}."
@@ -128,9 +132,9 @@ def _group(title: str, rows: Sequence[Sequence[str]], head: list[str]) -> Markup
     return element("tbody", first, *[element("tr", join(cells(head, row))) for row in rows])
 
 
-def _row(quantity: ComparedRow) -> list[str]:
+def _row(quantity: ComparedRow, rotors: bool) -> list[str]:
     tip = definition_text(quantity)
-    link = element("a", plain_metric(quantity.metric), href=f"#{metric_anchor(quantity.metric)}", data_tip=tip)
+    link = element("a", plain_metric(quantity.metric, rotors), href=f"#{metric_anchor(quantity.metric)}", data_tip=tip)
     return [
         join((link, _unit(quantity.unit), element("small", _about(quantity)))),
         estimate_cell(quantity.default),

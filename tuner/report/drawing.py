@@ -30,7 +30,10 @@ class Drawing:
     """
 
     def __init__(self, folder: Path) -> None:
-        code = "import sys; from tuner.report.drawing import draw; sys.exit(draw(sys.argv[1]))"
+        code = (
+            "import sys; from tuner.report.drawing import draw; from tuner.text.errors import leave; "
+            "leave(draw(sys.argv[1]))"
+        )
         self._folder = folder
         # In a session of its own, Ctrl-C reaches this process alone.
         self._process = subprocess.Popen(

@@ -34,7 +34,6 @@ def write_all(folder: Path) -> list[Path]:
 
 def make_ready() -> None:
     """Import what reads tables, and draw a word, so that fonts are read: a second that `draw_all` takes less."""
-    import pandas  # noqa: F401, ICN001
     import pyarrow.parquet  # noqa: F401
 
     with style():

@@ -22,6 +22,14 @@ RESPONSES_AID = (
     "Line: median over flights; band: 5 to 95 % of them; fine dashes: reference, for roll and pitch the mean of what the "
     "position loop asks for; dashed: bounds, where a signal comes near one. Zooming one chart in time zooms all."
 )
+PLANT_RESPONSES_AID = (
+    "Line: median over flights; band: 5 to 95 % of them; fine dashes: reference, for an inner loop the mean of what the outer "
+    "one asks for; dashed: bounds, where a signal comes near one. Zooming one chart in time zooms all."
+)
+PLANT_LOOPS_AID = (
+    "The loop as it is flown, where the plant rests, at the amplitude of its nonlinear terms at which the sensitivity peaks "
+    "highest; ∞: no crossing limits the margin. Margins of the table are the worst over all amplitudes."
+)
 LOOPS_AID = (
     "The loop as it is flown, at hover in still air, at the amplitude of its nonlinear terms at which the sensitivity peaks "
     "highest; ∞: no crossing limits the margin. Margins of the table are the worst over all amplitudes."
@@ -95,7 +103,7 @@ def _responses(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
     told = element("span", id="responses-of", role="status")
     rotors = [panel for panel in panels if "rotor" in panel.form]
     return [
-        aid(RESPONSES_AID),
+        aid(RESPONSES_AID if results.has_rotors else PLANT_RESPONSES_AID),
         element("div", *([choice] if len(scenarios) > 1 else []), told, class_="controls"),
         grid([panel for panel in panels if panel not in rotors], "axis-grid"),
         grid(rotors, "rotor-grid"),
@@ -111,7 +119,7 @@ def _loops(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
     options = [element("option", name, value=name) for name in dict.fromkeys(loop.channel for loop in results.loops)]
     choice = element("label", "Curves of loop ", element("select", *options, id="choose-channel"))
     return [
-        aid(LOOPS_AID),
+        aid(LOOPS_AID if results.has_rotors else PLANT_LOOPS_AID),
         element("div", id="margins", class_="wide"),
         element("div", choice, class_="controls"),
         grid(panels, "axis-grid"),

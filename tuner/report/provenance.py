@@ -6,12 +6,12 @@ from math import degrees
 
 from tuner.documents.contest_document import QuantityRow
 from tuner.documents.parts import PlantStep
-from tuner.documents.resolved import ResolvedSearch
+from tuner.documents.resolved import Resolved, ResolvedSearch
 from tuner.documents.summary import ComparedRow
 from tuner.documents.tuning import TuningFolder
 from tuner.report.answer_section import metric_anchor
 from tuner.report.page import folded, folded_text, wide
-from tuner.report.words import law_title
+from tuner.report.words import law_title, laws_of
 from tuner.search.names import CONVERGED
 from tuner.store.environment import Environment
 from tuner.study.processor_cost.cost import told
@@ -64,7 +64,7 @@ def provenance_section(results: TuningFolder) -> Markup:
             run_facts(results),
             element(
                 "div",
-                folded("The air that was flown", wide(air_table(results))),
+                *([folded("The air that was flown", wide(air_table(results)))] if results.summary.air else []),
                 folded("What the words mean", definitions(results)),
                 folded_text("Study file as given", results.study),
                 folded_text("Every value, defaults included", resolved_text(results)),
@@ -77,15 +77,11 @@ def provenance_section(results: TuningFolder) -> Markup:
 def run_facts(results: TuningFolder) -> Markup:
     """Return study, seed, machine, command and versions."""
     resolved, environment, summary = results.resolved, results.environment, results.summary
-    controller, period = resolved.controller, resolved.controller.control_period
     command, *about = environment_facts(environment)
     facts = [
         ("Study", join((summary.study, " (digest ", element("code", resolved.digest or MISSING), ")"))),
         ("Seed", str(resolved.seed)),
-        ("Airframe", resolved.airframe.title or resolved.airframe.name),
-        ("Laws", f"{law_title(controller.position)} (position); {law_title(controller.attitude)} (attitude)"),
-        ("Control period", _period(period, summary.plant_step)),
-        ("Control step", (period and told(controller.position, controller.attitude, period)) or MISSING),
+        *_flown(resolved, summary.plant_step),
         ("Search", _search(resolved.search)),
         ("Pick rule", summary.pick.rule),
         ("Flights", f"{count(summary.flights)} in {duration(summary.wall_seconds)}"),
@@ -94,6 +90,23 @@ def run_facts(results: TuningFolder) -> Markup:
         *about,
     ]
     return described(facts, class_="facts columns")
+
+
+def _flown(resolved: Resolved, step: PlantStep | None) -> list[tuple[str, str]]:
+    """Return what flew under which laws, and how it was stepped."""
+    airframe, controller, plant = resolved.airframe, resolved.controller, resolved.plant
+    laws = "; ".join(f"{law_title(law)} ({loop})" for law, loop in laws_of(resolved))
+    if airframe is None or controller is None:
+        title = MISSING if plant is None else plant.title or plant.name
+        period = None if plant is None else plant.control_period
+        return [("Plant", title), ("Laws", laws), ("Control period", _period(period, step))]
+    period = controller.control_period
+    return [
+        ("Airframe", airframe.title or airframe.name),
+        ("Laws", laws),
+        ("Control period", _period(period, step)),
+        ("Control step", (period and told(controller.position, controller.attitude, period)) or MISSING),
+    ]
 
 
 def environment_facts(environment: Environment) -> list[tuple[str, str]]:

@@ -5,6 +5,7 @@ import re
 from objectives.margins.quantities import QUANTITIES
 from plant.laws import LAWS
 from tuner.documents.parts import Estimate
+from tuner.documents.resolved import Resolved
 from tuner.documents.summary import PickedOn
 from tuner.text.numbers import per_cent, significant
 
@@ -17,10 +18,15 @@ NOUNS = {
 _RISK = re.compile(r"([a-z_]+?)(\d+(?:\.\d+)?)?\(")
 
 
-def plain_metric(metric: str) -> str:
-    """Return what a metric measures: "position error", "rotor travel"; its name where there are no words for it."""
+def plain_metric(metric: str, rotors: bool = True) -> str:
+    """Return what a metric measures: "position error", "rotor travel"; its name where there are no words for it.
+
+    rotors: whether commands are those of rotors.
+    """
     family, _, signal = metric.partition(".")
     noun = NOUNS.get(family)
+    if noun is not None and not rotors:
+        noun = noun.replace("rotor command", "command").replace("rotor", "command")
     return metric if noun is None else f"{signal.replace('_', ' ')} {noun}".strip()
 
 
@@ -47,6 +53,14 @@ def plain_margin(label: str) -> str:
 def law_title(name: str) -> str:
     """Return what a law is called in full."""
     return LAWS[name].title if name in LAWS else name
+
+
+def laws_of(resolved: Resolved) -> list[tuple[str, str]]:
+    """Return the law of each loop: pairs of law and loop."""
+    controller = resolved.controller
+    if controller is None:
+        return [(channel.law, channel.name) for channel in resolved.channel]
+    return [(controller.position, "position"), (controller.attitude, "attitude")]
 
 
 def gap_words(picked: PickedOn, gap: Estimate) -> str:

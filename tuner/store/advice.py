@@ -11,7 +11,10 @@ from plant.input_files import read_input_text
 
 RECORD = "run.json"
 TUNING, CONTEST, INFERENCE, JUDGEMENT = "tuning", "contest", "inference", "judgement"
-RESUMED = (TUNING, CONTEST, INFERENCE)
+PLANT = "plant"
+FLOWN_AGAIN = (TUNING, PLANT)
+"""Kinds of runs that `tuner verify` flies again."""
+RESUMED = (TUNING, PLANT, CONTEST, INFERENCE)
 """Kinds of run that `tuner resume` goes on with."""
 CONTENDERS = "contenders"
 """Folder of a contest's folder in which its contenders' runs lie."""

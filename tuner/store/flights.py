@@ -57,12 +57,20 @@ class Kept:
 class FlightStore:
     """Recalls what is in a results folder and in others, and writes what it is given into the first.
 
-    columns: names of the gains. damaged: names of files that were set aside, or of other folders passed over.
+    columns: names of the gains; results: of the numbers of a flight. damaged: names of files that were set aside, or
+    of other folders passed over.
     """
 
-    def __init__(self, folder: Folder | None, columns: tuple[str, ...], others: tuple[Path, ...] = ()) -> None:
+    def __init__(
+        self,
+        folder: Folder | None,
+        columns: tuple[str, ...],
+        others: tuple[Path, ...] = (),
+        results: tuple[str, ...] = RESULTS,
+    ) -> None:
         self._folder = folder
         self._columns = columns
+        self._names = results
         self._blocks: dict[tuple[str, bytes], list[StoredFlights]] = {}
         self._held: OrderedDict[Path, Array] = OrderedDict()
         self._waiting: list[Kept] = []
@@ -85,7 +93,7 @@ class FlightStore:
 
     def known(self, key: str, gains: Array, first: int, last: int) -> Array:
         """Return the results (k, rows) of a gains row from flight `first` on as far as they are known without a gap."""
-        parts, here = [np.empty((0, len(RESULTS)))], first
+        parts, here = [np.empty((0, len(self._names)))], first
         for block in self._blocks.get((key, gains.tobytes()), ()):
             if block.first <= here < min(block.first + block.count, last):
                 end = min(last, block.first + block.count)
@@ -106,19 +114,19 @@ class FlightStore:
         """Write what was kept since the last time under this name; StoreError where it cannot be written."""
         if self._folder is None or not self._waiting:
             return
-        content = encoded(self._waiting, self._columns)
+        content = encoded(self._waiting, self._columns, self._names)
         self._folder.write_bytes(f"{FOLDER}/{name}-{digest_of(content)}.parquet", content)
         self._waiting = []
 
     def _index(self, file: Path, content: bytes, own: bool) -> None:
         self._generations += own and file.name.startswith(f"{SEARCH}-")
-        for key, gains, block in blocks_of(file, content, self._columns):
+        for key, gains, block in blocks_of(file, content, self._columns, self._names):
             self._blocks.setdefault((key, gains), []).append(block)
             self._blocks[key, gains].sort(key=lambda entry: entry.first)
 
     def _results(self, file: Path) -> Array:
         if file not in self._held:
-            self._held[file] = results_of(file)
+            self._held[file] = results_of(file, self._names)
             if len(self._held) > HELD:
                 self._held.popitem(last=False)
         return self._held[file]
@@ -151,7 +159,7 @@ def digest_of(content: bytes) -> str:
     return hashlib.blake2b(content, digest_size=8).hexdigest()
 
 
-def encoded(kept: list[Kept], columns: tuple[str, ...]) -> bytes:
+def encoded(kept: list[Kept], columns: tuple[str, ...], names: tuple[str, ...] = RESULTS) -> bytes:
     """Return flights as the bytes of a Parquet file, block after block."""
     shapes = [part.results.shape for part in kept]
     flights = [np.tile(np.arange(part.first, part.first + n), k) for part, (k, n, _) in zip(kept, shapes, strict=True)]
@@ -166,14 +174,14 @@ def encoded(kept: list[Kept], columns: tuple[str, ...]) -> bytes:
         "flight": np.concatenate(flights),
     }
     table |= {f"gain:{name}": gains[:, i] for i, name in enumerate(columns)}
-    table |= {name: results[:, i] for i, name in enumerate(RESULTS)}
+    table |= {name: results[:, i] for i, name in enumerate(names)}
     blocks = [
         [part.key, part.first, n] for part, (k, n, _) in zip(kept, shapes, strict=True) for _ in range(k)
     ]  # fmt: skip
     arrow = pa.table(table).replace_schema_metadata({"blocks": json.dumps(blocks)})
     sink = io.BytesIO()
     # Meters hardly compress: dictionaries and statistics of them would take four times as long to write.
-    same = [name for name in table if name not in RESULTS]
+    same = [name for name in table if name not in names]
     pq.write_table(arrow, sink, compression="lz4", use_dictionary=same, write_statistics=False)  # pyright: ignore[reportArgumentType]
     return sink.getvalue()
 
@@ -185,11 +193,13 @@ def _repeated(names: list[str], counts: list[int]) -> Any:
     return pa.DictionaryArray.from_arrays(pa.array(codes), pa.array(known))
 
 
-def blocks_of(file: Path, content: bytes, columns: tuple[str, ...]) -> list[tuple[str, bytes, StoredFlights]]:
+def blocks_of(
+    file: Path, content: bytes, columns: tuple[str, ...], results: tuple[str, ...] = RESULTS
+) -> list[tuple[str, bytes, StoredFlights]]:
     """Return scenario key, bytes of the gains row and place of every block in a file; none where it holds other gains."""
     source = pq.ParquetFile(io.BytesIO(content))
     names = [f"gain:{name}" for name in columns]
-    if not {*names, *RESULTS} <= set(source.schema_arrow.names):
+    if not {*names, *results} <= set(source.schema_arrow.names):
         return []
     gains = np.stack([column.to_numpy() for column in source.read(names).itercolumns()], axis=1)
     found, row = [], 0
@@ -199,7 +209,7 @@ def blocks_of(file: Path, content: bytes, columns: tuple[str, ...]) -> list[tupl
     return found
 
 
-def results_of(file: Path) -> Array:
+def results_of(file: Path, names: tuple[str, ...] = RESULTS) -> Array:
     """Return the results (flights, rows) of a file."""
-    table = pq.read_table(io.BytesIO(read_input(file, MOST_TABLE)), columns=list(RESULTS))
-    return np.stack([table[name].to_numpy() for name in RESULTS], axis=1)
+    table = pq.read_table(io.BytesIO(read_input(file, MOST_TABLE)), columns=list(names))
+    return np.stack([table[name].to_numpy() for name in names], axis=1)

@@ -14,6 +14,7 @@ from objectives.memory import model_key
 from plant.backends.processor import Arithmetic, Processor, arithmetic, compute_as
 from plant.errors import StoreError
 from plant.input_files import MOST_TABLE, read_input, read_input_text
+from plant.own_code import sources_of
 from tuner.store.advice import RECORD, again
 from tuner.store.document import Document, DocumentPart
 from tuner.store.folder import Folder
@@ -66,7 +67,8 @@ class RunRecord(Document):
     format: Literal["holdfast-run"]
     version: Literal[1, 2, 3]
     kind: str
-    study: str
+    # In the folder, whatever it says: what is in it is not trusted to name files elsewhere.
+    study: Annotated[str, Field(pattern=r"^inputs/[^/\\]+$")]
     digest: str
     generations: int | None
     model: str
@@ -166,7 +168,9 @@ def compute_as_recorded(path: Path, record: RunRecord, instead: str | None = Non
 
 
 def _copied(folder: Folder, source: Path, taken: dict[str, Path]) -> str:
-    """Copy a file that a study names into inputs/ and return its name there; taken: what lies there, by name."""
+    """Copy a file that a study names into inputs/, and what it imports, and return its name; taken: what lies there, by name."""
+    if source.suffix == ".py":
+        _copy_imports(folder, source, taken)
     name, number = source.name, 1
     while taken.setdefault(name, source) != source:
         number += 1
@@ -177,3 +181,14 @@ def _copied(folder: Folder, source: Path, taken: dict[str, Path]) -> str:
         raise StoreError(f"{source} cannot be read ({error.strerror})") from None
     folder.write_bytes(f"inputs/{name}", content)
     return name
+
+
+def _copy_imports(folder: Folder, code: Path, taken: dict[str, Path]) -> None:
+    """Copy the files beside a file of code that it imports; they keep their names, by which it imports them."""
+    for source in sources_of(code)[:-1]:
+        name = source.file.name
+        if taken.setdefault(name, source.file) != source.file:
+            raise StoreError(
+                f"{source.file} and {taken[name]} are copied into one folder; give one of them another name"
+            )
+        folder.write_bytes(f"inputs/{name}", source.content)

@@ -1,25 +1,24 @@
 """From the tables of a study file to what runs; every value is checked here or by the type that it becomes."""
 
-from collections.abc import Callable, Iterator, Mapping
-from math import cos, inf, isfinite, radians
+from collections.abc import Mapping
+from math import cos, isfinite, radians
 from pathlib import Path
 from typing import Any, TypeVar
 
 import numpy as np
 
-from objectives.metrics import MetricAddress, check, parse
 from objectives.mission import Mission, with_mission_floor
-from objectives.problem import Constraint, Objective, System
+from objectives.problem import System
 from objectives.requirements import Screen
-from objectives.risk import Risk
 from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
 from plant.airframes import Airframe, load, names
 from plant.cascade import AXES, Cascade, close_cascade
-from plant.closed_loop import Limits, Timing
+from plant.closed_loop import Limits
 from plant.errors import InputError, UnknownNameError
 from plant.laws import law
+from plant.loop import Timing
 from plant.nominal import ControlOptions, nominal
 from plant.references import ReferenceSpec, from_mapping
 from plant.references.spec import HOLD, POSITION, VELOCITY
@@ -27,19 +26,17 @@ from plant.scenarios import Bands, ScenarioSpec, Spread
 from plant.sensors import SensorSpec
 from tuner.gains import Controller, read_gains
 from tuner.gains.ranges import check_multiple, check_plant_step, timing_of, usual_timing
-from tuner.search.front import resolved_rule
 from tuner.study.gains import decision_space
 from tuner.study.guarantees import guarantee_screen
+from tuner.study.judged_reading import constraint_of, listed, objective_of, pick_rule, unique
 from tuner.study.margins import margin_requirement, margin_screen
+from tuner.study.own_code import use_files_of
 from tuner.study.processor_cost.requirement import cost_screen
 from tuner.study.reading import checked_table, read_study_table
 from tuner.study.schema import (
     AirframeTable,
-    ConstraintTable,
     ControllerTable,
     LimitsTable,
-    ObjectiveTable,
-    PickTable,
     ScenarioTable,
     StudyTable,
 )
@@ -48,7 +45,6 @@ from tuner.study.size import ScenarioSize, check_size, flight_steps
 from tuner.study.study import Study, StudyScenario
 from tuner.study.trim import check_trim
 from tuner.text.input_errors import check_magnitudes, located
-from tuner.text.units import after_number
 
 T = TypeVar("T")
 # Longest flight [control periods], an hour at 250 Hz: beyond it a digit slipped, and the run would fill the memory or not end.
@@ -72,6 +68,7 @@ def study_from_table(path: Path, raw: Mapping[str, Any]) -> Study:
 
 def _build(path: Path, table: StudyTable) -> Study:
     with located(path, ""):
+        use_files_of(path, {"law": table.law, "metric": table.metric, "reference": table.reference})
         with located(path, "airframe"):
             airframe = _airframe(table.airframe, path)
         with located(path, "controller"):
@@ -86,21 +83,21 @@ def _build(path: Path, table: StudyTable) -> Study:
         with located(path, "gains"):
             row = None if default is None else default.gains
             space = decision_space(table.gains, cascade, timing.control_period, row)
-        scenarios = tuple(_listed("scenario", path, table.scenario, lambda entry: _scenario(entry, timing, path)))
-        _unique("scenario", [entry.spec.name for entry in scenarios], ".name")
+        scenarios = tuple(listed("scenario", path, table.scenario, lambda entry: _scenario(entry, timing, path)))
+        unique("scenario", [entry.spec.name for entry in scenarios], ".name")
         objectives = tuple(
-            _listed("objective", path, table.objective, lambda entry: _objective(entry, scenarios, timing))
+            listed("objective", path, table.objective, lambda entry: objective_of(entry, scenarios, system))
         )
-        _unique("objective", [objective.label for objective in objectives])
+        unique("objective", [objective.label for objective in objectives])
         constraints = tuple(
-            _listed(
+            listed(
                 "constraint",
                 path,
                 table.constraint,
-                lambda entry: _constraint(entry, scenarios, timing),
+                lambda entry: constraint_of(entry, scenarios, system),
             )
         )
-        _unique("constraint", [constraint.objective.label for constraint in constraints])
+        unique("constraint", [constraint.objective.label for constraint in constraints])
         # Behind what each number's own limits have to say, before anything is worked out from them.
         check_magnitudes(table.model_dump(), path)
         specs = [entry.spec for entry in scenarios]
@@ -122,25 +119,12 @@ def _build(path: Path, table: StudyTable) -> Study:
             ]
             check_size(search.population, search.generations, flown)
         with located(path, "pick"):
-            rule = _pick(table.pick, objectives)
+            rule = pick_rule(table.pick, objectives)
     return Study(
-        path, table.title, table.description, table.seed, airframe, options, system, space, scenarios, objectives,
-        constraints, screens, search, rule, table, None if default is None else default.vehicle, mission,
+        path=path, title=table.title, description=table.description, seed=table.seed, airframe=airframe, options=options,
+        system=system, space=space, scenarios=scenarios, objectives=objectives, constraints=constraints, screens=screens,
+        search=search, pick=rule, table=table, vehicle=None if default is None else default.vehicle, mission=mission,
     )  # fmt: skip
-
-
-def _listed(name: str, path: Path, entries: list[Any], make: Callable[[Any], T]) -> Iterator[T]:
-    for i, entry in enumerate(entries):
-        with located(path, f"{name}[{i}]"):
-            yield make(entry)
-
-
-def _unique(name: str, labels: list[str], leaf: str = "") -> None:
-    for i, label in enumerate(labels):
-        if label in labels[:i]:
-            first = labels.index(label)
-            message = f"'{label}' stands here twice, first as {name}[{first}]; change one of the two, or leave one out"
-            raise InputError(message, key=f"{name}[{i}]{leaf}")
 
 
 def _airframe(table: AirframeTable, path: Path) -> Airframe:
@@ -296,47 +280,10 @@ def _check_motion(spec: ScenarioSpec, limits: Limits, timing: Timing) -> None:
         raise InputError(f"moves at {fastest:g} m/s; allowed: up to {MOST_SPEED:g} m/s: make it slower")
 
 
-def _constraint(table: ConstraintTable, scenarios: tuple[StudyScenario, ...], timing: Timing) -> Constraint:
-    objective, limit = _objective(table, scenarios, timing), _finite(table.max, "max")
-    metric = objective.metric.metric
-    if limit > metric.highest or limit < 0.0 or (limit == 0.0 and not metric.reaches_zero):
-        low = "0" if metric.reaches_zero else "above 0"
-        high = "" if metric.highest == inf else f" to {metric.highest:g}"
-        unit = after_number(objective.metric.unit)
-        message = f"given {limit:g}; '{objective.metric}' is {metric.definition}: allowed: {low}{high}{unit}"
-        raise InputError(message, key="max")
-    return Constraint(objective, limit)
-
-
-def _objective(table: ObjectiveTable, scenarios: tuple[StudyScenario, ...], timing: Timing) -> Objective:
-    names = [entry.spec.name for entry in scenarios]
-    if table.scenario is not None and table.scenario not in names:
-        raise UnknownNameError("scenario", table.scenario, names, key="scenario")
-    with located(None, "metric"):
-        metric = parse(table.metric)
-        for entry in scenarios:
-            if table.scenario in (None, entry.spec.name):
-                _check_metric(metric, entry.spec, timing)
-    try:
-        risk = Risk(table.risk, table.level)
-    except UnknownNameError as error:
-        raise error.located(key="risk") from None
-    except InputError as error:
-        raise error.located(key="level") from None
-    return Objective(metric, risk, table.scenario)
-
-
-def _check_metric(metric: MetricAddress, spec: ScenarioSpec, timing: Timing) -> None:
-    try:
-        check(metric, spec.targets(timing), spec.duration)
-    except InputError as error:
-        raise InputError(f'{error.message} (scenario "{spec.name}")') from None
-
-
 def _screens(table: StudyTable, path: Path, system: System, specs: tuple[ScenarioSpec, ...]) -> tuple[Screen, ...]:
     """Return what is required of the gains and known without flying, in the order of the tables."""
     guarantees = tuple(
-        _listed("guarantee", path, table.guarantee, lambda entry: guarantee_screen(entry, system, specs, table.seed))
+        listed("guarantee", path, table.guarantee, lambda entry: guarantee_screen(entry, system, specs, table.seed))
     )
     first: dict[str, int] = {}
     for i, screen in enumerate(guarantees):
@@ -346,12 +293,10 @@ def _screens(table: StudyTable, path: Path, system: System, specs: tuple[Scenari
                     f"'{requirement.label}' is required by guarantee[{first[requirement.label]}] too; leave one out"
                 )
                 raise InputError(message, key=f"guarantee[{i}]")
-    margins = tuple(
-        _listed("margin", path, table.margin, lambda entry: margin_requirement(entry, system.timing, specs))
-    )
-    _unique("margin", [entry.label for entry in margins])
-    costs = tuple(_listed("cost", path, table.cost, lambda entry: cost_screen(entry, system)))
-    _unique("cost", [screen.requirements[0].label for screen in costs])
+    margins = tuple(listed("margin", path, table.margin, lambda entry: margin_requirement(entry, system.timing, specs)))
+    unique("margin", [entry.label for entry in margins])
+    costs = tuple(listed("cost", path, table.cost, lambda entry: cost_screen(entry, system)))
+    unique("cost", [screen.requirements[0].label for screen in costs])
     return (*guarantees, *([margin_screen(margins, path, system, specs)] if margins else []), *costs)
 
 
@@ -360,14 +305,3 @@ def _mission(table: StudyTable, scenarios: list[str]) -> Mission:
     mission = Mission(given.followed, given.held, tuple(given.off))
     mission.check_names(scenarios)
     return mission
-
-
-def _finite(value: float, key: str) -> float:
-    if not isfinite(value):
-        raise InputError(f"given {value}; this must be a finite number", key=key)
-    return value
-
-
-def _pick(table: PickTable, objectives: tuple[Objective, ...]) -> str:
-    labels = [objective.label for objective in objectives]
-    return resolved_rule(table.rule, table.weights, labels, [objective.metric.text for objective in objectives])

@@ -12,10 +12,11 @@ from tuner.study.contest_reading import contest_from_layers
 from tuner.study.inference import Inference
 from tuner.study.inference_reading import inference_from_layers
 from tuner.study.layers import Layer, read_layers
+from tuner.study.plant_study import PlantStudy, plant_study_from_layers
 from tuner.study.reading import put
 from tuner.study.study import Study
 
-AnyStudy = Study | Contest | Inference
+AnyStudy = Study | Contest | Inference | PlantStudy
 Overrides = Mapping[str, Any]
 
 
@@ -42,6 +43,7 @@ def _tuning_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Overri
 
 
 STUDY_KINDS = (
+    StudyKind(PlantStudy.kind, "a study of a plant of one's own", "plant", plant_study_from_layers),
     StudyKind(Inference.kind, "an inference", "unknown", inference_from_layers),
     StudyKind(Contest.kind, "a contest", "contender", contest_from_layers),
     StudyKind(Study.kind, "a study", None, _tuning_from_layers),

@@ -16,9 +16,9 @@ from objectives.margins.requirement import MarginRequirement, requirement_label
 from objectives.problem import System
 from objectives.requirements import Array, Screen
 from plant.cascade import AXES, Cascade
-from plant.closed_loop import Timing
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS
+from plant.loop import Timing
 from plant.nominal import Nominal
 from plant.references.spec import HOLD
 from plant.scenarios import ScenarioSpec, Spread
@@ -40,7 +40,7 @@ def margin_requirement(table: MarginTable, timing: Timing, scenarios: tuple[Scen
     if table.quantity not in LIMITABLE:
         raise UnknownNameError("margin", table.quantity, LIMITABLE, key="quantity")
     quantity = LIMITABLE[table.quantity]
-    axes, limit = _axes(table, quantity, holds_place(scenarios, timing)), _limit(table, quantity)
+    axes, limit = _axes(table, quantity, holds_place(scenarios, timing)), margin_limit(table, quantity)
     if table.spread and not any(_spreads(spec) for spec in scenarios):
         raise InputError(
             "no scenario spreads the airframe; write a [scenario.spread], or leave spread out", key="spread"
@@ -164,7 +164,8 @@ def _axes(table: MarginTable, quantity: MarginQuantity, held: bool) -> tuple[str
     return closed
 
 
-def _limit(table: MarginTable, quantity: MarginQuantity) -> float:
+def margin_limit(table: MarginTable, quantity: MarginQuantity) -> float:
+    """Return the limit that a table puts on a quantity, in its unit of limits; InputError with the key inside the table."""
     given, other = ("min", "max") if quantity.sense == "least" else ("max", "min")
     if getattr(table, other) is not None:
         better = "larger" if quantity.sense == "least" else "smaller"

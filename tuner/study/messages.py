@@ -26,6 +26,9 @@ LINES = {
     "scenario[].air.gust.amplitude": "amplitude = 5.0  # m/s",
     "scenario[].air.gust.start": "start = 4.0  # s",
     "scenario[].air.gust.length": "length = 2.0  # s",
+    "law.file": 'file = "my_law.py"',
+    "metric.file": 'file = "my_metric.py"',
+    "reference.file": 'file = "my_track.py"',
     "objective": '[[objective]] with metric = "itae.position"',
     "objective[].metric": 'metric = "itae.position"',
     "constraint[].metric": 'metric = "failure"',
@@ -71,6 +74,7 @@ EXPECTED_OF_BRANCH = {
     "<number>": "a finite number, or a table like { low = 1.0, high = 9.0 }",
     "<number or text>": "a finite number or a text in quotes",
     "<list or text>": "a list of numbers or a text in quotes",
+    "<text or list>": "the path of a file in quotes, or a list of them",
 }
 
 

@@ -167,6 +167,12 @@ def _listed(default: Any) -> Any:
     return list(default) if isinstance(default, tuple) else default
 
 
+TextOrList = Annotated[
+    Annotated[str, Tag("<text or list>")] | Annotated[list[str], Tag("<list>")],
+    Discriminator(lambda value: "<list>" if isinstance(value, list) else "<text or list>"),
+]
+
+
 SensorsTable = mirror(
     SensorSpec, "[scenario.sensors]: noise and biases of what the controller measures.", meanings.SENSORS
 )
@@ -287,6 +293,18 @@ class CostTable(StrictTable):
     """Refuse a study that no gains can change; false: a constraint like any other."""
 
 
+class OwnCodeTable(StrictTable):
+    """[law], [metric], [reference]: Python files of your own, which run when the study is read."""
+
+    file: TextOrList
+    """A file, or a list of files, relative to the study. Each defines LAW, METRIC or REFERENCE, which the study then names."""
+
+    @property
+    def files(self) -> list[str]:
+        """The files as a list."""
+        return [self.file] if isinstance(self.file, str) else self.file
+
+
 class SearchTable(StrictTable):
     """[search]: how the gains are looked for."""
 
@@ -330,6 +348,9 @@ class StudyTable(StrictTable):
     objective: Annotated[list[ObjectiveTable], Field(min_length=1)]
     description: str = ""
     """Text for the report."""
+    law: OwnCodeTable | None = None
+    metric: OwnCodeTable | None = None
+    reference: OwnCodeTable | None = None
     limits: LimitsTable = LimitsTable()
     gains: dict[str, NumberOrTable] = Field(default={})
     """Gains by address, AXIS.GAIN or GROUP.GAIN: a number fixes one, a table searches or ties it."""

@@ -3,8 +3,8 @@
 from collections.abc import Iterable
 from typing import NamedTuple
 
-from plant.closed_loop import Timing
 from plant.errors import InputError
+from plant.loop import Timing
 from plant.scenarios import ScenarioSpec
 
 MOST_FLIGHTS = 1_000_000

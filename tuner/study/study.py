@@ -5,7 +5,7 @@ import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar
+from typing import Any, ClassVar, Self
 
 import numpy as np
 
@@ -14,11 +14,10 @@ from objectives.mission import USUAL, Mission
 from objectives.problem import Constraint, Objective, System
 from objectives.requirements import Requirement, Screen, requirements_of
 from plant.airframes import Airframe
-from plant.gains import gain_addresses
 from plant.input_files import read_input_text
 from plant.nominal import ControlOptions
+from plant.origin import origins
 from plant.references import ReferenceSpec
-from plant.scenarios import ScenarioSpec
 from tuner.gains import Controller, VehicleRecord
 from tuner.gains.document import seed_entry
 from tuner.search.names import CONVERGED, GENERATIONS
@@ -31,7 +30,7 @@ from tuner.text.markup import element, table
 class StudyScenario:
     """A scenario and how many draws of it the search and the held-out check fly."""
 
-    spec: ScenarioSpec
+    spec: Any
     search: int
     held_out: int
 
@@ -91,12 +90,12 @@ class SearchSpec:
         return f"Search: {self.algorithm}, {self.size}{first}: {self.why}."
 
 
-@dataclass(frozen=True)
-class Study:
-    """A study: vehicle and controller, searched gains, scenarios, objectives and limits, search and pick rule.
+@dataclass(frozen=True, kw_only=True)
+class TuningStudy:
+    """A study that searches gains: searched gains, scenarios, objectives and limits, search and pick rule, whatever flies.
 
-    vehicle: record of the vehicle that the default gains were imported from. si: whether limits known without flying stand in
-    files in SI units, see `in_units_of_limits`. given: the study as TOML, where it comes from no file.
+    system: flies it. si: whether limits known without flying stand in files in SI units, see `in_units_of_limits`. given: the
+    study as TOML, where it comes from no file. table: its content as read.
     """
 
     kind: ClassVar[str] = "tuning"
@@ -104,9 +103,7 @@ class Study:
     title: str
     description: str
     seed: int
-    airframe: Airframe
-    options: ControlOptions
-    system: System
+    system: Any
     space: DecisionSpace
     scenarios: tuple[StudyScenario, ...]
     objectives: tuple[Objective, ...]
@@ -114,9 +111,7 @@ class Study:
     screens: tuple[Screen, ...]
     search: SearchSpec
     pick: str
-    table: StudyTable
-    vehicle: VehicleRecord | None = None
-    mission: Mission = USUAL
+    table: Any
     si: bool = True
     given: str | None = None
 
@@ -163,13 +158,68 @@ class Study:
         search = {**self.search.values, "why": self.search.why}
         return {**self._values(), "search": search, "requirements": known, "digest": self.digest()}
 
-    def in_units_of_limits(self) -> "Study":
+    def in_units_of_limits(self) -> Self:
         """Return the study with requirements whose numbers stand in files as in the study, as folders once held them."""
         plain = tuple(
             replace(screen, requirements=tuple(replace(entry, scale=None) for entry in screen.requirements))
             for screen in self.screens
         )
         return replace(self, screens=plain, si=False)
+
+    def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
+        """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
+        raise NotImplementedError
+
+    def _values(self) -> dict[str, Any]:
+        """Return every value of the study, as JSON-able data by table."""
+        raise NotImplementedError
+
+    def digest(self) -> str:
+        """Return a hash of everything that decides the result; titles, sources and paths do not."""
+        text = json.dumps(self.comparable(), sort_keys=True, allow_nan=False)
+        return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
+
+    def origin(self, point: str) -> dict[str, Any]:
+        """Return what gains.json says of where the gains of a point come from."""
+        return {
+            "name": self.path.name, "title": self.title, "seed": seed_entry(self.seed), "digest": self.digest(), "point": point,
+        }  # fmt: skip
+
+    @property
+    def about(self) -> tuple[tuple[str, str], ...]:
+        """The plant and its laws, in a few words each."""
+        raise NotImplementedError
+
+    @property
+    def fixes_plant_step(self) -> bool:
+        """Whether the study writes the plant step."""
+        raise NotImplementedError
+
+    def _repr_html_(self) -> str:
+        rows = (
+            *self.about,
+            ("searched", ", ".join(variable.name for variable in self.space.variables)),
+            ("scenarios", ", ".join(entry.spec.name for entry in self.scenarios)),
+            ("objectives", ", ".join(entry.label for entry in self.objectives)),
+            ("limits", ", ".join([entry.objective.label for entry in self.constraints] + [e.label for e in self.requirements])),
+            ("search", f"{self.search.algorithm}, {self.search.size}"),
+        )  # fmt: skip
+        return element("div", element("strong", self.title), table(("", f"seed {self.seed}"), rows))
+
+
+@dataclass(frozen=True, kw_only=True)
+class Study(TuningStudy):
+    """A study of a quadrotor: vehicle and controller beside what every study has.
+
+    vehicle: record of the vehicle that the default gains were imported from.
+    """
+
+    airframe: Airframe
+    options: ControlOptions
+    system: System
+    table: StudyTable
+    vehicle: VehicleRecord | None = None
+    mission: Mission = USUAL
 
     def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
         """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
@@ -187,11 +237,6 @@ class Study:
             content["search"] = {key: value for key, value in content["search"].items() if key != "stop"}
         return {key: value for key, value in content.items() if key not in left}
 
-    def digest(self) -> str:
-        """Return a hash of everything that decides the result; titles, sources and paths do not."""
-        text = json.dumps(self.comparable(), sort_keys=True, allow_nan=False)
-        return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
-
     def controller(self, gains: Iterable[float]) -> Controller:
         """Return the controller of the study with a gains row."""
         timing = self.system.timing
@@ -200,33 +245,40 @@ class Study:
             tuple(float(gain) for gain in gains), self.vehicle,
         )  # fmt: skip
 
-    def origin(self, point: str) -> dict[str, Any]:
-        """Return what gains.json says of where the gains of a point come from."""
-        return {
-            "name": self.path.name, "title": self.title, "seed": seed_entry(self.seed), "digest": self.digest(), "point": point,
-        }  # fmt: skip
+    @property
+    def fixes_plant_step(self) -> bool:
+        """Whether the study writes the plant step."""
+        return self.table.controller.plant_step is not None
 
-    def _repr_html_(self) -> str:
+    @property
+    def about(self) -> tuple[tuple[str, str], ...]:
+        """Airframe and laws."""
         cascade = self.system.cascade
-        rows = (
-            ("airframe", self.airframe.name),
-            ("laws", f"{cascade.position.name} (position), {cascade.attitude.name} (attitude)"),
-            ("searched", ", ".join(variable.name for variable in self.space.variables)),
-            ("scenarios", ", ".join(entry.spec.name for entry in self.scenarios)),
-            ("objectives", ", ".join(entry.label for entry in self.objectives)),
-            ("limits", ", ".join([entry.objective.label for entry in self.constraints] + [e.label for e in self.requirements])),
-            ("search", f"{self.search.algorithm}, {self.search.size}"),
-        )  # fmt: skip
-        return element("div", element("strong", self.title), table(("", f"seed {self.seed}"), rows))
+        laws = f"{cascade.position.name} (position), {cascade.attitude.name} (attitude)"
+        return ("airframe", self.airframe.name), ("laws", laws)
+
+    @property
+    def own_code(self) -> dict[str, dict[str, str]]:
+        """Digests of the laws, metrics and references that are not bundled, by table and name."""
+        cascade, judged = self.system.cascade, [*self.objectives, *[entry.objective for entry in self.constraints]]
+        kinds = {type(entry.spec.reference): None for entry in self.scenarios}
+        found = {
+            "law": origins((cascade.position, cascade.attitude)),
+            "metric": origins(entry.metric.metric for entry in judged),
+            "reference": origins(kinds, "kind"),
+        }
+        return {table: digests for table, digests in found.items() if digests}
 
     def _values(self) -> dict[str, Any]:
         return {
-            **_dumped(self.table),
+            **_dumped(self.table, {"law", "metric", "reference"}),
+            # By digest: where a file lies does not count.
+            **self.own_code,
             "controller": self._controller(),
             "scenario": self._scenarios(paths=True),
             "search": self.search.values,
             "airframe": {**_dumped(self.table.airframe), **_airframe_values(self.airframe)},
-            "gains": {gain.address: self.space.base[gain.column] for gain in gain_addresses(self.system.cascade)},
+            "gains": {gain.address: self.space.base[gain.column] for gain in self.system.gains},
             "variables": [asdict(variable) for variable in self.space.variables],
         }
 

@@ -59,16 +59,20 @@ def shown(given: object) -> str:
 
 
 def with_paths(table: dict[str, Any], move: Callable[[str], str]) -> dict[str, Any]:
-    """Return a study's content with every path in it put through `move`: of airframes, default gains, references."""
+    """Return a study's content with every path in it put through `move`: of airframes, default gains, references, own code."""
     result = deepcopy(table)
     holders = [result, *_tables_in(result.get("contender"))]
     for holder, key in [
         *[(holder.get("airframe"), "file") for holder in holders],
         *[(holder.get("controller"), "default") for holder in holders],
         *[(entry.get("reference"), "path") for entry in _tables_in(result.get("scenario"))],
+        *[(holder.get(table), "file") for holder in holders for table in ("law", "metric", "reference", "plant")],
     ]:
-        if isinstance(holder, dict) and isinstance(holder.get(key), str):
-            holder[key] = move(holder[key])
+        given = holder.get(key) if isinstance(holder, dict) else None
+        if isinstance(holder, dict) and isinstance(given, str):
+            holder[key] = move(given)
+        elif isinstance(holder, dict) and isinstance(given, list):
+            holder[key] = [move(entry) if isinstance(entry, str) else entry for entry in given]
     return result
 
 

@@ -13,9 +13,9 @@ from objectives.certificates import CERTIFICATES, AxisLoop, RotorLag, TiltLoop, 
 from objectives.certificates.channel_model import MODELLED, closed_loop
 from objectives.certificates.lmi import MARGIN, coordinates, is_negative, is_positive
 from plant.cascade import AXES, close_cascade
-from plant.closed_loop import Timing
 from plant.gains import default_row, gain_addresses
 from plant.laws import LAWS
+from plant.loop import Timing
 from plant.nominal import ControlOptions, Nominal, nominal
 from tests.plant.harness import VEHICLES
 

@@ -7,8 +7,8 @@ import numpy as np
 
 from objectives.design import AxisDesign, DesignRequirements, design_axes
 from plant.cascade import AXES, close_cascade
-from plant.closed_loop import Timing
 from plant.laws import LAWS
+from plant.loop import Timing
 from plant.nominal import ControlOptions, Nominal, nominal
 from tests.plant.harness import VEHICLES
 

@@ -10,8 +10,9 @@ from objectives import meters
 from plant.air.spec import AirSpec
 from plant.backends.stepping import fly_steps, lane_of, unchanged
 from plant.cascade import close_cascade
-from plant.closed_loop import Limits, MeterModel, close_loop
+from plant.closed_loop import Limits, close_loop
 from plant.laws import LAWS
+from plant.loop import MeterModel
 from plant.records import pack
 from plant.references.steps import Steps
 from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios

@@ -11,9 +11,9 @@ from objectives.margins.margins import MarginModel
 from objectives.margins.trim import Trim
 from plant.airframes import load
 from plant.cascade import Cascade, close_cascade
-from plant.closed_loop import Timing
 from plant.gains import default_row, gain_addresses
 from plant.laws import LAWS
+from plant.loop import Timing
 from plant.nominal import ControlOptions, nominal
 from plant.vectors import Vec3
 from plant.vehicle import Vehicle

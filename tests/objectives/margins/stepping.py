@@ -12,8 +12,9 @@ from plant.allocation import speed_commands
 from plant.attitude import euler_angles
 from plant.backends.rebind import PRIMITIVES, Rebinder
 from plant.cascade import Cascade, Tilt, commanded_torque, tilt_for
-from plant.closed_loop import Limits, Timing, close_loop
+from plant.closed_loop import Limits, close_loop
 from plant.disturbance import Disturbance
+from plant.loop import Timing
 from plant.nominal import Nominal
 from plant.records import flatten, pack, size
 from plant.references.track import Reference

@@ -7,7 +7,7 @@ import pytest
 from scipy.optimize import brentq, minimize_scalar
 
 from objectives.scales import decibel
-from plant.closed_loop import Timing
+from plant.loop import Timing
 from plant.nominal import ControlOptions
 from tests.objectives.margins.designs import gains_with, ideal_vehicle, model_of
 

@@ -1,7 +1,6 @@
 """Margins against python-control on the same state space: random stable designs of every law of the registry.
 
-python-control reads margins off a grid; what it finds there is refined with roots and minima of SciPy on its own frequency
-response, and its disk margins on ever narrower grids.
+What python-control finds on a grid is refined (`python_control`), its disk margins on ever narrower grids.
 """
 
 import sys
@@ -11,12 +10,12 @@ from typing import Any
 import control
 import numpy as np
 import pytest
-from scipy.optimize import brentq, minimize_scalar
 
 from objectives.margins.disk import disk_range
 from objectives.margins.period import CHANNELS
 from plant.laws import LAWS
 from tests.objectives.margins.designs import OPTIONS, H, model_of, random_gains
+from tests.objectives.margins.python_control import Loop, classical
 
 DESIGNS = 17
 GRID = np.geomspace(1e-2, np.pi / H, 300)
@@ -46,56 +45,6 @@ def loop_of(model, gains, channel):
     return control.ss(r.a - np.outer(r.b, r.c), r.b[:, None], -r.c[None], 0.0, H)
 
 
-class Loop:
-    """Frequency response of a system as python-control works it out, kept for the grid."""
-
-    def __init__(self, system):
-        self.system = system
-        self.on_grid = system(np.exp(1j * GRID * H))
-
-    def __call__(self, w):
-        return complex(self.system(np.exp(1j * w * H)))
-
-    def refined(self, f, w):
-        """Root of f(L) next to a frequency."""
-        i = int(np.clip(np.searchsorted(GRID, w), 1, len(GRID) - 1))
-        for low, high in ((GRID[i - 1], GRID[i]), (GRID[max(i - 2, 0)], GRID[min(i + 1, len(GRID) - 1)])):
-            if f(self(low)) * f(self(high)) < 0.0:
-                return brentq(lambda v: f(self(v)), low, high, xtol=1e-10 * high, rtol=np.float64(1e-10))
-        return w
-
-    def least(self, f):
-        """Least f(L) over all frequencies, ends included."""
-        values = f(self.on_grid)
-        lowest = []
-        for i in np.nonzero(values < 1.2 * values.min(axis=0))[0]:
-            bounds = GRID[max(i - 1, 0)], GRID[min(i + 1, len(GRID) - 1)]
-            if values[max(i - 1, 0)] >= values[i] <= values[min(i + 1, len(GRID) - 1)]:
-                found: Any = minimize_scalar(
-                    lambda w: f(self(w)), bounds=bounds, method="bounded", options={"xatol": 1e-6 * bounds[1]}
-                )
-                lowest.append(min(found.fun, values[i]))
-        return min(lowest)
-
-
-def classical(loop):
-    """Gain factors up and down, phase and delay margin of a loop, from the crossings that python-control finds."""
-    data = control.frd(loop.on_grid, GRID, smooth=True)
-    gains, phases, _, w_gain, w_phase, _ = control.stability_margins(data, returnall=True)
-    factors = np.array([abs(1.0 / loop(loop.refined(np.imag, w))) for w in w_gain])
-    crossed = np.array([loop.refined(lambda z: np.log(np.abs(z)), w) for w in w_phase])
-    # At z = -1 the loop is real, which a grid does not tell.
-    end = loop.on_grid[-1].real
-    factors = np.append(factors, -1.0 / end if end < 0.0 else np.inf)
-    lag = np.mod(np.angle([loop(w) for w in crossed]) + np.pi, 2.0 * np.pi) if len(crossed) else np.array([])
-    return {
-        "gain_up": min(factors[factors > 1.0], default=np.inf),
-        "gain_down": min(1.0 / factors[(factors < 1.0) & (factors > 0.0)], default=np.inf),
-        "phase": min(np.minimum(lag, 2.0 * np.pi - lag), default=np.inf),
-        "delay": min(lag / crossed, default=np.inf) if len(lag) else np.inf,
-    }
-
-
 def agree(got, wanted, what):
     if max(got, wanted) > 1e3 and what.startswith("gain"):
         return
@@ -107,7 +56,7 @@ def test_margins_are_those_of_python_control(name):
     found = designs(name)
     assert len(found) == DESIGNS
     for model, margins, gains, row, channel in found:
-        loop = Loop(loop_of(model, gains, channel))
+        loop = Loop(loop_of(model, gains, channel), H, GRID)
         value = {key: getattr(margins, key).value[row, channel] for key in ("gain_up", "gain_down", "phase", "delay")}
         for what, wanted in classical(loop).items():
             agree(value[what], wanted, what)

@@ -8,7 +8,7 @@ import pytest
 from objectives.margins.limit_cycle import limit_cycles
 from objectives.margins.period import PeriodMap
 from objectives.margins.trim import Trim, level_body, setting_of, smooth_dynamics
-from plant.closed_loop import Timing
+from plant.loop import Timing
 from plant.nominal import ControlOptions, nominal
 from plant.records import paths
 from tests.objectives.margins.designs import (

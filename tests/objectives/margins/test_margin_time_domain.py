@@ -10,7 +10,7 @@ from objectives.margins.margins import MarginModel
 from objectives.margins.period import CHANNELS, PeriodMap
 from objectives.margins.trim import Trim, level_body, setting_of, smooth_dynamics
 from plant.backends import array
-from plant.closed_loop import Timing
+from plant.loop import Timing
 from plant.nominal import ControlOptions, nominal
 from plant.records import paths
 from tests.objectives.margins.designs import HUMMINGBIRD, cascade_of, random_gains

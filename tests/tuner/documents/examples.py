@@ -6,6 +6,8 @@ from typing import Any
 from tuner.store.document import Document
 
 TEXT = "text"
+# A file of a results folder, for what must name one.
+IN_FOLDER = "inputs/study.toml"
 
 
 def example_of(model: type[Document]) -> dict[str, Any]:
@@ -33,5 +35,5 @@ def filled(schema: Any, definitions: dict[str, Any], depth: int = 0) -> Any:
     if kind == "array":
         return [] if depth > 20 else [filled(schema["items"], definitions, depth + 5)]
     if kind == "string":
-        return TEXT if re.search(schema.get("pattern", ""), TEXT) else ""
+        return next(text for text in (TEXT, "", IN_FOLDER) if re.search(schema.get("pattern", ""), text))
     return {"integer": 3, "number": 0.25, "boolean": True}.get(str(kind))

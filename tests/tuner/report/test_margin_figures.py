@@ -8,7 +8,7 @@ from scipy.signal import dlsim
 from objectives.margins.margins import MarginModel
 from objectives.margins.period import CHANNELS
 from objectives.margins.trim import Trim
-from plant.closed_loop import Timing
+from plant.loop import Timing
 from tuner.analysis.margins import mismatch
 from tuner.analysis.margins.curves import curves_of, groups
 from tuner.analysis.margins.linear import Linear

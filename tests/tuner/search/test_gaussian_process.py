@@ -38,7 +38,7 @@ def told():
 
 
 def test_factors_and_solutions_are_those_of_numpy(told):
-    points, others = told[0] * [1.0, 2.0, 3.0], np.random.default_rng(2).random((21, 3))
+    points, others = told[0] * [1.0, 2.0, 3.0], np.random.default_rng(2).random((150, 3))
     whole = matern(points, points) + 0.01 * np.eye(37)
     upper = np.triu(factored_correlations(points, 0.01))
     np.testing.assert_allclose(upper.T @ upper, whole, atol=1e-13)
@@ -46,11 +46,12 @@ def test_factors_and_solutions_are_those_of_numpy(told):
     np.testing.assert_allclose(cross, matern(points, others), atol=1e-14)
     half = half_solved(upper, cross)
     np.testing.assert_allclose(upper.T @ half, cross, atol=1e-12)
-    rest = np.triu(factored_remainder(others, half, 0.02))
-    expected = matern(others, others) + 0.02 * np.eye(21) - cross.T @ np.linalg.solve(whole, cross)
+    upper = factored_remainder(others, half, 0.02)
+    rest = np.triu(upper)
+    expected = matern(others, others) + 0.02 * np.eye(150) - cross.T @ np.linalg.solve(whole, cross)
     np.testing.assert_allclose(rest.T @ rest, expected, atol=1e-12)
-    normals = np.random.default_rng(3).standard_normal((5, 21))
-    np.testing.assert_allclose(drawn(rest, normals), normals @ rest, atol=1e-12)
+    normals = np.random.default_rng(3).standard_normal((5, 150))
+    np.testing.assert_allclose(drawn(upper, normals), normals @ rest, atol=1e-12)
 
 
 def test_likelihood_is_that_of_the_normal_distribution_at_its_best_variance(told):

@@ -16,7 +16,8 @@ from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
 from plant.airframes import load
-from plant.closed_loop import Limits, Timing
+from plant.closed_loop import Limits
+from plant.loop import Timing
 from plant.nominal import ControlOptions
 from plant.references.steps import Steps
 from plant.scenarios import Bands, ScenarioSpec, Spread

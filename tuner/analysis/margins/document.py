@@ -10,8 +10,8 @@ from objectives.margins.quantities import QUANTITIES, REPORTED, MarginQuantity
 from objectives.margins.results import Worst
 from objectives.scales import units_of
 from plant.cascade import AXES
-from plant.closed_loop import Timing
 from plant.errors import InputError
+from plant.loop import Timing
 from plant.nominal import nominal
 from tuner.analysis.margins.limits import LIMITS, LoopLimit
 from tuner.analysis.margins.readings import Subject

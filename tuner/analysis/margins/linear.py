@@ -18,8 +18,8 @@ from objectives.margins.period import CHANNELS, PeriodMap
 from objectives.margins.quantities import LOOP_QUANTITIES
 from objectives.margins.structure import Block, blocks_of, coordinates
 from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, level_body, setting_of
-from plant.closed_loop import Timing
 from plant.errors import InputError
+from plant.loop import Timing
 from plant.nominal import nominal
 from plant.vehicle import Vehicle
 from tuner.gains import Controller

@@ -9,7 +9,7 @@ from objectives.margins.period import CHANNELS
 from objectives.margins.quantities import MarginQuantity
 from objectives.margins.results import Margins
 from objectives.margins.trim import Trim
-from plant.closed_loop import Timing
+from plant.loop import Timing
 from plant.nominal import nominal
 from tuner.gains import Controller
 

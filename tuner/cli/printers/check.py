@@ -23,10 +23,22 @@ def print_checked(checked: "Checked", _: Console) -> None:
     """Print what a file holds."""
     if checked.examined is not None:
         print(f"{checked.examined.path}: valid: {sentence(checked.examined)}")
+    elif "breaches" in checked.content:
+        print_own(checked.content)
     elif isinstance(checked.document, StudyPreview):
         show_study(checked.document, wide_console())
     else:
         print_figures(checked.content)
+
+
+def print_own(content: Row) -> None:
+    """Print what code of the user's own breaks, a line each, or that it keeps its contract."""
+    for breach in content["breaches"]:
+        print(": ".join(text for text in (breach["place"], breach["part"], breach["message"]) if text))
+    if not content["breaches"]:
+        print(
+            f"{content['file']}: the {content['kind']} '{content['name']}' keeps its contract (digest {content['digest']})"
+        )
 
 
 def print_figures(figures: Row) -> None:
@@ -40,7 +52,11 @@ def print_figures(figures: Row) -> None:
 
 
 def shown(value: Any) -> str:
-    """Return a figure as text: a list with commas, a number with its unit."""
+    """Return a figure as text: a list or a table with commas, a number with its unit."""
+    if isinstance(value, dict) and "value" not in value:
+        return ", ".join(
+            f"{key} {entry:.4g}" if isinstance(entry, float) else f"{key} {entry}" for key, entry in value.items()
+        )
     if isinstance(value, dict):
         return f"{value['value']:.4g}{unit_text(value['unit'], ' {}')}"
     return ", ".join(value) if isinstance(value, list) else str(value)

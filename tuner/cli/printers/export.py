@@ -12,11 +12,18 @@ from tuner.documents.parts import in_shown_units
 
 if TYPE_CHECKING:
     from tuner.api.exporting import Exported, Imported
+    from tuner.api.plants import ExportedPlant
 
 # Options that an exporter has where a vehicle can be known.
 VEHICLE_OPTIONS = ("others",)
 # Lag of a Butterworth low-pass of second order at low frequencies, sqrt(2)/(2 pi) of its period [1].
 SLOWNESS = 0.225
+
+
+def print_export_of_plant(made: "ExportedPlant", _: Console) -> None:
+    """Print where the controller of a plant lies."""
+    print(f"Controller in C99, {made.precision}: {', '.join(made.files)}")
+    print(f"{made.folder}: `make` there compares it with what flew")
 
 
 def print_export(made: "Exported", _: Console) -> None:

@@ -113,10 +113,13 @@ def section(console: Console, name: str, lines: list[str]) -> None:
 
 def asked_text(asked: AskedPart) -> str:
     """Return what was asked in a sentence."""
+    cascade = {} if asked.laws is None else {"attitude": asked.laws.attitude, "position": asked.laws.position}
+    laws = " and ".join(f"{law} ({loop})" for loop, law in (asked.channels or cascade).items())
+    flown = asked.airframe or (asked.plant or "").rstrip(".")
     return (
-        f"{len(asked.searched)} gains of {asked.laws.attitude} (attitude) and {asked.laws.position} (position) "
-        f"on {asked.airframe}, seed {asked.seed}; {asked.algorithm} tried {asked.candidates:,} candidates in "
-        f"{asked.flights:,} flights and {asked.wall_seconds:.0f} s. To be made small: {', '.join(asked.objectives)}."
+        f"{len(asked.searched)} gains of {laws} on {flown}, seed {asked.seed}; {asked.algorithm} tried {asked.candidates:,} "
+        f"candidates in {asked.flights:,} flights and {asked.wall_seconds:.0f} s. To be made small: "
+        f"{', '.join(asked.objectives)}."
     )
 
 

@@ -5,14 +5,16 @@ worker's sources make the same of it is asked, not assumed: the scenario key of 
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 from objectives.memory import scenario_key
 from objectives.system import FlightBatch, System
 from plant.backends.processor import Processor, compiled_for
 from plant.cascade import close_cascade
-from plant.closed_loop import Limits, Timing
+from plant.closed_loop import Limits
 from plant.errors import InputError
 from plant.laws import LAWS, law
+from plant.loop import Timing
 from plant.nominal import Nominal
 from plant.scenarios import ScenarioSpec
 from plant.vehicle import Vehicle
@@ -40,19 +42,30 @@ class Brief:
 
 
 def brief_of(system: System, root: int, batch: FlightBatch) -> Brief:
-    """Return what a worker has to know of a batch; InputError where a law is not one that it would find by its name."""
+    """Return what a worker has to know of a batch; InputError where it would not find a law or the reference by its name."""
     for entry in (system.cascade.position, system.cascade.attitude):
-        if LAWS.get(entry.name) is not entry:
-            raise InputError(
-                f"the law '{entry.name}' is not among `tuner list laws`, so workers could not find it by its name; add it to "
-                f"plant/laws and install that on every worker",
-                key="--dask",
-            )
+        if LAWS.get(entry.name) is not entry or _is_of_a_file(entry):
+            raise _not_there("law", entry.name)
+    reference = type(batch.spec.reference)
+    if _is_of_a_file(reference):
+        raise _not_there("reference", reference.kind)
     return Brief(
         scenario_key(system, root, batch), system.cascade.position.name, system.cascade.attitude.name, system.vehicle,
         system.nominal, system.limits, system.timing, root, batch.spec, batch.stream, machine_report(),
         compiled_for(),
     )  # fmt: skip
+
+
+def _is_of_a_file(entry: Any) -> bool:
+    return entry.origin is not None and not entry.origin.packaged
+
+
+def _not_there(noun: str, name: str) -> InputError:
+    return InputError(
+        f"the {noun} '{name}' is of a file of your own, and workers are sent no code; make it a package with an entry point in "
+        f"holdfast.{noun}s and install that on every worker, or leave --dask out",
+        key="--dask",
+    )
 
 
 def system_of(brief: Brief) -> System:
@@ -62,7 +75,11 @@ def system_of(brief: Brief) -> System:
         raise InputError(f"{unlike[0]}; stop it and go on with `tuner resume`", key="--dask")
     cascade = close_cascade(law(brief.position), law(brief.attitude))
     system = System(brief.vehicle, cascade, brief.nominal, brief.limits, brief.timing)
-    assert scenario_key(system, brief.root, FlightBatch(brief.spec, brief.stream, 1)) == brief.key, (
-        "rebuilt from the same"
-    )
+    if scenario_key(system, brief.root, FlightBatch(brief.spec, brief.stream, 1)) != brief.key:
+        # Its sources are the client's, so what differs is a package of laws or references.
+        raise InputError(
+            f"a worker has another version of the code of '{brief.position}', '{brief.attitude}' or "
+            f"'{brief.spec.reference.kind}'; install the same on every worker, and go on with `tuner resume`",
+            key="--dask",
+        )
     return system

@@ -18,7 +18,7 @@ from distributed import Client, Future
 
 from objectives.engine import LANES, Engine, OnFlightsDone
 from objectives.system import FlightBatch, System
-from plant.backends.lanes import result_rows
+from plant.backends import lanes
 from tuner.engines.cluster.brief import brief_of
 from tuner.engines.cluster.watch import LOOK, PATIENCE, Watch
 from tuner.engines.cluster.worker import BriefPlugin, fly_block, is_compiled
@@ -40,11 +40,17 @@ class Part:
 
 @dataclass(frozen=True)
 class FlightBlock:
-    """Rows of a part that fly as one task."""
+    """Rows of a part that fly as one task, through flights counted from the first one of the stream."""
 
     part: Part
     rows: slice
     gains: np.ndarray
+    flights: slice
+
+    @property
+    def size(self) -> int:
+        """Number of flights of all rows."""
+        return len(self.gains) * (self.flights.stop - self.flights.start)
 
 
 class Tasks:
@@ -68,7 +74,7 @@ class Tasks:
         """Wait for a task to end, put its results in their place and return its block."""
         future = self._next()
         block = self._blocks[future]
-        block.part.out[block.rows] = self._watch.result(future)
+        block.part.out[block.rows, block.flights] = self._watch.result(future)
         block.part.missing -= 1
         del self._blocks[future]
         return block
@@ -98,7 +104,7 @@ class DaskEngine(Engine):
     ) -> None:
         self._client, self._system, self._root, self._block = client, system, root, block
         self._watch = Watch(client, patience)
-        rows = result_rows(system.loop)
+        rows = lanes.result_rows(system.loop)
         self._rows = rows.stop - rows.start
         self._sent: dict[FlightBatch, str] = {}
 
@@ -143,23 +149,32 @@ class DaskEngine(Engine):
                         blocks.extend(self._blocks(begun[-1], gains, last - first))
                 while blocks and len(tasks) < room:
                     block = blocks.popleft()
-                    tasks.add(block, fly_block, key, block.gains, first, last)
+                    tasks.add(
+                        block, fly_block, key, block.gains, first + block.flights.start, first + block.flights.stop
+                    )
                 while begun and not begun[0].missing:
                     yield begun.popleft().out
                 if len(tasks):
                     block = tasks.land()
                     if on_flights_done is not None:
-                        on_flights_done(len(block.gains) * (last - first))
+                        on_flights_done(block.size)
         finally:
             tasks.cancel()
 
     def _blocks(self, part: Part, gains: np.ndarray, flights: int) -> list[FlightBlock]:
         """Split a part into blocks: of BLOCK flights, or fewer where every thread is to get its share."""
-        fair = -(-len(gains) // (SHARES * self._watch.threads))
-        each = max(min(self._block // flights, fair), 1)
-        rows = [slice(start, start + each) for start in range(0, len(gains), each)]
-        part.missing = len(rows)
-        return [FlightBlock(part, entry, gains[entry]) for entry in rows]
+        shares = SHARES * self._watch.threads
+        # Few candidates with many flights are split by flights too, into whole blocks of lanes; a worker draws those alone.
+        ranges = split(flights, min(shares // max(len(gains), 1), flights // lanes.LANES), lanes.LANES)
+        fair = -(-len(gains) * len(ranges) // shares)
+        each = max(min(self._block // ranges[0].stop, fair), 1)
+        blocks = [
+            FlightBlock(part, slice(start, start + each), gains[start : start + each], entry)
+            for start in range(0, len(gains), each)
+            for entry in ranges
+        ]
+        part.missing = len(blocks)
+        return blocks
 
     def _brief(self, batch: FlightBatch) -> str:
         """Return the key under which every worker has the brief of a batch; those that join later get it too."""
@@ -177,3 +192,9 @@ class DaskEngine(Engine):
             for worker in workers
         ]
         return [self._watch.result(entry) for entry in tasks]
+
+
+def split(count: int, parts: int, multiple: int) -> list[slice]:
+    """Return ranges that cover 0 to `count`, at most so many of one size, a multiple, but for a shorter last one."""
+    size = count if parts < 2 else -(-count // (parts * multiple)) * multiple
+    return [slice(start, min(start + size, count)) for start in range(0, count, size)]

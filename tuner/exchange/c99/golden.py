@@ -112,7 +112,7 @@ def _cascade(controller: Controller, bound: Entries, real: Real, steps: int) -> 
     constants, bind = constants_of(controller), rebinder(real)
     init, step, sense = bind(bound.init), bind(bound.step), rebinder(DOUBLE)(measurement_of)
     noise = _noise("step", steps, size(Measurement))
-    body, state, log = _hovering(knowledge), None, _Log()
+    body, state, log = _hovering(knowledge), None, Log()
     for k in range(steps):
         seen = sense(
             *(as_signals(part, DOUBLE, 1) for part in (body.position, body.velocity, body.attitude, body.rate))
@@ -122,7 +122,7 @@ def _cascade(controller: Controller, bound: Entries, real: Real, steps: int) -> 
         m = signals(Measurement, exact, real)
         if state is None:
             state = as_signals(init(constants, knowledge, m), real, 1)
-            log.begin(m, state, as_signals(commanded(_hover(knowledge), knowledge), real, 1))
+            log.begin((m,), (state, as_signals(commanded(_hover(knowledge), knowledge), real, 1)))
         wanted = _reference(k / steps)
         if k % OFTEN == NEXT_TO:
             wanted = _beside(wanted, exact[:6, 0] + NEAR_GOAL * noise[k, 6:12])
@@ -144,18 +144,19 @@ def _flown(controller: Controller, body: Body, thrust: list[float]) -> Body:
     return body
 
 
-class _Log:
+class Log:
     """Rows of a flight; one that becomes infinite or NaN, which the exported C refuses, ends it."""
 
     def __init__(self) -> None:
         self._start = self._initial = np.zeros(0)
         self._rows: list[tuple[np.ndarray, ...]] = []
 
-    def begin(self, m: Any, state: Any, output: Any) -> None:
-        self._start = matrix(m)[:, 0]
-        self._initial = np.concatenate([matrix(state)[:, 0], matrix(output)[:, 0]])
+    def begin(self, taken: tuple[Any, ...], kept: tuple[Any, ...]) -> None:
+        """Note what init takes, and the state after it."""
+        self._start, self._initial = (np.concatenate([matrix(part)[:, 0] for part in group]) for group in (taken, kept))
 
     def note(self, taken: tuple[Any, ...], given: Any, state: Any) -> bool:
+        """Note a step; False where it is not finite, and then the flight is over."""
         groups = (taken, (given,), (state,))
         row = tuple(np.concatenate([matrix(part)[:, 0] for part in group]) for group in groups)
         finite = all(np.isfinite(part).all() for part in row)
@@ -164,6 +165,7 @@ class _Log:
         return finite
 
     def vectors(self) -> Vectors:
+        """Return the rows."""
         inputs, outputs, states = (np.array(column) for column in zip(*self._rows, strict=True))
         return Vectors(self._start, self._initial, inputs, outputs, states)
 
@@ -191,7 +193,7 @@ def _attitude(controller: Controller, bound: Entries, real: Real, steps: int) ->
     noise = _noise("attitude_step", steps, 6)
     angles, rate = np.array([0.1, -0.1, YAW]), np.zeros(3)
     effect, excess = np.zeros(3), np.zeros(3)
-    state, log = None, _Log()
+    state, log = None, Log()
     for k in range(steps):
         goal = _setpoint(k / steps)
         seen = np.concatenate([angles, rate]) + noise[k]
@@ -200,7 +202,7 @@ def _attitude(controller: Controller, bound: Entries, real: Real, steps: int) ->
         m = signals(AttitudeMeasurement, seen[:, None], real)
         if state is None:
             state = as_signals(init(constants, m), real, 1)
-            log.begin(m, state, as_signals(Vec3(0.0, 0.0, 0.0), real, 1))
+            log.begin((m,), (state, as_signals(Vec3(0.0, 0.0, 0.0), real, 1)))
         setpoint = as_signals(goal, real, 1)
         applied = signals(AttitudeApplied, np.concatenate([effect, excess])[:, None], real)
         torque, state = (
@@ -223,28 +225,49 @@ def _setpoint(share: float) -> AttitudeSetpoint:
 
 def golden_header(vectors: Golden, real: Real, prefix: str, words: dict[str, str]) -> str:
     """Write golden.h; prefix: of all names; words: p, P, digest, airframe, laws."""
-    defines: list[str] = []
-    arrays: list[str] = []
-    for name, entry in (("", vectors.step), ("attitude_", vectors.attitude_step)):
-        start, inputs = f"golden_{name}start", f"golden_{name}inputs"
-        defines.append(f"#define GOLDEN_{name.upper()}STEPS {len(entry.inputs)}u")
-        arrays.append(f"static const {prefix}_real {start}[{len(entry.start)}] = {{{_row(entry.start, real)}}};")
-        defines.append(f"#define GOLDEN_{name.upper()}INITIAL {len(entry.initial)}u")
-        initial = f"golden_{name}initial[{len(entry.initial)}]"
-        arrays.append(f"static const {prefix}_real {initial} = {{{_row(entry.initial, real)}}};")
-        arrays.append(_array(inputs, entry.inputs, real, prefix))
-        for kind, table in (("outputs", entry.outputs), ("states", entry.states)):
-            defines.append(f"#define GOLDEN_{name.upper()}{kind.upper()} {table.shape[1]}u")
-            arrays.append(_array(f"golden_{name}{kind}", table, real, prefix))
+    texts = [
+        entry_vectors(name, entry, real, prefix)
+        for name, entry in (("", vectors.step), ("attitude_", vectors.attitude_step))
+    ]
+    defines, arrays = ([line for text in texts for line in text[i]] for i in (0, 1))
     defines.append(f"#define GOLDEN_MEASUREMENTS {len(vectors.measure_inputs)}u")
     arrays.append(_array("golden_measure_inputs", vectors.measure_inputs, real, prefix))
     arrays.append(_array("golden_measure_outputs", vectors.measure_outputs, real, prefix))
+    what = f"airframe      {words['airframe']}, laws {words['laws']}"
+    return header_text(defines, arrays, real, {**words, "what": what})
+
+
+def header_text(defines: list[str], arrays: list[str], real: Real, words: dict[str, str]) -> str:
+    """Write golden.h around its arrays; words: p, P, digest, tool, and in `what` what the gains are of."""
     return filled("c99", "golden.h", **words, real=real.name, defines="\n".join(defines), arrays="\n\n".join(arrays))
+
+
+def entry_vectors(name: str, entry: Vectors, real: Real, prefix: str) -> tuple[list[str], list[str]]:
+    """Write sizes and arrays of the vectors of one entry point; name: "" or a word with _ behind it."""
+    start, initial = f"golden_{name}start[{len(entry.start)}]", f"golden_{name}initial[{len(entry.initial)}]"
+    defines = [
+        f"#define GOLDEN_{name.upper()}STEPS {len(entry.inputs)}u",
+        f"#define GOLDEN_{name.upper()}INITIAL {len(entry.initial)}u",
+    ]
+    arrays = [
+        f"static const {prefix}_real {start} = {{{_row(entry.start, real)}}};",
+        f"static const {prefix}_real {initial} = {{{_row(entry.initial, real)}}};",
+        _array(f"golden_{name}inputs", entry.inputs, real, prefix),
+    ]
+    for kind, table in (("outputs", entry.outputs), ("states", entry.states)):
+        defines.append(f"#define GOLDEN_{name.upper()}{kind.upper()} {table.shape[1]}u")
+        arrays.append(_array(f"golden_{name}{kind}", table, real, prefix))
+    return defines, arrays
 
 
 def golden_program(real: Real, words: dict[str, str]) -> str:
     """Write test_golden.c; words: as in `golden_header`."""
-    return filled("c99", "test_golden.c", **words, digits=17 if real.name == "double" else 9)
+    return filled("c99", "test_golden.c", **words, differs=differs(real, words))
+
+
+def differs(real: Real, words: dict[str, str]) -> str:
+    """Write the function that compares numbers bit for bit."""
+    return filled("c99", "differs.c", **words, digits=17 if real.name == "double" else 9).rstrip()
 
 
 def _array(name: str, table: np.ndarray, real: Real, prefix: str) -> str:

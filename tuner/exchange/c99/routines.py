@@ -13,19 +13,26 @@ from plant.records import paths
 
 LONGEST_FIELD = 28
 Call = Callable[[Node, str, list[str]], str]
+After = Callable[[Node], str]
 
 
 @dataclass(frozen=True)
 class Style:
-    """Style of all C of a controller: its floating-point type, the prefix of its names and the types of its records."""
+    """Style of all C of a controller: its floating-point type, the prefix of its names and the types of its records.
+
+    table: behind the name of an axis in that of its table.
+    """
 
     real: Real
     prefix: str
     records: CRecords
+    table: str = ""
 
-    def writer(self, tables: Mapping[str, str] | None = None, call: Call | None = None) -> Writer:
+    def writer(
+        self, tables: Mapping[str, str] | None = None, call: Call | None = None, after: After | None = None
+    ) -> Writer:
         """Return a writer of statements."""
-        return Writer(self.real, f"{self.prefix}_real", f"{self.prefix}_floor", tables, call)
+        return Writer(self.real, f"{self.prefix}_real", f"{self.prefix}_floor", tables, call, after)
 
 
 @dataclass(frozen=True)
@@ -53,7 +60,7 @@ def loops(routine: Routine, style: Style, gains: Mapping[str, Mapping[str, str]]
         def call(node: Node, local: str, args: list[str]) -> str:
             axis = node.text[2]
             name, tabled = served[axis]
-            table = [f"&{style.prefix}_{axis}"] if tabled else []
+            table = [f"&{style.prefix}_{axis}{style.table}"] if tabled else []
             given = ", ".join([f"&state->{memory}{axis}", f"&next.{memory}{axis}", *table, *routine.passed(args)])
             return f"const {style.prefix}_loop {local} = {name}({given});"
 
@@ -90,7 +97,7 @@ def _tables(
             f"    {literal(body.tables[text][axis], style.real).strip('()')}, /* {_comment(axis, text, gains)} */"
             for text in fields
         ]
-        opening = f"/* {given} */\nstatic const {name}_constants {style.prefix}_{axis} = {{"
+        opening = f"/* {given} */\nstatic const {name}_constants {style.prefix}_{axis}{style.table} = {{"
         parts.append("\n".join([opening, *lines, "};"]))
     return parts
 

@@ -1,6 +1,7 @@
 """The controller as one C99 header and one C99 source, traced from the model functions that the simulator flies."""
 
 import hashlib
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 from plant.backends.c_code import REALS, literal
@@ -12,7 +13,7 @@ from plant.references.track import Reference
 from plant.sensors import Measurement
 from plant.vectors import Quaternion, Rotors, Vec3
 from tuner.exchange.c99.entries import AttitudeApplied, AttitudeMeasurement, AttitudeSetpoint, Command
-from tuner.exchange.c99.routines import Call, Style, function_of, function_text, loops
+from tuner.exchange.c99.routines import After, Call, Style, function_of, function_text, loops
 from tuner.exchange.c99.tracing import UNIT_WITHIN, TracedFunction, Traces, trace
 from tuner.exchange.texts import c_comment, c_string, filled, tool
 from tuner.gains import Controller
@@ -93,7 +94,7 @@ def _header(controller: Controller, style: Style, digest: str) -> str:
 
 
 def _source(controller: Controller, traces: Traces, style: Style) -> str:
-    p, real = style.prefix, style.real
+    p = style.prefix
     gains = _gains(controller)
     outer, inner = loops(traces.position, style, gains), loops(traces.attitude, style, gains)
 
@@ -106,17 +107,17 @@ def _source(controller: Controller, traces: Traces, style: Style) -> str:
     functions = [
         outer.text,
         inner.text,
-        _entry(style, "init", traces.init, [f"{p}_state *state", f"const {p}_measurement *m"], "state", None),
-        _entry(
+        entry_function(style, "init", traces.init, [f"{p}_state *state", f"const {p}_measurement *m"], "state", None),
+        entry_function(
             style, "step", traces.step,
             [f"{p}_state *state", f"const {p}_reference *reference", f"const {p}_measurement *m", f"{p}_command *command"],
             "state", call_cascade, "command",
         ),
-        _entry(
+        entry_function(
             style, "attitude_init", traces.attitude_init,
             [f"{p}_attitude_state *state", f"const {p}_attitude_measurement *m"], "attitude_state", None,
         ),
-        _entry(
+        entry_function(
             style, "attitude_step", traces.attitude_step,
             [f"{p}_attitude_state *state", f"const {p}_attitude_setpoint *setpoint",
              f"const {p}_attitude_measurement *m", f"const {p}_attitude_applied *applied", f"{p}_vec3 *torque"],
@@ -124,10 +125,21 @@ def _source(controller: Controller, traces: Traces, style: Style) -> str:
         ),
         _measure(style, traces.measure, call_cascade),
     ]  # fmt: skip
+    return source_text(style, controller.airframe.title, functions, [function_of(traces.atan2, style)])
+
+
+def source_text(style: Style, title: str, functions: list[str], helpers: Sequence[str] = ()) -> str:
+    """Write the source around its functions; title: of what it controls; helpers: functions that they call."""
+    p, real = style.prefix, style.real
+    words = {"p": p, "P": p.upper(), "real": real.name, "suffix": real.suffix}
+    text = "\n\n".join(functions)
+    if f"{p}_floor(" in "".join([text, *helpers]):
+        largest, one = literal(real.largest_fraction, real), literal(1.0, real)
+        floor = filled("c99", "floor.c", **words, largest=largest, whole=real.whole, one=one)
+        helpers = [floor.rstrip(), *helpers]
     return filled(
-        "c99", "controller.c", p=p, P=p.upper(), title=c_comment(controller.airframe.title), tool=tool(), real=real.name,
-        evaluation=EVALUATION[real.name], suffix=real.suffix, largest=literal(real.largest_fraction, real),
-        whole=real.whole, one=literal(1.0, real), atan2=function_of(traces.atan2, style), functions="\n\n".join(functions),
+        "c99", "controller.c", **words, title=c_comment(title), tool=tool(), evaluation=EVALUATION[real.name],
+        helpers="".join(f"{helper}\n\n" for helper in helpers), functions=text,
     )  # fmt: skip
 
 
@@ -140,7 +152,7 @@ def _gains(controller: Controller) -> dict[str, dict[str, str]]:
     return gains
 
 
-def _entry(
+def entry_function(
     style: Style,
     name: str,
     entry: TracedFunction,
@@ -148,11 +160,12 @@ def _entry(
     kind: str,
     call: Call | None,
     output: str = "",
+    after: After | None = None,
 ) -> str:
     """Write an entry point: what it works out goes into `next`, and from there into the state only if all of it is finite."""
     p = style.prefix
     targets = [(_place(path), value) for path, value in entry.results]
-    lines = style.writer(call=call).statements([*targets, (f"const {p}_real sum", entry.sum)])
+    lines = style.writer(None, call, after).statements([*targets, (f"const {p}_real sum", entry.sum)])
     refused = f"    *{output} = state->{output};\n" if output else ""
     check = REFUSE.format(zero=literal(0.0, style.real), refused=refused, P=p.upper())
     done = [f"*{output} = next.{output};"] if output else []

@@ -80,27 +80,27 @@ def trace(controller: Controller) -> Traces:
     g = Graph()
     m = g.inputs(Measurement, "m->")
     after = run(g, bound.init, (), constants, knowledge, m)
-    init = _entry(g, ("next.", after), ("next.command.", commanded(after.in_force, knowledge)))
+    init = traced(g, ("next.", after), ("next.command.", commanded(after.in_force, knowledge)))
     g = Graph()
     state, r, m = g.inputs(bound.State, "state->"), g.inputs(Reference, "reference->"), g.inputs(Measurement, "m->")
     command, after = run(g, bound.step, AXES, state, constants, knowledge, r, m, h)
-    step = _entry(g, ("next.command.", command), ("next.", after))
+    step = traced(g, ("next.command.", command), ("next.", after))
     g = Graph()
     am = g.inputs(AttitudeMeasurement, "m->")
     after = run(g, bound.attitude_init, (), constants, am)
-    attitude_init = _entry(g, ("next.", after), ("next.torque.", Vec3(0.0, 0.0, 0.0)))
+    attitude_init = traced(g, ("next.", after), ("next.torque.", Vec3(0.0, 0.0, 0.0)))
     g = Graph()
     state, s = g.inputs(bound.AttitudeState, "state->"), g.inputs(AttitudeSetpoint, "setpoint->")
     am, applied = g.inputs(AttitudeMeasurement, "m->"), g.inputs(AttitudeApplied, "applied->")
     torque, after = run(g, bound.attitude_step, ATTITUDE_AXES, state, constants, knowledge, s, am, applied, h)
-    attitude_step = _entry(g, ("next.torque.", torque), ("next.", after))
+    attitude_step = traced(g, ("next.torque.", torque), ("next.", after))
     g = Graph()
     places, q = (
         [g.inputs(Vec3, f"{name}->") for name in ("position", "velocity", "rate")],
         g.inputs(Quaternion, "attitude->"),
     )
     measured = run(g, measurement_of, (), places[0], places[1], q, places[2])
-    measure = _entry(g, ("next.", measured))
+    measure = traced(g, ("next.", measured))
     return Traces(bound, init, step, attitude_init, attitude_step, measure, outer, inner, angle)
 
 
@@ -133,8 +133,8 @@ def _bind(
     return rebinder({cascade.position.step: loop, cascade.attitude.step: loop, vector_math.atan2: atan2})
 
 
-def _entry(graph: Graph, *given: tuple[str, Any]) -> TracedFunction:
-    """Results by path, but for the memories that a routine fills; all inputs are looked at, used or not."""
+def traced(graph: Graph, *given: tuple[str, Any]) -> TracedFunction:
+    """Return results by path, but for the memories that a routine fills; all inputs are looked at, used or not."""
     named_results = [
         (prefix + path, value)
         for prefix, record in given

@@ -13,9 +13,10 @@ from plant.air.spec import AirSpec
 from plant.attitude import euler_angles, nearest_turn
 from plant.backends.stepping import fly_steps, lane_of, unchanged
 from plant.cascade import close_cascade
-from plant.closed_loop import Limits, Timing, close_loop
+from plant.closed_loop import Limits, close_loop
 from plant.laws.channel import Applied
 from plant.laws.law import Law
+from plant.loop import Timing
 from plant.nominal import nominal
 from plant.records import flatten, pack
 from plant.references.steps import Steps

@@ -13,7 +13,9 @@ from dataclasses import asdict
 from pathlib import Path
 
 from plant import laws
+from plant.errors import InputError
 from plant.gains import gain_addresses
+from plant.own_code import sources_of
 from tuner.exchange.aboard import rollback_request
 from tuner.exchange.rotorpy import controller as rotorpy_controller
 from tuner.exchange.rotorpy.vehicle import differences, hover_speed, parameters
@@ -71,7 +73,9 @@ def copies(names: set[str]) -> dict[str, str]:
 
 
 def module_of(law: str) -> str:
-    """Return the module of plant.laws that defines a law."""
+    """Return the module of plant.laws that defines a law, or that a law of the user's own becomes in the copy."""
+    if laws.LAWS[law].origin is not None:
+        return f"own_{law}"
     names = [name for name, module in vars(laws).items() if getattr(module, "LAW", None) is laws.LAWS[law]]
     assert len(names) == 1, (law, names)
     return names[0]
@@ -105,10 +109,20 @@ def _is_module(name: str) -> bool:
 
 
 def source(module: str) -> Path:
-    """Return the file of a module."""
+    """Return the file of a module; InputError for a law of the user's own that is not whole in one file."""
+    for name, entry in laws.LAWS.items():
+        if entry.origin is not None and module == f"plant.laws.own_{name}":
+            return _whole(Path(entry.step.__code__.co_filename))
     spec = importlib.util.find_spec(module)
     assert spec is not None and spec.origin is not None, module
     return Path(spec.origin)
+
+
+def _whole(file: Path) -> Path:
+    beside = [source.file.name for source in sources_of(file)[:-1]]
+    if beside:
+        raise InputError(f"imports {', '.join(beside)} from beside it; rotorpy takes a law in one file", file=file)
+    return file
 
 
 def relative(text: str, root: str) -> str:

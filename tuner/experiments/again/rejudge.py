@@ -18,7 +18,7 @@ from tuner.study.kinds import load_tuning
 from tuner.study.study import Study
 
 # What a second judgement may differ in.
-FREE = ("objective", "constraint", "mission", "guarantee", "margin", "pick", "title", "description")
+FREE = ("objective", "constraint", "metric", "mission", "guarantee", "margin", "pick", "title", "description")
 
 
 def rejudge(
@@ -50,8 +50,8 @@ def judging_study(path: Path, study: Path | None, overrides: Mapping[str, Any]) 
     file = study or path / record.study
     asked = load_tuning(file, "tuner rejudge", as_recorded(record, file) | dict(overrides))
     mine, theirs = first.comparable(FREE), asked.comparable(FREE)
-    for key in mine:
-        if mine[key] != theirs[key]:
+    for key in mine | theirs:
+        if mine.get(key) != theirs.get(key):
             free = ", ".join(FREE)
             raise InputError(f"[{key}] differs from the run's; only these may: {free}", file=asked.path, key=key)
     return first, asked

@@ -7,15 +7,15 @@ stale, and a file that was damaged is flown again. For runs that were stopped, k
 from pathlib import Path
 from typing import Any, Unpack
 
-from plant.errors import InputError, StoreError
+from plant.errors import InputError, StoreError, UnnamedCodeError
 from tuner.experiments.options import ResumeOptions
 from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed, refuse_options
 from tuner.search.watcher import Watcher
-from tuner.store.advice import RECORD, RESUMED, TUNING
+from tuner.store.advice import FLOWN_AGAIN, RECORD, RESUMED
 from tuner.store.folder import Folder
 from tuner.store.inputs import RunRecord, as_recorded, check_model, check_unchanged, compute_as_recorded, read_record
 from tuner.study.kinds import AnyStudy, load_any
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 
 def resume(path: Path, watcher: Watcher | None = None, **options: Unpack[ResumeOptions]) -> CompletedRun:
@@ -30,15 +30,15 @@ def resume(path: Path, watcher: Watcher | None = None, **options: Unpack[ResumeO
         return completed(kind.run(study, folder, watcher, engine, **options), kind)
 
 
-def recorded_study(path: Path) -> tuple[Study, RunRecord]:
+def recorded_study(path: Path) -> tuple[TuningStudy, RunRecord]:
     """Return the study of a tuning run's folder as it was run, and go over to the run's arithmetic.
 
     Raises StoreError where either cannot be had again, or where the folder is that of another kind.
     """
     record = read_record(path)
-    _refuse_others(path, record, (TUNING,))
+    _refuse_others(path, record, FLOWN_AGAIN)
     study = _study_again(path, record)
-    assert isinstance(study, Study), "its digest is that of a tuning study"
+    assert isinstance(study, TuningStudy), "its digest is that of such a study"
     compute_as_recorded(path, record)
     return study, record
 
@@ -53,7 +53,7 @@ def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Any, Fol
     study = _study_again(path, record)
     check_model(path, record)
     if not here:
-        compute_as_recorded(path, record, None if record.kind == TUNING else "run it anew")
+        compute_as_recorded(path, record, None if record.kind in FLOWN_AGAIN else "run it anew")
     folder = Folder.open(path)
     if budget is None or budget == record.generations:
         return study, folder
@@ -80,6 +80,8 @@ def _study_again(path: Path, record: RunRecord) -> AnyStudy:
     file = path / record.study
     try:
         study = load_any(file, as_recorded(record, file))
+    except UnnamedCodeError:
+        raise
     except InputError as error:
         raise StoreError(f"the inputs of this run are damaged: {error}") from None
     check_unchanged(path, record, study.digest())
@@ -88,4 +90,4 @@ def _study_again(path: Path, record: RunRecord) -> AnyStudy:
 
 def _in_units_of(record: RunRecord, study: AnyStudy) -> AnyStudy:
     """Return a study with its limits in the units in which the folder of a run holds them."""
-    return study.in_units_of_limits() if isinstance(study, Study) and not record.si else study
+    return study.in_units_of_limits() if isinstance(study, TuningStudy) and not record.si else study

@@ -5,7 +5,7 @@ from pathlib import Path
 
 import numpy as np
 
-from plant.errors import InputError, StoreError
+from plant.errors import InputError, StoreError, UnnamedCodeError
 from tuner.documents.opening import kind_in
 from tuner.documents.summary import GAINS as GAINS_FILE
 from tuner.documents.summary import INFEASIBLE, is_recommended
@@ -124,5 +124,7 @@ def study_of(path: Path) -> Study:
         raise StoreError(f"{path} is the folder of a {record.kind}; give that of a tuning run")
     try:
         return load_study(path / record.study, as_recorded(record, path / record.study))
+    except UnnamedCodeError:
+        raise
     except InputError as error:
         raise StoreError(f"the inputs of this run are damaged: {error}") from None

@@ -12,8 +12,8 @@ import numpy as np
 from objectives.decisions import DecisionSpace
 from objectives.problem import System
 from objectives.risk import minimum_samples
-from plant.closed_loop import Timing
 from plant.errors import InputError
+from plant.loop import Timing
 from plant.nominal import nominal
 from tuner.experiments.compare.entrants import Entrant
 from tuner.experiments.contest.flying import ContestPoint, comparison_problem

@@ -18,7 +18,7 @@ from plant.air.air import COLUMNS, injection_normals
 from plant.air.injection import Injection, shape_injection
 from plant.air.window import gate
 from plant.backends.flyer import FlightInputs, to_lanes
-from plant.closed_loop import Timing
+from plant.loop import Timing
 from plant.scenarios import WIND_COLUMNS, Bands, ScenarioSpec, sample_scenarios
 from plant.seeds import generator
 from plant.vehicle import Vehicle

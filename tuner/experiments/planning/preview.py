@@ -1,14 +1,18 @@
 """A study of any kind before anything flies: its content in numbers, and what is known to stand in its way."""
 
 from collections.abc import Callable
+from math import isfinite
 from typing import Any, Literal
 
+from objectives.requirements import known_values
 from tuner.experiments.planning.counts import comparison_flights, search_flights
 from tuner.experiments.planning.study_preview import StudyPreview, study_preview
+from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.store.document import DocumentPart
 from tuner.study.contest import Contender, Contest
 from tuner.study.inference import Inference
 from tuner.study.kinds import AnyStudy
+from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study
 
 
@@ -36,12 +40,51 @@ class InferencePreview(DocumentPart):
     search_flights: int
 
 
-Preview = StudyPreview | ContestPreview | InferencePreview
+class PlantPreview(DocumentPart):
+    """A study of a plant of one's own before anything flies; default: limits on its margins and their values."""
+
+    kind: Literal["plant"]
+    title: str
+    plant: str
+    channels: dict[str, str]
+    variables: int
+    objectives: list[str]
+    constraints: list[str]
+    requirements: dict[str, float | None]
+    search_flights: int
+    digest: str
+    warnings: list[str]
+    told: list[str]
+
+
+Preview = PlantPreview | StudyPreview | ContestPreview | InferencePreview
 
 
 def preview(study: AnyStudy) -> Preview:
     """Return what a study would fly and what is known of it without flying."""
     return PREVIEWS[study.kind](study)
+
+
+def plant_preview(study: PlantStudy) -> PlantPreview:
+    """Return what a study of a plant would fly, with the default's values of what is known without flying."""
+    values = known_values(study.screens, study.default_row[None])[0].tolist() if study.screens else []
+    return PlantPreview(
+        kind="plant",
+        title=study.title,
+        plant=study.system.plant.title,
+        channels={channel.name: channel.law.name for channel in study.system.plan.channels},
+        variables=len(study.space.variables),
+        objectives=[objective.label for objective in study.objectives],
+        constraints=[entry.objective.label for entry in study.constraints],
+        requirements={
+            entry.label: value if isfinite(value) else None
+            for entry, value in zip(study.requirements, values, strict=True)
+        },
+        search_flights=search_flights(study),
+        digest=study.digest(),
+        warnings=warnings_before_run(study),
+        told=[study.search.text] if study.space.variables else [],
+    )
 
 
 def contest_preview(contest: Contest) -> ContestPreview:
@@ -79,6 +122,7 @@ def inference_preview(inference: Inference) -> InferencePreview:
 
 PREVIEWS: dict[str, Callable[[Any], Preview]] = {
     Study.kind: study_preview,
+    PlantStudy.kind: plant_preview,
     Contest.kind: contest_preview,
     Inference.kind: inference_preview,
 }

@@ -27,14 +27,14 @@ from tuner.search.front import evenly, non_dominated, pick
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive
 from tuner.search.watcher import CHECKING, Watcher
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 # Finalists re-flown at most; a longer front is thinned evenly along its first objective.
 MOST_FINALISTS = 48
 
 
 def conclude(
-    problem: Problem, study: Study, generations: list[Generation], watcher: Watcher, begin: float, said: list[str]
+    problem: Problem, study: TuningStudy, generations: list[Generation], watcher: Watcher, begin: float, said: list[str]
 ) -> Outcome:
     """Re-fly the default and the front on held-out scenarios and pick the recommended point; said: warnings so far."""
     found = archive(generations)
@@ -63,7 +63,7 @@ def conclude(
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
 
 
-def judged(study: Study, finals: Finals, before: list[Searched]) -> tuple[Finalists, int, str]:
+def judged(study: TuningStudy, finals: Finals, before: list[Searched]) -> tuple[Finalists, int, str]:
     """Fly the finalists and return them with the row and the reason of the recommended one, which makes all flights."""
     flown = finals.fly()
     while True:
@@ -79,7 +79,7 @@ def completely_known(found: Archive, generations: list[Generation]) -> Archive:
     return replace(found, flown=np.concatenate([entry.evaluation.complete for entry in generations], axis=0))
 
 
-def default_candidate(found: Archive, study: Study) -> int | None:
+def default_candidate(found: Archive, study: TuningStudy) -> int | None:
     """Return the first candidate that is the default, None where the search did not try it."""
     same = np.flatnonzero(np.all(found.points == study.space.point(study.default_row), axis=1))
     return int(same[0]) if len(same) else None
@@ -92,7 +92,7 @@ def remarks(outcome: Outcome) -> list[str]:
     return cost_texts(outcome.costs, limits_of(study.constraints, study.requirements), labels, units)
 
 
-def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: Study) -> str:
+def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: TuningStudy) -> str:
     """Return what kind of limit a point breaks, by its violations (limits,) on both streams; empty where none."""
     split = len(study.constraints)
     kinds = [
@@ -103,7 +103,7 @@ def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: Study) -> str:
     return " and ".join(kind for part, kind in kinds if (part > 0.0).any())
 
 
-def finalists_of(survivors: Survivors, found: Archive, study: Study) -> tuple[np.ndarray, list[str]]:
+def finalists_of(survivors: Survivors, found: Archive, study: TuningStudy) -> tuple[np.ndarray, list[str]]:
     """Return the archive indices to re-fly and what to warn of."""
     warnings = warnings_before_run(study)
     if len(found.front()) == 0:
@@ -113,7 +113,7 @@ def finalists_of(survivors: Survivors, found: Archive, study: Study) -> tuple[np
     return survivors.candidates[rows[evenly(survivors.evaluation.values[rows, 0], MOST_FINALISTS)]], warnings
 
 
-def recommend(study: Study, finalists: Finalists) -> tuple[int, str]:
+def recommend(study: TuningStudy, finalists: Finalists) -> tuple[int, str]:
     """Return the row of the recommended finalist and why: the pick rule, among those that beat the default everywhere."""
     values = finalists.evaluation.values
     rows = np.flatnonzero(finalists.non_dominated)
@@ -123,7 +123,7 @@ def recommend(study: Study, finalists: Finalists) -> tuple[int, str]:
     return picked(study, values, rows)
 
 
-def picked(study: Study, values: np.ndarray, front: np.ndarray) -> tuple[int, str]:
+def picked(study: TuningStudy, values: np.ndarray, front: np.ndarray) -> tuple[int, str]:
     """Return what the pick rule picks from the rows of a front, and why; values (rows, objectives): of all, the default first."""
     beating = front[np.all(values[front] < values[0], axis=1)]
     among = beating if len(beating) else front
@@ -136,7 +136,7 @@ def picked(study: Study, values: np.ndarray, front: np.ndarray) -> tuple[int, st
     return int(among[chosen]), f"{why}, {where}"
 
 
-def best_row(study: Study, values: np.ndarray, feasible: np.ndarray) -> int:
+def best_row(study: TuningStudy, values: np.ndarray, feasible: np.ndarray) -> int:
     """Return the row to recommend, 0 for none; values (rows, objectives), feasible (rows,): of all, the default first."""
     rows = 1 + np.flatnonzero(feasible[1:])
     return picked(study, values, rows[non_dominated(values[rows])])[0] if len(rows) else 0

@@ -6,7 +6,7 @@ asked again of the best candidates and of points about them; of flights, only th
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property
+from functools import cached_property, singledispatch
 from math import isfinite, sqrt
 from statistics import NormalDist
 
@@ -22,7 +22,7 @@ from tuner.documents.summary import DesignReach, GainAt, ObstacleRow
 from tuner.experiments.tuning.conflicts import number_text
 from tuner.experiments.tuning.starts import design_row, study_designs
 from tuner.study.margins import MarginAnalysis, margin_requirement
-from tuner.study.study import Study
+from tuner.study.study import Study, TuningStudy
 
 Array = np.ndarray
 
@@ -65,6 +65,17 @@ class Probe:
             return bool(np.isfinite(values).any(axis=0))
         least = MOVED * (abs(self.requirement.limit) or 1.0)
         return bool((~np.isfinite(values) | (np.abs(values - base) > least)).any(axis=0))
+
+
+@singledispatch
+def diagnosed(study: TuningStudy, points: Array, names: Sequence[str], labels: Sequence[str]) -> list[ObstacleRow]:  # noqa: ARG001
+    """Return what stands behind requirements, by their labels, that no point (n, d) keeps; nothing where no loops are known."""
+    return []
+
+
+@diagnosed.register
+def _(study: Study, points: Array, names: Sequence[str], labels: Sequence[str]) -> list[ObstacleRow]:
+    return Diagnosis(study).obstacles(points, names, labels)
 
 
 class Diagnosis:
@@ -206,7 +217,7 @@ def _finite(value: float) -> float | None:
 
 
 def flown_obstacle(
-    study: Study, constraint: Constraint, points: Array, values: Array, names: Sequence[str]
+    study: TuningStudy, constraint: Constraint, points: Array, values: Array, names: Sequence[str]
 ) -> ObstacleRow:  # fmt: skip
     """Return what stands behind a constraint that no point (n, d) flown keeps, by its values (n,) there.
 
@@ -229,7 +240,7 @@ def flown_obstacle(
     )
 
 
-def _correlated(study: Study, points: Array, values: Array) -> list[str]:
+def _correlated(study: TuningStudy, points: Array, values: Array) -> list[str]:
     variables = study.space.variables
     if len(points) < 8 or np.ptp(values) == 0.0:
         return []

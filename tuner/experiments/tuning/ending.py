@@ -7,10 +7,10 @@ import numpy as np
 from objectives.problem import Problem
 from tuner.documents.summary import INFEASIBLE, NOTHING, ObstacleRow
 from tuner.experiments.tuning.conflicts import Conflict, Limit, limits_of
-from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, Diagnosis, flown_obstacle, obstacle_texts
+from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, diagnosed, flown_obstacle, obstacle_texts
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.search.loop import Archive, Generation, point_name
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 
 def contender_ending(name: str, point: str, obstacles: Sequence[ObstacleRow] = ()) -> list[str]:
@@ -23,7 +23,7 @@ def contender_ending(name: str, point: str, obstacles: Sequence[ObstacleRow] = (
 
 
 def obstacles_of(
-    problem: Problem, study: Study, generations: list[Generation], found: Archive, conflict: Conflict | None,
+    problem: Problem, study: TuningStudy, generations: list[Generation], found: Archive, conflict: Conflict | None,
     limits: list[Limit],
 ) -> list[ObstacleRow]:  # fmt: skip
     """Return what stands behind each limit of a conflict; nothing where there is none."""
@@ -34,7 +34,7 @@ def obstacles_of(
     labels = [limits[i].label for i in named if i >= split]
     nearest = np.argsort(found.violations[:, split:].sum(axis=1), kind="stable")[:MOST_CANDIDATES]
     names = [point_name(int(candidate)) for candidate in nearest]
-    known = Diagnosis(study).obstacles(found.points[nearest], names, labels) if labels else []
+    known = diagnosed(study, found.points[nearest], names, labels) if labels else []
     complete = np.concatenate([entry.evaluation.complete for entry in generations], axis=0)
     # Of one flown candidate alone, the default, nothing is told where requirements kept all others on the ground.
     if known and complete.sum(axis=0) < 2:
@@ -43,7 +43,7 @@ def obstacles_of(
 
 
 def _flown(
-    problem: Problem, study: Study, generations: list[Generation], found: Archive, constraints: list[int]
+    problem: Problem, study: TuningStudy, generations: list[Generation], found: Archive, constraints: list[int]
 ) -> list[ObstacleRow]:
     complete = np.concatenate([entry.evaluation.complete for entry in generations], axis=0)
     if not constraints or not complete.any():

@@ -1,20 +1,22 @@
 """gains.json of a run: the recommended point with its origin, its held-out values and its margins."""
 
+from functools import singledispatch
 from math import isfinite
 from typing import Any
 
-from objectives.margins.margins import MarginModel
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from objectives.margins.results import Margins
-from plant.cascade import AXES
 from plant.errors import InputError
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.experiments.tuning.tables import margin_model
 from tuner.gains import to_document
-from tuner.gains.quantities import quantity, ucum
+from tuner.gains.plant_document import plant_gains_document
+from tuner.gains.quantities import code_or_note, quantity
 from tuner.gains.sections import DEMAND, DESCRIBING, LINEARISED, PLANT_INPUT
+from tuner.study.plant_study import PlantStudy
 from tuner.study.processor_cost.cost import gains_rows, tabled
+from tuner.study.study import Study, TuningStudy
 
 Row = dict[str, Any]
 
@@ -29,7 +31,26 @@ def gains_document(outcome: Outcome, summary: Summary) -> Row:
 
     Where nothing is feasible it says so, and `tuner export` refuses it.
     """
-    study = outcome.study
+    return document_of(outcome.study, outcome, summary)
+
+
+@singledispatch
+def document_of(study: TuningStudy, outcome: Outcome, summary: Summary) -> Row:
+    """Return the content of gains.json of a study."""
+    raise TypeError(f"no gains.json of {study.kind}, {outcome.tuned}, {summary.study}")
+
+
+@document_of.register
+def _(study: PlantStudy, outcome: Outcome, summary: Summary) -> Row:
+    origin = study.origin(summary.shown) | ({} if outcome.feasible else {"feasible": False})
+    parts = {"study": origin, "objectives": objective_rows(outcome), "margins": margin_rows(outcome)}
+    return plant_gains_document(study.system, outcome.gains(outcome.tuned), study.code_digest) | {
+        key: part for key, part in parts.items() if part
+    }
+
+
+@document_of.register
+def _(study: Study, outcome: Outcome, summary: Summary) -> Row:
     controller = study.controller(outcome.gains(outcome.tuned))
     provenance = {
         "study": study.origin(summary.shown) | ({} if outcome.feasible else {"feasible": False}),
@@ -54,7 +75,7 @@ def objective_rows(outcome: Outcome) -> list[Row]:
 def objective_row(row: ComparedRow | RequiredRow) -> Row:
     """Return one line of the Default / Tuned table as gains.json holds it."""
     keys = {"label", "unit", "kind", "limit", "default", "tuned", "difference", "verdict"}
-    return {**row.model_dump(include=keys), "unit": ucum(row.unit)}
+    return {**row.model_dump(include=keys), "unit": code_or_note(row.unit)}
 
 
 def interval(flights: int) -> Row:
@@ -70,12 +91,12 @@ def margin_rows(outcome: Outcome) -> list[Row]:
         return []
     margins = model.evaluate(outcome.finalist_rows[[outcome.tuned]])
     looped = {channel for block in model.blocks for channel in block}
-    return [margin_row(model, margins, channel) for channel in AXES if channel in looped]
+    return [margin_row(model, margins, channel) for channel in margins.channels if channel in looped]
 
 
-def margin_row(model: MarginModel, margins: Margins, channel: str) -> Row:
+def margin_row(model: Any, margins: Margins, channel: str) -> Row:
     """Return the margins of one loop; what no crossing limits is left out, and everything where the loop is not stable."""
-    i = AXES.index(channel)
+    i = margins.channels.index(channel)
     stable, case = bool(margins.stable[0, i]), int(margins.sensitivity.case[0, i])
     values = {name: float(QUANTITIES[name].values(margins)[0, i]) for name in RECORDED}
     swept: Row = {"amplitude": model.cases[case].label} if case >= 0 else {}

@@ -12,7 +12,7 @@ from tuner.documents.summary import ComparedRow, ObstacleRow, RequiredRow
 from tuner.experiments.tuning.conflicts import Conflict, LimitPrice
 from tuner.experiments.tuning.survivors import Survivors
 from tuner.search.loop import Archive, Generation, archive, point_name
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 
 @dataclass(frozen=True)
@@ -25,7 +25,7 @@ class Outcome:
     something was.
     """
 
-    study: Study
+    study: TuningStudy
     problem: Problem
     generations: list[Generation]
     survivors: Survivors
@@ -83,6 +83,6 @@ class Outcome:
         return self.finalist_rows[row]
 
 
-def finalist_gains(problem: Problem, study: Study, found: Archive, candidates: np.ndarray) -> np.ndarray:
+def finalist_gains(problem: Problem, study: TuningStudy, found: Archive, candidates: np.ndarray) -> np.ndarray:
     """Return the gains rows of the default and of the finalists."""
     return np.concatenate([study.default_row[None], problem.space.gains(found.points[candidates])], axis=0)

@@ -12,14 +12,15 @@ from objectives.margins import curve
 from objectives.memory import FlightMemory
 from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
+from plant.own_code import HAVE_RUN
 from plant.scenarios import SEARCH
 from tuner.search import covariance, gaussian_process
 from tuner.search.names import ALGORITHMS
 from tuner.search.watcher import Watcher, compilation
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 
-def batches(study: Study, stream: str) -> tuple[FlightBatch, ...]:
+def batches(study: TuningStudy, stream: str) -> tuple[FlightBatch, ...]:
     """Return the flights of a study in a stream; held-out check and confirmation take equally many."""
     return tuple(
         FlightBatch(entry.spec, stream, entry.search if stream == SEARCH else entry.held_out)
@@ -27,19 +28,19 @@ def batches(study: Study, stream: str) -> tuple[FlightBatch, ...]:
     )
 
 
-def first_batches(study: Study) -> tuple[FlightBatch, ...]:
+def first_batches(study: TuningStudy) -> tuple[FlightBatch, ...]:
     """Return the flights that every candidate of the search makes."""
     return tuple(replace(batch, count=study.search.flights_first(batch.count)) for batch in batches(study, SEARCH))
 
 
-def remaining_batches(study: Study) -> tuple[FlightBatch, ...]:
+def remaining_batches(study: TuningStudy) -> tuple[FlightBatch, ...]:
     """Return the flights of the search that only survivors make."""
     pairs = zip(batches(study, SEARCH), first_batches(study), strict=True)
     return tuple(replace(batch, start=first.count) for batch, first in pairs)
 
 
 def problem_of(
-    study: Study,
+    study: TuningStudy,
     threads: int | None,
     memory: FlightMemory | None,
     engine: Engine | None = None,
@@ -52,7 +53,7 @@ def problem_of(
     )  # fmt: skip
 
 
-def check_searched(study: Study) -> None:
+def check_searched(study: TuningStudy) -> None:
     """Refuse a study that searches no gain."""
     if not study.space.variables:
         raise InputError(
@@ -61,10 +62,13 @@ def check_searched(study: Study) -> None:
         )  # fmt: skip
 
 
-def warm_up(problem: Problem, study: Study, watcher: Watcher, folder: Path | None = None) -> None:
+def warm_up(
+    problem: Problem, study: TuningStudy, watcher: Watcher, folder: Path | None = None, beside: bool = True
+) -> None:
     """Have what compiles, once for a combination of laws, compiled before anything is timed.
 
-    folder: of a run that is to search; the models of its search are compiled too, and the margins by a process beside.
+    folder: of a run that is to search; the models of its search are compiled too, and the margins, where `beside`, by another
+    process.
     """
     flights = not (problem.flyer.cached and problem.engine.ready(batches(study, SEARCH)[0]))
     margins = bool(study.table.margin) and not curve.is_compiled()
@@ -72,7 +76,7 @@ def warm_up(problem: Problem, study: Study, watcher: Watcher, folder: Path | Non
     if not (flights or margins or models):
         return
     with compilation(watcher):
-        with compiled_beside(folder) if folder is not None and margins else nullcontext():
+        with compiled_beside(folder) if folder is not None and margins and beside else nullcontext():
             if flights:
                 problem.warm_up(study.default_row, study.scenarios[0].spec)
             if models:
@@ -80,7 +84,7 @@ def warm_up(problem: Problem, study: Study, watcher: Watcher, folder: Path | Non
         ask_margins(problem, study)
 
 
-def ask_margins(problem: Problem, study: Study) -> None:
+def ask_margins(problem: Problem, study: TuningStudy) -> None:
     """Ask for the margins of the default, of which nothing is kept but what was compiled."""
     problem.excess(study.space.point(study.default_row)[None])
 
@@ -94,11 +98,13 @@ def compiled_beside(folder: Path) -> Iterator[None]:
     """
     code = (
         "import sys; from pathlib import Path; from tuner.experiments.again.resume import recorded_study; "
+        "from tuner.study.own_code import use; list(map(use, sys.argv[2:])); "
         "from tuner.experiments.tuning.problem import ask_margins, problem_of; "
         "study, _ = recorded_study(Path(sys.argv[1])); ask_margins(problem_of(study, None, None), study)"
     )
+    named = [str(own.file.resolve()) for own in HAVE_RUN.values()]
     with subprocess.Popen(
-        [sys.executable, "-c", code, str(folder.resolve())], cwd=Path(__file__).parents[3],
+        [sys.executable, "-c", code, str(folder.resolve()), *named], cwd=Path(__file__).parents[3],
         stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL,
     ) as process:  # fmt: skip
         try:

@@ -9,7 +9,7 @@ from collections.abc import Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
 from threading import Thread
-from typing import Unpack
+from typing import Any, Unpack
 
 import numpy as np
 
@@ -36,11 +36,12 @@ from tuner.search.rest import Budget
 from tuner.search.watcher import Watcher
 from tuner.store.advice import JUDGEMENT, TUNING
 from tuner.store.clock import Clock
-from tuner.study.study import Study
+from tuner.study.plant_study import PlantStudy
+from tuner.study.study import Study, TuningStudy
 from tuner.study.trim import trim_texts
 
 
-class TuningRun(Experiment[Study, Outcome]):
+class TuningRun(Experiment[Any, Outcome]):
     """A study run in a results folder; every generation is on disk before the next one flies.
 
     Flights that are in the folder already, or in the results folders `reuse`, are not flown again: a run that was stopped goes
@@ -49,6 +50,8 @@ class TuningRun(Experiment[Study, Outcome]):
 
     kind = TUNING
     takes = frozenset({"reuse", "dask", "backend", "budget", "here"})
+    beside = True
+    """Whether another process may compile margins, by the study that lies in the folder."""
     draw_figures = staticmethod(report.write_figures)
     draw_page = staticmethod(report.write_report)
 
@@ -96,7 +99,7 @@ class TuningRun(Experiment[Study, Outcome]):
     def warm_up(self) -> None:
         """Have the kernel compiled where anything is left to search."""
         if self.store.generations < self.study.search.generations:
-            warm_up(self.problem, self.study, self.watcher, self._folder.path if self._folder else None)
+            warm_up(self.problem, self.study, self.watcher, self._folder.path if self._folder else None, self.beside)
 
     @property
     def budget(self) -> Budget:
@@ -175,6 +178,31 @@ class TuningRun(Experiment[Study, Outcome]):
         self.drawing.begin()
         if found.study.constraints:
             folder.write_table("constraints.csv", constraint_table(found))
+
+
+class PlantRun(TuningRun):
+    """A tuning run of a plant of the user's own, on this machine's cores."""
+
+    kind = PlantStudy.kind
+    takes = frozenset({"reuse", "budget", "here"})
+    beside = False
+
+    @classmethod
+    def notes(cls, study: TuningStudy) -> list[str]:
+        """Say which search it is."""
+        return [study.search.text]
+
+    @classmethod
+    @contextmanager
+    def engine_for(
+        cls,
+        study: TuningStudy,
+        watcher: Watcher,
+        recorded: Path | None,
+        **options: Unpack[Options],  # noqa: ARG003
+    ) -> Iterator[Engine | None]:
+        """Yield None, for this machine's cores."""
+        yield None
 
 
 class Recorded:

@@ -9,7 +9,6 @@ import numpy as np
 from objectives.problem import Evaluation, Problem
 from objectives.racing import Champions, race
 from plant.errors import StoreError
-from plant.gains import gain_addresses
 from plant.scenarios import SEARCH
 from plant.seeds import generator
 from tuner.experiments.tuning.problem import first_batches
@@ -26,16 +25,16 @@ from tuner.store.flights import FlightStore
 from tuner.store.folder import Folder
 from tuner.store.start import FILE as START
 from tuner.store.start import read_start, write_start
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 
-def flight_store(study: Study, folder: Folder | None, others: tuple[Path, ...] = ()) -> FlightStore:
+def flight_store(study: TuningStudy, folder: Folder | None, others: tuple[Path, ...] = ()) -> FlightStore:
     """Return the flights of a study in its results folder and in others."""
-    columns = tuple(gain.address for gain in gain_addresses(study.system.cascade))
-    return FlightStore(folder, columns, others)
+    columns = tuple(gain.address for gain in study.system.gains)
+    return FlightStore(folder, columns, others, study.system.loop.results)
 
 
-def first_points(problem: Problem, study: Study, folder: Folder) -> tuple[np.ndarray, list[str]]:
+def first_points(problem: Problem, study: TuningStudy, folder: Folder) -> tuple[np.ndarray, list[str]]:
     """Return the first generation (n, d), as recorded or else made and recorded, and warnings about it."""
     known = read_start(folder.path, len(study.space.variables))
     if known is not None and folder.keep(START):
@@ -47,7 +46,7 @@ def first_points(problem: Problem, study: Study, folder: Folder) -> tuple[np.nda
     return first, said
 
 
-def algorithm_of(problem: Problem, study: Study, first: np.ndarray) -> Search:
+def algorithm_of(problem: Problem, study: TuningStudy, first: np.ndarray) -> Search:
     """Return the search that a study asks for, seeded, at the beginning."""
     seed = int(generator(study.seed, "search/algorithm", 0).integers(2**31))
     limits = len(study.constraints) + len(study.requirements)
@@ -58,7 +57,7 @@ def algorithm_of(problem: Problem, study: Study, first: np.ndarray) -> Search:
 
 def search(
     problem: Problem,
-    study: Study,
+    study: TuningStudy,
     folder: Folder,
     watcher: Watcher,
     algorithm: Search,
@@ -101,7 +100,7 @@ def search(
 
 def evaluated(
     problem: Problem,
-    study: Study,
+    study: TuningStudy,
     points: np.ndarray,
     before: list[Generation],
     on_flights_done: Callable[[int], None] | None = None,
@@ -136,7 +135,7 @@ def as_recorded(evaluation: Evaluation, past: list[Spent], number: int) -> Evalu
     )
 
 
-def replayed(path: Path, study: Study, problem: Problem, budget: Budget) -> Iterator[Generation]:
+def replayed(path: Path, study: TuningStudy, problem: Problem, budget: Budget) -> Iterator[Generation]:
     """Ask a search again, told what is recorded: yield the generations of a results folder.
 
     Flights that the problem's memory does not hold are flown.

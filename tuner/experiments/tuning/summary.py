@@ -1,11 +1,12 @@
 """summary.json of a run: what was found, in numbers that a person or a program can read."""
 
+from functools import singledispatch
+
 import numpy as np
 
 from objectives.problem import Objective
 from objectives.scales import in_file, units_of
 from plant.air.air import summary as air_summary
-from plant.gains import gain_addresses
 from tuner.documents.parts import Estimate
 from tuner.documents.summary import (
     AirRow,
@@ -27,6 +28,7 @@ from tuner.experiments.tuning.conflicts import Conflict, Limit, LimitPrice, Rela
 from tuner.experiments.tuning.ending import ending_of
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.search.loop import point_name
+from tuner.study.study import Study, TuningStudy
 from tuner.study.trim import trim_entry
 
 
@@ -66,14 +68,25 @@ def summary_document(outcome: Outcome) -> Summary:
         warnings=outcome.warnings,
         variables=variable_rows(outcome),
         table=[*outcome.table, *outcome.known],
-        air=[
-            AirRow.model_validate(
-                {"scenario": entry.spec.name, **air_summary(entry.spec.air), **trim_entry(entry.spec, study.system)}
-            )
-            for entry in study.scenarios
-        ],
+        air=air_rows(study),
         plant_step=outcome.plant_step,
     )
+
+
+@singledispatch
+def air_rows(study: TuningStudy) -> list[AirRow]:  # noqa: ARG001
+    """Return the air of each scenario; none where nothing flies in it."""
+    return []
+
+
+@air_rows.register
+def _(study: Study) -> list[AirRow]:
+    return [
+        AirRow.model_validate(
+            {"scenario": entry.spec.name, **air_summary(entry.spec.air), **trim_entry(entry.spec, study.system)}
+        )
+        for entry in study.scenarios
+    ]
 
 
 def search_text(outcome: Outcome) -> str:
@@ -161,7 +174,7 @@ def variable_rows(outcome: Outcome) -> list[VariableRow]:
     """Return every decision variable with unit, range and its default and tuned value."""
     study = outcome.study
     default, tuned = outcome.gains(0), outcome.gains(outcome.tuned)
-    known = {gain.column: gain for gain in gain_addresses(study.system.cascade)}
+    known = {gain.column: gain for gain in study.system.gains}
     return [
         VariableRow(
             name=variable.name,

@@ -16,7 +16,7 @@ from tuner.search.front import evenly, feasible_front, non_dominated
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Generation, archive
 from tuner.search.watcher import REFINING, Watcher
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 # Candidates that make all flights at most: as many as are finalists.
 MOST_SURVIVORS = 48
@@ -46,7 +46,7 @@ class Survivors:
         return [Searched(found.values[row], found.scores[row], found.origin) for row in rows]
 
 
-def survivors_of(problem: Problem, study: Study, generations: list[Generation], watcher: Watcher) -> Survivors:
+def survivors_of(problem: Problem, study: TuningStudy, generations: list[Generation], watcher: Watcher) -> Survivors:
     """Fly what survives the search through the rest of its flights; where every candidate flew all of them, all survive."""
     seen = pooled([entry.evaluation for entry in generations])
     if study.search.first is None:

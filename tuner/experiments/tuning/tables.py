@@ -7,30 +7,31 @@ of every finalist in every scenario: a fan over many flights, and the flight in 
 value of the first objective that counts in the scenario.
 """
 
+from functools import singledispatch
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from objectives.margins.margins import MarginModel
-from objectives.margins.period import CHANNELS
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from objectives.margins.results import Margins
 from objectives.problem import Evaluation
 from objectives.requirements import Requirement
 from plant.backends.lanes import LANES
 from plant.errors import InputError
-from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
+from plant.scenarios import HELD_OUT, ScenarioSpec
 from plant.threads import side_by_side
-from tuner.analysis.responses import SIGNALS, UNITS, Responses, fly_responses
+from tuner.analysis.responses import Responses, responses_of
 from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.search.loop import Generation
 from tuner.store.folder import data_frame, stacked
 from tuner.study.margins import holds_place, nominal_margins
-from tuner.study.study import Study
+from tuner.study.plant_study import PlantStudy, plant_margins
+from tuner.study.study import Study, TuningStudy
 
 
-def generation_table(study: Study, generations: list[Generation], record: Generation) -> Any:
+def generation_table(study: TuningStudy, generations: list[Generation], record: Generation) -> Any:
     """Return one generation as a pandas table, a row for each candidate."""
     before = sum(len(entry.points) for entry in generations) - len(record.points)
     values = study.space.values(record.points)
@@ -144,22 +145,38 @@ def margin_table(outcome: Outcome) -> Any:
     rows = [
         {"point": name, **loop_row(model, margins, row, channel), **curve_row(frequency, curves[row, i])}
         for row, name in enumerate(outcome.names)
-        for i, channel in enumerate(CHANNELS)
+        for i, channel in enumerate(margins.channels)
         if channel in looped
     ]
     return data_frame(rows)
 
 
-def margin_model(outcome: Outcome) -> MarginModel:
-    """Return the margins of the study's loop; raises InputError where there is no steady flight."""
-    system = outcome.study.system
-    held = holds_place(tuple(entry.spec for entry in outcome.study.scenarios), system.timing)
+def margin_model(outcome: Outcome) -> Any:
+    """Return the margins of the study's loop; raises InputError where there is no steady flight, or there are no margins."""
+    return model_of(outcome.study)
+
+
+@singledispatch
+def model_of(study: TuningStudy) -> Any:
+    """Return the margins of the loop of a study; raises InputError where there are none."""
+    raise InputError(f"there are no margins of {study.kind}")
+
+
+@model_of.register
+def _(study: PlantStudy) -> Any:
+    return plant_margins(study.system, study.space)
+
+
+@model_of.register
+def _(study: Study) -> MarginModel:
+    system = study.system
+    held = holds_place(tuple(entry.spec for entry in study.scenarios), system.timing)
     return nominal_margins(system.cascade, system.nominal, system.timing, system.vehicle, held)
 
 
-def loop_row(model: MarginModel, margins: Margins, row: int, channel: str) -> dict[str, Any]:
+def loop_row(model: Any, margins: Margins, row: int, channel: str) -> dict[str, Any]:
     """Return the margins of one loop of one finalist."""
-    i = CHANNELS.index(channel)
+    i = margins.channels.index(channel)
     stable, case = bool(margins.stable[row, i]), int(margins.sensitivity.case[row, i])
     values = {name: float(QUANTITIES[name].values(margins)[row, i]) for name in RECORDED}
     return {
@@ -181,7 +198,10 @@ FAN_SCENARIOS = 64
 
 
 class PointFan(NamedTuple):
-    """Responses of a point over many flights: time (instants,) [s]; else (instants, signals), worst: in its worst flight."""
+    """Responses of a point over many flights: time (instants,) [s]; else (instants, signals), worst: in its worst flight.
+
+    signals, units: names and units of the last axis.
+    """
 
     time: np.ndarray
     reference: np.ndarray
@@ -189,6 +209,8 @@ class PointFan(NamedTuple):
     median: np.ndarray
     high: np.ndarray
     worst: np.ndarray
+    signals: tuple[str, ...]
+    units: tuple[str, ...]
 
 
 def response_table(outcome: Outcome) -> Any:
@@ -223,7 +245,8 @@ def scenario_parts(outcome: Outcome, spec: ScenarioSpec, count: int) -> list[Any
     def fan_of(row: int) -> PointFan:
         flown = flight_of(outcome, row, inputs)
         low, median, high = flown.fans()
-        return PointFan(flown.time, flown.reference.mean(axis=0), low, median, high, worst_of(row, flown))
+        parts = (flown.reference.mean(axis=0), low, median, high, worst_of(row, flown))
+        return PointFan(flown.time, *parts, flown.signals, flown.units)
 
     fans = zip(side_by_side(fan_of, range(len(worst))), outcome.names, worst, strict=True)
     return [point_table(fan, name, spec.name, index) for fan, name, index in fans]
@@ -238,25 +261,21 @@ def worst_flights(outcome: Outcome, scenario: str) -> np.ndarray:
 
 def drawn(outcome: Outcome, spec: ScenarioSpec, indices: Any) -> Any:
     """Return held-out flights of a scenario by their indices."""
-    system = outcome.study.system
-    return sample_scenarios(spec, system.vehicle, system.timing, outcome.study.seed, HELD_OUT, indices)
+    return outcome.study.system.sample(spec, outcome.study.seed, HELD_OUT, indices)
 
 
 def flight_of(outcome: Outcome, row: int, inputs: Any) -> Responses:
     """Return what a finalist does in drawn flights."""
-    system = outcome.study.system
-    return fly_responses(
-        outcome.problem.flyer, outcome.gains(row), system.nominal, inputs, system.timing.control_period
-    )
+    return responses_of(outcome.study.system, outcome.problem.flyer, outcome.gains(row), inputs)
 
 
 def point_table(fan: PointFan, point: str, scenario: str, worst_flight: int) -> Any:
     """Return the fan of one point as a long table (pandas); worst_flight: index of the flight in which it did worst."""
-    time, *series = fan
+    time, *series, signals, units = fan
     columns: dict[str, Any] = {"point": point, "scenario": scenario}
-    columns |= {"signal": np.repeat(SIGNALS, len(time)), "unit": np.repeat(UNITS, len(time))}
-    columns |= {"time": np.tile(time, len(SIGNALS))}
+    columns |= {"signal": np.repeat(signals, len(time)), "unit": np.repeat(units, len(time))}
+    columns |= {"time": np.tile(time, len(signals))}
     columns |= {
-        name: values.T.ravel().astype(np.float32) for name, values in zip(PointFan._fields[1:], series, strict=True)
+        name: values.T.ravel().astype(np.float32) for name, values in zip(PointFan._fields[1:-2], series, strict=True)
     }
     return data_frame({**columns, "worst_flight": np.int32(worst_flight)})

@@ -2,11 +2,14 @@
 
 import os
 import signal
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
 
 import tuner.report
+from plant.backends.lanes import LANES
 from tests.tuner.conftest import NoDrawing
 from tests.tuner.engines.cluster.clusters import problem_with, small_study, some_batch, some_gains
 from tests.tuner.experiments.again.killing import compare, result_of
@@ -22,7 +25,7 @@ from distributed import Client, LocalCluster  # noqa: E402
 from distributed.utils import get_mp_context  # noqa: E402
 
 from tuner.engines.cluster.connect import quiet, refuse_unlike  # noqa: E402
-from tuner.engines.cluster.engine import DaskEngine  # noqa: E402
+from tuner.engines.cluster.engine import DaskEngine, Part  # noqa: E402
 
 
 @pytest.fixture(scope="module")
@@ -140,6 +143,8 @@ def test_blocks_and_number_of_workers_do_not_matter(cluster):
     gains, batch = some_gains(study, 23), some_batch(study, 6)
     expected = problem_with(study).results(gains, batch, 0, 6)
     assert len(np.unique(expected[..., 0])) > 100, "flights that are all different"
+    many = some_batch(study, 40)
+    flown = problem_with(study).results(gains[:2], many, 3, 40)
     for workers, blocks in ((4, (1, 18, 10_000)), (2, (12, 10_000)), (1, (6, 256))):
         here.scale(workers)
         while len(client.nthreads()) > workers:
@@ -149,3 +154,20 @@ def test_blocks_and_number_of_workers_do_not_matter(cluster):
             assert engine.ready(batch)
             assert np.array_equal(engine.fly(gains, batch, 0, 6), expected)
             assert np.array_equal(engine.fly(gains[:1], batch, 2, 5), expected[:1, 2:5])
+            # Two candidates are fewer than the threads, so their flights are split.
+            assert np.array_equal(engine.fly(gains[:2], many, 3, 40), flown)
+
+
+@pytest.mark.parametrize(("candidates", "flights"), [(1, 256), (2, 37), (16, 4), (31, 64), (500, 8)])
+@pytest.mark.parametrize("threads", [1, 4, 64])
+def test_blocks_cover_every_flight_once_and_reach_as_many_threads_as_they_can(candidates, flights, threads):
+    client: Any = SimpleNamespace(nthreads=lambda: {"w": threads})
+    study = small_study()
+    engine = DaskEngine(client, study.system, study.seed)
+    part, gains = Part(np.zeros((candidates, flights, 1)), 0), np.zeros((candidates, 3))
+    blocks = engine._blocks(part, gains, flights)
+    for block in blocks:
+        part.out[block.rows, block.flights] += 1.0
+        assert len(block.gains) == len(gains[block.rows]) and block.size <= 256
+    assert (part.out == 1.0).all() and part.missing == len(blocks)
+    assert len(blocks) >= min(threads, candidates * max(flights // LANES, 1))

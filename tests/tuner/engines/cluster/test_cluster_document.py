@@ -11,6 +11,7 @@ import pytest
 
 from tests.tuner.engines.cluster.clusters import scheduler, worker
 from tests.tuner.experiments.again.killing import compare, finish, finish_elsewhere, result_of, run_arguments
+from tuner.text.errors import NOTHING_FEASIBLE
 
 pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install holdfast[dask]")
 
@@ -70,7 +71,7 @@ def test_workers_with_an_empty_cache_compile_once_and_say_so(tmp_path):
         *small(run, "", tmp_path / "r"), cwd=ROOT, env={**os.environ, "TUNER_CACHE_DIR": str(cache)}
     )
     assert printed.count("Compiling the closed loop for this machine") == 1
-    assert len(list(cache.rglob("kernel_ladrc_hybrid_*.nbc"))) == 1
+    assert len(list(cache.rglob("kernel_ladrc_hybrid_*.kernel"))) == 1
 
 
 # A generation of 10 000 candidates on 64 scenarios whose flights cost nothing, so that what is measured is the driver.
@@ -118,5 +119,6 @@ def test_the_driver_of_ten_thousand_candidates_stays_under_a_gibibyte(tmp_path):
         [sys.executable, "-c", code, "run", "studies/quickstart.toml", "--out", str(tmp_path / "r"), *sets, "--dask", "local:2"],
         cwd=ROOT, capture_output=True, text=True, timeout=1200,
     )  # fmt: skip
-    assert done.returncode == 0, done.stderr
+    # Whether a flight of a second keeps every limit does not matter here.
+    assert done.returncode in (0, NOTHING_FEASIBLE), done.stderr
     assert int(re.findall(r"VmHWM:\s+(\d+)", done.stderr)[-1]) / 1024 < 1024.0

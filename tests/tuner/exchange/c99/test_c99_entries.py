@@ -8,8 +8,9 @@ from plant.allocation import speed_commands
 from plant.attitude import euler_angles
 from plant.backends.stepping import Inputs, fly_steps, unchanged
 from plant.backends.symbolic import symbolic_function
-from plant.closed_loop import Limits, Timing, close_loop, held_by
+from plant.closed_loop import Limits, close_loop, held_by
 from plant.laws.channel import Applied
+from plant.loop import Timing
 from plant.nominal import ControlOptions
 from plant.records import flatten, pack
 from plant.references.track import Reference

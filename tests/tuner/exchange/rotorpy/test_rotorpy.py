@@ -15,8 +15,9 @@ from plant.airframes import load
 from plant.attitude import euler_angles
 from plant.backends.stepping import Inputs, fly_steps, unchanged
 from plant.cascade import hovering
-from plant.closed_loop import Limits, Timing
+from plant.closed_loop import Limits
 from plant.laws import LAWS
+from plant.loop import Timing
 from plant.nominal import ControlOptions, nominal
 from plant.records import flatten, pack
 from plant.references.track import Reference

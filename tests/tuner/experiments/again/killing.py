@@ -16,6 +16,13 @@ CHANGES = {
     "search.population": 8, "search.generations": 5, "scenario.0.search": 6, "scenario.0.held_out": 32,
     "scenario.0.duration": 2.0, "margin": [],
 }  # fmt: skip
+# The default search through all of its stages: a model that asks for margins, survivors that make more flights, finalists that stop
+# once their place is settled, and an end where the front has come to rest.
+STAGES = {
+    "search.population": 8, "search.generations": 24, "search.stop": "converged", "scenario.0.search": 6,
+    "scenario.0.held_out": 128, "scenario.0.duration": 2.0, "scenario.0.air.intensity": 2.0, "margin.0.min": 20,
+    "margin.1.min": 3, "margin.2.max": 4, "margin.3.min": 0.5,
+}  # fmt: skip
 CODE = "import sys; from tuner.cli.main import main; main()"
 # What tells how long something took, and where it was made.
 TIMES = ("wall_seconds", "search_seconds")
@@ -25,8 +32,8 @@ def command(*arguments):
     return [sys.executable, "-c", CODE, *map(str, arguments)]
 
 
-def run_arguments(folder):
-    sets = [part for key, value in CHANGES.items() for part in ("--set", f"{key}={json.dumps(value)}")]
+def run_arguments(folder, changes=CHANGES):
+    sets = [part for key, value in changes.items() for part in ("--set", f"{key}={json.dumps(value)}")]
     return ["run", QUICKSTART, "--out", folder, *sets]
 
 
@@ -44,12 +51,13 @@ def finish_elsewhere(*arguments, **named):
     return done.stdout
 
 
-def killed(folder, reached):
+def killed(folder, reached, changes=CHANGES):
     """Start the study and kill it once `reached(seconds)` is true; return whether it was still running then."""
     begin = time.perf_counter()
     process = subprocess.Popen(
-        command(*run_arguments(folder)), stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True
-    )
+        command(*run_arguments(folder, changes)),
+        stdout=subprocess.DEVNULL, stderr=subprocess.DEVNULL, start_new_session=True,
+    )  # fmt: skip
     while not reached(time.perf_counter() - begin):
         if process.poll() is not None:
             return False
@@ -59,9 +67,9 @@ def killed(folder, reached):
     return True
 
 
-def finished_after_kill(folder, reached):
-    """Kill the study once `reached(seconds)` is true and bring it to its end the way its own messages say."""
-    still_running = killed(folder, reached)
+def finished_after_kill(folder, reached, changes=CHANGES, threads=None):
+    """Kill the study once `reached(seconds)` is true and bring it to its end the way its own messages say, on so many threads."""
+    still_running, told = killed(folder, reached, changes), ["--threads", threads] if threads else []
     if not (folder / "run.json").exists():
         # Nothing was recorded yet: the tool says to remove the folder and run again.
         if folder.exists():
@@ -70,9 +78,9 @@ def finished_after_kill(folder, reached):
             for file in sorted(folder.rglob("*"), reverse=True):
                 file.rmdir() if file.is_dir() else file.unlink()
             folder.rmdir()
-        finish(*run_arguments(folder))
+        finish(*run_arguments(folder, changes), *told)
     else:
-        finish("resume", folder)
+        finish("resume", folder, *told)
     return still_running
 
 
@@ -136,8 +144,8 @@ def compare(one, other):
     assert [name for name in one if one[name] != other[name]] == []
 
 
-def timed(folder):
+def timed(folder, changes=CHANGES):
     """Run the study as a process of its own and return the seconds that it took."""
     begin = time.perf_counter()
-    finish_elsewhere(*run_arguments(folder))
+    finish_elsewhere(*run_arguments(folder, changes))
     return time.perf_counter() - begin

@@ -11,8 +11,8 @@ from objectives.problem import FlightBatch, Problem
 from objectives.risk import Risk
 from plant.airframes import load
 from plant.backends.lanes import LANES
-from plant.closed_loop import Timing
 from plant.errors import StoreError
+from plant.loop import Timing
 from plant.scenarios import CONFIRMATION, HELD_OUT, for_vehicle, sample_scenarios
 from tests.tuner.experiments.again.killing import assert_covered
 from tests.tuner.experiments.contest.conftest import run_small

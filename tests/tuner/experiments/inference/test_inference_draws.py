@@ -8,7 +8,7 @@ import pytest
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
 from plant.airframes import load
-from plant.closed_loop import Timing
+from plant.loop import Timing
 from plant.scenarios import Bands, ScenarioSpec, Spread, sample_scenarios
 from plant.sensors import SensorSpec
 from tuner.experiments.inference.draws import KEPT, Draws, FlightRange

@@ -11,6 +11,7 @@ import pandas as pd
 import pytest
 from scipy.integrate import quad
 
+import objectives.problem
 from objectives.margins.describing import DEFAULT_CASES, constants_of
 from objectives.margins.margins import MarginModel
 from objectives.margins.period import terms_of
@@ -27,7 +28,9 @@ from plant.targets import Targets
 from tests.objectives.margins.stepping import Stepper
 from tests.tuner.conftest import QUICKSTART, SMALL
 from tests.tuner.study.study_text import STUDY, changed, write
+from tuner.analysis import finals
 from tuner.api.catalogue import LISTINGS
+from tuner.experiments.again.verify import verify
 from tuner.experiments.tuning.conclusion import finalists_of
 from tuner.experiments.tuning.run import TuningRun
 from tuner.experiments.tuning.search import algorithm_of, first_points, search
@@ -71,6 +74,21 @@ def searched(folder, asked, threads=2):
 def ran(tmp_path_factory):
     folder = tmp_path_factory.mktemp("runs") / "margins"
     return TuningRun(load_study(QUICKSTART, REQUIRED), Folder.create(folder), Watcher(), threads=2).carry_out(), folder
+
+
+@pytest.mark.parametrize(
+    ("factor", "differs"), [(1.0 + 3e-14, ""), (1.0 + 1e-5, "phase_margin"), (1.0 - 1e-5, "phase_margin")]
+)
+def test_margins_may_move_in_their_last_digits_when_a_run_is_verified(ran, monkeypatch, factor, differs):
+    for module in (objectives.problem, finals):
+        monkeypatch.setattr(module, "known_values", lambda screens, gains: known_values(screens, gains) * factor)
+    found = verify(ran[1], 2, 2, Watcher())
+    assert found.same is not bool(differs) and not found.identical
+    assert differs in (found.difference or "")
+    if not differs:
+        assert 1e-14 < found.margins_moved < 1e-13
+        assert found.words.startswith("The same but for the last digits of margins: 100 candidates replayed, 2 of them")
+        assert "margins agree to 13 digits, all else to the bit" in found.words
 
 
 def spied(monkeypatch):

@@ -5,6 +5,7 @@ A guard before looks at the study, one after at the outcome; both return sentenc
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import singledispatch
 from typing import Any
 
 import numpy as np
@@ -15,7 +16,7 @@ from tuner.experiments.tuning.bounds import on_bounds
 from tuner.experiments.tuning.guards import after
 from tuner.experiments.tuning.guards.before import default_elsewhere, few_scenarios, leading_yaw, rates_without_damping
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.study.study import Study
+from tuner.study.study import Study, TuningStudy
 
 __all__ = ["GUARDS", "Guard", "warnings_after_run", "warnings_before_run", "times_of_never"]
 
@@ -24,11 +25,14 @@ BEFORE, AFTER = "before", "after"
 
 @dataclass(frozen=True)
 class Guard:
-    """when: `BEFORE` a run, message(study), or `AFTER` it, message(outcome). what: what it looks for, one line."""
+    """when: `BEFORE` a run, message(study), or `AFTER` it, message(outcome). what: what it looks for, one line. of: studies
+    that a guard before looks at.
+    """
 
     when: str
     what: str
     message: Callable[[Any], list[str]]
+    of: type[TuningStudy] = TuningStudy
 
 
 def _labels(outcome: Outcome) -> list[str]:
@@ -61,14 +65,14 @@ def _idle(outcome: Outcome) -> list[str]:
     return after.idle_candidates(int(idle), floor)
 
 
-def times_of_never(study: Study) -> list[list[float]]:
+def times_of_never(study: TuningStudy) -> list[list[float]]:
     """Return for each objective, by scenario, the time [s] that stands for an event that a flight did not come to."""
-    timing, found = study.system.timing, []
+    found = []
     for objective in study.objectives:
         metric = objective.metric.metric
         seen = [entry.spec for entry in study.scenarios if objective.scenario in (None, entry.spec.name)]
         windows = [
-            min(getattr(target, metric.window) if metric.window else 0.0 for target in spec.targets(timing))
+            min(getattr(target, metric.window) if metric.window else 0.0 for target in study.system.targets(spec))
             for spec in seen
         ]
         left = [spec.duration - begin for spec, begin in zip(seen, windows, strict=True)]
@@ -76,19 +80,25 @@ def times_of_never(study: Study) -> list[list[float]]:
     return found
 
 
-def floor_of(study: Study) -> tuple[Any, ...]:
-    """Return the mission floor of a study."""
+@singledispatch
+def floor_of(study: TuningStudy) -> tuple[Any, ...]:  # noqa: ARG001
+    """Return the mission floor of a study; none where nothing flies a mission."""
+    return ()
+
+
+@floor_of.register
+def _(study: Study) -> tuple[Any, ...]:
     system = study.system
     return mission_floor([entry.spec for entry in study.scenarios], system.limits, system.timing, study.mission)
 
 
 GUARDS = {
     "few_scenarios": Guard(BEFORE, "too few scenarios for the level of a risk", few_scenarios),
-    "default_elsewhere": Guard(BEFORE, "default gains of a file that were flown otherwise", default_elsewhere),
-    "rates_without_damping": Guard(BEFORE, "gust rates on a vehicle that they do not touch", rates_without_damping),
+    "default_elsewhere": Guard(BEFORE, "default gains of a file that were flown otherwise", default_elsewhere, Study),
+    "rates_without_damping": Guard(BEFORE, "gust rates on a vehicle that they do not touch", rates_without_damping, Study),
     "leading_yaw": Guard(
         BEFORE, "a yaw loop that the inertia of the rotors speeds up",
-        lambda study: leading_yaw(study, study.default_row, "the default's yaw loop"),
+        lambda study: leading_yaw(study, study.default_row, "the default's yaw loop"), Study,
     ),
     "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle),
     "constant_objective": Guard(
@@ -110,9 +120,10 @@ GUARDS = {
 }  # fmt: skip
 
 
-def warnings_before_run(study: Study) -> list[str]:
+def warnings_before_run(study: TuningStudy) -> list[str]:
     """Return what the guards say of a study before it runs."""
-    return [text for guard in GUARDS.values() if guard.when == BEFORE for text in guard.message(study)]
+    asked = [guard for guard in GUARDS.values() if guard.when == BEFORE and isinstance(study, guard.of)]
+    return [text for guard in asked for text in guard.message(study)]
 
 
 def warnings_after_run(outcome: Outcome) -> list[str]:

@@ -1,0 +1,273 @@
+"""One control period of a plant of the user's own, linearised where the plant rests: x+ = A x + B u, o = C x + D u.
+
+The functions are those that fly (`plant.model.closing`), rebound to CasADi, with signals added where a command goes to the plant
+or to another channel. Inputs u and readings o are those of `objectives.margins.linearise`.
+"""
+
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.margins.derivative import Batch, Derivative
+from objectives.margins.linearise import LinearLoops
+from objectives.plant_system import PlantSystem
+from plant.backends import array, symbolic
+from plant.errors import InputError
+from plant.laws.law import Law, Nonlinearity
+from plant.loop import MeterModel
+from plant.model.closing import close_plant, to_plant
+from plant.model.controller import to_channel
+from plant.records import flatten, pack, paths, record_type, size
+
+Array = NDArray[np.float64]
+# Drift of a state in one period, relative to 1 + |state|, up to which it counts as at rest.
+STEADY = 1e-9
+
+
+class NoMeters(NamedTuple):
+    """Meters that keep nothing."""
+
+
+def _nothing(*_: Any) -> NoMeters:
+    return NoMeters()
+
+
+class PlantTerm(NamedTuple):
+    """A nonlinear term of the law of a channel."""
+
+    axis: str
+    law: Law
+    nonlinearity: Nonlinearity
+
+
+class PlantPeriod:
+    """One control period of a plant's loops about rest.
+
+    terms: nonlinear terms of the laws, channel by channel. state: record of all that one period hands to the next.
+    Raises InputError where channels step at several rates: then one period is not like the next.
+    """
+
+    def __init__(self, system: PlantSystem, parameters: Any | None = None) -> None:
+        slow = [channel for channel in system.plan.channels if channel.every > 1]
+        if slow:
+            raise InputError(
+                f"channel '{slow[0].name}' steps every {slow[0].every} periods; margins are known for loops of one "
+                "rate: set every = 1, or leave the margins out",
+                key="margin",
+            )
+        self.system, self.plan, self.plant = system, system.plan, system.plant
+        self.h, self.steps = system.timing.control_period, system.timing.steps
+        self.loop = close_plant(system.plant, system.plan, MeterModel(NoMeters, _nothing, _nothing), self.h)
+        self.terms = tuple(
+            PlantTerm(each.name, each.law, term) for each in self.plan.channels for term in each.law.nonlinear
+        )
+        kept = {name: part for name, part in self.loop.Flight.__annotations__.items() if name not in LEFT_OUT}
+        self.state = record_type("PlantState", kept)
+        self.parameters = system.parameters if parameters is None else parameters
+        self._nominal = np.array(flatten(system.nominal), dtype=float)
+        self._dynamics, self._body = self._at_rest()
+        self._slope = self._plant_slope()
+
+    @property
+    def n_channels(self) -> int:
+        """Number of channels."""
+        return len(self.plan.channels)
+
+    def loops(self, gains: Array) -> LinearLoops:
+        """Return the linear loops of gains rows (n, g) about rest; InputError where a law does not keep the plant at rest."""
+        n, k, w = len(gains), self.n_channels, len(self.terms)
+        states = self._start(gains, self._body, self._nominal, self._reference)[0]
+        none = np.zeros((n, k + w + k))
+        outputs, entries, _ = self._decide(
+            np.concatenate([states, none], axis=1), gains, self._nominal, self._reference
+        )
+        self._check_rest(states, outputs)
+        slope = self._decide.full(entries)
+        x, b, m = states.shape[1], len(self._body), size(self.plant.Input)
+        by_body, by_speed = self._slope[:, :b], self._slope[:, b:]
+        memory, seen = slice(m, m + x - b), slice(m + x - b, None)
+        whole = np.zeros((n, x, slope.shape[-1] + k))
+        whole[:, :b, :-k] = by_speed @ slope[:, :m]
+        whole[:, :b, :b] += by_body
+        whole[:, :b, -k:] = (by_speed @ slope[:, :m, x : x + k]) if k else 0.0
+        whole[:, b:, :-k] = slope[:, memory]
+        readings = np.concatenate([slope[:, seen], np.zeros((n, slope.shape[1] - seen.start, k))], axis=-1)
+        return LinearLoops(whole[:, :, :x], whole[:, :, x:], readings[:, :, :x], readings[:, :, x:], k, w)
+
+    def constants(self, gains: Array) -> Any:
+        """Return the constants of all channels for gains rows (n, g): leaves are arrays (n, 1, 1) or numbers."""
+        columns = gains.T[..., None, None]
+        return array.rebinder()(self.loop.prepare)(pack(self.loop.records.Gains, columns), self.h)
+
+    def _at_rest(self) -> tuple[Array, Array]:
+        """Constants of the plant (rows,) and the body (rows,) that rests."""
+        state, held = self.plant.rest(self.parameters)
+        quiet = pack(self.plant.Disturbance, [0.0] * size(self.plant.Disturbance))
+        shown = self.plant.output(state, held, quiet, self.parameters)
+        outputs = dict(zip(paths(self.plant.Output), flatten(shown), strict=True))
+        points = [[outputs[channel.output], 0.0, 0.0] for channel in self.plan.channels]
+        self._reference = np.array(points).ravel()
+        poles = [1.0 / each.lag if each.lag > 0.0 else 0.0 for each in self.plan.actuators]
+        body = [*flatten(state), *flatten(held), *flatten(shown)]
+        return np.array([*flatten(self.parameters), *poles], dtype=float), np.array(body, dtype=float)
+
+    def _plant_slope(self) -> Array:
+        """Derivative (b, b + inputs) of the body a period later by body and commands, at rest."""
+        b, m = len(self._body), size(self.plant.Input)
+        inputs, constants = ca.SX.sym("a", b + m), ca.SX.sym("f", len(self._dynamics))
+        moved = symbolic.rebinder()(self.loop.advance)(
+            _record(self.loop.Body, inputs[:b]), _record(self.plant.Input, inputs[b:]),
+            pack(self.plant.Disturbance, [0.0] * size(self.plant.Disturbance)),
+            _record(self.loop.records.Dynamics, constants), self.system.timing.plant_step,
+        )  # fmt: skip
+        step = Derivative("advance", inputs, [inputs, constants], _stack(moved), ca.SX(0, 1))
+        held = self._body[-size(self.plant.Output) - m : -size(self.plant.Output)]
+        at, unit = self._body[None], np.eye(b + m)
+        slope = unit[:b]
+        for _ in range(self.steps):
+            at, entries, _ = step(np.concatenate([at, held[None]], axis=1), self._dynamics)
+            slope = step.full(entries)[0] @ np.concatenate([slope, unit[b:]], axis=0)
+        return slope
+
+    @property
+    def _start(self) -> Batch:
+        return self._made("start", self._make_start)
+
+    @property
+    def _decide(self) -> Derivative:
+        return self._made("decide", self._make_decide)
+
+    def _made(self, name: str, make: Any) -> Any:
+        kept = self.__dict__.setdefault("_functions", {})
+        if name not in kept:
+            kept[name] = make()
+        return kept[name]
+
+    def _make_start(self) -> Batch:
+        kinds = self.loop.records
+        gains, body, nominal, reference = _columns(
+            size(kinds.Gains), len(self._body), size(kinds.Nominal), size(kinds.Reference)
+        )
+        bind = symbolic.rebinder()
+        constants = bind(self.loop.prepare)(_record(kinds.Gains, gains), self.h)
+        flight = bind(self.loop.start)(
+            _record(self.loop.Body, body), constants, _record(kinds.Nominal, nominal), _record(kinds.Reference, reference),
+            _zeros(kinds.Noise), _zeros(kinds.Targets),
+        )  # fmt: skip
+        kept = self.state(*[getattr(flight, name) for name in self.state._fields])
+        return Batch("rest", [gains, body, nominal, reference], [_stack(kept)])
+
+    def _make_decide(self) -> Derivative:
+        """Commands to the plant, the next memory, then c, s, y, e, differentiated by state, v, w and r."""
+        kinds, k, w = self.loop.records, self.n_channels, len(self.terms)
+        state, v, terms, r, gains, nominal, reference = _columns(
+            size(self.state), k, w, k, size(kinds.Gains), size(kinds.Nominal), size(kinds.Reference)
+        )
+        plain = symbolic.rebinder()
+        constants = plain(self.loop.prepare)(_record(kinds.Gains, gains), self.h)
+        signals = _Signals(self, constants, ca.vertsplit(v), ca.vertsplit(terms) if w else [])
+        goal = self._shifted(_record(kinds.Reference, reference), ca.vertsplit(r))
+        before = _record(self.state, state)
+        idle = dict.fromkeys(("status", "end_time"), 0.0)
+        flight = self.loop.Flight(
+            **{name: getattr(before, name) for name in self.state._fields},
+            speed=before.control.command, meters=NoMeters(), **idle,
+        )  # fmt: skip
+        after = symbolic.rebinder(signals.stand_ins())(self.loop.decide)(
+            flight, constants, _record(kinds.Nominal, nominal), goal, _zeros(kinds.Noise), _zeros(kinds.Targets),
+            pack(kinds.Limits, [1.0] * size(kinds.Limits)), 0.0, self.h,
+        )  # fmt: skip
+        memory = [_stack(getattr(after, name)) for name in self.state._fields if name != "body"]
+        seen = signals.readings(before, goal, after)
+        outputs = ca.vertcat(_stack(after.speed), *memory, *seen)
+        inputs = ca.vertcat(state, v, terms, r)
+        return Derivative("decide", inputs, [inputs, gains, nominal, reference], outputs, ca.SX(0, 1))
+
+    def _shifted(self, goal: Any, by: list[Any]) -> Any:
+        """Return the references with r added to their values."""
+        parts = [getattr(goal, name) for name in self.plan.names]
+        return goal._replace(
+            **{
+                name: part._replace(value=part.value + r)
+                for name, part, r in zip(self.plan.names, parts, by, strict=True)
+            }
+        )
+
+    def _check_rest(self, states: Array, outputs: Array) -> None:
+        m, b = size(self.plant.Input), len(self._body)
+        after = outputs[:, m : m + states.shape[1] - b]
+        drift = np.abs(after - states[:, b:]) / (1.0 + np.abs(states[:, b:]))
+        if not np.all(drift < STEADY):
+            worst = int(np.argmax(drift.max(axis=0), axis=0))
+            raise InputError(
+                f"the loop does not stay at rest: {paths(self.state)[b + worst]} changes by {drift.max():.3g} in the first "
+                "period; let rest(parameters) give a state and an input that the law can hold",
+                key="margin",
+            )
+
+
+LEFT_OUT = ("speed", "meters", "status", "end_time")
+"""Parts of a flight that no period hands to the next, or that only judge it."""
+
+
+class _Signals:
+    """Functions called in place of model functions at one control instant, and what they saw."""
+
+    def __init__(self, period: PlantPeriod, constants: Any, v: list[Any], w: list[Any]) -> None:
+        self._period, self._constants, self._v, self._w = period, constants, v, w
+        self._commands: dict[int, Any] = {}
+        self._signals: dict[int, Any] = {}
+
+    def stand_ins(self) -> dict[Any, Any]:
+        """Return what stands in for which function."""
+        entries = {term.nonlinearity.function: self._term(term.nonlinearity) for term in self._period.terms}
+        return {to_plant: self._passed, to_channel: self._passed, **entries}
+
+    def _passed(self, command: Any, channel: float) -> Any:
+        self._commands[int(channel)] = command
+        return command + self._v[int(channel)]
+
+    def _term(self, nonlinearity: Nonlinearity) -> Any:
+        def stand_in(s: Any, constants: Any) -> Any:
+            terms = self._period.terms
+            axis = next(name for name in self._period.plan.names if getattr(self._constants, name) is constants)
+            index = next(i for i, t in enumerate(terms) if t.axis == axis and t.nonlinearity is nonlinearity)
+            self._signals[index] = s
+            return self._w[index]
+
+        return stand_in
+
+    def readings(self, before: Any, goal: Any, after: Any) -> list[Any]:
+        """Return c, s, y and e; channels on one input have the command of that input."""
+        plan = self._period.plan
+        first = [int(plan.number(plan.acting_on(each.to)[0].name)) if not plan.cascades(each) else i
+                 for i, each in enumerate(plan.channels)]  # fmt: skip
+        commands = [self._commands[i] for i in first]
+        outputs = [getattr(before.body.shown, each.output) for each in plan.channels]
+        goals = [
+            getattr(after.control.commands, plan.commanded[each.name])
+            if each.name in plan.commanded
+            else getattr(goal, each.name).value
+            for each in plan.channels
+        ]
+        errors = [y - target for y, target in zip(outputs, goals, strict=True)]
+        signals = [self._signals[i] for i in range(len(self._period.terms))]
+        return [ca.vertcat(*part) if part else ca.SX(0, 1) for part in (commands, signals, outputs, errors)]
+
+
+def _columns(*sizes: int) -> list[Any]:
+    return [ca.SX.sym(f"a{i}", rows) for i, rows in enumerate(sizes)]
+
+
+def _record(kind: Any, column: Any) -> Any:
+    return pack(kind, ca.vertsplit(column) if column.numel() else [])
+
+
+def _zeros(kind: Any) -> Any:
+    return pack(kind, [0.0] * size(kind))
+
+
+def _stack(parts: Any) -> Any:
+    return ca.vertcat(*flatten(parts)) if parts else ca.SX(0, 1)

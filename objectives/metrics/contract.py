@@ -1,0 +1,151 @@
+"""The contract of a metric: documented, finite for flights inside the limits, within its bound, the same when asked twice."""
+
+import re
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.meters import AxisMeter, Meters
+from objectives.metrics.address import AXES, UNITS
+from objectives.metrics.columns import COLUMNS, unpack
+from objectives.metrics.context import COMPLETED, FlightContext, MetricLimits
+from objectives.metrics.metric import COMBINE, AxisView, FlightView, Metric
+from plant.contract.breach import Breach, found
+from plant.contract.law_description import NAME
+from plant.errors import InputError
+from plant.targets import Target, Targets
+from plant.texts import check_title
+
+# Flights that are looked at: how many, their control period and length [s].
+FLIGHTS, PERIOD, DURATION = 64, 0.004, 2.0
+LIMITS = MetricLimits(position_error=5.0, command_peak=3.0)
+CHOICES = {
+    "scope": ("axis", "flight"),
+    "combine": tuple(COMBINE),
+    "window": (None, "time", "recovery_from", "steady_from"),
+}
+
+
+def breaches(metric: Any, file: str) -> list[Breach]:
+    """Return everything that a metric breaks, as far as it makes sense to ask."""
+    for clause in (is_described, values_are_right):
+        told = found(lambda clause=clause: clause(metric), metric, file)
+        if told:
+            return told
+    return []
+
+
+def check_metric(metric: Any, file: str) -> Metric:
+    """Return a metric by which a study can judge; raises InputError with the place of the first thing against it."""
+    for breach in breaches(metric, file):
+        raise breach.error
+    return metric
+
+
+def is_described(metric: Any) -> Iterator[Breach]:
+    """A `Metric` with a name, a symbol, a definition, and choices that there are."""
+    if not isinstance(metric, Metric):
+        yield Breach("", f"METRIC is {metric!r}; it must be Metric(name=..., value=..., bound=...)")
+        return
+    if not re.fullmatch(NAME, metric.name):
+        yield Breach(
+            "",
+            f"given the name '{metric.name}'; a name is a small letter and then small letters, digits and _, up to 40",
+        )
+    for key in ("symbol", "unit", "definition"):
+        try:
+            check_title(getattr(metric, key), key=key)
+        except InputError as error:
+            yield Breach("", f"{key}: {error.message}")
+    for key, allowed in CHOICES.items():
+        if getattr(metric, key) not in allowed:
+            yield Breach("", f"given {key} = {getattr(metric, key)!r}; allowed: {', '.join(map(repr, allowed))}")
+    for key in ("value", "bound"):
+        if not callable(getattr(metric, key)):
+            yield Breach("", f"{key} must be a function of the view")
+
+
+def values_are_right(metric: Metric) -> Iterator[Breach]:
+    """Finite, at least 0 and at most the bound on flights inside the limits; the same when asked again."""
+    for view in _views(metric):
+        value, bound = (_array(function(view)) for function in (metric.value, metric.bound))
+        if not np.isfinite(bound).all() or not (bound > 0.0).all():
+            yield Breach("bound", f"gives {_worst(bound)}; it must be finite and above 0")
+            return
+        if not np.isfinite(value).all():
+            yield Breach("value", "is not finite for a flight that was completed")
+            return
+        if not (value >= 0.0).all():
+            yield Breach("value", f"gives {float(value.min(axis=0)):g}; a metric is at least 0, and smaller is better")
+        if not (value <= np.minimum(bound, metric.highest) * (1.0 + 1e-12)).all():
+            over = float((value / bound).max(axis=0))
+            yield Breach(
+                "bound",
+                f"is exceeded {over:.3g} times by a flight inside the limits; a lost flight must cost more than any",
+            )
+        if not np.array_equal(value, _array(metric.value(view))):
+            yield Breach("value", "gives another number when it is asked again")
+
+
+def _array(value: Any) -> NDArray[np.float64]:
+    return np.broadcast_to(np.asarray(value, dtype=float), (FLIGHTS,))
+
+
+def _worst(bound: NDArray[np.float64]) -> str:
+    return f"{float(bound.min(axis=0)):g}"
+
+
+def _views(metric: Metric) -> Iterator[AxisView | FlightView]:
+    meters, targets = unpack(Meters, _flights()), _targets()
+    status, end = np.full(FLIGHTS, COMPLETED), np.full(FLIGHTS, DURATION)
+    context = FlightContext(DURATION, PERIOD, targets, status, end, LIMITS)
+    if metric.scope == "flight":
+        yield FlightView(meters, context)
+        return
+    for axis in AXES["position"] + AXES["attitude"]:
+        limit = LIMITS.position_error if UNITS[axis] == "m" else LIMITS.angle
+        yield AxisView(getattr(meters, axis), getattr(targets, axis), limit, context)
+
+
+def _targets() -> Targets:
+    stepping, resting = (Target(0.0, level, 0.2, 0.05, 0.5, 0.05, 1.6) for level in (0.5, 0.0))
+    return Targets(stepping, stepping, stepping, stepping, stepping, resting)
+
+
+def _flights() -> NDArray[np.float64]:
+    """Return meters (flights, columns) as flights inside the limits leave them: random, and the first at every limit."""
+    rng = np.random.default_rng(7)
+    rows = np.empty((FLIGHTS, len(COLUMNS)))
+    for axis in AXES["position"] + AXES["attitude"]:
+        limit = LIMITS.position_error if UNITS[axis] == "m" else LIMITS.angle
+        for name, column in _axis_meters(rng, limit).items():
+            rows[:, COLUMNS[f"{axis}.{name}"]] = column
+    size = _sizes(rng)
+    rows[:, COLUMNS["travel"]] = size * 4.0 * LIMITS.command_peak * DURATION / PERIOD
+    rows[:, COLUMNS["effort"]] = size * 4.0 * (LIMITS.command_peak - 1.0) ** 2 * DURATION
+    rows[:, COLUMNS["saturated"]] = size * DURATION
+    rows[:, COLUMNS["command_peak"]] = size * LIMITS.command_peak
+    return rows
+
+
+def _sizes(rng: np.random.Generator) -> NDArray[np.float64]:
+    """Return sizes (flights,) from 0 to 1; the first is 1."""
+    sizes = rng.uniform(size=FLIGHTS) ** 3
+    sizes[0] = 1.0
+    return sizes
+
+
+def _axis_meters(rng: np.random.Generator, limit: float) -> dict[str, NDArray[np.float64]]:
+    """Return the meters of one axis whose error is of constant size, which is what bounds its sums."""
+    size, error = _sizes(rng), limit * _sizes(rng)
+    late = 0.2 + size * (DURATION - 0.2)
+    meters = {
+        "itae": 0.5 * error * DURATION * (DURATION - PERIOD), "iae": error * DURATION, "ise": error**2 * DURATION,
+        "peak": error, "overshoot_extreme": error * size, "rise_low_time": np.full(FLIGHTS, 0.2), "rise_high_time": late,
+        "previous": error, "last_outside": late, "last_unrecovered": np.maximum(late, 0.5),
+        "steady_sum": error * 0.4,
+    }  # fmt: skip
+    assert set(meters) == set(AxisMeter._fields), "every meter has values"
+    return meters

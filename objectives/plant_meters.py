@@ -1,0 +1,42 @@
+"""Meters of a plant of the user's own: those of an axis for every channel, and those of the commands over all inputs.
+
+The axis is judged by the functions that judge a quadrotor's (`objectives.meters`). Commands are counted in the scale of their
+input, from where the flight began.
+"""
+
+from objectives.meters import AxisMeter, start_axis, update_axis
+from plant.loop import MeterModel
+from plant.model.functions import written
+from plant.model.plan import LoopPlan
+from plant.primitives import absolute, maximum
+from plant.records import record_type
+
+
+def meters_of(plan: LoopPlan) -> MeterModel:
+    """Return the meters of a plan's channels: one `AxisMeter` each, then travel, effort, saturated and command_peak."""
+    axes = plan.names
+    whole = {"travel": float, "effort": float, "saturated": float, "command_peak": float}
+    Meters = record_type("PlantMeters", {**dict.fromkeys(axes, AxisMeter), **whole})
+    names = {
+        "Meters": Meters, "start_axis": start_axis, "update_axis": update_axis, "absolute": absolute, "maximum": maximum,
+    }  # fmt: skip
+    started = ", ".join(f"start_axis(sample.{name}, targets.{name})" for name in axes)
+    start = ["def start(sample, targets):", f"    return Meters({started}, 0.0, 0.0, 0.0, 0.0)"]
+    return MeterModel(Meters, written("start", start, names), written("update", _update_lines(plan), names))
+
+
+def _update_lines(plan: LoopPlan) -> list[str]:
+    sizes = {each.name: 1.0 / each.size for each in plan.actuators}
+    moved = " + ".join(f"{s!r} * absolute(sample.command.{n} - sample.previous.{n})" for n, s in sizes.items())
+    squares = " + ".join(f"{s * s!r} * sample.command.{n} * sample.command.{n}" for n, s in sizes.items())
+    largest = "meters.command_peak"
+    for name, scale in sizes.items():
+        largest = f"maximum({largest}, {scale!r} * absolute(sample.command.{name}))"
+    updated = [f"update_axis(meters.{n}, sample.{n}, targets.{n}, sample.time, h)" for n in plan.names]
+    return [
+        "def update(meters, sample, targets, h):",
+        f"    moved = {moved}",
+        f"    squares = {squares}",
+        f"    return Meters({', '.join(updated)}, meters.travel + moved, meters.effort + h * squares,",
+        f"        meters.saturated + h * sample.saturated, {largest})",
+    ]

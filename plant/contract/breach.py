@@ -1,0 +1,46 @@
+"""Places where something of the user's own breaks its contract: in words, with file and line."""
+
+from collections.abc import Callable, Iterator
+from typing import Any, NamedTuple
+
+from plant.errors import InputError
+from plant.model.functions import place_of
+from plant.own_code import place_of_error
+
+
+class Breach(NamedTuple):
+    """A promise that is not kept. part: the function or record that breaks it, such as "step"; place: "file:line"."""
+
+    part: str
+    message: str
+    place: str = ""
+
+    @property
+    def error(self) -> InputError:
+        """The same as an error."""
+        return InputError(self.message, file=self.place or None, key=self.part)
+
+
+def found(check: Callable[[], Iterator[Breach]], owner: Any, file: str) -> list[Breach]:
+    """Return the breaches of a check, each with its place; an error inside it is one of them.
+
+    owner: has the parts as attributes.
+    """
+    told: list[Breach] = []
+    try:
+        told += check()
+    except InputError as error:
+        return [*_placed(told, owner, file), Breach(error.key or "", error.message, error.file or file)]
+    except Exception as error:
+        place = place_of_error(error)
+        if place is None:
+            raise
+        told.append(Breach("", f"{type(error).__name__}: {error}", place))
+    return _placed(told, owner, file)
+
+
+def _placed(told: list[Breach], owner: Any, file: str) -> list[Breach]:
+    return [
+        breach._replace(place=breach.place or place_of(getattr(owner, breach.part.partition(".")[0], None), file))
+        for breach in told
+    ]

@@ -1,0 +1,335 @@
+"""What a law does: a pure function that rests where there is nothing to do, points the right way, scales, and keeps its promises.
+
+Every clause goes through both loops and, where it counts, through both sources of the rate; the tests of the bundled laws run
+the same ones.
+"""
+
+from collections.abc import Callable, Iterator
+from itertools import product
+from math import isfinite
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from plant.backends.rebind import PRIMITIVES, Rebinder
+from plant.contract.axis import LOOPS, REST, Array, Axis, H, Input, defaults, random_inputs, run
+from plant.contract.breach import Breach
+from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.laws.law import Law, Nonlinearity
+from plant.records import flatten
+
+STILL = Applied(0.0, 0.0)
+
+
+class Case(NamedTuple):
+    """One loop with default gains, and where the rate comes from."""
+
+    loop: str
+    from_observer: bool
+    gains: Any
+
+    def channel(self, b0: float) -> Channel:
+        """Return the channel of a gain."""
+        return Channel(b0, float(self.from_observer))
+
+    @property
+    def words(self) -> str:
+        """The case in words."""
+        return f"in the {self.loop} loop with the rate {'from an observer' if self.from_observer else 'measured'}"
+
+
+def cases(law: Law) -> Iterator[Case]:
+    """Yield every case of a law."""
+    for loop, from_observer in product(LOOPS, (False, True)):
+        yield Case(loop, from_observer, defaults(law, loop))
+
+
+def results_are_finite_records(law: Law) -> Iterator[Breach]:
+    """Prepare gives Constants, start Memory, step a number and Memory; all of it finite, at the start and just after."""
+    for case in cases(law):
+        constants = law.prepare(case.gains, H)
+        yield from _checked("prepare", constants, law.Constants, case)
+        memory = law.start(constants, Measured(0.3, -0.2), 0.1)
+        yield from _checked("start", memory, law.Memory, case)
+        arguments = (constants, case.channel(2.0), Setpoint(0.5, 0.1, 0.0), Measured(0.3, -0.2), STILL, H)
+        result = law.step(memory, *arguments)
+        if not (isinstance(result, tuple) and len(result) == 2):
+            yield Breach("step", f"gives {result!r}; it must give (command, Memory)")
+            return
+        if not (isinstance(result[0], float) and isfinite(result[0])):
+            yield Breach("step", f"commands {result[0]!r} {case.words}; it must be a finite number")
+        yield from _checked("step", result[1], law.Memory, case)
+
+
+def _checked(part: str, record: Any, kind: Any, case: Case) -> Iterator[Breach]:
+    if type(record) is not kind:
+        yield Breach(part, f"gives {type(record).__name__}; it must give {kind.__name__}")
+    elif wrong := [f"{leaf!r}" for leaf in flatten(record) if not (isinstance(leaf, (int, float)) and isfinite(leaf))]:
+        yield Breach(part, f"gives {kind.__name__} with {wrong[0]} {case.words}; numbers must be finite")
+
+
+def same_inputs_give_the_same(law: Law) -> Iterator[Breach]:
+    """Asked twice, with other questions between, a law answers alike: nothing hides between calls."""
+    inputs = random_inputs(np.random.default_rng(5), 20)
+    for case in cases(law):
+        first, _ = run(law, case.gains, inputs, case.channel(2.0))
+        run(law, case.gains, inputs[::-1], case.channel(3.0))
+        again, _ = run(law, case.gains, inputs, case.channel(2.0))
+        if not np.array_equal(first, again, equal_nan=True):
+            yield Breach(
+                "step", "gives other commands for the same inputs: a state hides between calls; keep it in Memory"
+            )
+            return
+
+
+def at_rest_nothing_changes(law: Law) -> Iterator[Breach]:
+    """At rest without an error nothing is commanded, and the memory stays what it is, wherever that is."""
+    for case, place in product(cases(law), (0.0, 1.7, -300.0)):
+        constants, here = law.prepare(case.gains, H), Measured(place, 0.0)
+        memory = law.start(constants, here, 0.0)
+        command, after = law.step(memory, constants, case.channel(2.0), Setpoint(place, 0.0, 0.0), here, STILL, H)
+        if command != 0.0:
+            yield Breach(
+                "step", f"commands {command:g} at rest at {place:g} without an error, {case.words}; it must command 0"
+            )
+        elif after != memory:
+            yield Breach("start", f"gives a memory that changes at rest at {place:g} without an error, {case.words}")
+
+
+def commands_point_the_right_way(law: Law) -> Iterator[Breach]:
+    """Ahead where the setpoint is ahead, with the acceleration of the reference, and against a motion."""
+    for case, sign in product(cases(law), (1.0, -1.0)):
+        constants, channel = law.prepare(case.gains, H), case.channel(2.0)
+        memory = law.start(constants, Measured(0.0, 0.0), 0.0)
+        still = Measured(0.0, 0.0)
+        ahead, _ = law.step(memory, constants, channel, Setpoint(0.1 * sign, 0.0, 0.0), still, STILL, H)
+        pushed, _ = law.step(memory, constants, channel, Setpoint(0.0, 0.0, 0.1 * sign), still, STILL, H)
+        if not ahead * sign > 0.0:
+            yield Breach("step", f"does not command towards the setpoint, {case.words}: its sign is wrong")
+        # What does not follow an acceleration need not be pushed by it, what does not come to rest need not brake.
+        if not pushed * sign > 0.0 and "tracks" in law.promises:
+            yield Breach(
+                "step", f'does not follow setpoint.acceleration, {case.words}; add it, or do not promise "tracks"'
+            )
+        moving = law.start(constants, Measured(0.0, 0.1 * sign), 0.0)
+        braking, _ = law.step(moving, constants, channel, REST, Measured(0.0, 0.1 * sign), STILL, H)
+        if not braking * sign < 0.0 and "rejects" in law.promises:
+            yield Breach("step", f'does not brake a motion, {case.words}; or do not promise "rejects"')
+
+
+def only_the_error_counts(law: Law) -> Iterator[Breach]:
+    """Only the difference of reference and measurement counts.
+
+    Moved by 64, values keep 6 bits less: 1e-14 each, amplified by gains up to l3 = 1e3 in the observer and by 1/h in a
+    difference.
+    """
+    inputs = random_inputs(np.random.default_rng(1), 50)
+    moved = [_moved(entry, 64.0) for entry in inputs]
+    for case in cases(law):
+        here, _ = run(law, case.gains, inputs, case.channel(2.0))
+        there, _ = run(law, case.gains, moved, case.channel(2.0))
+        if not np.ptp(here, axis=0) > 1.0:
+            yield Breach("step", f"hardly commands anything on inputs of order one, {case.words}")
+        if not np.allclose(there, here, rtol=0.0, atol=1e-11 * np.abs(here).max(axis=0)):
+            yield Breach(
+                "step", f"commands otherwise where reference and measurement are both moved by 64, {case.words}"
+            )
+
+
+def _moved(entry: Input, by: float) -> Input:
+    return Input(
+        entry.setpoint._replace(value=entry.setpoint.value + by),
+        entry.measured._replace(value=entry.measured.value + by),
+        entry.applied,
+    )
+
+
+def commands_scale_with_the_channel(law: Law) -> Iterator[Breach]:
+    """U b0 does not depend on b0 if what is delivered, in units of u, scales along; by a power of two to the last bit."""
+    inputs = random_inputs(np.random.default_rng(2), 50)
+    scaled = [i._replace(applied=Applied(i.applied.effect / 64.0, i.applied.excess / 64.0)) for i in inputs]
+    for case in cases(law):
+        small, _ = run(law, case.gains, inputs, case.channel(3.0))
+        large, _ = run(law, case.gains, scaled, case.channel(192.0))
+        if not np.array_equal(small, 64.0 * large):
+            yield Breach(
+                "step", f"does not scale as 1/channel.b0, {case.words}: divide the acceleration asked for by channel.b0"
+            )
+
+
+def corners_stay_finite(law: Law) -> Iterator[Breach]:
+    """Commands and memory stay finite at every corner of the ranges."""
+    inputs = random_inputs(np.random.default_rng(3), 20)
+    for case in cases(law):
+        for corner in product(*[(gain.span(case.loop).low, gain.span(case.loop).high) for gain in law.gains]):
+            commands, memory = run(law, law.Gains(*corner), inputs, case.channel(300.0))
+            if not (np.isfinite(commands).all() and np.isfinite(flatten(memory)).all()):
+                at = ", ".join(f"{name} = {value:g}" for name, value in zip(law.Gains._fields, corner, strict=True))
+                yield Breach("step", f"does not stay finite at a corner of the ranges, {at}, {case.words}")
+                return
+
+
+def references_are_flown_as_promised(law: Law) -> Iterator[Breach]:
+    """Feedforward: the acceleration asked for is commanded and no more, filters of the law aside; or it is not promised.
+
+    A held command flies piecewise constant acceleration exactly. Started a nanometre beside it, the error may not grow,
+    and the command departs by no more than gains of 1e4 make of that.
+    """
+    beside = 1e-9
+    plan = [1.0, -1.0, -0.5, 0.5]
+    path = [Setpoint(0.2, 0.0, plan[0])]
+    for k in range(400):
+        y, v, a = path[-1]
+        path.append(Setpoint(y + H * v + 0.5 * H * H * a, v + H * a, plan[(k + 1) // 101]))
+    for loop in LOOPS:
+        gains = defaults(law, loop)
+        gains = gains._replace(t_f=0.0) if "t_f" in gains._fields else gains
+        flown = Axis(b0=4.0).fly(law, gains, 401, lambda t: path[round(t / H)], Measured(0.2 + beside, 0.0))
+        away = np.abs(flown.value - [point.value for point in path]).max(axis=0)
+        extra = np.abs(4.0 * flown.command - [point.acceleration for point in path]).max(axis=0)
+        yield from _promised(
+            law, "tracks", away < 1.1 * beside and extra < 1e4 * beside, loop, "a reference that can be flown"
+        )
+
+
+# Slowest closed-loop pole with default gains: PID ki/kp = 1 and 0.24 1/s, the sliding surface 1 1/s: 120 s leave
+# exp(-28) of 2 m.
+def disturbances_are_rejected_as_promised(law: Law) -> Iterator[Breach]:
+    """A constant disturbance leaves no error, to 1e-9 and with the command at rest through the last second; or so it says."""
+    for case in cases(law):
+        axis = Axis(b0=2.0, disturbance=0.7, from_observer=case.from_observer)
+        flown = axis.fly(law, case.gains, 12000, lambda t: Setpoint(1.0, 0.0, 0.0), h=0.01)
+        if not np.abs(flown.value - 1.0).max(axis=0) > 0.9:
+            yield Breach("step", f"is where it is asked to be before it moved, {case.words}")
+        error = np.abs(flown.value[-100:] - 1.0).max(axis=0)
+        unrest = np.abs(flown.command[-100:] + 0.7).max(axis=0)
+        yield from _promised(law, "rejects", error < 1e-9 and unrest < 1e-7, case.loop, "a constant disturbance")
+
+
+def _promised(law: Law, promise: str, kept: Any, loop: str, what: str) -> Iterator[Breach]:
+    if promise in law.promises and not kept:
+        rest = sorted(law.promises - {promise})
+        instead = f"promises=frozenset({{{', '.join(map(repr, rest))}}})" if rest else "promises=frozenset()"
+        yield Breach(
+            "step",
+            f'leaves an error on {what} in the {loop} loop, but promises "{promise}"; write {instead} if it should',
+        )
+    elif promise not in law.promises and kept:
+        yield Breach("promises", f'leaves no error on {what} in the {loop} loop; promise "{promise}"')
+
+
+def settling(value: Array) -> float:
+    """Time [s] from which on a step to 1 stays within 2 %."""
+    return H * float(np.nonzero(np.abs(value - 1.0) > 0.02)[0][-1] + 1)
+
+
+def saturation_is_listened_to(law: Law) -> Iterator[Breach]:
+    """A step that asks for ten times the limit: little more overshoot than without, and no tail; told nothing, it winds up."""
+    for loop in LOOPS:
+        gains, duration = defaults(law, loop), 30.0
+        asked = Axis().fly(law, gains, 250, _step).asked
+        limit = 0.1 * float(np.abs(asked).max(axis=0))
+        free, told, untold = (
+            Axis(limit=bound, told=hears).fly(law, gains, round(duration / H), _step)
+            for bound, hears in ((np.inf, "all"), (limit, "all"), (limit, "nothing"))
+        )
+        if settling(free.value) == duration:
+            if "rejects" in law.promises:
+                yield Breach("step", f"does not settle a step of 1 within {duration:g} s in the {loop} loop")
+            continue
+        # No command within the limit reaches 1 at rest sooner than full ahead for half the way and full astern for the rest.
+        soonest = 2.0 * float(np.sqrt(1.0 / limit))
+        if not settling(told.value) < settling(free.value) + soonest:
+            yield Breach(
+                "step",
+                f"settles late after saturation in the {loop} loop: it winds up; use applied.excess or applied.effect",
+            )
+        # Braking is limited too: a law that asks for lambda^2 e to brake as it arrives overshoots where the limit is less.
+        if not told.value.max(axis=0) < free.value.max(axis=0) + 0.3:
+            yield Breach(
+                "step",
+                f"overshoots after saturation in the {loop} loop: it winds up; use applied.excess or applied.effect",
+            )
+        if "rejects" in law.promises and not untold.value.max(axis=0) > told.value.max(axis=0) + 0.2:
+            yield Breach("step", f"does as well in the {loop} loop where it is told nothing of saturation")
+
+
+def _step(t: float) -> Setpoint:  # noqa: ARG001
+    return Setpoint(1.0, 0.0, 0.0)
+
+
+def amplitude_counts_only_as_told(law: Law) -> Iterator[Breach]:
+    """With a gain in place of each nonlinear function a law is linear to the bit; as it stands, one that names any is not."""
+    rng, large = np.random.default_rng(4), 2.0**20
+    first, second = 1e-3 * rng.standard_normal((2, 60, 3))
+    for case in cases(law):
+        respond = _responder(law, case)
+        alone = respond(first, True)
+        if not np.abs(alone).min(axis=0) > 0.0:
+            yield Breach("step", f"commands nothing on small signals, {case.words}")
+        together = respond(first + second, True)
+        size = np.abs(together).max(axis=0)
+        linear = np.array_equal(respond(large * first, True), large * alone)
+        linear &= np.allclose(together, alone + respond(second, True), rtol=0.0, atol=1e-9 * size)
+        if not linear:
+            more = "more than what nonlinear names" if law.nonlinear else "an amplitude"
+            yield Breach(
+                "step", f"depends on {more}, {case.words}; name the function through which it does in nonlinear"
+            )
+        elif np.array_equal(respond(large * first, False), large * respond(first, False)) != (not law.nonlinear):
+            yield Breach("nonlinear", "names a function on which nothing depends")
+
+
+def _responder(law: Law, case: Case) -> Callable[[Array, bool], Array]:
+    """Return the commands (K,) for y, rate and effect (K, 3) about rest, unsaturated; linear: with k s for each nonlinearity."""
+    constants = law.prepare(case.gains, H)
+    stand_ins = {part.function: lambda s, constants, k=k: k * s for k, part in enumerate(law.nonlinear, 2)}
+    steps = {
+        linear: Rebinder(PRIMITIVES, stand_ins=stand_ins if linear else None)(law.step) for linear in (True, False)
+    }
+
+    def respond(inputs: Array, linear: bool) -> Array:
+        memory, commands = law.start(constants, Measured(0.0, 0.0), 0.0), []
+        for value, rate, effect in inputs.tolist():
+            seen, applied = Measured(value, rate), Applied(effect, 0.0)
+            command, memory = steps[linear](memory, constants, case.channel(1.0), REST, seen, applied, H)
+            commands.append(command)
+        return np.array(commands)
+
+    return respond
+
+
+def nonlinearities_are_odd(law: Law) -> Iterator[Breach]:
+    """Each function through which a law depends on amplitude is odd, positive for a positive signal, and not linear."""
+    for part, loop in product(law.nonlinear, LOOPS):
+        if problem := _nonlinearity_problem(law, part, loop):
+            yield Breach("nonlinear", f"'{part.name}' {problem}, in the {loop} loop")
+
+
+def _nonlinearity_problem(law: Law, part: Nonlinearity, loop: str) -> str:
+    constants = law.prepare(defaults(law, loop), H)
+    sizes = np.geomspace(1e-9, 1e3, 200)
+    values = np.array([part.function(s, constants) for s in sizes.tolist()])
+    mirrored = np.array([part.function(-s, constants) for s in sizes.tolist()])
+    gains = values / sizes
+    if not np.array_equal(mirrored, -values) or part.function(0.0, constants) != 0.0:
+        return "is not odd"
+    if not (values > 0.0).all():
+        return "is not positive for a positive signal"
+    if not np.ptp(gains, axis=0) > 0.1 * gains.max(axis=0):
+        return "is linear"
+    return (
+        ""
+        if part.unit.startswith("{y}") and "{" not in part.unit_in(loop)
+        else "has a unit that does not begin with {y}"
+    )
+
+
+def the_continuous_observer_is_the_limit(law: Law) -> Iterator[Breach]:
+    """The observer that a law tells of is its sampled one for a vanishing control period."""
+    if law.observer is None:
+        return
+    omega_o, h = 10.0, 1e-6
+    sampled = law.prepare(defaults(law, "attitude")._replace(omega_o=omega_o), h).observer
+    if not np.allclose(np.array(sampled) / h, law.observer(omega_o), rtol=1e-4):
+        yield Breach("observer", "is not what prepare samples")

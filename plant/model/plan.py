@@ -1,0 +1,227 @@
+"""A loop as data: which law closes which channel around which output, on which input, at which rate.
+
+Channels whose command goes to an input of the plant are inner ones or single; one whose command goes to another channel is that
+channel's set point (a cascade). Commands of several channels on one input add up.
+"""
+
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from keyword import iskeyword
+from math import inf, isfinite
+
+from plant.errors import InputError, UnknownNameError
+from plant.laws.law import Law
+from plant.model.plant_model import PlantModel
+from plant.records import paths
+
+# Longest delay of an input [control periods]: each period is a number of the state.
+MOST_DELAY = 128
+# Names that stand beside those of the channels in the records of a loop and of its meters.
+TAKEN = frozenset(
+    ("time", "command", "previous", "saturated", "commands", "inputs", "travel", "effort", "command_peak")
+)
+
+
+@dataclass(frozen=True)
+class Actuator:
+    """An input's way to the plant: limited, slewed, delayed, then lagged.
+
+    low, high: limits of the command [unit of the input]; rate: how fast a command may change [unit/s]; delay [s], whole control
+    periods; lag: time constant of a first-order lag behind it [s], 0 for none. scale: the size that control activity is counted
+    in, by default half the range, or 1 without limits.
+    """
+
+    name: str
+    low: float = -inf
+    high: float = inf
+    rate: float = inf
+    delay: float = 0.0
+    lag: float = 0.0
+    scale: float | None = None
+
+    def __post_init__(self) -> None:
+        if not self.low < self.high:
+            raise InputError(f"given [{self.low}, {self.high}]; the lower end must be below the upper end", key="low")
+        if not self.rate > 0.0:
+            raise InputError(f"given {self.rate}; a rate must be positive", key="rate")
+        for key in ("delay", "lag"):
+            if not (isfinite(getattr(self, key)) and getattr(self, key) >= 0.0):
+                raise InputError(f"given {getattr(self, key)} s; allowed: 0 s or more", key=key)
+        if self.scale is not None and not (isfinite(self.scale) and self.scale > 0.0):
+            raise InputError(f"given {self.scale}; a scale must be finite and positive", key="scale")
+
+    @property
+    def bounded(self) -> bool:
+        """Whether anything limits or slews a command."""
+        return any(map(isfinite, (self.low, self.high, self.rate)))
+
+    @property
+    def size(self) -> float:
+        """The size that control activity is counted in."""
+        half = 0.5 * (self.high - self.low)
+        return self.scale if self.scale is not None else half if isfinite(half) else 1.0
+
+    def periods(self, h: float) -> int:
+        """Return the delay in control periods h [s]; InputError where it is not a whole number of them, or too many."""
+        periods = round(self.delay / h)
+        if abs(self.delay - periods * h) > 1e-9 * h * max(periods, 1):
+            raise InputError(
+                f"given {self.delay:g} s; a delay must be a whole number of control periods of {h:g} s", key="delay"
+            )
+        if periods > MOST_DELAY:
+            raise InputError(
+                f"given {self.delay:g} s, {periods} control periods; at most {MOST_DELAY} are kept: take a longer period",
+                key="delay",
+            )
+        return periods
+
+
+@dataclass(frozen=True)
+class Channel:
+    """One loop: a law between an output and an input, or the set point of another channel.
+
+    output: the output that it controls; rate_output: the output that measures its rate, None where the law takes it from its own
+    observer or by differences. to: input or channel that its command goes to. b0: acceleration of the output for one unit of
+    command, as the controller believes it; 1 for gains in units of the command. every: control periods between its steps.
+    limit: largest |error| of a flight that has not failed [unit of the output]. low, high: limits of its command.
+    """
+
+    name: str
+    law: Law
+    output: str
+    to: str
+    b0: float = 1.0
+    rate_output: str | None = None
+    every: int = 1
+    limit: float = inf
+    low: float = -inf
+    high: float = inf
+
+    def __post_init__(self) -> None:
+        if not (isfinite(self.b0) and self.b0 != 0.0):
+            raise InputError(f"given {self.b0}; allowed: a finite number that is not 0", key="b0")
+        if self.every < 1:
+            raise InputError(f"given {self.every}; allowed: 1 or more control periods", key="every")
+        if not self.limit > 0.0:
+            raise InputError(f"given {self.limit}; a limit must be positive", key="limit")
+        if not self.low < self.high:
+            raise InputError(f"given [{self.low}, {self.high}]; the lower end must be below the upper end", key="low")
+
+
+@dataclass(frozen=True)
+class LoopPlan:
+    """The loops of a plant: channels, outer ones before the inner ones that they command, and an actuator for every input."""
+
+    channels: tuple[Channel, ...]
+    actuators: tuple[Actuator, ...]
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names of the channels."""
+        return tuple(channel.name for channel in self.channels)
+
+    def cascades(self, channel: Channel) -> bool:
+        """Return whether a channel commands another one; one that bears the name of its input acts on that."""
+        return channel.to in self.names and channel.to != channel.name
+
+    @property
+    def commanded(self) -> dict[str, str]:
+        """The channel whose set point each cascaded channel is, by the name of the inner one."""
+        return {channel.to: channel.name for channel in self.channels if self.cascades(channel)}
+
+    @property
+    def outer(self) -> tuple[Channel, ...]:
+        """Channels whose set point is a reference."""
+        return tuple(channel for channel in self.channels if channel.name not in self.commanded)
+
+    def number(self, name: str) -> float:
+        """Return the place of a channel as the number that model functions carry."""
+        return float(self.names.index(name))
+
+    def channel(self, name: str) -> Channel:
+        """Return the channel of that name."""
+        return self.channels[self.names.index(name)]
+
+    def command_unit(self, plant: PlantModel, channel: Channel) -> str:
+        """Return the unit of a channel's command: that of its input, or of the output of the channel that it commands."""
+        inner = self.cascades(channel)
+        return plant.unit(f"Output.{self.channel(channel.to).output}" if inner else f"Input.{channel.to}")
+
+    def acting_on(self, actuator: str) -> tuple[Channel, ...]:
+        """Return the channels whose commands add up to an input."""
+        return tuple(channel for channel in self.channels if channel.to == actuator and not self.cascades(channel))
+
+
+def plan_loop(plant: PlantModel, channels: Sequence[Channel], actuators: Sequence[Actuator] = ()) -> LoopPlan:
+    """Return the plan of a plant's loops, outer channels first; InputError where names, units or connections do not fit."""
+    _check_names([channel.name for channel in channels])
+    inputs, outputs = paths(plant.Input), paths(plant.Output)
+    for actuator in actuators:
+        if actuator.name not in inputs:
+            raise UnknownNameError("input", actuator.name, inputs)
+    _check_once("actuator", [actuator.name for actuator in actuators])
+    for channel in channels:
+        _check_channel(channel, [each.name for each in channels], inputs, outputs)
+    _check_rates(channels)
+    known = {actuator.name: actuator for actuator in actuators}
+    return LoopPlan(tuple(_outer_first(channels)), tuple(known.get(name, Actuator(name)) for name in inputs))
+
+
+def _check_once(kind: str, names: Sequence[str]) -> None:
+    for i, name in enumerate(names):
+        if name in names[:i]:
+            raise InputError(f"given '{name}' twice; names must differ", key=f"{kind}[{i}].name")
+
+
+def _check_names(names: Sequence[str]) -> None:
+    if not names:
+        raise InputError("given no channel; a loop needs at least one", key="channel")
+    _check_once("channel", names)
+    for i, name in enumerate(names):
+        key = f"channel[{i}].name"
+        if not name.isidentifier() or name.startswith("_") or iskeyword(name):
+            raise InputError(
+                f"given '{name}'; allowed: letters, digits and _, a letter first, no word of Python", key=key
+            )
+        if name in TAKEN:
+            raise InputError(f"given '{name}'; the loop calls something else so: take another name", key=key)
+
+
+def _check_channel(channel: Channel, names: Sequence[str], inputs: Sequence[str], outputs: Sequence[str]) -> None:
+    for key, name in (("output", channel.output), ("rate_output", channel.rate_output)):
+        if name is not None and name not in outputs:
+            raise UnknownNameError("output", name, outputs, key=f"{channel.name}.{key}")
+    targets = [*inputs, *[name for name in names if name != channel.name]]
+    if channel.to not in targets:
+        raise UnknownNameError("input or channel", channel.to, targets, key=f"{channel.name}.to")
+
+
+def _check_rates(channels: Sequence[Channel]) -> None:
+    known = {channel.name: channel for channel in channels}
+    for outer in channels:
+        inner = known.get(outer.to)
+        if inner is not None and outer.every % inner.every:
+            raise InputError(
+                f"given {outer.every}; '{inner.name}', which it commands, steps every {inner.every} periods: allowed is a "
+                "multiple of that",
+                key=f"{outer.name}.every",
+            )
+
+
+def _outer_first(channels: Sequence[Channel]) -> Iterator[Channel]:
+    """Yield channels so that each stands before the one it commands; InputError for a ring, which no order can decide."""
+    left = list(channels)
+    names = [channel.name for channel in channels]
+    commanded = [channel.to for channel in channels if channel.to in names and channel.to != channel.name]
+    twice = next((name for i, name in enumerate(commanded) if name in commanded[:i]), None)
+    if twice is not None:
+        raise InputError("given two channels that command its set point; allowed: one", key=f"{twice}.to")
+    while left:
+        ready = [each for each in left if each.name not in [other.to for other in left if other is not each]]
+        if not ready:
+            ring = " -> ".join(each.name for each in left)
+            raise InputError(
+                f"an algebraic loop: {ring} command each other in a ring; let one of them go to an input", key="channel"
+            )
+        yield ready[0]
+        left.remove(ready[0])

@@ -1,0 +1,150 @@
+"""A plant in one file: NamedTuples with units, and pure functions of scalars.
+
+    State, Input, Parameters, Output     what moves, what drives it, its constants with their nominal values, what is measured
+    Disturbance                          what acts on it from outside; may be left out
+    derivative(state, input, disturbance, parameters) -> State
+    output(state, input, disturbance, parameters) -> Output
+    rest(parameters) -> (State, Input)   where flights start, at rest under no disturbance; all zero where it is left out
+
+Every field is Annotated[float, "unit"]. Functions take their mathematics from `plant.primitives`, as those of the quadrotor do.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import Any, NamedTuple
+
+from plant.errors import InputError
+from plant.model.functions import check_model_function, place_of
+from plant.records import flatten, is_record, pack, paths, size, unit_of
+
+RECORDS = ("State", "Input", "Parameters", "Output")
+# Largest share of a state's size that may be left of its derivative at rest [1/s].
+STILL = 1e-6
+
+
+class NoDisturbance(NamedTuple):
+    """Disturbance of a plant that knows none."""
+
+
+@dataclass(frozen=True)
+class PlantModel:
+    """A plant: its records, its equations, and where it rests.
+
+    name: of kernels and reports. title: first line of its file. file: where it was written, "" for a notebook's cell.
+    """
+
+    name: str
+    title: str = field(compare=False)
+    file: str = field(compare=False)
+    State: Any
+    Input: Any
+    Disturbance: Any
+    Parameters: Any
+    Output: Any
+    derivative: Callable[..., Any]
+    output: Callable[..., Any]
+    rest: Callable[..., Any]
+
+    @property
+    def parameters(self) -> Any:
+        """Nominal parameters: the defaults of the record."""
+        return self.Parameters()
+
+    def unit(self, path: str) -> str:
+        """Return the unit of a field by "Output.angle" or "Input.voltage"."""
+        record, _, field = path.partition(".")
+        return unit_of(getattr(self, record).__annotations__[field])
+
+
+def plant_from(names: Mapping[str, Any], name: str, file: str = "") -> PlantModel:
+    """Return the plant that a module's names, or those of a notebook's cell, describe; InputError with the line where not."""
+    for kind in RECORDS:
+        _check_record(kind, names.get(kind), file)
+    disturbance = names.get("Disturbance", NoDisturbance)
+    if disturbance is not NoDisturbance:
+        _check_record("Disturbance", disturbance, file)
+    equations = {key: check_model_function(names.get(key), key, 4, file) for key in ("derivative", "output")}
+    kinds = {kind: names[kind] for kind in RECORDS}
+    given = names.get("rest")
+    rest = _nothing(kinds["State"], kinds["Input"]) if given is None else check_model_function(given, "rest", 1, file)
+    title = str(names.get("__doc__") or name).strip().splitlines()[0]
+    plant = PlantModel(name, title, file, Disturbance=disturbance, rest=rest, **kinds, **equations)
+    _check_values(plant)
+    return plant
+
+
+def _nothing(state: Any, command: Any) -> Callable[[Any], Any]:
+    zeros = pack(state, [0.0] * size(state)), pack(command, [0.0] * size(command))
+
+    def rest(parameters: Any) -> Any:  # noqa: ARG001
+        return zeros
+
+    return rest
+
+
+def _check_record(kind: str, record: Any, file: str) -> None:
+    if not is_record(record):
+        given = "nothing" if record is None else repr(record)
+        raise InputError(
+            f"given {given} for {kind}; write class {kind}(NamedTuple) with a unit for every field", file=file
+        )
+    for name, part in record.__annotations__.items():
+        if getattr(part, "__origin__", None) is not float or not unit_of(part):
+            raise InputError(
+                f'no unit; write {name}: Annotated[float, "m"], with "1" for a number without one',
+                file=place_of(record, file),
+                key=f"{kind}.{name}",
+            )
+    missing = [name for name in record._fields if kind == "Parameters" and name not in record._field_defaults]
+    if missing:
+        raise InputError(
+            "no nominal value; write it behind the unit, as in = 0.5",
+            file=place_of(record, file),
+            key=f"{kind}.{missing[0]}",
+        )
+
+
+def _check_values(plant: PlantModel) -> None:
+    """Raise InputError where the equations do not work at rest, or the plant does not stand still there."""
+    quiet = pack(plant.Disturbance, [0.0] * size(plant.Disturbance))
+    state, command = _rest(plant)
+    rate = _called(plant, "derivative", plant.derivative, state, command, quiet, plant.parameters)
+    seen = _called(plant, "output", plant.output, state, command, quiet, plant.parameters)
+    for name, function, record, kind in (
+        ("derivative", plant.derivative, rate, plant.State), ("output", plant.output, seen, plant.Output),
+    ):  # fmt: skip
+        place = place_of(function, plant.file)
+        if type(record) is not kind:
+            raise InputError(f"gives {type(record).__name__}; it must give {kind.__name__}", file=place, key=name)
+        for path, value in zip(paths(kind), flatten(record), strict=True):
+            if not (isinstance(value, (int, float)) and isfinite(value)):
+                raise InputError(f"gives {value!r} for {path} at rest; numbers must be finite", file=place, key=name)
+    for path, value, speed in zip(paths(plant.State), flatten(state), flatten(rate), strict=True):
+        if abs(speed) > STILL * (1.0 + abs(value)):
+            raise InputError(
+                f"{path} changes by {speed:.3g} a second where the plant should rest; write rest(parameters), which gives the "
+                "state and the input that hold it",
+                file=place_of(plant.derivative, plant.file),
+                key="derivative",
+            )
+
+
+def _rest(plant: PlantModel) -> Any:
+    """Return the state and the input of a plant at rest; InputError where rest gives something else."""
+    given = _called(plant, "rest", plant.rest, plant.parameters)
+    place = place_of(plant.rest, plant.file)
+    if not (isinstance(given, tuple) and [type(each) for each in given] == [plant.State, plant.Input]):
+        raise InputError(f"gives {given!r}; it must give State, Input", file=place, key="rest")
+    for path, value in zip((*paths(plant.State), *paths(plant.Input)), flatten(given), strict=True):
+        if not (isinstance(value, (int, float)) and isfinite(value)):
+            raise InputError(f"gives {value!r} for {path}; numbers must be finite", file=place, key="rest")
+    return given
+
+
+def _called(plant: PlantModel, name: str, function: Callable[..., Any], *arguments: Any) -> Any:
+    try:
+        return function(*arguments)
+    except Exception as error:
+        place = place_of(function, plant.file)
+        raise InputError(f"fails at rest: {type(error).__name__}: {error}", file=place, key=name) from error

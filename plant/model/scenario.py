@@ -1,0 +1,171 @@
+"""Scenarios of a plant: what its channels follow, what disturbs it, what its sensors add, and how far its parameters vary.
+
+Scenario i of a stream is a pure function of (root seed, stream, scenario name, i). Every candidate meets the same scenarios.
+"""
+
+from collections.abc import Iterable, Mapping
+from dataclasses import dataclass, field
+from math import isfinite
+from typing import Any
+
+import numpy as np
+
+from plant.backends.flyer import FlightInputs, to_lanes
+from plant.errors import InputError, UnknownNameError
+from plant.loop import Timing
+from plant.model.closing import PlantLoop
+from plant.model.signals import Constant, Signal
+from plant.records import flatten, pack, paths, size
+from plant.seeds import generator
+from plant.targets import Target
+
+Array = np.ndarray
+# Largest half-width of a parameter's spread: beyond it a factor could be zero.
+MOST_SPREAD = 0.95
+
+
+@dataclass(frozen=True)
+class SensorNoise:
+    """White noise of one output and the bias that is drawn once a flight, both rms in its unit."""
+
+    rms: float = 0.0
+    bias: float = 0.0
+
+    def __post_init__(self) -> None:
+        for key in ("rms", "bias"):
+            value = getattr(self, key)
+            if not (isfinite(value) and value >= 0.0):
+                raise InputError(f"given {value}; an rms value must be finite and not negative", key=key)
+
+
+@dataclass(frozen=True)
+class PlantScenario:
+    """One kind of flight of a plant; a study flies it through many draws.
+
+    name: unique in a study, part of the random streams. duration [s]. references: signal of every outer channel, 0 where none is
+    given. disturbances: signal of each field of Disturbance. sensors: of each output. spread: half-width of the uniform factor on
+    each parameter, 0.2 for +-20 %. settling: band of the settling time as a share of the step; band: of channels without a step,
+    in the unit of each, by default a hundredth of its limit. recovery_from: when the disturbance is over [s]. steady_share: share
+    of the flight, at its end, that the steady-state error looks at.
+    """
+
+    name: str
+    duration: float
+    references: Mapping[str, Signal] = field(default_factory=dict)
+    disturbances: Mapping[str, Signal] = field(default_factory=dict)
+    sensors: Mapping[str, SensorNoise] = field(default_factory=dict)
+    spread: Mapping[str, float] = field(default_factory=dict)
+    settling: float = 0.02
+    band: Mapping[str, float] = field(default_factory=dict)
+    recovery_from: float = 0.0
+    steady_share: float = 0.2
+
+    def __post_init__(self) -> None:
+        if not (isfinite(self.duration) and self.duration > 0.0):
+            raise InputError(f"given {self.duration} s; a flight must last a finite, positive time", key="duration")
+        if not 0.0 < self.steady_share <= 1.0:
+            raise InputError(f"given {self.steady_share}; allowed: above 0, at most 1", key="steady_share")
+        if not 0.0 < self.settling < 1.0:
+            raise InputError(f"given {self.settling}; allowed: above 0 and below 1", key="settling")
+        if not 0.0 <= self.recovery_from < self.duration:
+            raise InputError(
+                f"given {self.recovery_from} s; allowed: 0 s up to the duration of {self.duration} s",
+                key="recovery_from",
+            )
+        for name, width in self.spread.items():
+            if not (isfinite(width) and 0.0 <= width <= MOST_SPREAD):
+                raise InputError(f"given {width}; allowed: 0 to {MOST_SPREAD}", key=f"spread.{name}")
+        for name, signal in self.references.items():
+            if signal.random:
+                raise InputError(f"given '{signal.kind}'; a reference must not be random", key=f"reference.{name}")
+
+    def __hash__(self) -> int:
+        return hash((self.name, self.duration))
+
+    def steps(self, timing: Timing) -> int:
+        """Return the number of control periods of a flight."""
+        return round(self.duration / timing.control_period)
+
+    def check(self, loop: PlantLoop) -> None:
+        """Raise UnknownNameError where a signal, a sensor or a spread names nothing of the plant."""
+        plant, plan = loop.plant, loop.plan
+        outer = [channel.name for channel in plan.outer]
+        for key, given, valid in (
+            ("reference", self.references, outer), ("disturbance", self.disturbances, paths(plant.Disturbance)),
+            ("sensors", self.sensors, paths(plant.Output)), ("spread", self.spread, paths(plant.Parameters)),
+            ("band", self.band, plan.names),
+        ):  # fmt: skip
+            for name in given:
+                if name not in valid:
+                    raise UnknownNameError(key, name, valid, key=f"{key}.{name}")
+
+    def targets_of(self, loop: PlantLoop) -> Any:
+        """Return what step and recovery metrics of each channel are measured against."""
+        steady = self.duration * (1.0 - self.steady_share)
+        targets = []
+        for channel in loop.plan.channels:
+            start, final, time = self.references.get(channel.name, Constant()).step
+            usual = 0.01 * channel.limit if isfinite(channel.limit) else 1.0
+            band = self.band.get(channel.name, usual)
+            settling = self.settling * abs(final - start) or band
+            targets.append(Target(start, final, time, settling, self.recovery_from, band, steady))
+        return loop.records.Targets(*targets)
+
+
+def sample_plant_scenarios(
+    spec: PlantScenario, loop: PlantLoop, parameters: Any, timing: Timing, root: int, stream: str, indices: Iterable[int]
+) -> FlightInputs:  # fmt: skip
+    """Draw scenarios of a stream in blocks of lanes, in the order of the indices; parameters: the nominal ones."""
+    indices = list(indices)
+    times = timing.control_period * np.arange(spec.steps(timing))
+    rows = [_plant(spec, loop, parameters, generator(root, f"{stream}/{spec.name}/plant", i)) for i in indices]
+    return FlightInputs(
+        dynamics=to_lanes([dynamics for dynamics, _ in rows]),
+        starts=to_lanes([start for _, start in rows]),
+        disturbances=to_lanes([_disturbances(spec, loop, times, root, stream, i) for i in indices]),
+        noises=to_lanes([_noises(spec, loop, len(times), root, stream, i) for i in indices]),
+        references=references_of(spec, loop, times),
+        targets=spec.targets_of(loop),
+        count=len(indices),
+    )
+
+
+def references_of(spec: PlantScenario, loop: PlantLoop, times: Array) -> Array:
+    """Return the references of all channels at times (K,) [s]: (K, 3 channels); inner ones, which nobody reads, are 0."""
+    still = np.random.default_rng(0)
+    columns = [spec.references.get(name, Constant()).values(times, still) for name in loop.plan.names]
+    return np.ascontiguousarray(np.concatenate(columns, axis=0).T)
+
+
+def _plant(spec: PlantScenario, loop: PlantLoop, parameters: Any, draw: np.random.Generator) -> tuple[Array, Array]:
+    """Draw the constants of a plant (rows,) and the body (rows,) at rest in which it starts."""
+    plant = loop.plant
+    width = np.array([spec.spread.get(name, 0.0) for name in paths(plant.Parameters)])
+    factors = 1.0 + width * draw.uniform(-1.0, 1.0, len(width))
+    flown = pack(plant.Parameters, (factors * np.array(flatten(parameters), dtype=float)).tolist())
+    state, held = plant.rest(flown)
+    quiet = pack(plant.Disturbance, [0.0] * size(plant.Disturbance))
+    body = [*flatten(state), *flatten(held), *flatten(plant.output(state, held, quiet, flown))]
+    poles = [1.0 / actuator.lag if actuator.lag > 0.0 else 0.0 for actuator in loop.plan.actuators]
+    return np.array([*flatten(flown), *poles]), np.array(body, dtype=float)
+
+
+def _disturbances(spec: PlantScenario, loop: PlantLoop, times: Array, root: int, stream: str, i: int) -> Array:
+    """Draw the disturbances of a flight (K, fields)."""
+    out = np.zeros((len(times), size(loop.plant.Disturbance)))
+    for column, name in enumerate(paths(loop.plant.Disturbance)):
+        if name in spec.disturbances:
+            draw = generator(root, f"{stream}/{spec.name}/disturbance/{name}", i)
+            out[:, column] = spec.disturbances[name].values(times, draw)[0]
+    return out
+
+
+def _noises(spec: PlantScenario, loop: PlantLoop, steps: int, root: int, stream: str, i: int) -> Array:
+    """Draw the sensor errors of a flight (K, outputs)."""
+    out = np.zeros((steps, size(loop.plant.Output)))
+    for column, name in enumerate(paths(loop.plant.Output)):
+        if name in spec.sensors:
+            sensor = spec.sensors[name]
+            draw = generator(root, f"{stream}/{spec.name}/sensor/{name}", i)
+            out[:, column] = sensor.bias * draw.standard_normal() + sensor.rms * draw.standard_normal(steps)
+    return out

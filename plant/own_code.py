@@ -1,0 +1,187 @@
+"""Code of the user's own: a file of a law, a metric or a reference, run in this process from the bytes that were read.
+
+The digest of a file is taken over its bytes and those of the files beside it that it imports, which are run before it. What has
+run is known by its digest: a copy of it elsewhere, such as in a results folder, is the same code and is not run again.
+"""
+
+import ast
+import hashlib
+import sys
+from collections.abc import Iterator, Mapping
+from contextlib import contextmanager
+from dataclasses import dataclass
+from pathlib import Path
+from traceback import walk_tb
+from types import ModuleType
+from typing import Any, NamedTuple
+
+from plant.errors import InputError, UnnamedCodeError
+from plant.input_files import read_input
+from plant.origin import Origin
+
+# The file in a results folder that says so.
+RECORD = "run.json"
+
+
+class Source(NamedTuple):
+    """A file as it was read."""
+
+    file: Path
+    content: bytes
+
+
+@dataclass(frozen=True)
+class OwnCode:
+    """Code that has run. names: what its file defines."""
+
+    file: Path
+    digest: str
+    names: Mapping[str, Any]
+
+    @property
+    def origin(self) -> Origin:
+        """File and digest."""
+        return Origin(str(self.file), self.digest)
+
+
+HAVE_RUN: dict[str, OwnCode] = {}
+"""All code of the user's that has run in this process, by digest."""
+_files: set[str] = set()
+
+
+def run_own_code(file: Path, recorded: bool = False) -> OwnCode:
+    """Run a file, once for a digest; recorded: it was found through a results folder, where only what has run before counts.
+
+    Raises UnnamedCodeError for other code of a results folder, and InputError, with file and line, where the code fails.
+    """
+    sources = sources_of(file)
+    digest = digest_of(sources)
+    if digest not in HAVE_RUN:
+        if recorded:
+            raise _unnamed(file, digest)
+        HAVE_RUN[digest] = OwnCode(file, digest, _run(sources, digest))
+    return HAVE_RUN[digest]
+
+
+def in_results_folder(file: Path) -> bool:
+    """Return whether a file lies in a results folder, however deep."""
+    return any((folder / RECORD).exists() for folder in file.absolute().parents)
+
+
+def sources_of(file: Path) -> tuple[Source, ...]:
+    """Return a file behind the files beside it that it imports, each once; InputError where one cannot be read."""
+    found: dict[Path, Source] = {}
+    _collect(file, found, set())
+    return tuple(found.values())
+
+
+def digest_of(sources: tuple[Source, ...]) -> str:
+    """Return the digest of a file and of what it imports; what the file itself is called does not count."""
+    *beside, main = sources
+    digest = hashlib.blake2b(main.content, digest_size=12)
+    for source in sorted(beside, key=lambda source: source.file.name):
+        digest.update(f"\0{source.file.name}\0{len(source.content)}\0".encode() + source.content)
+    return digest.hexdigest()
+
+
+def place_of_error(error: BaseException) -> str | None:
+    """Return "file:line" where an error was raised in code of the user's, or was caused by what that called; None elsewhere."""
+    places = [
+        f"{frame.f_code.co_filename}:{line}"
+        for frame, line in walk_tb(error.__traceback__)
+        if frame.f_code.co_filename in _files
+    ]
+    return places[-1] if places else None
+
+
+def _collect(file: Path, found: dict[Path, Source], begun: set[Path]) -> None:
+    """Read a file after all that it imports from beside it."""
+    begun.add(file)
+    content = _read(file)
+    for name in _imported(content):
+        beside = file.parent / f"{name}.py"
+        if beside not in begun and beside.is_file():
+            _collect(beside, found, begun)
+    found[file] = Source(file, content)
+
+
+def _read(file: Path) -> bytes:
+    try:
+        return read_input(file)
+    except FileNotFoundError:
+        raise InputError("there is no such file; give a Python file of your own", file=file) from None
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror}); give a Python file of your own", file=file) from None
+
+
+def _imported(content: bytes) -> Iterator[str]:
+    """Yield the top-level names that a file imports; none where it is no Python, which running it tells."""
+    try:
+        tree = ast.parse(content)
+    except (SyntaxError, ValueError):
+        return
+    for node in ast.walk(tree):
+        if isinstance(node, ast.Import):
+            yield from (entry.name.partition(".")[0] for entry in node.names)
+        elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+            yield node.module.partition(".")[0]
+
+
+def _run(sources: tuple[Source, ...], digest: str) -> Mapping[str, Any]:
+    """Run files in their order and return what the last one defines; each is a module that later ones can import by its name."""
+    importable: dict[str, ModuleType] = {}
+    names: Mapping[str, Any] = {}
+    for source in sources:
+        # By content and not by place, so that kernels of the same code are the same.
+        module = ModuleType(f"own_code_{digest}_{len(importable)}")
+        module.__file__ = str(source.file)
+        sys.modules[module.__name__] = module
+        with _standing_in(importable):
+            _run_one(source, module)
+        importable[source.file.stem] = module
+        names = vars(module)
+    return names
+
+
+def _run_one(source: Source, module: ModuleType) -> None:
+    file = str(source.file)
+    _files.add(file)
+    try:
+        exec(compile(source.content, file, "exec", dont_inherit=True), vars(module))
+    except SyntaxError as error:
+        raise InputError(f"{error.msg}; correct this line", file=f"{error.filename}:{error.lineno}") from error
+    except InputError:
+        raise
+    except (Exception, SystemExit) as error:
+        what = f"{type(error).__name__}: {error}"
+        raise InputError(f"fails when it is read: {what}", file=place_of_error(error) or file) from error
+
+
+@contextmanager
+def _standing_in(modules: Mapping[str, ModuleType]) -> Iterator[None]:
+    """Have modules imported by their names, whatever else bears them."""
+    before = {name: sys.modules.get(name) for name in modules}
+    sys.modules.update(modules)
+    try:
+        yield
+    finally:
+        for name, module in before.items():
+            if module is None:
+                del sys.modules[name]
+            else:
+                sys.modules[name] = module
+
+
+def _unnamed(file: Path, digest: str) -> UnnamedCodeError:
+    changed = [code for code in HAVE_RUN.values() if code.file.name == file.name]
+    if changed:
+        return UnnamedCodeError(
+            f"the run flew this code (digest {digest}), and {changed[0].file} is another (digest {changed[0].digest}): it has "
+            f"changed since; put it back, or name the copy with --code {file}",
+            file=file,
+        )
+    return UnnamedCodeError(
+        f"this is code in a results folder, which runs only where you name it: look at it, then add --code {file}, or "
+        "--code and your own file",
+        file=file,
+    )

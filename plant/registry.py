@@ -1,0 +1,96 @@
+"""Registries of laws, metrics and references: what is bundled, what the user's files define, what installed packages offer.
+
+A package offers an entry by an entry point, as in its pyproject.toml:
+
+    [project.entry-points."holdfast.laws"]
+    my_law = "my_package.my_law:LAW"
+"""
+
+import hashlib
+from collections.abc import Callable, Iterable
+from pathlib import Path
+from typing import Any, TypeVar
+
+from plant.errors import InputError, UnknownNameError
+from plant.origin import Origin, with_origin
+
+T = TypeVar("T")
+
+
+class Registry(dict[str, T]):
+    """Entries by name. An entry has an `origin`, which is None for what is bundled.
+
+    kind: in messages, "law". name_of: the name of an entry. Packages are asked only for a name that is not known otherwise, for
+    a look at what is installed takes time.
+    """
+
+    def __init__(self, kind: str, name_of: Callable[[T], str], entries: Iterable[T]) -> None:
+        super().__init__({name_of(entry): entry for entry in entries})
+        self.kind = kind
+        self.group = f"holdfast.{kind}s"
+        self._name_of = name_of
+        self._asked = False
+
+    def find(self, name: str) -> T:
+        """Return an entry; UnknownNameError, with the nearest name, where there is none."""
+        if name not in self:
+            self.ask_packages()
+        if name not in self:
+            raise UnknownNameError(self.kind, name, self)
+        return self[name]
+
+    def add(self, entry: T, origin: Origin) -> T:
+        """Take an entry of the user's own, in place of an earlier one of the same file, and return it with its origin.
+
+        Raises InputError where another has its name.
+        """
+        name = self._name_of(entry)
+        earlier: Any = self.get(name)
+        if earlier is not None and earlier.origin is None:
+            message = f"'{name}' is a {self.kind} of holdfast itself; give yours another name"
+            raise InputError(message, file=origin.place, key=self.kind)
+        if earlier is not None and earlier.origin == origin:
+            return earlier
+        if earlier is not None and earlier.origin.place != origin.place:
+            message = f"'{name}' is the {self.kind} of {earlier.origin.place} already; give one of them another name"
+            raise InputError(message, file=origin.place, key=self.kind)
+        self[name] = with_origin(entry, origin)
+        return self[name]
+
+    def ask_packages(self) -> None:
+        """Take what installed packages offer, once a process."""
+        if self._asked:
+            return
+        self._asked = True
+        from importlib.metadata import entry_points
+
+        for point in entry_points(group=self.group):
+            self.add(_loaded(point), _origin(point))
+
+
+def _loaded(point: Any) -> Any:
+    try:
+        return point.load()
+    except Exception as error:
+        what = f"{type(error).__name__}: {error}"
+        raise InputError(
+            f"the entry point {point.name} = {point.value} cannot be loaded: {what}", file=point.group
+        ) from error
+
+
+def _origin(point: Any) -> Origin:
+    return Origin(f"{point.dist.name} {point.dist.version}", _digest(point), True)
+
+
+def _digest(point: Any) -> str:
+    """Return the digest of all modules in the folder of an entry point's package, or of its only module."""
+    from importlib.util import find_spec
+
+    spec = find_spec(point.module.partition(".")[0])
+    assert spec is not None and spec.origin is not None, "it was imported"
+    home = Path(spec.origin)
+    files = sorted(home.parent.rglob("*.py")) if spec.submodule_search_locations else [home]
+    digest = hashlib.blake2b(digest_size=12)
+    for file in files:
+        digest.update(file.relative_to(home.parent).as_posix().encode() + b"\0" + file.read_bytes())
+    return digest.hexdigest()

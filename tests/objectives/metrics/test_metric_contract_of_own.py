@@ -1,0 +1,41 @@
+"""What a metric of one's own breaks is told; every bundled one keeps the same contract."""
+
+from pathlib import Path
+
+import pytest
+
+from objectives.metrics import METRICS
+from objectives.metrics.contract import breaches
+from plant.own_code import run_own_code
+from tests.plant.own_files import METRIC, edited
+
+VALUE = "value=lambda view: view.meter.iae / view.context.duration"
+WRONG = {
+    "bound": ("bound=lambda view: view.limit", "bound=lambda view: 0.5 * view.limit", "is exceeded 2 times"),
+    "no bound": ("bound=lambda view: view.limit", "bound=lambda view: 0.0", "above 0"),
+    "negative": (VALUE, f"{VALUE} - 1.0", "at least 0"),
+    "nan": (VALUE, f"{VALUE} * float('nan')", "not finite"),
+    "scope": ('scope="axis"', 'scope="axes"', "scope = 'axes'"),
+    "name": ('name="mae"', 'name="m a e"', "small letter"),
+    "no definition": ('definition="mean of |e| over the flight"', 'definition=""', "definition"),
+    "no metric": ("METRIC = Metric(", "METRIC = dict(", "it must be Metric"),
+    "error": (VALUE, VALUE.replace("iae", "area"), "no attribute 'area'"),
+}
+
+
+@pytest.mark.parametrize("name", METRICS)
+def test_every_bundled_metric_keeps_it(name: str) -> None:
+    assert breaches(METRICS[name], "") == []
+
+
+@pytest.mark.parametrize("way", WRONG)
+def test_what_it_breaks_is_told(way: str, tmp_path: Path) -> None:
+    old, new, message = WRONG[way]
+    file = edited(METRIC, tmp_path, (old, new))
+    told = breaches(run_own_code(file).names["METRIC"], str(file))
+    assert message in told[0].message, told
+    assert told[0].place.startswith(str(file))
+
+
+def test_the_shipped_one_keeps_it() -> None:
+    assert breaches(run_own_code(METRIC).names["METRIC"], str(METRIC)) == []

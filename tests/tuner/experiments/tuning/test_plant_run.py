@@ -1,0 +1,147 @@
+"""A plant of one's own from the page of the documentation: run, verified, resumed, and refused where its code is not named."""
+
+import re
+import shutil
+import subprocess
+from pathlib import Path
+
+import pytest
+
+from plant.own_code import HAVE_RUN
+from tests.tuner.in_process import called, tuner
+from tuner.documents.opening import open_results
+from tuner.study.kinds import load_any
+
+PAGE = (Path(__file__).parents[4] / "docs/own_plant.md").read_text(encoding="utf-8")
+PLANT, STUDY = (re.search(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL)[1] for kind in ("python", "toml"))
+SHORT = ("--set", "search.generations=2", "--set", "scenario.0.held_out=8", "--set", "scenario.0.search=4")
+
+
+@pytest.fixture(scope="module")
+def written(tmp_path_factory):
+    """A folder with the two files of the page."""
+    folder = tmp_path_factory.mktemp("motor")
+    (folder / "motor.py").write_text(PLANT, encoding="utf-8")
+    (folder / "motor.toml").write_text(STUDY, encoding="utf-8")
+    return folder
+
+
+@pytest.fixture(scope="module")
+def run(written):
+    """A short run of them."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.chdir(written)
+        code, _, err = called("run", "motor.toml", "--out", "r", *SHORT)
+    assert code == 0, err
+    return written / "r"
+
+
+def test_the_run_recommends_what_keeps_the_limit_and_says_what_flew(run):
+    results = open_results(run)
+    assert results.summary.required[0].tuned.value <= 2.0
+    assert results.resolved.plant.name == "motor"
+    assert [channel.law for channel in results.resolved.channel] == ["pid"]
+    assert {fan.signal for fan in results.fans} == {"angle", "voltage"}
+    assert {loop.channel for loop in results.loops} == {"angle"}
+    assert results.gains.gains["angle.kp"].value > 0.0
+
+
+def test_it_is_flown_again_to_the_same_bits(run, written, monkeypatch, capsys):
+    code, out, err = tuner(monkeypatch, capsys, "verify", run, "--code", written / "motor.py")
+    assert code == 0, err
+    assert "every bit is the same" in out
+
+
+def test_its_controller_is_c_with_the_bits_that_flew(run, written, monkeypatch, capsys, tmp_path):
+    arguments = ("export", run / "gains.json", "--to", "c99", "--out", tmp_path / "c", "--code", written / "motor.py")
+    code, out, err = tuner(monkeypatch, capsys, *arguments)
+    assert code == 0, err
+    assert "motor_controller.c" in out
+    if shutil.which("make") and shutil.which("cc"):
+        made = subprocess.run(["make"], cwd=tmp_path / "c", capture_output=True, text=True, check=True)
+        assert "the same bits" in made.stdout
+        assert "warning" not in made.stderr
+
+
+def test_gains_of_a_plant_are_refused_where_a_quadrotor_flies(run, monkeypatch, capsys):
+    code, _, err = tuner(monkeypatch, capsys, "fly", run / "gains.json")
+    assert code == 2
+    assert "holds gains of a plant of one's own" in err
+
+
+def test_a_longer_budget_gives_what_the_longer_run_gives(run, written, monkeypatch, capsys, tmp_path):
+    longer = tmp_path / "longer"
+    shutil.copytree(run, longer)
+    assert tuner(monkeypatch, capsys, "resume", longer, "--budget", "3", "--code", written / "motor.py")[0] == 0
+    changes = [entry.replace("generations=2", "generations=3") for entry in SHORT]
+    assert tuner(monkeypatch, capsys, "run", written / "motor.toml", "--out", tmp_path / "at_once", *changes)[0] == 0
+    for name in ("front.csv", "gains.json", "generations/0002.parquet"):
+        assert (longer / name).read_bytes() == (tmp_path / "at_once" / name).read_bytes(), name
+
+
+def test_a_results_folder_runs_no_code_that_nobody_named(run, monkeypatch, capsys):
+    monkeypatch.setattr("plant.own_code.HAVE_RUN", {})
+    code, _, err = tuner(monkeypatch, capsys, "verify", run)
+    assert code == 2
+    assert "--code" in err
+    assert err.count("\n") == 1
+
+
+def test_another_plant_of_the_same_name_is_refused(run, written, monkeypatch, capsys, tmp_path):
+    monkeypatch.setattr("plant.own_code.HAVE_RUN", {})
+    other = tmp_path / "motor.py"
+    other.write_text(PLANT.replace("4.0", "5.0"), encoding="utf-8")
+    code, _, err = tuner(monkeypatch, capsys, "verify", run, "--code", other)
+    assert code == 2
+    assert "changed since" in err
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        ('file = "motor.py"', 'file = "none.py"', "none.py: there is no such file"),
+        ('law = "pid"', 'law = "pit"', "channel[0].law: unknown law 'pit'; did you mean 'pid'?"),
+        ('output = "angle"', 'output = "angel"', "unknown output 'angel'; did you mean 'angle'?"),
+        ('to = "voltage"', 'to = "volt"', "unknown input or channel 'volt'; did you mean 'voltage'?"),
+        ("limit = 10.0", "# no limit", "limit = ..., the |error| at which a flight has failed"),
+        ("delay = 0.001", "delay = 0.0015", "a delay must be a whole number of control periods"),
+        ("lag = 0.001", "lag = 0.0001", "a lag must be at least half the plant step"),
+        ("plant_step = 0.0005", "plant_step = 0.0003", "this must be a multiple of plant_step"),
+        ('"angle.t_f" = 0.001', "", "gains.angle.t_f: is not given; write a number, or a range"),
+        ("low = 0.05, high = 20.0,", "", "needs low and high"),
+        ("default = 0.5", "default = 50.0", "outside its range of 0.05 to 20"),
+        ("spread.inertia", "spread.inertai", "unknown spread 'inertai'; did you mean 'inertia'?"),
+        ('kind = "step"', 'kind = "stepp"', "unknown signal 'stepp'; did you mean 'step'?"),
+        ('reference.angle = { kind = "step", size = 1.0 }', 'reference.angle = { kind = "coloured" }', "must not be random"),
+        ("high = 12.0", "", "an input has no range"),
+        ('metric = "itae.angle"', 'metric = "itae.roll"', "unknown metric address 'itae.roll'"),
+        ('quantity = "ms"', 'quantity = "ms"\naxis = "roll"', "unknown channel 'roll'"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_is_one_line_with_file_and_key(written, tmp_path, monkeypatch, capsys, old, new, said):
+    assert old in STUDY
+    shutil.copy(written / "motor.py", tmp_path)
+    (tmp_path / "motor.toml").write_text(STUDY.replace(old, new, 1), encoding="utf-8")
+    code, _, err = tuner(monkeypatch, capsys, "check", tmp_path / "motor.toml")
+    assert code == 2
+    assert said in err
+    assert "motor.toml" in err or "none.py" in err
+    assert err.count("\n") == 1
+
+
+def test_a_channel_that_commands_itself_in_a_ring_is_refused(written, tmp_path):
+    shutil.copy(written / "motor.py", tmp_path)
+    ring = STUDY.replace('to = "voltage"', 'to = "inner"', 1).replace(
+        "[gains]",
+        '[[channel]]\nname = "inner"\nlaw = "pid"\noutput = "angle"\nto = "angle"\nlimit = 1.0\n\n[gains]',
+    )
+    (tmp_path / "ring.toml").write_text(ring, encoding="utf-8")
+    with pytest.raises(Exception, match="an algebraic loop: angle -> inner command each other in a ring"):
+        load_any(tmp_path / "ring.toml")
+
+
+def test_the_same_code_is_run_once(written):
+    before = len(HAVE_RUN)
+    load_any(written / "motor.toml")
+    load_any(written / "motor.toml")
+    assert len(HAVE_RUN) <= before + 1

@@ -1,0 +1,105 @@
+"""The bundled studies of plants of one's own: each says what it asks, its default flies, its limits leave a choice, it runs."""
+
+import json
+import tomllib
+from functools import cache
+
+import numpy as np
+import pytest
+
+from objectives.problem import FlightBatch, Problem
+from plant.errors import InputError
+from plant.scenarios import SEARCH
+from plant.seeds import generator
+from tests.tuner.conftest import QUICKSTART
+from tuner.api.studies import load_study
+from tuner.documents.summary import GAINS
+from tuner.experiments.tuning.run import TuningRun
+from tuner.search.watcher import Watcher
+from tuner.store.folder import Folder
+
+FOLDER = QUICKSTART.parent
+NAMES = sorted(
+    file.stem for file in FOLDER.glob("*.toml") if "plant" in tomllib.loads(file.read_text(encoding="utf-8"))
+)
+each = pytest.mark.parametrize("name", NAMES)
+# Draws of each scenario that the default flies; random candidates of which this share at least must keep the margins.
+FEW, RANDOM, SHARE = 4, 128, 0.03
+
+
+@cache
+def study_of(name):
+    return load_study(FOLDER / f"{name}.toml")
+
+
+def test_every_plant_beside_the_studies_has_one():
+    assert NAMES == sorted(file.stem for file in FOLDER.glob("*.py"))
+
+
+@each
+def test_the_header_asks_a_question_and_tells_how_to_run_it(name):
+    lines = (FOLDER / f"{name}.toml").read_text(encoding="utf-8").splitlines()
+    header = [line for line in lines[:12] if line.startswith("#")]
+    assert any(f"`tuner run studies/{name}.toml`" in line for line in header)
+    assert "?" in " ".join(header) and 3 <= len(header)
+    assert study_of(name).title and study_of(name).description.endswith(".")
+    assert max(map(len, lines)) <= 130
+
+
+@each
+def test_the_default_flies_every_scenario_and_limits_leave_a_choice(name):
+    study = study_of(name)
+    problem = Problem(study.system, study.space, study.objectives, study.constraints, study.seed, 2, study.screens)
+    batches = tuple(FlightBatch(entry.spec, SEARCH, FEW) for entry in study.scenarios)
+    flown = problem.evaluate_gains(study.default_row[None], batches, fly_all=True)
+    assert flown.failures.tolist() == [0.0]
+    points = generator(0, "bundled studies", 0).uniform(size=(RANDOM, len(study.space.variables)))
+    if study.requirements:
+        assert SHARE <= problem.worth_flying(points).mean() <= 0.95
+
+
+def test_the_motor_is_also_tuned_by_active_disturbance_rejection(tmp_path):
+    """What the header of the study offers, typed in as it says."""
+    text = (FOLDER / "dc_motor.toml").read_text(encoding="utf-8")
+    text = text.replace('law = "pid"', 'law = "ladrc"\nb0 = 2122.0')
+    gains = [line for line in text.splitlines() if line.startswith('"angle.')]
+    ranges = ['"angle.omega_c" = { low = 5.0, high = 80.0, default = 20.0 }', '"angle.zeta" = 1.0',
+              '"angle.omega_o" = { low = 20.0, high = 300.0, default = 80.0 }']  # fmt: skip
+    text = text.replace("\n".join(gains), "\n".join(ranges))
+    (tmp_path / "adrc.toml").write_text(text, encoding="utf-8")
+    (tmp_path / "dc_motor.py").write_bytes((FOLDER / "dc_motor.py").read_bytes())
+    study = load_study(tmp_path / "adrc.toml")
+    problem = Problem(study.system, study.space, study.objectives, study.constraints, study.seed, 2, study.screens)
+    flown = problem.evaluate_gains(study.default_row[None], (FlightBatch(study.scenarios[0].spec, SEARCH, FEW),))
+    assert flown.failures.tolist() == [0.0] and flown.flown.all()
+
+
+@pytest.mark.slow
+@each
+def test_shortened_it_runs_to_a_complete_folder(name, tmp_path, monkeypatch):
+    few = {
+        f"scenario.{i}.{key}": count
+        for i in range(len(study_of(name).scenarios))
+        for key, count in (("search", 4), ("held_out", 8))
+    }
+    study = load_study(FOLDER / f"{name}.toml", {"search.population": 8, "search.generations": 4, **few})
+    monkeypatch.setattr("tuner.report.figures.printed", lambda figure: {"": b""})
+    outcome = TuningRun(study, Folder.create(tmp_path / name), Watcher(), threads=2).carry_out()
+    assert json.loads((tmp_path / name / "summary.json").read_text())["feasible"]
+    assert (tmp_path / name / GAINS).exists()
+    assert not np.isnan(outcome.finalists.evaluation.requirements).any()
+
+
+BAD = {
+    "plant steps that do not divide": ({"plant.plant_step": 0.0003}, "multiple"),
+    "a delay that does not divide": ({"actuator.0.delay": 0.0015}, "whole number"),
+    "a parameter that is not there": ({"plant.parameters": {"inertai": 1.0}}, "inertia"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("name", BAD)
+def test_bad_numbers_are_told_with_their_key(name):
+    changes, word = BAD[name]
+    with pytest.raises(InputError, match=word) as caught:
+        load_study(FOLDER / "dc_motor.toml", changes)
+    assert "dc_motor.toml" in str(caught.value) and "\n" not in str(caught.value)

@@ -1,0 +1,85 @@
+"""From the tables of objectives, constraints and choice to what runs, of studies of every kind."""
+
+from collections.abc import Callable, Iterator
+from math import inf, isfinite
+from pathlib import Path
+from typing import Any, TypeVar
+
+from objectives.metrics import MetricAddress, check, parse
+from objectives.problem import Constraint, Objective
+from objectives.risk import Risk
+from plant.errors import InputError, UnknownNameError
+from tuner.search.front import resolved_rule
+from tuner.study.schema import ConstraintTable, ObjectiveTable, PickTable
+from tuner.study.study import StudyScenario
+from tuner.text.input_errors import located
+from tuner.text.units import after_number
+
+T = TypeVar("T")
+
+
+def listed(name: str, path: Path, entries: list[Any], make: Callable[[Any], T]) -> Iterator[T]:
+    """Yield what a list of tables becomes; errors name the file and the place in the list."""
+    for i, entry in enumerate(entries):
+        with located(path, f"{name}[{i}]"):
+            yield make(entry)
+
+
+def unique(name: str, labels: list[str], leaf: str = "") -> None:
+    """Refuse a label that stands twice in a list of tables."""
+    for i, label in enumerate(labels):
+        if label in labels[:i]:
+            first = labels.index(label)
+            message = f"'{label}' stands here twice, first as {name}[{first}]; change one of the two, or leave one out"
+            raise InputError(message, key=f"{name}[{i}]{leaf}")
+
+
+def constraint_of(table: ConstraintTable, scenarios: tuple[StudyScenario, ...], system: Any) -> Constraint:
+    """Return the constraint of a table, on flights of a system; InputError with the key inside the table."""
+    objective, limit = objective_of(table, scenarios, system), _finite(table.max, "max")
+    metric = objective.metric.metric
+    if limit > metric.highest or limit < 0.0 or (limit == 0.0 and not metric.reaches_zero):
+        low = "0" if metric.reaches_zero else "above 0"
+        high = "" if metric.highest == inf else f" to {metric.highest:g}"
+        unit = after_number(objective.metric.unit)
+        message = f"given {limit:g}; '{objective.metric}' is {metric.definition}: allowed: {low}{high}{unit}"
+        raise InputError(message, key="max")
+    return Constraint(objective, limit)
+
+
+def objective_of(table: ObjectiveTable, scenarios: tuple[StudyScenario, ...], system: Any) -> Objective:
+    """Return the objective of a table, on flights of a system; InputError with the key inside the table."""
+    names = [entry.spec.name for entry in scenarios]
+    if table.scenario is not None and table.scenario not in names:
+        raise UnknownNameError("scenario", table.scenario, names, key="scenario")
+    with located(None, "metric"):
+        metric = parse(table.metric, system.axes)
+        for entry in scenarios:
+            if table.scenario in (None, entry.spec.name):
+                _check_metric(metric, entry.spec, system)
+    try:
+        risk = Risk(table.risk, table.level)
+    except UnknownNameError as error:
+        raise error.located(key="risk") from None
+    except InputError as error:
+        raise error.located(key="level") from None
+    return Objective(metric, risk, table.scenario)
+
+
+def _check_metric(metric: MetricAddress, spec: Any, system: Any) -> None:
+    try:
+        check(metric, system.targets(spec), spec.duration)
+    except InputError as error:
+        raise InputError(f'{error.message} (scenario "{spec.name}")') from None
+
+
+def _finite(value: float, key: str) -> float:
+    if not isfinite(value):
+        raise InputError(f"given {value}; this must be a finite number", key=key)
+    return value
+
+
+def pick_rule(table: PickTable, objectives: tuple[Objective, ...]) -> str:
+    """Return the rule that picks a point of the front."""
+    labels = [objective.label for objective in objectives]
+    return resolved_rule(table.rule, table.weights, labels, [objective.metric.text for objective in objectives])

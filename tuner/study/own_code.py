@@ -1,0 +1,200 @@
+"""Files of the user's own that a study or a command line names: a law, a metric or a reference, put into its registry.
+
+A file is told by what it defines: LAW, METRIC or REFERENCE. A results folder never runs code that the user did not name: a study
+that is read from one gets what has been named before, by its digest.
+"""
+
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+from objectives.metrics import METRICS, Metric
+from objectives.metrics.contract import breaches as metric_breaches
+from objectives.metrics.contract import check_metric
+from plant.contract.breach import Breach
+from plant.contract.law_contract import breaches as law_breaches
+from plant.contract.law_contract import check_law
+from plant.contract.plant_contract import breaches as plant_breaches
+from plant.contract.reference_contract import breaches as reference_breaches
+from plant.contract.reference_contract import check_reference
+from plant.errors import InputError, UnnamedCodeError
+from plant.laws import LAWS, Law
+from plant.model.plant_model import PlantModel, plant_from
+from plant.own_code import OwnCode, in_results_folder, run_own_code
+from plant.references import REFERENCES, ReferenceSpec
+from plant.registry import Registry
+from tuner.gains.quantities import UCUM
+from tuner.study.reading import parse_toml
+from tuner.study.schema import OwnCodeTable
+
+
+@dataclass(frozen=True)
+class OwnKind:
+    """A kind of what a file may define.
+
+    noun: also its table in a study. name: of what the file defines. check: refuses what could not be flown; breaches: all that
+    its contract finds.
+    """
+
+    noun: str
+    name: str
+    registry: Registry[Any]
+    check: Callable[[Any, str], Any]
+    breaches: Callable[[Any, str], list[Breach]]
+
+
+def _check_law(entry: Any, file: str) -> Law:
+    if not isinstance(entry, Law):
+        raise InputError(f"LAW is {entry!r}; it must be Law(name=..., step=...), of plant.laws.law", file=file)
+    for breach in _unit_breaches(entry):
+        raise InputError(breach.message, file=file, key=breach.part)
+    return check_law(entry, file)
+
+
+def _unit_breaches(entry: Law) -> list[Breach]:
+    return [
+        Breach(
+            "Gains",
+            f"the gain '{gain.name}' has the unit {gain.unit!r}, for which gains.json has no code; allowed: {_units()}",
+        )
+        for gain in entry.gains
+        if not {gain.unit_in("attitude"), gain.unit_in("position")} <= UCUM.keys()
+    ]
+
+
+def _units() -> str:
+    """Return the units that a gain may have, {y} standing for rad or m."""
+    return ", ".join(dict.fromkeys(unit.replace("rad", "{y}") for unit in UCUM if "m" not in unit.replace("rad", "")))
+
+
+def _law_breaches(entry: Any, file: str) -> list[Breach]:
+    if not isinstance(entry, Law):
+        return [Breach("LAW", f"is {entry!r}; it must be Law(name=..., step=...), of plant.laws.law", file)]
+    return [breach._replace(place=file) for breach in _unit_breaches(entry)] or law_breaches(entry, file)
+
+
+OWN_KINDS = (
+    OwnKind("law", "LAW", LAWS, _check_law, _law_breaches),
+    OwnKind("metric", "METRIC", METRICS, check_metric, metric_breaches),
+    OwnKind("reference", "REFERENCE", REFERENCES, check_reference, reference_breaches),
+)
+PLANT_NOUN, PLANT = "plant", "derivative"
+"""Table of a study that names the file of a plant, and the name in the file that tells it."""
+TABLES = tuple(kind.noun for kind in OWN_KINDS)
+"""Tables of a study that name files of code."""
+
+
+def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel:
+    """Run a file of your own and make its law, metric or reference known by its name, to studies, gains and everything else.
+
+    Args:
+        file: A Python file that defines LAW, METRIC or REFERENCE, or a plant.
+
+    Returns:
+        What it defines.
+
+    Raises:
+        InputError: It cannot be run or used; the message names file and line.
+
+    Examples:
+        >>> tuner.use("my_law.py").name  # doctest: +SKIP
+        'my_law'
+
+    """
+    code = run_own_code(Path(file))
+    return plant_from(code.names, code.file.stem, str(code.file)) if PLANT in code.names else _take(code, OWN_KINDS)
+
+
+def use_named(file: Path) -> None:
+    """Take a file of code, or all that a study names: of a study in a results folder too, for this is where the user names it."""
+    if file.suffix != ".toml":
+        use(file)
+        return
+    table = parse_toml(file)
+    for kind in OWN_KINDS:
+        for name in _files_in(table.get(kind.noun)):
+            _take(run_own_code(file.parent / name), (kind,))
+    for name in _files_in(table.get(PLANT_NOUN)):
+        use(file.parent / name)
+
+
+def _files_in(table: Any) -> list[str]:
+    """Return the files that a table of a study names which has not been checked yet."""
+    given = table.get("file") if isinstance(table, dict) else None
+    return [name for name in (given if isinstance(given, list) else [given]) if isinstance(name, str)]
+
+
+def use_files_of(study: Path, tables: Mapping[str, OwnCodeTable | None]) -> None:
+    """Take the files that the tables of a study name; study: its path, which they are relative to.
+
+    Raises InputError with the key, and UnnamedCodeError where the study lies in a results folder and the user has not named them.
+    """
+    recorded = in_results_folder(study)
+    for kind in OWN_KINDS:
+        table = tables.get(kind.noun)
+        for name in [] if table is None else table.files:
+            _take(_code_beside(study, name, kind.noun, recorded), (kind,))
+
+
+def _code_beside(study: Path, name: str, noun: str, recorded: bool) -> OwnCode:
+    """Run a file that a study names; one that is not there is a mistake of the study."""
+    file = study.parent / name
+    try:
+        return run_own_code(file, recorded)
+    except UnnamedCodeError:
+        raise
+    except InputError as error:
+        if error.file != str(file):
+            raise
+        message = f"{file}: {error.message}; the path is relative to the study file"
+        raise InputError(message, key=f"{noun}.file") from error.__cause__
+
+
+@dataclass(frozen=True)
+class Examination:
+    """What the contract of its kind says of a file.
+
+    noun: of its kind. name: of what it defines, "" where that is not to be told.
+    """
+
+    noun: str
+    name: str
+    digest: str
+    breaches: list[Breach]
+
+
+def examine_own(file: Path) -> Examination:
+    """Run a file and hold it against the contract of its kind; what keeps it is known by its name from then on."""
+    code = run_own_code(file)
+    if PLANT in code.names:
+        return Examination(PLANT_NOUN, file.stem, code.digest, plant_breaches(code.names, file.stem, str(file)))
+    kind = _kind_of(code, OWN_KINDS)
+    entry = code.names[kind.name]
+    told = kind.breaches(entry, str(file))
+    if not told:
+        entry = _take(code, (kind,))
+    name = getattr(entry, "name", getattr(entry, "kind", ""))
+    return Examination(kind.noun, str(name), code.digest, told)
+
+
+def _take(code: OwnCode, kinds: tuple[OwnKind, ...]) -> Any:
+    kind = _kind_of(code, kinds)
+    entry = kind.check(code.names[kind.name], str(code.file))
+    return kind.registry.add(entry, code.origin)
+
+
+def _kind_of(code: OwnCode, kinds: tuple[OwnKind, ...]) -> OwnKind:
+    found = [kind for kind in kinds if kind.name in code.names]
+    wanted = " or ".join(kind.name for kind in kinds)
+    if not found:
+        raise InputError(
+            f"defines no {wanted}; write {kinds[0].name} = ... at its end", file=code.file, key=kinds[0].name
+        )
+    if len(found) > 1:
+        raise InputError(
+            f"defines {' and '.join(kind.name for kind in found)}; put each into a file of its own",
+            file=code.file,
+            key=found[0].name,
+        )
+    return found[0]

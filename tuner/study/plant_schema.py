@@ -1,0 +1,157 @@
+"""The shape of a study of a plant of the user's own: which tables and keys there are, of which type, with which default.
+
+What it shares with studies of quadrotors stands in `tuner.study.schema`. Every number is in the unit that the plant's file gives.
+"""
+
+from typing import Annotated, Any
+
+from pydantic import Discriminator, Field, Tag
+
+from tuner.study.schema import (
+    ConstraintTable,
+    GainTable,
+    MarginTable,
+    ObjectiveTable,
+    OwnCodeTable,
+    PickTable,
+    SearchTable,
+    StrictTable,
+)
+from tuner.study.size import MOST_FLIGHTS
+
+SignalTable = dict[str, Any]
+
+
+class PlantTable(StrictTable):
+    """[plant]: the file of the plant, and how it is stepped."""
+
+    file: str | None = None
+    """Python file of the plant, beside the study: State, Input, Parameters, Output, derivative and output."""
+    control_period: float
+    """Period of the controller [s]."""
+    plant_step: float | None = None
+    """Runge-Kutta step of the plant [s]; by default the control period."""
+    parameters: dict[str, float] = Field(default={})
+    """Values in place of the nominal ones of the file."""
+
+
+class ActuatorTable(StrictTable):
+    """[[actuator]]: an input's way to the plant."""
+
+    name: str
+    """Input of the plant."""
+    low: float | None = None
+    """Lower limit of the command; by default none."""
+    high: float | None = None
+    """Upper limit of the command; by default none."""
+    rate: float | None = None
+    """How fast the command may change, in its unit per second; by default as fast as it likes."""
+    delay: float = 0.0
+    """Delay [s], a whole number of control periods."""
+    lag: float = 0.0
+    """Time constant of a first-order lag [s]; 0: none."""
+    scale: float | None = None
+    """Size that control activity is counted in; by default half the range, or 1 without limits."""
+
+
+class ChannelTable(StrictTable):
+    """[[channel]]: a law between an output and an input, or the set point of another channel."""
+
+    name: str
+    """Name of the channel, under which its gains, errors and margins are known."""
+    law: str
+    """Control law."""
+    output: str
+    """Output that it controls."""
+    to: str
+    """Input, or channel whose set point it commands."""
+    b0: float = 1.0
+    """Second derivative of the output for one unit of command, as the controller believes it."""
+    rate_output: str | None = None
+    """Output that measures the rate of the other one; by default the law works it out."""
+    every: Annotated[int, Field(ge=1)] = 1
+    """Control periods between its steps."""
+    limit: float | None = None
+    """Largest |error| of a flight that has not failed, in the unit of the output; needed where a reference is followed."""
+    low: float | None = None
+    """Lower limit of its command; by default none."""
+    high: float | None = None
+    """Upper limit of its command; by default none."""
+
+
+class PlantGainTable(GainTable):
+    """A searched or tied gain with its range."""
+
+    default: float | None = None
+    """Value of the default; by default the middle of the range."""
+
+
+class SensorTable(StrictTable):
+    """Errors of one output."""
+
+    rms: Annotated[float, Field(ge=0.0)] = 0.0
+    """White noise, rms in the unit of the output."""
+    bias: Annotated[float, Field(ge=0.0)] = 0.0
+    """Bias that is drawn once a flight, rms."""
+
+
+class PlantScenarioTable(StrictTable):
+    """[[scenario]]: one kind of flight, and how many draws of it are flown."""
+
+    name: str
+    """Name of the scenario, unique in the study."""
+    duration: float
+    """Length of a flight [s]."""
+    search: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] = 16
+    """Flights of a candidate in the search."""
+    held_out: Annotated[int, Field(ge=2, le=MOST_FLIGHTS)] = 128
+    """Flights of the final check, which the search never sees."""
+    reference: dict[str, SignalTable] = Field(default={})
+    """Signal that each outer channel follows, by its name; by default 0."""
+    disturbance: dict[str, SignalTable] = Field(default={})
+    """Signal of each disturbance of the plant; by default 0."""
+    sensors: dict[str, SensorTable] = Field(default={})
+    """Errors of each output; by default none."""
+    spread: dict[str, float] = Field(default={})
+    """Half-width of the uniform factor on each parameter, 0.2 for +-20 %."""
+    settling: float = 0.02
+    """Band of the settling time, as a share of the step."""
+    band: dict[str, float] = Field(default={})
+    """Band of each channel that makes no step, in the unit of its output; by default a hundredth of its limit."""
+    recovery_from: float = 0.0
+    """Time from which recovery is counted [s]."""
+    steady_share: float = 0.2
+    """Share of the flight, at its end, that the steady-state error looks at."""
+
+
+def _kind(value: object) -> str:
+    return "<table>" if isinstance(value, dict | PlantGainTable) else "<number>"
+
+
+NumberOrTable = Annotated[
+    Annotated[float, Tag("<number>")] | Annotated[PlantGainTable, Tag("<table>")], Discriminator(_kind)
+]
+
+
+class PlantStudyTable(StrictTable):
+    """A whole study file of a plant of one's own."""
+
+    title: str
+    """One line that names the study."""
+    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    """Root of every random number."""
+    plant: PlantTable
+    channel: Annotated[list[ChannelTable], Field(min_length=1)]
+    scenario: Annotated[list[PlantScenarioTable], Field(min_length=1)]
+    objective: Annotated[list[ObjectiveTable], Field(min_length=1)]
+    gains: dict[str, NumberOrTable]
+    """Gains by address, CHANNEL.GAIN: a number fixes one, a table gives its range."""
+    description: str = ""
+    """Text for the report."""
+    law: OwnCodeTable | None = None
+    metric: OwnCodeTable | None = None
+    actuator: list[ActuatorTable] = Field(default=[])
+    constraint: list[ConstraintTable] = Field(default=[])
+    margin: list[MarginTable] = Field(default=[])
+    search: SearchTable = SearchTable()
+    pick: PickTable = PickTable()

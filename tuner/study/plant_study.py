@@ -1,0 +1,347 @@
+"""A study of a plant of the user's own, from its tables to what runs."""
+
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from math import inf, isfinite
+from pathlib import Path
+from typing import Any, ClassVar
+
+import numpy as np
+from pydantic import ValidationError
+
+from objectives.decisions import DecisionSpace, Variable
+from objectives.margins.quantities import LIMITABLE
+from objectives.margins.requirement import MarginRequirement, requirement_label
+from objectives.plant_system import PlantSystem
+from objectives.requirements import Screen
+from plant.backends.identity import identity
+from plant.errors import InputError, UnknownNameError
+from plant.gains import GainAddress
+from plant.laws import law
+from plant.loop import Timing
+from plant.model.plan import Actuator, Channel, plan_loop
+from plant.model.plant_model import PlantModel, plant_from
+from plant.model.scenario import PlantScenario, SensorNoise
+from plant.model.signals import Signal, signal_from
+from plant.own_code import in_results_folder, run_own_code
+from plant.records import flatten, paths
+from plant.texts import LONGEST_TITLE, check_text, check_texts, check_title
+from tuner.gains.ranges import check_multiple, check_period, check_value, timing_of
+from tuner.study.judged_reading import constraint_of, listed, objective_of, pick_rule, unique
+from tuner.study.layers import Layer
+from tuner.study.margins import margin_limit
+from tuner.study.messages import translated
+from tuner.study.own_code import use_files_of
+from tuner.study.plant_schema import ChannelTable, PlantGainTable, PlantScenarioTable, PlantStudyTable, PlantTable
+from tuner.study.reading import put
+from tuner.study.schema import MarginTable
+from tuner.study.search_reading import least_tail, search_of
+from tuner.study.size import ScenarioSize, check_size
+from tuner.study.study import StudyScenario, TuningStudy
+from tuner.text.input_errors import located
+
+
+@dataclass(frozen=True, kw_only=True)
+class PlantStudy(TuningStudy):
+    """A study of a plant of the user's own. code_digest: of its file and what that imports."""
+
+    kind: ClassVar[str] = "plant"
+    system: PlantSystem
+    table: PlantStudyTable
+    code_digest: str
+
+    @property
+    def fixes_plant_step(self) -> bool:
+        """Whether the study writes the plant step."""
+        return self.table.plant.plant_step is not None
+
+    @property
+    def about(self) -> tuple[tuple[str, str], ...]:
+        """Plant, and the law of each channel."""
+        laws = ", ".join(f"{each.law.name} ({each.name})" for each in self.system.plan.channels)
+        return ("plant", self.system.plant.title), ("laws", laws)
+
+    def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
+        """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
+        values = self._values()
+        plant = {key: value for key, value in values["plant"].items() if key != "file"}
+        content = {**values, "plant": plant}
+        return {key: value for key, value in content.items() if key not in ("title", "description", *without)}
+
+    def _values(self) -> dict[str, Any]:
+        system = self.system
+        parameters = dict(zip(paths(system.plant.Parameters), flatten(system.parameters), strict=True))
+        plant = {"parameters": parameters, "plant_step": system.timing.plant_step, "digest": self.code_digest}
+        return {
+            **self.table.model_dump(mode="json", by_alias=True),
+            "plant": {
+                **self.table.plant.model_dump(mode="json"),
+                **plant,
+                "name": system.plant.name,
+                "title": system.plant.title,
+            },
+            "search": self.search.values,
+            "gains": {gain.address: self.space.base[gain.column] for gain in system.gains},
+            "variables": [asdict(variable) for variable in self.space.variables],
+        }
+
+
+def plant_study_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping[str, Any]) -> PlantStudy:
+    """Return the checked study of a plant; InputError naming file and key."""
+    table = layers[0].table
+    for key, value in overrides.items():
+        put(table, key, value, path)
+    return build_plant_study(path, checked_plant_table(path, table))
+
+
+def checked_plant_table(path: Path, table: Mapping[str, Any]) -> PlantStudyTable:
+    """Return the content of a study in its checked shape; path: the file that errors name."""
+    try:
+        checked = PlantStudyTable.model_validate(table)
+    except ValidationError as error:
+        raise translated(error, path) from None
+    check_title(checked.title, file=path, key="title")
+    for i, scenario in enumerate(checked.scenario):
+        check_text(scenario.name, LONGEST_TITLE, file=path, key=f"scenario[{i}].name")
+    check_texts(table, file=path)
+    return checked
+
+
+def build_plant_study(path: Path, table: PlantStudyTable, plant: PlantModel | None = None) -> PlantStudy:
+    """Return the study of a table; plant: the plant, where it comes from no file."""
+    with located(path, ""):
+        use_files_of(path, {"law": table.law, "metric": table.metric})
+        with located(path, "plant.file"):
+            plant, digest = _plant(path, table.plant.file) if plant is None else (plant, identity(plant))
+        with located(path, "plant"):
+            timing = _timing(table.plant)
+            parameters = _parameters(plant, table.plant.parameters)
+        channels = tuple(listed("channel", path, table.channel, _channel))
+        actuators = tuple(listed("actuator", path, table.actuator, lambda entry: _actuator(entry.model_dump(), timing)))
+        plan = plan_loop(plant, channels, actuators)
+        system = PlantSystem(plant, plan, parameters, timing)
+        with located(path, "gains"):
+            space = plant_space(table.gains, system.gains, timing.control_period)
+        scenarios = tuple(listed("scenario", path, table.scenario, lambda entry: _scenario(entry, system)))
+        unique("scenario", [entry.spec.name for entry in scenarios], ".name")
+        objectives = tuple(
+            listed("objective", path, table.objective, lambda entry: objective_of(entry, scenarios, system))
+        )
+        unique("objective", [entry.label for entry in objectives])
+        constraints = tuple(
+            listed("constraint", path, table.constraint, lambda entry: constraint_of(entry, scenarios, system))
+        )
+        unique("constraint", [entry.objective.label for entry in constraints])
+        _check_bounds(system, [entry.metric for entry in (*objectives, *(each.objective for each in constraints))])
+        margins = tuple(listed("margin", path, table.margin, lambda entry: _margin(entry, system)))
+        unique("margin", [entry.label for entry in margins])
+        with located(path, "search"):
+            most = max(entry.search for entry in scenarios)
+            tail = least_tail(objectives, len(scenarios))
+            search = search_of(table.search, len(space.variables), len(objectives), most, tail)
+            sizes = [
+                ScenarioSize(entry.spec.duration / timing.plant_step, entry.search, entry.held_out)
+                for entry in scenarios
+            ]
+            check_size(search.population, search.generations, sizes)
+        with located(path, "pick"):
+            rule = pick_rule(table.pick, objectives)
+    screens = (margin_screen_of(margins, system, space),) if margins else ()
+    return PlantStudy(
+        path=path, title=table.title, description=table.description, seed=table.seed, system=system, space=space,
+        scenarios=scenarios, objectives=objectives, constraints=constraints, screens=screens, search=search, pick=rule,
+        table=table, code_digest=digest,
+    )  # fmt: skip
+
+
+def _plant(path: Path, name: str | None) -> tuple[PlantModel, str]:
+    """Return the plant of a file beside a study, and its digest."""
+    if name is None:
+        raise InputError('needs a file; write for instance file = "motor.py"')
+    code = run_own_code(path.parent / name, in_results_folder(path))
+    return plant_from(code.names, Path(name).stem, str(path.parent / name)), code.digest
+
+
+def _timing(table: PlantTable) -> Timing:
+    if table.plant_step is None:
+        check_period("control_period", table.control_period)
+        return Timing(table.control_period, table.control_period)
+    return timing_of(table.control_period, table.plant_step)
+
+
+def _parameters(plant: PlantModel, given: Mapping[str, float]) -> Any:
+    names = paths(plant.Parameters)
+    for name, value in given.items():
+        if name not in names:
+            raise UnknownNameError("parameter", name, names, key=f"parameters.{name}")
+        if not isfinite(value):
+            raise InputError(f"given {value}; numbers must be finite", key=f"parameters.{name}")
+    return plant.parameters._replace(**given)
+
+
+def _channel(table: ChannelTable) -> Channel:
+    try:
+        chosen = law(table.law)
+    except UnknownNameError as error:
+        raise error.located(key="law") from None
+    low, high = _or_infinite(table.low, table.high)
+    return Channel(
+        table.name, chosen, table.output, table.to, table.b0, table.rate_output, table.every,
+        inf if table.limit is None else table.limit, low, high,
+    )  # fmt: skip
+
+
+def _actuator(values: dict[str, Any], timing: Timing) -> Actuator:
+    low, high = _or_infinite(values["low"], values["high"])
+    rate = inf if values["rate"] is None else values["rate"]
+    made = Actuator(values["name"], low, high, rate, values["delay"], values["lag"], values["scale"])
+    made.periods(timing.control_period)
+    if 0.0 < made.lag < 0.5 * timing.plant_step:
+        raise InputError(
+            f"given {made.lag:g} s; a lag must be at least half the plant step of {timing.plant_step:g} s, or 0: give a smaller "
+            "plant.plant_step",
+            key="lag",
+        )
+    return made
+
+
+def _or_infinite(low: float | None, high: float | None) -> tuple[float, float]:
+    return (-inf if low is None else low, inf if high is None else high)
+
+
+def plant_space(
+    table: Mapping[str, float | PlantGainTable], known: tuple[GainAddress, ...], control_period: float
+) -> DecisionSpace:
+    """Return the decision space of a [gains] table of a plant, which names every gain; InputError with the key inside it."""
+    by_address = {gain.address: gain for gain in known}
+    for key in table:
+        if key not in by_address:
+            raise UnknownNameError("gain", key, by_address, key=key)
+    base, variables, columns = [0.0] * len(known), [], []
+    for gain in known:
+        entry = table.get(gain.address)
+        if entry is None:
+            raise InputError(
+                f"is not given; write a number, or a range {{ low = ..., high = ... }} [{gain.unit}]: {gain.info.meaning}",
+                key=gain.address,
+            )
+        if isinstance(entry, PlantGainTable):
+            variable, base[gain.column] = _variable(entry, gain, control_period)
+            variables.append(variable)
+            columns.append((gain.column,))
+        else:
+            check_value(gain.address, gain, entry, control_period)
+            base[gain.column] = entry
+    return DecisionSpace(tuple(variables), tuple(columns), tuple(base))
+
+
+def _variable(entry: PlantGainTable, gain: GainAddress, control_period: float) -> tuple[Variable, float]:
+    if entry.tie is not None:
+        raise InputError("gains of channels are not tied; give a range or a number", key=f"{gain.address}.tie")
+    if entry.low is None or entry.high is None:
+        raise InputError(
+            f"needs low and high [{gain.unit}]; the usual ranges are those of quadrotors", key=gain.address
+        )
+    variable = Variable(gain.address, (gain.address,), entry.low, entry.high, entry.scale or gain.info.scale)
+    default = variable.middle() if entry.default is None else entry.default
+    for value in (entry.low, entry.high, default):
+        check_value(gain.address, gain, value, control_period)
+    if not entry.low <= default <= entry.high:
+        raise InputError(
+            f"given {default:g}, outside its range of {entry.low:g} to {entry.high:g}", key=f"{gain.address}.default"
+        )
+    return variable, default
+
+
+def _scenario(table: PlantScenarioTable, system: PlantSystem) -> StudyScenario:
+    if not table.name.strip():
+        raise InputError('given an empty name; write for instance name = "gusts"', key="name")
+    spec = PlantScenario(
+        table.name, table.duration, _signals("reference", table.reference), _signals("disturbance", table.disturbance),
+        {name: SensorNoise(entry.rms, entry.bias) for name, entry in table.sensors.items()}, table.spread, table.settling,
+        table.band, table.recovery_from, table.steady_share,
+    )  # fmt: skip
+    spec.check(system.loop)
+    check_multiple(spec.duration, system.timing.control_period, "duration", "plant.control_period")
+    return StudyScenario(spec, table.search, table.held_out)
+
+
+def _signals(key: str, tables: Mapping[str, Mapping[str, Any]]) -> dict[str, Signal]:
+    found = {}
+    for name, values in tables.items():
+        with located(None, f"{key}.{name}"):
+            found[name] = signal_from(values)
+    return found
+
+
+def _check_bounds(system: PlantSystem, metrics: list[Any]) -> None:
+    """Refuse metrics whose cost of a failure would be infinite: an error without a limit, a command without a range."""
+    bounds = system.metric_limits()
+    for metric in metrics:
+        for axis in metric.axes:
+            if not isfinite(bounds.error(axis)):
+                raise InputError(
+                    f"'{metric}' judges {axis}, which has no limit; write limit = ..., the |error| at which a flight has failed",
+                    key=f"channel.{axis}.limit",
+                )
+        if metric.metric.name in ("travel", "effort", "command_peak") and not isfinite(bounds.travel):
+            raise InputError(
+                f"'{metric}' judges commands, and an input has no range; write an [[actuator]] with low and high",
+                key="actuator",
+            )
+
+
+def _margin(table: MarginTable, system: PlantSystem) -> MarginRequirement:
+    if table.quantity not in LIMITABLE:
+        raise UnknownNameError("margin", table.quantity, LIMITABLE, key="quantity")
+    quantity, names = LIMITABLE[table.quantity], system.plan.names
+    if table.axis is not None and table.axis not in names:
+        raise UnknownNameError("channel", table.axis, names, key="axis")
+    if table.spread:
+        raise InputError("margins over a spread are those of quadrotors; leave spread out", key="spread")
+    axes = () if quantity.whole else names if table.axis is None else (table.axis,)
+    label = requirement_label(quantity.name, table.axis, hard=table.hard, amplitude=table.amplitude)
+    limit = margin_limit(table, quantity)
+    return MarginRequirement(quantity, label, axes, limit, table.hard, amplitude=table.amplitude)
+
+
+def margin_screen_of(asked: tuple[MarginRequirement, ...], system: PlantSystem, space: DecisionSpace) -> Screen:
+    """Return all requirements on margins as one screen."""
+    analysis = PlantMarginValues(asked, system, space)
+    return Screen(tuple(entry.requirement for entry in asked), analysis.values)
+
+
+class PlantMarginValues:
+    """Values of requirements on the margins of a plant's loops; the model is built when it is first needed."""
+
+    def __init__(self, asked: tuple[MarginRequirement, ...], system: PlantSystem, space: DecisionSpace) -> None:
+        self._asked, self._system, self._space = asked, system, space
+        self._models: dict[float, Any] = {}
+
+    def values(self, gains: Any) -> Any:
+        """Return the values (n, requirements) of gains rows (n, gains)."""
+        values = np.zeros((len(gains), len(self._asked)))
+        for amplitude in sorted({entry.amplitude for entry in self._asked}):
+            columns = [i for i, entry in enumerate(self._asked) if entry.amplitude == amplitude]
+            values[:, columns] = self.model(amplitude).limited(gains, [self._asked[i] for i in columns])
+        return values
+
+    def model(self, amplitude: float = 0.0) -> Any:
+        """Return the margins from some amplitude of the nonlinear terms on."""
+        from objectives.margins.describing import DEFAULT_CASES, Case
+
+        if amplitude not in self._models:
+            larger = [case for case in DEFAULT_CASES if case.amplitude is not None and case.amplitude > amplitude]
+            cases = [Case(amplitude), *larger] if amplitude > 0.0 else DEFAULT_CASES
+            self._models[amplitude] = plant_margins(self._system, self._space, cases)
+        return self._models[amplitude]
+
+
+def plant_margins(system: PlantSystem, space: DecisionSpace, cases: Any = None) -> Any:
+    """Return the margins of a plant's loops, their structure looked at between the corners of the search."""
+    # Here, because a study that asks for no margins needs no CasADi.
+    from objectives.margins.describing import DEFAULT_CASES
+    from objectives.margins.plant_margins import PlantMargins
+
+    ends = [space.gains(np.full((1, len(space.variables)), end))[0] for end in (0.0, 1.0)]
+    return PlantMargins(system, *ends, cases=DEFAULT_CASES if cases is None else cases)
