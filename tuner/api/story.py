@@ -19,7 +19,7 @@ from tuner.documents.parts import LawNames, SampledValue
 from tuner.documents.summary import PickedOn, TableRow
 from tuner.documents.tuning import TuningFolder
 from tuner.experiments.registry import folder_kind
-from tuner.store.advice import CONTEST, RECORD, RESUMED, mend, whole
+from tuner.store.advice import CONTEST, RECORD, RESUMED, TRIALS, mend, whole
 from tuner.store.document import DocumentPart, Scale
 from tuner.store.inputs import read_record
 from tuner.store.manifest import read_manifest, refuse_damage, unfinished
@@ -55,17 +55,17 @@ class UnfinishedRun(DocumentPart):
 
 
 class AskedPart(DocumentPart):
-    """The question of a tuning run, and what the answer took."""
+    """The question of a tuning run, and what the answer took; airframe, laws and time null where another program made trials."""
 
-    airframe: str
-    laws: LawNames
+    airframe: str | None
+    laws: LawNames | None
     seed: int
     searched: list[str]
     objectives: list[str]
     algorithm: str
     candidates: int
     flights: int
-    wall_seconds: float
+    wall_seconds: float | None
 
 
 class ShownPoint(DocumentPart):
@@ -187,6 +187,8 @@ def unfinished_story(folder: Path) -> UnfinishedRun | UnfinishedContest:
     record = read_record(folder)
     title = title_of(folder / record.study)
     commands = [f"tuner resume {whole(folder)}"] if record.kind in RESUMED else []
+    if record.kind == TRIALS:
+        commands = [f"tuner ask {folder / 'study.toml'} --out {folder}"]
     if record.kind == CONTEST:
         own = sorted(path for path in folder.glob("contenders/*") if path.is_dir())
         done = [path.name for path in own if (path / "summary.json").exists()]
@@ -245,16 +247,17 @@ def tuning_story(folder: Path, results: TuningFolder) -> TuningStory:
         recommended=shown if feasible else None, nearest=None if feasible else shown, shown_as=summary.shown_as,
         confirmation_flights=summary.held_out, table=summary.table, gains=placed_gains(results), front=front(results),
         trust=trust(results), warnings=summary.warnings, remarks=summary.remarks,
-        commands=next_commands(folder, summary.gains_file, feasible),
+        commands=[f"tuner report {folder}"] if results.told else next_commands(folder, summary.gains_file, feasible),
     )  # fmt: skip
 
 
 def asked(results: TuningFolder) -> AskedPart:
     """Return what was asked and what it took."""
     resolved, summary = results.resolved, results.summary
+    airframe, controller = resolved.airframe, resolved.controller
     return AskedPart(
-        airframe=resolved.airframe.name,
-        laws=LawNames(position=resolved.controller.position, attitude=resolved.controller.attitude),
+        airframe=airframe and airframe.name,
+        laws=controller and LawNames(position=controller.position, attitude=controller.attitude),
         seed=resolved.seed,
         searched=[variable.name for variable in results.variables],
         objectives=[entry.label for entry in results.objectives],

@@ -79,12 +79,15 @@ class ResolvedRequirement(DocumentPart):
 
 
 class Resolved(Document):
-    """Content of resolved.json of a tuning run; tables that are not told here are those of the study file."""
+    """Content of resolved.json of a tuning run; tables that are not told here are those of the study file.
+
+    airframe, controller: null where another program makes the trials; then variable, metric and trials are told.
+    """
 
     title: str = ""
     seed: int
-    airframe: ResolvedAirframe
-    controller: ResolvedController
+    airframe: ResolvedAirframe | None = None
+    controller: ResolvedController | None = None
     scenario: list[dict[str, Json]] = []
     objective: list[dict[str, Json]] = []
     description: str = ""
@@ -98,6 +101,9 @@ class Resolved(Document):
     search: ResolvedSearch
     pick: dict[str, Json] = {}
     variables: list[ResolvedVariable] = []
+    variable: list[dict[str, Json]] = []
+    metric: list[dict[str, Json]] = []
+    trials: dict[str, Json] | None = None
     requirements: list[ResolvedRequirement] = []
     digest: str = ""
 

@@ -136,6 +136,11 @@ class TuningFolder(OpenedFolder[Summary]):
         """Every value of the study."""
         return Resolved.read(self.folder / "resolved.json")
 
+    @property
+    def told(self) -> bool:
+        """Whether another program made the trials, so that nothing is known of a vehicle, its loops and its responses."""
+        return self.resolved.trials is not None
+
     @cached_property
     def gains(self) -> RecommendedGains:
         """The gains of the point that stands beside the default."""

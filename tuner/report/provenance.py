@@ -64,7 +64,7 @@ def provenance_section(results: TuningFolder) -> Markup:
             run_facts(results),
             element(
                 "div",
-                folded("The air that was flown", wide(air_table(results))),
+                folded("The air that was flown", wide(air_table(results))) if results.summary.air else "",
                 folded("What the words mean", definitions(results)),
                 folded_text("Study file as given", results.study),
                 folded_text("Every value, defaults included", resolved_text(results)),
@@ -77,23 +77,40 @@ def provenance_section(results: TuningFolder) -> Markup:
 def run_facts(results: TuningFolder) -> Markup:
     """Return study, seed, machine, command and versions."""
     resolved, environment, summary = results.resolved, results.environment, results.summary
-    controller, period = resolved.controller, resolved.controller.control_period
     command, *about = environment_facts(environment)
     facts = [
         ("Study", join((summary.study, " (digest ", element("code", resolved.digest or MISSING), ")"))),
         ("Seed", str(resolved.seed)),
-        ("Airframe", resolved.airframe.title or resolved.airframe.name),
-        ("Laws", f"{law_title(controller.position)} (position); {law_title(controller.attitude)} (attitude)"),
-        ("Control period", _period(period, summary.plant_step)),
-        ("Control step", (period and told(controller.position, controller.attitude, period)) or MISSING),
+        *_vehicle_facts(results),
         ("Search", _search(resolved.search)),
         ("Pick rule", summary.pick.rule),
-        ("Flights", f"{count(summary.flights)} in {duration(summary.wall_seconds)}"),
+        _flights(results),
         command,
         ("To reproduce it", _reproduced(results)),
         *about,
     ]
     return described(facts, class_="facts columns")
+
+
+def _vehicle_facts(results: TuningFolder) -> list[tuple[str, str]]:
+    """Return airframe, laws and their periods; nothing where another program made the trials."""
+    airframe, controller = results.resolved.airframe, results.resolved.controller
+    if airframe is None or controller is None:
+        return []
+    period = controller.control_period
+    return [
+        ("Airframe", airframe.title or airframe.name),
+        ("Laws", f"{law_title(controller.position)} (position); {law_title(controller.attitude)} (attitude)"),
+        ("Control period", _period(period, results.summary.plant_step)),
+        ("Control step", (period and told(controller.position, controller.attitude, period)) or MISSING),
+    ]
+
+
+def _flights(results: TuningFolder) -> tuple[str, str]:
+    summary = results.summary
+    if results.told:
+        return "Trials", f"{count(summary.flights)}, made by another program: asked.jsonl and told.jsonl"
+    return "Flights", f"{count(summary.flights)} in {duration(summary.wall_seconds)}"
 
 
 def environment_facts(environment: Environment) -> list[tuple[str, str]]:
@@ -173,6 +190,9 @@ def _machine(environment: Environment) -> str:
 def _reproduced(results: TuningFolder) -> Markup:
     """Return the commands that check this folder and that fly it once more."""
     name = shlex.quote(results.folder.name or ".")
+    if results.told:
+        again = element("code", f"tuner ask {name}/study.toml --out again")
+        return join((again, ", told the lines of ", element("code", f"{name}/told.jsonl")))
     again, check = f"tuner run {name}/study.toml --out again", f"tuner verify {name}"
     return join(
         (element("code", again), ", or ", element("code", check), "; any number of threads gives the same bits")

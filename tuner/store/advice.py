@@ -10,7 +10,7 @@ from pathlib import Path
 from plant.input_files import read_input_text
 
 RECORD = "run.json"
-TUNING, CONTEST, INFERENCE, JUDGEMENT = "tuning", "contest", "inference", "judgement"
+TUNING, CONTEST, INFERENCE, JUDGEMENT, TRIALS = "tuning", "contest", "inference", "judgement", "trials"
 RESUMED = (TUNING, CONTEST, INFERENCE)
 """Kinds of run that `tuner resume` goes on with."""
 CONTENDERS = "contenders"

@@ -13,6 +13,10 @@ with suppress(ImportError):
 NAME = ".lock"
 
 
+class HeldError(StoreError):
+    """A folder that another process is writing."""
+
+
 class Lock:
     """Holds a folder for this process until it is released or forgotten; StoreError names who holds it already.
 
@@ -32,7 +36,7 @@ class Lock:
         except OSError:
             holder = os.read(handle, 100).decode(errors="replace").strip() or "another process"
             os.close(handle)
-            raise StoreError(
+            raise HeldError(
                 f"{folder} is being written by {holder}; wait for it to end, or stop it, then try again"
             ) from None
         self._handle = handle

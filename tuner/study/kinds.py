@@ -1,4 +1,4 @@
-"""Kinds of study files, told apart by their tables: tuning, contest, inference."""
+"""Kinds of study files, told apart by their tables: tuning, contest, inference, trials."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -14,8 +14,9 @@ from tuner.study.inference_reading import inference_from_layers
 from tuner.study.layers import Layer, read_layers
 from tuner.study.reading import put
 from tuner.study.study import Study
+from tuner.study.trials import TrialStudy, trials_from_layers
 
-AnyStudy = Study | Contest | Inference
+AnyStudy = Study | Contest | Inference | TrialStudy
 Overrides = Mapping[str, Any]
 
 
@@ -44,6 +45,7 @@ def _tuning_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Overri
 STUDY_KINDS = (
     StudyKind(Inference.kind, "an inference", "unknown", inference_from_layers),
     StudyKind(Contest.kind, "a contest", "contender", contest_from_layers),
+    StudyKind(TrialStudy.kind, "a study whose trials another program makes", "trials", trials_from_layers),
     StudyKind(Study.kind, "a study", None, _tuning_from_layers),
 )
 """From the most special to the most general: the first whose table a file holds is its kind."""

@@ -113,10 +113,13 @@ def section(console: Console, name: str, lines: list[str]) -> None:
 
 def asked_text(asked: AskedPart) -> str:
     """Return what was asked in a sentence."""
+    wanted = f"To be made small: {', '.join(asked.objectives)}."
+    tried = f"seed {asked.seed}; {asked.algorithm} tried {asked.candidates:,} candidates in {asked.flights:,}"
+    if asked.laws is None or asked.wall_seconds is None:
+        return f"{len(asked.searched)} variables, {tried} trials that another program made. {wanted}"
+    laws = f"{asked.laws.attitude} (attitude) and {asked.laws.position} (position)"
     return (
-        f"{len(asked.searched)} gains of {asked.laws.attitude} (attitude) and {asked.laws.position} (position) "
-        f"on {asked.airframe}, seed {asked.seed}; {asked.algorithm} tried {asked.candidates:,} candidates in "
-        f"{asked.flights:,} flights and {asked.wall_seconds:.0f} s. To be made small: {', '.join(asked.objectives)}."
+        f"{len(asked.searched)} gains of {laws} on {asked.airframe}, {tried} flights and {asked.wall_seconds:.0f} s. {wanted}"
     )
 
 

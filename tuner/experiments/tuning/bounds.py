@@ -6,14 +6,14 @@ import numpy as np
 
 from plant.gains import MOST_OBSERVER, gain_addresses
 from tuner.documents.contest_document import BoundRow
-from tuner.study.study import Study
+from tuner.study.study import SearchedStudy, Study
 
 # A gain within this share of its range, on the range's own scale, from an end counts as on it.
 NEAR = 0.01
 ENDS: tuple[Literal["low", "high"], ...] = ("low", "high")
 
 
-def on_bounds(study: Study, recommended: np.ndarray, front: np.ndarray) -> list[BoundRow]:
+def on_bounds(study: SearchedStudy, recommended: np.ndarray, front: np.ndarray) -> list[BoundRow]:
     """Return every variable that the recommended gains row (gains,) or a row of the front (n, gains) has near an end."""
     point = study.space.point(recommended)
     points = np.array([study.space.point(row) for row in front]).reshape(len(front), len(point))
@@ -32,11 +32,13 @@ def on_bounds(study: Study, recommended: np.ndarray, front: np.ndarray) -> list[
     return found
 
 
-def natural_end(study: Study, variable: int, bound: float) -> bool:
+def natural_end(study: SearchedStudy, variable: int, bound: float) -> bool:
     """Return whether an end of the range of a variable cannot be moved.
 
     The gain is meaningless beyond it, or the observer would outrun the control period.
     """
+    if not isinstance(study, Study):
+        return False
     known = gain_addresses(study.system.cascade)[study.space.columns[variable][0]].info
     period = study.system.timing.control_period
     return bound <= known.least or (known.observer and bound * period >= MOST_OBSERVER * (1.0 - 1e-9))

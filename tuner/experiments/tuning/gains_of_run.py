@@ -9,7 +9,7 @@ from objectives.margins.results import Margins
 from plant.cascade import AXES
 from plant.errors import InputError
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary
-from tuner.experiments.tuning.outcome import Outcome
+from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.experiments.tuning.tables import margin_model
 from tuner.gains import to_document
 from tuner.gains.quantities import quantity, ucum
@@ -24,7 +24,7 @@ LEVEL, METHOD = 0.95, "bootstrap over flights, studentised where the risk has a 
 DIGITS = 6
 
 
-def gains_document(outcome: Outcome, summary: Summary) -> Row:
+def gains_document(outcome: FlightOutcome, summary: Summary) -> Row:
     """Return the content of gains.json for the point that a summary shows beside the default.
 
     Where nothing is feasible it says so, and `tuner export` refuses it.
@@ -62,7 +62,7 @@ def interval(flights: int) -> Row:
     return {"level": LEVEL, "n": flights, "method": METHOD}
 
 
-def margin_rows(outcome: Outcome) -> list[Row]:
+def margin_rows(outcome: FlightOutcome) -> list[Row]:
     """Return the margins of the recommended point, loop by loop; none where no steady flight is found."""
     try:
         model = margin_model(outcome)

@@ -2,13 +2,13 @@
 
 from collections.abc import Callable
 from dataclasses import fields
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from plant.records import flatten
 from plant.sensors import SensorSpec
-from tuner.study.study import Study
+from tuner.study.study import SearchedStudy, Study
 
 if TYPE_CHECKING:
     from objectives.design import AxisDesign
@@ -49,7 +49,7 @@ def without_design(designs: "dict[str, AxisDesign]") -> list[str]:
     return [f"No design for {', '.join(axes)}: {why}; the default gains stand in." for why, axes in reasons.items()]
 
 
-def _default(study: Study) -> tuple[Array, list[str]]:
+def _default(study: SearchedStudy) -> tuple[Array, list[str]]:
     return study.space.point(study.default_row), []
 
 
@@ -58,11 +58,11 @@ def _design(study: Study) -> tuple[Array, list[str]]:
     return study.space.point(design_row(study, designs)), without_design(designs)
 
 
-STARTS: dict[str, Callable[[Study], tuple[Array, list[str]]]] = {"default": _default, "design": _design}
+STARTS: dict[str, Callable[[Any], tuple[Array, list[str]]]] = {"default": _default, "design": _design}
 """Functions from a study to a point (d,) of its decision space and warnings, by the names of `tuner.search.names`."""
 
 
-def starting_points(study: Study) -> tuple[Array, list[str]]:
+def starting_points(study: SearchedStudy) -> tuple[Array, list[str]]:
     """Return the starting points (k, d) that `search.initial` names, each in the study's ranges, and warnings.
 
     The default comes first whatever is named, because the search measures everything by it. A point that is there already is

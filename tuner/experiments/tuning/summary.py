@@ -5,7 +5,6 @@ import numpy as np
 from objectives.problem import Objective
 from objectives.scales import in_file, units_of
 from plant.air.air import summary as air_summary
-from plant.gains import gain_addresses
 from tuner.documents.parts import Estimate
 from tuner.documents.summary import (
     AirRow,
@@ -27,6 +26,7 @@ from tuner.experiments.tuning.conflicts import Conflict, Limit, LimitPrice, Rela
 from tuner.experiments.tuning.ending import ending_of
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.search.loop import point_name
+from tuner.study.study import SearchedStudy, Study
 from tuner.study.trim import trim_entry
 
 
@@ -66,14 +66,21 @@ def summary_document(outcome: Outcome) -> Summary:
         warnings=outcome.warnings,
         variables=variable_rows(outcome),
         table=[*outcome.table, *outcome.known],
-        air=[
-            AirRow.model_validate(
-                {"scenario": entry.spec.name, **air_summary(entry.spec.air), **trim_entry(entry.spec, study.system)}
-            )
-            for entry in study.scenarios
-        ],
+        air=air_rows(study),
         plant_step=outcome.plant_step,
     )
+
+
+def air_rows(study: SearchedStudy) -> list[AirRow]:
+    """Return the air of each scenario, nothing of trials that another program made."""
+    if not isinstance(study, Study):
+        return []
+    return [
+        AirRow.model_validate(
+            {"scenario": entry.spec.name, **air_summary(entry.spec.air), **trim_entry(entry.spec, study.system)}
+        )
+        for entry in study.scenarios
+    ]
 
 
 def search_text(outcome: Outcome) -> str:
@@ -161,13 +168,10 @@ def variable_rows(outcome: Outcome) -> list[VariableRow]:
     """Return every decision variable with unit, range and its default and tuned value."""
     study = outcome.study
     default, tuned = outcome.gains(0), outcome.gains(outcome.tuned)
-    known = {gain.column: gain for gain in gain_addresses(study.system.cascade)}
     return [
         VariableRow(
             name=variable.name,
-            symbol=known[columns[0]].info.symbol,
-            meaning=known[columns[0]].info.meaning,
-            unit=known[columns[0]].unit,
+            **words._asdict(),
             low=variable.low,
             high=variable.high,
             scale=variable.scale,
@@ -175,5 +179,7 @@ def variable_rows(outcome: Outcome) -> list[VariableRow]:
             default=float(default[columns[0]]),
             tuned=float(tuned[columns[0]]),
         )
-        for i, (variable, columns) in enumerate(zip(study.space.variables, study.space.columns, strict=True))
+        for i, (variable, columns, words) in enumerate(
+            zip(study.space.variables, study.space.columns, study.variable_words, strict=True)
+        )
     ]

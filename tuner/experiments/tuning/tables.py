@@ -23,14 +23,14 @@ from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
 from plant.threads import side_by_side
 from tuner.analysis.responses import SIGNALS, UNITS, Responses, fly_responses
 from tuner.documents.finalists import FINALIST_COLUMNS
-from tuner.experiments.tuning.outcome import Outcome
+from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.search.loop import Generation
 from tuner.store.folder import data_frame, stacked
 from tuner.study.margins import holds_place, nominal_margins
-from tuner.study.study import Study
+from tuner.study.study import SearchedStudy
 
 
-def generation_table(study: Study, generations: list[Generation], record: Generation) -> Any:
+def generation_table(study: SearchedStudy, generations: list[Generation], record: Generation) -> Any:
     """Return one generation as a pandas table, a row for each candidate."""
     before = sum(len(entry.points) for entry in generations) - len(record.points)
     values = study.space.values(record.points)
@@ -125,7 +125,7 @@ def constraint_table(outcome: Outcome) -> Any:
 POINTS, LOWEST = 120, 0.05
 
 
-def margin_table(outcome: Outcome) -> Any:
+def margin_table(outcome: FlightOutcome) -> Any:
     """Return a pandas table, a row for each finalist and channel with a loop; None where no steady flight is found.
 
     Columns: point, channel, stable, those of `RECORDED` in SI units (empty where no crossing limits a margin, or where the loop
@@ -150,7 +150,7 @@ def margin_table(outcome: Outcome) -> Any:
     return data_frame(rows)
 
 
-def margin_model(outcome: Outcome) -> MarginModel:
+def margin_model(outcome: FlightOutcome) -> MarginModel:
     """Return the margins of the study's loop; raises InputError where there is no steady flight."""
     system = outcome.study.system
     held = holds_place(tuple(entry.spec for entry in outcome.study.scenarios), system.timing)
@@ -191,7 +191,7 @@ class PointFan(NamedTuple):
     worst: np.ndarray
 
 
-def response_table(outcome: Outcome) -> Any:
+def response_table(outcome: FlightOutcome) -> Any:
     """Fly every finalist through held-out scenarios and return the fans as one long pandas table.
 
     A row for each signal and instant: point, scenario, signal, unit, time [s], reference, low, median, high (5, 50, 95 %), worst,
@@ -207,7 +207,7 @@ def response_table(outcome: Outcome) -> Any:
     return table.astype({name: "category" for name in ("point", "scenario", "signal", "unit")})
 
 
-def scenario_parts(outcome: Outcome, spec: ScenarioSpec, count: int) -> list[Any]:
+def scenario_parts(outcome: FlightOutcome, spec: ScenarioSpec, count: int) -> list[Any]:
     """Return the tables of all points in one scenario, fans over so many flights."""
     worst = worst_flights(outcome, spec.name).tolist()
     beyond = sorted({index for index in worst if index >= count})
@@ -236,13 +236,13 @@ def worst_flights(outcome: Outcome, scenario: str) -> np.ndarray:
     return np.argmax(outcome.finalists.evaluation.samples(chosen, scenario), axis=-1)
 
 
-def drawn(outcome: Outcome, spec: ScenarioSpec, indices: Any) -> Any:
+def drawn(outcome: FlightOutcome, spec: ScenarioSpec, indices: Any) -> Any:
     """Return held-out flights of a scenario by their indices."""
     system = outcome.study.system
     return sample_scenarios(spec, system.vehicle, system.timing, outcome.study.seed, HELD_OUT, indices)
 
 
-def flight_of(outcome: Outcome, row: int, inputs: Any) -> Responses:
+def flight_of(outcome: FlightOutcome, row: int, inputs: Any) -> Responses:
     """Return what a finalist does in drawn flights."""
     system = outcome.study.system
     return fly_responses(

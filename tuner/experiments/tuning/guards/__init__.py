@@ -15,7 +15,7 @@ from tuner.experiments.tuning.bounds import on_bounds
 from tuner.experiments.tuning.guards import after
 from tuner.experiments.tuning.guards.before import default_elsewhere, few_scenarios, leading_yaw, rates_without_damping
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.study.study import Study
+from tuner.study.study import SearchedStudy, Study
 
 __all__ = ["GUARDS", "Guard", "warnings_after_run", "warnings_before_run", "times_of_never"]
 
@@ -24,11 +24,14 @@ BEFORE, AFTER = "before", "after"
 
 @dataclass(frozen=True)
 class Guard:
-    """when: `BEFORE` a run, message(study), or `AFTER` it, message(outcome). what: what it looks for, one line."""
+    """when: `BEFORE` a run, message(study), or `AFTER` it, message(outcome). what: what it looks for, one line. vehicle: whether it
+    looks at the vehicle that flies.
+    """
 
     when: str
     what: str
     message: Callable[[Any], list[str]]
+    vehicle: bool = False
 
 
 def _labels(outcome: Outcome) -> list[str]:
@@ -61,8 +64,13 @@ def _idle(outcome: Outcome) -> list[str]:
     return after.idle_candidates(int(idle), floor)
 
 
-def times_of_never(study: Study) -> list[list[float]]:
-    """Return for each objective, by scenario, the time [s] that stands for an event that a flight did not come to."""
+def times_of_never(study: SearchedStudy) -> list[list[float]]:
+    """Return for each objective, by scenario, the time [s] that stands for an event that a flight did not come to.
+
+    Nothing is known of trials that another program made.
+    """
+    if not isinstance(study, Study):
+        return [[] for _ in study.objectives]
     timing, found = study.system.timing, []
     for objective in study.objectives:
         metric = objective.metric.metric
@@ -84,13 +92,13 @@ def floor_of(study: Study) -> tuple[Any, ...]:
 
 GUARDS = {
     "few_scenarios": Guard(BEFORE, "too few scenarios for the level of a risk", few_scenarios),
-    "default_elsewhere": Guard(BEFORE, "default gains of a file that were flown otherwise", default_elsewhere),
-    "rates_without_damping": Guard(BEFORE, "gust rates on a vehicle that they do not touch", rates_without_damping),
+    "default_elsewhere": Guard(BEFORE, "default gains of a file that were flown otherwise", default_elsewhere, vehicle=True),
+    "rates_without_damping": Guard(BEFORE, "gust rates on a vehicle that they do not touch", rates_without_damping, vehicle=True),
     "leading_yaw": Guard(
         BEFORE, "a yaw loop that the inertia of the rotors speeds up",
-        lambda study: leading_yaw(study, study.default_row, "the default's yaw loop"),
+        lambda study: leading_yaw(study, study.default_row, "the default's yaw loop"), vehicle=True,
     ),
-    "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle),
+    "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle, vehicle=True),
     "constant_objective": Guard(
         AFTER, "an objective that nothing searched moves",
         lambda outcome: after.constant_objectives(_labels(outcome), _flown_values(outcome), times_of_never(outcome.study)),
@@ -110,11 +118,17 @@ GUARDS = {
 }  # fmt: skip
 
 
-def warnings_before_run(study: Study) -> list[str]:
+def warnings_before_run(study: SearchedStudy) -> list[str]:
     """Return what the guards say of a study before it runs."""
-    return [text for guard in GUARDS.values() if guard.when == BEFORE for text in guard.message(study)]
+    return [text for guard in guards_of(study, BEFORE) for text in guard.message(study)]
 
 
 def warnings_after_run(outcome: Outcome) -> list[str]:
     """Return what the guards say of an outcome."""
-    return [text for guard in GUARDS.values() if guard.when == AFTER for text in guard.message(outcome)]
+    return [text for guard in guards_of(outcome.study, AFTER) for text in guard.message(outcome)]
+
+
+def guards_of(study: SearchedStudy, when: str) -> list[Guard]:
+    """Return the guards that look at a study, or at its outcome."""
+    flies = isinstance(study, Study)
+    return [guard for guard in GUARDS.values() if guard.when == when and (flies or not guard.vehicle)]
