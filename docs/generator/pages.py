@@ -23,7 +23,7 @@ OUTSIDE = {
 NAVIGATION = {
     "": ("installation", "tutorial", "tune_in_a_notebook"),
     "How to": (
-        "reading_the_report", "how_to/limits", "how_to/compare", "exports", "cluster", "how_to/add_a_law",
+        "reading_the_report", "how_to/limits", "how_to/compare", "ask_and_tell", "exports", "cluster", "how_to/add_a_law",
         "how_to/add_a_metric", "how_to/add_an_export_target", "how_to/add_a_number",
     ),
     "Explanation": ("model", "statistics", "paper", "airframes", "speed", "architecture"),

@@ -39,8 +39,8 @@ class Checked(Documented):
     """Everything known of a file without flying.
 
     Attributes:
-        kind: Kind of the file: "study", "contest", "inference", "airframe" or "gains".
-        document: What it holds: a `StudyPreview`, `ContestPreview` or `InferencePreview`; plain data of the other kinds.
+        kind: Kind of the file: "study", "contest", "inference", "trials", "airframe" or "gains".
+        document: What it holds: a `StudyPreview`, `ContestPreview`, `InferencePreview` or `TrialsPreview`; plain data of the other kinds.
         hopeless: Whether a study asks for what nothing can reach, or a gains file is wrong.
         examined: A gains file as read, None for other files.
 

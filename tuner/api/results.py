@@ -17,6 +17,7 @@ from tuner.documents.tables import read_frame
 from tuner.documents.tuning import TuningFolder
 from tuner.experiments import registry
 from tuner.experiments.compare.entrants import rows_of, study_of
+from tuner.store.advice import TRIALS, kind_of
 from tuner.store.document import read_text
 
 if TYPE_CHECKING:
@@ -281,6 +282,37 @@ class TuningResults(Results):
         return shown(self.title, [*ending, *picked, *self.warnings], self.summary)
 
 
+class TrialResults(TuningResults):
+    """Results of a study whose trials another program made: its points are values of the variables by name."""
+
+    kind = "tuning"
+
+    @property
+    def recommended(self) -> dict[str, float] | None:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Values of the recommended point; None where no candidate keeps every limit."""
+        return self.nearest if self.feasible else None
+
+    @property
+    def nearest(self) -> dict[str, float]:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Values of the recommended point, or of the one that breaks least where nothing is feasible."""
+        return {row.name: row.tuned for row in self.document.variables}
+
+    @property
+    def default(self) -> dict[str, float]:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Values of the default."""
+        return {row.name: row.default for row in self.document.variables}
+
+    def gains(self, point: str | None = None) -> dict[str, float]:  # pyright: ignore[reportIncompatibleMethodOverride]
+        """Return the values of a point, by default of the recommended one; UnknownNameError where there is no such point."""
+        if point is None:
+            return self.nearest
+        front = self.documents.front
+        if point not in front.points:
+            raise UnknownNameError("point", point, front.points)
+        names = [row.name for row in self.document.variables]
+        return dict(zip(names, front.gains[front.points.index(point)].tolist(), strict=True))
+
+
 class ContestResults(Results):
     """Results of a contest: several controllers, each tuned, on the same flights."""
 
@@ -360,7 +392,7 @@ def open_results(folder: str | Path) -> Any:
         folder: A folder that `run` or `compare` wrote.
 
     Returns:
-        `TuningResults`, `ContestResults`, `InferenceResults` or `ComparisonResults`.
+        `TuningResults`, `TrialResults`, `ContestResults`, `InferenceResults` or `ComparisonResults`.
 
     Raises:
         StoreError: The folder is missing, not finished, or damaged.
@@ -377,5 +409,6 @@ def open_results(folder: str | Path) -> Any:
     found = kind_in(folder)
     kind = next((entry for entry in KINDS if found is not None and entry.kind == found.kind), None)
     if found is not None and kind is not None:
+        kind = TrialResults if kind is TuningResults and kind_of(folder) == TRIALS else kind
         return kind(folder, found(folder).document)
     raise StoreError(f"{folder} is no finished results folder: it holds no {TuningResults.main}")

@@ -116,11 +116,13 @@ def _margins_sentence(results: TuningFolder) -> Markup:
 
 def _evidence(results: TuningFolder) -> str:
     summary, controller = results.summary, results.resolved.controller
-    fresh = f"Values are from {count(summary.held_out)} fresh scenarios with 95 % intervals, of {count(summary.flights)}"
+    fresh = (
+        f"Values are from {count(summary.held_out)} fresh scenarios with 95 % intervals, of {count(summary.flights)}"
+    )
     if controller is None:
         return f"{fresh} trials that another program made."
     laws = f"{law_title(controller.position)} on position and {law_title(controller.attitude)} on attitude"
-    return f"{fresh} simulated flights in {duration(summary.wall_seconds)}; {laws}."
+    return f"{fresh} simulated flights in {duration(summary.wall_seconds or 0.0)}; {laws}."
 
 
 def _group(title: str, rows: Sequence[Sequence[str]], head: list[str]) -> Markup:

@@ -102,13 +102,13 @@ def _vehicle_facts(results: TuningFolder) -> list[tuple[str, str]]:
         ("Airframe", airframe.title or airframe.name),
         ("Laws", f"{law_title(controller.position)} (position); {law_title(controller.attitude)} (attitude)"),
         ("Control period", _period(period, results.summary.plant_step)),
-        ("Control step", (period and told(controller.position, controller.attitude, period)) or MISSING),
+        ("Control step", (told(controller.position, controller.attitude, period) if period else None) or MISSING),
     ]
 
 
 def _flights(results: TuningFolder) -> tuple[str, str]:
     summary = results.summary
-    if results.told:
+    if summary.wall_seconds is None:
         return "Trials", f"{count(summary.flights)}, made by another program: asked.jsonl and told.jsonl"
     return "Flights", f"{count(summary.flights)} in {duration(summary.wall_seconds)}"
 

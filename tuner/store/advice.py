@@ -37,6 +37,8 @@ def go_on(path: Path, made: bool = False) -> str:
     asked = whole(path)
     if kind_of(asked) in RESUMED:
         return f"go on with `tuner resume {shlex.quote(str(asked))}`"
+    if kind_of(asked) == TRIALS:
+        return "give the command again"
     return f"remove {asked} and give the command again" if made else "give the command again"
 
 

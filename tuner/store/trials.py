@@ -6,6 +6,7 @@ a line at the end of a file, which is not read and which the next writer takes a
 
 import json
 import os
+from collections.abc import Sequence
 from pathlib import Path
 from typing import TypeVar
 
@@ -83,7 +84,9 @@ class TrialRecord:
         except FileNotFoundError:
             return []
         except OSError as error:
-            raise StoreError(f"{file} cannot be read ({error.strerror}); give the folder's files back to you") from error
+            raise StoreError(
+                f"{file} cannot be read ({error.strerror}); give the folder's files back to you"
+            ) from error
         self._whole[name] = content.rfind(b"\n") + 1
         lines = content[: self._whole[name]].splitlines()
         return [self._parsed(file, number, line, kind) for number, line in enumerate(lines, start=1)]
@@ -96,7 +99,7 @@ class TrialRecord:
                 f"{file}: line {number} is damaged; take the line out, and the same `tuner ask` asks for that trial again"
             ) from None
 
-    def _append(self, name: str, lines: list[DocumentPart]) -> None:
+    def _append(self, name: str, lines: Sequence[DocumentPart]) -> None:
         if not lines:
             return
         content = "".join(line_of(entry) + "\n" for entry in lines).encode()

@@ -107,6 +107,14 @@ class TrialConstraintTable(TrialObjectiveTable):
     """Largest value allowed, in the unit of the metric."""
 
 
+class TrialSearchTable(SearchTable):
+    """[search]: how the values are looked for."""
+
+    racing: bool = False
+    """Ask for the trials of a candidate in parts, and for no more of one that a better one surely beats; a generation then takes
+    several rounds of asking."""
+
+
 class TrialStudyTable(StrictTable):
     """A whole file of a study whose trials another program makes."""
 
@@ -121,7 +129,7 @@ class TrialStudyTable(StrictTable):
     description: str = ""
     """Text for the report."""
     constraint: list[TrialConstraintTable] = Field(default=[])
-    search: SearchTable = SearchTable()
+    search: TrialSearchTable = TrialSearchTable()
     pick: PickTable = PickTable()
 
 

@@ -118,9 +118,7 @@ def asked_text(asked: AskedPart) -> str:
     if asked.laws is None or asked.wall_seconds is None:
         return f"{len(asked.searched)} variables, {tried} trials that another program made. {wanted}"
     laws = f"{asked.laws.attitude} (attitude) and {asked.laws.position} (position)"
-    return (
-        f"{len(asked.searched)} gains of {laws} on {asked.airframe}, {tried} flights and {asked.wall_seconds:.0f} s. {wanted}"
-    )
+    return f"{len(asked.searched)} gains of {laws} on {asked.airframe}, {tried} flights and {asked.wall_seconds:.0f} s. {wanted}"
 
 
 def heading(row: TableRow) -> str:

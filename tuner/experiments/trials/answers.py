@@ -47,7 +47,9 @@ class Answers:
         name = table.get("id")
         if not isinstance(name, str):
             given = "has no id" if "id" not in table else f"has the id {_shown(name)}"
-            raise InputError(f"{given}; each line is {FORM}, with the id of a line that `tuner ask` printed", file=source)
+            raise InputError(
+                f"{given}; each line is {FORM}, with the id of a line that `tuner ask` printed", file=source
+            )
         if name not in self.record.asked:
             what = f"unknown id '{shortened(one_line(name))}'"
             raise InputError(f"{what}; tell the id of a line that `tuner ask` printed for this folder", file=source)
@@ -60,7 +62,9 @@ class Answers:
         asked = trial.content()
         for key in ASKED_KEYS[1:]:
             if key in table and table[key] != asked[key]:
-                message = f"'{key}' is {_shown(table[key])}, and asked was {_shown(asked[key])}; tell what that trial gave"
+                message = (
+                    f"'{key}' is {_shown(table[key])}, and asked was {_shown(asked[key])}; tell what that trial gave"
+                )
                 raise InputError(message)
         failed = table.get("failed", False)
         if not isinstance(failed, bool):
@@ -80,7 +84,9 @@ class Answers:
                 raise UnknownNameError("metric", one_line(name), self.metrics)
         missing = [name for name in self.metrics if name not in given]
         if missing:
-            raise InputError(f"the metric '{missing[0]}' is missing; tell all of {', '.join(self.metrics)}, or that it failed")
+            raise InputError(
+                f"the metric '{missing[0]}' is missing; tell all of {', '.join(self.metrics)}, or that it failed"
+            )
         return {name: _number(name, given[name]) for name in self.metrics}
 
     def _refuse_other(self, answer: Answer, source: str) -> None:
@@ -99,7 +105,8 @@ def parsed(line: bytes | str, source: str) -> dict[str, Any]:
     if len(line) > LONGEST_LINE:
         raise InputError(f"is longer than {LONGEST_LINE:,} bytes; each line is {FORM}", file=source)
     try:
-        table = json.loads(line, object_pairs_hook=_once)
+        text = line.decode("utf-8-sig") if isinstance(line, bytes) else line
+        table = json.loads(text, object_pairs_hook=_once)
     except UnicodeDecodeError:
         raise InputError(f"is not UTF-8 text; each line is {FORM}", file=source) from None
     except (ValueError, RecursionError):

@@ -1,13 +1,14 @@
 """Ask a study which trials it lacks, and tell it what they gave: each looks at the results folder and leaves it as it may be killed."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
 from pathlib import Path
 from time import perf_counter, sleep
+from typing import IO
 
 from plant.errors import InputError, StoreError
 from tuner.experiments.experiment import default_folder
-from tuner.experiments.trials.answers import Answers
+from tuner.experiments.trials.answers import LONGEST_LINE, Answers
 from tuner.experiments.trials.problem import UnansweredError
 from tuner.experiments.trials.run import Make, TrialRun
 from tuner.search.watcher import Watcher
@@ -17,9 +18,10 @@ from tuner.store.inputs import RunRecord, check_unchanged, compute_as_recorded, 
 from tuner.store.lock import HeldError
 from tuner.store.manifest import FILE as MANIFEST
 from tuner.store.manifest import read_manifest
-from tuner.store.trials import Trial, TrialRecord
+from tuner.store.trials import Trial, TrialRecord, line_of
 from tuner.study.kinds import load_any
 from tuner.study.trials import TrialStudy
+from tuner.text.sentences import counted
 
 PATIENCE, PAUSE = 30.0, 0.05
 """Time [s] for which a folder that another process writes is waited for, and between two looks."""
@@ -39,6 +41,18 @@ class Asked:
         """Whether the run came to its end."""
         return not self.trials
 
+    @property
+    def lines(self) -> list[str]:
+        """The trials as lines of JSON."""
+        return [line_of(trial) for trial in self.trials]
+
+    @property
+    def words(self) -> str:
+        """What is to be done, in a sentence."""
+        if self.concluded:
+            return f"All is told: {self.path / 'report.html'} has what was found, gains.json the values; no more trials are asked for."
+        return f"{counted(len(self.trials), 'trial')} to be made; tell what they gave with `tuner tell {self.path}`, then ask again."
+
 
 @dataclass(frozen=True)
 class Told:
@@ -48,6 +62,13 @@ class Told:
     repeated: int
     refused: list[InputError]
     lacking: int
+
+    @property
+    def words(self) -> str:
+        """The numbers in a sentence, and what is to be done."""
+        done = [f"{self.taken} taken", f"{self.repeated} told before", f"{len(self.refused)} refused"]
+        rest = f"{counted(self.lacking, 'trial')} still lacking." if self.lacking else "Nothing is lacking: ask again."
+        return f"Lines: {', '.join(done)}. {rest}"
 
 
 def ask(study: TrialStudy, out: Path | None, watcher: Watcher | None = None, make: Make | None = None) -> Asked:
@@ -121,7 +142,7 @@ def waited_for(path: Path) -> Folder:
             sleep(PAUSE)
 
 
-def tell(path: Path, lines: Iterable[bytes], source: str) -> Told:
+def tell(path: Path, lines: Iterable[bytes | str], source: str) -> Told:
     """Take lines of JSON about trials that a folder asked for; those that cannot be used are refused, and the others taken.
 
     source: where the lines come from, for errors. Raises StoreError where the folder takes none.
@@ -143,3 +164,11 @@ def tell(path: Path, lines: Iterable[bytes], source: str) -> Told:
             except InputError as error:
                 refused.append(error)
         return Told(answers.taken, answers.repeated, refused, len(trials.lacking))
+
+
+def lines_of(source: IO[bytes]) -> Iterator[bytes]:
+    """Yield lines; of one that is too long as much as tells that it is."""
+    while line := source.readline(LONGEST_LINE + 2):
+        yield line
+        while len(line) > LONGEST_LINE and not line.endswith(b"\n"):
+            line = source.readline(LONGEST_LINE + 2)

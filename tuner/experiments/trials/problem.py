@@ -50,13 +50,16 @@ class TrialProblem(Evaluator):
         on_flights_done: Callable[[int], None] | None = None,
     ) -> tuple[Array, Array]:
         """Return scores (n, quantities, last - first) and failures (n, last - first) of rows of variables (n, g)."""
-        trials = [[self.trial(row, batch.stream, i) for i in range(first, last)] for row in self._named(gains, batch, first)]
+        trials = [
+            [self.trial(row, batch.stream, i) for i in range(first, last)] for row in self._named(gains, batch, first)
+        ]
         self.make(list({trial.id: trial for trial in chain(*trials)}.values()))
         answers = [[self._record.told[trial.id] for trial in row] for row in trials]
         if on_flights_done is not None:
             on_flights_done(len(gains) * (last - first))
         scores = [
-            [[score(quantity.metric.metric, answer) for answer in row] for quantity in self.quantities] for row in answers
+            [[score(quantity.metric.metric, answer) for answer in row] for quantity in self.quantities]
+            for row in answers
         ]
         shape = len(gains), len(self.quantities), last - first
         failed = np.array([[answer.failed for answer in row] for row in answers], dtype=bool)

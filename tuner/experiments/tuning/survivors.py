@@ -46,7 +46,9 @@ class Survivors:
         return [Searched(found.values[row], found.scores[row], found.origin) for row in rows]
 
 
-def survivors_of(problem: Evaluator, study: SearchedStudy, generations: list[Generation], watcher: Watcher) -> Survivors:
+def survivors_of(
+    problem: Evaluator, study: SearchedStudy, generations: list[Generation], watcher: Watcher
+) -> Survivors:
     """Fly what survives the search through the rest of its flights; where every candidate flew all of them, all survive."""
     seen = pooled([entry.evaluation for entry in generations])
     if study.search.first is None:
