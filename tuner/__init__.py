@@ -43,8 +43,8 @@ if TYPE_CHECKING:
 __all__ = [
     "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "Results", "StoreError", "Study",
     "ToolError", "TuningResults", "UnknownNameError", "Watcher", "ask", "catalogue", "check", "compare", "cost",
-    "default_gains", "design", "export", "fly", "import_gains", "judge", "load_study", "make_study", "margins", "open_results", "plan",
-    "read_gains", "rejudge", "resume", "run", "sensitivity", "tell", "theory", "validate", "verify",
+    "default_gains", "design", "export", "fly", "import_gains", "judge", "load_study", "make_study", "margins",
+    "open_results", "plan", "read_gains", "rejudge", "resume", "run", "sensitivity", "tell", "theory", "validate", "verify",
 ]  # fmt: skip
 
 _HOMES = {

@@ -11,7 +11,7 @@ START = {"x_init": 0.3, "y_init": 0.5}  # largest angle [rad] and rate [rad/s] a
 environment = gymnasium.make("Pendulum-v1", max_episode_steps=100)
 
 
-def trial(seed, kp, kd):
+def trial(seed: int, kp: float, kd: float) -> dict[str, float] | None:
     """Return the metrics of a trial; None where the pendulum fell."""
     (cosine, sine, rate), _ = environment.reset(seed=seed, options=START)
     torques, settled, step, ended = [], 0.0, 0, False

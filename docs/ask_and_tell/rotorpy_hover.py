@@ -18,7 +18,7 @@ MEAN, DEVIATION, LENGTH = 3.0, 1.5, 1.0  # of the wind: m/s, m/s, s
 class Gusts:
     """Wind of a first-order Gauss-Markov process, all of it from one seed."""
 
-    def __init__(self, seed):
+    def __init__(self, seed: int) -> None:
         draw = np.random.default_rng(seed)
         keep = np.exp(-1.0 / (RATE * LENGTH))
         noise = DEVIATION * draw.standard_normal((int(RATE * SECONDS) + 2, 3))
@@ -26,12 +26,12 @@ class Gusts:
             noise[i] = keep * noise[i - 1] + np.sqrt(1.0 - keep**2) * noise[i]
         self.wind = noise + np.array([MEAN, 0.0, 0.0])
 
-    def update(self, t, position):
+    def update(self, t: float, position: np.ndarray) -> np.ndarray:
         """Return the wind [m/s] at a time [s]."""
         return self.wind[min(round(t * RATE), len(self.wind) - 1)]
 
 
-def trial(seed, kp_pos, kd_pos, kp_att, kd_att):
+def trial(seed: int, kp_pos: float, kd_pos: float, kp_att: float, kd_att: float) -> dict[str, float] | None:
     """Return the metrics of a trial; None where the vehicle was lost."""
     law = SE3Control({**quad_params, "kp_att": kp_att, "kd_att": kd_att})
     law.kp_pos, law.kd_pos = np.array([kp_pos, kp_pos, 15.0]), np.array([kd_pos, kd_pos, 9.0])

@@ -40,7 +40,7 @@ class Checked(Documented):
 
     Attributes:
         kind: Kind of the file: "study", "contest", "inference", "trials", "airframe" or "gains".
-        document: What it holds: a `StudyPreview`, `ContestPreview`, `InferencePreview` or `TrialsPreview`; plain data of the other kinds.
+        document: What it holds: a the preview of a study, contest, inference or trials; plain data of the other kinds.
         hopeless: Whether a study asks for what nothing can reach, or a gains file is wrong.
         examined: A gains file as read, None for other files.
 

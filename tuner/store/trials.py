@@ -1,7 +1,7 @@
 """asked.jsonl and told.jsonl: the trials that another program is asked for, and what it told of each.
 
-A line of JSON each, only ever appended, and on the disk before anything goes on. A process that is killed leaves at most a part of
-a line at the end of a file, which is not read and which the next writer takes away.
+A line of JSON each, only ever appended, and on the disk before anything goes on. A process that is killed leaves at most a part
+of a line at the end of a file, which is not read and which the next writer takes away.
 """
 
 import json
@@ -22,7 +22,7 @@ ASKED, TOLD = "asked.jsonl", "told.jsonl"
 class Trial(DocumentPart):
     """A trial that is asked for.
 
-    candidate: its name. scenario: name of what the candidate meets, the same for all candidates; seed: of that. variables: by name.
+    candidate: its name. scenario: name of what the candidate meets, the same for all candidates; seed: of that.
     """
 
     id: str
@@ -113,7 +113,7 @@ class TrialRecord:
                 os.fsync(out.fileno())
         except OSError as error:
             raise StoreError(
-                f"{file} cannot be written ({error.strerror}); what was told before is kept. Make room, then give the command again"
+                f"{file} cannot be written ({error.strerror}); what was told before is kept. Make room, then try again"
             ) from error
         self._whole[name] = self._whole.get(name, 0) + len(content)
 

@@ -374,5 +374,5 @@ def _check_size(search: SearchSpec, trials: TrialsTable) -> None:
         raise InputError(message, key="generations")
     count = search.candidates * trials.search + CHECKED * trials.held_out
     if count > MOST_TRIALS:
-        message = f"about {count:,} trials in all; allowed: up to {MOST_TRIALS:,}: make population, generations or [trials] smaller"
+        message = f"about {count:,} trials in all; allowed: up to {MOST_TRIALS:,}: make generations or [trials] smaller"
         raise InputError(message)

@@ -71,7 +71,7 @@ def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Any, Fol
 def _refuse_others(path: Path, record: RunRecord, kinds: tuple[str, ...]) -> None:
     if record.kind == TRIALS:
         raise StoreError(
-            f"another program makes the trials of {path}; `tuner ask {path / 'study.toml'} --out {path}` prints those still lacking"
+            f"another program makes the trials of {path}; `tuner ask {path / 'study.toml'} --out {path}` prints what is lacking"
         )
     if record.kind not in kinds:
         raise StoreError(

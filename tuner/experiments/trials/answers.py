@@ -84,9 +84,7 @@ class Answers:
                 raise UnknownNameError("metric", one_line(name), self.metrics)
         missing = [name for name in self.metrics if name not in given]
         if missing:
-            raise InputError(
-                f"the metric '{missing[0]}' is missing; tell all of {', '.join(self.metrics)}, or that it failed"
-            )
+            raise InputError(f"the metric '{missing[0]}' is missing; tell {', '.join(self.metrics)}, or that it failed")
         return {name: _number(name, given[name]) for name in self.metrics}
 
     def _refuse_other(self, answer: Answer, source: str) -> None:

@@ -1,4 +1,4 @@
-"""Ask a study which trials it lacks, and tell it what they gave: each looks at the results folder and leaves it as it may be killed."""
+"""Ask a study which trials it lacks, and tell it what they gave: each opens the results folder, adds to it and closes it."""
 
 from collections.abc import Iterable, Iterator
 from dataclasses import dataclass
@@ -14,7 +14,7 @@ from tuner.experiments.trials.run import Make, TrialRun
 from tuner.search.watcher import Watcher
 from tuner.store.advice import RECORD, TRIALS
 from tuner.store.folder import Folder
-from tuner.store.inputs import RunRecord, check_unchanged, compute_as_recorded, read_record
+from tuner.store.inputs import RunRecord, compute_as_recorded, read_record
 from tuner.store.lock import HeldError
 from tuner.store.manifest import FILE as MANIFEST
 from tuner.store.manifest import read_manifest
@@ -50,7 +50,7 @@ class Asked:
     def words(self) -> str:
         """What is to be done, in a sentence."""
         if self.concluded:
-            return f"All is told: {self.path / 'report.html'} has what was found, gains.json the values; no more trials are asked for."
+            return f"All is told: {self.path / 'report.html'} has what was found; no more trials are asked for."
         return f"{counted(len(self.trials), 'trial')} to be made; tell what they gave with `tuner tell {self.path}`, then ask again."
 
 

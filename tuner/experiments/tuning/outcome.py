@@ -15,7 +15,6 @@ from tuner.experiments.tuning.survivors import Survivors
 from tuner.search.loop import Archive, Generation, archive, point_name
 from tuner.study.study import SearchedStudy, Study
 
-
 S = TypeVar("S", bound=SearchedStudy)
 P = TypeVar("P", bound=Evaluator)
 

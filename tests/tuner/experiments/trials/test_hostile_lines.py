@@ -7,8 +7,8 @@ import pytest
 
 from plant.errors import InputError
 from tests.tuner.experiments.trials.bench import bowls, line, made
-from tuner.experiments.trials.asking import ask, tell
 from tuner.experiments.trials.answers import LONGEST_LINE
+from tuner.experiments.trials.asking import ask, tell
 from tuner.store.trials import ASKED, TOLD
 
 
@@ -38,7 +38,7 @@ WRONG = [
     ({"metrics": {"left": 1.0, "right": 1.0}}, "has no id"),
     ({"id": 3, "metrics": {}}, "has the id 3"),
     ({"id": "p9999-search-000", "metrics": {"left": 1.0, "right": 1.0}}, "unknown id 'p9999-search-000'"),
-    ({"id": ID, "metrics": {"left": 1.0}}, "'right' is missing; tell all of left, right"),
+    ({"id": ID, "metrics": {"left": 1.0}}, "'right' is missing; tell left, right"),
     ({"id": ID, "metrics": {"left": 1.0, "rihgt": 1.0}}, "unknown metric 'rihgt'; did you mean 'right'"),
     ({"id": ID, "metrics": {"left": float("nan"), "right": 1.0}}, "'left' is nan; allowed: a finite number, 0 or more"),
     ({"id": ID, "metrics": {"left": float("inf"), "right": 1.0}}, "'left' is inf"),

@@ -24,8 +24,8 @@ BEFORE, AFTER = "before", "after"
 
 @dataclass(frozen=True)
 class Guard:
-    """when: `BEFORE` a run, message(study), or `AFTER` it, message(outcome). what: what it looks for, one line. vehicle: whether it
-    looks at the vehicle that flies.
+    """when: `BEFORE` a run, message(study), or `AFTER` it, message(outcome). what: what it looks for, one line.
+    vehicle: whether it looks at the vehicle that flies.
     """
 
     when: str
