@@ -49,7 +49,7 @@ def ask(
     Examples:
         >>> asked = tuner.ask("bench.toml", "results/bench")
         >>> asked.trials[0].id, asked.trials[0].variables
-        ('default-search-000', {'x': 1.5})
+        ('p0000-search-000', {'x': 1.5})
 
     """
     asked, folder = trial_study(study), None if out is None else Path(out)

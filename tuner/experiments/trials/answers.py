@@ -84,7 +84,8 @@ class Answers:
                 raise UnknownNameError("metric", one_line(name), self.metrics)
         missing = [name for name in self.metrics if name not in given]
         if missing:
-            raise InputError(f"the metric '{missing[0]}' is missing; tell {', '.join(self.metrics)}, or that it failed")
+            told = ", ".join(self.metrics)
+            raise InputError(f"the metric '{missing[0]}' is missing; tell {told}, or that it failed")
         return {name: _number(name, given[name]) for name in self.metrics}
 
     def _refuse_other(self, answer: Answer, source: str) -> None:
@@ -92,8 +93,8 @@ class Answers:
         if before == answer or (before.failed and answer.failed):
             return
         message = (
-            f"was told before as {_told(before)}, and now as {_told(answer)}; what was told first stays: nothing is to be done, or "
-            "begin anew with another --out"
+            f"was told before as {_told(before)}, and now as {_told(answer)}; what was told first stays: nothing is to be "
+            "done, or begin anew with another --out"
         )
         raise InputError(message, file=source, key=answer.id)
 

@@ -51,7 +51,8 @@ class Asked:
         """What is to be done, in a sentence."""
         if self.concluded:
             return f"All is told: {self.path / 'report.html'} has what was found; no more trials are asked for."
-        return f"{counted(len(self.trials), 'trial')} to be made; tell what they gave with `tuner tell {self.path}`, then ask again."
+        trials = counted(len(self.trials), "trial")
+        return f"{trials} to be made; tell what they gave with `tuner tell {self.path}`, then ask again."
 
 
 @dataclass(frozen=True)

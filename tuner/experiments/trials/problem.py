@@ -37,7 +37,7 @@ class TrialProblem(Evaluator):
     def __init__(self, study: TrialStudy, record: TrialRecord, answer: Answerer | None = None) -> None:
         super().__init__(study.space, study.objectives, study.constraints)
         self._study, self._record, self._answer = study, record, answer
-        self._names = {study.default_row.tobytes(): "default"}
+        self._names: dict[bytes, str] = {}
         self._tried = 0
 
     def scored(
@@ -82,7 +82,7 @@ class TrialProblem(Evaluator):
 
     def trial(self, row: Array, stream: str, scenario: int) -> Trial:
         """Return the trial of a row of variables (g,) in a scenario of a stream."""
-        candidate, name = self._names[row.tobytes()], f"{stream}-{scenario:03d}"
+        candidate, name = self._name(row, stream), f"{stream}-{scenario:03d}"
         return Trial(
             id=f"{candidate}-{name}",
             candidate=candidate,
@@ -90,6 +90,11 @@ class TrialProblem(Evaluator):
             seed=self._study.trial_seed(stream, scenario),
             variables=dict(zip(self._study.names, row.tolist(), strict=True)),
         )
+
+    def _name(self, row: Array, stream: str) -> str:
+        """Return the name of a candidate: its number, and "default" for that wherever the finalists are compared with it."""
+        known = row.tobytes()
+        return "default" if stream != SEARCH and known == self._study.default_row.tobytes() else self._names[known]
 
     def _named(self, gains: Array, batch: FlightBatch, first: int) -> Array:
         """Return the rows, every one with a name: of candidates, which the search asks for in order, their numbers."""

@@ -1,7 +1,7 @@
 """A program that makes trials: it reads a line of JSON for each on its standard input and prints a line with what it gave.
 
 One trial at a time. A program that ends or that does not answer in time costs the trial that it was at, which counts as failed,
-and is started anew for the next one; one that never answered anything stops the run. What it prints on standard error goes to ours.
+and is started anew for the next one; one that never answered anything stops the run. Its standard error is ours.
 """
 
 import os

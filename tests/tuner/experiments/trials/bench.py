@@ -5,6 +5,7 @@ from pathlib import Path
 
 from tuner.experiments.trials.asking import ask, tell
 from tuner.study.kinds import load_any
+from tuner.study.trials import TrialStudy
 
 TITLE = 'title = "Two bowls"\nseed = 7\n'
 BOWLS = """
@@ -52,7 +53,9 @@ def bowls(folder: Path, changes=None, text=TITLE + BOWLS):
     """Return the study, written into a folder as bowls.toml."""
     file = folder / "bowls.toml"
     file.write_text(text)
-    return load_any(file, changes or {})
+    study = load_any(file, changes or {})
+    assert isinstance(study, TrialStudy)
+    return study
 
 
 def made(trial):

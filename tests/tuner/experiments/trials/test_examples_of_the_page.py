@@ -46,7 +46,7 @@ def test_gymnasiums_pendulum_is_tuned(tmp_path, undrawn_page):
     # A pendulum that is let go falls: of the widest ranges some laws lose it, and no lost one is recommended.
     assert results.document.compared[-1].tuned.value == 0.0
     told = TrialRecord(out).told
-    assert told["default-search-000"].metrics != told["default-search-001"].metrics
+    assert told["p0000-search-000"].metrics != told["p0000-search-001"].metrics
 
 
 def test_rotorpys_own_law_makes_trials_that_the_seed_alone_decides(tmp_path):
@@ -68,7 +68,7 @@ def test_the_commands_print_trials_take_answers_and_say_what_comes_next(tmp_path
     code, said, told = called("ask", study, "--out", out, "--count", 3)
     assert code == 0
     assert [json.loads(entry)["id"] for entry in said.splitlines()] == [
-        "default-search-000", "default-search-001", "p0001-search-000",
+        "p0000-search-000", "p0000-search-001", "p0001-search-000",
     ]  # fmt: skip
     assert told == f"16 trials to be made; tell what they gave with `tuner tell {out}`, then ask again.\n"
     assert called("ask", study, "--out", out, "--count", 3)[1] == said

@@ -32,7 +32,7 @@ def refusal(out, given):
     return text
 
 
-ID = "default-search-000"
+ID = "p0000-search-000"
 WRONG = [
     ({"id": ID}, "has no metrics; tell"),
     ({"metrics": {"left": 1.0, "right": 1.0}}, "has no id"),
