@@ -4,17 +4,13 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from plant.errors import StoreError
+from plant.errors import HeldError, StoreError
 
 fcntl = None
 with suppress(ImportError):
     import fcntl
 
 NAME = ".lock"
-
-
-class HeldError(StoreError):
-    """A folder that another process is writing."""
 
 
 class Lock:

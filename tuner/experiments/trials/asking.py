@@ -6,7 +6,7 @@ from pathlib import Path
 from time import perf_counter, sleep
 from typing import IO
 
-from plant.errors import InputError, StoreError
+from plant.errors import HeldError, InputError, StoreError
 from tuner.experiments.experiment import default_folder
 from tuner.experiments.trials.answers import LONGEST_LINE, Answers
 from tuner.experiments.trials.problem import UnansweredError
@@ -15,7 +15,6 @@ from tuner.search.watcher import Watcher
 from tuner.store.advice import RECORD, TRIALS
 from tuner.store.folder import Folder
 from tuner.store.inputs import RunRecord, compute_as_recorded, read_record
-from tuner.store.lock import HeldError
 from tuner.store.manifest import FILE as MANIFEST
 from tuner.store.manifest import read_manifest
 from tuner.store.trials import Trial, TrialRecord, line_of
