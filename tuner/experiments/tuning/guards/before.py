@@ -13,10 +13,10 @@ from plant.nominal import yaw_lead
 from plant.scenarios import HELD_OUT, SEARCH
 from tuner.analysis.judging.judge import differences
 from tuner.gains import read_gains
-from tuner.study.study import Study, TuningStudy
+from tuner.study.study import SearchedStudy, Study
 
 
-def few_scenarios(study: TuningStudy) -> list[str]:
+def few_scenarios(study: SearchedStudy) -> list[str]:
     """Warn of risks that ask more of the scenarios than there are.
 
     A search that flies few scenarios first does so on purpose: its values only say what goes on to the held-out check.
@@ -31,7 +31,7 @@ def few_scenarios(study: TuningStudy) -> list[str]:
     ]
 
 
-def _count(study: TuningStudy, objective: Objective, stream: str) -> int:
+def _count(study: SearchedStudy, objective: Objective, stream: str) -> int:
     seen = [entry for entry in study.scenarios if objective.scenario in (None, entry.spec.name)]
     return sum(entry.search if stream == SEARCH else entry.held_out for entry in seen)
 
