@@ -5,9 +5,9 @@ improved SIMC rules", J. Process Control 70, 2018: the least J = 0.5 (IAE_load/I
 where the starred errors are the least that a PI controller reaches for one of the two steps alone at Ms = 1.59.
 
 The optimum is recomputed here for the loop as it is sampled, from its transfer functions alone: responses by a recursion, Ms on a
-frequency grid, a bisection that puts Ms on its limit, and a local optimiser over the ratios of the gains. The period of a
-thirty-second of the dead time is worth half a period of delay; the column J(0) is what the optimum tends
-to without sampling, by Richardson from half the period.
+frequency grid, a bisection for the largest gains of a ratio that Ms allows, and a local optimiser over the ratios. A period of a
+thirty-second of the dead time adds half a period of delay; the column J(0) is what the optimum tends to without sampling, by
+Richardson's extrapolation from half the period.
 """
 
 from collections.abc import Callable
@@ -34,6 +34,10 @@ PERIODS, DURATION = 32, 60.0
 """Control periods of a dead time of 1 s, and length of a flight [s]."""
 RATIOS, PEAKS = (0.1, 1.0, 10.0), (1.4, 1.59, 2.0)
 """Dead time over lag, and limits on Ms."""
+
+
+POPULATION, GENERATIONS = 48, 60
+"""Of our search."""
 
 
 class Loop(NamedTuple):
@@ -67,7 +71,8 @@ class Loop(NamedTuple):
         # The load comes behind the dead time, as in a flight; it only shifts the response.
         load = lfilter(np.convolve(n[self.periods :], e), closed, step)
         output = lfilter(np.convolve(d, e), closed, step)
-        return tuple(float(np.sum(np.abs(y), axis=0)) / self.periods for y in (load, output))
+        of_load, of_output = (float(np.sum(np.abs(y), axis=0)) / self.periods for y in (load, output))
+        return of_load, of_output
 
 
 @cache
@@ -97,15 +102,17 @@ def least(loop: Loop, peak: float, derivative: bool, cost: Callable[[float, floa
 
     def gains(x: Array) -> Array | None:
         shape = scale * np.array([1.0, np.exp(x[0]), np.exp(x[1]) if derivative else 0.0])
-        return largest(loop, shape, peak)
+        most = largest(loop, shape, peak)
+        # The last variable leaves Ms below its limit, where that is better.
+        return None if most is None else np.exp(-(x[-1] ** 2)) * most
 
     def value(x: Array) -> float:
         at = gains(x)
         return 1e6 if at is None else min(cost(*loop.errors(at)), 1e6)
 
     times = (0.3, 1.0, 3.0)
-    starts = [[-np.log(t), np.log(0.3)] if derivative else [-np.log(t)] for t in times]
-    options = {"xatol": 1e-5, "fatol": 1e-9, "maxiter": 400}
+    starts = [[-np.log(t), *([np.log(0.3)] if derivative else []), 0.2] for t in times]
+    options = {"xatol": 1e-5, "fatol": 1e-9, "maxiter": 600}
     found = min(
         (minimize(value, start, method="Nelder-Mead", options=options) for start in starts), key=lambda f: f.fun
     )
@@ -154,7 +161,7 @@ def study_of(lag: float, peak: float, derivative: bool):  # noqa: ANN201
         "gains": gains, "scenario": scenarios,
         "objective": [{"metric": "iae.level", "scenario": each["name"]} for each in scenarios],
         "margin": [{"quantity": "ms", "max": peak}],
-        "search": {"algorithm": "nsga2", "population": 32, "generations": 30},
+        "search": {"algorithm": "nsga2", "population": POPULATION, "generations": GENERATIONS},
     }  # fmt: skip
     return make_study(tables, "dead_time", STUDIES)
 
@@ -165,9 +172,9 @@ def front_of(lag: float, peak: float, derivative: bool) -> tuple[Array, Array]:
     problem = Problem(study.system, study.space, study.objectives, study.constraints, study.seed, 1, study.screens)
     flown = tuple(FlightBatch(batch.spec, SEARCH, 1) for batch in study.scenarios)
     draw = generator(study.seed, "search/initial", 0)
-    first = first_generation(np.full((1, len(study.space.variables)), 0.5), 32, draw)
+    first = first_generation(np.full((1, len(study.space.variables)), 0.5), POPULATION, draw)
     search = SEARCHES["nsga2"](first, 2, len(study.constraints) + len(study.requirements), 1)
-    done = list(search_generations(search, lambda points: problem.evaluate(points, flown), Budget(30)))
+    done = list(search_generations(search, lambda points: problem.evaluate(points, flown), Budget(GENERATIONS)))
     found = archive(done)
     front = found.front()
     return found.values[front], study.space.gains(found.points[front])

@@ -47,14 +47,13 @@ class Registry(dict[str, T]):
         name = self._name_of(entry)
         earlier: Any = self.get(name)
         if earlier is not None and earlier.origin is None:
-            raise InputError(
-                f"'{name}' is a {self.kind} of holdfast itself; give yours another name", file=origin.place
-            )
+            message = f"'{name}' is a {self.kind} of holdfast itself; give yours another name"
+            raise InputError(message, file=origin.place, key=self.kind)
         if earlier is not None and earlier.origin == origin:
             return earlier
         if earlier is not None and earlier.origin.place != origin.place:
             message = f"'{name}' is the {self.kind} of {earlier.origin.place} already; give one of them another name"
-            raise InputError(message, file=origin.place)
+            raise InputError(message, file=origin.place, key=self.kind)
         self[name] = with_origin(entry, origin)
         return self[name]
 

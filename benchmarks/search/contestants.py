@@ -16,10 +16,10 @@ BLIND = "margins: told for no flight, and uses nothing that it is told"
 class Contestant:
     """A search, its budget and what it knows.
 
-    overrides: of the study; peer: the search, where it is of another package. first: candidates of the common start that are its
-    first batch; batch: later ones, of a peer. most_flights, most_seconds: after which it is stopped, the latter of a processor.
-    objectives: fewest and most that it takes. family: of its line in the figure; "reference" is a long run, which only serves to
-    find the best known.
+    overrides: of the study; peer: the search, where it is of another package. first: candidates of the common start that are the
+    first batch of a peer; batch: later ones. A search of the tool takes the generations of its study. most_flights, most_seconds:
+    after which it is stopped, the latter of a processor. objectives: fewest and most that it takes. family: of its line in the
+    figure; "reference" is a long run, which only serves to find the best known.
     """
 
     knows: str
@@ -40,7 +40,7 @@ class Contestant:
 def own(algorithm: str, population: int, scenarios: int, knows: str, family: Any = "tool", **more: Any) -> Contestant:
     """Return a search of the tool without races."""
     search = {"algorithm": algorithm, "population": population, "generations": 1000, "racing": False}
-    return Contestant(knows, family, {"search": search, "scenario.0.search": scenarios}, first=population, **more)
+    return Contestant(knows, family, {"search": search, "scenario.0.search": scenarios}, **more)
 
 
 def other(name: str, knows: str = TOLD, **more: Any) -> Contestant:
@@ -48,28 +48,31 @@ def other(name: str, knows: str = TOLD, **more: Any) -> Contestant:
     return Contestant(knows, "peer", {"scenario.0.search": 4}, PEERS[name], **more)
 
 
-# The search of a study whose [search] is empty, and the same with more candidates.
-DEFAULT, MORE = {"search": {"algorithm": "auto"}}, {"search": {"algorithm": "auto", "generations": 60}}
+# The search of a study whose [search] is empty; the same where every candidate makes 4 flights and what survives 8; and longer.
+DEFAULT = {"search": {"algorithm": "auto"}}
+FOUR_FIRST = {"search": {"algorithm": "auto", "population": 16, "generations": 15, "first": 4}}
+MORE = {"search": {**FOUR_FIRST["search"], "generations": 60}}
 TODAYS = {
     "search": {"algorithm": "nsga2", "population": 32, "generations": 1000, "racing": True},
     "scenario.0.search": 32,
 }
 CONTESTANTS = {
-    AUTO: Contestant(ASKS, "tool", DEFAULT, first=16),
-    "auto, 960 candidates": Contestant(ASKS, "tool", MORE, first=16, most_seconds=60.0),
+    AUTO: Contestant(ASKS, "tool", DEFAULT),
+    "auto, 4 flights first": Contestant(ASKS, "tool", FOUR_FIRST),
+    "auto, 960 candidates": Contestant(ASKS, "tool", MORE, most_seconds=60.0),
     "gaussian_process": own("gaussian_process", 8, 4, ASKS),
     "nsga2": own("nsga2", 32, 4, TOLD),
     "nsga3": own("nsga3", 32, 4, TOLD, objectives=(2, 9)),
     "cmaes": own("cmaes", 12, 4, TOLD, objectives=(1, 1)),
     TODAY: Contestant(TOLD, "tool", TODAYS, most_flights=11_000),
-    "Optuna TPE": other("Optuna TPE", first=8, batch=1, most_seconds=20.0),
+    "Optuna TPE": other("Optuna TPE", first=8, batch=1, most_seconds=40.0),
     "Optuna NSGA-II": other("Optuna NSGA-II"),
     "Optuna GP": other("Optuna GP", first=8, batch=1, most_flights=COSTLY, most_seconds=40.0),
     "pymoo NSGA-II": other("pymoo NSGA-II"),
     "pymoo AGE-MOEA2": other("pymoo AGE-MOEA2", objectives=(2, 9)),
     "BoTorch qLogNEHVI, qLogEI": other(
         "BoTorch", "margins: asks before it proposes; reference point: given", first=8, batch=8, most_flights=COSTLY,
-        most_seconds=60.0,
+        most_seconds=200.0,
     ),
     "random": own("random", 32, 4, BLIND, "baseline", most_seconds=8.0),
     "sobol": own("sobol", 32, 4, BLIND, "baseline", most_seconds=8.0),

@@ -86,7 +86,7 @@ def raced(contestant: Contestant, course: Course, envs: Path) -> Run:
     problem = course.problem(study)
     if contestant.peer is None:
         gaussian_process.warm_up()
-        return judged(tool_steps(problem, study, course.start[: contestant.first]), course, contestant)
+        return judged(tool_steps(problem, study, course.start[: study.search.population]), course, contestant)
     limits = len(study.constraints) + len(study.requirements)
     start = Start(
         course.start[: contestant.first], contestant.batch, course.objectives, limits, course.seed, problem.excess

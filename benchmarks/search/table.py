@@ -202,10 +202,11 @@ def _knowledge(runs: Runs) -> str:
         "| search | first batch, later ones | flights a candidate | at most | knows |", "|---|---:|---:|---:|---|",
     ]  # fmt: skip
     for name, entry in CONTESTANTS.items():
-        later = entry.batch if entry.peer else entry.first
+        own = entry.overrides.get("search", {}).get("population", "the study's")
+        batch = f"{entry.first}, {entry.batch}" if entry.peer else own
         each = entry.overrides.get("scenario.0.search", "the study's")
         most = f"{entry.most_flights:,} flights or {entry.most_seconds:g} s"
-        lines.append(f"| {name} | {entry.first}, {later} | {each} | {most} | {entry.knows} |")
+        lines.append(f"| {name} | {batch} | {each} | {most} | {entry.knows} |")
     early: dict[str, dict[str, int]] = {}
     for run in runs:
         if run["stopped"]:

@@ -149,7 +149,7 @@ class LoopPlan:
 
     def acting_on(self, actuator: str) -> tuple[Channel, ...]:
         """Return the channels whose commands add up to an input."""
-        return tuple(channel for channel in self.channels if channel.to == actuator)
+        return tuple(channel for channel in self.channels if channel.to == actuator and not self.cascades(channel))
 
 
 def plan_loop(plant: PlantModel, channels: Sequence[Channel], actuators: Sequence[Actuator] = ()) -> LoopPlan:
@@ -212,8 +212,7 @@ def _outer_first(channels: Sequence[Channel]) -> Iterator[Channel]:
     """Yield channels so that each stands before the one it commands; InputError for a ring, which no order can decide."""
     left = list(channels)
     names = [channel.name for channel in channels]
-    own = [channel.name for channel in channels if channel.to == channel.name]
-    commanded = [channel.to for channel in channels if channel.to in names and channel.to not in own]
+    commanded = [channel.to for channel in channels if channel.to in names and channel.to != channel.name]
     twice = next((name for i, name in enumerate(commanded) if name in commanded[:i]), None)
     if twice is not None:
         raise InputError("given two channels that command its set point; allowed: one", key=f"{twice}.to")

@@ -7,13 +7,14 @@ forming filter that is sampled exactly (`plant.air.linear_process`), drawn anew 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from dataclasses import dataclass, fields
+from functools import cache
 from math import isfinite, pi
 from typing import Any, ClassVar
 
 import numpy as np
 
 from plant.air.dryden import transverse
-from plant.air.linear_process import LinearProcess, discretise, gauss_markov, sample
+from plant.air.linear_process import LinearProcess, SampledProcess, discretise, gauss_markov, sample
 from plant.errors import InputError, UnknownNameError
 
 Array = np.ndarray
@@ -150,10 +151,16 @@ class Noise(Signal):
 
     def values(self, t: Array, draw: np.random.Generator) -> Array:
         """Draw the signal; noise has no rate."""
-        sampled = discretise(self.process, float(t[1] - t[0]) if len(t) > 1 else 1.0)
+        sampled = _sampled(self, float(t[1] - t[0]) if len(t) > 1 else 1.0)
         normals = draw.standard_normal((len(t), len(sampled.transition)))
         drawn = self.rms * sample(sampled, normals)[:, 0]
         return np.stack([drawn, np.zeros(len(t)), np.zeros(len(t))])
+
+
+@cache
+def _sampled(noise: Noise, step: float) -> SampledProcess:
+    """Return the forming filter at a step [s]; worked out once, for it takes longer than the noise of a flight."""
+    return discretise(noise.process, step)
 
 
 @dataclass(frozen=True)

@@ -2,7 +2,7 @@
 
 from typing import NamedTuple
 
-from tuner.search.names import ALGORITHMS
+from tuner.search.names import Sizes
 
 MODEL = "gaussian_process"
 # What a model was measured to be ahead for; beyond it the time of its own outgrows that of the flights it saves.
@@ -44,7 +44,6 @@ def _counted(count: int, noun: str) -> str:
     return f"{count} {noun}{'' if count == 1 else 's'}"
 
 
-def candidates_of(algorithm: str, population: int | None, generations: int | None) -> int:
-    """Return how many candidates a search tries; None: its own number."""
-    usual = ALGORITHMS[algorithm]
+def candidates_of(usual: Sizes, population: int | None, generations: int | None) -> int:
+    """Return how many candidates a search tries; None: its usual number."""
     return (population or usual.population) * (generations or usual.generations)

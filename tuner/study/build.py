@@ -40,7 +40,7 @@ from tuner.study.schema import (
     ScenarioTable,
     StudyTable,
 )
-from tuner.study.search_reading import search_of
+from tuner.study.search_reading import least_tail, search_of
 from tuner.study.size import ScenarioSize, check_size, flight_steps
 from tuner.study.study import Study, StudyScenario
 from tuner.study.trim import check_trim
@@ -112,7 +112,8 @@ def _build(path: Path, table: StudyTable) -> Study:
         screens = _screens(table, path, system, tuple(specs))
         with located(path, "search"):
             most = max(entry.search for entry in scenarios)
-            search = search_of(table.search, len(space.variables), len(objectives), most)
+            tail = least_tail(objectives, len(scenarios))
+            search = search_of(table.search, len(space.variables), len(objectives), most, tail)
             flown = [
                 ScenarioSize(flight_steps(entry.spec, timing), entry.search, entry.held_out) for entry in scenarios
             ]

@@ -18,7 +18,7 @@ from plant.contract.law_contract import check_law
 from plant.contract.plant_contract import breaches as plant_breaches
 from plant.contract.reference_contract import breaches as reference_breaches
 from plant.contract.reference_contract import check_reference
-from plant.errors import InputError
+from plant.errors import InputError, UnnamedCodeError
 from plant.laws import LAWS, Law
 from plant.model.plant_model import PlantModel, plant_from
 from plant.own_code import OwnCode, in_results_folder, run_own_code
@@ -134,7 +134,21 @@ def use_files_of(study: Path, tables: Mapping[str, OwnCodeTable | None]) -> None
     for kind in OWN_KINDS:
         table = tables.get(kind.noun)
         for name in [] if table is None else table.files:
-            _take(run_own_code(study.parent / name, recorded), (kind,))
+            _take(_code_beside(study, name, kind.noun, recorded), (kind,))
+
+
+def _code_beside(study: Path, name: str, noun: str, recorded: bool) -> OwnCode:
+    """Run a file that a study names; one that is not there is a mistake of the study."""
+    file = study.parent / name
+    try:
+        return run_own_code(file, recorded)
+    except UnnamedCodeError:
+        raise
+    except InputError as error:
+        if error.file != str(file):
+            raise
+        message = f"{file}: {error.message}; the path is relative to the study file"
+        raise InputError(message, key=f"{noun}.file") from error.__cause__
 
 
 @dataclass(frozen=True)
@@ -174,9 +188,13 @@ def _kind_of(code: OwnCode, kinds: tuple[OwnKind, ...]) -> OwnKind:
     found = [kind for kind in kinds if kind.name in code.names]
     wanted = " or ".join(kind.name for kind in kinds)
     if not found:
-        raise InputError(f"defines no {wanted}; write {kinds[0].name} = ... at its end", file=code.file)
+        raise InputError(
+            f"defines no {wanted}; write {kinds[0].name} = ... at its end", file=code.file, key=kinds[0].name
+        )
     if len(found) > 1:
         raise InputError(
-            f"defines {' and '.join(kind.name for kind in found)}; put each into a file of its own", file=code.file
+            f"defines {' and '.join(kind.name for kind in found)}; put each into a file of its own",
+            file=code.file,
+            key=found[0].name,
         )
     return found[0]

@@ -35,7 +35,7 @@ from tuner.study.own_code import use_files_of
 from tuner.study.plant_schema import ChannelTable, PlantGainTable, PlantScenarioTable, PlantStudyTable, PlantTable
 from tuner.study.reading import put
 from tuner.study.schema import MarginTable
-from tuner.study.search_reading import search_of
+from tuner.study.search_reading import least_tail, search_of
 from tuner.study.size import ScenarioSize, check_size
 from tuner.study.study import StudyScenario, TuningStudy
 from tuner.text.input_errors import located
@@ -136,9 +136,9 @@ def build_plant_study(path: Path, table: PlantStudyTable, plant: PlantModel | No
         margins = tuple(listed("margin", path, table.margin, lambda entry: _margin(entry, system)))
         unique("margin", [entry.label for entry in margins])
         with located(path, "search"):
-            search = search_of(
-                table.search, len(space.variables), len(objectives), max(entry.search for entry in scenarios)
-            )
+            most = max(entry.search for entry in scenarios)
+            tail = least_tail(objectives, len(scenarios))
+            search = search_of(table.search, len(space.variables), len(objectives), most, tail)
             sizes = [
                 ScenarioSize(entry.spec.duration / timing.plant_step, entry.search, entry.held_out)
                 for entry in scenarios

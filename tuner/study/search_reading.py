@@ -1,5 +1,9 @@
 """From a [search] table to the search that runs, of studies and of inferences alike."""
 
+from collections.abc import Sequence
+
+from objectives.problem import Objective
+from objectives.risk import RISKS
 from plant.errors import InputError, UnknownNameError
 from tuner.search.automatic import MODEL, automatic, candidates_of
 from tuner.search.names import ALGORITHMS, AUTOMATIC, STARTS, STOPS, check_algorithm
@@ -9,16 +13,18 @@ from tuner.study.study import SearchSpec
 SMALLEST_POPULATION = 8
 
 
-def search_of(table: SearchTable, gains: int, objectives: int, flights: int) -> SearchSpec:
-    """Return the search for so many gains and objectives; flights: most of a candidate in one scenario.
+def search_of(table: SearchTable, gains: int, objectives: int, flights: int, tail: float = 1.0) -> SearchSpec:
+    """Return the search for so many gains and objectives; flights: most of a candidate in one scenario; tail: see `least_tail`.
 
     Raises InputError with the key inside [search].
     """
-    choice = automatic(gains, objectives, candidates_of(MODEL, table.population, table.generations))
+    choice = automatic(
+        gains, objectives, candidates_of(ALGORITHMS[MODEL].sizes(tail), table.population, table.generations)
+    )
     named = table.algorithm != AUTOMATIC
     algorithm = table.algorithm if named else choice.algorithm
     check_algorithm(algorithm, objectives)
-    usual = ALGORITHMS[algorithm]
+    usual = ALGORITHMS[algorithm].sizes(tail)
     population = usual.population if table.population is None else table.population
     smallest = max(SMALLEST_POPULATION, objectives + objectives % 2)
     if population < smallest or population % 2:
@@ -32,9 +38,20 @@ def search_of(table: SearchTable, gains: int, objectives: int, flights: int) -> 
         raise UnknownNameError("end of a search", table.stop, STOPS, key="stop")
     first = usual.first if table.first is None else table.first
     staged = first is not None and first < flights
-    races = table.racing and not staged and not usual.screens
+    races = table.racing and not staged and not ALGORITHMS[algorithm].screens
     return SearchSpec(
         algorithm, population, table.generations or usual.generations, tuple(table.initial),
         racing=races, first=first if staged else None, stop=table.stop,
         why="as the study asks" if algorithm != choice.algorithm else choice.why,
     )  # fmt: skip
+
+
+def least_tail(objectives: Sequence[Objective], scenarios: int) -> float:
+    """Return how many flights decide an objective for each flight of a scenario, the least of all objectives.
+
+    1 for the mean over a scenario, the share of its tail for a CVaR; more where flights of several scenarios are pooled.
+    """
+    return min(
+        RISKS[entry.risk.name].tail(entry.risk.level or 0.0) * (scenarios if entry.scenario is None else 1)
+        for entry in objectives
+    )

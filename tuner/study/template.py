@@ -113,9 +113,9 @@ max = 2
 
 [search]                        # `tuner list searches`; "auto" chooses by the numbers of gains, objectives and candidates
 # algorithm = "auto"
-# population = 16               # candidates of a generation; these are the sizes of a search by a model
-# generations = 15
-# first = 4                     # flights of each scenario that every candidate makes; what survives them makes the others
+# population = 8                # candidates of a generation; these are the sizes of a search by a model
+# generations = 17
+# first = 8                     # flights of each scenario that every candidate makes; what survives them makes the others
 
 [pick]
 rule = "knee"                   # knee, closest, min:METRIC, or weights with weights = { "itae.position" = 2, travel = 1 }

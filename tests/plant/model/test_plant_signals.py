@@ -1,5 +1,7 @@
 """Noise of forming filters against the spectra that define it: variance, correlation and power, within what chance allows."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 from scipy.signal import welch
@@ -8,14 +10,15 @@ from scipy.stats import chi2
 from plant.errors import InputError, UnknownNameError
 from plant.model.signals import SIGNALS, Coloured, Ramp, Sine, Step, VerticalGust, signal_from
 
-STEP, SAMPLES, FLIGHTS = 0.05, 400, 3000
+STEP, SAMPLES, FLIGHTS = 0.05, 400, 1000
 # Gusts of 2 m/s with a scale of 50 m at 25 m/s: 2 s of correlation.
 GUST = VerticalGust(2.0, 50.0, 25.0)
 COLOURED = Coloured(0.3, 0.4)
-T = STEP * np.arange(SAMPLES)
 
 
-def drawn(signal, flights=FLIGHTS, times=T):
+@cache
+def drawn(signal, flights=FLIGHTS, step=STEP, samples=SAMPLES):
+    times = step * np.arange(samples)
     return np.array([signal.values(times, np.random.default_rng([5, i]))[0] for i in range(flights)])
 
 
@@ -60,8 +63,7 @@ def power(signal, w):
 @pytest.mark.parametrize("signal", [GUST, COLOURED], ids=lambda s: s.kind)
 def test_spectrum(signal):
     """Power of 200 flights, each a Hann window of its own, against the sampled spectrum: the continuous one with its aliases."""
-    times = STEP * np.arange(2048)
-    values = drawn(signal, 200, times)
+    values = drawn(signal, 200, STEP, 2048)
     f, found = welch(values, 1.0 / STEP, window="hann", nperseg=2048, detrend=False)
     found = np.mean(found, axis=0) / 2.0
     aliases = sum(power(signal, 2.0 * np.pi * (f + m / STEP)) for m in range(-400, 401))
@@ -87,9 +89,8 @@ def test_a_gust_is_the_transfer_function_of_the_specification():
 @pytest.mark.parametrize("step", [0.001, 0.5])
 def test_noise_does_not_depend_on_the_step(step):
     """The variance is that of the filter whatever the period; a sampled filter of the wrong gain would tell."""
-    times = step * np.arange(200)
     low, high = share(FLIGHTS)
-    assert low < np.mean(drawn(GUST, FLIGHTS, times)[:, -1] ** 2, axis=0) / 4.0 < high
+    assert low < np.mean(drawn(GUST, FLIGHTS, step, 200)[:, -1] ** 2, axis=0) / 4.0 < high
 
 
 @pytest.mark.parametrize("signal", [Ramp(2.0, 0.5, 1.5), Sine(0.7, 0.4)])

@@ -106,7 +106,7 @@ def test_run_fly_report_one_after_the_other(tmp_path, tuner):
 
 def test_bad_input_is_one_line_on_stderr(tmp_path, tuner):
     broken = tmp_path / "broken.toml"
-    broken.write_text(QUICKSTART.read_text().replace("population = 16", "populaton = 16"))
+    broken.write_text(QUICKSTART.read_text().replace("population = 8", "populaton = 8"))
     message = refused(tuner("run", broken, "--out", tmp_path / "never"))
     assert message.count("\n") == 1
     assert "search.populaton" in message and "did you mean 'population'" in message and str(broken) in message

@@ -34,5 +34,4 @@ def test_what_the_library_returns_has_a_printer():
                 if issubclass(value, DocumentPart):
                     continue
                 kinds.add(name)
-    # Of trials that another program makes `tuner ask` says one line, for its output is read by programs.
     assert kinds - {"Results"} <= set(answer.PRINTERS)

@@ -1,12 +1,15 @@
 """The search that a study gets which names none: by its numbers of gains, objectives and candidates."""
 
+from dataclasses import replace
+
 import pytest
 
-from tests.tuner.study.study_text import changed, write
+from tests.tuner.study.study_text import STUDY, changed, write
 from tuner.search.automatic import MOST_CANDIDATES, MOST_GAINS, MOST_OBJECTIVES, automatic
 from tuner.search.names import ALGORITHMS
 from tuner.store.inputs import RunRecord, as_recorded
 from tuner.study import load_study
+from tuner.study.search_reading import least_tail
 
 FEW = (MOST_GAINS, MOST_OBJECTIVES, MOST_CANDIDATES)
 
@@ -42,13 +45,39 @@ def loaded(tmp_path, search, flights=4):
     return load_study(write(tmp_path, text)).search
 
 
-def test_a_study_that_leaves_it_open_gets_the_sizes_of_its_search(tmp_path):
-    search, usual = loaded(tmp_path, "", flights=32), ALGORITHMS["gaussian_process"]
-    assert (search.algorithm, search.population, search.generations) == (
-        "gaussian_process", usual.population, usual.generations,
-    )  # fmt: skip
-    assert search.first == usual.first and not search.racing
-    assert f"{usual.population * usual.generations} candidates are few enough" in search.text
+# An objective of the study's, the sizes that its search gets, and the flights that decide it then, of a mean all of them.
+@pytest.mark.parametrize(
+    ("risk", "tailed", "in_tail"),
+    [
+        ('risk = "mean"', False, 4), ('risk = "cvar"\nlevel = 0.5', False, 2), ('risk = "quantile"\nlevel = 0.5', False, 2),
+        ('risk = "cvar"\nlevel = 0.8', True, 1.6), ('risk = "cvar"\nlevel = 0.9', True, 0.8), ('risk = "worst"', True, 0.7),
+    ],
+)  # fmt: skip
+def test_a_study_that_leaves_it_open_gets_the_sizes_of_its_search(tmp_path, risk, tailed, in_tail):
+    text = changed("population = 8\ngenerations = 2", "", changed("search = 4", "search = 32"))
+    study = load_study(write(tmp_path, text.replace('risk = "cvar"\nlevel = 0.9', risk, 1)))
+    search, model = study.search, ALGORITHMS["gaussian_process"]
+    usual = model.tailed if tailed else model.usual
+    assert search.algorithm == "gaussian_process" and not search.racing
+    assert (search.population, search.generations, search.first) == usual
+    assert least_tail(study.objectives, 1) * search.first == pytest.approx(in_tail, rel=0.05)
+    assert f"{search.candidates} candidates are few enough" in search.text
+
+
+def test_pooled_scenarios_fill_a_tail(tmp_path):
+    objectives = load_study(write(tmp_path, STUDY)).objectives
+    alone, pooled = least_tail(objectives, 1), least_tail(objectives, 3)
+    assert pooled == pytest.approx(3.0 * alone)
+    named = [replace(entry, scenario="calm") for entry in objectives]
+    assert least_tail(named, 3) == alone
+
+
+def test_whatever_the_tail_a_search_makes_as_many_flights():
+    # With the 48 survivors that make the other 4 of 8 flights.
+    model = ALGORITHMS["gaussian_process"]
+    usual, tailed = model.usual, model.tailed
+    assert usual.population * usual.generations * usual.first + 48 * 4 == 1088
+    assert tailed.population * tailed.generations * tailed.first == 1088
 
 
 def test_a_large_population_gets_an_evolution_that_races(tmp_path):
@@ -74,7 +103,7 @@ def test_few_flights_first(tmp_path, search, flights, first):
 def test_the_content_of_a_study_names_what_was_chosen(tmp_path):
     text = changed("population = 8\ngenerations = 2", "", changed("search = 4", "search = 32"))
     study = load_study(write(tmp_path, text))
-    assert study.content["search"] == {"algorithm": "gaussian_process", "population": 16, "generations": 15, "first": 4}
+    assert study.content["search"] == {"algorithm": "gaussian_process", "population": 8, "generations": 17, "first": 8}
     assert study.resolved()["search"]["why"] == study.search.why
 
 

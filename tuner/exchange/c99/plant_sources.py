@@ -82,7 +82,7 @@ def tuned_plant(system: PlantSystem, gains: Sequence[float]) -> TunedPlant:
         if not isfinite(value):
             raise InputError(f"given {value}; a gain must be finite", key=address)
     outputs = system.plant.Output.__annotations__
-    read = {name for each in system.plan.channels for name in (each.output, each.rate_output)}
+    read = {name for each in system.plan.channels for name in (each.output, each.rate_output) if name}
     Measured = record_type("Measured", {name: part for name, part in outputs.items() if name in read})
     setpoints = {each.name: _setpoint(each.name, unit_of(outputs[each.output])) for each in system.plan.outer}
     for name in (*system.plan.names, *Measured._fields, *system.plant.Input._fields):

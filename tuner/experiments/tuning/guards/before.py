@@ -13,15 +13,18 @@ from plant.nominal import yaw_lead
 from plant.scenarios import HELD_OUT, SEARCH
 from tuner.analysis.judging.judge import differences
 from tuner.gains import read_gains
+from tuner.search.names import ALGORITHMS
 from tuner.study.study import SearchedStudy, Study
 
 
 def few_scenarios(study: SearchedStudy) -> list[str]:
     """Warn of risks that ask more of the scenarios than there are.
 
-    A search that flies few scenarios first does so on purpose: its values only say what goes on to the held-out check.
+    A search that flies few scenarios does so on purpose, be it a model's or one that flies few first: its values only say what
+    goes on to the held-out check.
     """
-    streams = (SEARCH, HELD_OUT) if study.search.first is None else (HELD_OUT,)
+    few = study.search.first is not None or ALGORITHMS[study.search.algorithm].usual.first is not None
+    streams = (HELD_OUT,) if few else (SEARCH, HELD_OUT)
     return [
         f"{objective.label} rests on {have} {stream} scenarios; {need} would put five into its tail, so expect "
         f"its {stream} value to be optimistic."
