@@ -32,7 +32,7 @@ from tuner.study.layers import Layer
 from tuner.study.messages import translated
 from tuner.study.reading import put
 from tuner.study.schema import PickTable, SearchTable, StrictTable
-from tuner.study.search_reading import search_of
+from tuner.study.search_reading import least_tail, search_of
 from tuner.study.size import CHECKED, MOST_CANDIDATES, MOST_FLIGHTS, MOST_POPULATION
 from tuner.study.study import SearchSpec, VariableWords
 from tuner.text.input_errors import located
@@ -278,7 +278,8 @@ def _built(path: Path, table: TrialStudyTable) -> TrialStudy:
         if "design" in table.search.initial:
             message = 'given "design", which needs a model of the plant; write initial = ["default"]'
             raise InputError(message, key="initial")
-        search = search_of(table.search, len(space.variables), len(objectives), table.trials.search)
+        tail = least_tail(objectives, scenarios=1)
+        search = search_of(table.search, len(space.variables), len(objectives), table.trials.search, tail)
         _check_size(search, table.trials)
     with located(None, "pick"):
         labels = [objective.label for objective in objectives]
