@@ -1,5 +1,6 @@
 """The problem a search solves: points of the unit cube in, risks of metrics over scenarios out."""
 
+from abc import ABC, abstractmethod
 from collections import deque
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
@@ -28,7 +29,7 @@ from plant.closed_loop import Status
 from plant.scenarios import SEARCH, ScenarioSpec
 from plant.targets import Targets
 
-__all__ = ["Constraint", "Evaluation", "FlightBatch", "Objective", "Problem", "System", "seen_scores"]
+__all__ = ["Constraint", "Evaluation", "Evaluator", "FlightBatch", "Objective", "Problem", "System", "seen_scores"]
 
 # Scenarios drawn at once, and their control periods together; at 10 s and 250 Hz, 2500 periods, one takes 0.3 MB of wind and
 # noise, and laying a chunk out in lanes takes three times that for a moment.
@@ -147,44 +148,30 @@ def chunk_size(steps: int) -> int:
     return max(min(CHUNK, CHUNK_PERIODS // steps) // LANES * LANES, LANES)
 
 
-class Problem:
+class Evaluator(ABC):
     """Evaluates points of the unit cube: requirements, every candidate worth it through every scenario, metrics, risks.
 
-    batches: one for each scenario of the study. on_flights_done(n) is called as n more flights have ended or been spared.
-    fly_all: fly what breaks a hard requirement too; a mask (n,) says so for single candidates. memory: of flights already
-    flown; flights_made counts those that it did not know; spared(n) is called in place of on_flights_done, if set, for
-    flights that are known or not made at all.
-    engine: by which flights are made, by default this machine; flyer: of this machine. model: `objectives.memory.model_key` under
-    which the memory keeps flights, by default that of the sources at hand.
+    A subclass gives the scores, by flights of a system (`Problem`) or from elsewhere. spared(n) is called in place of
+    on_flights_done, if set, for flights that are known or not made at all. memory: of flights already flown; flights_made counts
+    those that it did not know. now: seconds, of which differences are noted as the time that an evaluation took.
     """
 
     spared: Callable[[int], None] | None = None
+    memory: FlightMemory | None = None
+    flights_made = 0
+    now: Callable[[], float] = staticmethod(perf_counter)
 
     def __init__(
         self,
-        system: System,
         space: DecisionSpace,
         objectives: tuple[Objective, ...],
         constraints: tuple[Constraint, ...],
-        root: int,
-        threads: int | None = None,
         screens: tuple[Screen, ...] = (),
-        memory: FlightMemory | None = None,
-        engine: Engine | None = None,
-        model: str | None = None,
     ) -> None:
-        self.system = system
         self.space = space
         self.objectives = objectives
         self.constraints = constraints
         self.screens = screens
-        self.flyer = Flyer(system.loop, system.limits, system.timing, threads)
-        self.memory = memory
-        self.flights_made = 0
-        self._root = root
-        self._model = model
-        self.engine = engine or LocalEngine(system, root, self.flyer)
-        self._known_targets: dict[ScenarioSpec, Targets] = {}
 
     @property
     def quantities(self) -> tuple[Objective, ...]:
@@ -232,9 +219,9 @@ class Problem:
         fly_all: bool | np.ndarray = False,
     ) -> Evaluation:
         """Evaluate gains rows (n, gains), else as `evaluate`; scores are ordered by batch, then by scenario index."""
-        begin = perf_counter()
+        begin = self.now()
         known = known_values(self.screens, gains)
-        screened = perf_counter()
+        screened = self.now()
         flown = worth_flying(self.requirements, known) | fly_all
         scores, failed, origin = [], [], []
         for batch in batches:
@@ -255,7 +242,7 @@ class Problem:
             requirements=known,
             flown=flown,
             screening_seconds=screened - begin,
-            flight_seconds=perf_counter() - screened,
+            flight_seconds=self.now() - screened,
         )
 
     def broken(self, risks: np.ndarray) -> np.ndarray:
@@ -269,6 +256,67 @@ class Problem:
         for i, quantity in enumerate(self.quantities):
             risks[:, i] = quantity.risk.apply(seen_scores(scores, i, origin, quantity.scenario))
         return risks
+
+    def spare(self, flights: int, on_flights_done: Callable[[int], None] | None) -> None:
+        """Tell whoever hears of landings of flights that need not be made."""
+        told = on_flights_done and (self.spared or on_flights_done)
+        if told is not None and flights:
+            told(flights)
+
+    @abstractmethod
+    def scored(
+        self,
+        gains: np.ndarray,
+        flown: np.ndarray,
+        batch: FlightBatch,
+        first: int,
+        last: int,
+        on_flights_done: Callable[[int], None] | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return scores (n, quantities, last - first) and failures (n, last - first) of gains rows (n, g).
+
+        Those that are not `flown` (n,) count as lost at t = 0.
+        """
+
+    @abstractmethod
+    def unflown(self, batch: FlightBatch, flights: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return scores (1, quantities, flights) and failures (1, flights) of one that was not worth a flight: lost at t = 0."""
+
+    def chunks(self, batch: FlightBatch) -> list[tuple[int, int]]:
+        """Return the ranges of flights that a batch is flown in, one after the other; by default all of it at once."""
+        return [(batch.start, batch.count)]
+
+
+class Problem(Evaluator):
+    """Evaluates points by flights of a system.
+
+    batches: one for each scenario of the study. on_flights_done(n) is called as n more flights have ended or been spared.
+    fly_all: fly what breaks a hard requirement too; a mask (n,) says so for single candidates.
+    engine: by which flights are made, by default this machine; flyer: of this machine. model: `objectives.memory.model_key` under
+    which the memory keeps flights, by default that of the sources at hand.
+    """
+
+    def __init__(
+        self,
+        system: System,
+        space: DecisionSpace,
+        objectives: tuple[Objective, ...],
+        constraints: tuple[Constraint, ...],
+        root: int,
+        threads: int | None = None,
+        screens: tuple[Screen, ...] = (),
+        memory: FlightMemory | None = None,
+        engine: Engine | None = None,
+        model: str | None = None,
+    ) -> None:
+        super().__init__(space, objectives, constraints, screens)
+        self.system = system
+        self.flyer = Flyer(system.loop, system.limits, system.timing, threads)
+        self.memory = memory
+        self._root = root
+        self._model = model
+        self.engine = engine or LocalEngine(system, root, self.flyer)
+        self._known_targets: dict[ScenarioSpec, Targets] = {}
 
     def scored(
         self,
@@ -294,12 +342,6 @@ class Problem:
             scores[spared], failed[spared] = self.unflown(batch, last - first)
             self.spare(len(spared) * (last - first), on_flights_done)
         return scores, failed
-
-    def spare(self, flights: int, on_flights_done: Callable[[int], None] | None) -> None:
-        """Tell whoever hears of landings of flights that need not be made."""
-        told = on_flights_done and (self.spared or on_flights_done)
-        if told is not None and flights:
-            told(flights)
 
     def unflown(self, batch: FlightBatch, flights: int) -> tuple[np.ndarray, np.ndarray]:
         """Return scores (1, quantities, flights) and failures (1, flights) of one that was not worth a flight: lost at t = 0."""

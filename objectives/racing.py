@@ -15,11 +15,10 @@ dominated. After O. Maron, A. W. Moore, "Hoeffding races", NIPS 6, 1994, and M. 
 
 from collections.abc import Callable
 from dataclasses import dataclass
-from time import perf_counter
 
 import numpy as np
 
-from objectives.problem import Evaluation, Problem
+from objectives.problem import Evaluation, Evaluator
 from objectives.requirements import known_values, known_violations, worth_flying
 from objectives.risk.joint import resampled_scenarios, within
 from objectives.system import FlightBatch
@@ -70,7 +69,7 @@ class Race:
     """
 
     def __init__(
-        self, problem: Problem, gains: Array, flown: Array, whole: Array, track: RaceStages, champions: Champions
+        self, problem: Evaluator, gains: Array, flown: Array, whole: Array, track: RaceStages, champions: Champions
     ) -> None:
         n = len(gains)
         self.problem, self.gains, self.whole, self.track, self.champions = problem, gains, whole, track, champions
@@ -167,7 +166,7 @@ class Race:
 
 
 def race(
-    problem: Problem,
+    problem: Evaluator,
     points: Array,
     batches: tuple[FlightBatch, ...],
     champions: Champions,
@@ -175,14 +174,14 @@ def race(
     on_flights_done: Callable[[int], None] | None = None,
     fly_all: bool | Array = False,
 ) -> Evaluation:
-    """Evaluate points (n, d) of the unit cube like `Problem.evaluate`, but for the flights of those that settle early.
+    """Evaluate points (n, d) of the unit cube like `Evaluator.evaluate`, but for the flights of those that settle early.
 
     fly_all: who flies everything whatever happens.
     """
-    begin = perf_counter()
+    begin = problem.now()
     gains, whole = problem.space.gains(points), np.broadcast_to(fly_all, len(points))
     known = known_values(problem.screens, gains)
-    screened = perf_counter()
+    screened = problem.now()
     flown = worth_flying(problem.requirements, known) | whole
     track = RaceStages(batches)
     run = Race(problem, gains, flown, whole, track, champions)
@@ -199,11 +198,11 @@ def race(
         flown=flown,
         counted=counted,
         screening_seconds=screened - begin,
-        flight_seconds=perf_counter() - screened,
+        flight_seconds=problem.now() - screened,
     )
 
 
-def beaten_by(problem: Problem, champions: Array, scores: Array, origin: Array, root: int) -> Array:
+def beaten_by(problem: Evaluator, champions: Array, scores: Array, origin: Array, root: int) -> Array:
     """Return the champion that surely beats each candidate (n,), -1 for none.
 
     champions (k, objectives, flights), scores (n, quantities, flights): of the same flights, of scenarios origin (flights,).
@@ -219,7 +218,7 @@ def _few(scores: Array) -> list[Array]:
     return [scores[start : start + TOGETHER] for start in range(0, len(scores), TOGETHER)]
 
 
-def _resampled(problem: Problem, scores: Array, origin: Array, drawn: Array) -> Array:
+def _resampled(problem: Evaluator, scores: Array, origin: Array, drawn: Array) -> Array:
     """Return the objectives (objectives, n, replicates) of candidates on resampled flights."""
     risks = np.empty((len(problem.objectives), len(scores), REPLICATES))
     for i, objective in enumerate(problem.objectives):

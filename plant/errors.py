@@ -7,6 +7,7 @@
     │   ├── UnnamedCodeError   code in a results folder that the user has not named, see `plant.own_code`
     │   └── MissingPackageError  an optional package that is not installed
     └── StoreError             a results folder that exists, is missing, or cannot be trusted
+        └── HeldError          a results folder that another process is writing
 
 A failed flight is not in this tree: it is a result with a status (`plant.closed_loop.Status`).
 """
@@ -99,3 +100,7 @@ def require_package(package: str, extra: str, *, key: str | None = None) -> None
 
 class StoreError(ToolError):
     """A results folder that exists already, is missing, or holds a file that cannot be trusted."""
+
+
+class HeldError(StoreError):
+    """A results folder that another process is writing."""

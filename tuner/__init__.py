@@ -35,6 +35,7 @@ if TYPE_CHECKING:
     )
     from tuner.api.runs import rejudge, resume, run, verify
     from tuner.api.studies import Study, load_study, make_study
+    from tuner.api.trials import ask, tell
     from tuner.search.watcher import Watcher
     from tuner.study.own_code import use
 
@@ -42,9 +43,10 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "Results", "StoreError", "Study",
-    "ToolError", "TuningResults", "UnknownNameError", "Watcher", "catalogue", "check", "compare", "cost", "default_gains",
-    "design", "export", "fly", "import_gains", "judge", "load_study", "make_study", "margins", "open_results", "plan",
-    "read_gains", "rejudge", "resume", "run", "sensitivity", "theory", "use", "validate", "verify",
+    "ToolError", "TuningResults", "UnknownNameError", "Watcher", "ask", "catalogue", "check", "compare", "cost",
+    "default_gains", "design", "export", "fly", "import_gains", "judge", "load_study", "make_study", "margins",
+    "open_results", "plan", "read_gains", "rejudge", "resume", "run", "sensitivity", "tell", "theory", "use", "validate",
+    "verify",
 ]  # fmt: skip
 
 _HOMES = {
@@ -63,6 +65,7 @@ _HOMES = {
     ),
     "tuner.api.runs": ("rejudge", "resume", "run", "verify"),
     "tuner.api.studies": ("Study", "load_study", "make_study"),
+    "tuner.api.trials": ("ask", "tell"),
     "tuner.search.watcher": ("Watcher",),
     "tuner.study.own_code": ("use",),
 }  # fmt: skip

@@ -12,11 +12,13 @@ from typer.testing import CliRunner
 from tuner.cli.main import app
 from tuner.study.contest_schema import ContestTable, InferenceTable
 from tuner.study.schema import StrictTable, StudyTable
+from tuner.study.trials import TrialStudyTable
 
 KINDS: tuple[tuple[str, type[BaseModel]], ...] = (
     ("Tuning", StudyTable),
     ("Contest", ContestTable),
     ("Inference", InferenceTable),
+    ("Trials of another program", TrialStudyTable),
 )
 MEANINGS = {table.__name__: attribute_docstrings(table) for table in StrictTable.__subclasses__()}
 """Meanings of the keys of each table, by the name of its class."""

@@ -11,7 +11,7 @@ from functools import cached_property
 
 import numpy as np
 
-from objectives.problem import Evaluation, Problem, seen_scores
+from objectives.problem import Evaluation, Evaluator, seen_scores
 from objectives.requirements import known_violations
 from objectives.risk import PairedDifference, Risk, interval_on, paired_difference_on, replicates_on, within
 from objectives.risk.joint import resampled_scenarios
@@ -31,7 +31,7 @@ class FinalFlights:
     complete (rows,): mask of those who made all.
     """
 
-    problem: Problem
+    problem: Evaluator
     root: int
     scores: Array
     failed: Array

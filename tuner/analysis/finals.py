@@ -12,7 +12,7 @@ from time import perf_counter
 
 import numpy as np
 
-from objectives.problem import Problem
+from objectives.problem import Evaluator, Problem
 from objectives.requirements import known_values, known_violations
 from objectives.risk import replicates_on
 from objectives.system import FlightBatch
@@ -32,7 +32,7 @@ class Finals:
 
     def __init__(
         self,
-        problem: Problem,
+        problem: Evaluator,
         gains: Array,
         batches: tuple[FlightBatch, ...],
         choose: Choose,
@@ -96,7 +96,7 @@ def early_counts(batches: tuple[FlightBatch, ...]) -> list[int]:
     return [round(SHARE * batch.count) if enough else batch.count for batch in batches]
 
 
-def ranges(problem: Problem, batch: FlightBatch, begin: int, end: int) -> list[tuple[int, int]]:
+def ranges(problem: Evaluator, batch: FlightBatch, begin: int, end: int) -> list[tuple[int, int]]:
     """Return the ranges in which the flights of a batch from `begin` to `end` are made, one after the other."""
     chunks = problem.chunks(replace(batch, count=end))
     return [(max(low, begin), high) for low, high in chunks if high > begin]

@@ -13,7 +13,7 @@ from math import isfinite
 
 import numpy as np
 
-from objectives.problem import Evaluation, Objective, Problem
+from objectives.problem import Evaluation, Evaluator, Objective
 from objectives.requirements import Requirement
 from objectives.risk import (
     RISKS,
@@ -157,7 +157,7 @@ def share_non_dominated(replicates: np.ndarray) -> np.ndarray:
     return np.mean(np.array(kept, dtype=float).reshape(-1, len(replicates)), axis=0) if kept else np.zeros(0)
 
 
-def compare(problem: Problem, flown: Evaluation, root: int) -> list[ComparedRow]:
+def compare(problem: Evaluator, flown: Evaluation, root: int) -> list[ComparedRow]:
     """Compare the second row of an evaluation with the first on every objective and constraint, flight by flight."""
     rows = []
     asked = [(None, "")] * len(problem.objectives) + [(entry.most, entry.floor) for entry in problem.constraints]
@@ -217,7 +217,7 @@ def verdict_on(default: float, difference: SampledValue) -> str:
     return "worse" if difference.low > 0.0 else "no clear difference"
 
 
-def compare_known(problem: Problem, flown: Evaluation) -> list[RequiredRow]:
+def compare_known(problem: Evaluator, flown: Evaluation) -> list[RequiredRow]:
     """Compare the second row of an evaluation with the first on every requirement."""
     default, tuned = flown.requirements
     return [

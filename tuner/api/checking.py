@@ -40,8 +40,8 @@ class Checked(Documented):
     """Everything known of a file without flying.
 
     Attributes:
-        kind: Kind of the file: "study", "contest", "inference", "airframe", "gains", "law", "metric" or "reference".
-        document: What it holds: a `StudyPreview`, `ContestPreview` or `InferencePreview`; plain data of the other kinds.
+        kind: Kind of the file: "study", "contest", "inference", "trials", "airframe", "gains", "law", "metric" or "reference".
+        document: What it holds: the preview of a study of any kind; plain data of the other kinds.
         hopeless: Whether a study asks for what nothing can reach, a gains file is wrong, or code of your own breaks its contract.
         examined: A gains file as read, None for other files.
 

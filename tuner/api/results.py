@@ -7,12 +7,11 @@ from typing import TYPE_CHECKING, Any, ClassVar
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.errors import InputError, StoreError, UnknownNameError
 from tuner.api.frames import estimates, figures, frame, json_text, shown
-from tuner.api.gains import Gains, gains_of, read_gains
+from tuner.api.gains import gains_of, read_gains
 from tuner.documents import opening
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.documents.opening import kind_in
-from tuner.documents.summary import GAINS
 from tuner.documents.tables import read_frame
 from tuner.documents.tuning import TuningFolder
 from tuner.experiments import registry
@@ -233,24 +232,25 @@ class TuningResults(Results):
 
     @property
     def recommended(self) -> Any:
-        """The recommended `Gains`; of a plant of your own their values by address; None where no candidate keeps every limit."""
-        if not self.feasible:
-            return None
-        if self.documents.has_rotors:
-            return read_gains(self.home / GAINS)
-        return {address: entry.value for address, entry in self.documents.gains.gains.items()}
+        """The recommended `Gains`; None where no candidate keeps every limit.
+
+        Where no quadrotor was flown, here and below: values by the address of the gain, or by the name of the variable.
+        """
+        return self.nearest if self.feasible else None
 
     @property
-    def nearest(self) -> Gains:
+    def nearest(self) -> Any:
         """The recommended gains, or those of the point that breaks least where nothing is feasible."""
-        return read_gains(self.home / self.document.gains_file)
+        if self.documents.has_rotors:
+            return read_gains(self.home / self.document.gains_file)
+        return {name: entry.value for name, entry in self.documents.gains.gains.items()}
 
     @property
-    def default(self) -> Gains:
+    def default(self) -> Any:
         """The default gains of the study."""
         return self.gains("default")
 
-    def gains(self, point: str | None = None) -> Gains:
+    def gains(self, point: str | None = None) -> Any:
         """Return the gains of a point.
 
         Args:
@@ -272,8 +272,12 @@ class TuningResults(Results):
         front = self.documents.front
         if point not in front.points:
             raise UnknownNameError("point", point, front.points)
+        searched = front.gains[front.points.index(point)]
+        if not self.documents.has_rotors:
+            names = [row.name for row in self.document.variables]
+            return {**self.documents.resolved.gains, **dict(zip(names, searched.tolist(), strict=True))}
         study = study_of(self.home)
-        row = rows_of(study, front.gains)[front.points.index(point)]
+        (row,) = rows_of(study, searched[None])
         return gains_of(study.controller(row), {"study": study.origin(point)})
 
     def _unit(self, label: str) -> str:

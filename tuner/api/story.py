@@ -21,7 +21,7 @@ from tuner.documents.summary import PickedOn, TableRow
 from tuner.documents.tuning import TuningFolder
 from tuner.experiments.registry import folder_kind
 from tuner.report.words import laws_of
-from tuner.store.advice import CONTEST, RECORD, RESUMED, mend, whole
+from tuner.store.advice import CONTEST, RECORD, RESUMED, TRIALS, mend, whole
 from tuner.store.document import DocumentPart, Scale
 from tuner.store.inputs import read_record
 from tuner.store.manifest import read_manifest, refuse_damage, unfinished
@@ -57,7 +57,10 @@ class UnfinishedRun(DocumentPart):
 
 
 class AskedPart(DocumentPart):
-    """The question of a tuning run, and what the answer took: of an airframe, or of a plant with the law of each channel."""
+    """The question of a tuning run, and what the answer took: of an airframe, or of a plant with the law of each channel.
+
+    None of these, nor a time, where another program made the trials.
+    """
 
     airframe: str | None = None
     laws: LawNames | None = None
@@ -69,7 +72,7 @@ class AskedPart(DocumentPart):
     algorithm: str
     candidates: int
     flights: int
-    wall_seconds: float
+    wall_seconds: float | None
 
 
 class ShownPoint(DocumentPart):
@@ -191,6 +194,8 @@ def unfinished_story(folder: Path) -> UnfinishedRun | UnfinishedContest:
     record = read_record(folder)
     title = title_of(folder / record.study)
     commands = [f"tuner resume {whole(folder)}"] if record.kind in RESUMED else []
+    if record.kind == TRIALS:
+        commands = [f"tuner ask {folder / 'study.toml'} --out {folder}"]
     if record.kind == CONTEST:
         own = sorted(path for path in folder.glob("contenders/*") if path.is_dir())
         done = [path.name for path in own if (path / "summary.json").exists()]
@@ -249,7 +254,7 @@ def tuning_story(folder: Path, results: TuningFolder) -> TuningStory:
         recommended=shown if feasible else None, nearest=None if feasible else shown, shown_as=summary.shown_as,
         confirmation_flights=summary.held_out, table=summary.table, gains=placed_gains(results), front=front(results),
         trust=trust(results), warnings=summary.warnings, remarks=summary.remarks,
-        commands=next_commands(folder, summary.gains_file, feasible, results.has_rotors),
+        commands=next_commands(folder, results),
     )  # fmt: skip
 
 
@@ -269,11 +274,11 @@ def asked(results: TuningFolder) -> AskedPart:
 
 
 def flown(resolved: Resolved) -> dict[str, Any]:
-    """Return what flew under which laws."""
+    """Return what flew under which laws; nothing where another program made the trials."""
     laws = {loop: law for law, loop in laws_of(resolved)}
-    if resolved.airframe is None:
-        return {"plant": "" if resolved.plant is None else resolved.plant.title, "channels": laws}
-    return {"airframe": resolved.airframe.name, "laws": LawNames(**laws)}
+    if resolved.airframe is not None:
+        return {"airframe": resolved.airframe.name, "laws": LawNames(**laws)}
+    return {} if resolved.plant is None else {"plant": resolved.plant.title, "channels": laws}
 
 
 def placed_gains(results: TuningFolder) -> list[PlacedGain]:
@@ -314,11 +319,13 @@ def trust(results: TuningFolder) -> Trust:
     )  # fmt: skip
 
 
-def next_commands(folder: Path, file: str, feasible: bool, rotors: bool = True) -> list[str]:
-    """Return what to do next; gains that break limits are looked at and not flown. rotors: a quadrotor was flown."""
-    gains = folder / file
-    if not rotors:
+def next_commands(folder: Path, results: TuningFolder) -> list[str]:
+    """Return what to do next; gains that break limits are looked at and not flown."""
+    gains = folder / results.summary.gains_file
+    if results.told:
+        return [f"tuner report {folder}"]
+    if not results.has_rotors:
         return [f"tuner export {gains} --to c99 --code MODEL.py", f"tuner report {folder}"]
-    if not feasible:
+    if not results.feasible:
         return [f"tuner margins {gains}", f"tuner check {folder / 'study.toml'}", f"tuner report {folder}"]
     return [f"tuner fly {gains} --plot fly.png", f"tuner margins {gains}", f"tuner report {folder}"]

@@ -19,7 +19,7 @@ SENTENCE = 200
 
 GROUPS = {
     "Begin a study": ("new", "list", "import", "check", "plan", "design"),
-    "Tune": ("run", "resume", "rejudge", "verify"),
+    "Tune": ("run", "resume", "ask", "tell", "rejudge", "verify"),
     "Read what was found": ("show", "report", "compare", "sensitivity"),
     "Judge gains": ("fly", "margins", "theory", "cost", "validate"),
     "Take them to a vehicle": ("export", "schema"),

@@ -12,6 +12,7 @@ from tuner.documents.plan import ContestPlanDocument, PlanDocument
 from tuner.documents.resolved import Resolved
 from tuner.documents.sensitivity import SensitivityDocument
 from tuner.documents.summary import Summary
+from tuner.documents.variables import VariablesDocument
 from tuner.gains.schema import schema_text
 from tuner.store.document import Document
 from tuner.store.environment import Environment
@@ -31,6 +32,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "contest-plan": ContestPlanDocument,
     "judgement": JudgementDocument,
     "export": ExportDocument,
+    "variables": VariablesDocument,
     "resolved": Resolved,
     "environment": Environment,
     "run": RunRecord,

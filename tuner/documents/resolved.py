@@ -108,13 +108,14 @@ class ResolvedRequirement(DocumentPart):
 class Resolved(Document):
     """Content of resolved.json of a tuning run; tables that are not told here are those of the study file.
 
-    law, metric, reference: digests of code of the user's own, by name.
+    law, metric, reference: digests of code of the user's own, by name. airframe, controller: null where another thing flies: a
+    plant with its actuators and channels, or trials of another program, of which variable and metric are the tables of the file.
     """
 
     title: str = ""
     seed: int
     law: dict[str, str] | None = None
-    metric: dict[str, str] | None = None
+    metric: dict[str, str] | list[dict[str, Json]] | None = None
     reference: dict[str, str] | None = None
     airframe: ResolvedAirframe | None = None
     controller: ResolvedController | None = None
@@ -134,6 +135,8 @@ class Resolved(Document):
     search: ResolvedSearch
     pick: dict[str, Json] = {}
     variables: list[ResolvedVariable] = []
+    variable: list[dict[str, Json]] = []
+    trials: dict[str, Json] | None = None
     requirements: list[ResolvedRequirement] = []
     digest: str = ""
 

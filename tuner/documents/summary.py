@@ -242,7 +242,7 @@ class Summary(Document):
     screened: Spared | None = None
     raced: Spared | None = None
     settled: Spared | None = None
-    wall_seconds: float
+    wall_seconds: float | None = None
     search_seconds: SearchSeconds | None = None
     held_out: int
     front_size: int
@@ -255,7 +255,7 @@ class Summary(Document):
     warnings: list[str]
     variables: list[VariableRow]
     table: list[TableRow]
-    air: list[AirRow]
+    air: list[AirRow] = []
     plant_step: PlantStep | None = None
 
     @model_validator(mode="after")

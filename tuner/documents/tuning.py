@@ -138,8 +138,13 @@ class TuningFolder(OpenedFolder[Summary]):
 
     @property
     def has_rotors(self) -> bool:
-        """Whether a quadrotor was flown, and no plant of the user's own."""
-        return self.resolved.plant is None
+        """Whether a quadrotor was flown, and neither a plant of the user's own nor by another program."""
+        return self.resolved.plant is None and not self.told
+
+    @property
+    def told(self) -> bool:
+        """Whether another program made the trials, so that nothing is known of a vehicle, its loops and its responses."""
+        return self.resolved.trials is not None
 
     @cached_property
     def gains(self) -> RecommendedGains:

@@ -12,6 +12,7 @@ from tuner.experiments.contest.run import ContestRun
 from tuner.experiments.experiment import DRAWN, Experiment, default_folder
 from tuner.experiments.inference.run import InferenceRun
 from tuner.experiments.options import OPTIONS, RunOptions, reused
+from tuner.experiments.trials.run import TrialRun
 from tuner.experiments.tuning.run import JudgementRun, PlantRun, TuningRun
 from tuner.search.watcher import Watcher
 from tuner.store.advice import kind_of
@@ -43,6 +44,7 @@ EXPERIMENTS = {
         ExperimentKind(ContestRun, "contest.json", "a contest"),
         ExperimentKind(InferenceRun, "inference.json", "an inference"),
         ExperimentKind(ComparisonRun, "comparison.json", "a comparison"),
+        ExperimentKind(TrialRun, "summary.json", "a run of trials"),
     )
 }
 """Kinds of experiments whose folders are drawn and told, by name."""

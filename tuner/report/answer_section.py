@@ -120,11 +120,13 @@ def _margins_sentence(results: TuningFolder) -> Markup:
 
 def _evidence(results: TuningFolder) -> str:
     summary = results.summary
-    laws = listing([f"{law_title(law)} on {loop}" for law, loop in laws_of(results.resolved)])
-    return (
-        f"Values are from {count(summary.held_out)} fresh scenarios with 95 % intervals, of {count(summary.flights)} "
-        f"simulated flights in {duration(summary.wall_seconds)}; {laws}."
+    fresh = (
+        f"Values are from {count(summary.held_out)} fresh scenarios with 95 % intervals, of {count(summary.flights)}"
     )
+    if summary.wall_seconds is None:
+        return f"{fresh} trials that another program made."
+    laws = listing([f"{law_title(law)} on {loop}" for law, loop in laws_of(results.resolved)])
+    return f"{fresh} simulated flights in {duration(summary.wall_seconds)}; {laws}."
 
 
 def _group(title: str, rows: Sequence[Sequence[str]], head: list[str]) -> Markup:

@@ -18,6 +18,10 @@ NEAREST_AID = (
     "This point breaks limits: for study, not to be flown; infeasible.json holds it, and tuner export refuses it. Open square: "
     "default; filled diamond: nearest. Gains in the units of the study file, angles in rad."
 )
+VARIABLES_AID = (
+    "Values of the variables in their own units. Open square: default; filled diamond: the point. gains.json holds them with "
+    "units and origin."
+)
 RESPONSES_AID = (
     "Line: median over flights; band: 5 to 95 % of them; fine dashes: reference, for roll and pitch the mean of what the "
     "position loop asks for; dashed: bounds, where a signal comes near one. Zooming one chart in time zooms all."
@@ -46,16 +50,28 @@ def point_section(results: TuningFolder, responses: Sequence[Panel], loops: Sequ
         (
             _choice(),
             element("p", id="point-state", class_="aid"),
-            aid(GAINS_AID if results.feasible else NEAREST_AID),
+            aid(_gains_aid(results)),
             wide(gains_table(results), id="point-gains"),
             element("div", metrics, *_copies(results), class_="foldings"),
             *_behind(results),
-            element("h3", "Its responses"),
-            *_responses(results, responses),
-            element("h3", "Its loops"),
-            *_loops(results, loops),
+            *_plant(results, responses, loops),
         )
     )
+
+
+def _gains_aid(results: TuningFolder) -> str:
+    if not results.feasible:
+        return NEAREST_AID
+    return VARIABLES_AID if results.told else GAINS_AID
+
+
+def _plant(results: TuningFolder, responses: Sequence[Panel], loops: Sequence[Panel]) -> list[Markup]:
+    """Return responses and loops; nothing where the plant is that of another program."""
+    if results.told:
+        return []
+    return [
+        element("h3", "Its responses"), *_responses(results, responses), element("h3", "Its loops"), *_loops(results, loops),
+    ]  # fmt: skip
 
 
 def _choice() -> Markup:

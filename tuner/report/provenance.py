@@ -84,7 +84,7 @@ def run_facts(results: TuningFolder) -> Markup:
         *_flown(resolved, summary.plant_step),
         ("Search", _search(resolved.search)),
         ("Pick rule", summary.pick.rule),
-        ("Flights", f"{count(summary.flights)} in {duration(summary.wall_seconds)}"),
+        _flights(results),
         command,
         ("To reproduce it", _reproduced(results)),
         *about,
@@ -93,20 +93,28 @@ def run_facts(results: TuningFolder) -> Markup:
 
 
 def _flown(resolved: Resolved, step: PlantStep | None) -> list[tuple[str, str]]:
-    """Return what flew under which laws, and how it was stepped."""
+    """Return what flew under which laws, and how it was stepped; nothing where another program made the trials."""
     airframe, controller, plant = resolved.airframe, resolved.controller, resolved.plant
     laws = "; ".join(f"{law_title(law)} ({loop})" for law, loop in laws_of(resolved))
     if airframe is None or controller is None:
-        title = MISSING if plant is None else plant.title or plant.name
-        period = None if plant is None else plant.control_period
+        if plant is None:
+            return []
+        title, period = plant.title or plant.name, plant.control_period
         return [("Plant", title), ("Laws", laws), ("Control period", _period(period, step))]
     period = controller.control_period
     return [
         ("Airframe", airframe.title or airframe.name),
         ("Laws", laws),
         ("Control period", _period(period, step)),
-        ("Control step", (period and told(controller.position, controller.attitude, period)) or MISSING),
+        ("Control step", (told(controller.position, controller.attitude, period) if period else None) or MISSING),
     ]
+
+
+def _flights(results: TuningFolder) -> tuple[str, str]:
+    summary = results.summary
+    if summary.wall_seconds is None:
+        return "Trials", f"{count(summary.flights)}, made by another program: asked.jsonl and told.jsonl"
+    return "Flights", f"{count(summary.flights)} in {duration(summary.wall_seconds)}"
 
 
 def environment_facts(environment: Environment) -> list[tuple[str, str]]:
@@ -186,6 +194,9 @@ def _machine(environment: Environment) -> str:
 def _reproduced(results: TuningFolder) -> Markup:
     """Return the commands that check this folder and that fly it once more."""
     name = shlex.quote(results.folder.name or ".")
+    if results.told:
+        again = element("code", f"tuner ask {name}/study.toml --out again")
+        return join((again, ", told the lines of ", element("code", f"{name}/told.jsonl")))
     again, check = f"tuner run {name}/study.toml --out again", f"tuner verify {name}"
     return join(
         (element("code", again), ", or ", element("code", check), "; any number of threads gives the same bits")

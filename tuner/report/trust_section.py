@@ -110,6 +110,8 @@ def _relaxed(stored: RelaxedLimit) -> str:
 def _sensitivity(results: TuningFolder) -> Markup:
     """Return how much of the spread of each objective each gain makes, where an analysis lies in the folder."""
     found = results.sensitivity
+    if found is None and results.told:
+        return Markup()
     if found is None:
         said = "No sensitivity analysis lies in this folder; tuner sensitivity makes one from the study."
         return aid(said)

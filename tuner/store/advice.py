@@ -11,7 +11,7 @@ from plant.input_files import read_input_text
 
 RECORD = "run.json"
 TUNING, CONTEST, INFERENCE, JUDGEMENT = "tuning", "contest", "inference", "judgement"
-PLANT = "plant"
+PLANT, TRIALS = "plant", "trials"
 FLOWN_AGAIN = (TUNING, PLANT)
 """Kinds of runs that `tuner verify` flies again."""
 RESUMED = (TUNING, PLANT, CONTEST, INFERENCE)
@@ -40,6 +40,8 @@ def go_on(path: Path, made: bool = False) -> str:
     asked = whole(path)
     if kind_of(asked) in RESUMED:
         return f"go on with `tuner resume {shlex.quote(str(asked))}`"
+    if kind_of(asked) == TRIALS:
+        return "give the command again"
     return f"remove {asked} and give the command again" if made else "give the command again"
 
 

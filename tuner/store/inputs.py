@@ -87,7 +87,7 @@ def freeze(
 ) -> None:  # fmt: skip
     """Write the inputs of a run, table: content of the study with paths from the folder of `source`; run.json comes last."""
     name, version = f"inputs/{source.stem}.toml", VERSION
-    if folder.keep(name):
+    if (folder.path / RECORD).exists() and folder.keep(name):
         version = read_record(folder.path).version
         for copy in sorted((folder.path / "inputs").iterdir()):
             folder.keep(f"inputs/{copy.name}")

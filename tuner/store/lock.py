@@ -4,7 +4,7 @@ import os
 from contextlib import suppress
 from pathlib import Path
 
-from plant.errors import StoreError
+from plant.errors import HeldError, StoreError
 
 fcntl = None
 with suppress(ImportError):
@@ -32,7 +32,7 @@ class Lock:
         except OSError:
             holder = os.read(handle, 100).decode(errors="replace").strip() or "another process"
             os.close(handle)
-            raise StoreError(
+            raise HeldError(
                 f"{folder} is being written by {holder}; wait for it to end, or stop it, then try again"
             ) from None
         self._handle = handle

@@ -1,4 +1,4 @@
-"""Kinds of study files, told apart by their tables: tuning, contest, inference."""
+"""Kinds of study files, told apart by their tables: tuning, plant, contest, inference, trials."""
 
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -15,8 +15,9 @@ from tuner.study.layers import Layer, read_layers
 from tuner.study.plant_study import PlantStudy, plant_study_from_layers
 from tuner.study.reading import put
 from tuner.study.study import Study
+from tuner.study.trials import TrialStudy, trials_from_layers
 
-AnyStudy = Study | Contest | Inference | PlantStudy
+AnyStudy = Study | Contest | Inference | PlantStudy | TrialStudy
 Overrides = Mapping[str, Any]
 
 
@@ -46,6 +47,7 @@ STUDY_KINDS = (
     StudyKind(PlantStudy.kind, "a study of a plant of one's own", "plant", plant_study_from_layers),
     StudyKind(Inference.kind, "an inference", "unknown", inference_from_layers),
     StudyKind(Contest.kind, "a contest", "contender", contest_from_layers),
+    StudyKind(TrialStudy.kind, "a study whose trials another program makes", "trials", trials_from_layers),
     StudyKind(Study.kind, "a study", None, _tuning_from_layers),
 )
 """From the most special to the most general: the first whose table a file holds is its kind."""

@@ -5,7 +5,7 @@ import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
 from pathlib import Path
-from typing import Any, ClassVar, Self
+from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
@@ -90,6 +90,81 @@ class SearchSpec:
         return f"Search: {self.algorithm}, {self.size}{first}: {self.why}."
 
 
+class VariableWords(NamedTuple):
+    """Symbol, meaning and unit of a searched variable."""
+
+    symbol: str
+    meaning: str
+    unit: str
+
+
+class SearchedStudy(Protocol):
+    """A study whose variables are searched, whoever makes the trials: flights of a plant, or another program.
+
+    scenarios: each with `spec`, which has a name, and the numbers of its draws, `search` and `held_out`.
+    """
+
+    @property
+    def path(self) -> Path:
+        """The file."""
+        ...
+
+    @property
+    def title(self) -> str:
+        """One line that names the study."""
+        ...
+
+    @property
+    def seed(self) -> int:
+        """Root of every random number."""
+        ...
+
+    @property
+    def space(self) -> DecisionSpace:
+        """The searched variables."""
+        ...
+
+    @property
+    def variable_words(self) -> list[VariableWords]:
+        """Words about each variable."""
+        ...
+
+    @property
+    def scenarios(self) -> tuple[Any, ...]:
+        """The scenarios."""
+        ...
+
+    @property
+    def objectives(self) -> tuple[Objective, ...]:
+        """What is to be made small."""
+        ...
+
+    @property
+    def constraints(self) -> tuple[Constraint, ...]:
+        """What must not exceed a limit."""
+        ...
+
+    @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """Requirements that are known without a trial."""
+        ...
+
+    @property
+    def search(self) -> SearchSpec:
+        """The search."""
+        ...
+
+    @property
+    def pick(self) -> str:
+        """Rule that picks the recommended point."""
+        ...
+
+    @property
+    def default_row(self) -> np.ndarray:
+        """Row (gains,) of the default."""
+        ...
+
+
 @dataclass(frozen=True, kw_only=True)
 class TuningStudy:
     """A study that searches gains: searched gains, scenarios, objectives and limits, search and pick rule, whatever flies.
@@ -140,6 +215,13 @@ class TuningStudy:
     def default_row(self) -> np.ndarray:
         """Gains row (gains,) of the default: default and fixed gains."""
         return np.array(self.space.base)
+
+    @property
+    def variable_words(self) -> list[VariableWords]:
+        """Symbol, meaning and unit of each searched gain; of tied ones that of the first."""
+        known = {gain.column: gain for gain in self.system.gains}
+        first = [known[columns[0]] for columns in self.space.columns]
+        return [VariableWords(gain.info.symbol, gain.info.meaning, gain.unit) for gain in first]
 
     @property
     def requirements(self) -> tuple[Requirement, ...]:

@@ -13,6 +13,15 @@ import tuner.report
 from tests.tuner.conftest import SMALL, NoDrawing
 
 HOMES = sorted({home for home in tuner._HOMES if home.startswith("tuner.api")})
+BENCH = """
+title = "A test bench"
+seed = 1
+trials = { search = 2, held_out = 2 }
+variable = [{ name = "x", low = 0.0, high = 2.0, default = 1.5 }]
+metric = [{ name = "cost", worst = 4.0 }]
+objective = [{ metric = "cost" }]
+search = { algorithm = "random", population = 8, generations = 2 }
+"""
 PARAMETERS = "1\t1\tMC_ROLLRATE_P\t0.15\t9\n"
 
 
@@ -28,6 +37,7 @@ def prepared(tmp_path_factory):
     tuner.run(small_study(), folder / "results" / "first", threads=2)
     tuner.default_gains("hybrid").write(folder / "mine.json")
     (folder / "quad.params").write_text(PARAMETERS)
+    (folder / "bench.toml").write_text(BENCH)
     return folder
 
 

@@ -8,7 +8,7 @@ from tuner.experiments.again.resume import resume
 from tuner.experiments.options import OPTIONS
 from tuner.experiments.planning.preview import PREVIEWS, preview
 from tuner.experiments.registry import EXPERIMENTS, draw, folder_kind, refuse_options, run
-from tuner.store.advice import RESUMED
+from tuner.store.advice import RESUMED, TRIALS
 from tuner.store.folder import Folder
 from tuner.study.files import shipped_studies
 from tuner.study.kinds import STUDY_KINDS, load_any
@@ -16,9 +16,10 @@ from tuner.study.kinds import STUDY_KINDS, load_any
 
 def test_every_kind_of_study_can_be_run_resumed_and_previewed():
     studied = {kind.name for kind in STUDY_KINDS}
-    assert studied == set(RESUMED) == set(PREVIEWS)
+    # Trials of another program are gone on with by asking again.
+    assert studied == {*RESUMED, TRIALS} == set(PREVIEWS)
     assert studied <= set(EXPERIMENTS)
-    assert {name for name, kind in EXPERIMENTS.items() if kind.run.resumable} == {*RESUMED, "judgement"}
+    assert {name for name, kind in EXPERIMENTS.items() if kind.run.resumable} == {*RESUMED, TRIALS, "judgement"}
 
 
 @pytest.mark.parametrize("kind", EXPERIMENTS.values(), ids=EXPERIMENTS)

@@ -113,14 +113,14 @@ def section(console: Console, name: str, lines: list[str]) -> None:
 
 def asked_text(asked: AskedPart) -> str:
     """Return what was asked in a sentence."""
+    wanted = f"To be made small: {', '.join(asked.objectives)}."
+    tried = f"seed {asked.seed}; {asked.algorithm} tried {asked.candidates:,} candidates in {asked.flights:,}"
+    if asked.wall_seconds is None:
+        return f"{len(asked.searched)} variables, {tried} trials that another program made. {wanted}"
     cascade = {} if asked.laws is None else {"attitude": asked.laws.attitude, "position": asked.laws.position}
     laws = " and ".join(f"{law} ({loop})" for loop, law in (asked.channels or cascade).items())
     flown = asked.airframe or (asked.plant or "").rstrip(".")
-    return (
-        f"{len(asked.searched)} gains of {laws} on {flown}, seed {asked.seed}; {asked.algorithm} tried {asked.candidates:,} "
-        f"candidates in {asked.flights:,} flights and {asked.wall_seconds:.0f} s. To be made small: "
-        f"{', '.join(asked.objectives)}."
-    )
+    return f"{len(asked.searched)} gains of {laws} on {flown}, {tried} flights and {asked.wall_seconds:.0f} s. {wanted}"
 
 
 def heading(row: TableRow) -> str:

@@ -50,7 +50,8 @@ def print_tuning(results: "TuningResults", console: Console) -> None:
         )
     made, flights = results.flights_made, summary.flights
     now = "" if made in (None, flights) else f" ({made:,} flights flown now, the others were there)"
-    console.print(f"{flights:,} flights{now} in {summary.wall_seconds:.1f} s.")
+    took = "" if summary.wall_seconds is None else f" in {summary.wall_seconds:.1f} s"
+    console.print(f"{flights:,} flights{now}{took}.")
     files = {"Gains" if results.feasible else "Gains (infeasible)": results.home / gains_name(results.feasible)}
     say_files(console, Report=results.home / "report.html", **files)
 

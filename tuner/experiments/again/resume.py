@@ -11,7 +11,7 @@ from plant.errors import InputError, StoreError, UnnamedCodeError
 from tuner.experiments.options import ResumeOptions
 from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed, refuse_options
 from tuner.search.watcher import Watcher
-from tuner.store.advice import FLOWN_AGAIN, RECORD, RESUMED
+from tuner.store.advice import FLOWN_AGAIN, RECORD, RESUMED, TRIALS
 from tuner.store.folder import Folder
 from tuner.store.inputs import RunRecord, as_recorded, check_model, check_unchanged, compute_as_recorded, read_record
 from tuner.study.kinds import AnyStudy, load_any
@@ -69,6 +69,10 @@ def reopen(path: Path, budget: int | None, here: bool = False) -> tuple[Any, Fol
 
 
 def _refuse_others(path: Path, record: RunRecord, kinds: tuple[str, ...]) -> None:
+    if record.kind == TRIALS:
+        raise StoreError(
+            f"another program makes the trials of {path}; `tuner ask {path / 'study.toml'} --out {path}` prints what is lacking"
+        )
     if record.kind not in kinds:
         raise StoreError(
             f"{path} is the folder of a {record.kind}; give that of a tuning run, such as one in its contenders/"

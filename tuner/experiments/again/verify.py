@@ -39,7 +39,7 @@ from tuner.gains.hashing import same_result
 from tuner.search.loop import Generation, archive, point_name
 from tuner.search.rest import Budget
 from tuner.search.watcher import CHECKING, Watcher
-from tuner.store.advice import CONTEST, FLOWN_AGAIN, TUNING, kind_of
+from tuner.store.advice import CONTEST, FLOWN_AGAIN, TRIALS, TUNING, kind_of
 from tuner.store.environment import Environment, environment
 from tuner.store.flights import RESULTS, FlightStore
 from tuner.store.folder import csv_text
@@ -120,6 +120,8 @@ class Verdict:
         """The verdict on a folder that is not flown again."""
         if self.files is None:
             return "Not finished: the folder was not written to its end, so there is nothing to compare yet."
+        if self.kind == TRIALS:
+            return f"Intact: all {self.files} files are what was written. Trials of another program are not made again."
         instead = "; `tuner verify` flies the runs in its contenders/ again" if self.kind == CONTEST else ""
         return f"Intact: all {self.files} files are what was written. A {self.kind} is not flown again{instead}."
 

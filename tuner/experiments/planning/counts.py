@@ -4,33 +4,35 @@ What cannot be known before is taken at its largest: candidates that break a har
 are counted as flown, and the front as long as it may get.
 """
 
+from typing import Any
+
 from tuner.documents.plan import PlannedFlights
 from tuner.experiments.tuning.conclusion import MOST_FINALISTS
 from tuner.experiments.tuning.survivors import MOST_SURVIVORS
 from tuner.study.contest import Contender, Contest
-from tuner.study.study import Study, StudyScenario
+from tuner.study.study import SearchedStudy
 
 CONFIRMED = 2
 """The default and the recommended point fly once more, on scenarios that decided nothing."""
 
 
-def search_flights(study: Study) -> int:
+def search_flights(study: SearchedStudy) -> int:
     """Return how many flights the search takes at most."""
     return sum(scenario_flights(study, entry) for entry in study.scenarios)
 
 
-def scenario_flights(study: Study, entry: StudyScenario) -> int:
+def scenario_flights(study: SearchedStudy, entry: Any) -> int:
     """Return how many flights of a scenario the search takes at most."""
     first = study.search.flights_first(entry.search)
     return study.search.candidates * first + survivors_at_most(study) * (entry.search - first)
 
 
-def survivors_at_most(study: Study) -> int:
+def survivors_at_most(study: SearchedStudy) -> int:
     """Return how many candidates make all flights of the search at most: the first one and those that survive."""
     return min(study.search.candidates, 1 + MOST_SURVIVORS)
 
 
-def flights_of(study: Study) -> PlannedFlights:
+def flights_of(study: SearchedStudy) -> PlannedFlights:
     """Return how many flights a run makes at most."""
     search, each = search_flights(study), sum(entry.held_out for entry in study.scenarios)
     finalists = min(study.search.candidates, MOST_FINALISTS)

@@ -5,7 +5,7 @@ from math import isfinite
 from typing import Any, Literal
 
 from objectives.requirements import known_values
-from tuner.experiments.planning.counts import comparison_flights, search_flights
+from tuner.experiments.planning.counts import comparison_flights, flights_of, search_flights
 from tuner.experiments.planning.study_preview import StudyPreview, study_preview
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.store.document import DocumentPart
@@ -14,6 +14,7 @@ from tuner.study.inference import Inference
 from tuner.study.kinds import AnyStudy
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study
+from tuner.study.trials import TrialStudy
 
 
 class ContestPreview(DocumentPart):
@@ -57,7 +58,23 @@ class PlantPreview(DocumentPart):
     told: list[str]
 
 
-Preview = PlantPreview | StudyPreview | ContestPreview | InferencePreview
+class TrialsPreview(DocumentPart):
+    """A study whose trials another program makes; the numbers of trials are the most that may be asked for."""
+
+    kind: Literal["trials"]
+    title: str
+    variables: list[str]
+    metrics: list[str]
+    objectives: list[str]
+    constraints: list[str]
+    search_trials_at_most: int
+    trials_at_most: int
+    search: str
+    digest: str
+    warnings: list[str]
+
+
+Preview = PlantPreview | StudyPreview | ContestPreview | InferencePreview | TrialsPreview
 
 
 def preview(study: AnyStudy) -> Preview:
@@ -120,10 +137,29 @@ def inference_preview(inference: Inference) -> InferencePreview:
     )
 
 
+def trials_preview(study: TrialStudy) -> TrialsPreview:
+    """Return what a study would ask another program for."""
+    flights = flights_of(study)
+    return TrialsPreview(
+        kind="trials",
+        title=study.title,
+        variables=study.names,
+        metrics=[f"{metric.text} [{metric.unit}]" for metric in study.metrics],
+        objectives=[objective.label for objective in study.objectives],
+        constraints=[f"{entry.objective.label} at most {entry.most:g}" for entry in study.constraints],
+        search_trials_at_most=flights.search_at_most,
+        trials_at_most=flights.total_at_most,
+        search=study.search.text,
+        digest=study.digest(),
+        warnings=warnings_before_run(study),
+    )
+
+
 PREVIEWS: dict[str, Callable[[Any], Preview]] = {
     Study.kind: study_preview,
     PlantStudy.kind: plant_preview,
     Contest.kind: contest_preview,
     Inference.kind: inference_preview,
+    TrialStudy.kind: trials_preview,
 }
 """Previews by the kind of study."""

@@ -1,19 +1,20 @@
 """Gains that ended at an end of their range: there the range was decided by its author and not by the search."""
 
+from functools import singledispatch
 from typing import Literal
 
 import numpy as np
 
 from plant.gains import MOST_OBSERVER
 from tuner.documents.contest_document import BoundRow
-from tuner.study.study import TuningStudy
+from tuner.study.study import SearchedStudy, TuningStudy
 
 # A gain within this share of its range, on the range's own scale, from an end counts as on it.
 NEAR = 0.01
 ENDS: tuple[Literal["low", "high"], ...] = ("low", "high")
 
 
-def on_bounds(study: TuningStudy, recommended: np.ndarray, front: np.ndarray) -> list[BoundRow]:
+def on_bounds(study: SearchedStudy, recommended: np.ndarray, front: np.ndarray) -> list[BoundRow]:
     """Return every variable that the recommended gains row (gains,) or a row of the front (n, gains) has near an end."""
     point = study.space.point(recommended)
     points = np.array([study.space.point(row) for row in front]).reshape(len(front), len(point))
@@ -32,11 +33,17 @@ def on_bounds(study: TuningStudy, recommended: np.ndarray, front: np.ndarray) ->
     return found
 
 
-def natural_end(study: TuningStudy, variable: int, bound: float) -> bool:
+@singledispatch
+def natural_end(study: SearchedStudy, variable: int, bound: float) -> bool:  # noqa: ARG001
     """Return whether an end of the range of a variable cannot be moved.
 
     The gain is meaningless beyond it, or the observer would outrun the control period.
     """
+    return False
+
+
+@natural_end.register
+def _(study: TuningStudy, variable: int, bound: float) -> bool:
     known = study.system.gains[study.space.columns[variable][0]].info
     period = study.system.timing.control_period
     return bound <= known.least or (known.observer and bound * period >= MOST_OBSERVER * (1.0 - 1e-9))

@@ -1,16 +1,17 @@
 """Conclusion of a search on flights that it never saw: finalists, the recommended point, warnings."""
 
 from dataclasses import replace
-from functools import partial
+from functools import partial, singledispatch
 from time import perf_counter
 
 import numpy as np
 
-from objectives.problem import Problem
+from objectives.problem import Evaluator, Problem
 from plant.scenarios import CONFIRMATION, HELD_OUT
 from tuner.analysis.finals import Finals
 from tuner.analysis.held_out import Finalists, Searched, compare, compare_known, judge
 from tuner.analysis.plant_step import estimated_plant_step, plant_step_warnings
+from tuner.documents.parts import PlantStep
 from tuner.experiments.tuning.conflicts import (
     conflict_of,
     conflict_texts,
@@ -20,22 +21,22 @@ from tuner.experiments.tuning.conflicts import (
 )
 from tuner.experiments.tuning.ending import obstacles_of
 from tuner.experiments.tuning.guards import warnings_after_run, warnings_before_run
-from tuner.experiments.tuning.outcome import Outcome, finalist_gains
+from tuner.experiments.tuning.outcome import Outcome, P, S, finalist_gains
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.survivors import Survivors, survivors_of
 from tuner.search.front import evenly, non_dominated, pick
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive
 from tuner.search.watcher import CHECKING, Watcher
-from tuner.study.study import TuningStudy
+from tuner.study.study import SearchedStudy, TuningStudy
 
 # Finalists re-flown at most; a longer front is thinned evenly along its first objective.
 MOST_FINALISTS = 48
 
 
 def conclude(
-    problem: Problem, study: TuningStudy, generations: list[Generation], watcher: Watcher, begin: float, said: list[str]
-) -> Outcome:
+    problem: P, study: S, generations: list[Generation], watcher: Watcher, begin: float, said: list[str]
+) -> Outcome[S, P]:
     """Re-fly the default and the front on held-out scenarios and pick the recommended point; said: warnings so far."""
     found = archive(generations)
     survivors = survivors_of(problem, study, generations, watcher)
@@ -52,18 +53,29 @@ def conclude(
     conflict = conflict_of(known, limits)
     default = default_candidate(found, study)
     warnings += conflict_texts(conflict, limits, default) if conflict is not None else []
-    plant_step = estimated_plant_step(problem, study, gains[[0, tuned]])
+    plant_step = plant_step_at(study, problem, gains[[0, tuned]])
     outcome = Outcome(
         study, problem, generations, survivors, candidates, finalists, confirmation, tuned, why,
         compare(problem, confirmation, study.seed), compare_known(problem, confirmation),
         conflict, obstacles_of(problem, study, generations, found, conflict, limits), costs_of(known, limits),
-        plant_step, [*said, *warnings, *plant_step_warnings(plant_step)], 0.0,
+        plant_step, [*said, *warnings, *(plant_step_warnings(plant_step) if plant_step else [])], 0.0,
     )  # fmt: skip
     warnings = [*outcome.warnings, *warnings_after_run(outcome)]
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
 
 
-def judged(study: TuningStudy, finals: Finals, before: list[Searched]) -> tuple[Finalists, int, str]:
+@singledispatch
+def plant_step_at(study: SearchedStudy, problem: Evaluator, gains: np.ndarray) -> PlantStep | None:  # noqa: ARG001
+    """Return how the plant was integrated and with what error over gains rows (n, gains); None where no plant of ours flew."""
+    return None
+
+
+@plant_step_at.register
+def _(study: TuningStudy, problem: Problem, gains: np.ndarray) -> PlantStep:
+    return estimated_plant_step(problem, study, gains)
+
+
+def judged(study: SearchedStudy, finals: Finals, before: list[Searched]) -> tuple[Finalists, int, str]:
     """Fly the finalists and return them with the row and the reason of the recommended one, which makes all flights."""
     flown = finals.fly()
     while True:
@@ -79,7 +91,7 @@ def completely_known(found: Archive, generations: list[Generation]) -> Archive:
     return replace(found, flown=np.concatenate([entry.evaluation.complete for entry in generations], axis=0))
 
 
-def default_candidate(found: Archive, study: TuningStudy) -> int | None:
+def default_candidate(found: Archive, study: SearchedStudy) -> int | None:
     """Return the first candidate that is the default, None where the search did not try it."""
     same = np.flatnonzero(np.all(found.points == study.space.point(study.default_row), axis=1))
     return int(same[0]) if len(same) else None
@@ -92,7 +104,7 @@ def remarks(outcome: Outcome) -> list[str]:
     return cost_texts(outcome.costs, limits_of(study.constraints, study.requirements), labels, units)
 
 
-def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: TuningStudy) -> str:
+def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: SearchedStudy) -> str:
     """Return what kind of limit a point breaks, by its violations (limits,) on both streams; empty where none."""
     split = len(study.constraints)
     kinds = [
@@ -103,7 +115,7 @@ def broken_by(held_out: np.ndarray, confirmed: np.ndarray, study: TuningStudy) -
     return " and ".join(kind for part, kind in kinds if (part > 0.0).any())
 
 
-def finalists_of(survivors: Survivors, found: Archive, study: TuningStudy) -> tuple[np.ndarray, list[str]]:
+def finalists_of(survivors: Survivors, found: Archive, study: SearchedStudy) -> tuple[np.ndarray, list[str]]:
     """Return the archive indices to re-fly and what to warn of."""
     warnings = warnings_before_run(study)
     if len(found.front()) == 0:
@@ -113,7 +125,7 @@ def finalists_of(survivors: Survivors, found: Archive, study: TuningStudy) -> tu
     return survivors.candidates[rows[evenly(survivors.evaluation.values[rows, 0], MOST_FINALISTS)]], warnings
 
 
-def recommend(study: TuningStudy, finalists: Finalists) -> tuple[int, str]:
+def recommend(study: SearchedStudy, finalists: Finalists) -> tuple[int, str]:
     """Return the row of the recommended finalist and why: the pick rule, among those that beat the default everywhere."""
     values = finalists.evaluation.values
     rows = np.flatnonzero(finalists.non_dominated)
@@ -123,7 +135,7 @@ def recommend(study: TuningStudy, finalists: Finalists) -> tuple[int, str]:
     return picked(study, values, rows)
 
 
-def picked(study: TuningStudy, values: np.ndarray, front: np.ndarray) -> tuple[int, str]:
+def picked(study: SearchedStudy, values: np.ndarray, front: np.ndarray) -> tuple[int, str]:
     """Return what the pick rule picks from the rows of a front, and why; values (rows, objectives): of all, the default first."""
     beating = front[np.all(values[front] < values[0], axis=1)]
     among = beating if len(beating) else front
@@ -136,7 +148,7 @@ def picked(study: TuningStudy, values: np.ndarray, front: np.ndarray) -> tuple[i
     return int(among[chosen]), f"{why}, {where}"
 
 
-def best_row(study: TuningStudy, values: np.ndarray, feasible: np.ndarray) -> int:
+def best_row(study: SearchedStudy, values: np.ndarray, feasible: np.ndarray) -> int:
     """Return the row to recommend, 0 for none; values (rows, objectives), feasible (rows,): of all, the default first."""
     rows = 1 + np.flatnonzero(feasible[1:])
     return picked(study, values, rows[non_dominated(values[rows])])[0] if len(rows) else 0

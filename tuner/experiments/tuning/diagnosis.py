@@ -22,7 +22,7 @@ from tuner.documents.summary import DesignReach, GainAt, ObstacleRow
 from tuner.experiments.tuning.conflicts import number_text
 from tuner.experiments.tuning.starts import design_row, study_designs
 from tuner.study.margins import MarginAnalysis, margin_requirement
-from tuner.study.study import Study, TuningStudy
+from tuner.study.study import SearchedStudy, Study
 
 Array = np.ndarray
 
@@ -68,7 +68,7 @@ class Probe:
 
 
 @singledispatch
-def diagnosed(study: TuningStudy, points: Array, names: Sequence[str], labels: Sequence[str]) -> list[ObstacleRow]:  # noqa: ARG001
+def diagnosed(study: SearchedStudy, points: Array, names: Sequence[str], labels: Sequence[str]) -> list[ObstacleRow]:  # noqa: ARG001
     """Return what stands behind requirements, by their labels, that no point (n, d) keeps; nothing where no loops are known."""
     return []
 
@@ -217,7 +217,7 @@ def _finite(value: float) -> float | None:
 
 
 def flown_obstacle(
-    study: TuningStudy, constraint: Constraint, points: Array, values: Array, names: Sequence[str]
+    study: SearchedStudy, constraint: Constraint, points: Array, values: Array, names: Sequence[str]
 ) -> ObstacleRow:  # fmt: skip
     """Return what stands behind a constraint that no point (n, d) flown keeps, by its values (n,) there.
 
@@ -240,7 +240,7 @@ def flown_obstacle(
     )
 
 
-def _correlated(study: TuningStudy, points: Array, values: Array) -> list[str]:
+def _correlated(study: SearchedStudy, points: Array, values: Array) -> list[str]:
     variables = study.space.variables
     if len(points) < 8 or np.ptp(values) == 0.0:
         return []

@@ -4,13 +4,13 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from objectives.problem import Problem
+from objectives.problem import Evaluator
 from tuner.documents.summary import INFEASIBLE, NOTHING, ObstacleRow
 from tuner.experiments.tuning.conflicts import Conflict, Limit, limits_of
 from tuner.experiments.tuning.diagnosis import MOST_CANDIDATES, diagnosed, flown_obstacle, obstacle_texts
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.search.loop import Archive, Generation, point_name
-from tuner.study.study import TuningStudy
+from tuner.study.study import SearchedStudy
 
 
 def contender_ending(name: str, point: str, obstacles: Sequence[ObstacleRow] = ()) -> list[str]:
@@ -23,7 +23,7 @@ def contender_ending(name: str, point: str, obstacles: Sequence[ObstacleRow] = (
 
 
 def obstacles_of(
-    problem: Problem, study: TuningStudy, generations: list[Generation], found: Archive, conflict: Conflict | None,
+    problem: Evaluator, study: SearchedStudy, generations: list[Generation], found: Archive, conflict: Conflict | None,
     limits: list[Limit],
 ) -> list[ObstacleRow]:  # fmt: skip
     """Return what stands behind each limit of a conflict; nothing where there is none."""
@@ -43,7 +43,7 @@ def obstacles_of(
 
 
 def _flown(
-    problem: Problem, study: TuningStudy, generations: list[Generation], found: Archive, constraints: list[int]
+    problem: Evaluator, study: SearchedStudy, generations: list[Generation], found: Archive, constraints: list[int]
 ) -> list[ObstacleRow]:
     complete = np.concatenate([entry.evaluation.complete for entry in generations], axis=0)
     if not constraints or not complete.any():

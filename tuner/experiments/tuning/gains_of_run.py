@@ -8,7 +8,7 @@ from objectives.margins.quantities import QUANTITIES, RECORDED
 from objectives.margins.results import Margins
 from plant.errors import InputError
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary
-from tuner.experiments.tuning.outcome import Outcome
+from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.experiments.tuning.tables import margin_model
 from tuner.gains import to_document
 from tuner.gains.plant_document import plant_gains_document
@@ -26,7 +26,7 @@ LEVEL, METHOD = 0.95, "bootstrap over flights, studentised where the risk has a 
 DIGITS = 6
 
 
-def gains_document(outcome: Outcome, summary: Summary) -> Row:
+def gains_document(outcome: FlightOutcome, summary: Summary) -> Row:
     """Return the content of gains.json for the point that a summary shows beside the default.
 
     Where nothing is feasible it says so, and `tuner export` refuses it.
@@ -35,13 +35,13 @@ def gains_document(outcome: Outcome, summary: Summary) -> Row:
 
 
 @singledispatch
-def document_of(study: TuningStudy, outcome: Outcome, summary: Summary) -> Row:
+def document_of(study: TuningStudy, outcome: FlightOutcome, summary: Summary) -> Row:
     """Return the content of gains.json of a study."""
     raise TypeError(f"no gains.json of {study.kind}, {outcome.tuned}, {summary.study}")
 
 
 @document_of.register
-def _(study: PlantStudy, outcome: Outcome, summary: Summary) -> Row:
+def _(study: PlantStudy, outcome: FlightOutcome, summary: Summary) -> Row:
     origin = study.origin(summary.shown) | ({} if outcome.feasible else {"feasible": False})
     parts = {"study": origin, "objectives": objective_rows(outcome), "margins": margin_rows(outcome)}
     return plant_gains_document(study.system, outcome.gains(outcome.tuned), study.code_digest) | {
@@ -50,7 +50,7 @@ def _(study: PlantStudy, outcome: Outcome, summary: Summary) -> Row:
 
 
 @document_of.register
-def _(study: Study, outcome: Outcome, summary: Summary) -> Row:
+def _(study: Study, outcome: FlightOutcome, summary: Summary) -> Row:
     controller = study.controller(outcome.gains(outcome.tuned))
     provenance = {
         "study": study.origin(summary.shown) | ({} if outcome.feasible else {"feasible": False}),
@@ -83,7 +83,7 @@ def interval(flights: int) -> Row:
     return {"level": LEVEL, "n": flights, "method": METHOD}
 
 
-def margin_rows(outcome: Outcome) -> list[Row]:
+def margin_rows(outcome: FlightOutcome) -> list[Row]:
     """Return the margins of the recommended point, loop by loop; none where no steady flight is found."""
     try:
         model = margin_model(outcome)

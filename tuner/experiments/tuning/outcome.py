@@ -2,21 +2,25 @@
 
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Generic, TypeAlias, TypeVar
 
 import numpy as np
 
-from objectives.problem import Evaluation, Problem
+from objectives.problem import Evaluation, Evaluator, Problem
 from tuner.analysis.held_out import Finalists
 from tuner.documents.parts import PlantStep
 from tuner.documents.summary import ComparedRow, ObstacleRow, RequiredRow
 from tuner.experiments.tuning.conflicts import Conflict, LimitPrice
 from tuner.experiments.tuning.survivors import Survivors
 from tuner.search.loop import Archive, Generation, archive, point_name
-from tuner.study.study import TuningStudy
+from tuner.study.study import SearchedStudy, TuningStudy
+
+S = TypeVar("S", bound=SearchedStudy)
+P = TypeVar("P", bound=Evaluator)
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Outcome(Generic[S, P]):
     """The findings of a run. candidates: archive indices of the finalists behind the default; tuned: row in the finalists, of the
     recommended point or, where nothing is feasible, of the one that breaks least.
 
@@ -25,8 +29,8 @@ class Outcome:
     something was.
     """
 
-    study: TuningStudy
-    problem: Problem
+    study: S
+    problem: P
     generations: list[Generation]
     survivors: Survivors
     candidates: np.ndarray
@@ -39,7 +43,7 @@ class Outcome:
     conflict: Conflict | None
     obstacles: list[ObstacleRow]
     costs: list[LimitPrice]
-    plant_step: PlantStep
+    plant_step: PlantStep | None
     warnings: list[str]
     seconds: float
 
@@ -83,6 +87,10 @@ class Outcome:
         return self.finalist_rows[row]
 
 
-def finalist_gains(problem: Problem, study: TuningStudy, found: Archive, candidates: np.ndarray) -> np.ndarray:
+FlightOutcome: TypeAlias = Outcome[TuningStudy, Problem]
+"""The outcome of a run whose flights are made here."""
+
+
+def finalist_gains(problem: Evaluator, study: SearchedStudy, found: Archive, candidates: np.ndarray) -> np.ndarray:
     """Return the gains rows of the default and of the finalists."""
     return np.concatenate([study.default_row[None], problem.space.gains(found.points[candidates])], axis=0)

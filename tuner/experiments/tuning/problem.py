@@ -17,10 +17,10 @@ from plant.scenarios import SEARCH
 from tuner.search import covariance, gaussian_process
 from tuner.search.names import ALGORITHMS
 from tuner.search.watcher import Watcher, compilation
-from tuner.study.study import TuningStudy
+from tuner.study.study import SearchedStudy, TuningStudy
 
 
-def batches(study: TuningStudy, stream: str) -> tuple[FlightBatch, ...]:
+def batches(study: SearchedStudy, stream: str) -> tuple[FlightBatch, ...]:
     """Return the flights of a study in a stream; held-out check and confirmation take equally many."""
     return tuple(
         FlightBatch(entry.spec, stream, entry.search if stream == SEARCH else entry.held_out)
@@ -28,12 +28,12 @@ def batches(study: TuningStudy, stream: str) -> tuple[FlightBatch, ...]:
     )
 
 
-def first_batches(study: TuningStudy) -> tuple[FlightBatch, ...]:
+def first_batches(study: SearchedStudy) -> tuple[FlightBatch, ...]:
     """Return the flights that every candidate of the search makes."""
     return tuple(replace(batch, count=study.search.flights_first(batch.count)) for batch in batches(study, SEARCH))
 
 
-def remaining_batches(study: TuningStudy) -> tuple[FlightBatch, ...]:
+def remaining_batches(study: SearchedStudy) -> tuple[FlightBatch, ...]:
     """Return the flights of the search that only survivors make."""
     pairs = zip(batches(study, SEARCH), first_batches(study), strict=True)
     return tuple(replace(batch, start=first.count) for batch, first in pairs)

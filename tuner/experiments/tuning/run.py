@@ -26,7 +26,7 @@ from tuner.experiments.options import Options, reused
 from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.gains_of_run import gains_document
-from tuner.experiments.tuning.outcome import Outcome
+from tuner.experiments.tuning.outcome import FlightOutcome
 from tuner.experiments.tuning.problem import batches, check_searched, problem_of, warm_up
 from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search
 from tuner.experiments.tuning.summary import summary_document
@@ -41,7 +41,7 @@ from tuner.study.study import Study, TuningStudy
 from tuner.study.trim import trim_texts
 
 
-class TuningRun(Experiment[Any, Outcome]):
+class TuningRun(Experiment[Any, FlightOutcome]):
     """A study run in a results folder; every generation is on disk before the next one flies.
 
     Flights that are in the folder already, or in the results folders `reuse`, are not flown again: a run that was stopped goes
@@ -111,7 +111,7 @@ class TuningRun(Experiment[Any, Outcome]):
         first, warnings = first_points(self.problem, self.study, self.folder)
         return algorithm_of(self.problem, self.study, first), warnings
 
-    def fly(self) -> Outcome:
+    def fly(self) -> FlightOutcome:
         """Search, re-fly the finalists and pick."""
         # It imports while one core of this process rests.
         self.drawing = report.start_figures(self.folder.path)
@@ -145,11 +145,11 @@ class TuningRun(Experiment[Any, Outcome]):
             raise
 
     @staticmethod
-    def is_feasible(found: Outcome) -> bool:
+    def is_feasible(found: FlightOutcome) -> bool:
         """Whether the run recommends gains."""
         return found.feasible
 
-    def write(self, found: Outcome) -> None:
+    def write(self, found: FlightOutcome) -> None:
         """Write documents and tables, and the report, while another process draws the figures."""
         folder, watcher = self.folder, self.watcher
         with self.given_up_on_error():
@@ -164,7 +164,7 @@ class TuningRun(Experiment[Any, Outcome]):
             self.drawing.wait()
         folder.written(*DRAWN)
 
-    def write_documents(self, found: Outcome) -> None:
+    def write_documents(self, found: FlightOutcome) -> None:
         """Write what the figures show: front, summary, responses; and gains."""
         folder = self.folder
         summary = summary_document(found)

@@ -6,7 +6,7 @@ from pathlib import Path
 
 import numpy as np
 
-from objectives.problem import Evaluation, Problem
+from objectives.problem import Evaluation, Evaluator
 from objectives.racing import Champions, race
 from plant.errors import StoreError
 from plant.scenarios import SEARCH
@@ -25,7 +25,7 @@ from tuner.store.flights import FlightStore
 from tuner.store.folder import Folder
 from tuner.store.start import FILE as START
 from tuner.store.start import read_start, write_start
-from tuner.study.study import TuningStudy
+from tuner.study.study import SearchedStudy, TuningStudy
 
 
 def flight_store(study: TuningStudy, folder: Folder | None, others: tuple[Path, ...] = ()) -> FlightStore:
@@ -34,7 +34,7 @@ def flight_store(study: TuningStudy, folder: Folder | None, others: tuple[Path, 
     return FlightStore(folder, columns, others, study.system.loop.results)
 
 
-def first_points(problem: Problem, study: TuningStudy, folder: Folder) -> tuple[np.ndarray, list[str]]:
+def first_points(problem: Evaluator, study: SearchedStudy, folder: Folder) -> tuple[np.ndarray, list[str]]:
     """Return the first generation (n, d), as recorded or else made and recorded, and warnings about it."""
     known = read_start(folder.path, len(study.space.variables))
     if known is not None and folder.keep(START):
@@ -46,7 +46,7 @@ def first_points(problem: Problem, study: TuningStudy, folder: Folder) -> tuple[
     return first, said
 
 
-def algorithm_of(problem: Problem, study: TuningStudy, first: np.ndarray) -> Search:
+def algorithm_of(problem: Evaluator, study: SearchedStudy, first: np.ndarray) -> Search:
     """Return the search that a study asks for, seeded, at the beginning."""
     seed = int(generator(study.seed, "search/algorithm", 0).integers(2**31))
     limits = len(study.constraints) + len(study.requirements)
@@ -56,8 +56,8 @@ def algorithm_of(problem: Problem, study: TuningStudy, first: np.ndarray) -> Sea
 
 
 def search(
-    problem: Problem,
-    study: TuningStudy,
+    problem: Evaluator,
+    study: SearchedStudy,
     folder: Folder,
     watcher: Watcher,
     algorithm: Search,
@@ -99,8 +99,8 @@ def search(
 
 
 def evaluated(
-    problem: Problem,
-    study: TuningStudy,
+    problem: Evaluator,
+    study: SearchedStudy,
     points: np.ndarray,
     before: list[Generation],
     on_flights_done: Callable[[int], None] | None = None,
@@ -135,7 +135,7 @@ def as_recorded(evaluation: Evaluation, past: list[Spent], number: int) -> Evalu
     )
 
 
-def replayed(path: Path, study: TuningStudy, problem: Problem, budget: Budget) -> Iterator[Generation]:
+def replayed(path: Path, study: SearchedStudy, problem: Evaluator, budget: Budget) -> Iterator[Generation]:
     """Ask a search again, told what is recorded: yield the generations of a results folder.
 
     Flights that the problem's memory does not hold are flown.

@@ -8,7 +8,7 @@ import numpy as np
 
 from plant.records import flatten
 from plant.sensors import SensorSpec
-from tuner.study.study import Study, TuningStudy
+from tuner.study.study import SearchedStudy, Study
 
 if TYPE_CHECKING:
     from objectives.design import AxisDesign
@@ -49,7 +49,7 @@ def without_design(designs: "dict[str, AxisDesign]") -> list[str]:
     return [f"No design for {', '.join(axes)}: {why}; the default gains stand in." for why, axes in reasons.items()]
 
 
-def _default(study: TuningStudy) -> tuple[Array, list[str]]:
+def _default(study: SearchedStudy) -> tuple[Array, list[str]]:
     return study.space.point(study.default_row), []
 
 
@@ -62,7 +62,7 @@ STARTS: dict[str, Callable[[Any], tuple[Array, list[str]]]] = {"default": _defau
 """Functions from a study to a point (d,) of its decision space and warnings, by the names of `tuner.search.names`."""
 
 
-def starting_points(study: TuningStudy) -> tuple[Array, list[str]]:
+def starting_points(study: SearchedStudy) -> tuple[Array, list[str]]:
     """Return the starting points (k, d) that `search.initial` names, each in the study's ranges, and warnings.
 
     The default comes first whatever is named, because the search measures everything by it. A point that is there already is

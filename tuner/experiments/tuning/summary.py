@@ -28,7 +28,7 @@ from tuner.experiments.tuning.conflicts import Conflict, Limit, LimitPrice, Rela
 from tuner.experiments.tuning.ending import ending_of
 from tuner.experiments.tuning.outcome import Outcome
 from tuner.search.loop import point_name
-from tuner.study.study import Study, TuningStudy
+from tuner.study.study import SearchedStudy, Study
 from tuner.study.trim import trim_entry
 
 
@@ -74,7 +74,7 @@ def summary_document(outcome: Outcome) -> Summary:
 
 
 @singledispatch
-def air_rows(study: TuningStudy) -> list[AirRow]:  # noqa: ARG001
+def air_rows(study: SearchedStudy) -> list[AirRow]:  # noqa: ARG001
     """Return the air of each scenario; none where nothing flies in it."""
     return []
 
@@ -174,13 +174,10 @@ def variable_rows(outcome: Outcome) -> list[VariableRow]:
     """Return every decision variable with unit, range and its default and tuned value."""
     study = outcome.study
     default, tuned = outcome.gains(0), outcome.gains(outcome.tuned)
-    known = {gain.column: gain for gain in study.system.gains}
     return [
         VariableRow(
             name=variable.name,
-            symbol=known[columns[0]].info.symbol,
-            meaning=known[columns[0]].info.meaning,
-            unit=known[columns[0]].unit,
+            **words._asdict(),
             low=variable.low,
             high=variable.high,
             scale=variable.scale,
@@ -188,5 +185,7 @@ def variable_rows(outcome: Outcome) -> list[VariableRow]:
             default=float(default[columns[0]]),
             tuned=float(tuned[columns[0]]),
         )
-        for i, (variable, columns) in enumerate(zip(study.space.variables, study.space.columns, strict=True))
+        for i, (variable, columns, words) in enumerate(
+            zip(study.space.variables, study.space.columns, study.variable_words, strict=True)
+        )
     ]

@@ -8,7 +8,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from objectives.problem import Evaluation, Problem
+from objectives.problem import Evaluation, Evaluator
 from objectives.racing import beaten_by
 from tuner.analysis.held_out import Searched
 from tuner.experiments.tuning.problem import remaining_batches
@@ -16,7 +16,7 @@ from tuner.search.front import evenly, feasible_front, non_dominated
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Generation, archive
 from tuner.search.watcher import REFINING, Watcher
-from tuner.study.study import TuningStudy
+from tuner.study.study import SearchedStudy
 
 # Candidates that make all flights at most: as many as are finalists.
 MOST_SURVIVORS = 48
@@ -46,7 +46,9 @@ class Survivors:
         return [Searched(found.values[row], found.scores[row], found.origin) for row in rows]
 
 
-def survivors_of(problem: Problem, study: TuningStudy, generations: list[Generation], watcher: Watcher) -> Survivors:
+def survivors_of(
+    problem: Evaluator, study: SearchedStudy, generations: list[Generation], watcher: Watcher
+) -> Survivors:
     """Fly what survives the search through the rest of its flights; where every candidate flew all of them, all survive."""
     seen = pooled([entry.evaluation for entry in generations])
     if study.search.first is None:
@@ -66,7 +68,7 @@ def picked(seen: Evaluation, rows: np.ndarray) -> Evaluation:
     return replace(seen, **{name: getattr(seen, name)[rows] for name in (*OF_CANDIDATES, "counted")})
 
 
-def joined(problem: Problem, one: Evaluation, other: Evaluation) -> Evaluation:
+def joined(problem: Evaluator, one: Evaluation, other: Evaluation) -> Evaluation:
     """Return the evaluation of candidates on the flights of two, in the order of the scenarios."""
     origin = np.concatenate([one.origin, other.origin])
     names = {name: number for number, name in enumerate(dict.fromkeys(one.origin.tolist()))}
@@ -88,7 +90,7 @@ def pooled(evaluations: list[Evaluation]) -> Evaluation:
     return replace(evaluations[0], **parts, counted=counted)
 
 
-def surviving(problem: Problem, seen: Evaluation, root: int) -> np.ndarray:
+def surviving(problem: Evaluator, seen: Evaluation, root: int) -> np.ndarray:
     """Return the candidates (k,) that keep every limit and that no point of the front surely beats, the front among them.
 
     Where these are too many, those furthest behind are left out, and the last layer is thinned.

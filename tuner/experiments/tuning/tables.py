@@ -23,15 +23,15 @@ from plant.scenarios import HELD_OUT, ScenarioSpec
 from plant.threads import side_by_side
 from tuner.analysis.responses import Responses, responses_of
 from tuner.documents.finalists import FINALIST_COLUMNS
-from tuner.experiments.tuning.outcome import Outcome
+from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.search.loop import Generation
 from tuner.store.folder import data_frame, stacked
 from tuner.study.margins import holds_place, nominal_margins
 from tuner.study.plant_study import PlantStudy, plant_margins
-from tuner.study.study import Study, TuningStudy
+from tuner.study.study import SearchedStudy, Study, TuningStudy
 
 
-def generation_table(study: TuningStudy, generations: list[Generation], record: Generation) -> Any:
+def generation_table(study: SearchedStudy, generations: list[Generation], record: Generation) -> Any:
     """Return one generation as a pandas table, a row for each candidate."""
     before = sum(len(entry.points) for entry in generations) - len(record.points)
     values = study.space.values(record.points)
@@ -126,7 +126,7 @@ def constraint_table(outcome: Outcome) -> Any:
 POINTS, LOWEST = 120, 0.05
 
 
-def margin_table(outcome: Outcome) -> Any:
+def margin_table(outcome: FlightOutcome) -> Any:
     """Return a pandas table, a row for each finalist and channel with a loop; None where no steady flight is found.
 
     Columns: point, channel, stable, those of `RECORDED` in SI units (empty where no crossing limits a margin, or where the loop
@@ -151,7 +151,7 @@ def margin_table(outcome: Outcome) -> Any:
     return data_frame(rows)
 
 
-def margin_model(outcome: Outcome) -> Any:
+def margin_model(outcome: FlightOutcome) -> Any:
     """Return the margins of the study's loop; raises InputError where there is no steady flight, or there are no margins."""
     return model_of(outcome.study)
 
@@ -213,7 +213,7 @@ class PointFan(NamedTuple):
     units: tuple[str, ...]
 
 
-def response_table(outcome: Outcome) -> Any:
+def response_table(outcome: FlightOutcome) -> Any:
     """Fly every finalist through held-out scenarios and return the fans as one long pandas table.
 
     A row for each signal and instant: point, scenario, signal, unit, time [s], reference, low, median, high (5, 50, 95 %), worst,
@@ -229,7 +229,7 @@ def response_table(outcome: Outcome) -> Any:
     return table.astype({name: "category" for name in ("point", "scenario", "signal", "unit")})
 
 
-def scenario_parts(outcome: Outcome, spec: ScenarioSpec, count: int) -> list[Any]:
+def scenario_parts(outcome: FlightOutcome, spec: ScenarioSpec, count: int) -> list[Any]:
     """Return the tables of all points in one scenario, fans over so many flights."""
     worst = worst_flights(outcome, spec.name).tolist()
     beyond = sorted({index for index in worst if index >= count})
@@ -259,12 +259,12 @@ def worst_flights(outcome: Outcome, scenario: str) -> np.ndarray:
     return np.argmax(outcome.finalists.evaluation.samples(chosen, scenario), axis=-1)
 
 
-def drawn(outcome: Outcome, spec: ScenarioSpec, indices: Any) -> Any:
+def drawn(outcome: FlightOutcome, spec: ScenarioSpec, indices: Any) -> Any:
     """Return held-out flights of a scenario by their indices."""
     return outcome.study.system.sample(spec, outcome.study.seed, HELD_OUT, indices)
 
 
-def flight_of(outcome: Outcome, row: int, inputs: Any) -> Responses:
+def flight_of(outcome: FlightOutcome, row: int, inputs: Any) -> Responses:
     """Return what a finalist does in drawn flights."""
     return responses_of(outcome.study.system, outcome.problem.flyer, outcome.gains(row), inputs)
 

@@ -9,6 +9,7 @@ import pytest
 
 from plant.own_code import HAVE_RUN
 from tests.tuner.in_process import called, tuner
+from tuner.api import results as api
 from tuner.documents.opening import open_results
 from tuner.study.kinds import load_any
 
@@ -44,6 +45,13 @@ def test_the_run_recommends_what_keeps_the_limit_and_says_what_flew(run):
     assert {fan.signal for fan in results.fans} == {"angle", "voltage"}
     assert {loop.channel for loop in results.loops} == {"angle"}
     assert results.gains.gains["angle.kp"].value > 0.0
+
+
+def test_the_library_gives_its_points_as_values_by_address(run):
+    results, written = api.open_results(run), open_results(run)
+    assert results.recommended == {address: entry.value for address, entry in written.gains.gains.items()}
+    assert results.gains(written.tuned) == pytest.approx(results.recommended)
+    assert results.default == written.resolved.gains != results.recommended
 
 
 def test_it_is_flown_again_to_the_same_bits(run, written, monkeypatch, capsys):

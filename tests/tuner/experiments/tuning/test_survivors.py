@@ -17,7 +17,7 @@ FIRST, ALL = 4, 6
 @pytest.fixture(scope="module")
 def staged(tmp_path_factory):
     folder = tmp_path_factory.mktemp("survivors") / "r"
-    return run_small(folder, scenario__0__search=ALL), folder
+    return run_small(folder, scenario__0__search=ALL, search__first=FIRST), folder
 
 
 def test_every_candidate_flies_the_first_and_survivors_the_others(staged):

@@ -11,12 +11,13 @@ from typing import Any
 import numpy as np
 
 from objectives.mission import mission_floor
+from objectives.problem import Constraint
 from tuner.analysis.held_out import differences_to
 from tuner.experiments.tuning.bounds import on_bounds
 from tuner.experiments.tuning.guards import after
 from tuner.experiments.tuning.guards.before import default_elsewhere, few_scenarios, leading_yaw, rates_without_damping
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.study.study import Study, TuningStudy
+from tuner.study.study import SearchedStudy, Study, TuningStudy
 
 __all__ = ["GUARDS", "Guard", "warnings_after_run", "warnings_before_run", "times_of_never"]
 
@@ -25,14 +26,14 @@ BEFORE, AFTER = "before", "after"
 
 @dataclass(frozen=True)
 class Guard:
-    """when: `BEFORE` a run, message(study), or `AFTER` it, message(outcome). what: what it looks for, one line. of: studies
-    that a guard before looks at.
+    """when: `BEFORE` a run, message(study), or `AFTER` it, message(outcome). what: what it looks for, one line.
+    of: studies that it looks at.
     """
 
     when: str
     what: str
     message: Callable[[Any], list[str]]
-    of: type[TuningStudy] = TuningStudy
+    of: type = object
 
 
 def _labels(outcome: Outcome) -> list[str]:
@@ -65,8 +66,17 @@ def _idle(outcome: Outcome) -> list[str]:
     return after.idle_candidates(int(idle), floor)
 
 
-def times_of_never(study: TuningStudy) -> list[list[float]]:
-    """Return for each objective, by scenario, the time [s] that stands for an event that a flight did not come to."""
+@singledispatch
+def times_of_never(study: SearchedStudy) -> list[list[float]]:
+    """Return for each objective, by scenario, the time [s] that stands for an event that a flight did not come to.
+
+    Nothing is known of trials that another program made.
+    """
+    return [[] for _ in study.objectives]
+
+
+@times_of_never.register
+def _(study: TuningStudy) -> list[list[float]]:
     found = []
     for objective in study.objectives:
         metric = objective.metric.metric
@@ -80,14 +90,8 @@ def times_of_never(study: TuningStudy) -> list[list[float]]:
     return found
 
 
-@singledispatch
-def floor_of(study: TuningStudy) -> tuple[Any, ...]:  # noqa: ARG001
-    """Return the mission floor of a study; none where nothing flies a mission."""
-    return ()
-
-
-@floor_of.register
-def _(study: Study) -> tuple[Any, ...]:
+def floor_of(study: Study) -> tuple[Constraint, ...]:
+    """Return the mission floor of a study."""
     system = study.system
     return mission_floor([entry.spec for entry in study.scenarios], system.limits, system.timing, study.mission)
 
@@ -100,7 +104,7 @@ GUARDS = {
         BEFORE, "a yaw loop that the inertia of the rotors speeds up",
         lambda study: leading_yaw(study, study.default_row, "the default's yaw loop"), Study,
     ),
-    "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle),
+    "mission_floor": Guard(AFTER, "candidates that keep all limits but do not fly the mission", _idle, Study),
     "constant_objective": Guard(
         AFTER, "an objective that nothing searched moves",
         lambda outcome: after.constant_objectives(_labels(outcome), _flown_values(outcome), times_of_never(outcome.study)),
@@ -120,12 +124,16 @@ GUARDS = {
 }  # fmt: skip
 
 
-def warnings_before_run(study: TuningStudy) -> list[str]:
+def warnings_before_run(study: SearchedStudy) -> list[str]:
     """Return what the guards say of a study before it runs."""
-    asked = [guard for guard in GUARDS.values() if guard.when == BEFORE and isinstance(study, guard.of)]
-    return [text for guard in asked for text in guard.message(study)]
+    return [text for guard in guards_of(study, BEFORE) for text in guard.message(study)]
 
 
 def warnings_after_run(outcome: Outcome) -> list[str]:
     """Return what the guards say of an outcome."""
-    return [text for guard in GUARDS.values() if guard.when == AFTER for text in guard.message(outcome)]
+    return [text for guard in guards_of(outcome.study, AFTER) for text in guard.message(outcome)]
+
+
+def guards_of(study: SearchedStudy, when: str) -> list[Guard]:
+    """Return the guards that look at a study, or at its outcome."""
+    return [guard for guard in GUARDS.values() if guard.when == when and isinstance(study, guard.of)]

@@ -14,10 +14,10 @@ from plant.scenarios import HELD_OUT, SEARCH
 from tuner.analysis.judging.judge import differences
 from tuner.gains import read_gains
 from tuner.search.names import ALGORITHMS
-from tuner.study.study import Study, TuningStudy
+from tuner.study.study import SearchedStudy, Study
 
 
-def few_scenarios(study: TuningStudy) -> list[str]:
+def few_scenarios(study: SearchedStudy) -> list[str]:
     """Warn of risks that ask more of the scenarios than there are.
 
     A search that flies few scenarios does so on purpose, be it a model's or one that flies few first: its values only say what
@@ -34,7 +34,7 @@ def few_scenarios(study: TuningStudy) -> list[str]:
     ]
 
 
-def _count(study: TuningStudy, objective: Objective, stream: str) -> int:
+def _count(study: SearchedStudy, objective: Objective, stream: str) -> int:
     seen = [entry for entry in study.scenarios if objective.scenario in (None, entry.spec.name)]
     return sum(entry.search if stream == SEARCH else entry.held_out for entry in seen)
 

@@ -1,0 +1,153 @@
+"""Lines of a program that does not keep to the form: each is refused with one line that says what to do, and nothing is lost."""
+
+import json
+import random
+
+import pytest
+
+from plant.errors import InputError
+from tests.tuner.experiments.trials.bench import bowls, line, made
+from tuner.experiments.trials.answers import LONGEST_LINE
+from tuner.experiments.trials.asking import ask, tell
+from tuner.store.trials import ASKED, TOLD
+
+
+@pytest.fixture(scope="module")
+def begun(tmp_path_factory):
+    """A run that has asked, its folder, and the trials."""
+    folder = tmp_path_factory.mktemp("hostile")
+    study = bowls(folder)
+    return folder / "out", [trial.content() for trial in ask(study, folder / "out").trials]
+
+
+def refusal(out, given):
+    """Return the error of a line that is refused; nothing on record changes."""
+    before = [(out / name).read_bytes() if (out / name).exists() else b"" for name in (ASKED, TOLD)]
+    told = tell(out, [given], "lines")
+    assert (told.taken, len(told.refused)) == (0, 1), given[:200]
+    assert [(out / name).read_bytes() if (out / name).exists() else b"" for name in (ASKED, TOLD)] == before
+    text = str(told.refused[0])
+    assert text.isprintable()
+    assert len(text) < 700
+    return text
+
+
+ID = "p0000-search-000"
+WRONG = [
+    ({"id": ID}, "has no metrics; tell"),
+    ({"metrics": {"left": 1.0, "right": 1.0}}, "has no id"),
+    ({"id": 3, "metrics": {}}, "has the id 3"),
+    ({"id": "p9999-search-000", "metrics": {"left": 1.0, "right": 1.0}}, "unknown id 'p9999-search-000'"),
+    ({"id": ID, "metrics": {"left": 1.0}}, "'right' is missing; tell left, right"),
+    ({"id": ID, "metrics": {"left": 1.0, "rihgt": 1.0}}, "unknown metric 'rihgt'; did you mean 'right'"),
+    ({"id": ID, "metrics": {"left": float("nan"), "right": 1.0}}, "'left' is nan; allowed: a finite number, 0 or more"),
+    ({"id": ID, "metrics": {"left": float("inf"), "right": 1.0}}, "'left' is inf"),
+    ({"id": ID, "metrics": {"left": -1.0, "right": 1.0}}, "'left' is -1"),
+    ({"id": ID, "metrics": {"left": "1.0", "right": 1.0}}, "'left' is \"1.0\""),
+    ({"id": ID, "metrics": {"left": True, "right": 1.0}}, "'left' is true"),
+    ({"id": ID, "metrics": {"left": None, "right": 1.0}}, "'left' is null"),
+    ({"id": ID, "metrics": {"left": 10**400, "right": 1.0}}, "'left' is too large"),
+    ({"id": ID, "metrics": [1.0, 1.0]}, "'metrics' is [1.0, 1.0]"),
+    ({"id": ID, "failed": "yes"}, "'failed' is \"yes\"; allowed: true or false"),
+    ({"id": ID, "failed": True, "reason": 3}, "'reason' is 3; allowed: a text"),
+    ({"id": ID, "failed": True, "metrics": {"left": 1.0, "right": 1.0}}, "leave one of the two out"),
+    ({"id": ID, "metrisc": {}}, "unknown key 'metrisc'; did you mean 'metrics'"),
+    ({"id": ID, "seed": 1, "metrics": {"left": 1.0, "right": 1.0}}, "'seed' is 1, and asked was"),
+    ({"id": ID, "variables": {"x": 0.0}, "metrics": {"left": 1.0, "right": 1.0}}, "tell what that trial gave"),
+]
+
+
+@pytest.mark.parametrize(("given", "said"), WRONG, ids=[said[:30] for _, said in WRONG])
+def test_a_wrong_line_is_refused_with_what_is_allowed(begun, given, said):
+    text = refusal(begun[0], json.dumps(given))
+    assert said in text
+    assert text.startswith("lines, line 1: ")
+    if given.get("id") == ID:
+        assert ID in text
+
+
+@pytest.mark.parametrize(
+    ("given", "said"),
+    [
+        (b"hello", "'hello' is not JSON"),
+        (b"\xff\xfe{}", "is not UTF-8 text"),
+        (b"[1, 2]", "given [1, 2]; each line is"),
+        (b"null", "given null"),
+        (b'{"id": "a", "id": "b"}', "the key 'id' stands in it twice"),
+        (b"[" * 100_000, "is not JSON"),
+        (b"9" * 5000, "is not JSON"),
+        (b'{"id": "' + b"a" * LONGEST_LINE + b'"}', f"is longer than {LONGEST_LINE:,} bytes"),
+        (b'{"id": "\\u001b[2J\\u202e"}', "unknown id"),
+    ],
+    ids=lambda value: repr(value)[:30],
+)
+def test_what_is_no_answer_at_all_is_refused(begun, given, said):
+    assert said in refusal(begun[0], given)
+
+
+def spoiled(draw, good):
+    """Return a good line with some of its bytes changed, left out, doubled or cut off."""
+    content = bytearray(good.encode())
+    for _ in range(draw.randint(1, 4)):
+        place = draw.randrange(len(content))
+        match draw.randrange(5):
+            case 0:
+                content[place] = draw.randrange(256)
+            case 1:
+                del content[place]
+            case 2:
+                content[place:place] = content[draw.randrange(place + 1) : place]
+            case 3:
+                content[place:] = b""
+            case _:
+                content[place:place] = bytes(draw.randrange(256) for _ in range(draw.randint(1, 20)))
+        if not content:
+            break
+    return bytes(content).replace(b"\n", b" ")
+
+
+def test_two_hundred_spoiled_lines_are_refused_and_the_good_ones_taken(tmp_path):
+    """A spoiled line may still be one that tells something, with another number for instance: then it is taken, and as it says."""
+    study, out = bowls(tmp_path), tmp_path / "out"
+    trials = [trial.content() for trial in ask(study, out).trials]
+    draw, kept = random.Random(5), []
+    lines = [spoiled(draw, line(draw.choice(trials), made)) for _ in range(200)]
+    told = tell(out, lines, "lines")
+    blank = sum(not given.strip() for given in lines)
+    assert told.taken + told.repeated + len(told.refused) + blank == 200
+    assert len(told.refused) > 150
+    for error in told.refused:
+        assert isinstance(error, InputError)
+        assert str(error).isprintable()
+        assert len(str(error)) < 700
+    rest = [line(trial.content(), made) for trial in ask(study, out).trials[: told.lacking]]
+    assert tell(out, rest, "lines").refused == []
+    kept = [json.loads(entry) for entry in (out / TOLD).read_text().splitlines()]
+    assert len(kept) == 16 == len({entry["id"] for entry in kept})
+
+
+def test_told_twice_is_ignored_and_told_otherwise_refused(tmp_path):
+    study, out = bowls(tmp_path), tmp_path / "out"
+    trial = ask(study, out).trials[0].content()
+    good = line(trial, made)
+    assert tell(out, [good], "lines").taken == 1
+    before = (out / TOLD).read_bytes()
+    told = tell(out, [good, json.dumps({**trial, "metrics": made(trial)})], "lines")
+    assert (told.taken, told.repeated, told.refused) == (0, 2, [])
+    other = refusal(out, json.dumps({"id": trial["id"], "metrics": {"left": 1.0, "right": 2.0}}))
+    assert f"{trial['id']}: was told before as" in other
+    assert "what was told first stays" in other
+    assert (out / TOLD).read_bytes() == before
+
+
+def test_late_is_what_was_given_up_before(tmp_path):
+    """A trial of which nothing came is told to have failed, so that the run goes on; what comes after all is refused."""
+    study, out = bowls(tmp_path), tmp_path / "out"
+    trials = [trial.content() for trial in ask(study, out).trials]
+    given_up = json.dumps({"id": trials[0]["id"], "failed": True, "reason": "no answer for an hour"})
+    assert tell(out, [given_up, *[line(trial, made) for trial in trials[1:]]], "lines").taken == 16
+    following = ask(study, out).trials
+    assert trials[0]["id"] not in {trial.id for trial in following}
+    late = refusal(out, line(trials[0], made))
+    assert f"{trials[0]['id']}: was told before as failed (no answer for an hour), and now as" in late
+    assert ask(study, out).trials == following

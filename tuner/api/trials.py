@@ -1,0 +1,119 @@
+"""Studies whose trials another program makes: ask which, tell what they gave, or have a function make them."""
+
+import json
+import sys
+from collections.abc import Callable, Iterable, Mapping
+from pathlib import Path
+from typing import Any
+
+from plant.errors import InputError
+from tuner.api.studies import StudyLike, loaded
+from tuner.experiments.trials import asking
+from tuner.experiments.trials.answers import Answers
+from tuner.experiments.trials.asking import Asked, Told
+from tuner.experiments.trials.program import Program
+from tuner.search.watcher import Watcher
+from tuner.store.trials import Trial
+from tuner.study.trials import TrialStudy
+
+STANDARD_INPUT = Path("-")
+Make = Callable[[dict[str, Any]], Mapping[str, float]]
+
+
+def ask(
+    study: StudyLike,
+    out: str | Path | None = None,
+    *,
+    make: Make | None = None,
+    command: str | None = None,
+    timeout: float | None = None,
+    watcher: Watcher | None = None,
+) -> Asked:
+    """Return the trials that a study lacks, or have them made until it is concluded.
+
+    Args:
+        study: A study whose trials another program makes, or its file.
+        out: Results folder, begun or not; by default results/NAME.
+        make: Function that makes a trial: takes it as a dictionary and returns its metrics by name.
+        command: Command line of a program that makes trials, as `tuner ask --run`.
+        timeout: Time that the program may take over a trial [s].
+        watcher: Callbacks that hear of progress.
+
+    Returns:
+        The trials lacking, none where the run was concluded, and the results folder.
+
+    Raises:
+        InputError: The study is wrong, or what was made is not what it asks for.
+        StoreError: The folder is that of another study, or cannot be written.
+
+    Examples:
+        >>> asked = tuner.ask("bench.toml", "results/bench")
+        >>> asked.trials[0].id, asked.trials[0].variables
+        ('p0000-search-000', {'x': 1.5})
+
+    """
+    asked, folder = trial_study(study), None if out is None else Path(out)
+    if make is not None and command is not None:
+        raise InputError("given a function and a command; give one of the two", key="command")
+    if command is None:
+        return asking.ask(asked, folder, watcher, None if make is None else _made_by(make))
+    with Program(command, timeout) as program:
+        return asking.ask(asked, folder, watcher, program.make)
+
+
+def tell(results: str | Path, lines: str | Path | Iterable[Mapping[str, Any] | str | bytes]) -> Told:
+    """Tell a results folder what trials gave.
+
+    Args:
+        results: The results folder.
+        lines: For each trial its id and metrics, or that it failed: dictionaries, lines of JSON, or a file of these ("-" for
+            standard input).
+
+    Returns:
+        How many lines were taken, how many were told before, which were refused and why, and how many trials are lacking.
+
+    Raises:
+        StoreError: The folder asks for no trials.
+        InputError: The file cannot be read.
+
+    Examples:
+        >>> asked = tuner.ask("bench.toml", "results/told")
+        >>> told = tuner.tell("results/told", [{"id": asked.trials[0].id, "metrics": {"cost": 2.25}}])
+        >>> told.taken, told.refused, told.lacking == len(asked.trials) - 1
+        (1, [], True)
+
+    """
+    if not isinstance(lines, str | Path):
+        return asking.tell(Path(results), map(_written, lines), "lines")
+    if Path(lines) == STANDARD_INPUT:
+        return asking.tell(Path(results), asking.lines_of(sys.stdin.buffer), "standard input")
+    try:
+        with Path(lines).open("rb") as file:
+            return asking.tell(Path(results), asking.lines_of(file), str(lines))
+    except OSError as error:
+        raise InputError(
+            f"cannot be read ({error.strerror}); give a file with lines of JSON, or -", file=lines
+        ) from None
+
+
+def _written(line: Mapping[str, Any] | str | bytes) -> str | bytes:
+    return line if isinstance(line, str | bytes) else json.dumps(line)
+
+
+def trial_study(study: StudyLike) -> TrialStudy:
+    """Return a study whose trials another program makes; InputError where it is of another kind."""
+    found = loaded(study)
+    if not isinstance(found, TrialStudy):
+        raise InputError(
+            "this study flies by itself: `tuner run`; `tuner ask` takes one with [trials], [[variable]] and [[metric]]",
+            file=found.path,
+        )
+    return found
+
+
+def _made_by(make: Make) -> asking.Make:
+    def made(trial: Trial, answers: Answers) -> None:
+        metrics = dict(make(trial.content()))
+        answers.take(json.dumps({"id": trial.id, "metrics": metrics}), "what the function returned")
+
+    return made

@@ -1,0 +1,129 @@
+"""A program that makes trials: it reads a line of JSON for each on its standard input and prints a line with what it gave.
+
+One trial at a time. A program that ends or that does not answer in time costs the trial that it was at, which counts as failed,
+and is started anew for the next one; one that never answered anything stops the run. Its standard error is ours.
+"""
+
+import os
+import shlex
+import signal
+import subprocess
+from contextlib import suppress
+from queue import Empty, SimpleQueue
+from threading import Thread
+from types import TracebackType
+
+from plant.errors import InputError
+from tuner.experiments.trials.answers import LONGEST_LINE, Answers
+from tuner.store.trials import Answer, Trial, line_of
+
+KEY = "--run"
+# Time [s] that a program has to end by itself once its input is closed.
+GRACE = 2.0
+
+
+class Program:
+    """Runs a command line. timeout: time [s] that a trial may take, None for as long as it likes."""
+
+    def __init__(self, command: str, timeout: float | None = None) -> None:
+        try:
+            self._command = shlex.split(command)
+        except ValueError as error:
+            raise InputError(f"given '{command}': {error}; write a command line", key=KEY) from None
+        if not self._command:
+            raise InputError('given an empty command; write one, for instance "python my_sim.py"', key=KEY)
+        self._timeout = timeout
+        self._process: subprocess.Popen[bytes] | None = None
+        self._lines: SimpleQueue[bytes] = SimpleQueue()
+        self._answered = False
+
+    def __enter__(self) -> "Program":
+        return self
+
+    def __exit__(
+        self, kind: type[BaseException] | None, error: BaseException | None, trace: TracebackType | None
+    ) -> None:
+        self._end(kind is None)
+
+    def make(self, trial: Trial, answers: Answers) -> None:
+        """Have a trial made; InputError where the program does not keep to the form of its answers."""
+        line = self._asked(trial)
+        if not line:
+            reason = self._ending(late=line is None)
+            if not self._answered:
+                raise InputError(
+                    f"{shlex.join(self._command)} {reason} before it answered anything; correct it", key=KEY
+                )
+            answers.record.tell(Answer(id=trial.id, failed=True, reason=f"the program {reason}"))
+            return
+        given = answers.take(line, "what the program printed")
+        if given.id != trial.id:
+            message = f"answered {given.id}, and {trial.id} was asked; answer each line before the next one"
+            raise InputError(message, key=KEY)
+        self._answered = True
+
+    def _asked(self, trial: Trial) -> bytes | None:
+        """Return what the program answers to a trial: nothing where it ended, None where it takes too long."""
+        process = self._started()
+        assert process.stdin is not None
+        try:
+            process.stdin.write(line_of(trial).encode() + b"\n")
+            process.stdin.flush()
+            return self._lines.get(timeout=self._timeout)
+        except OSError:
+            return b""
+        except Empty:
+            return None
+
+    def _started(self) -> subprocess.Popen[bytes]:
+        if self._process is not None:
+            return self._process
+        try:
+            # In a session of its own, Ctrl-C reaches this process alone, which then ends the other.
+            self._process = subprocess.Popen(
+                self._command, stdin=subprocess.PIPE, stdout=subprocess.PIPE, start_new_session=True
+            )
+        except OSError as error:
+            raise InputError(f"{self._command[0]} cannot be started ({error.strerror}); correct it", key=KEY) from None
+        self._lines = SimpleQueue()
+        Thread(target=_read, args=(self._process, self._lines), daemon=True).start()
+        return self._process
+
+    def _ending(self, late: bool) -> str:
+        """End a program that gave no answer, and return in words why there is none; late: it still runs."""
+        process = self._process
+        assert process is not None, "it was asked"
+        with suppress(subprocess.TimeoutExpired):
+            process.wait(0.0 if late else GRACE)
+        code = process.returncode
+        self._end(False)
+        if late:
+            return f"gave no answer within {self._timeout:g} s"
+        if code is None:
+            return "closed its output"
+        return f"was ended by {signal.Signals(-code).name}" if code < 0 else f"ended with exit code {code}"
+
+    def _end(self, kindly: bool) -> None:
+        """End the program and all that it started; kindly: let it see the end of its input first."""
+        process, self._process = self._process, None
+        if process is None:
+            return
+        assert process.stdin is not None and process.stdout is not None
+        with suppress(OSError):
+            process.stdin.close()
+        if kindly:
+            with suppress(subprocess.TimeoutExpired):
+                process.wait(GRACE)
+        with suppress(OSError):
+            os.killpg(process.pid, signal.SIGKILL)
+        process.wait()
+
+
+def _read(process: "subprocess.Popen[bytes]", lines: "SimpleQueue[bytes]") -> None:
+    """Hand lines over as they come, and an empty one at the end."""
+    assert process.stdout is not None
+    with process.stdout as out:
+        while line := out.readline(LONGEST_LINE + 1):
+            if line.strip():
+                lines.put(line)
+    lines.put(b"")

@@ -1,0 +1,379 @@
+"""A study whose trials another program makes: variables, what is told of a trial, how many trials, and what is wanted.
+
+The program may be a simulator or a test bench. Trials have the numbers of scenarios; each comes with a seed, the same for every
+candidate, so that a program which draws its disturbances from it compares candidates in pairs. A metric is a number of a trial,
+0 or more and better when smaller; one beyond its `worst` counts as that, and each metric of a failed trial as twice that.
+"""
+
+import hashlib
+import json
+from collections.abc import Mapping
+from dataclasses import asdict, dataclass
+from functools import cached_property
+from math import inf
+from pathlib import Path
+from typing import Annotated, Any, ClassVar, NamedTuple
+
+import numpy as np
+from pydantic import Field, ValidationError
+
+from objectives.decisions import DecisionSpace, Variable
+from objectives.metrics import MetricAddress
+from objectives.metrics.metric import Metric
+from objectives.problem import Constraint, Objective
+from objectives.requirements import Requirement
+from objectives.risk import Risk
+from plant.errors import InputError, UnknownNameError
+from plant.input_files import read_input_text
+from plant.seeds import generator
+from plant.texts import check_name, check_texts, check_title
+from tuner.search.front import resolved_rule
+from tuner.study.layers import Layer
+from tuner.study.messages import translated
+from tuner.study.reading import put
+from tuner.study.schema import PickTable, SearchTable, StrictTable
+from tuner.study.search_reading import least_tail, search_of
+from tuner.study.size import CHECKED, MOST_CANDIDATES, MOST_FLIGHTS, MOST_POPULATION
+from tuner.study.study import SearchSpec, VariableWords
+from tuner.text.input_errors import located
+from tuner.text.markup import element
+from tuner.text.markup import table as markup_table
+from tuner.text.units import after_number
+
+# Trials of a run at most: the lines of all of them are held in memory.
+MOST_TRIALS = 10_000_000
+SEEDS = 2**31
+"""Seeds of trials lie below this, so that they fit where a program keeps a seed in 32 bits with a sign."""
+FAILED = 2.0
+"""Cost of a failed trial, in the largest values that its metrics can have."""
+
+
+class VariableTable(StrictTable):
+    """[[variable]]: a number that is searched."""
+
+    name: str
+    """Name, by which the program is told its value."""
+    low: float
+    """Lower end of the range."""
+    high: float
+    """Upper end of the range."""
+    default: float
+    """Value that the search starts from and that everything is measured by."""
+    scale: str = "linear"
+    """Scale of the range: "log" or "linear"."""
+    unit: str = "1"
+    """Unit of the value."""
+    meaning: str = ""
+    """Words for the report."""
+
+
+class MetricTable(StrictTable):
+    """[[metric]]: a number that the program tells of each trial, 0 or more, better when smaller."""
+
+    name: str
+    """Name, by which the program tells it."""
+    worst: Annotated[float, Field(gt=0.0)]
+    """Largest value that counts; a failed trial counts as twice this."""
+    unit: str = "1"
+    """Unit of the value."""
+    meaning: str = ""
+    """Definition for the report."""
+
+
+class TrialsTable(StrictTable):
+    """[trials]: how many trials a candidate takes, each in a scenario with a seed of its own."""
+
+    search: Annotated[int, Field(ge=1, le=MOST_FLIGHTS)] = 8
+    """Trials of each candidate in the search."""
+    held_out: Annotated[int, Field(ge=2, le=MOST_FLIGHTS)] = 32
+    """Trials of a finalist in the held-out check at most, and as many for the confirmation."""
+
+
+class TrialObjectiveTable(StrictTable):
+    """[[objective]]: a metric's risk over the trials, to be made small."""
+
+    metric: str
+    """Metric, or "failure" for the share of failed trials."""
+    risk: str = "mean"
+    """Risk measure over the trials."""
+    level: float | None = None
+    """Level of the risk measure, above 0 and below 1, where it has one."""
+
+
+class TrialConstraintTable(TrialObjectiveTable):
+    """[[constraint]]: the same, not to exceed `max`."""
+
+    max: Annotated[float, Field(ge=0.0)]
+    """Largest value allowed, in the unit of the metric."""
+
+
+class TrialSearchTable(SearchTable):
+    """[search]: how the values are looked for."""
+
+    racing: bool = False
+    """Ask for the trials of a candidate in parts, and for no more of one that a better one surely beats; a generation then takes
+    several rounds of asking."""
+
+
+class TrialStudyTable(StrictTable):
+    """A whole file of a study whose trials another program makes."""
+
+    title: str
+    """One line that names the study."""
+    seed: Annotated[int, Field(ge=0, lt=2**63)]
+    """Root of every random number."""
+    trials: TrialsTable
+    variable: Annotated[list[VariableTable], Field(min_length=1)]
+    metric: Annotated[list[MetricTable], Field(min_length=1)]
+    objective: Annotated[list[TrialObjectiveTable], Field(min_length=1)]
+    description: str = ""
+    """Text for the report."""
+    constraint: list[TrialConstraintTable] = Field(default=[])
+    search: TrialSearchTable = TrialSearchTable()
+    pick: PickTable = PickTable()
+
+
+class TrialSpec(NamedTuple):
+    """Scenarios of the trials: they differ in their seed alone."""
+
+    name: str = "trials"
+
+
+@dataclass(frozen=True)
+class TrialScenarios:
+    """Scenarios of the trials, and how many of them a candidate meets in the search and in the held-out check."""
+
+    search: int
+    held_out: int
+    spec: TrialSpec = TrialSpec()
+
+
+@dataclass(frozen=True)
+class TrialStudy:
+    """A study whose trials another program makes. metrics: what it tells of each, in the order of the file."""
+
+    kind: ClassVar[str] = "trials"
+    path: Path
+    space: DecisionSpace
+    metrics: tuple[MetricAddress, ...]
+    objectives: tuple[Objective, ...]
+    constraints: tuple[Constraint, ...]
+    search: SearchSpec
+    pick: str
+    table: TrialStudyTable
+    given: str | None = None
+
+    @property
+    def title(self) -> str:
+        """One line that names the study."""
+        return self.table.title
+
+    @property
+    def description(self) -> str:
+        """Text for the report."""
+        return self.table.description
+
+    @property
+    def seed(self) -> int:
+        """Root of every random number."""
+        return self.table.seed
+
+    @property
+    def scenarios(self) -> tuple[TrialScenarios, ...]:
+        """The scenarios, which are of one kind."""
+        return (TrialScenarios(self.table.trials.search, self.table.trials.held_out),)
+
+    @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """Nothing: no requirement is known without a trial."""
+        return ()
+
+    @property
+    def default_row(self) -> np.ndarray:
+        """Values (variables,) of the default."""
+        return np.array(self.space.base)
+
+    @property
+    def variable_words(self) -> list[VariableWords]:
+        """Symbol, meaning and unit of each variable."""
+        return [VariableWords("", entry.meaning, entry.unit) for entry in self.table.variable]
+
+    @property
+    def text(self) -> str:
+        """The study as it was given."""
+        return read_input_text(self.path) if self.given is None else self.given
+
+    @property
+    def generations(self) -> int:
+        """Generations of the search."""
+        return self.search.generations
+
+    @property
+    def content(self) -> dict[str, Any]:
+        """The content of the file, overrides and the search that was chosen included."""
+        search = self.table.search.model_copy(update=self.search.sizes)
+        return self.table.model_copy(update={"search": search}).model_dump(mode="json", exclude_unset=True)
+
+    @cached_property
+    def names(self) -> list[str]:
+        """Names of the variables."""
+        return [variable.name for variable in self.space.variables]
+
+    def trial_seed(self, stream: str, scenario: int) -> int:
+        """Return the seed of a scenario of a stream, which every candidate meets."""
+        return int(generator(self.seed, f"trials/{stream}", scenario).integers(SEEDS))
+
+    def resolved(self) -> dict[str, Any]:
+        """Return every value of the study as JSON-able data."""
+        search = {**self.search.values, "why": self.search.why}
+        return {**self._values(), "search": search, "digest": self.digest()}
+
+    def digest(self) -> str:
+        """Return a hash of everything that decides the result; texts do not."""
+        content = {key: value for key, value in self._values().items() if key not in ("title", "description")}
+        text = json.dumps(content, sort_keys=True, allow_nan=False)
+        return hashlib.blake2b(text.encode(), digest_size=12).hexdigest()
+
+    def _values(self) -> dict[str, Any]:
+        return {
+            **self.table.model_dump(mode="json", by_alias=True),
+            "search": self.search.values,
+            "gains": dict(zip(self.names, self.space.base, strict=True)),
+            "variables": [asdict(variable) for variable in self.space.variables],
+        }
+
+    def _repr_html_(self) -> str:
+        rows = (
+            ("variables", ", ".join(self.names)),
+            ("objectives", ", ".join(entry.label for entry in self.objectives)),
+            ("limits", ", ".join(entry.objective.label for entry in self.constraints)),
+            ("search", f"{self.search.algorithm}, {self.search.size}"),
+        )
+        return element("div", element("strong", self.title), markup_table(("", f"seed {self.seed}"), rows))
+
+
+def trials_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping[str, Any]) -> TrialStudy:
+    """Check a study of trials whose file has been read; InputError names file and key."""
+    table = layers[0].table
+    for key, value in overrides.items():
+        put(table, key, value, path)
+    try:
+        checked = TrialStudyTable.model_validate(table)
+    except ValidationError as error:
+        raise translated(error, path, TrialStudyTable) from None
+    check_title(checked.title, file=path, key="title")
+    check_texts(table, file=path)
+    with located(path, ""):
+        return _built(path, checked)
+
+
+def _built(path: Path, table: TrialStudyTable) -> TrialStudy:
+    space = _space(table.variable)
+    metrics = _metrics(table.metric)
+    objectives = tuple(_objective(entry, metrics, f"objective[{i}]") for i, entry in enumerate(table.objective))
+    _check_unique("objective", [objective.label for objective in objectives])
+    constraints = tuple(_constraint(entry, metrics, f"constraint[{i}]") for i, entry in enumerate(table.constraint))
+    _check_unique("constraint", [constraint.objective.label for constraint in constraints])
+    with located(None, "search"):
+        if "design" in table.search.initial:
+            message = 'given "design", which needs a model of the plant; write initial = ["default"]'
+            raise InputError(message, key="initial")
+        tail = least_tail(objectives, scenarios=1)
+        search = search_of(table.search, len(space.variables), len(objectives), table.trials.search, tail)
+        _check_size(search, table.trials)
+    with located(None, "pick"):
+        labels = [objective.label for objective in objectives]
+        rule = resolved_rule(table.pick.rule, table.pick.weights, labels, [entry.metric for entry in table.objective])
+    return TrialStudy(path, space, metrics, objectives, constraints, search, rule, table)
+
+
+def _space(tables: list[VariableTable]) -> DecisionSpace:
+    variables = []
+    for i, entry in enumerate(tables):
+        key = f"variable[{i}]"
+        check_name(entry.name, key=f"{key}.name")
+        try:
+            variables.append(Variable(entry.name, (entry.name,), entry.low, entry.high, entry.scale))
+        except InputError as error:
+            raise InputError(error.message, key=key) from None
+        if not entry.low <= entry.default <= entry.high:
+            message = f"given {entry.default:g}; allowed: {entry.low:g} to {entry.high:g}, the range of the search"
+            raise InputError(message, key=f"{key}.default")
+    _check_unique("variable", [variable.name for variable in variables], ".name")
+    columns = tuple((i,) for i in range(len(variables)))
+    return DecisionSpace(tuple(variables), columns, tuple(entry.default for entry in tables))
+
+
+FAILURE = MetricAddress(
+    "failure",
+    Metric(
+        name="failure", symbol="p_fail", unit="1", scope="flight",
+        definition="1 if the trial failed, else 0; its mean over trials is the failure rate",
+        value=lambda told: 0.0, bound=lambda told: 1.0, graded=False, highest=1.0, reaches_zero=True,
+    ),
+    (),
+)  # fmt: skip
+"""The metric that needs not be told."""
+
+
+def _metrics(tables: list[MetricTable]) -> tuple[MetricAddress, ...]:
+    for i, entry in enumerate(tables):
+        check_name(entry.name, key=f"metric[{i}].name")
+        if entry.name == FAILURE.text:
+            message = '"failure" is the share of failed trials, which is counted here; give the metric another name'
+            raise InputError(message, key=f"metric[{i}].name")
+    _check_unique("metric", [entry.name for entry in tables], ".name")
+    return tuple(_metric(entry) for entry in tables)
+
+
+def _metric(table: MetricTable) -> MetricAddress:
+    """Return the metric: its value is what is told under its name, its bound the worst that counts."""
+    name, worst = table.name, table.worst
+    metric = Metric(
+        name=name, symbol=name, unit=table.unit.replace("{", "{{").replace("}", "}}"), scope="flight",
+        definition=table.meaning or "as the program tells it",
+        value=lambda told: told[name], bound=lambda told: worst, highest=inf, reaches_zero=True,
+    )  # fmt: skip
+    return MetricAddress(name, metric, ())
+
+
+def _objective(table: TrialObjectiveTable, metrics: tuple[MetricAddress, ...], key: str) -> Objective:
+    known = {entry.text: entry for entry in (*metrics, FAILURE)}
+    if table.metric not in known:
+        raise UnknownNameError("metric", table.metric, known, key=f"{key}.metric")
+    try:
+        return Objective(known[table.metric], Risk(table.risk, table.level))
+    except UnknownNameError as error:
+        raise error.located(key=f"{key}.risk") from None
+    except InputError as error:
+        raise error.located(key=f"{key}.level") from None
+
+
+def _constraint(table: TrialConstraintTable, metrics: tuple[MetricAddress, ...], key: str) -> Constraint:
+    objective = _objective(table, metrics, key)
+    most = objective.metric.metric.bound({})
+    if table.max > most:
+        unit = after_number(objective.metric.unit)
+        message = f"given {table.max:g}; nothing worse than {most:g}{unit} counts: allowed: 0 to {most:g}{unit}"
+        raise InputError(message, key=f"{key}.max")
+    return Constraint(objective, table.max)
+
+
+def _check_unique(name: str, labels: list[str], leaf: str = "") -> None:
+    for i, label in enumerate(labels):
+        if label in labels[:i]:
+            message = f"'{label}' stands here twice, first as {name}[{labels.index(label)}]; leave one out"
+            raise InputError(message, key=f"{name}[{i}]{leaf}")
+
+
+def _check_size(search: SearchSpec, trials: TrialsTable) -> None:
+    """Refuse a run that is out of all proportion; InputError with the key inside [search]."""
+    if search.population > MOST_POPULATION:
+        raise InputError(f"given {search.population}; allowed: up to {MOST_POPULATION:,}", key="population")
+    if search.candidates > MOST_CANDIDATES:
+        message = f"{search.size} are {search.candidates:,} candidates; allowed: up to {MOST_CANDIDATES:,}"
+        raise InputError(message, key="generations")
+    count = search.candidates * trials.search + CHECKED * trials.held_out
+    if count > MOST_TRIALS:
+        message = f"about {count:,} trials in all; allowed: up to {MOST_TRIALS:,}: make generations or [trials] smaller"
+        raise InputError(message)
