@@ -13,9 +13,9 @@ import numpy as np
 
 from objectives import meters
 from plant.cascade import close_cascade
-from plant.closed_loop import Limits, close_loop
+from plant.closed_loop import CascadeLoop, Limits, close_loop
 from plant.laws import law
-from plant.loop import ClosedLoop, MeterModel, Timing
+from plant.loop import MeterModel, Timing
 from plant.nominal import Nominal
 from plant.records import pack
 from plant.targets import Targets
@@ -83,7 +83,7 @@ class Course:
         np.savez(file, **vars(self))
 
 
-def loop() -> ClosedLoop:
+def loop() -> CascadeLoop:
     """Return the closed loop of the course."""
     cascade = close_cascade(law(POSITION_LAW), law(ATTITUDE_LAW))
     return close_loop(cascade, MeterModel(meters.Meters, meters.start, meters.update))

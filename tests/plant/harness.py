@@ -12,11 +12,11 @@ from plant.airframes import load, names
 from plant.backends.flyer import FlightInputs, to_lanes
 from plant.backends.stepping import Inputs
 from plant.cascade import close_cascade
-from plant.closed_loop import Limits, close_loop
+from plant.closed_loop import CascadeLoop, Limits, close_loop
 from plant.disturbance import Disturbance
 from plant.gains import default_row
 from plant.laws import LAWS
-from plant.loop import ClosedLoop, MeterModel, Timing
+from plant.loop import MeterModel, Timing
 from plant.records import flatten, pack, size
 from plant.rigid_body import dynamics
 from plant.targets import Target, Targets
@@ -39,13 +39,13 @@ TARGETS = Targets(*[Target(0.0, step, 0.1, 0.05, 0.3, 0.1, 0.4) for step in (1.0
 
 
 @cache
-def loop_of(position: str, attitude: str) -> ClosedLoop:
+def loop_of(position: str, attitude: str) -> CascadeLoop:
     """Return the closed loop of two laws, judged by the meters that every study uses."""
     model = MeterModel(meters.Meters, meters.start, meters.update)
     return close_loop(close_cascade(LAWS[position], LAWS[attitude]), model)
 
 
-def default_gains(loop: ClosedLoop) -> Any:
+def default_gains(loop: CascadeLoop) -> Any:
     """Return the default gains of a loop as a record."""
     return pack(loop.cascade.Gains, default_row(loop.cascade))
 

@@ -10,9 +10,8 @@ from plant.backends import array
 from plant.backends.flyer import Flyer, result_parts
 from plant.backends.stepping import fly_steps, unchanged
 from plant.cascade import Tilt
-from plant.closed_loop import LARGEST_STATE, Limits, Status, hover_body, place, sample_of, status_of
+from plant.closed_loop import LARGEST_STATE, CascadeLoop, Limits, Status, hover_body, place, sample_of, status_of
 from plant.gains import default_row
-from plant.loop import ClosedLoop
 from plant.nominal import ControlOptions, nominal, yaw_lead
 from plant.records import flatten, index, pack
 from plant.references.track import Reference
@@ -53,7 +52,7 @@ def weather(steps: int, count: int, seed: int) -> tuple[Array, Array]:
     return air, rng.standard_normal((count, steps, 12)) * np.repeat([0.002, 0.01, 0.002, 0.01], 3)
 
 
-def history(loop: ClosedLoop, inputs: Any, know: Any, limits: Limits = LIMITS) -> list[Any]:
+def history(loop: CascadeLoop, inputs: Any, know: Any, limits: Limits = LIMITS) -> list[Any]:
     """The Flight record of every control instant, in plain floats."""
     seen: list[Any] = []
     fly_steps(

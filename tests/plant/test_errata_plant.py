@@ -463,7 +463,7 @@ def pitch_peaks(scale: float, first: int = 0) -> Array:
     batch = sample_scenarios(spec, loops.VEHICLE, loops.TIMING, 7, "search", range(first, first + DRAWS))
     meters, status, _ = result_parts(loops.flyer().fly(gains[None], loops.NOMINAL, batch)[0])
     assert not status.any()
-    return meters[:, paths(loops.loop().meter.Meters).index("pitch.peak")]
+    return meters[:, paths(loops.loop().Meters).index("pitch.peak")]
 
 
 def test_e20_two_draws_of_the_air_differ_by_more_than_two_printed_controllers() -> None:

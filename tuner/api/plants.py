@@ -109,7 +109,7 @@ def export_run(gains: Path, target: str, folder: Path | None, options: Mapping[s
         )
     if not (force or document.get("study", {}).get("feasible", True)):
         raise InputError("nothing in this run was feasible; --force writes these gains all the same", file=gains)
-    study = load_any(home / read_record(home).study)
+    study: Any = load_any(home / read_record(home).study)
     row = [document["gains"][gain.address]["value"] for gain in study.system.gains]
     precision, out = str(options.get(PRECISION, "float")), folder or home / "export" / C99
     digest = hashlib.sha256(read_input(gains)).hexdigest()

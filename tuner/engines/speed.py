@@ -29,10 +29,10 @@ from plant.backends.flyer import FlightInputs, Flyer
 from plant.backends.scalar import scalar_kernel
 from plant.backends.stepping import Inputs, fly_steps
 from plant.cascade import AXES, close_cascade
-from plant.closed_loop import Limits, close_loop
+from plant.closed_loop import CascadeLoop, Limits, close_loop
 from plant.gains import default_row, gain_addresses
 from plant.laws import law
-from plant.loop import ClosedLoop, MeterModel, Timing
+from plant.loop import MeterModel, Timing
 from plant.nominal import ControlOptions, Nominal, nominal
 from plant.records import flatten, pack
 from plant.references.steps import Steps
@@ -190,7 +190,7 @@ def _head(inputs: FlightInputs, steps: int) -> FlightInputs:
 
 
 def _numpy_rate(
-    loop: ClosedLoop, gains: np.ndarray, knowledge: Nominal, spec: ScenarioSpec, limits: Limits, timing: Timing
+    loop: CascadeLoop, gains: np.ndarray, knowledge: Nominal, spec: ScenarioSpec, limits: Limits, timing: Timing
 ) -> float:
     """Return plant steps per second of the numpy backend over many flights at once, on one thread."""
     vehicle = knowledge.vehicle

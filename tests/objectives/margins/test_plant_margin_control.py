@@ -48,7 +48,7 @@ def plant_blocks(system, actuator):
     by_input = h * (np.eye(len(a)) + powers[1] / 2.0 + powers[2] / 3.0 + powers[3] / 4.0) @ b
     steps = system.timing.steps
     whole = np.linalg.matrix_power(one, steps)
-    driven = sum(np.linalg.matrix_power(one, i) @ by_input for i in range(steps))
+    driven = np.sum([np.linalg.matrix_power(one, i) @ by_input for i in range(steps)], axis=0)
     outputs = np.array(plant.output(plant.State(*np.eye(n)), held, quiet, system.parameters))
     period = system.timing.control_period
     return {

@@ -64,9 +64,9 @@ def power(signal, w):
 def test_spectrum(signal):
     """Power of 200 flights, each a Hann window of its own, against the sampled spectrum: the continuous one with its aliases."""
     values = drawn(signal, 200, STEP, 2048)
-    f, found = welch(values, 1.0 / STEP, window="hann", nperseg=2048, detrend=False)
+    f, found = welch(values, 1.0 / STEP, window="hann", nperseg=2048, detrend=False)  # pyright: ignore[reportArgumentType]
     found = np.mean(found, axis=0) / 2.0
-    aliases = sum(power(signal, 2.0 * np.pi * (f + m / STEP)) for m in range(-400, 401))
+    aliases = np.sum([power(signal, 2.0 * np.pi * (f + m / STEP)) for m in range(-400, 401)], axis=0)
     # Bins far below the width of the window and the last one, which stands alone, are left out.
     inner = slice(8, -2)
     low, high = chi2.ppf([1e-8, 1.0 - 1e-8], 2 * 200) / (2 * 200)

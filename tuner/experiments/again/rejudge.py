@@ -44,6 +44,8 @@ def rejudge(
 def judging_study(path: Path, study: Path | None, overrides: Mapping[str, Any]) -> tuple[Study, Study]:
     """Return the study of a results folder and the one to judge it by; InputError where that asks for other flights."""
     first, record = recorded_study(path)
+    if not isinstance(first, Study):
+        raise InputError(f"{path} is the run of a plant; quadrotor runs alone are judged anew", file=path)
     check_model(path, record)
     if not (path / "summary.json").exists():
         raise StoreError(f"the run in {path} is not finished; go on with it by `tuner resume {path}` first")

@@ -14,7 +14,7 @@ from tuner.documents.opening import open_results
 from tuner.study.kinds import load_any
 
 PAGE = (Path(__file__).parents[4] / "docs/own_plant.md").read_text(encoding="utf-8")
-PLANT, STUDY = (re.search(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL)[1] for kind in ("python", "toml"))
+PLANT, STUDY = (re.findall(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL)[0] for kind in ("python", "toml"))
 SHORT = ("--set", "search.generations=2", "--set", "scenario.0.held_out=8", "--set", "scenario.0.search=4")
 
 
