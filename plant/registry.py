@@ -12,6 +12,7 @@ from pathlib import Path
 from typing import Any, TypeVar
 
 from plant.errors import InputError, UnknownNameError
+from plant.input_files import read_input
 from plant.origin import Origin, with_origin
 
 T = TypeVar("T")
@@ -92,5 +93,5 @@ def _digest(point: Any) -> str:
     files = sorted(home.parent.rglob("*.py")) if spec.submodule_search_locations else [home]
     digest = hashlib.blake2b(digest_size=12)
     for file in files:
-        digest.update(file.relative_to(home.parent).as_posix().encode() + b"\0" + file.read_bytes())
+        digest.update(file.relative_to(home.parent).as_posix().encode() + b"\0" + read_input(file))
     return digest.hexdigest()

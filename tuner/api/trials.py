@@ -3,10 +3,12 @@
 import json
 import sys
 from collections.abc import Callable, Iterable, Mapping
+from io import BytesIO
 from pathlib import Path
 from typing import Any
 
 from plant.errors import InputError
+from plant.input_files import read_input
 from tuner.api.studies import StudyLike, loaded
 from tuner.experiments.trials import asking
 from tuner.experiments.trials.answers import Answers
@@ -88,12 +90,12 @@ def tell(results: str | Path, lines: str | Path | Iterable[Mapping[str, Any] | s
     if Path(lines) == STANDARD_INPUT:
         return asking.tell(Path(results), asking.lines_of(sys.stdin.buffer), "standard input")
     try:
-        with Path(lines).open("rb") as file:
-            return asking.tell(Path(results), asking.lines_of(file), str(lines))
+        content = read_input(Path(lines))
     except OSError as error:
         raise InputError(
             f"cannot be read ({error.strerror}); give a file with lines of JSON, or -", file=lines
         ) from None
+    return asking.tell(Path(results), asking.lines_of(BytesIO(content)), str(lines))
 
 
 def _written(line: Mapping[str, Any] | str | bytes) -> str | bytes:

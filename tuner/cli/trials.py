@@ -45,7 +45,7 @@ def tell(
     results: Folder,
     file: Annotated[Path, typer.Argument(help="Lines of JSON; - for standard input.", show_default=False)] = Path("-"),
 ) -> None:
-    """Tell what trials gave, a line of JSON each: {"id": ..., "metrics": {...}} or {"id": ..., "failed": true}.
+    """Tell what trials gave, a line of JSON each with its id, and its metrics or that it failed.
 
     A line that cannot be used is refused, told on standard error and changes nothing; then the exit code is 2.
 

@@ -69,7 +69,7 @@ def test_list_of_nothing_known_names_the_nearest(tuner):
 
 def test_check_says_what_a_study_would_fly(tuner):
     figures = json.loads(tuner("check", QUICKSTART, "--json").stdout)
-    assert figures["search_flights"] == 16 * 14 * 4 + 49 * 4
+    assert figures["search_flights"] == 8 * 17 * 8
 
 
 def test_new_writes_a_study_that_loads_and_never_overwrites(tmp_path, tuner, monkeypatch):

@@ -39,7 +39,7 @@ PROFILES = {
 def desk(tmp_path_factory):
     """A folder with all bundled studies, an airframe's table and the document of a gains file."""
     folder = tmp_path_factory.mktemp("desk")
-    for file in STUDIES.glob("*.toml"):
+    for file in [*STUDIES.glob("*.toml"), *STUDIES.glob("*.py")]:
         shutil.copy(file, folder / file.name)
     study = load_study(STUDIES / "quickstart.toml")
     gains = to_document(study.controller(study.default_row), {"study": {"title": study.title}, "objectives": []})
