@@ -87,6 +87,11 @@ def _pack(kind: RecordType, stream: Iterator[Any]) -> Record:
     return kind(*[next(stream) if is_leaf(part) else _pack(part, stream) for part in kind.__annotations__.values()])
 
 
+def zeros(kind: RecordType) -> Record:
+    """Return the record whose leaves are all 0."""
+    return pack(kind, [0.0] * size(kind))
+
+
 def flatten(record: Record) -> list[Any]:
     """Return the leaves of a record, depth first."""
     leaves: list[Any] = []

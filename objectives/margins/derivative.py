@@ -6,6 +6,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from plant.records import flatten, pack
+
 Array = NDArray[np.float64]
 
 
@@ -60,3 +62,18 @@ class Derivative:
         slope = np.zeros((len(entries), *self.shape))
         slope[:, *self.where] = entries
         return slope
+
+
+def columns(*sizes: int) -> list[Any]:
+    """Return symbols, a column of each size."""
+    return [ca.SX.sym(f"a{i}", rows) for i, rows in enumerate(sizes)]
+
+
+def record_of(kind: Any, column: Any) -> Any:
+    """Return the record whose leaves are the rows of a column."""
+    return pack(kind, ca.vertsplit(column) if column.numel() else [])
+
+
+def column_of(parts: Any) -> Any:
+    """Return the column of a record's leaves."""
+    return ca.vertcat(*flatten(parts)) if parts else ca.SX(0, 1)

@@ -19,7 +19,7 @@ from objectives.margins.period import CHANNELS, PeriodMap, Term
 from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import LoopResponse, Margins, Realisation, joined
 from objectives.margins.sheet import Sheet
-from objectives.margins.structure import Block, blocks_of, coordinates, with_images
+from objectives.margins.structure import Block, blocks_of, coordinates, with_images, with_terms
 from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, level_body, setting_of
 from plant.cascade import ATTITUDE_AXES, Cascade
 from plant.errors import InputError
@@ -191,7 +191,7 @@ class MarginModel:
                     rows &= ~alike
                 for cases in self._rounds(len(gains), block, scope):
                     if rows.any():
-                        closed = _with_terms(block, assembly(point.step, rows), term[rows][:, cases])
+                        closed = with_terms(block, assembly(point.step, rows), term[rows][:, cases])
                         inputs = [j for j, channel in enumerate(block.channels) if channel in PLANT_INPUTS]
                         read = read_block(closed, self._grid, self.period, self.skew, inputs, scope.asked)
                         sheet.enter(i, block, rows, cases, read)
@@ -307,9 +307,4 @@ def _parts(gains: Array, size: int) -> list[Array]:
 
 def _closed(block: Block, loops: LinearLoops, term: Array) -> LinearLoops:
     """The block's loops, closed with term gains (n, cases, terms): rows are candidates, then cases; without terms, candidates."""
-    return _with_terms(block, block.part(loops), term)
-
-
-def _with_terms(block: Block, part: LinearLoops, term: Array) -> LinearLoops:
-    """A block's own loops, closed as `_closed` does."""
-    return close_terms(part.expanded(), term[:, :, list(block.terms)]).flattened() if block.terms else part
+    return with_terms(block, block.part(loops), term)

@@ -11,7 +11,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.margins.derivative import Batch, Derivative
+from objectives.margins.derivative import Batch, Derivative, column_of, columns, record_of
 from objectives.margins.injection import SMOOTH, InstantReadings, SignalInjection, Signals, Term, terms_of
 from plant.attitude import euler_angles
 from plant.backends import symbolic
@@ -21,7 +21,7 @@ from plant.disturbance import Disturbance
 from plant.integrator import runge_kutta_step
 from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.nominal import Nominal
-from plant.records import flatten, pack, record_type, size
+from plant.records import record_type, size, zeros
 from plant.references.track import Reference
 from plant.rigid_body import Body, Dynamics
 from plant.sensors import Noise
@@ -86,19 +86,19 @@ class PeriodMap:
     def at_rest(self) -> Batch:
         """State in which a flight starts."""
         bind = symbolic.rebinder()
-        body, gains, nominal, reference = _columns(BODY, size(self.cascade.Gains), size(Nominal), size(Reference))
-        constants = bind(self.cascade.prepare)(_record(self.cascade.Gains, gains), self.timing.control_period)
+        body, gains, nominal, reference = columns(BODY, size(self.cascade.Gains), size(Nominal), size(Reference))
+        constants = bind(self.cascade.prepare)(record_of(self.cascade.Gains, gains), self.timing.control_period)
         flight = bind(self._loop.start)(
-            _record(Body, body), constants, _record(Nominal, nominal), _record(Reference, reference), _zeros(Noise),
-            _zeros(Targets),
+            record_of(Body, body), constants, record_of(Nominal, nominal), record_of(Reference, reference), zeros(Noise),
+            zeros(Targets),
         )  # fmt: skip
         state = self.state(flight.body, flight.in_force, flight.pending, flight.control)
-        return Batch("rest", [body, gains, nominal, reference], [_stack(state)])
+        return Batch("rest", [body, gains, nominal, reference], [column_of(state)])
 
     @cached_property
     def decide(self) -> Derivative:
         """Speeds, in_force, pending, memory, then c, s, y, e, differentiated by state, v, w and r; and f(s)."""
-        state, v, w, r, gains, nominal, reference = _columns(
+        state, v, w, r, gains, nominal, reference = columns(
             size(self.state),
             N_CHANNELS,
             len(self.terms),
@@ -108,13 +108,13 @@ class PeriodMap:
             size(Reference),
         )
         plain = symbolic.rebinder()
-        constants = plain(self.cascade.prepare)(_record(self.cascade.Gains, gains), self.timing.control_period)
+        constants = plain(self.cascade.prepare)(record_of(self.cascade.Gains, gains), self.timing.control_period)
         injection = SignalInjection(self.terms, constants, Signals(v, w, r))
-        before, known = _record(self.state, state), _record(Nominal, nominal)
-        goal = injection.shifted(_record(Reference, reference))
+        before, known = record_of(self.state, state), record_of(Nominal, nominal)
+        goal = injection.shifted(record_of(Reference, reference))
         after = self._instant(injection, before, constants, known, goal)
         seen = _readings(injection, before, after, known, goal)
-        memory = [_stack(part) for part in (after.speed, after.in_force, after.pending, after.control)]
+        memory = [column_of(part) for part in (after.speed, after.in_force, after.pending, after.control)]
         outputs = ca.vertcat(*memory, seen.command, seen.signals, seen.output, seen.error)
         inputs = ca.vertcat(state, v, w, r)
         return Derivative("decide", inputs, [inputs, gains, nominal, reference], outputs, seen.values)
@@ -129,8 +129,8 @@ class PeriodMap:
             constants,
             known,
             goal,
-            _zeros(Noise),
-            _zeros(Targets),
+            zeros(Noise),
+            zeros(Targets),
             Limits(1.0, 0.0),
             0.0,
             self.timing.control_period,
@@ -139,29 +139,13 @@ class PeriodMap:
     @cached_property
     def fly(self) -> Derivative:
         """Body after a plant step, differentiated by body, speeds asked for and load, which adds to the accelerations."""
-        inputs, disturbance, constants = _columns(BODY + ROTORS + N_CHANNELS, size(Disturbance), size(Dynamics))
+        inputs, disturbance, constants = columns(BODY + ROTORS + N_CHANNELS, size(Disturbance), size(Dynamics))
         pushed = disturbance + ca.vertcat(ca.SX.zeros(size(Disturbance) - N_CHANNELS), inputs[BODY + ROTORS :])
         end = symbolic.rebinder(SMOOTH)(runge_kutta_step)(
-            _record(Body, inputs[:BODY]), _record(Rotors, inputs[BODY : BODY + ROTORS]), _record(Disturbance, pushed),
-            _record(Dynamics, constants), self.timing.plant_step,
+            record_of(Body, inputs[:BODY]), record_of(Rotors, inputs[BODY : BODY + ROTORS]), record_of(Disturbance, pushed),
+            record_of(Dynamics, constants), self.timing.plant_step,
         )  # fmt: skip
-        return Derivative("fly", inputs, [inputs, disturbance, constants], _stack(end), ca.SX(0, 1))
-
-
-def _columns(*sizes: int) -> list[Any]:
-    return [ca.SX.sym(f"a{i}", rows) for i, rows in enumerate(sizes)]
-
-
-def _record(kind: Any, column: Any) -> Any:
-    return pack(kind, ca.vertsplit(column) if column.numel() else [])
-
-
-def _zeros(kind: Any) -> Any:
-    return pack(kind, [0.0] * size(kind))
-
-
-def _stack(parts: Any) -> Any:
-    return ca.vertcat(*flatten(parts)) if parts else ca.SX(0, 1)
+        return Derivative("fly", inputs, [inputs, disturbance, constants], column_of(end), ca.SX(0, 1))
 
 
 def _unclipped(control: Any) -> Any:
@@ -183,8 +167,8 @@ def _readings(injection: SignalInjection, before: Any, after: Any, known: Any, g
     seen = [injection.seen[i] for i in range(len(injection.seen))]
     return InstantReadings(
         ca.vertcat(demand.x, demand.y, lift, *torque),
-        _stack(tuple(s for s, _ in seen)),
-        _stack(tuple(value for _, value in seen)),
+        column_of(tuple(s for s, _ in seen)),
+        column_of(tuple(value for _, value in seen)),
         ca.vertcat(*output),
         ca.vertcat(*[y - set_point for y, set_point in zip(output, goals, strict=True)]),
     )

@@ -14,7 +14,7 @@ from objectives.margins.plant_period import PlantPeriod
 from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import LoopResponse, Margins, Realisation, joined
 from objectives.margins.sheet import Sheet
-from objectives.margins.structure import Block, blocks_of
+from objectives.margins.structure import Block, blocks_of, with_terms
 from objectives.plant_system import PlantSystem
 from plant.seeds import generator
 
@@ -98,7 +98,7 @@ class PlantMargins:
             part = block.part(loops)
             for j, channel in enumerate(block.channels):
                 chosen = terms[np.arange(len(gains)), cases[:, channel]][:, None]
-                closed = _with_terms(block, part, chosen)
+                closed = with_terms(block, part, chosen)
                 for row in range(len(gains)):
                     own = Realisation(closed.a[row], closed.b[row, :, j], closed.c[row, j], self.period)
                     found[row, channel] = own.response(frequency).loop
@@ -118,7 +118,7 @@ class PlantMargins:
             term = self._term_gains(period, gains, self.cases)
             for block in blocks:
                 sheet.sweep(block)
-                closed = _with_terms(block, block.part(loops), term)
+                closed = with_terms(block, block.part(loops), term)
                 inputs = [j for j, channel in enumerate(block.channels) if self._is_input(channel)]
                 sheet.enter(
                     i, block, everyone, cases, read_block(closed, self._grid, self.period, self.skew, inputs, asked)
@@ -135,12 +135,7 @@ class PlantMargins:
         return blocks_of(close_terms(loops, term[:, 0]), np.eye(loops.a.shape[-1]))
 
     def _closed(self, period: PlantPeriod, block: Block, gains: Array, cases: tuple[Case, ...]) -> LinearLoops:
-        return _with_terms(block, block.part(period.loops(gains)), self._term_gains(period, gains, cases))
+        return with_terms(block, block.part(period.loops(gains)), self._term_gains(period, gains, cases))
 
     def _term_gains(self, period: PlantPeriod, gains: Array, cases: tuple[Case, ...]) -> Array:
         return term_gains_of(period.terms, period.constants(gains), len(gains), cases)
-
-
-def _with_terms(block: Block, part: LinearLoops, term: Array) -> LinearLoops:
-    """A block's own loops, closed with term gains (n, cases, terms): rows are candidates, then cases, where it has terms."""
-    return close_terms(part.expanded(), term[:, :, list(block.terms)]).flattened() if block.terms else part

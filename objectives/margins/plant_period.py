@@ -4,34 +4,27 @@ The functions are those that fly (`plant.model.closing`), rebound to CasADi, wit
 or to another channel. Inputs u and readings o are those of `objectives.margins.linearise`.
 """
 
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.margins.derivative import Batch, Derivative
+from objectives.margins.derivative import Batch, Derivative, column_of, columns, record_of
 from objectives.margins.linearise import LinearLoops
+from objectives.margins.period import NO_METERS, NoMeters
 from objectives.plant_system import PlantSystem
 from plant.backends import array, symbolic
 from plant.errors import InputError
 from plant.laws.law import Law, Nonlinearity
-from plant.loop import MeterModel
-from plant.model.closing import close_plant, to_plant
+from plant.model.closing import close_plant, resting, to_plant
 from plant.model.controller import to_channel
-from plant.records import flatten, pack, paths, record_type, size
+from plant.records import flatten, pack, paths, record_type, size, zeros
 
 Array = NDArray[np.float64]
 # Drift of a state in one period, relative to 1 + |state|, up to which it counts as at rest.
 STEADY = 1e-9
-
-
-class NoMeters(NamedTuple):
-    """Meters that keep nothing."""
-
-
-def _nothing(*_: Any) -> NoMeters:
-    return NoMeters()
 
 
 class PlantTerm(NamedTuple):
@@ -59,7 +52,7 @@ class PlantPeriod:
             )
         self.system, self.plan, self.plant = system, system.plan, system.plant
         self.h, self.steps = system.timing.control_period, system.timing.steps
-        self.loop = close_plant(system.plant, system.plan, MeterModel(NoMeters, _nothing, _nothing), self.h)
+        self.loop = close_plant(system.plant, system.plan, NO_METERS, self.h)
         self.terms = tuple(
             PlantTerm(each.name, each.law, term) for each in self.plan.channels for term in each.law.nonlinear
         )
@@ -67,7 +60,11 @@ class PlantPeriod:
         self.state = record_type("PlantState", kept)
         self.parameters = system.parameters if parameters is None else parameters
         self._nominal = np.array(flatten(system.nominal), dtype=float)
-        self._dynamics, self._body = self._at_rest()
+        dynamics, body = resting(self.loop, self.parameters)
+        self._dynamics, self._body = (np.array(flatten(part), dtype=float) for part in (dynamics, body))
+        self._reference = np.array(
+            [[getattr(body.shown, each.output), 0.0, 0.0] for each in self.plan.channels]
+        ).ravel()
         self._slope = self._plant_slope()
 
     @property
@@ -91,38 +88,26 @@ class PlantPeriod:
         whole = np.zeros((n, x, slope.shape[-1] + k))
         whole[:, :b, :-k] = by_speed @ slope[:, :m]
         whole[:, :b, :b] += by_body
-        whole[:, :b, -k:] = (by_speed @ slope[:, :m, x : x + k]) if k else 0.0
+        whole[:, :b, -k:] = by_speed @ slope[:, :m, x : x + k]
         whole[:, b:, :-k] = slope[:, memory]
         readings = np.concatenate([slope[:, seen], np.zeros((n, slope.shape[1] - seen.start, k))], axis=-1)
         return LinearLoops(whole[:, :, :x], whole[:, :, x:], readings[:, :, :x], readings[:, :, x:], k, w)
 
     def constants(self, gains: Array) -> Any:
         """Return the constants of all channels for gains rows (n, g): leaves are arrays (n, 1, 1) or numbers."""
-        columns = gains.T[..., None, None]
-        return array.rebinder()(self.loop.prepare)(pack(self.loop.records.Gains, columns), self.h)
-
-    def _at_rest(self) -> tuple[Array, Array]:
-        """Constants of the plant (rows,) and the body (rows,) that rests."""
-        state, held = self.plant.rest(self.parameters)
-        quiet = pack(self.plant.Disturbance, [0.0] * size(self.plant.Disturbance))
-        shown = self.plant.output(state, held, quiet, self.parameters)
-        outputs = dict(zip(paths(self.plant.Output), flatten(shown), strict=True))
-        points = [[outputs[channel.output], 0.0, 0.0] for channel in self.plan.channels]
-        self._reference = np.array(points).ravel()
-        poles = [1.0 / each.lag if each.lag > 0.0 else 0.0 for each in self.plan.actuators]
-        body = [*flatten(state), *flatten(held), *flatten(shown)]
-        return np.array([*flatten(self.parameters), *poles], dtype=float), np.array(body, dtype=float)
+        stacked = gains.T[..., None, None]
+        return array.rebinder()(self.loop.prepare)(pack(self.loop.records.Gains, stacked), self.h)
 
     def _plant_slope(self) -> Array:
         """Derivative (b, b + inputs) of the body a period later by body and commands, at rest."""
         b, m = len(self._body), size(self.plant.Input)
         inputs, constants = ca.SX.sym("a", b + m), ca.SX.sym("f", len(self._dynamics))
         moved = symbolic.rebinder()(self.loop.advance)(
-            _record(self.loop.Body, inputs[:b]), _record(self.plant.Input, inputs[b:]),
-            pack(self.plant.Disturbance, [0.0] * size(self.plant.Disturbance)),
-            _record(self.loop.records.Dynamics, constants), self.system.timing.plant_step,
+            record_of(self.loop.Body, inputs[:b]), record_of(self.plant.Input, inputs[b:]),
+            zeros(self.plant.Disturbance),
+            record_of(self.loop.records.Dynamics, constants), self.system.timing.plant_step,
         )  # fmt: skip
-        step = Derivative("advance", inputs, [inputs, constants], _stack(moved), ca.SX(0, 1))
+        step = Derivative("advance", inputs, [inputs, constants], column_of(moved), ca.SX(0, 1))
         held = self._body[-size(self.plant.Output) - m : -size(self.plant.Output)]
         at, unit = self._body[None], np.eye(b + m)
         slope = unit[:b]
@@ -131,57 +116,46 @@ class PlantPeriod:
             slope = step.full(entries)[0] @ np.concatenate([slope, unit[b:]], axis=0)
         return slope
 
-    @property
+    @cached_property
     def _start(self) -> Batch:
-        return self._made("start", self._make_start)
-
-    @property
-    def _decide(self) -> Derivative:
-        return self._made("decide", self._make_decide)
-
-    def _made(self, name: str, make: Any) -> Any:
-        kept = self.__dict__.setdefault("_functions", {})
-        if name not in kept:
-            kept[name] = make()
-        return kept[name]
-
-    def _make_start(self) -> Batch:
+        """State in which a flight starts."""
         kinds = self.loop.records
-        gains, body, nominal, reference = _columns(
+        gains, body, nominal, reference = columns(
             size(kinds.Gains), len(self._body), size(kinds.Nominal), size(kinds.Reference)
         )
         bind = symbolic.rebinder()
-        constants = bind(self.loop.prepare)(_record(kinds.Gains, gains), self.h)
+        constants = bind(self.loop.prepare)(record_of(kinds.Gains, gains), self.h)
         flight = bind(self.loop.start)(
-            _record(self.loop.Body, body), constants, _record(kinds.Nominal, nominal), _record(kinds.Reference, reference),
-            _zeros(kinds.Noise), _zeros(kinds.Targets),
+            record_of(self.loop.Body, body), constants, record_of(kinds.Nominal, nominal), record_of(kinds.Reference, reference),
+            zeros(kinds.Noise), zeros(kinds.Targets),
         )  # fmt: skip
         kept = self.state(*[getattr(flight, name) for name in self.state._fields])
-        return Batch("rest", [gains, body, nominal, reference], [_stack(kept)])
+        return Batch("rest", [gains, body, nominal, reference], [column_of(kept)])
 
-    def _make_decide(self) -> Derivative:
+    @cached_property
+    def _decide(self) -> Derivative:
         """Commands to the plant, the next memory, then c, s, y, e, differentiated by state, v, w and r."""
         kinds, k, w = self.loop.records, self.n_channels, len(self.terms)
-        state, v, terms, r, gains, nominal, reference = _columns(
+        state, v, terms, r, gains, nominal, reference = columns(
             size(self.state), k, w, k, size(kinds.Gains), size(kinds.Nominal), size(kinds.Reference)
         )
         plain = symbolic.rebinder()
-        constants = plain(self.loop.prepare)(_record(kinds.Gains, gains), self.h)
+        constants = plain(self.loop.prepare)(record_of(kinds.Gains, gains), self.h)
         signals = _Signals(self, constants, ca.vertsplit(v), ca.vertsplit(terms) if w else [])
-        goal = self._shifted(_record(kinds.Reference, reference), ca.vertsplit(r))
-        before = _record(self.state, state)
+        goal = self._shifted(record_of(kinds.Reference, reference), ca.vertsplit(r))
+        before = record_of(self.state, state)
         idle = dict.fromkeys(("status", "end_time"), 0.0)
         flight = self.loop.Flight(
             **{name: getattr(before, name) for name in self.state._fields},
             speed=before.control.command, meters=NoMeters(), **idle,
         )  # fmt: skip
         after = symbolic.rebinder(signals.stand_ins())(self.loop.decide)(
-            flight, constants, _record(kinds.Nominal, nominal), goal, _zeros(kinds.Noise), _zeros(kinds.Targets),
+            flight, constants, record_of(kinds.Nominal, nominal), goal, zeros(kinds.Noise), zeros(kinds.Targets),
             pack(kinds.Limits, [1.0] * size(kinds.Limits)), 0.0, self.h,
         )  # fmt: skip
-        memory = [_stack(getattr(after, name)) for name in self.state._fields if name != "body"]
+        memory = [column_of(getattr(after, name)) for name in self.state._fields if name != "body"]
         seen = signals.readings(before, goal, after)
-        outputs = ca.vertcat(_stack(after.speed), *memory, *seen)
+        outputs = ca.vertcat(column_of(after.speed), *memory, *seen)
         inputs = ca.vertcat(state, v, terms, r)
         return Derivative("decide", inputs, [inputs, gains, nominal, reference], outputs, ca.SX(0, 1))
 
@@ -255,19 +229,3 @@ class _Signals:
         errors = [y - target for y, target in zip(outputs, goals, strict=True)]
         signals = [self._signals[i] for i in range(len(self._period.terms))]
         return [ca.vertcat(*part) if part else ca.SX(0, 1) for part in (commands, signals, outputs, errors)]
-
-
-def _columns(*sizes: int) -> list[Any]:
-    return [ca.SX.sym(f"a{i}", rows) for i, rows in enumerate(sizes)]
-
-
-def _record(kind: Any, column: Any) -> Any:
-    return pack(kind, ca.vertsplit(column) if column.numel() else [])
-
-
-def _zeros(kind: Any) -> Any:
-    return pack(kind, [0.0] * size(kind))
-
-
-def _stack(parts: Any) -> Any:
-    return ca.vertcat(*flatten(parts)) if parts else ca.SX(0, 1)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 from scipy.sparse.csgraph import connected_components
 
-from objectives.margins.linearise import LinearLoops
+from objectives.margins.linearise import LinearLoops, close_terms
 from objectives.margins.period import BODY, CHANNELS, PeriodMap
 from plant.nominal import mixer_matrix
 from plant.records import paths, rows
@@ -69,6 +69,11 @@ class Block:
             len(self.channels),
             len(self.terms),
         )
+
+
+def with_terms(block: Block, part: LinearLoops, term: Array) -> LinearLoops:
+    """A block's own loops, closed with term gains (n, cases, terms): rows are candidates, then cases, where it has terms."""
+    return close_terms(part.expanded(), term[:, :, list(block.terms)]).flattened() if block.terms else part
 
 
 def coordinates(period: PeriodMap, vehicle: Vehicle, body: Array) -> Array:

@@ -1,1 +1,1 @@
-"""What laws, metrics and references promise, bundled or of the user's own, as code that tests and `tuner check` share."""
+"""The contracts of laws, metrics and references, bundled or of the user's own, as code that tests and `tuner check` share."""

@@ -18,7 +18,7 @@ REST = Setpoint(0.0, 0.0, 0.0)
 
 
 class Input(NamedTuple):
-    """What a law reads in one period, besides its memory, gains and channel."""
+    """The arguments of a law's step in one period, besides its memory, gains and channel."""
 
     setpoint: Setpoint
     measured: Measured
@@ -76,7 +76,7 @@ class Axis:
 
     @property
     def channel(self) -> Channel:
-        """What the law knows of the axis."""
+        """The axis as the law knows it."""
         return Channel(self.b0, float(self.from_observer))
 
 

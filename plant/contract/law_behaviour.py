@@ -1,4 +1,4 @@
-"""What a law does: a pure function that rests where there is nothing to do, points the right way, scales, and keeps its promises.
+"""Clauses on a law's step: pure, at rest where there is nothing to do, pointing the right way, scaling, true to its description.
 
 Every clause goes through both loops and, where it counts, through both sources of the rate; the tests of the bundled laws run
 the same ones.

@@ -1,4 +1,4 @@
-"""What a law tells of itself: its gains with symbols, units and ranges, its promises, and names that have to agree."""
+"""Clauses on a law's description: gains with symbols, units and ranges, its promises, and names that have to agree."""
 
 import re
 from collections.abc import Iterator

@@ -17,7 +17,7 @@ from plant.model.functions import written
 from plant.model.plan import LoopPlan
 from plant.model.plant_model import PlantModel
 from plant.primitives import absolute, both, either, select
-from plant.records import axpy_of, paths, record_type, selector
+from plant.records import axpy_of, flatten, pack, paths, record_type, selector, zeros
 from plant.sample import AxisSample
 from plant.targets import Target
 
@@ -93,6 +93,15 @@ def lagged(position: float, command: float, pole: float) -> float:
 def felt(position: float, command: float, pole: float) -> float:
     """Return the input that the plant feels: where the actuator is, or the command where it has no lag."""
     return select(pole > 0.0, position, command)
+
+
+def resting(loop: PlantLoop, parameters: Any) -> tuple[Any, Any]:
+    """Return the constants of a plant with these parameters, and its body where it rests under no disturbance."""
+    plant, actuators = loop.plant, loop.plan.actuators
+    poles = [1.0 / actuator.lag if actuator.lag > 0.0 else 0.0 for actuator in actuators]
+    state, held = plant.rest(parameters)
+    shown = plant.output(state, held, zeros(plant.Disturbance), parameters)
+    return pack(loop.records.Dynamics, [*flatten(parameters), *poles]), loop.Body(state, held, shown)
 
 
 def to_plant(command: float, channel: float) -> float:  # noqa: ARG001

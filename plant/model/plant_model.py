@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 
 from plant.errors import InputError
 from plant.model.functions import check_model_function, place_of
-from plant.records import flatten, is_record, pack, paths, size, unit_of
+from plant.records import flatten, is_record, paths, unit_of, zeros
 
 RECORDS = ("State", "Input", "Parameters", "Output")
 # Largest share of a state's size that may be left of its derivative at rest [1/s].
@@ -75,10 +75,10 @@ def plant_from(names: Mapping[str, Any], name: str, file: str = "") -> PlantMode
 
 
 def _nothing(state: Any, command: Any) -> Callable[[Any], Any]:
-    zeros = pack(state, [0.0] * size(state)), pack(command, [0.0] * size(command))
+    nothing = zeros(state), zeros(command)
 
     def rest(parameters: Any) -> Any:  # noqa: ARG001
-        return zeros
+        return nothing
 
     return rest
 
@@ -107,7 +107,7 @@ def _check_record(kind: str, record: Any, file: str) -> None:
 
 def _check_values(plant: PlantModel) -> None:
     """Raise InputError where the equations do not work at rest, or the plant does not stand still there."""
-    quiet = pack(plant.Disturbance, [0.0] * size(plant.Disturbance))
+    quiet = zeros(plant.Disturbance)
     state, command = _rest(plant)
     rate = _called(plant, "derivative", plant.derivative, state, command, quiet, plant.parameters)
     seen = _called(plant, "output", plant.output, state, command, quiet, plant.parameters)

@@ -13,7 +13,7 @@ import numpy as np
 from plant.backends.flyer import FlightInputs, to_lanes
 from plant.errors import InputError, UnknownNameError
 from plant.loop import Timing
-from plant.model.closing import PlantLoop
+from plant.model.closing import PlantLoop, resting
 from plant.model.signals import Constant, Signal
 from plant.records import flatten, pack, paths, size
 from plant.seeds import generator
@@ -139,15 +139,12 @@ def references_of(spec: PlantScenario, loop: PlantLoop, times: Array) -> Array:
 
 def _plant(spec: PlantScenario, loop: PlantLoop, parameters: Any, draw: np.random.Generator) -> tuple[Array, Array]:
     """Draw the constants of a plant (rows,) and the body (rows,) at rest in which it starts."""
-    plant = loop.plant
-    width = np.array([spec.spread.get(name, 0.0) for name in paths(plant.Parameters)])
+    kind = loop.plant.Parameters
+    width = np.array([spec.spread.get(name, 0.0) for name in paths(kind)])
     factors = 1.0 + width * draw.uniform(-1.0, 1.0, len(width))
-    flown = pack(plant.Parameters, (factors * np.array(flatten(parameters), dtype=float)).tolist())
-    state, held = plant.rest(flown)
-    quiet = pack(plant.Disturbance, [0.0] * size(plant.Disturbance))
-    body = [*flatten(state), *flatten(held), *flatten(plant.output(state, held, quiet, flown))]
-    poles = [1.0 / actuator.lag if actuator.lag > 0.0 else 0.0 for actuator in loop.plan.actuators]
-    return np.array([*flatten(flown), *poles]), np.array(body, dtype=float)
+    flown = pack(kind, (factors * np.array(flatten(parameters), dtype=float)).tolist())
+    dynamics, body = resting(loop, flown)
+    return np.array(flatten(dynamics), dtype=float), np.array(flatten(body), dtype=float)
 
 
 def _disturbances(spec: PlantScenario, loop: PlantLoop, times: Array, root: int, stream: str, i: int) -> Array:

@@ -30,12 +30,18 @@ class Signal(ABC):
     meaning: ClassVar[str]
     random: ClassVar[bool] = False
     """Whether it is drawn anew for every flight; then it can only disturb."""
+    positive: ClassVar[tuple[str, ...]] = ()
+    """Names of the numbers that must be positive."""
 
     def __post_init__(self) -> None:
         for entry in fields(self):
             value = getattr(self, entry.name)
             if not isfinite(value):
                 raise InputError(f"given {value}; numbers must be finite", key=entry.name)
+        for name in self.positive:
+            value = getattr(self, name)
+            if not value > 0.0:
+                raise InputError(f"given {value:g}; it must be positive", key=name)
 
     @abstractmethod
     def values(self, t: Array, draw: np.random.Generator) -> Array:
@@ -47,11 +53,9 @@ class Signal(ABC):
         return 0.0, 0.0, 0.0
 
 
-def _positive(signal: Signal, *keys: str) -> None:
-    for key in keys:
-        value = getattr(signal, key)
-        if not value > 0.0:
-            raise InputError(f"given {value:g}; it must be positive", key=key)
+def _without_rate(values: Array) -> Array:
+    """Return a signal (3, K) of values (K,), its rate and acceleration taken as 0."""
+    return np.stack([values, np.zeros(len(values)), np.zeros(len(values))])
 
 
 @dataclass(frozen=True)
@@ -64,7 +68,7 @@ class Constant(Signal):
 
     def values(self, t: Array, draw: np.random.Generator) -> Array:  # noqa: ARG002
         """Return the value, at rest."""
-        return np.stack([np.full(len(t), self.value), np.zeros(len(t)), np.zeros(len(t))])
+        return _without_rate(np.full(len(t), self.value))
 
     @property
     def step(self) -> tuple[float, float, float]:
@@ -87,7 +91,7 @@ class Step(Signal):
         on = t >= self.time - ROUNDING
         if self.until > 0.0:
             on &= t < self.until - ROUNDING
-        return np.stack([self.size * on, np.zeros(len(t)), np.zeros(len(t))])
+        return _without_rate(self.size * on)
 
     @property
     def step(self) -> tuple[float, float, float]:
@@ -125,12 +129,9 @@ class Sine(Signal):
 
     kind: ClassVar[str] = "sine"
     meaning: ClassVar[str] = "`size` times the sine of 2 pi `frequency` [Hz] t"
+    positive: ClassVar[tuple[str, ...]] = ("frequency",)
     size: float = 1.0
     frequency: float = 1.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _positive(self, "frequency")
 
     def values(self, t: Array, draw: np.random.Generator) -> Array:  # noqa: ARG002
         """Return the wave with its derivatives."""
@@ -153,8 +154,7 @@ class Noise(Signal):
         """Draw the signal; noise has no rate."""
         sampled = _sampled(self, float(t[1] - t[0]) if len(t) > 1 else 1.0)
         normals = draw.standard_normal((len(t), len(sampled.transition)))
-        drawn = self.rms * sample(sampled, normals)[:, 0]
-        return np.stack([drawn, np.zeros(len(t)), np.zeros(len(t))])
+        return _without_rate(self.rms * sample(sampled, normals)[:, 0])
 
 
 @cache
@@ -169,12 +169,9 @@ class Coloured(Noise):
 
     kind: ClassVar[str] = "coloured"
     meaning: ClassVar[str] = "noise of `rms` with autocovariance exp(-|t|/`correlation_time` [s])"
+    positive: ClassVar[tuple[str, ...]] = ("rms", "correlation_time")
     rms: float = 1.0
     correlation_time: float = 1.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _positive(self, "rms", "correlation_time")
 
     @property
     def process(self) -> LinearProcess:
@@ -190,13 +187,10 @@ class VerticalGust(Noise):
     meaning: ClassVar[str] = (
         "Dryden gust across the flight path [m/s]: `rms`, `length` of its scale [m], `airspeed` [m/s] (MIL-F-8785C)"
     )
+    positive: ClassVar[tuple[str, ...]] = ("rms", "length", "airspeed")
     rms: float = 1.0
     length: float = 150.0
     airspeed: float = 20.0
-
-    def __post_init__(self) -> None:
-        super().__post_init__()
-        _positive(self, "rms", "length", "airspeed")
 
     @property
     def process(self) -> LinearProcess:

@@ -78,7 +78,7 @@ def law_blocks(channel, gains, h):
 
 
 def feedback(channel, law, plant, z):
-    """What a channel commands by what it measures, per unit of the force that moves the plant."""
+    """Response of a channel's command to its measurement, per unit of the force that moves the plant."""
     seen = law["seen"](z) * plant[channel.output](z)
     return seen + (law["rate"](z) * plant[channel.rate_output](z) if channel.rate_output else 0.0)
 

@@ -14,7 +14,7 @@ from plant.backends.stepping import lane_of
 from plant.errors import InputError
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Step
-from plant.records import flatten, pack, size
+from plant.records import flatten, pack, zeros
 from tuner.exchange.c99.golden import FAR_OFF, NEXT_TO, OFTEN, STEPS, Log, Vectors
 from tuner.exchange.c99.plant_sources import TunedPlant
 from tuner.exchange.c99.precision import as_signals, matrix, rebinder, signals
@@ -89,7 +89,7 @@ def _seen(tuned: TunedPlant, body: Any, goals: Any, noise: np.ndarray, k: int) -
 def _advanced(tuned: TunedPlant, body: Any, dynamics: Any, command: list[float]) -> Any:
     """Return the body one period later."""
     system = tuned.system
-    quiet = pack(system.plant.Disturbance, [0.0] * size(system.plant.Disturbance))
+    quiet = zeros(system.plant.Disturbance)
     for _ in range(system.timing.steps):
         body = system.loop.advance(body, pack(system.plant.Input, command), quiet, dynamics, system.timing.plant_step)
     return body
