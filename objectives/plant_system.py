@@ -6,7 +6,8 @@ from functools import cached_property
 from math import inf, isfinite
 from typing import Any
 
-from objectives.metrics.address import Axes
+from objectives.metrics.address import Axes, MetricAddress
+from objectives.own_meters import with_accumulators
 from objectives.plant_meters import meters_of
 from plant.backends.flyer import FlightInputs
 from plant.backends.identity import identity
@@ -54,17 +55,22 @@ class PlantBounds:
 
 @dataclass(frozen=True)
 class PlantSystem:
-    """A plant, the plan of its loops, its nominal parameters and its timing: what `objectives.problem` flies."""
+    """A plant, the plan of its loops, its nominal parameters and its timing: what `objectives.problem` flies.
+
+    metered: metrics whose own accumulators run with every flight.
+    """
 
     plant: PlantModel
     plan: LoopPlan
     parameters: Any
     timing: Timing
+    metered: tuple[MetricAddress, ...] = ()
 
     @cached_property
     def loop(self) -> PlantLoop:
-        """The closed loop with the meters of its channels."""
-        return close_plant(self.plant, self.plan, meters_of(self.plan), self.timing.control_period)
+        """The closed loop with the meters of its channels, and those of `metered`."""
+        meters = with_accumulators(meters_of(self.plan), self.metered)
+        return close_plant(self.plant, self.plan, meters, self.timing.control_period)
 
     @cached_property
     def nominal(self) -> Any:

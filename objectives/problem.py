@@ -12,6 +12,7 @@ from objectives.decisions import DecisionSpace
 from objectives.engine import Engine, LocalEngine
 from objectives.memory import FlightMemory, scenario_key
 from objectives.metrics import FlightContext, MetricAddress, evaluate
+from objectives.own_meters import metering
 from objectives.requirements import (
     Requirement,
     Screen,
@@ -310,7 +311,7 @@ class Problem(Evaluator):
         model: str | None = None,
     ) -> None:
         super().__init__(space, objectives, constraints, screens)
-        self.system = system
+        self.system = system = metering(system, (quantity.metric for quantity in self.quantities))
         self.flyer = Flyer(system.loop, system.limits, system.timing, threads)
         self.memory = memory
         self._root = root

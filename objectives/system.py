@@ -6,9 +6,11 @@ from functools import cached_property
 from typing import Any
 
 from objectives import meters
-from objectives.metrics import MetricLimits
+from objectives.metrics import MetricAddress, MetricLimits
 from objectives.metrics.address import CASCADE, Axes
+from objectives.own_meters import code_of, with_accumulators
 from plant.backends.flyer import FlightInputs
+from plant.backends.identity import identity
 from plant.cascade import Cascade
 from plant.closed_loop import Limits, close_loop
 from plant.gains import GainAddress, gain_addresses
@@ -23,18 +25,23 @@ from plant.vehicle import Vehicle
 
 @dataclass(frozen=True)
 class System:
-    """The closed loop under study: vehicle, cascade bound to its laws, the controller's knowledge, limits and timing."""
+    """The closed loop under study: vehicle, cascade bound to its laws, the controller's knowledge, limits and timing.
+
+    metered: metrics whose own accumulators run with every flight.
+    """
 
     vehicle: Vehicle
     cascade: Cascade
     nominal: Nominal
     limits: Limits
     timing: Timing
+    metered: tuple[MetricAddress, ...] = ()
 
     @cached_property
     def loop(self) -> ClosedLoop:
-        """The closed loop with the meters of this package."""
-        return close_loop(self.cascade, MeterModel(meters.Meters, meters.start, meters.update))
+        """The closed loop with the meters of this package, and those of `metered`."""
+        bundled = MeterModel(meters.Meters, meters.start, meters.update)
+        return close_loop(self.cascade, with_accumulators(bundled, self.metered))
 
     @property
     def gains(self) -> tuple[GainAddress, ...]:
@@ -63,6 +70,7 @@ class System:
         own = laws | origins([type(spec.reference)], "kind")
         return {
             **({"code": own} if own else {}),
+            **({"meters": identity(code_of(self.metered))} if self.metered else {}),
             "laws": [self.cascade.position.name, self.cascade.attitude.name],
             "numbers": [flatten(part) for part in (self.vehicle, self.nominal, self.limits, self.timing)],
             "scenario": {**asdict(spec), "reference": {**reference, "kind": spec.reference.kind}},

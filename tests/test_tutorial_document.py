@@ -128,7 +128,7 @@ def test_the_commands_of_the_first_part_one_after_the_other(home, monkeypatch, c
     assert code == 0 and "designed" in out, err
 
 
-OWN = ("pid_plain.py", "mae.py")
+OWN = ("pid_plain.py", "mae.py", "sway.py")
 
 
 @pytest.mark.parametrize("name", OWN)

@@ -4,10 +4,10 @@ from objectives.metrics.address import AXES, MetricAddress, all_addresses, check
 from objectives.metrics.columns import COLUMNS, unpack
 from objectives.metrics.context import COMPLETED, FlightContext, MetricLimits
 from objectives.metrics.evaluate import Scores, evaluate
-from objectives.metrics.metric import Metric
+from objectives.metrics.metric import Accumulator, Metric
 from objectives.metrics.registry import METRICS
 
 __all__ = [
-    "AXES", "COLUMNS", "COMPLETED", "METRICS", "FlightContext", "MetricLimits", "Metric", "MetricAddress", "Scores",
-    "all_addresses", "check", "evaluate", "parse", "unpack",
+    "AXES", "COLUMNS", "COMPLETED", "METRICS", "Accumulator", "FlightContext", "MetricLimits", "Metric", "MetricAddress",
+    "Scores", "all_addresses", "check", "evaluate", "parse", "unpack",
 ]  # fmt: skip

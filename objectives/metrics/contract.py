@@ -11,10 +11,13 @@ from objectives.meters import AxisMeter, Meters
 from objectives.metrics.address import AXES, UNITS
 from objectives.metrics.columns import COLUMNS, unpack
 from objectives.metrics.context import COMPLETED, FlightContext, MetricLimits
-from objectives.metrics.metric import COMBINE, AxisView, FlightView, Metric
+from objectives.metrics.metric import COMBINE, Accumulator, AxisView, FlightView, Metric
+from objectives.metrics.sampled_flights import Plan, sampled_views
 from plant.contract.breach import Breach, found
 from plant.contract.law_description import NAME
 from plant.errors import InputError
+from plant.model.functions import check_model_function
+from plant.records import is_leaf, is_record
 from plant.targets import Target, Targets
 from plant.texts import check_title
 
@@ -30,8 +33,9 @@ CHOICES = {
 
 def breaches(metric: Any, file: str) -> list[Breach]:
     """Return everything that a metric breaks, as far as it makes sense to ask."""
-    for clause in (is_described, values_are_right):
-        told = found(lambda clause=clause: clause(metric), metric, file)
+    for clause in (is_described, accumulator_can_fly, values_are_right):
+        owner = getattr(metric, "accumulator", None) or metric
+        told = found(lambda clause=clause: clause(metric), owner if clause is accumulator_can_fly else metric, file)
         if told:
             return told
     return []
@@ -67,6 +71,25 @@ def is_described(metric: Any) -> Iterator[Breach]:
             yield Breach("", f"{key} must be a function of the view")
 
 
+def accumulator_can_fly(metric: Metric) -> Iterator[Breach]:
+    """A record of numbers, and two functions that every backend can take."""
+    kept = metric.accumulator
+    if kept is None:
+        return
+    if not isinstance(kept, Accumulator):
+        yield Breach("", f"given accumulator = {kept!r}; write Accumulator(Record, start, update)")
+        return
+    if not is_record(kept.Record) or not all(map(is_leaf, kept.Record.__annotations__.values())):
+        yield Breach(
+            "Record",
+            f"given {kept.Record!r}; write class {metric.name.title()}(NamedTuple) with numbers, such as sum: float",
+        )
+        return
+    memory = kept.Record.__name__
+    for name, arguments in (("start", 2), ("update", 5 if metric.scope == "axis" else 4)):
+        check_model_function(getattr(kept, name), name, arguments, "", memory)
+
+
 def values_are_right(metric: Metric) -> Iterator[Breach]:
     """Finite, at least 0 and at most the bound on flights inside the limits; the same when asked again."""
     for view in _views(metric):
@@ -98,6 +121,9 @@ def _worst(bound: NDArray[np.float64]) -> str:
 
 
 def _views(metric: Metric) -> Iterator[AxisView | FlightView]:
+    if metric.accumulator is not None:
+        yield from sampled_views(metric, Plan(FLIGHTS, DURATION, PERIOD, _targets(), LIMITS))
+        return
     meters, targets = unpack(Meters, _flights()), _targets()
     status, end = np.full(FLIGHTS, COMPLETED), np.full(FLIGHTS, DURATION)
     context = FlightContext(DURATION, PERIOD, targets, status, end, LIMITS)

@@ -54,11 +54,18 @@ def evaluate(
 
 def _views(address: MetricAddress, rows: Any, context: FlightContext) -> list[AxisView] | list[FlightView]:
     if not address.axes:
-        return [FlightView(rows, context)]
+        return [FlightView(rows, context, _kept(address, rows))]
     return [
-        AxisView(getattr(rows, axis), getattr(context.targets, axis), context.limits.error(axis), context)
+        AxisView(
+            getattr(rows, axis), getattr(context.targets, axis), context.limits.error(axis), context,
+            _kept(address, rows, axis),
+        )
         for axis in address.axes
-    ]
+    ]  # fmt: skip
+
+
+def _kept(address: MetricAddress, rows: Any, axis: str = "") -> Any:
+    return None if address.metric.accumulator is None else getattr(rows, address.metric.meter_name(axis))
 
 
 def _values(

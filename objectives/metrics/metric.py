@@ -26,20 +26,38 @@ COMBINE: Mapping[str, Callable[[NDArray[Any]], NDArray[Any]]] = {
 axis and scales with its argument, so the combined bounds bound the combined values."""
 
 
+class Accumulator(NamedTuple):
+    """What a metric adds up as a flight goes on, where no accumulator of `objectives.meters` holds what it needs.
+
+    Record: NamedTuple of numbers. start and update are model functions: of a metric of an axis start(sample, target) -> Record
+    and update(kept, sample, target, t, h) -> Record, with the `AxisSample` and the `Target` of that axis, the time t and the
+    control period h [s]; of a metric of the whole flight start(sample, targets) and update(kept, sample, targets, h).
+    """
+
+    Record: Any
+    start: Callable[..., Any]
+    update: Callable[..., Any]
+
+
 class AxisView(NamedTuple):
-    """Input of a metric of one axis: arrays (...) in meter, levels in target, limit of |e| in the axis's unit."""
+    """Input of a metric of one axis: arrays (...) in meter, levels in target, limit of |e| in the axis's unit.
+
+    kept: arrays (...) in the metric's own accumulator, None where it has none.
+    """
 
     meter: AxisMeter
     target: Target
     limit: float
     context: FlightContext
+    kept: Any = None
 
 
 class FlightView(NamedTuple):
-    """Input of a metric of the whole flight."""
+    """Input of a metric of the whole flight; kept as in `AxisView`."""
 
     meters: Meters
     context: FlightContext
+    kept: Any = None
 
 
 @dataclass(frozen=True)
@@ -54,7 +72,8 @@ class Metric:
     meaningless on an axis that makes no step. censored(view): where the flight ended before the awaited event, for
     metrics that are times. graded: a failed flight costs the more, the earlier it failed; otherwise it costs the
     bound. highest: the largest value that there is, 1 for a share. reaches_zero: whether a flight can have 0; the others
-    come near it at best. origin: the file or package that it comes from, None where it is bundled.
+    come near it at best. accumulator: what it adds up itself. origin: the file or package that it comes from, None where it is
+    bundled.
     """
 
     name: str
@@ -71,4 +90,9 @@ class Metric:
     graded: bool = True
     highest: float = inf
     reaches_zero: bool = False
+    accumulator: Accumulator | None = None
     origin: Origin | None = field(default=None, compare=False)
+
+    def meter_name(self, axis: str = "") -> str:
+        """Return the field of a flight's meters that holds its accumulator for an axis, or for the whole flight."""
+        return f"own_{self.name}_{axis}" if axis else f"own_{self.name}"

@@ -8,7 +8,7 @@ from plant.own_code import HAVE_RUN
 from plant.references import REFERENCES
 
 SHIPPED = Path(__file__).parents[2] / "studies" / "own_law"
-LAW, METRIC, REFERENCE = (SHIPPED / name for name in ("pid_plain.py", "mae.py", "circle.py"))
+LAW, METRIC, SWAY, REFERENCE = (SHIPPED / name for name in ("pid_plain.py", "mae.py", "sway.py", "circle.py"))
 
 
 def edited(source: Path, folder: Path, *changes: tuple[str, str], name: str | None = None) -> Path:

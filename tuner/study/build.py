@@ -8,6 +8,7 @@ from typing import Any, TypeVar
 import numpy as np
 
 from objectives.mission import Mission, with_mission_floor
+from objectives.own_meters import metering
 from objectives.problem import System
 from objectives.requirements import Screen
 from plant.air.gust import Gust
@@ -98,6 +99,7 @@ def _build(path: Path, table: StudyTable) -> Study:
             )
         )
         unique("constraint", [constraint.objective.label for constraint in constraints])
+        system = metering(system, (each.metric for each in (*objectives, *(each.objective for each in constraints))))
         # Behind what each number's own limits have to say, before anything is worked out from them.
         check_magnitudes(table.model_dump(), path)
         specs = [entry.spec for entry in scenarios]

@@ -12,6 +12,7 @@ from pydantic import ValidationError
 from objectives.decisions import DecisionSpace, Variable
 from objectives.margins.quantities import LIMITABLE
 from objectives.margins.requirement import MarginRequirement, requirement_label
+from objectives.own_meters import metering
 from objectives.plant_system import PlantSystem
 from objectives.requirements import Screen
 from plant.backends.identity import identity
@@ -132,7 +133,9 @@ def build_plant_study(path: Path, table: PlantStudyTable, plant: PlantModel | No
             listed("constraint", path, table.constraint, lambda entry: constraint_of(entry, scenarios, system))
         )
         unique("constraint", [entry.objective.label for entry in constraints])
-        _check_bounds(system, [entry.metric for entry in (*objectives, *(each.objective for each in constraints))])
+        judged = [entry.metric for entry in (*objectives, *(each.objective for each in constraints))]
+        system = metering(system, judged)
+        _check_bounds(system, judged)
         margins = tuple(listed("margin", path, table.margin, lambda entry: _margin(entry, system)))
         unique("margin", [entry.label for entry in margins])
         with located(path, "search"):

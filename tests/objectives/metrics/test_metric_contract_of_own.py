@@ -7,7 +7,7 @@ import pytest
 from objectives.metrics import METRICS
 from objectives.metrics.contract import breaches
 from plant.own_code import run_own_code
-from tests.plant.own_files import METRIC, edited
+from tests.plant.own_files import METRIC, SWAY, edited, line_of
 
 VALUE = "value=lambda view: view.meter.iae / view.context.duration"
 WRONG = {
@@ -20,6 +20,22 @@ WRONG = {
     "no definition": ('definition="mean of |e| over the flight"', 'definition=""', "definition"),
     "no metric": ("METRIC = Metric(", "METRIC = dict(", "it must be Metric"),
     "error": (VALUE, VALUE.replace("iae", "area"), "no attribute 'area'"),
+}
+
+
+WAY = "kept.way + absolute(sample.actual - kept.previous)"
+WRONG_ACCUMULATOR = {
+    "an if": (WAY, "kept.way if sample.actual > 0 else 0.0", "write select"),
+    "other mathematics": ("absolute(sample", "abs(sample", "write absolute"),
+    "arguments": ("def update(kept, sample, target, t, h):", "def update(kept, sample, target, t):", "it must take 5"),
+    "no record": ("Accumulator(Sway,", "Accumulator(tuple,", "write class Sway(NamedTuple)"),
+    "no numbers": ("way: float", "way: str", "with numbers"),
+    "bound": ("2.0 * view.limit", "view.limit", "is exceeded 2 times"),
+    "no accumulator": (
+        "accumulator=Accumulator(Sway, start, update)",
+        "accumulator=(Sway, start, update)",
+        "write Accumulator",
+    ),
 }
 
 
@@ -37,5 +53,17 @@ def test_what_it_breaks_is_told(way: str, tmp_path: Path) -> None:
     assert told[0].place.startswith(str(file))
 
 
-def test_the_shipped_one_keeps_it() -> None:
-    assert breaches(run_own_code(METRIC).names["METRIC"], str(METRIC)) == []
+@pytest.mark.parametrize("way", WRONG_ACCUMULATOR)
+def test_what_an_accumulator_breaks_is_told_with_its_line(way: str, tmp_path: Path) -> None:
+    old, new, message = WRONG_ACCUMULATOR[way]
+    file = edited(SWAY, tmp_path, (old, new))
+    told = breaches(run_own_code(file).names["METRIC"], str(file))
+    assert message in told[0].message, told
+    assert told[0].place.startswith(str(file))
+    if way == "an if":
+        assert told[0].place == f"{file}:{line_of(file, 'if sample.actual')}"
+
+
+@pytest.mark.parametrize("file", [METRIC, SWAY], ids=lambda file: file.stem)
+def test_the_shipped_ones_keep_it(file: Path) -> None:
+    assert breaches(run_own_code(file).names["METRIC"], str(file)) == []

@@ -15,7 +15,7 @@ from plant import own_code
 from plant.errors import InputError, UnnamedCodeError
 from plant.laws import LAWS
 from plant.registry import Registry
-from tests.plant.own_files import LAW, METRIC, REFERENCE, edited, forget, line_of
+from tests.plant.own_files import LAW, METRIC, REFERENCE, SWAY, edited, forget, line_of
 from tuner.cli.app import with_code_first
 from tuner.engines.cluster.brief import brief_of
 from tuner.gains.examining import examine
@@ -71,7 +71,7 @@ def test_the_digest_of_a_study_is_that_of_its_code_wherever_it_lies(home: Path, 
     assert len(digests) == 4
 
 
-def test_recorded_flights_are_those_of_the_code_of_law_and_reference_but_not_of_the_metric(home: Path) -> None:
+def test_recorded_flights_are_those_of_the_code_of_law_and_reference_and_of_what_a_metric_adds_up(home: Path) -> None:
     def key() -> str:
         forget()
         study = own_study(home)
@@ -83,6 +83,8 @@ def test_recorded_flights_are_those_of_the_code_of_law_and_reference_but_not_of_
             file.write("# changed\n")
         keys.append(key())
     assert keys[0] == keys[1] and len(set(keys)) == 3
+    rewritten(home.parent / "own_law" / "sway.py", ("kept.way + absolute", "kept.way + 0.5 * absolute"))
+    assert key() not in keys, "what a metric adds up itself is flown with"
 
 
 def test_a_file_read_again_is_the_same_and_an_edited_one_takes_its_place(tmp_path: Path) -> None:
@@ -150,7 +152,7 @@ def recorded(home: Path, tmp_path: Path) -> Recorded:
 
 def test_a_run_keeps_its_code_with_what_it_imports(recorded: Recorded) -> None:
     kept = {path.name for path in (recorded.path / "inputs").iterdir()}
-    assert kept == {"own_law.toml", "pid_plain.py", "beside.py", "mae.py", "circle.py"}
+    assert kept == {"own_law.toml", "pid_plain.py", "beside.py", "mae.py", "sway.py", "circle.py"}
 
 
 @pytest.mark.parametrize("command", ["resume", "verify"])
@@ -206,6 +208,10 @@ def test_workers_are_sent_no_code(home: Path) -> None:
     with pytest.raises(InputError, match="the law 'pid_plain' is of a file of your own, and workers are sent no code"):
         brief_of(study.system, study.seed, batch)
     rewritten(home, ('attitude = "pid_plain"', 'attitude = "pid"'))
+    study = own_study(home)
+    with pytest.raises(InputError, match="the metric 'sway' is of a file of your own"):
+        brief_of(study.system, study.seed, FlightBatch(study.scenarios[0].spec, "search", 4))
+    rewritten(home, ('metric = "sway.tilt"', 'metric = "travel"'))
     study = own_study(home)
     with pytest.raises(InputError, match="the reference 'circle' is of a file of your own"):
         brief_of(study.system, study.seed, FlightBatch(study.scenarios[0].spec, "search", 4))
@@ -303,4 +309,4 @@ def test_the_documentation_shows_the_shipped_files() -> None:
 
 def test_the_shipped_files_are_the_studys(home: Path) -> None:
     named = {file for table in ("law", "metric", "reference") for file in getattr(own_study(home).table, table).files}
-    assert named == {f"own_law/{file.name}" for file in (LAW, METRIC, REFERENCE)}
+    assert named == {f"own_law/{file.name}" for file in (LAW, METRIC, SWAY, REFERENCE)}

@@ -8,6 +8,8 @@ from dataclasses import dataclass
 from typing import Any
 
 from objectives.memory import scenario_key
+from objectives.metrics import parse
+from objectives.own_meters import metering
 from objectives.system import FlightBatch, System
 from plant.backends.processor import Processor, compiled_for
 from plant.cascade import close_cascade
@@ -23,8 +25,8 @@ from tuner.engines.cluster.machine import Report, differences, machine_report, r
 
 @dataclass(frozen=True)
 class Brief:
-    """All that decides the flights of a batch but gains and index. key: `scenario_key` of it; machine: the client's report;
-    target: what it compiles for.
+    """All that decides the flights of a batch but gains and index. key: `scenario_key` of it; metered: addresses of metrics
+    whose own accumulators run; machine: the client's report; target: what it compiles for.
     """
 
     key: str
@@ -37,6 +39,7 @@ class Brief:
     root: int
     spec: ScenarioSpec
     stream: str
+    metered: tuple[str, ...]
     machine: Report
     target: Processor
 
@@ -46,13 +49,16 @@ def brief_of(system: System, root: int, batch: FlightBatch) -> Brief:
     for entry in (system.cascade.position, system.cascade.attitude):
         if LAWS.get(entry.name) is not entry or _is_of_a_file(entry):
             raise _not_there("law", entry.name)
+    for address in system.metered:
+        if _is_of_a_file(address.metric):
+            raise _not_there("metric", address.metric.name)
     reference = type(batch.spec.reference)
     if _is_of_a_file(reference):
         raise _not_there("reference", reference.kind)
     return Brief(
         scenario_key(system, root, batch), system.cascade.position.name, system.cascade.attitude.name, system.vehicle,
-        system.nominal, system.limits, system.timing, root, batch.spec, batch.stream, machine_report(),
-        compiled_for(),
+        system.nominal, system.limits, system.timing, root, batch.spec, batch.stream,
+        tuple(address.text for address in system.metered), machine_report(), compiled_for(),
     )  # fmt: skip
 
 
@@ -74,7 +80,9 @@ def system_of(brief: Brief) -> System:
     if unlike:
         raise InputError(f"{unlike[0]}; stop it and go on with `tuner resume`", key="--dask")
     cascade = close_cascade(law(brief.position), law(brief.attitude))
-    system = System(brief.vehicle, cascade, brief.nominal, brief.limits, brief.timing)
+    system = metering(
+        System(brief.vehicle, cascade, brief.nominal, brief.limits, brief.timing), map(parse, brief.metered)
+    )
     if scenario_key(system, brief.root, FlightBatch(brief.spec, brief.stream, 1)) != brief.key:
         # Its sources are the client's, so what differs is a package of laws or references.
         raise InputError(

@@ -1,4 +1,4 @@
-"""A run with a law, a metric and a reference of one's own, from the study to C, and again from its folder."""
+"""A run with a law, metrics and a reference of one's own, from the study to C, and again from its folder."""
 
 import shutil
 import subprocess
@@ -8,7 +8,7 @@ import pytest
 
 import tuner
 from plant.errors import InputError, UnnamedCodeError
-from tests.plant.own_files import LAW, METRIC, REFERENCE, forget
+from tests.plant.own_files import LAW, METRIC, REFERENCE, SWAY, forget
 from tuner.study.files import SHIPPED
 
 SMALL = {"search.generations": 2, "search.population": 8, "scenario.0.held_out": 32}
@@ -27,7 +27,7 @@ def test_from_the_study_to_c_and_again_from_the_folder(tmp_path: Path) -> None:
     with pytest.raises(InputError, match="name the file with --code pid_plain.py"):
         tuner.export(gains, "c99", tmp_path / "refused")
     tuner.open_results(results).report()
-    for file in (LAW, METRIC, REFERENCE):
+    for file in (LAW, METRIC, SWAY, REFERENCE):
         tuner.use(file)
     assert tuner.verify(results).identical
     tuner.export(gains, "c99", tmp_path / "c99")

@@ -1,0 +1,84 @@
+"""Flights inside the limits, instant by instant, on which the accumulators of a metric are tried.
+
+What the axes show is drawn at random, and the first flight goes from one limit to the other at every instant, which is the worst
+that a bound has to hold for.
+"""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives import meters
+from objectives.metrics.address import AXES, UNITS
+from objectives.metrics.context import COMPLETED, FlightContext, MetricLimits
+from objectives.metrics.metric import AxisView, FlightView, Metric
+from plant.backends import array
+from plant.sample import AxisSample, Sample
+from plant.targets import Targets
+from plant.vectors import Rotors
+
+Array = NDArray[np.float64]
+
+
+class Plan(NamedTuple):
+    """How many flights, their length and control period [s], their targets and their limits."""
+
+    flights: int
+    duration: float
+    period: float
+    targets: Targets
+    limits: MetricLimits
+
+
+def sampled_views(metric: Metric, plan: Plan) -> Iterator[AxisView | FlightView]:
+    """Yield what a metric with an accumulator sees of the flights: one view of the whole, or one of each axis."""
+    samples = list(_samples(plan))
+    status, end = np.full(plan.flights, COMPLETED), np.full(plan.flights, plan.duration)
+    context = FlightContext(plan.duration, plan.period, plan.targets, status, end, plan.limits)
+    bind, h = array.rebinder(), plan.period
+    bundled = bind(meters.start)(samples[0], plan.targets)
+    for sample in samples:
+        bundled = bind(meters.update)(bundled, sample, plan.targets, h)
+    start, update = bind(metric.accumulator.start), bind(metric.accumulator.update)
+    if metric.scope == "flight":
+        kept = start(samples[0], plan.targets)
+        for sample in samples:
+            kept = update(kept, sample, plan.targets, h)
+        yield FlightView(bundled, context, kept)
+        return
+    for axis in AXES["position"] + AXES["attitude"]:
+        target = getattr(plan.targets, axis)
+        kept = start(getattr(samples[0], axis), target)
+        for sample in samples:
+            kept = update(kept, getattr(sample, axis), target, sample.time, h)
+        yield AxisView(getattr(bundled, axis), target, _limit(plan, axis), context, kept)
+
+
+def _limit(plan: Plan, axis: str) -> float:
+    return plan.limits.position_error if UNITS[axis] == "m" else plan.limits.angle
+
+
+def _samples(plan: Plan) -> Iterator[Sample]:
+    """Yield what stands at every control instant, arrays over the flights."""
+    rng = np.random.default_rng(7)
+    command = Rotors(*np.ones((4, plan.flights)))
+    for k in range(round(plan.duration / plan.period)):
+        seen = [_axis(plan, axis, k, rng) for axis in Sample._fields[1:7]]
+        previous, command = command, Rotors(*_drawn(rng, plan.flights, k, 4) * plan.limits.command_peak)
+        yield Sample(k * plan.period, *seen, command, previous, 0.0)
+
+
+def _axis(plan: Plan, axis: str, k: int, rng: np.random.Generator) -> AxisSample:
+    """Return the final level as the reference and an actual value within the limit of it."""
+    level = getattr(plan.targets, axis).final
+    size = 2.0 * _drawn(rng, plan.flights, k) - 1.0
+    return AxisSample(level + np.zeros(plan.flights), level - _limit(plan, axis) * size)
+
+
+def _drawn(rng: np.random.Generator, flights: int, k: int, *shape: int) -> Array:
+    """Return numbers (..., flights) from 0 to 1; those of the first flight are 0 and 1 in turn."""
+    drawn = rng.uniform(size=(*shape, flights))
+    drawn[..., 0] = k % 2
+    return drawn

@@ -1,0 +1,103 @@
+"""Accumulators that metrics bring along, in flights of a quadrotor and of a plant, beside meters that the tool has."""
+
+from typing import NamedTuple
+
+import numpy as np
+import pytest
+
+from objectives.decisions import DecisionSpace
+from objectives.memory import scenario_key
+from objectives.metrics import Accumulator, Metric
+from objectives.metrics.address import MetricAddress, parse
+from objectives.own_meters import metering
+from objectives.problem import FlightBatch, Objective, Problem
+from objectives.risk import Risk
+from objectives.system import System
+from plant.backends.flyer import Flyer
+from plant.own_code import run_own_code
+from plant.primitives import absolute, maximum
+from plant.records import paths
+from tests.plant.loops import LIMITS, NOMINAL, TIMING, VEHICLE, gains, inputs, loop, spec
+from tests.plant.own_files import SWAY
+from tuner.api.studies import load_study
+from tuner.engines.cluster.brief import brief_of, system_of
+
+FLIGHTS = 3
+
+
+class Sum(NamedTuple):
+    total: float
+
+
+def start_sum(sample, target):  # noqa: ARG001
+    return Sum(0.0)
+
+
+def add_error(kept, sample, target, t, h):  # noqa: ARG001
+    return Sum(kept.total + h * absolute(sample.reference - sample.actual))
+
+
+def add_command(kept, sample, targets, h):  # noqa: ARG001
+    return Sum(maximum(kept.total, sample.command.r1))
+
+
+def metric(name, scope, update):
+    """A metric that is what its accumulator holds."""
+    return Metric(
+        name, name, "1", scope, name, lambda view: view.kept.total, lambda view: 1e3,
+        accumulator=Accumulator(Sum, start_sum, update),
+    )  # fmt: skip
+
+
+ERROR, COMMAND = metric("own_iae", "axis", add_error), metric("own_peak", "flight", add_command)
+ASKED = (MetricAddress("own_iae.position", ERROR, ("x", "y", "z")), MetricAddress("own_peak", COMMAND, ()))
+SYSTEM = System(VEHICLE, loop().cascade, NOMINAL, LIMITS, TIMING)
+
+
+def scores(system, addresses, batch, row):
+    """Return the scores (metrics, flights) of one gains row."""
+    objectives = tuple(Objective(address, Risk("mean")) for address in addresses)
+    problem = Problem(system, DecisionSpace((), (), tuple(row.tolist())), objectives, (), 7, 1)
+    return problem.evaluate_gains(row[None], (batch,)).scores[0]
+
+
+def test_a_quadrotor_and_a_plant_hold_what_the_bundled_meters_hold():
+    addresses = (*ASKED, parse("iae.position"), parse("command_peak"))
+    own, peak, bundled, highest = scores(SYSTEM, addresses, FlightBatch(spec(), "search", FLIGHTS), gains())
+    assert np.array_equal(own, bundled)
+    assert (peak > 1.0).all() and (peak <= highest).all()
+    study = load_study("dc_motor")
+    turned = (MetricAddress("own_iae.angle", ERROR, ("angle",)), parse("iae.angle", study.system.axes))
+    own, bundled = scores(
+        study.system, turned, FlightBatch(study.scenarios[0].spec, "search", FLIGHTS), study.default_row
+    )
+    assert np.array_equal(own, bundled) and (own > 0.0).all()
+
+
+def test_the_way_that_an_axis_goes_is_that_of_its_trajectory():
+    shipped = run_own_code(SWAY).names["METRIC"]
+    address = MetricAddress("sway.x", shipped, ("x",))
+    (found,) = scores(SYSTEM, (address,), FlightBatch(spec(), "search", FLIGHTS), gains())
+    row = paths(loop().Flight).index("body.position.x")
+    trace = Flyer(loop(), LIMITS, TIMING, 1).trace(gains(), NOMINAL, inputs(range(FLIGHTS)), 1, np.array([row]))
+    assert found == pytest.approx(np.abs(np.diff(trace[..., 0], axis=1)).sum(axis=1), rel=1e-12)
+
+
+def test_flights_without_an_accumulator_are_those_of_before():
+    batch = FlightBatch(spec(), "search", FLIGHTS)
+    metered = metering(SYSTEM, ASKED)
+    assert metering(SYSTEM, [parse("iae.x")]) is SYSTEM and metering(metered, ASKED) is metered
+    assert scenario_key(metered, 7, batch) != scenario_key(SYSTEM, 7, batch)
+    (there,) = scores(metered, (parse("itae.z"),), batch, gains())
+    (here,) = scores(SYSTEM, (parse("itae.z"),), batch, gains())
+    assert np.array_equal(there, here)
+
+
+def test_workers_take_an_accumulator_by_the_name_of_its_metric(monkeypatch):
+    from objectives import metrics
+
+    monkeypatch.setitem(metrics.METRICS, "own_iae", ERROR)
+    batch = FlightBatch(spec(), "search", FLIGHTS)
+    system = metering(SYSTEM, [parse("own_iae.position")])
+    brief = brief_of(system, 7, batch)
+    assert scenario_key(system_of(brief), 7, batch) == brief.key
