@@ -65,8 +65,8 @@ def new(
     """
     from tuner.study.template import write_study
 
-    path = write_study(name, source)
-    print(f"Wrote {path}. Run it with: tuner run {path}")
+    study, *code = write_study(name, source)
+    print(f"Wrote {', '.join(map(str, (study, *code)))}. Run it with: tuner run {study}")
 
 
 @app.command()

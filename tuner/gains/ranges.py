@@ -19,7 +19,7 @@ def check_value(key: str, gain: GainAddress, value: float, control_period: float
         raise InputError(
             f"{what}; at a control period of {control_period:g} s the largest allowed value is "
             f"{MOST_OBSERVER / control_period:g} rad/s (bandwidth times period at most {MOST_OBSERVER}), beyond it the "
-            "sampled observer is not the one designed: give a smaller value, or shorten controller.control_period",
+            "sampled observer is not the one designed: give a smaller value, or shorten the control period",
             key=key,
         )
 

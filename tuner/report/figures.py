@@ -98,7 +98,8 @@ def response_figure(results: TuningFolder, scenario: str) -> Figure:
     known.sort(key=lambda fan: results.front.role(fan.point) == TUNED)
     names = {fan.point: results.shown_as if results.front.role(fan.point) == TUNED else DEFAULT for fan in known}
     roles = {fan.point: results.front.role(fan.point) for fan in known}
-    return figure_of(_panels(known, names, roles), COLUMNS, ROW)
+    panels = _panels(known, names, roles)
+    return figure_of(panels, min(len(panels), COLUMNS), ROW)
 
 
 def write_responses(responses: "Responses", scenario: str, file: Path) -> None:
@@ -116,7 +117,8 @@ def write_responses(responses: "Responses", scenario: str, file: Path) -> None:
 def flown_figure(responses: "Responses", scenario: str) -> Figure:
     """Return the fans of one controller, a panel for each axis and one for rotor 1."""
     names = {TUNED: f"{len(responses.actual)} flights"}
-    return figure_of(_panels(fans_of(responses, scenario), names, {}), COLUMNS, ROW, note=f"scenario {scenario}")
+    panels = _panels(fans_of(responses, scenario), names, {})
+    return figure_of(panels, min(len(panels), COLUMNS), ROW, note=f"scenario {scenario}")
 
 
 def fans_of(responses: "Responses", scenario: str) -> list[Fan]:

@@ -122,22 +122,53 @@ rule = "knee"                   # knee, closest, min:METRIC, or weights with wei
 """
 
 
-def write_study(name: str, source: Path | None = None) -> Path:
-    """Write the commented template, or a copy of the study `source`, and return its path: NAME.toml in this folder.
+def write_study(name: str, source: Path | None = None) -> list[Path]:
+    """Write the commented template, or a copy of the study `source`, and return what was written: NAME.toml in this folder first.
 
-    Raises StoreError where a file of that name is there already.
+    Code beside a shipped study is copied along, to be changed. Raises StoreError where a file of such a name is there already.
     """
     path = Path(name if name.endswith(".toml") else f"{name}.toml")
     title = "".join(letter for letter in path.stem.replace("_", " ") if letter not in '"\\')
-    text = TEMPLATE.replace("@TITLE@", title) if source is None else copied_study(study_file(source), path)
+    if source is None:
+        files = {path: TEMPLATE.replace("@TITLE@", title)}
+    else:
+        origin = study_file(source)
+        code = {path.parent / name: read_input_text(origin.parent / name) for name in _shipped_code(origin)}
+        files = {path: copied_study(origin, path), **code}
+    # Code that lies there already, as it is, serves another study too.
+    new = {file: content for file, content in files.items() if file == path or not _holds(file, content)}
+    for taken in filter(Path.exists, new):
+        raise StoreError(f"{taken} exists already and was not touched; choose another name, or another folder")
+    for file, content in new.items():
+        _write_new(file, content)
+    return list(new)
+
+
+def _holds(file: Path, text: str) -> bool:
+    return file.is_file() and read_input_text(file) == text
+
+
+def _write_new(path: Path, text: str) -> None:
     try:
+        path.parent.mkdir(parents=True, exist_ok=True)
         with path.open("x", encoding="utf-8") as file:
             file.write(text)
     except FileExistsError:
         raise StoreError(f"{path} exists already and was not touched; choose another name") from None
     except OSError as error:
         raise StoreError(f"{path} cannot be written ({error.strerror})") from None
-    return path
+
+
+def _shipped_code(study: Path) -> list[str]:
+    """Return the files of code that a shipped study names, relative to it; none of a study of the user's own."""
+    named: list[str] = []
+
+    def note(name: str) -> str:
+        named.append(name)
+        return name
+
+    with_paths(parse_toml(study), note)
+    return [name for name in named if name.endswith(".py") and study.parent.resolve() == SHIPPED]
 
 
 def copied_study(source: Path, target: Path) -> str:
@@ -166,12 +197,14 @@ def copied_study(source: Path, target: Path) -> str:
 
 def _moved(table: dict[str, Any], home: Path, away: Path, moves: dict[str, str]) -> dict[str, Any]:
     """Return the content of a study with its paths from another folder; moves: filled with what each became."""
+    shipped = home.resolve() == SHIPPED
 
     def move(name: str) -> str:
-        moves[name] = name if home.resolve() == away.resolve() else Path(os.path.relpath(home / name, away)).as_posix()
+        stays = home.resolve() == away.resolve() or (shipped and name.endswith(".py"))
+        moves[name] = name if stays else Path(os.path.relpath(home / name, away)).as_posix()
         return moves[name]
 
     moved = with_paths(table, move)
     # The base of a shipped study is found by its name from everywhere.
     base = moved.get("base")
-    return {**moved, "base": move(base)} if isinstance(base, str) and home.resolve() != SHIPPED else moved
+    return {**moved, "base": move(base)} if isinstance(base, str) and not shipped else moved

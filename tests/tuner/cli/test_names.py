@@ -67,10 +67,24 @@ def test_every_command_takes_a_study_by_name(here, words, monkeypatch, capsys):
 @pytest.mark.parametrize("path", shipped_studies().values(), ids=lambda path: path.stem)
 def test_a_copy_of_a_shipped_study_is_the_study_with_its_comments(here, path):
     copy, original = copied_study(path, here / "mine.toml"), path.read_text()
-    moved = with_paths(tomllib.loads(original), lambda name: Path(os.path.relpath(path.parent / name, here)).as_posix())
+
+    def away(name):
+        return name if name.endswith(".py") else Path(os.path.relpath(path.parent / name, here)).as_posix()
+
+    moved = with_paths(tomllib.loads(original), away)
     assert tomllib.loads(copy) == moved
     assert copy.count("#") == original.count("#")
     assert f"studies/{path.name}" not in copy and "tuner run mine.toml" in copy
+
+
+def test_code_of_a_shipped_study_is_copied_along_and_never_written_over(here, monkeypatch, capsys):
+    assert [tuner(monkeypatch, capsys, "new", name, "--from", "own_law")[0] for name in ("mine", "second")] == [0, 0]
+    assert load_study(here / "mine.toml").digest() == load_study(SHIPPED / "own_law.toml").digest()
+    own = here / "own_law" / "mae.py"
+    own.write_text(own.read_text() + "# mine\n")
+    code, _, error = tuner(monkeypatch, capsys, "new", "third", "--from", "own_law")
+    assert code == 2 and "mae.py exists already and was not touched" in error
+    assert own.read_text().endswith("# mine\n") and not (here / "third.toml").exists()
 
 
 def test_an_own_study_is_copied_with_its_paths_and_comments(here):
