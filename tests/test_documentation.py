@@ -102,3 +102,14 @@ def test_the_glossary_is_in_order():
     words = re.findall(r"^\*\*([^*]+)\*\*: ", (ROOT / "docs" / "glossary.md").read_text(encoding="utf-8"), re.MULTILINE)
     assert len(words) >= 50
     assert words == sorted(words, key=str.lower)
+
+
+def test_every_study_of_ones_own_code_and_every_program_has_its_page(site):
+    """By its name, with the command that runs it and a link to its files."""
+    studies = {file.stem for file in (ROOT / "studies").glob("*.py")} | {"own_law"}
+    programs = {"pendulum": "gymnasium", "rotorpy_hover": "rotorpy"}
+    assert set(programs) == {file.stem for file in (ROOT / "docs/ask_and_tell").glob("*.py")}
+    for page, files in {**{name: name for name in studies}, **{page: name for name, page in programs.items()}}.items():
+        text = (ROOT / f"docs/examples/{page}.md").read_text(encoding="utf-8")
+        assert f"{files}.toml)" in text and ("tuner run " in text or "tuner ask " in text)
+        assert f"examples/{page}.md" in site

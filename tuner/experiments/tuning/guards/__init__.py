@@ -118,7 +118,8 @@ GUARDS = {
     "still_rising": Guard(
         AFTER, "a search that ended before its front had come to rest",
         lambda outcome: after.still_rising(
-            [entry.hypervolume for entry in outcome.generations], [entry.flights for entry in outcome.generations]
+            [entry.hypervolume for entry in outcome.generations], [entry.flights for entry in outcome.generations],
+            isinstance(outcome.study, TuningStudy),
         ),
     ),
 }  # fmt: skip

@@ -88,9 +88,9 @@ def _others_there(entry: BoundRow) -> str:
     return f", as do {100.0 * entry.share:.0f} % of the front" if entry.share > 0.0 else ""
 
 
-def still_rising(volumes: Sequence[float], flights: Sequence[int]) -> list[str]:
+def still_rising(volumes: Sequence[float], flights: Sequence[int], resumable: bool = True) -> list[str]:
     """Warn where a search had not come to rest, with the budget after which it would have; hypervolume and flights so far, one a
-    generation.
+    generation. resumable: whether the run can go on with a larger budget.
     """
     done, share = len(volumes), gained(volumes)
     if share <= RESTING:
@@ -105,9 +105,14 @@ def still_rising(volumes: Sequence[float], flights: Sequence[int]) -> list[str]:
         advice = f"At this pace it comes to rest after about {budget} generations, {total:,.0f} flights"
     return [
         f"The front still grew at the end of the search: of its hypervolume {100.0 * share:.0f} % came in the last "
-        f"{last_quarter(done)} of {done} generations. {advice}. Go on with it: `tuner resume` with --budget {budget}, or "
-        f"search.generations = {budget}."
+        f"{last_quarter(done)} of {done} generations. {advice}. {_going_on(budget, resumable)}"
     ]
+
+
+def _going_on(budget: int, resumable: bool) -> str:
+    if not resumable:
+        return f"Ask anew for more: search.generations = {budget}, and another --out."
+    return f"Go on with it: `tuner resume` with --budget {budget}, or search.generations = {budget}."
 
 
 def idle_candidates(idle: int, floor: Sequence[str]) -> list[str]:

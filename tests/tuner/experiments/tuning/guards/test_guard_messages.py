@@ -65,6 +65,8 @@ def test_a_search_that_still_gains_is_told_with_a_budget():
     (said,) = still_rising(volumes, [100 * n for n in range(1, 17)])
     assert "2 % came in the last 4 of 16 generations" in said and "about 17 generations, 1,700 flights" in said
     assert "--budget 17" in said
+    (said,) = still_rising(volumes, [100 * n for n in range(1, 17)], resumable=False)
+    assert "resume" not in said and "search.generations = 17, and another --out" in said
     # A line has no end.
     (said,) = still_rising([0.01 * n for n in range(1, 9)], [100 * n for n in range(1, 9)])
     assert "25 % came in the last 2 of 8 generations" in said and "cannot be told" in said and "--budget 16" in said
