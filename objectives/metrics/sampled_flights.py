@@ -5,7 +5,8 @@ that a bound has to hold for.
 """
 
 from collections.abc import Iterator
-from typing import NamedTuple
+from itertools import chain
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,9 +16,9 @@ from objectives.metrics.address import AXES, UNITS
 from objectives.metrics.context import COMPLETED, FlightContext, MetricLimits
 from objectives.metrics.metric import AxisView, FlightView, Metric
 from plant.backends import array
-from plant.sample import AxisSample, Sample
+from plant.records import pack
+from plant.sample import Sample
 from plant.targets import Targets
-from plant.vectors import Rotors
 
 Array = NDArray[np.float64]
 
@@ -41,7 +42,8 @@ def sampled_views(metric: Metric, plan: Plan) -> Iterator[AxisView | FlightView]
     bundled = bind(meters.start)(samples[0], plan.targets)
     for sample in samples:
         bundled = bind(meters.update)(bundled, sample, plan.targets, h)
-    start, update = bind(metric.accumulator.start), bind(metric.accumulator.update)
+    accumulator: Any = metric.accumulator
+    start, update = bind(accumulator.start), bind(accumulator.update)
     if metric.scope == "flight":
         kept = start(samples[0], plan.targets)
         for sample in samples:
@@ -63,18 +65,18 @@ def _limit(plan: Plan, axis: str) -> float:
 def _samples(plan: Plan) -> Iterator[Sample]:
     """Yield what stands at every control instant, arrays over the flights."""
     rng = np.random.default_rng(7)
-    command = Rotors(*np.ones((4, plan.flights)))
+    command: Any = np.ones((4, plan.flights))
     for k in range(round(plan.duration / plan.period)):
-        seen = [_axis(plan, axis, k, rng) for axis in Sample._fields[1:7]]
-        previous, command = command, Rotors(*_drawn(rng, plan.flights, k, 4) * plan.limits.command_peak)
-        yield Sample(k * plan.period, *seen, command, previous, 0.0)
+        seen: Any = [_axis(plan, axis, k, rng) for axis in Sample._fields[1:7]]
+        previous, command = command, _drawn(rng, plan.flights, k, 4) * plan.limits.command_peak
+        yield pack(Sample, [k * plan.period, *chain(*seen), *command, *previous, 0.0])
 
 
-def _axis(plan: Plan, axis: str, k: int, rng: np.random.Generator) -> AxisSample:
+def _axis(plan: Plan, axis: str, k: int, rng: np.random.Generator) -> tuple[Array, Array]:
     """Return the final level as the reference and an actual value within the limit of it."""
     level = getattr(plan.targets, axis).final
     size = 2.0 * _drawn(rng, plan.flights, k) - 1.0
-    return AxisSample(level + np.zeros(plan.flights), level - _limit(plan, axis) * size)
+    return level + np.zeros(plan.flights), level - _limit(plan, axis) * size
 
 
 def _drawn(rng: np.random.Generator, flights: int, k: int, *shape: int) -> Array:

@@ -79,7 +79,7 @@ def test_the_way_that_an_axis_goes_is_that_of_its_trajectory():
     address = MetricAddress("sway.x", shipped, ("x",))
     (found,) = scores(SYSTEM, (address,), FlightBatch(spec(), "search", FLIGHTS), gains())
     row = paths(loop().Flight).index("body.position.x")
-    trace = Flyer(loop(), LIMITS, TIMING, 1).trace(gains(), NOMINAL, inputs(range(FLIGHTS)), 1, np.array([row]))
+    trace = Flyer(loop(), LIMITS, TIMING, 1).trace(gains(), NOMINAL, inputs(range(FLIGHTS)), 1, [row])
     assert found == pytest.approx(np.abs(np.diff(trace[..., 0], axis=1)).sum(axis=1), rel=1e-12)
 
 
