@@ -78,7 +78,7 @@ def modes_of(a: Array, b: Array, c: Array) -> Modes:
     size = np.max(np.abs(poles), axis=-1)
     poor = ~(spread < DEPENDENT)
     if poor.any():
-        poles[poor], driven[poor], shown[poor], _ = _split(_moved(a[poor]), b[poor], c[poor])
+        poles[poor], driven[poor], shown[poor], _ = _split(moved(a[poor]), b[poor], c[poor])
     return Modes(poles, shown, driven, size)
 
 
@@ -95,7 +95,8 @@ def _split(a: Array, b: Array, c: Array) -> tuple[Complex, Complex, Complex, Arr
     return poles, driven, shown, spread
 
 
-def _moved(a: Array) -> Array:
+def moved(a: Array) -> Array:
+    """Return matrices (n, b, b) with entries moved by a share of the largest, which parts dependent eigenvectors."""
     shift = MOVED * generator(0, "margins/moved", 0).standard_normal(a.shape[-2:])
     return a + shift * np.max(np.abs(a), axis=(-2, -1), keepdims=True)
 

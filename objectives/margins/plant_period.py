@@ -1,23 +1,25 @@
 """One control period of a plant of the user's own, linearised where the plant rests: x+ = A x + B u, o = C x + D u.
 
 The functions are those that fly (`plant.model.closing`), rebound to CasADi, with signals added where a command goes to the plant
-or to another channel. Inputs u and readings o are those of `objectives.margins.linearise`.
+or to another channel. Inputs u and readings o are those of `objectives.margins.linearise`. Where channels step at several rates
+there is one linearisation for each control period of their common period.
 """
 
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins.derivative import Batch, Derivative, column_of, columns, record_of
+from objectives.margins.lifting import common_period
 from objectives.margins.linearise import LinearLoops
-from objectives.margins.period import NO_METERS, NoMeters
+from objectives.margins.period import NO_METERS, NoMeters, Term
 from objectives.plant_system import PlantSystem
 from plant.backends import array, symbolic
 from plant.errors import InputError
-from plant.laws.law import Law, Nonlinearity
+from plant.laws.law import Nonlinearity
 from plant.model.closing import close_plant, resting, to_plant
 from plant.model.controller import to_channel
 from plant.records import flatten, pack, paths, record_type, size, zeros
@@ -27,34 +29,20 @@ Array = NDArray[np.float64]
 STEADY = 1e-9
 
 
-class PlantTerm(NamedTuple):
-    """A nonlinear term of the law of a channel."""
-
-    axis: str
-    law: Law
-    nonlinearity: Nonlinearity
-
-
 class PlantPeriod:
     """One control period of a plant's loops about rest.
 
-    terms: nonlinear terms of the laws, channel by channel. state: record of all that one period hands to the next.
-    Raises InputError where channels step at several rates: then one period is not like the next.
+    terms: nonlinear terms of the laws, channel by channel. state: record of all that one period hands to the next. periods: those
+    after which all channels step at once again. Raises InputError where these are too many.
     """
 
     def __init__(self, system: PlantSystem, parameters: Any | None = None) -> None:
-        slow = [channel for channel in system.plan.channels if channel.every > 1]
-        if slow:
-            raise InputError(
-                f"channel '{slow[0].name}' steps every {slow[0].every} periods; margins are known for loops of one "
-                "rate: set every = 1, or leave the margins out",
-                key="margin",
-            )
+        self.periods = common_period(system.plan)
         self.system, self.plan, self.plant = system, system.plan, system.plant
         self.h, self.steps = system.timing.control_period, system.timing.steps
         self.loop = close_plant(system.plant, system.plan, NO_METERS, self.h)
         self.terms = tuple(
-            PlantTerm(each.name, each.law, term) for each in self.plan.channels for term in each.law.nonlinear
+            Term(each.name, each.law, term) for each in self.plan.channels for term in each.law.nonlinear
         )
         kept = {name: part for name, part in self.loop.Flight.__annotations__.items() if name not in LEFT_OUT}
         self.state = record_type("PlantState", kept)
@@ -66,16 +54,33 @@ class PlantPeriod:
             [[getattr(body.shown, each.output), 0.0, 0.0] for each in self.plan.channels]
         ).ravel()
         self._slope = self._plant_slope()
+        names = paths(self.state)
+        self._counters = [
+            (names.index(f"control.phase.{each.name}"), each) for each in self.plan.channels if each.every > 1
+        ]
 
     @property
     def n_channels(self) -> int:
         """Number of channels."""
         return len(self.plan.channels)
 
-    def loops(self, gains: Array) -> LinearLoops:
-        """Return the linear loops of gains rows (n, g) about rest; InputError where a law does not keep the plant at rest."""
-        n, k, w = len(gains), self.n_channels, len(self.terms)
+    def phases(self, gains: Array) -> list[LinearLoops]:
+        """Return the linear loops of gains rows (n, g) about rest in each control period of the common period.
+
+        Raises InputError where a law does not keep the plant at rest.
+        """
         states = self._start(gains, self._body, self._nominal, self._reference)[0]
+        return [self._loops(self._at_phase(states, number), gains) for number in range(self.periods)]
+
+    def _at_phase(self, states: Array, number: int) -> Array:
+        """States (n, x) so many control periods after all channels stepped at once."""
+        states = states.copy()
+        for i, channel in self._counters:
+            states[:, i] = number % channel.every
+        return states
+
+    def _loops(self, states: Array, gains: Array) -> LinearLoops:
+        n, k, w = len(gains), self.n_channels, len(self.terms)
         none = np.zeros((n, k + w + k))
         outputs, entries, _ = self._decide(
             np.concatenate([states, none], axis=1), gains, self._nominal, self._reference
@@ -173,6 +178,7 @@ class PlantPeriod:
         m, b = size(self.plant.Input), len(self._body)
         after = outputs[:, m : m + states.shape[1] - b]
         drift = np.abs(after - states[:, b:]) / (1.0 + np.abs(states[:, b:]))
+        drift[:, [i - b for i, _ in self._counters]] = 0.0
         if not np.all(drift < STEADY):
             worst = int(np.argmax(drift.max(axis=0), axis=0))
             raise InputError(

@@ -4,10 +4,10 @@ Margins are those of hover in still air, of the loop as it is flown: laws, obser
 of a study are answered together, from one evaluation for each choice of spread and smallest amplitude that they make.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import lru_cache
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Protocol
 
 import numpy as np
 
@@ -27,7 +27,19 @@ from tuner.study.schema import MarginTable
 from tuner.text.units import after_number
 
 if TYPE_CHECKING:
+    from objectives.margins.describing import Case
     from objectives.margins.margins import MarginModel
+
+
+class LoopMargins(Protocol):
+    """Margins of a loop that limits are put on, such as `MarginModel`."""
+
+    def limited(self, gains: Array, requirements: Sequence[MarginRequirement]) -> Array:
+        """Return the values (n, requirements) of gains rows (n, gains)."""
+        ...
+
+
+BuildMargins = Callable[[bool, "tuple[Case, ...]"], LoopMargins]
 
 # Axes whose loops attitude mode leaves open.
 OPEN = ("x", "y")
@@ -70,17 +82,15 @@ def nominal_margins(cascade: Cascade, nominal: Nominal, timing: Timing, vehicle:
     return MarginModel(cascade, nominal, timing, vehicle, Trim(hold=held))
 
 
-class MarginAnalysis:
-    """Values of requirements on margins; models are built when they are first needed, which takes 0.3 s each."""
+class MarginValues:
+    """Values of requirements on margins; models are built when they are first needed, which takes 0.3 s each.
 
-    def __init__(
-        self, asked: tuple[MarginRequirement, ...], system: System, scenarios: tuple[ScenarioSpec, ...], path: Path
-    ) -> None:
-        self._asked = asked
-        self._system = system
-        self._scenarios = scenarios
-        self._path = path
-        self._models: dict[tuple[bool, float], MarginModel] = {}
+    build(spread, cases): the margins of a study's loop. Errors of its building name path and the key "margin".
+    """
+
+    def __init__(self, asked: tuple[MarginRequirement, ...], build: BuildMargins, path: Path) -> None:
+        self._asked, self._build, self._path = asked, build, path
+        self._models: dict[tuple[bool, float], LoopMargins] = {}
         # A candidate is asked for by the search, before its flights and among the finalists.
         self._known: dict[bytes, Array] = {}
 
@@ -102,24 +112,43 @@ class MarginAnalysis:
             values[:, columns] = self.model(*choice).limited(gains, [self._asked[i] for i in columns])
         return values
 
-    def model(self, spread: bool, amplitude: float) -> "MarginModel":
-        """Margins of the nominal vehicle, with spread in the worst of it and the corners of the spreads of all scenarios."""
+    def model(self, spread: bool, amplitude: float) -> LoopMargins:
+        """Margins in all amplitudes from one on: of the nominal plant, with spread in the worst of it and the corners."""
         choice = (spread, amplitude)
         if choice not in self._models:
-            self._models[choice] = self._located(lambda: self._build(spread, amplitude))
+            try:
+                self._models[choice] = self._build(spread, cases_from(amplitude))
+            except InputError as error:
+                raise InputError(error.message, file=self._path, key="margin") from None
         return self._models[choice]
 
-    def _build(self, spread: bool, amplitude: float) -> "MarginModel":
-        # Here, because a study that asks for no margins needs no CasADi.
-        from objectives.margins.describing import DEFAULT_CASES, Case
+
+def cases_from(amplitude: float) -> "tuple[Case, ...]":
+    """Return the amplitudes that margins are taken over from one on."""
+    # Here, because a study that asks for no margins needs no CasADi.
+    from objectives.margins.describing import DEFAULT_CASES, Case
+
+    larger = [case for case in DEFAULT_CASES if case.amplitude is not None and case.amplitude > amplitude]
+    return (Case(amplitude), *larger) if amplitude > 0.0 else DEFAULT_CASES
+
+
+class MarginAnalysis(MarginValues):
+    """Values of requirements on the margins of a quadrotor."""
+
+    def __init__(
+        self, asked: tuple[MarginRequirement, ...], system: System, scenarios: tuple[ScenarioSpec, ...], path: Path
+    ) -> None:
+        super().__init__(asked, self._margins, path)
+        self._system, self._scenarios = system, scenarios
+
+    def _margins(self, spread: bool, cases: "tuple[Case, ...]") -> "MarginModel":
+        from objectives.margins.describing import DEFAULT_CASES
         from objectives.margins.margins import MarginModel, spread_corners
         from objectives.margins.trim import Trim
 
         system, found = self._system, dict.fromkeys([self._system.vehicle])
         for spec in self._scenarios if spread else ():
             found |= dict.fromkeys(spread_corners(system.vehicle, spec.spread))
-        larger = [case for case in DEFAULT_CASES if case.amplitude is not None and case.amplitude > amplitude]
-        cases = [Case(amplitude), *larger] if amplitude > 0.0 else DEFAULT_CASES
         held = holds_place(self._scenarios, system.timing)
         first, *others = found
         if not others and cases is DEFAULT_CASES:
@@ -127,12 +156,6 @@ class MarginAnalysis:
         return MarginModel(
             system.cascade, system.nominal, system.timing, first, Trim(hold=held), others=others, cases=cases
         )
-
-    def _located(self, build: Callable[[], "MarginModel"]) -> "MarginModel":
-        try:
-            return build()
-        except InputError as error:
-            raise InputError(error.message, file=self._path, key="margin") from None
 
 
 def _choice(entry: MarginRequirement) -> tuple[bool, float]:

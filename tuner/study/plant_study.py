@@ -30,7 +30,7 @@ from plant.texts import LONGEST_TITLE, check_text, check_texts, check_title
 from tuner.gains.ranges import check_multiple, check_period, check_value, timing_of
 from tuner.study.judged_reading import constraint_of, listed, objective_of, pick_rule, unique
 from tuner.study.layers import Layer
-from tuner.study.margins import margin_limit
+from tuner.study.margins import MarginValues, margin_limit
 from tuner.study.messages import translated
 from tuner.study.own_code import use_files_of
 from tuner.study.plant_schema import ChannelTable, PlantGainTable, PlantScenarioTable, PlantStudyTable, PlantTable
@@ -149,7 +149,7 @@ def build_plant_study(path: Path, table: PlantStudyTable, plant: PlantModel | No
             check_size(search.population, search.generations, sizes)
         with located(path, "pick"):
             rule = pick_rule(table.pick, objectives)
-    screens = (margin_screen_of(margins, system, space),) if margins else ()
+    screens = (margin_screen_of(margins, path, system, space),) if margins else ()
     return PlantStudy(
         path=path, title=table.title, description=table.description, seed=table.seed, system=system, space=space,
         scenarios=scenarios, objectives=objectives, constraints=constraints, screens=screens, search=search, pick=rule,
@@ -308,36 +308,12 @@ def _margin(table: MarginTable, system: PlantSystem) -> MarginRequirement:
     return MarginRequirement(quantity, label, axes, limit, table.hard, amplitude=table.amplitude)
 
 
-def margin_screen_of(asked: tuple[MarginRequirement, ...], system: PlantSystem, space: DecisionSpace) -> Screen:
-    """Return all requirements on margins as one screen."""
-    analysis = PlantMarginValues(asked, system, space)
+def margin_screen_of(
+    asked: tuple[MarginRequirement, ...], path: Path, system: PlantSystem, space: DecisionSpace
+) -> Screen:
+    """Return all requirements on margins as one screen; errors of its analysis name path and the key "margin"."""
+    analysis = MarginValues(asked, lambda _, cases: plant_margins(system, space, cases), path)
     return Screen(tuple(entry.requirement for entry in asked), analysis.values)
-
-
-class PlantMarginValues:
-    """Values of requirements on the margins of a plant's loops; the model is built when it is first needed."""
-
-    def __init__(self, asked: tuple[MarginRequirement, ...], system: PlantSystem, space: DecisionSpace) -> None:
-        self._asked, self._system, self._space = asked, system, space
-        self._models: dict[float, Any] = {}
-
-    def values(self, gains: Any) -> Any:
-        """Return the values (n, requirements) of gains rows (n, gains)."""
-        values = np.zeros((len(gains), len(self._asked)))
-        for amplitude in sorted({entry.amplitude for entry in self._asked}):
-            columns = [i for i, entry in enumerate(self._asked) if entry.amplitude == amplitude]
-            values[:, columns] = self.model(amplitude).limited(gains, [self._asked[i] for i in columns])
-        return values
-
-    def model(self, amplitude: float = 0.0) -> Any:
-        """Return the margins from some amplitude of the nonlinear terms on."""
-        from objectives.margins.describing import DEFAULT_CASES, Case
-
-        if amplitude not in self._models:
-            larger = [case for case in DEFAULT_CASES if case.amplitude is not None and case.amplitude > amplitude]
-            cases = [Case(amplitude), *larger] if amplitude > 0.0 else DEFAULT_CASES
-            self._models[amplitude] = plant_margins(self._system, self._space, cases)
-        return self._models[amplitude]
 
 
 def plant_margins(system: PlantSystem, space: DecisionSpace, cases: Any = None) -> Any:

@@ -6,81 +6,18 @@ closing of the loop nor its linearisation has a part in it.
 
 from functools import cache
 
-import control
 import numpy as np
 import pytest
 
 from objectives.margins.plant_margins import PlantMargins
 from plant.laws import LAWS
-from plant.laws.channel import Applied, Measured, Setpoint
-from plant.laws.channel import Channel as Known
 from plant.loop import Timing
 from plant.model.plan import Actuator, Channel
-from plant.records import flatten, pack
+from tests.objectives.margins.plant_parts import feedback, law_blocks, plant_blocks
 from tests.objectives.margins.python_control import Loop, classical
 from tests.plant.model.plants import pid, system_of
 
 RELATIVE = 1e-6
-
-
-def plant_blocks(system, actuator):
-    """Systems of python-control from the command of an input to every output, one Runge-Kutta step after another."""
-    plant, h = system.plant, system.timing.plant_step
-    state, held = plant.rest(system.parameters)
-    quiet = pack(plant.Disturbance, [0.0] * len(plant.Disturbance._fields))
-    point = np.array([*state, held[plant.Input._fields.index(actuator.name)]])
-
-    def rate(x):
-        force = held._replace(**{actuator.name: x[-1]})
-        return np.array(plant.derivative(plant.State(*x[:-1]), force, quiet, system.parameters))
-
-    units = np.eye(len(point)) * 1e-4
-    slope = np.array([(rate(point + e) - rate(point - e)) / 2e-4 for e in units]).T
-    n = len(state)
-    if actuator.lag > 0.0:
-        a = np.vstack([slope, np.append(np.zeros(n), -1.0 / actuator.lag)])
-        b = np.append(np.zeros(n), 1.0 / actuator.lag)
-    else:
-        a, b = slope[:, :n], slope[:, n]
-    powers = [np.eye(len(a)), h * a, (h * a) @ (h * a) / 2.0]
-    powers += [powers[2] @ (h * a) / 3.0, powers[2] @ (h * a) @ (h * a) / 12.0]
-    one = sum(powers)
-    by_input = h * (np.eye(len(a)) + powers[1] / 2.0 + powers[2] / 3.0 + powers[3] / 4.0) @ b
-    steps = system.timing.steps
-    whole = np.linalg.matrix_power(one, steps)
-    driven = np.sum([np.linalg.matrix_power(one, i) @ by_input for i in range(steps)], axis=0)
-    outputs = np.array(plant.output(plant.State(*np.eye(n)), held, quiet, system.parameters))
-    period = system.timing.control_period
-    return {
-        name: control.ss(whole, driven[:, None], np.append(row, np.zeros(len(a) - n))[None], 0.0, period)
-        for name, row in zip(plant.Output._fields, outputs, strict=True)
-    }
-
-
-def law_blocks(channel, gains, h):
-    """Systems from set point, measurement, measured rate and effect to the command of a linear law, asked input by input."""
-    law, constants = channel.law, channel.law.prepare(channel.law.Gains(*gains), h)
-    known = Known(channel.b0, 0.0 if channel.rate_output else 1.0)
-    size = len(law.Memory._fields)
-
-    def step(x):
-        memory = law.Memory(*x[:size])
-        goal, seen, rate, effect = x[size:]
-        command, after = law.step(
-            memory, constants, known, Setpoint(goal, 0.0, 0.0), Measured(seen, rate), Applied(effect, 0.0), h
-        )
-        return np.array([*flatten(after), command])
-
-    slope = np.array([step(unit) for unit in np.eye(size + 4)]).T
-    a, b, c, d = slope[:size, :size], slope[:size, size:], slope[size:, :size], slope[size:, size:]
-    names = ("goal", "seen", "rate", "effect")
-    return {name: control.ss(a, b[:, [i]], c, d[:, [i]], h) for i, name in enumerate(names)}
-
-
-def feedback(channel, law, plant, z):
-    """Response of a channel's command to its measurement, per unit of the force that moves the plant."""
-    seen = law["seen"](z) * plant[channel.output](z)
-    return seen + (law["rate"](z) * plant[channel.rate_output](z) if channel.rate_output else 0.0)
 
 
 def single_loop(system, gains):

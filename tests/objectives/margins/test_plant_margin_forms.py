@@ -10,7 +10,7 @@ from plant.errors import InputError
 from plant.laws import LAWS
 from plant.loop import Timing
 from plant.model.plan import Actuator, Channel
-from tests.plant.model.plants import cascade, pid, system_of
+from tests.plant.model.plants import pid, system_of
 
 
 def first_order(h, lag=1.0, periods=0):
@@ -84,8 +84,12 @@ def test_the_worst_of_several_plants_is_reported():
     assert worst.gain_up.vehicle[0, 0] == 2
 
 
-def test_a_cascade_of_two_rates_has_no_margins_and_says_which_channel():
-    system = cascade()
-    row = np.ones(7)
-    with pytest.raises(InputError, match=r"channel 'angle' steps every 4 periods"):
+def test_rates_that_never_meet_are_refused_with_what_to_do():
+    slow, fast = pid("angle", "angle", "speed", every=81), pid("speed", "speed", "torque", every=27)
+    other = pid("wobble", "angle", "torque", every=2)
+    system = system_of("pendulum", [slow, fast, other], [], Timing(0.002, 0.001))
+    row = np.ones(12)
+    with pytest.raises(
+        InputError, match=r"step every 81, 27, 2 periods step together every 162 periods; margins are known up to 64"
+    ):
         PlantMargins(system, row, row)

@@ -148,6 +148,24 @@ def test_a_channel_that_commands_itself_in_a_ring_is_refused(written, tmp_path):
         load_any(tmp_path / "ring.toml")
 
 
+def test_a_cascade_of_two_rates_is_tuned_within_margins(written, tmp_path, monkeypatch, capsys):
+    plant = PLANT.replace(
+        '    angle: Annotated[float, "rad"]\n\n\ndef',
+        '    angle: Annotated[float, "rad"]\n    speed: Annotated[float, "rad/s"]\n\n\ndef',
+    )
+    (tmp_path / "motor.py").write_text(plant.replace("Output(state.angle)", "Output(*state)"), encoding="utf-8")
+    inner = '[[channel]]\nname = "speed"\nlaw = "pid"\noutput = "speed"\nto = "voltage"\nlimit = 1000.0\n\n[gains]\n'
+    inner += '"speed.kp" = { low = 0.02, high = 0.2, default = 0.05 }\n"speed.ki" = 0.5\n"speed.kd" = 0.0\n"speed.t_f" = 0.001'
+    text = STUDY.replace('to = "voltage"', 'to = "speed"\nevery = 4').replace("[gains]", inner, 1)
+    text = text.replace("low = 0.001, high = 0.5, default = 0.01", "low = 0.001, high = 0.1, default = 0.01")
+    (tmp_path / "motor.toml").write_text(text, encoding="utf-8")
+    code, _, err = tuner(monkeypatch, capsys, "run", tmp_path / "motor.toml", "--out", tmp_path / "r", *SHORT)
+    assert code == 0, err
+    results = open_results(tmp_path / "r")
+    assert results.summary.required[0].tuned.value <= 2.0
+    assert {loop.channel for loop in results.loops} == {"angle", "speed"}
+
+
 def test_the_same_code_is_run_once(written):
     before = len(HAVE_RUN)
     load_any(written / "motor.toml")

@@ -1,0 +1,352 @@
+"""Margins of a loop of several rates, from its lifted form (`objectives.margins.lifting`).
+
+A channel with one instant in the common period is a loop of one signal, whose margins are the classical ones at that period. A
+faster channel has q instants and a matrix T(z) of q rows from the signals injected to the commands. What its margins say:
+
+    gain, phase         the least factor on all its commands, real or of modulus 1, with which the loop is not stable: with
+                        t an eigenvalue of T(e^jwH), det(I + k L) = 0 where k = (1 + t)/t, so they are read from the
+                        characteristic loci as from a curve (A. G. J. MacFarlane, I. Postlethwaite, Int. J. Control 25(1), 1977)
+    delay               the least delay of its commands, det(I - (D - I) T) = 0 with the delay D between instants as a sampled
+                        signal has it, each frequency w turned by e^-jwd; a whole number of steps is that of a queue
+    peaks, disk         the largest singular value of T + c I over frequency, which is the l2 gain of the periodic loop, so the
+                        disk holds for factors that change from instant to instant too (Bittanti and Colaneri, section 9.1)
+    crossover           the highest frequency at which a locus crosses the unit circle
+    bandwidth           from the part of y at the frequency of r itself
+
+For loops that do not change from instant to instant all of them are the classical ones. A locus' frequency is that of the largest
+part of its eigenvector among w + 2 pi k/H, which a lifted signal cannot tell apart.
+"""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.margins import classical, disk
+from objectives.margins.block import EVERY, MULTILOOP, UNSTABLE, BlockReadings, modes_of_loops, read_block
+from objectives.margins.classical import At
+from objectives.margins.curve import NARROW, OFFSETS
+from objectives.margins.frequency import Modes, frequency_grid
+from objectives.margins.linearise import LinearLoops
+from objectives.margins.multiloop import balanced
+from objectives.margins.tracking import FOLLOWED, REJECTED
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+Asked = frozenset[str]
+
+# Halvings that find a crossing, and how often the interval about a peak is divided into how many points.
+HALVINGS, ZOOMS, PARTS = 60, 10, 9
+# Rival peaks that are looked at closer.
+PEAKS = 3
+# Eigenvalues so close to 0 and to -1 belong to gain factors beyond 80 dB; the sign of what is left of them is rounding.
+NOUGHT = 1e-5
+NEWTON, SOLVED, NUDGE = 30, 1e-11, 1e-7
+
+
+@dataclass(frozen=True)
+class Lifting:
+    """How the loops of a block are lifted.
+
+    h: control period [s]; periods: control periods in the common period; instants: of each channel, among those of the block.
+    lowest: frequency that is looked at [rad/s]; points: of a grid.
+    """
+
+    h: float
+    periods: int
+    instants: tuple[tuple[int, ...], ...]
+    lowest: float
+    points: int
+
+    @property
+    def period(self) -> float:
+        """Common period [s]."""
+        return self.h * self.periods
+
+    def step(self, channel: int) -> float:
+        """Time between two instants of a channel [s]."""
+        return self.period / len(self.instants[channel])
+
+
+@dataclass(frozen=True)
+class _Part:
+    """Answers from some signals of one lifted loop to some readings: poles (b,), shown (o, b), driven (b, u), direct (o, u)."""
+
+    poles: Complex
+    shown: Complex
+    driven: Complex
+    direct: Array
+
+    def at(self, z: Complex) -> Complex:
+        """Return the matrices (f, o, u) at points z (f,)."""
+        inverse = 1.0 / (z[:, None] - self.poles)
+        return (self.shown * inverse[:, None, :]) @ self.driven + self.direct
+
+
+def read_lifted(
+    loops: LinearLoops, form: Lifting, skew: float, plant_inputs: Sequence[int], asked: Asked
+) -> BlockReadings:
+    """Read the margins of lifted loops whose terms are closed, a (n, b, b), of the channels of a form.
+
+    skew: of the disks; plant_inputs: which channels are inputs of the plant.
+    """
+    modes = modes_of_loops(loops, EVERY)
+    wanted = asked | {"disk"} if MULTILOOP in asked else asked
+    single = wanted - {MULTILOOP}
+    columns = [_channel(loops, modes, form, j, skew, single) for j in range(len(form.instants))]
+    found = {
+        name: At(*[np.stack([column[name][i] for column in columns], axis=1) for i in (0, 1)])
+        for name in sorted(single)
+    }
+    together = At(np.full(len(modes.size), np.inf), np.zeros(len(modes.size)))
+    if MULTILOOP in asked and len(plant_inputs) == 1:
+        together = At(*[part[:, plant_inputs[0]] for part in found["disk"]])
+    elif MULTILOOP in asked and plant_inputs:
+        together = _together(loops, modes, form, plant_inputs, disk.centre(skew))
+    each = replace(modes, size=modes.size ** (1.0 / form.periods))
+    return BlockReadings(each, {name: at for name, at in found.items() if name in asked}, together)
+
+
+def fundamental(loops: LinearLoops, form: Lifting, row: int, channel: int, frequency: Array) -> Complex:
+    """Return what a channel's command holds of a sine injected at frequencies (f,) [rad/s]; 0 for those that it cannot have."""
+    modes, own = modes_of_loops(loops, EVERY), list(form.instants[channel])
+    part = _part(loops, modes, row, own, own)
+    answer = _fundamental(part, form, channel, frequency)
+    return np.where(frequency <= np.pi / form.step(channel) * (1.0 + 1e-12), answer, 0.0)
+
+
+def _channel(loops: LinearLoops, modes: Modes, form: Lifting, j: int, skew: float, asked: Asked) -> dict[str, At]:
+    """Margins (n,) of one channel."""
+    own = form.instants[j]
+    if len(own) == 1:
+        grid = frequency_grid(form.period, form.points, form.lowest)
+        read = read_block(_only(loops, own[0]), grid, form.period, skew, [0], asked)
+        return {name: At(at.value[:, 0], at.frequency[:, 0]) for name, at in read.quantities.items()}
+    rows = [
+        _of_loci(loops, modes, i, form, j, skew) if stable else {name: (value, 0.0) for name, value in UNSTABLE.items()}
+        for i, stable in enumerate(modes.stable)
+    ]
+    return {name: At(*[np.array([row[name][i] for row in rows]) for i in (0, 1)]) for name in asked}
+
+
+def _only(loops: LinearLoops, instant: int) -> LinearLoops:
+    """Return the loops of one instant."""
+    spot = instant + loops.n_channels * np.arange(3)
+    return LinearLoops(loops.a, loops.b[..., spot], loops.c[..., spot, :], loops.d[..., spot[:, None], spot], 1, 0)
+
+
+def _part(loops: LinearLoops, modes: Modes, row: int, outputs: list[int], inputs: list[int]) -> _Part:
+    return _Part(
+        modes.poles[row], modes.shown[row][outputs], modes.driven[row][:, inputs], loops.d[row][np.ix_(outputs, inputs)]
+    )
+
+
+def _of_loci(
+    loops: LinearLoops, modes: Modes, row: int, form: Lifting, j: int, skew: float
+) -> dict[str, tuple[float, float]]:
+    """Margins of one channel of several instants of one stable loop: value and frequency of each."""
+    own, k = list(form.instants[j]), loops.n_channels
+    part, w = _part(loops, modes, row, own, own), _grid(form, modes.poles[row])
+    loci = _Loci(part, form.period, form.step(j), len(own))
+    t = loci.values(w)
+    real, line = _crossings(loci, w, t, level=None), _crossings(loci, w, t, level=-0.5)
+    ends = [(w[i], value.real) for i in (0, -1) for value in t[i] if abs(value.imag) < 1e-9 * abs(value)]
+    real = [(loci.frequency(at, value)[0], value.real) for at, value in real] + ends
+    crossed = [loci.frequency(at, value) for at, value in line]
+    read = classical.read(_table(real), _table([(abs(at), np.copysign(1.0, at) * value.imag) for at, value in crossed]))
+    values = {name: (at.value.item(), at.frequency.item()) for name, at in read.items()}
+    values["delay"] = _delay(loci, [at for at, _ in line], crossed)
+    for name, level in (("sensitivity", 1.0), ("complementary", 0.0), ("disk", disk.centre(skew))):
+        height, at = _highest(lambda at, level=level: _gain(part, at, form.period, level), w)
+        values[name] = (1.0 / height if name == "disk" else height, at)
+    tracked = _part(loops, modes, row, [k + i for i in own], [k + i for i in own])
+    wide = _bandwidth(lambda at: np.abs(_fundamental(tracked, form, j, at)), form, j)
+    values["bandwidth"] = (wide, wide)
+    loaded = _part(loops, modes, row, [2 * k + i for i in own], [2 * k + i for i in own])
+    values["load_index"] = (_load_index(loaded, form.step(j)), 0.0)
+    return values
+
+
+def _grid(form: Lifting, poles: Complex) -> Array:
+    """Frequencies (f,) [rad/s] from 0 to pi/H, close at both ends, where those of fast loops are folded, and at resonances."""
+    top = np.pi / form.period
+    near = np.geomspace(min(form.lowest, 1e-3 * top), 0.5 * top, form.points)
+    middle, width = np.angle(poles) / form.period, -np.log(np.maximum(np.abs(poles), 1e-300)) / form.period
+    narrow = (middle > 0.0) & (width < NARROW * middle)
+    extra = (middle[narrow] + np.array(OFFSETS)[:, None] * width[narrow]).ravel()
+    w = np.concatenate([[0.0, top], near, top - near, np.linspace(0.0, top, form.points), extra])
+    return np.unique(w[(w >= 0.0) & (w <= top)])
+
+
+class _Loci:
+    """Eigenvalues of T(e^jwH) of a channel with q instants, `step` [s] apart."""
+
+    def __init__(self, part: _Part, period: float, step: float, instants: int) -> None:
+        self._part, self._period, self._step = part, period, step
+        self._turns = 2.0 * np.pi / period * np.arange(instants)
+
+    def matrices(self, w: Array) -> Complex:
+        """T (f, q, q) at frequencies (f,)."""
+        return self._part.at(np.exp(1j * w * self._period))
+
+    def values(self, w: Array) -> Complex:
+        """Eigenvalues (f, q), in no order."""
+        return np.linalg.eigvals(self.matrices(w)).astype(complex)
+
+    def harmonics(self, w: float) -> Array:
+        """Frequencies (q,) within +-pi/step that a lifted signal of frequency w may be of."""
+        top = np.pi / self._step
+        return np.mod(w + self._turns + top, 2.0 * top) - top
+
+    def waves(self, w: float) -> Complex:
+        """Signals (q, q) of those frequencies, instants by harmonics, each of length 1."""
+        at = self._step * np.arange(len(self._turns))
+        return np.exp(1j * at[:, None] * self.harmonics(w)) / np.sqrt(len(at))
+
+    def frequency(self, w: float, value: complex) -> tuple[float, complex]:
+        """Return an eigenvalue at w with the frequency of the largest part of its eigenvector."""
+        values, vectors = np.linalg.eig(self.matrices(np.array([w]))[0])
+        vector = vectors[:, np.argmin(np.abs(values - value))]
+        return float(self.harmonics(w)[np.argmax(np.abs(self.waves(w).conj().T @ vector))]), value
+
+    def delayed(self, w: float, delay: float) -> complex:
+        """Return det(I - (D - I) T), 0 where a delay [s] of the commands leaves an oscillation of frequency w."""
+        waves, turned = self.waves(w), np.exp(-1j * self.harmonics(w) * delay)
+        late = (waves * (turned - 1.0)) @ waves.conj().T
+        return complex(np.linalg.det(np.eye(len(turned)) - late @ self.matrices(np.array([w]))[0]))
+
+
+def _crossings(loci: _Loci, w: Array, t: Complex, level: float | None) -> list[tuple[float, complex]]:
+    """Frequencies in ]0, pi/H[ and eigenvalues where one is real, or where its real part is a level.
+
+    The sign of the product over all eigenvalues needs no order among them.
+    """
+
+    def parts(values: Complex) -> Array:
+        if level is not None:
+            return values.real - level
+        small = (np.abs(values) < NOUGHT) | (np.abs(1.0 + values) < NOUGHT)
+        return np.where(small, 1.0, values.imag)
+
+    signs = np.prod(np.sign(parts(t)), axis=-1)
+    inside = slice(1, -1) if level is None else slice(None)
+    w, signs = w[inside], signs[inside]
+    starts = np.flatnonzero(signs[:-1] * signs[1:] < 0.0)
+    if not len(starts):
+        return []
+    low, high, first = w[starts], w[starts + 1], signs[starts]
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        same = np.prod(np.sign(parts(loci.values(middle))), axis=-1) == first
+        low, high = np.where(same, middle, low), np.where(same, high, middle)
+    values = loci.values(high)
+    nearest = np.argmin(np.abs(parts(values)), axis=-1)
+    return list(zip(high.tolist(), values[np.arange(len(high)), nearest].tolist(), strict=True))
+
+
+def _table(pairs: list[tuple[float, float]]) -> Array:
+    """Crossings (1, n, 2) as `classical` reads them, at least one row."""
+    return np.array([pairs or [(np.nan, np.nan)]])
+
+
+def _delay(loci: _Loci, base: list[float], crossed: list[tuple[float, complex]]) -> tuple[float, float]:
+    """Delay margin [s] and its frequency; base: of the crossings in the common period, crossed: as they are and |L| = 1."""
+    found = []
+    for w, (frequency, value) in zip(base, crossed, strict=True):
+        lag = np.pi - 2.0 * np.arctan(2.0 * np.copysign(1.0, frequency) * value.imag)
+        found.append((_solved(loci, w, float(lag) / abs(frequency)), abs(frequency)))
+    return min(found, default=(np.inf, 0.0))
+
+
+def _solved(loci: _Loci, w: float, delay: float) -> float:
+    """Delay at which the determinant vanishes, by Newton's method in frequency and delay from those of the curve; or that."""
+    point, sizes = np.array([w, delay]), np.array([w, delay])
+    for _ in range(NEWTON):
+        value = loci.delayed(*point)
+        if abs(value) < SOLVED:
+            break
+        slope = [(loci.delayed(*(point + NUDGE * sizes * unit)) - value) / NUDGE for unit in np.eye(2)]
+        table = np.array([[part.real for part in slope], [part.imag for part in slope]])
+        if abs(np.linalg.det(table)) < 1e-300:
+            break
+        point = point - sizes * np.linalg.solve(table, [value.real, value.imag])
+    solved = abs(loci.delayed(*point)) < 1e-8 and 0.5 * delay < point[1] < 2.0 * delay
+    return float(point[1]) if solved else delay
+
+
+def _gain(part: _Part, w: Array, period: float, level: float) -> Array:
+    """Largest singular value of T + c I at frequencies (f,)."""
+    m = part.at(np.exp(1j * w * period))
+    return np.linalg.norm(m + level * np.eye(m.shape[-1]), ord=2, axis=(-2, -1))
+
+
+def _highest(height: Callable[[Array], Array], w: Array) -> tuple[float, float]:
+    """Highest value of a function of frequencies (f,) and where it is."""
+    values = height(w)
+    last = len(w) - 1
+    peaks = [i for i in np.argsort(values)[::-1] if values[i] >= max(values[max(i - 1, 0)], values[min(i + 1, last)])]
+    return max(_peak(height, w[max(i - 1, 0)], w[min(i + 1, last)]) for i in peaks[:PEAKS])
+
+
+def _peak(height: Callable[[Array], Array], low: float, high: float) -> tuple[float, float]:
+    best = (-np.inf, low)
+    for _ in range(ZOOMS):
+        w = np.linspace(low, high, PARTS)
+        values = height(w)
+        i = int(np.argmax(values))
+        best = max(best, (float(values[i]), float(w[i])))
+        low, high = w[max(i - 1, 0)], w[min(i + 1, PARTS - 1)]
+    return best
+
+
+def _fundamental(part: _Part, form: Lifting, channel: int, w: Array) -> Complex:
+    """Share (f,) of a sine of each frequency that comes back at that frequency."""
+    own = form.instants[channel]
+    wave = np.exp(1j * w[:, None] * form.step(channel) * np.arange(len(own)))
+    answer = part.at(np.exp(1j * w * form.period)) @ wave[..., None]
+    return np.mean(wave.conj() * answer[..., 0], axis=-1)
+
+
+def _bandwidth(share: Callable[[Array], Array], form: Lifting, channel: int) -> float:
+    """Highest frequency [rad/s] at which y follows r to within -3 dB."""
+    w = np.geomspace(form.lowest, np.pi / form.step(channel), form.points)
+    above = share(w) ** 2 >= FOLLOWED
+    if not above.any() or above[-1]:
+        return float(w[-1]) if above.any() else 0.0
+    i = int(np.flatnonzero(above)[-1])
+    low, high = w[i], w[i + 1]
+    for _ in range(HALVINGS):
+        middle = 0.5 * (low + high)
+        low, high = (middle, high) if share(np.array([middle]))[0] ** 2 >= FOLLOWED else (low, middle)
+    return float(low)
+
+
+def _load_index(part: _Part, step: float) -> float:
+    """1/|integral of e dt| after a unit step of the load; 0 where a steady error stays."""
+    shares = part.shown * part.driven.sum(axis=-1) / (1.0 - part.poles)
+    steady = shares.sum(axis=-1) + part.direct.sum(axis=-1)
+    if np.any(np.abs(steady) >= REJECTED * np.sum(np.abs(shares), axis=-1)):
+        return 0.0
+    integral = step * abs(np.sum(shares / (1.0 - part.poles)))
+    return float(1.0 / integral) if integral > 0.0 else 0.0
+
+
+def _together(loops: LinearLoops, modes: Modes, form: Lifting, inputs: Sequence[int], centre: float) -> At:
+    """Disk margin alpha (n,) in several inputs of the plant at once; one scale d for each input, as balances its blocks."""
+    own = [list(form.instants[j]) for j in inputs]
+    members, owner = sum(own, []), np.repeat(np.arange(len(own)), [len(each) for each in own])
+    found = []
+    for row, stable in enumerate(modes.stable):
+        part = _part(loops, modes, row, members, members)
+
+        def bound(w: Array, part: _Part = part) -> Array:
+            m = part.at(np.exp(1j * w * form.period)) + centre * np.eye(len(members))
+            sums = np.stack([(np.abs(m) ** 2)[:, owner == i].sum(axis=1) for i in range(len(own))], axis=1)
+            sizes = np.sqrt(np.stack([sums[..., owner == i].sum(axis=-1) for i in range(len(own))], axis=-1))
+            d = np.exp(balanced(sizes.astype(complex)))[:, owner]
+            return np.linalg.norm(m * d[:, :, None] / d[:, None, :], ord=2, axis=(-2, -1))
+
+        height, at = _highest(bound, _grid(form, modes.poles[row])) if stable else (np.inf, 0.0)
+        found.append((1.0 / height, at))
+    return At(*np.array(found).reshape(-1, 2).T)
