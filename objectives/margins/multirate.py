@@ -24,7 +24,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins import classical, disk
-from objectives.margins.block import EVERY, MULTILOOP, UNSTABLE, BlockReadings, modes_of_loops, read_block
+from objectives.margins.block import EVERY, LINE, MULTILOOP, REAL, UNSTABLE, BlockReadings, modes_of_loops, read_block
 from objectives.margins.classical import At
 from objectives.margins.curve import NARROW, OFFSETS
 from objectives.margins.frequency import Modes, frequency_grid
@@ -112,7 +112,7 @@ def fundamental(loops: LinearLoops, form: Lifting, row: int, channel: int, frequ
     """Return what a channel's command holds of a sine injected at frequencies (f,) [rad/s]; 0 for those that it cannot have."""
     modes, own = modes_of_loops(loops, EVERY), list(form.instants[channel])
     part = _part(loops, modes, row, own, own)
-    answer = _fundamental(part, form, channel, frequency)
+    answer = _fundamental_of(part, form, channel)(frequency)
     return np.where(frequency <= np.pi / form.step(channel) * (1.0 + 1e-12), answer, 0.0)
 
 
@@ -123,11 +123,11 @@ def _channel(loops: LinearLoops, modes: Modes, form: Lifting, j: int, skew: floa
         grid = frequency_grid(form.period, form.points, form.lowest)
         read = read_block(_only(loops, own[0]), grid, form.period, skew, [0], asked)
         return {name: At(at.value[:, 0], at.frequency[:, 0]) for name, at in read.quantities.items()}
-    rows = [
-        _of_loci(loops, modes, i, form, j, skew) if stable else {name: (value, 0.0) for name, value in UNSTABLE.items()}
-        for i, stable in enumerate(modes.stable)
-    ]
-    return {name: At(*[np.array([row[name][i] for row in rows]) for i in (0, 1)]) for name in asked}
+    found = {name: np.full((2, len(modes.size)), [[UNSTABLE[name]], [0.0]]) for name in asked}
+    for row in np.flatnonzero(modes.stable):
+        for name, at in _OfLoci(loops, modes, row, form, j, skew).read(asked).items():
+            found[name][:, row] = at
+    return {name: At(*pair) for name, pair in found.items()}
 
 
 def _only(loops: LinearLoops, instant: int) -> LinearLoops:
@@ -142,30 +142,48 @@ def _part(loops: LinearLoops, modes: Modes, row: int, outputs: list[int], inputs
     )
 
 
-def _of_loci(
-    loops: LinearLoops, modes: Modes, row: int, form: Lifting, j: int, skew: float
-) -> dict[str, tuple[float, float]]:
-    """Margins of one channel of several instants of one stable loop: value and frequency of each."""
-    own, k = list(form.instants[j]), loops.n_channels
-    part, w = _part(loops, modes, row, own, own), _grid(form, modes.poles[row])
-    loci = _Loci(part, form.period, form.step(j), len(own))
-    t = loci.values(w)
-    real, line = _crossings(loci, w, t, level=None), _crossings(loci, w, t, level=-0.5)
-    ends = [(w[i], value.real) for i in (0, -1) for value in t[i] if abs(value.imag) < 1e-9 * abs(value)]
-    real = [(loci.frequency(at, value)[0], value.real) for at, value in real] + ends
-    crossed = [loci.frequency(at, value) for at, value in line]
-    read = classical.read(_table(real), _table([(abs(at), np.copysign(1.0, at) * value.imag) for at, value in crossed]))
-    values = {name: (at.value.item(), at.frequency.item()) for name, at in read.items()}
-    values["delay"] = _delay(loci, [at for at, _ in line], crossed)
-    for name, level in (("sensitivity", 1.0), ("complementary", 0.0), ("disk", disk.centre(skew))):
-        height, at = _highest(lambda at, level=level: _gain(part, at, form.period, level), w)
-        values[name] = (1.0 / height if name == "disk" else height, at)
-    tracked = _part(loops, modes, row, [k + i for i in own], [k + i for i in own])
-    wide = _bandwidth(lambda at: np.abs(_fundamental(tracked, form, j, at)), form, j)
-    values["bandwidth"] = (wide, wide)
-    loaded = _part(loops, modes, row, [2 * k + i for i in own], [2 * k + i for i in own])
-    values["load_index"] = (_load_index(loaded, form.step(j)), 0.0)
-    return values
+class _OfLoci:
+    """Margins of one channel of several instants of one stable loop: a value and a frequency of each."""
+
+    def __init__(self, loops: LinearLoops, modes: Modes, row: int, form: Lifting, j: int, skew: float) -> None:
+        own, k = list(form.instants[j]), loops.n_channels
+        self._form, self._j = form, j
+        self._levels = {"sensitivity": 1.0, "complementary": 0.0, "disk": disk.centre(skew)}
+        self._part, self._tracked, self._loaded = (
+            _part(loops, modes, row, [group * k + i for i in own], [group * k + i for i in own]) for group in range(3)
+        )
+        self._w = _grid(form, modes.poles[row])
+
+    def read(self, asked: Asked) -> dict[str, tuple[float, float]]:
+        """Return those that are asked for."""
+        found = self._classical(asked) if asked & (REAL | LINE) else {}
+        for name, level in self._levels.items():
+            if name in asked:
+                height, at = _highest(lambda w, level=level: _gain(self._part, w, self._form.period, level), self._w)
+                found[name] = (1.0 / height if name == "disk" else height, at)
+        if "bandwidth" in asked:
+            share = _fundamental_of(self._tracked, self._form, self._j)
+            wide = _bandwidth(lambda w: np.abs(share(w)), self._form, self._j)
+            found["bandwidth"] = (wide, wide)
+        if "load_index" in asked:
+            found["load_index"] = (_load_index(self._loaded, self._form.step(self._j)), 0.0)
+        return found
+
+    def _classical(self, asked: Asked) -> dict[str, tuple[float, float]]:
+        loci = _Loci(self._part, self._form.period, self._form.step(self._j), len(self._form.instants[self._j]))
+        w, t = self._w, loci.values(self._w)
+        real = [(loci.frequency(at, value)[0], value.real) for at, value in _crossings(loci, w, t, level=None)]
+        real += [(w[i], value.real) for i in (0, -1) for value in t[i] if abs(value.imag) < 1e-9 * abs(value)]
+        line = _crossings(loci, w, t, level=-0.5)
+        crossed = [loci.frequency(at, value) for at, value in line]
+        folded = [(abs(at), np.copysign(1.0, at) * value.imag) for at, value in crossed]
+        found = {
+            name: (at.value.item(), at.frequency.item())
+            for name, at in classical.read(_table(real), _table(folded)).items()
+        }
+        if "delay" in asked:
+            found["delay"] = _delay(loci, [at for at, _ in line], crossed)
+        return {name: at for name, at in found.items() if name in asked}
 
 
 def _grid(form: Lifting, poles: Complex) -> Array:
@@ -175,7 +193,7 @@ def _grid(form: Lifting, poles: Complex) -> Array:
     middle, width = np.angle(poles) / form.period, -np.log(np.maximum(np.abs(poles), 1e-300)) / form.period
     narrow = (middle > 0.0) & (width < NARROW * middle)
     extra = (middle[narrow] + np.array(OFFSETS)[:, None] * width[narrow]).ravel()
-    w = np.concatenate([[0.0, top], near, top - near, np.linspace(0.0, top, form.points), extra])
+    w = np.concatenate([[0.0, top], near, top - near[::2], np.linspace(0.0, top, form.points // 2), extra])
     return np.unique(w[(w >= 0.0) & (w <= top)])
 
 
@@ -300,12 +318,15 @@ def _peak(height: Callable[[Array], Array], low: float, high: float) -> tuple[fl
     return best
 
 
-def _fundamental(part: _Part, form: Lifting, channel: int, w: Array) -> Complex:
-    """Share (f,) of a sine of each frequency that comes back at that frequency."""
-    own = form.instants[channel]
-    wave = np.exp(1j * w[:, None] * form.step(channel) * np.arange(len(own)))
-    answer = part.at(np.exp(1j * w * form.period)) @ wave[..., None]
-    return np.mean(wave.conj() * answer[..., 0], axis=-1)
+def _fundamental_of(part: _Part, form: Lifting, channel: int) -> Callable[[Array], Complex]:
+    """Return the function of frequencies (f,) that gives the share of a sine that comes back at its own frequency."""
+
+    def share(w: Array) -> Complex:
+        wave = np.exp(1j * w[:, None] * form.step(channel) * np.arange(len(form.instants[channel])))
+        answer = part.at(np.exp(1j * w * form.period)) @ wave[..., None]
+        return np.mean(wave.conj() * answer[..., 0], axis=-1)
+
+    return share
 
 
 def _bandwidth(share: Callable[[Array], Array], form: Lifting, channel: int) -> float:
