@@ -12,7 +12,7 @@ import numpy as np
 
 from objectives.problem import Problem
 from tuner.documents.parts import PlantStep
-from tuner.study.study import TuningStudy
+from tuner.study.study import Study, TuningStudy
 
 Array = np.ndarray
 STREAM, FLIGHTS = "plant step", 8
@@ -79,9 +79,9 @@ def mean_errors(coarse: Array, fine: Array, counted: Array, held_out: int) -> Ar
     return errors.max(axis=0)
 
 
-def plant_step_warnings(found: PlantStep) -> list[str]:
-    """Warn of a plant step that decides more than it may."""
-    remedy = f"give a smaller controller.plant_step, for instance {0.5 * found.step:g}"
+def plant_step_warnings(found: PlantStep, key: str = Study.plant_step_key) -> list[str]:
+    """Warn of a plant step that decides more than it may; key: of a study, that changes it."""
+    remedy = f"give a smaller {key}, for instance {0.5 * found.step:g}"
     said = []
     if found.error is not None and found.error > LARGEST:
         said.append(

@@ -8,14 +8,14 @@ from typing import TYPE_CHECKING, Any
 from tuner.analysis.sensitivity.analysis import Analysis
 from tuner.analysis.sensitivity.document import index_table, variance_table
 from tuner.api.frames import Documented, figures, frame, shown
-from tuner.api.studies import AnyStudy, StudyLike, loaded, tuning_study
+from tuner.api.studies import AnyStudy, StudyLike, gains_study, loaded
 from tuner.documents.plan import ContestPlanDocument, PlanDocument
 from tuner.documents.sensitivity import SensitivityDocument
 from tuner.experiments.planning import plan as planning
 from tuner.experiments.sensitivity import analyse_sensitivity
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.search.watcher import Watcher
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -35,7 +35,7 @@ class Plan(Documented):
     @property
     def notes(self) -> list[str]:
         """Sentences on limits that a study does not write."""
-        return automatic_limit_texts(self.study.automatic_limits) if isinstance(self.study, Study) else []
+        return automatic_limit_texts(self.study.automatic_limits) if isinstance(self.study, TuningStudy) else []
 
     @cached_property
     def table(self) -> "pd.DataFrame":
@@ -95,7 +95,7 @@ class Sensitivity(Documented):
     """
 
     document: SensitivityDocument
-    study: Study
+    study: TuningStudy
     analysis: Analysis
     folder: Path | None = None
 
@@ -155,6 +155,6 @@ def sensitivity(
         288
 
     """
-    asked, folder = tuning_study(study, "tuner sensitivity"), None if out is None else Path(out)
+    asked, folder = gains_study(study, "tuner sensitivity"), None if out is None else Path(out)
     found = analyse_sensitivity(asked, samples, folder, watcher, threads)
     return Sensitivity(found.document, asked, found.analysis, folder)

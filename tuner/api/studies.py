@@ -12,6 +12,7 @@ from tuner.study.build import study_from_table
 from tuner.study.files import study_file
 from tuner.study.kinds import STUDY_KINDS, AnyStudy, load_any, load_tuning
 from tuner.study.plant_study import PlantStudy, build_plant_study, checked_plant_table
+from tuner.study.study import TuningStudy
 from tuner.text.toml_text import toml_text
 
 StudyLike: TypeAlias = AnyStudy | str | Path
@@ -94,13 +95,25 @@ def loaded(study: StudyLike) -> AnyStudy:
     return load_any(study_file(Path(study))) if isinstance(study, str | Path) else study
 
 
+def gains_study(study: StudyLike, asking: str) -> TuningStudy:
+    """Return a study that searches gains, of a quadrotor or of a plant of one's own; InputError where it is of another kind."""
+    found = loaded(study)
+    if isinstance(found, TuningStudy):
+        return found
+    raise _of_another_kind(found, asking)
+
+
 def tuning_study(study: StudyLike, asking: str) -> Study:
     """Return a study that tunes one controller; InputError where it is of another kind. asking: who takes no other."""
     if isinstance(study, str | Path):
         return load_tuning(study_file(Path(study)), asking)
     if isinstance(study, Study):
         return study
+    raise _of_another_kind(study, asking)
+
+
+def _of_another_kind(study: AnyStudy, asking: str) -> InputError:
     kind = next(kind for kind in STUDY_KINDS if kind.name == study.kind)
-    raise InputError(
+    return InputError(
         f"this is {kind.noun}; `{asking}` takes a study of one controller", file=study.path, key=kind.table
     )

@@ -18,7 +18,7 @@ from tuner.experiments.experiment import Experiment
 from tuner.experiments.tuning.problem import batches, check_searched, problem_of, warm_up
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 
 @dataclass(frozen=True)
@@ -38,7 +38,7 @@ class SensitivityOutcome:
     document: SensitivityDocument
 
 
-class SensitivityRun(Experiment[Study, SensitivityOutcome]):
+class SensitivityRun(Experiment[TuningStudy, SensitivityOutcome]):
     """A sensitivity analysis with `base` samples, in a results folder or in none."""
 
     kind = "sensitivity"
@@ -47,7 +47,7 @@ class SensitivityRun(Experiment[Study, SensitivityOutcome]):
 
     def __init__(
         self,
-        study: Study,
+        study: TuningStudy,
         base: int,
         folder: Folder | None = None,
         watcher: Watcher | None = None,
@@ -87,7 +87,11 @@ class SensitivityRun(Experiment[Study, SensitivityOutcome]):
 
 
 def analyse_sensitivity(
-    study: Study, samples: int, out: Path | None = None, watcher: Watcher | None = None, threads: int | None = None
+    study: TuningStudy,
+    samples: int,
+    out: Path | None = None,
+    watcher: Watcher | None = None,
+    threads: int | None = None,
 ) -> SensitivityOutcome:
     """Analyse a study, base number of samples a power of two; out: a new folder to write tables and figure to, or None.
 
@@ -99,7 +103,7 @@ def analyse_sensitivity(
     return SensitivityRun(study, base, folder, watcher, threads).carry_out()
 
 
-def announcement(study: Study, expected: Budget, base: int, threads: int) -> str:
+def announcement(study: TuningStudy, expected: Budget, base: int, threads: int) -> str:
     """Return the sentence on what is about to be flown."""
     flights = sum(entry.search for entry in study.scenarios)
     return (
@@ -109,13 +113,13 @@ def announcement(study: Study, expected: Budget, base: int, threads: int) -> str
     )
 
 
-def study_problem(study: Study, threads: int | None) -> Problem:
+def study_problem(study: TuningStudy, threads: int | None) -> Problem:
     """Return the problem of a study; InputError where it searches nothing."""
     check_searched(study)
     return problem_of(study, threads, None)
 
 
-def budget(problem: Problem, study: Study, base: int) -> Budget:
+def budget(problem: Problem, study: TuningStudy, base: int) -> Budget:
     """Fly a few candidates, one a thread, and say what `base` samples take."""
     flown, threads = batches(study, SEARCH), problem.flyer.threads
     few = np.tile(study.default_row, (threads, 1))
@@ -129,7 +133,7 @@ def budget(problem: Problem, study: Study, base: int) -> Budget:
 
 
 def study_sensitivity(
-    problem: Problem, study: Study, base: int, on_flights_done: Callable[[int], None] | None = None
+    problem: Problem, study: TuningStudy, base: int, on_flights_done: Callable[[int], None] | None = None
 ) -> Analysis:
     """Analyse a study with `base` samples; on_flights_done(n) is called as n more flights end."""
     flown = batches(study, SEARCH)

@@ -10,20 +10,20 @@ from tuner.analysis.sensitivity.indices import RANK, Spans
 from tuner.report.charts.chart import Axis, Bars, Panel, row_axis
 from tuner.report.charts.look import Look
 from tuner.report.charts.paper import Figure, figure_of, save, style
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 # Height of a bar and its offset from the middle, in rows; height of a row and of what stands around the rows [in].
 BAR, ROW, AROUND = 0.36, 0.28, 0.85
 COLUMNS = 3
 
 
-def write_figure(study: Study, analysis: Analysis, folder: Path) -> list[Path]:
+def write_figure(study: TuningStudy, analysis: Analysis, folder: Path) -> list[Path]:
     """Write figures/sensitivity.png and .pdf into a folder and return their paths."""
     with style():
         return save(sensitivity_figure(study, analysis), folder, "figures/sensitivity")
 
 
-def sensitivity_figure(study: Study, analysis: Analysis) -> Figure:
+def sensitivity_figure(study: TuningStudy, analysis: Analysis) -> Figure:
     """Return the chart; an output that never changes has no panel, unless none does."""
     indices, names = analysis.indices[RANK], outputs(study)
     shown = [q for q in range(len(names)) if indices.total.value[q].any()] or [0]

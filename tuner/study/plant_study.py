@@ -47,6 +47,7 @@ class PlantStudy(TuningStudy):
     """A study of a plant of the user's own. code_digest: of its file and what that imports."""
 
     kind: ClassVar[str] = "plant"
+    plant_step_key: ClassVar[str] = "plant.plant_step"
     system: PlantSystem
     table: PlantStudyTable
     code_digest: str

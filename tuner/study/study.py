@@ -169,11 +169,12 @@ class SearchedStudy(Protocol):
 class TuningStudy:
     """A study that searches gains: searched gains, scenarios, objectives and limits, search and pick rule, whatever flies.
 
-    system: flies it. si: whether limits known without flying stand in files in SI units, see `in_units_of_limits`. given: the
-    study as TOML, where it comes from no file. table: its content as read.
+    plant_step_key: where it writes the plant step. system: flies it. si: whether limits known without flying stand in files in SI
+    units, see `in_units_of_limits`. given: the study as TOML, where it comes from no file. table: its content as read.
     """
 
     kind: ClassVar[str] = "tuning"
+    plant_step_key: ClassVar[str] = "controller.plant_step"
     path: Path
     title: str
     description: str

@@ -100,6 +100,7 @@ def test_too_long_a_step_is_warned_of():
         "the mean of travel off by 0.25 standard errors" in off and "controller.plant_step, for instance 0.002" in off
     )
     assert otherwise.startswith("3 of 16 flights end otherwise")
+    assert "plant.plant_step, for instance 0.002" in plant_step_warnings(found, "plant.plant_step")[0]
 
 
 def test_a_run_of_an_earlier_version_is_read_with_the_step_that_it_flew(small_run, tmp_path):

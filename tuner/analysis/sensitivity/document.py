@@ -4,14 +4,13 @@ from typing import Any
 
 import numpy as np
 
-from plant.gains import gain_addresses
 from tuner.analysis.sensitivity.analysis import Analysis
 from tuner.analysis.sensitivity.indices import RANK, SCALES, VALUE, Spans
 from tuner.analysis.sensitivity.variance import Shares
 from tuner.documents.parts import SampledValue
 from tuner.documents.sensitivity import IndexRow, SensitivityDocument, SensitivityVariable, VarianceRow, VarianceShares
 from tuner.store.folder import data_frame
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 FAILURE = "share of flights lost"
 SCALE_WORDS = {
@@ -20,7 +19,7 @@ SCALE_WORDS = {
 }
 
 
-def sensitivity_document(study: Study, analysis: Analysis, seconds: float) -> SensitivityDocument:
+def sensitivity_document(study: TuningStudy, analysis: Analysis, seconds: float) -> SensitivityDocument:
     """Return everything found, in shares of 1 and in percent where a key says so."""
     flights = sum(entry.search for entry in study.scenarios)
     return SensitivityDocument(
@@ -43,21 +42,21 @@ def sensitivity_document(study: Study, analysis: Analysis, seconds: float) -> Se
     )
 
 
-def outputs(study: Study) -> list[str]:
+def outputs(study: TuningStudy) -> list[str]:
     """Return the names of what is explained, in order."""
     return [*[objective.label for objective in study.objectives], FAILURE]
 
 
-def variables(study: Study) -> list[SensitivityVariable]:
+def variables(study: TuningStudy) -> list[SensitivityVariable]:
     """Return every variable with unit, range and scale; it is uniform on that scale."""
-    known = {gain.column: gain for gain in gain_addresses(study.system.cascade)}
+    known = {gain.column: gain for gain in study.system.gains}
     return [
         SensitivityVariable(name=v.name, unit=known[columns[0]].unit, low=v.low, high=v.high, scale=v.scale)
         for v, columns in zip(study.space.variables, study.space.columns, strict=True)
     ]
 
 
-def index_rows(study: Study, analysis: Analysis) -> list[IndexRow]:
+def index_rows(study: TuningStudy, analysis: Analysis) -> list[IndexRow]:
     """Return a row for each scale, output and variable."""
     return [
         IndexRow(
@@ -78,7 +77,7 @@ def span(spans: Spans, output: int, variable: int) -> SampledValue:
     return SampledValue(**{name: float(part[output, variable]) for name, part in spans._asdict().items()})
 
 
-def variance_rows(study: Study, analysis: Analysis) -> list[VarianceRow]:
+def variance_rows(study: TuningStudy, analysis: Analysis) -> list[VarianceRow]:
     """Return a row for each objective: what gains, scenario and interaction make of the variance of its metric, in percent."""
     return [
         VarianceRow(
@@ -99,7 +98,7 @@ def percent(shares: Shares) -> VarianceShares:
     return VarianceShares(**{name: 100.0 * share for name, share in shares._asdict().items()})
 
 
-def notes(study: Study, analysis: Analysis) -> list[str]:
+def notes(study: TuningStudy, analysis: Analysis) -> list[str]:
     """Return what has to be known to read the figures."""
     said = []
     if analysis.failed_share > 0.0:
@@ -124,7 +123,7 @@ def notes(study: Study, analysis: Analysis) -> list[str]:
     return said
 
 
-def index_table(study: Study, analysis: Analysis) -> Any:
+def index_table(study: TuningStudy, analysis: Analysis) -> Any:
     """Return `index_rows` as a pandas table, the parts of an interval in columns of their own."""
     rows = []
     for row in index_rows(study, analysis):
@@ -137,7 +136,7 @@ def index_table(study: Study, analysis: Analysis) -> Any:
     return data_frame(rows)
 
 
-def variance_table(study: Study, analysis: Analysis) -> Any:
+def variance_table(study: TuningStudy, analysis: Analysis) -> Any:
     """Return `variance_rows` as a pandas table; percentages in columns of their own."""
     rows = []
     for row in variance_rows(study, analysis):
@@ -149,7 +148,7 @@ def variance_table(study: Study, analysis: Analysis) -> Any:
     return data_frame(rows)
 
 
-def sample_table(study: Study, analysis: Analysis) -> Any:
+def sample_table(study: TuningStudy, analysis: Analysis) -> Any:
     """Return every sample as a pandas table: block A, B or AB of a variable, gains, objectives, share of flights lost."""
     names = [variable.name for variable in study.space.variables]
     blocks = ["A", "B", *[f"AB:{name}" for name in names]]

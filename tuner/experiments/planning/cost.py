@@ -20,7 +20,7 @@ from tuner.search.first_generation import FURTHER
 from tuner.search.names import ALGORITHMS
 from tuner.store.flights import GATHERED
 from tuner.study.contest import Contender
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 # What a run takes besides its flights: interpreter and libraries, responses, figures and report.
 FIXED_BYTES, FIXED_DISK, FIXED_SECONDS = 430e6, 3.7e6, 3.5
@@ -33,7 +33,7 @@ NUMBER = 8
 MODEL_SECONDS, MODEL_ASKS = 0.010, 19
 
 
-def seconds_of(study: Study, pilot: Pilot, compilation: float | None = None) -> PlannedSeconds:
+def seconds_of(study: TuningStudy, pilot: Pilot, compilation: float | None = None) -> PlannedSeconds:
     """Return how long a run takes; compilation [s]: None where the kernel was there."""
     spec = study.search
     # The first generation asks for further hypercubes until enough points are worth a flight.
@@ -75,7 +75,7 @@ def _rounds(candidates: int, flights: int, threads: int) -> int:
     return -(-candidates // threads) * -(-flights // LANES)
 
 
-def memory_of(study: Study, pilot: Pilot) -> float:
+def memory_of(study: TuningStudy, pilot: Pilot) -> float:
     """Return the largest memory that a run holds [bytes]."""
     candidates, kept, largest, results = study.search.population, 0.0, 0.0, 0.0
     finalists = flights_of(study).finalists_at_most + 1
@@ -91,7 +91,7 @@ def memory_of(study: Study, pilot: Pilot) -> float:
     return FIXED_BYTES + margins + kept + LAYING_OUT * largest + waiting
 
 
-def disk_of(study: Study, pilot: Pilot) -> float:
+def disk_of(study: TuningStudy, pilot: Pilot) -> float:
     """Return how large the results folder gets at most [bytes]; every flight is kept, so that none is made twice."""
     judged = judged_at_most(flights_of(study).finalists_at_most)
     flights = sum(

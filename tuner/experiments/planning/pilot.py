@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from time import perf_counter
+from typing import Any
 
 import numpy as np
 
@@ -10,14 +11,12 @@ from objectives.problem import Problem
 from objectives.requirements import known_values
 from objectives.system import FlightBatch
 from plant.backends.lanes import LANES
-from plant.gains import gain_addresses
-from plant.scenarios import ScenarioSpec, sample_scenarios
 from plant.seeds import generator
 from tuner.analysis.plant_step import estimated_plant_step
 from tuner.documents.parts import PlantStep
 from tuner.search.first_generation import first_generation, latin_hypercube
 from tuner.store.flights import Kept, encoded
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 Array = np.ndarray
 PILOT = "plan"
@@ -33,7 +32,7 @@ class ScenarioPilot:
     stored_bytes: of one flight in the results folder.
     """
 
-    spec: ScenarioSpec
+    spec: Any
     scores: Array
     failed: Array
     block_seconds: float
@@ -74,7 +73,7 @@ def pilot_size(threads: int) -> int:
     return threads * -(-CANDIDATES // threads)
 
 
-def fly_pilot(problem: Problem, study: Study, on_flights_done: Callable[[int], None] | None = None) -> Pilot:
+def fly_pilot(problem: Problem, study: TuningStudy, on_flights_done: Callable[[int], None] | None = None) -> Pilot:
     """Draw candidates that are worth a flight, fly and time them; the kernel must be compiled already."""
     begin, threads = perf_counter(), problem.flyer.threads
     worthy = problem.worth_flying if study.requirements else None
@@ -97,18 +96,20 @@ def fly_pilot(problem: Problem, study: Study, on_flights_done: Callable[[int], N
 
 
 def _fly_scenario(
-    problem: Problem, study: Study, spec: ScenarioSpec, gains: Array, on_flights_done: Callable[[int], None] | None
+    problem: Problem, study: TuningStudy, spec: Any, gains: Array, on_flights_done: Callable[[int], None] | None
 ) -> ScenarioPilot:
     system, begin = study.system, perf_counter()
-    inputs = sample_scenarios(spec, system.vehicle, system.timing, study.seed, PILOT, range(FLIGHTS))
+    inputs = system.sample(spec, study.seed, PILOT, range(FLIGHTS))
     drawn = perf_counter()
     results = problem.flyer.fly(gains, system.nominal, inputs, on_flights_done)
     flown = perf_counter()
     scores, failed = problem.score(results, spec)
     blocks = len(gains) / problem.flyer.threads * FLIGHTS / LANES
     held = sum(part.nbytes for part in (inputs.dynamics, inputs.disturbances, inputs.noises))
-    columns = tuple(gain.address for gain in gain_addresses(system.cascade))
-    stored = len(encoded([Kept("pilot", FlightBatch(spec, PILOT, FLIGHTS), gains, 0, results)], columns))
+    columns = tuple(gain.address for gain in system.gains)
+    stored = len(
+        encoded([Kept("pilot", FlightBatch(spec, PILOT, FLIGHTS), gains, 0, results)], columns, system.loop.results)
+    )
     return ScenarioPilot(
         spec, scores, failed, (flown - drawn) / blocks, (drawn - begin) / FLIGHTS, held / FLIGHTS,
         stored / (len(gains) * FLIGHTS),

@@ -25,7 +25,8 @@ from tuner.experiments.tuning.problem import problem_of, warm_up
 from tuner.search.watcher import Watcher
 from tuner.study.contest import Contest
 from tuner.study.kinds import STUDY_KINDS, AnyStudy
-from tuner.study.study import Study
+from tuner.study.plant_study import PlantStudy
+from tuner.study.study import Study, TuningStudy
 
 Plan = PlanDocument | ContestPlanDocument
 
@@ -43,7 +44,7 @@ def plan(study: AnyStudy, share: float, watcher: Watcher | None = None, threads:
     return planned(study, share, watcher or Watcher(), threads)
 
 
-def _plan_study(study: Study, share: float, watcher: Watcher, threads: int | None) -> Plan:
+def _plan_study(study: TuningStudy, share: float, watcher: Watcher, threads: int | None) -> Plan:
     pilot, seconds = _fly(study, "Pilot", watcher, threads)
     return plan_document(study, pilot, seconds, share)
 
@@ -56,12 +57,13 @@ def _plan_contest(contest: Contest, share: float, watcher: Watcher, threads: int
 
 PLANS: dict[str, Callable[[Any, float, Watcher, int | None], Plan]] = {
     Study.kind: _plan_study,
+    PlantStudy.kind: _plan_study,
     Contest.kind: _plan_contest,
 }
 """Planners by the kind of study."""
 
 
-def _fly(study: Study, stage: str, watcher: Watcher, threads: int | None) -> tuple[Pilot, float | None]:
+def _fly(study: TuningStudy, stage: str, watcher: Watcher, threads: int | None) -> tuple[Pilot, float | None]:
     """Return the pilot of a study and the time its compilation took [s], None where it was compiled before."""
     problem = problem_of(study, threads, None)
     seconds = _compile(problem, study, watcher)
@@ -69,7 +71,7 @@ def _fly(study: Study, stage: str, watcher: Watcher, threads: int | None) -> tup
     return fly_pilot(problem, study, watcher.on_flights_done), seconds
 
 
-def _compile(problem: Problem, study: Study, watcher: Watcher) -> float | None:
+def _compile(problem: Problem, study: TuningStudy, watcher: Watcher) -> float | None:
     cached, begin = problem.flyer.cached, perf_counter()
     warm_up(problem, study, watcher)
     # A cached kernel is loaded by its first flight, which takes a second that is not to be timed as flying.
@@ -77,7 +79,7 @@ def _compile(problem: Problem, study: Study, watcher: Watcher) -> float | None:
     return None if cached else perf_counter() - begin
 
 
-def plan_document(study: Study, pilot: Pilot, compile_seconds: float | None, share: float) -> PlanDocument:
+def plan_document(study: TuningStudy, pilot: Pilot, compile_seconds: float | None, share: float) -> PlanDocument:
     """Return the whole plan; compile_seconds: None where the kernel was there; share: of the default's value, to be told."""
     objectives = [planned_objective(study, pilot, i, share) for i in range(len(study.objectives))]
     return PlanDocument(
@@ -105,9 +107,9 @@ def plan_document(study: Study, pilot: Pilot, compile_seconds: float | None, sha
     )
 
 
-def warnings(study: Study, pilot: Pilot, objectives: list[PlannedObjective], share: float) -> list[str]:
+def warnings(study: TuningStudy, pilot: Pilot, objectives: list[PlannedObjective], share: float) -> list[str]:
     """Return what should be changed, or known, before the run."""
-    said = [*warnings_before_run(study), *plant_step_warnings(pilot.plant_step)]
+    said = [*warnings_before_run(study), *plant_step_warnings(pilot.plant_step, study.plant_step_key)]
     lost = sum(int(entry.failed[0].sum(axis=0)) for entry in pilot.scenarios)
     if lost:
         said.append(
@@ -115,9 +117,10 @@ def warnings(study: Study, pilot: Pilot, objectives: list[PlannedObjective], sha
             "failures. Start from other gains, or make the scenarios milder."
         )
     if pilot.worthy_share == 0.0:
+        design = " (`tuner design`)" if isinstance(study, Study) else ""
         said.append(
-            "None of the points looked at keeps every hard requirement; narrow the ranges of the gains towards a design "
-            "(`tuner design`), or relax a requirement."
+            "None of the points looked at keeps every hard requirement; narrow the ranges of the gains towards a "
+            f"design{design}, or relax a requirement."
         )
     for entry in objectives:
         have, needed = entry.flights.held_out, entry.scenarios_needed

@@ -18,7 +18,7 @@ from objectives.risk import Risk, bootstrap_interval, minimum_samples
 from plant.seeds import generator
 from tuner.documents.plan import PlannedObjective, StreamFlights, StreamWidths
 from tuner.experiments.planning.pilot import Pilot
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 Array = np.ndarray
 STREAMS = SEARCH, HELD_OUT = "search", "held_out"
@@ -31,7 +31,7 @@ POWER = 1.959964 + 0.841621
 WITHOUT_WIDTH = "worst"
 
 
-def planned_objective(study: Study, pilot: Pilot, index: int, share: float) -> PlannedObjective:
+def planned_objective(study: TuningStudy, pilot: Pilot, index: int, share: float) -> PlannedObjective:
     """Return what to expect of objective `index`; share: the difference to be told, relative to the default's value.
 
     Widths are of the default's interval, null where nothing can be said; scenarios needed tell that difference from the default,
@@ -64,7 +64,7 @@ def percent_of(width: float | None, value: float) -> float | None:
     return None if width is None or value == 0.0 else 100.0 * width / abs(value)
 
 
-def counts_of(study: Study, objective: Objective, stream: str) -> list[int]:
+def counts_of(study: TuningStudy, objective: Objective, stream: str) -> list[int]:
     """Return how many flights of each scenario count for an objective."""
     return [getattr(entry, stream) if objective.scenario in (None, entry.spec.name) else 0 for entry in study.scenarios]
 

@@ -58,7 +58,7 @@ def conclude(
         study, problem, generations, survivors, candidates, finalists, confirmation, tuned, why,
         compare(problem, confirmation, study.seed), compare_known(problem, confirmation),
         conflict, obstacles_of(problem, study, generations, found, conflict, limits), costs_of(known, limits),
-        plant_step, [*said, *warnings, *(plant_step_warnings(plant_step) if plant_step else [])], 0.0,
+        plant_step, [*said, *warnings, *(plant_step_warnings(plant_step, study.plant_step_key) if plant_step else [])], 0.0,
     )  # fmt: skip
     warnings = [*outcome.warnings, *warnings_after_run(outcome)]
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)

@@ -1,20 +1,17 @@
 """A plant of one's own from the page of the documentation: run, verified, resumed, and refused where its code is not named."""
 
-import re
 import shutil
 import subprocess
-from pathlib import Path
 
 import pytest
 
 from plant.own_code import HAVE_RUN
+from tests.tuner.experiments.own_motor import PLANT, STUDY, write_motor
 from tests.tuner.in_process import called, tuner
 from tuner.api import results as api
 from tuner.documents.opening import open_results
 from tuner.study.kinds import load_any
 
-PAGE = (Path(__file__).parents[4] / "docs/own_plant.md").read_text(encoding="utf-8")
-PLANT, STUDY = (re.findall(rf"```{kind}\n(.*?)```", PAGE, re.DOTALL)[0] for kind in ("python", "toml"))
 SHORT = ("--set", "search.generations=2", "--set", "scenario.0.held_out=8", "--set", "scenario.0.search=4")
 
 
@@ -22,8 +19,7 @@ SHORT = ("--set", "search.generations=2", "--set", "scenario.0.held_out=8", "--s
 def written(tmp_path_factory):
     """A folder with the two files of the page."""
     folder = tmp_path_factory.mktemp("motor")
-    (folder / "motor.py").write_text(PLANT, encoding="utf-8")
-    (folder / "motor.toml").write_text(STUDY, encoding="utf-8")
+    write_motor(folder)
     return folder
 
 
