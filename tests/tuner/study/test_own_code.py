@@ -1,6 +1,7 @@
 """Files of one's own in a study: their names, their digests, and that a results folder never runs what nobody named."""
 
 import json
+import pickle
 import shutil
 from dataclasses import dataclass
 from pathlib import Path
@@ -17,7 +18,7 @@ from plant.laws import LAWS
 from plant.registry import Registry
 from tests.plant.own_files import LAW, METRIC, REFERENCE, SWAY, edited, forget, line_of
 from tuner.cli.app import with_code_first
-from tuner.engines.cluster.brief import brief_of
+from tuner.engines.cluster.brief import brief_of, system_of
 from tuner.gains.examining import examine
 from tuner.store.folder import Folder
 from tuner.store.inputs import freeze
@@ -203,18 +204,16 @@ def test_gains_name_the_code_of_their_law(home: Path, tmp_path: Path) -> None:
 
 
 def test_workers_are_sent_no_code(home: Path) -> None:
+    """They are told which files they must have been given, by name and digest."""
     study = own_study(home)
-    batch = FlightBatch(study.scenarios[0].spec, "search", 4)
-    with pytest.raises(InputError, match="the law 'pid_plain' is of a file of your own, and workers are sent no code"):
-        brief_of(study.system, study.seed, batch)
-    rewritten(home, ('attitude = "pid_plain"', 'attitude = "pid"'))
-    study = own_study(home)
-    with pytest.raises(InputError, match="the metric 'sway' is of a file of your own"):
-        brief_of(study.system, study.seed, FlightBatch(study.scenarios[0].spec, "search", 4))
-    rewritten(home, ('metric = "sway.tilt"', 'metric = "travel"'))
-    study = own_study(home)
-    with pytest.raises(InputError, match="the reference 'circle' is of a file of your own"):
-        brief_of(study.system, study.seed, FlightBatch(study.scenarios[0].spec, "search", 4))
+    sent = pickle.dumps(brief_of(study.system, study.seed, FlightBatch(study.scenarios[0].spec, "search", 4)))
+    assert b"def step" not in sent
+    brief = pickle.loads(sent)
+    assert {entry.file.name for entry in brief.files} == {"pid_plain.py", "sway.py", "circle.py"}
+    assert system_of(brief).cascade.attitude.name == "pid_plain"
+    forget()
+    with pytest.raises(InputError, match=r"has not been given pid_plain.py \(digest .*\), which is sent to nobody"):
+        system_of(pickle.loads(sent))
 
 
 @dataclass(frozen=True)

@@ -1,7 +1,7 @@
 """`--dask`: workers of this machine (`local:4`) or a scheduler's (`tcp://host:8786`), refused where they would fly other bits."""
 
 import logging
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from contextlib import contextmanager
 from importlib.util import find_spec
 from typing import TYPE_CHECKING, Any
@@ -11,12 +11,12 @@ from plant.backends.processor import compiled_for
 from plant.errors import InputError, require_package
 from plant.threads import available_threads
 from tuner.engines.cluster.machine import differences, machine_report, report_for
-from tuner.study.study import Study
+from tuner.engines.cluster.own_files import KEY, OwnFile, not_here, own_files_of
+from tuner.study.study import TuningStudy
 
 if TYPE_CHECKING:
     from distributed import Client
 
-KEY = "--dask"
 LOCAL, ADDRESSES = "local:", ("tcp://", "tls://")
 # Seconds in which a scheduler must answer and a first worker must be there; processes started on one machine; differences told.
 ANSWER, MOST, TOLD = 20.0, 256, 8
@@ -26,7 +26,7 @@ Say = Callable[[str], None]
 
 
 @contextmanager
-def engine_at(where: str | None, study: Study, threads: int | None, say: Say) -> Iterator[Engine | None]:
+def engine_at(where: str | None, study: TuningStudy, threads: int | None, say: Say) -> Iterator[Engine | None]:
     """Yield the engine that --dask asks for, None where it asks for none; its connection and processes end with the context."""
     if where is None:
         yield None
@@ -35,8 +35,10 @@ def engine_at(where: str | None, study: Study, threads: int | None, say: Say) ->
     require_package("distributed", "dask", key=KEY)
     from tuner.engines.cluster.engine import DaskEngine
 
-    with quiet(), local_client(local, threads) if local else remote_client(where) as client:
+    files = own_files_of(study.system, [entry.spec for entry in study.scenarios])
+    with quiet(), local_client(local, threads, files) if local else remote_client(where) as client:
         refuse_unlike(client)
+        refuse_without(client, files)
         say(told(client, bool(local)))
         yield DaskEngine(client, study.system, study.seed)
 
@@ -56,8 +58,11 @@ def asked(where: str) -> int:
 
 
 @contextmanager
-def local_client(processes: int, threads: int | None) -> Iterator["Client"]:
-    """Start worker processes that share this machine's cores, or so many threads; they end with the context."""
+def local_client(processes: int, threads: int | None, files: Sequence[OwnFile]) -> Iterator["Client"]:
+    """Start worker processes that share this machine's cores, or so many threads; they end with the context.
+
+    files: of the user's own, which the user has named here and so for these processes too.
+    """
     from distributed import Client, LocalCluster
 
     each = max((threads or available_threads()) // processes, 1)
@@ -66,6 +71,7 @@ def local_client(processes: int, threads: int | None) -> Iterator["Client"]:
             n_workers=processes, threads_per_worker=each, host=LOOPBACK, dashboard_address=f"{LOOPBACK}:0",
             silence_logs=logging.CRITICAL,
             preload=["tuner.engines.cluster.preload"],
+            preload_argv=["--driven", *[part for entry in files for part in ("--code", str(entry.file.resolve()))]],
         ) as cluster,
         Client(cluster) as client,
     ):  # fmt: skip
@@ -109,6 +115,18 @@ def refuse_unlike(client: "Client") -> None:
             f"there, see docs/cluster.md",
             key=KEY,
         )
+
+
+def refuse_without(client: "Client", files: Sequence[OwnFile]) -> None:
+    """Refuse workers that were not given a file of the user's own: InputError with worker, file and digest."""
+    if not files:
+        return
+    asked = [entry.digest for entry in files]
+    missing: dict[str, list[str]] = client.run(not_here, asked)  # pyright: ignore[reportAssignmentType]
+    for worker, digests in sorted(missing.items()):
+        for entry in files:
+            if entry.digest in digests:
+                raise InputError(f"the worker {worker} has not been given {entry.missing}", key=KEY)
 
 
 def told(client: "Client", local: bool) -> str:

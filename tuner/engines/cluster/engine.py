@@ -17,7 +17,7 @@ import numpy as np
 from distributed import Client, Future
 
 from objectives.engine import LANES, Engine, OnFlightsDone
-from objectives.system import FlightBatch, System
+from objectives.system import FlightBatch
 from plant.backends import lanes
 from tuner.engines.cluster.brief import brief_of
 from tuner.engines.cluster.watch import LOOK, PATIENCE, Watch
@@ -99,9 +99,7 @@ class DaskEngine(Engine):
     block: flights of a task, about; patience: seconds that the cluster may be without workers.
     """
 
-    def __init__(
-        self, client: Client, system: System, root: int, block: int = BLOCK, patience: float = PATIENCE
-    ) -> None:
+    def __init__(self, client: Client, system: Any, root: int, block: int = BLOCK, patience: float = PATIENCE) -> None:
         self._client, self._system, self._root, self._block = client, system, root, block
         self._watch = Watch(client, patience)
         rows = lanes.result_rows(system.loop)

@@ -12,9 +12,7 @@ from typing import Any
 import numpy as np
 from distributed import WorkerPlugin
 
-from objectives.system import System
 from plant.backends.flyer import FlightInputs, Flyer
-from plant.scenarios import sample_scenarios
 from tuner.engines.cluster.brief import Brief, system_of
 
 # Bytes of drawn scenarios that a process keeps; at 10 s and 250 Hz one takes 0.3 MB of wind and noise.
@@ -46,8 +44,8 @@ class Drawn:
         self._locks: dict[Hashable, Lock] = {}
         self._kept: OrderedDict[Hashable, FlightInputs] = OrderedDict()
 
-    def inputs(self, brief: Brief, first: int, last: int) -> FlightInputs:
-        """Return the scenarios of a batch from `first` to before `last`."""
+    def inputs(self, brief: Brief, system: Any, first: int, last: int) -> FlightInputs:
+        """Return the scenarios of a batch of a system from `first` to before `last`."""
         key = (brief.key, first, last)
         with self._guard:
             lock = self._locks.setdefault(key, Lock())
@@ -55,9 +53,7 @@ class Drawn:
             inputs = self._known(key)
             if inputs is None:
                 indices = range(first, last)
-                inputs = sample_scenarios(
-                    brief.spec, brief.vehicle, brief.timing, brief.root, brief.stream, indices
-                )  # fmt: skip
+                inputs = system.sample(brief.spec, brief.root, brief.stream, indices)
                 self._keep(key, inputs)
         return inputs
 
@@ -83,8 +79,8 @@ class Desk:
     """A system built from a brief, with its kernel; a block flies in the one thread that took it."""
 
     def __init__(self, brief: Brief) -> None:
-        system: System = system_of(brief)
-        self.brief = brief
+        self.system: Any = system_of(brief)
+        self.brief, system = brief, self.system
         self._nominal = system.nominal
         self._flyer = Flyer(system.loop, system.limits, system.timing, 1)
         self.cached = self._flyer.cached
@@ -110,7 +106,7 @@ def desk_of(key: str) -> Desk:
 def fly_block(key: str, gains: np.ndarray, first: int, last: int) -> np.ndarray:
     """Fly gains rows (n, g) through the flights first..last of the batch of a brief; return results (n, flights, rows)."""
     desk = desk_of(key)
-    return desk.fly(gains, DRAWN.inputs(desk.brief, first, last))
+    return desk.fly(gains, DRAWN.inputs(desk.brief, desk.system, first, last))
 
 
 def is_compiled(key: str) -> bool:

@@ -69,7 +69,7 @@ class TuningRun(Experiment[Any, FlightOutcome]):
     @classmethod
     @contextmanager
     def engine_for(
-        cls, study: Study, watcher: Watcher, recorded: Path | None, **options: Unpack[Options]
+        cls, study: TuningStudy, watcher: Watcher, recorded: Path | None, **options: Unpack[Options]
     ) -> Iterator[Engine | None]:
         """Yield a cluster, a graphics card, or None for this machine's cores; recorded: the folder to go on with."""
         with engine_at(options.get("dask"), study, options.get("threads"), watcher.on_message) as cluster:
@@ -181,28 +181,16 @@ class TuningRun(Experiment[Any, FlightOutcome]):
 
 
 class PlantRun(TuningRun):
-    """A tuning run of a plant of the user's own, on this machine's cores."""
+    """A tuning run of a plant of the user's own, on this machine's cores or on workers."""
 
     kind = PlantStudy.kind
-    takes = frozenset({"reuse", "budget", "here"})
+    takes = frozenset({"reuse", "dask", "budget", "here"})
     beside = False
 
     @classmethod
     def notes(cls, study: TuningStudy) -> list[str]:
         """Say which search it is."""
         return [study.search.text]
-
-    @classmethod
-    @contextmanager
-    def engine_for(
-        cls,
-        study: TuningStudy,
-        watcher: Watcher,
-        recorded: Path | None,
-        **options: Unpack[Options],  # noqa: ARG003
-    ) -> Iterator[Engine | None]:
-        """Yield None, for this machine's cores."""
-        yield None
 
 
 class Recorded:

@@ -1,0 +1,101 @@
+"""A plant of one's own on workers: the bits of a run without them, and no worker flies code that nobody gave it."""
+
+import pickle
+import shutil
+
+import pytest
+
+from objectives.system import FlightBatch
+from plant.errors import InputError
+from tests.plant.own_files import forget
+from tests.tuner.engines.cluster.clusters import scheduler, worker
+from tests.tuner.experiments.own_motor import PLANT, write_motor
+from tests.tuner.in_process import tuner
+from tuner.api.studies import make_study
+from tuner.engines.cluster.brief import Brief, brief_of, system_of
+from tuner.engines.cluster.own_files import not_here, own_files_of
+from tuner.study.kinds import load_any
+from tuner.text.toml_text import toml_text
+
+pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install holdfast[dask]")
+
+SHORT = ("--set", "search.generations=2", "--set", "scenario.0.held_out=8", "--set", "scenario.0.search=4")
+SAME = ("front.csv", "gains.json", "responses.parquet", "generations/0001.parquet")
+
+
+@pytest.fixture
+def motor(tmp_path):
+    return write_motor(tmp_path)
+
+
+def brief(file) -> Brief:
+    study = load_any(file)
+    return brief_of(study.system, study.seed, FlightBatch(study.scenarios[0].spec, "search", 4))
+
+
+def test_processes_of_this_machine_leave_what_none_leave(motor, tmp_path, monkeypatch, capsys, no_figures):
+    for name, options in (("alone", ()), ("there", ("--dask", "local:2"))):
+        code, out, err = tuner(monkeypatch, capsys, "run", motor, "--out", tmp_path / name, *SHORT, *options)
+        assert code == 0, err
+    assert "Cluster of 2 workers" in out
+    for name in SAME:
+        assert (tmp_path / "there" / name).read_bytes() == (tmp_path / "alone" / name).read_bytes(), name
+
+
+def test_a_brief_holds_a_digest_and_numbers_and_its_worker_builds_the_same_loop(motor):
+    sent = pickle.dumps(brief(motor))
+    assert b"def derivative" not in sent and str(motor.parent).encode() not in sent
+    assert system_of(pickle.loads(sent)).plan.names == ("angle",)
+
+
+def test_a_worker_without_the_file_is_told_so_in_one_line(motor):
+    sent = pickle.dumps(brief(motor))
+    (own,) = own_files_of(load_any(motor).system, [])
+    assert not_here([own.digest]) == []
+    forget()
+    assert not_here([own.digest]) == [own.digest]
+    with pytest.raises(
+        InputError, match=r"has not been given motor.py \(digest .*\), which is sent to nobody: copy it there"
+    ):
+        system_of(pickle.loads(sent))
+
+
+def test_another_version_of_the_file_is_another_file(motor):
+    sent = pickle.dumps(brief(motor))
+    forget()
+    motor.with_name("motor.py").write_text(PLANT.replace("4.0", "5.0"), encoding="utf-8")
+    load_any(motor)
+    with pytest.raises(InputError, match=r"has not been given motor.py"):
+        system_of(pickle.loads(sent))
+
+
+def test_a_plant_of_a_notebook_is_on_no_worker(motor):
+    import tomllib
+
+    names: dict = {"__name__": "cell"}
+    exec(PLANT, names)
+    tables = tomllib.loads(motor.read_text(encoding="utf-8"))
+    del tables["plant"]["file"]
+    study = make_study(tables, "motor", plant=names)
+    assert toml_text(tables) == study.text
+    with pytest.raises(InputError, match="no file holds the code of this plant"):
+        own_files_of(study.system, [])
+
+
+@pytest.mark.slow
+def test_workers_elsewhere_fly_once_the_file_is_named_there(motor, tmp_path, monkeypatch, capsys, no_figures):
+    there = tmp_path / "there"
+    there.mkdir()
+    shutil.copy(motor.with_name("motor.py"), there)
+    alone = ("run", motor, "--out", tmp_path / "alone", *SHORT)
+    assert tuner(monkeypatch, capsys, *alone)[0] == 0
+    with scheduler(tmp_path) as (_, address):
+        with worker(tmp_path, address):
+            code, _, err = tuner(monkeypatch, capsys, "run", motor, "--out", tmp_path / "a", *SHORT, "--dask", address)
+            assert code == 2 and "has not been given motor.py" in err and err.count("\n") == 1
+        named = ("--preload", "tuner.engines.cluster.preload", "--code", str(there / "motor.py"))
+        with worker(tmp_path, address, "--nthreads", "1", "--no-nanny", *named, name="named"):
+            code, _, err = tuner(monkeypatch, capsys, "run", motor, "--out", tmp_path / "b", *SHORT, "--dask", address)
+            assert code == 0, err
+    for name in SAME:
+        assert (tmp_path / "b" / name).read_bytes() == (tmp_path / "alone" / name).read_bytes(), name
