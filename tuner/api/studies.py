@@ -10,7 +10,7 @@ from plant.model.plant_model import plant_from
 from tuner.study import Study
 from tuner.study.build import study_from_table
 from tuner.study.files import study_file
-from tuner.study.kinds import STUDY_KINDS, AnyStudy, load_any, load_tuning
+from tuner.study.kinds import STUDY_KINDS, AnyStudy, load_any, load_gains_study, load_tuning, of_another_kind
 from tuner.study.plant_study import PlantStudy, build_plant_study, checked_plant_table
 from tuner.study.study import TuningStudy
 from tuner.text.toml_text import toml_text
@@ -97,10 +97,11 @@ def loaded(study: StudyLike) -> AnyStudy:
 
 def gains_study(study: StudyLike, asking: str) -> TuningStudy:
     """Return a study that searches gains, of a quadrotor or of a plant of one's own; InputError where it is of another kind."""
-    found = loaded(study)
-    if isinstance(found, TuningStudy):
-        return found
-    raise _of_another_kind(found, asking)
+    if isinstance(study, str | Path):
+        return load_gains_study(study_file(Path(study)), asking)
+    if isinstance(study, TuningStudy):
+        return study
+    raise of_another_kind(study.kind, study.path, asking)
 
 
 def tuning_study(study: StudyLike, asking: str) -> Study:
@@ -109,11 +110,4 @@ def tuning_study(study: StudyLike, asking: str) -> Study:
         return load_tuning(study_file(Path(study)), asking)
     if isinstance(study, Study):
         return study
-    raise _of_another_kind(study, asking)
-
-
-def _of_another_kind(study: AnyStudy, asking: str) -> InputError:
-    kind = next(kind for kind in STUDY_KINDS if kind.name == study.kind)
-    return InputError(
-        f"this is {kind.noun}; `{asking}` takes a study of one controller", file=study.path, key=kind.table
-    )
+    raise of_another_kind(study.kind, study.path, asking)

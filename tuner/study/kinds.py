@@ -14,7 +14,7 @@ from tuner.study.inference_reading import inference_from_layers
 from tuner.study.layers import Layer, read_layers
 from tuner.study.plant_study import PlantStudy, plant_study_from_layers
 from tuner.study.reading import put
-from tuner.study.study import Study
+from tuner.study.study import Study, TuningStudy
 from tuner.study.trials import TrialStudy, trials_from_layers
 
 AnyStudy = Study | Contest | Inference | PlantStudy | TrialStudy
@@ -71,8 +71,28 @@ def load_any(path: Path, overrides: Overrides | None = None) -> AnyStudy:
 
 def load_tuning(path: Path, command: str, overrides: Overrides | None = None) -> Study:
     """Read and check a study that tunes one controller; InputError, naming the command, where the file is of another kind."""
+    found = load_one(path, command, (Study.kind,), overrides)
+    assert isinstance(found, Study)
+    return found
+
+
+def load_gains_study(path: Path, command: str) -> TuningStudy:
+    """Read and check a study that searches gains, of a quadrotor or of a plant; InputError where the file is of another kind."""
+    found = load_one(path, command, (Study.kind, PlantStudy.kind))
+    assert isinstance(found, TuningStudy)
+    return found
+
+
+def load_one(path: Path, command: str, kinds: tuple[str, ...], overrides: Overrides | None = None) -> AnyStudy:
+    """Read and check a study of some kinds; InputError, naming the command, where the file is of another."""
     layers = read_layers(path)
     kind = kind_of_layers(layers)
-    if kind.table is not None:
-        raise InputError(f"this is {kind.noun}; `{command}` takes a study of one controller", file=path, key=kind.table)
-    return _tuning_from_layers(path, layers, overrides or {})
+    if kind.name not in kinds:
+        raise of_another_kind(kind.name, path, command)
+    return kind.build(path, layers, overrides or {})
+
+
+def of_another_kind(name: str, path: Path, command: str) -> InputError:
+    """Return the error of a study of a kind that a command does not take."""
+    kind = next(kind for kind in STUDY_KINDS if kind.name == name)
+    return InputError(f"this is {kind.noun}; `{command}` takes a study of one controller", file=path, key=kind.table)

@@ -58,7 +58,7 @@ def asked(where: str) -> int:
 
 
 @contextmanager
-def local_client(processes: int, threads: int | None, files: Sequence[OwnFile]) -> Iterator["Client"]:
+def local_client(processes: int, threads: int | None, files: Sequence[OwnFile] = ()) -> Iterator["Client"]:
     """Start worker processes that share this machine's cores, or so many threads; they end with the context.
 
     files: of the user's own, which the user has named here and so for these processes too.
