@@ -142,7 +142,7 @@ def fan_table(responses: Responses, point: str, scenario: str) -> Any:
                 "reference": reference[:n, i], "low": low[:, i], "median": median[:, i], "high": high[:, i],
             }
         )
-        for i, (signal, unit) in enumerate(zip(SIGNALS, UNITS, strict=True))
+        for i, (signal, unit) in enumerate(zip(responses.signals, responses.units, strict=True))
     ]  # fmt: skip
     return stacked(parts)
 

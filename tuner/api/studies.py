@@ -11,7 +11,7 @@ from tuner.study import Study
 from tuner.study.build import study_from_table
 from tuner.study.files import study_file
 from tuner.study.kinds import STUDY_KINDS, AnyStudy, load_any, load_gains_study, load_tuning, of_another_kind
-from tuner.study.plant_study import PlantStudy, build_plant_study, checked_plant_table
+from tuner.study.plant_study import PlantStudy, plant_study_from_table
 from tuner.study.study import TuningStudy
 from tuner.text.toml_text import toml_text
 
@@ -83,7 +83,7 @@ def make_study(
     path = Path(folder) / f"{name}.toml"
     if PlantStudy.kind in tables:
         model = None if plant is None else plant_from(plant, name)
-        return replace(build_plant_study(path, checked_plant_table(path, tables), model), given=toml_text(tables))
+        return replace(plant_study_from_table(path, tables, model), given=toml_text(tables))
     for kind in STUDY_KINDS:
         if kind.table is not None and kind.table in tables:
             raise InputError(f"this is {kind.noun}; write it to a file and load it", file=path, key=kind.table)

@@ -113,9 +113,9 @@ class ComparedFolder(OpenedFolder[Compared]):
         return {(row.contender, row.quantity): row.estimate for row in self.shown.estimates}
 
     @cached_property
-    def airframes(self) -> list[str]:
-        """Airframes in the order of the contenders."""
-        return list(dict.fromkeys(entry.airframe for entry in self.contenders))
+    def flown(self) -> list[str]:
+        """Airframes, or the plant, in the order of the contenders."""
+        return list(dict.fromkeys(entry.flown for entry in self.contenders))
 
     def best(self, label: str) -> set[str]:
         """Return the contenders with the smallest value of a quantity, none where all have the same."""

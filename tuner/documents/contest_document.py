@@ -50,11 +50,15 @@ class ProcessorCount(DocumentPart):
 
 
 class StepCost(DocumentPart):
-    """Operations of the laws in one control step; processor: null for a law younger than the packaged table."""
+    """Operations of the laws in one control step, of an axis of each loop or of each channel of a plant of the user's own.
+
+    processor: null for a law younger than the packaged table.
+    """
 
     operations: int
-    position: int
-    attitude: int
+    position: int | None = None
+    attitude: int | None = None
+    channels: dict[str, int] | None = None
     meaning: str
     processor: ProcessorCount | None = None
 
@@ -78,13 +82,16 @@ class ContenderRow(DocumentPart):
     """One controller as it flew.
 
     folder: of its own results, null for none; point: of its own study, or "given"; searched: variables that a search chose;
-    failures: share of its flights. source, kind: where it came from, of a comparison alone.
+    failures: share of its flights. source, kind: where it came from, of a comparison alone. laws, airframe: of a quadrotor;
+    plant, channels: of a plant of the user's own, with the law of each channel.
     """
 
     name: str
     slug: str
-    laws: LawNames
-    airframe: str
+    laws: LawNames | None = None
+    airframe: str | None = None
+    plant: str | None = None
+    channels: dict[str, str] | None = None
     tuned: bool
     feasible: bool = True
     folder: str | None = None
@@ -98,6 +105,16 @@ class ContenderRow(DocumentPart):
     failures: float
     source: str | None = None
     kind: Literal["gains", "results"] | None = None
+
+    @property
+    def flown(self) -> str:
+        """Name of the airframe or the plant that flew."""
+        return self.airframe or self.plant or ""
+
+    @property
+    def law_of(self) -> dict[str, str]:
+        """Law by loop: attitude and position, or the channels of a plant."""
+        return {"attitude": self.laws.attitude, "position": self.laws.position} if self.laws else self.channels or {}
 
 
 class QuantityRow(DocumentPart):

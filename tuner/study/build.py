@@ -64,7 +64,7 @@ def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
 
 def study_from_table(path: Path, raw: Mapping[str, Any]) -> Study:
     """Check the content of a study that was put together elsewhere; errors name path, files are relative to its folder."""
-    return _build(path, checked_table(path, raw))
+    return _build(path, checked_table(path, raw, StudyTable))
 
 
 def _build(path: Path, table: StudyTable) -> Study:

@@ -12,7 +12,7 @@ from objectives.problem import Objective
 from objectives.risk import Risk
 from plant.input_files import read_input_text
 from plant.scenarios import CONFIRMATION
-from tuner.study.study import Study, StudyScenario
+from tuner.study.study import StudyScenario, TuningStudy
 from tuner.text.markup import element, table
 
 
@@ -22,7 +22,7 @@ class Contender:
 
     name: str
     slug: str
-    study: Study
+    study: TuningStudy
     raw: dict[str, Any]
 
     @property
@@ -96,11 +96,11 @@ class Contest:
     stream: str = CONFIRMATION
 
     def _repr_html_(self) -> str:
-        rows = [(c.name, c.study.airframe.name, "tuned" if c.tuned else "as given") for c in self.contenders]
+        rows = [(c.name, c.study.flown, "tuned" if c.tuned else "as given") for c in self.contenders]
         return element("div", element("strong", self.title), table((f"seed {self.seed}", "airframe", "gains"), rows))
 
     @property
-    def base(self) -> Study:
+    def base(self) -> TuningStudy:
         """A study that holds what all contenders share."""
         return self.contenders[0].study
 

@@ -11,18 +11,16 @@ from objectives.metrics import MetricAddress, check, parse
 from objectives.problem import Objective
 from objectives.risk import Risk
 from plant.errors import InputError, UnknownNameError
-from tuner.study.build import study_from_table
 from tuner.study.contest import Claim, Contender, Contest, Published
 from tuner.study.contest_schema import (
     CONTEST_TABLES,
     INFERENCE_TABLES,
-    OWN,
-    SHARED,
     ClaimTable,
     ContenderTable,
     ContestTable,
     PublishedTable,
 )
+from tuner.study.contest_terms import check_alike, terms_of
 from tuner.study.layers import WHOLE, Layer, Table, depth, laid_over, merged_layers
 from tuner.study.messages import translated
 from tuner.study.reading import put
@@ -42,12 +40,14 @@ def contest_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mappin
 
 def contest_from_table(path: Path, table: Table, layers: tuple[Layer, ...] = ()) -> Contest:
     """Check the merged content of a contest; path: the file that errors name where no layer holds the key."""
-    _refuse_shared(path, table)
+    terms = terms_of(table)
+    _refuse_shared(path, table, terms.own, terms.shared)
     added = checked_tables(ContestTable, table, path)
     shared = {key: value for key, value in table.items() if key not in (*CONTEST_TABLES, *INFERENCE_TABLES)}
     contenders = tuple(_contender(i, entry, shared, path, layers) for i, entry in enumerate(added.contender))
     with located(path, ""):
         _check_names(contenders)
+        check_alike(contenders)
         judge = _Judge(contenders)
         published = tuple(judge.published(i, entry) for i, entry in enumerate(added.published))
         claims = tuple(judge.claim(i, entry, published) for i, entry in enumerate(added.claim))
@@ -68,16 +68,16 @@ def checked_tables(model: type[Tables], table: Table, path: Path) -> Tables:
     return checked
 
 
-def _refuse_shared(path: Path, table: Table) -> None:
+def _refuse_shared(path: Path, table: Table, own: tuple[str, ...], shared: tuple[str, ...]) -> None:
     """Say why a contender cannot have its own scenario, objective, ...; a misspelt key is found later."""
     entries = table.get("contender")
     for i, entry in enumerate(entries if isinstance(entries, list) else []):
-        for key in (*SHARED, "controller.control_period"):
+        for key in shared:
             if depth(entry, key) == len(key.split(".")):
                 message = (
                     f"'{key}' is the same for all contenders and stands at the top of the file; a contender's own are "
                 )
-                raise InputError(message + ", ".join(OWN), file=path, key=f"contender[{i}].{key}")
+                raise InputError(message + ", ".join(own), file=path, key=f"contender[{i}].{key}")
 
 
 def _contender(i: int, entry: ContenderTable, shared: Table, path: Path, layers: tuple[Layer, ...]) -> Contender:
@@ -85,14 +85,16 @@ def _contender(i: int, entry: ContenderTable, shared: Table, path: Path, layers:
     if not slug:
         message = f'given {entry.name!r}; write a name with a letter or digit, for instance name = "PID"'
         raise InputError(message, file=path, key=f"contender[{i}].name")
-    own = entry.tables()
+    terms = terms_of(shared)
+    with located(path, f"contender[{i}]"):
+        own = terms.completed(shared, entry.tables())
     # Gains of the base may be of another law.
     raw = laid_over(shared, own, (*WHOLE, "gains"))
     title = raw.get("title")
     if isinstance(title, str):
         raw |= {"title": f"{title}: {entry.name}"}
     try:
-        study = study_from_table(path, raw)
+        study = terms.build(path, raw)
     except InputError as error:
         raise _moved(error, i, own, path, layers) from None
     return Contender(entry.name, slug, study, raw)
@@ -173,10 +175,10 @@ class _Judge:
         if scenario is not None and scenario not in names:
             raise UnknownNameError("scenario", scenario, names, key="scenario")
         with located(None, key):
-            metric = parse(address)
+            metric = parse(address, self._study.system.axes)
             for entry in self._study.scenarios:
                 if scenario in (None, entry.spec.name):
-                    check(metric, entry.spec.targets(self._study.system.timing), entry.spec.duration)
+                    check(metric, self._study.system.targets(entry.spec), entry.spec.duration)
         return metric
 
 

@@ -4,12 +4,8 @@ from typing import Annotated, Any
 
 from pydantic import BeforeValidator, Field
 
-from tuner.study.schema import StrictTable, StudyTable
+from tuner.study.schema import StrictTable
 from tuner.study.size import MOST_FLIGHTS
-
-OWN = ("airframe", "controller", "gains", "search", "pick")
-"""Tables of a study that a contender may have of its own; the others are the same for all."""
-SHARED = tuple(key for key in StudyTable.model_fields if key not in OWN)
 
 
 def _as_list(value: object) -> object:
@@ -20,7 +16,7 @@ Names = Annotated[list[str], BeforeValidator(_as_list), Field(min_length=1)]
 
 
 class ContenderTable(StrictTable):
-    """[[contender]]: a name, and what lies over the tables of the base study."""
+    """[[contender]]: a name, and what lies over the tables of the base study, which flies a quadrotor or a plant."""
 
     name: str
     """Name in tables and charts."""
@@ -28,6 +24,8 @@ class ContenderTable(StrictTable):
     """Its own [airframe]."""
     controller: dict[str, Any] | None = None
     """Its own [controller]."""
+    channel: dict[str, dict[str, Any]] | list[dict[str, Any]] | None = None
+    """Of a plant: keys that lie over those of a [[channel]] by its name, or all channels."""
     gains: dict[str, Any] | None = None
     """Its own [gains]."""
     search: dict[str, Any] | None = None
@@ -37,7 +35,8 @@ class ContenderTable(StrictTable):
 
     def tables(self) -> dict[str, Any]:
         """Return the contender's own tables."""
-        return {key: getattr(self, key) for key in OWN if getattr(self, key) is not None}
+        given = {key: getattr(self, key) for key in type(self).model_fields if key != "name"}
+        return {key: value for key, value in given.items() if value is not None}
 
 
 class PublishedTable(StrictTable):

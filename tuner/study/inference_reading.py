@@ -19,6 +19,7 @@ from tuner.study.contest_reading import checked_tables, contest_from_layers, con
 from tuner.study.contest_schema import INFERENCE_TABLES, InferenceTable, SettingsTable, UnknownTable
 from tuner.study.inference import Cell, Inference, Unknown
 from tuner.study.layers import Layer
+from tuner.study.plant_study import PlantStudy
 from tuner.study.search_reading import search_of
 from tuner.study.size import ScenarioSize, check_size, flight_steps
 from tuner.study.study import SearchSpec, Study
@@ -28,6 +29,8 @@ from tuner.text.input_errors import located
 
 def inference_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping[str, Any]) -> Inference:
     """Check an inference whose files have been read."""
+    if any(PlantStudy.kind in layer.table for layer in layers):
+        raise InputError("an inference is of quadrotors; leave [[unknown]] out for a contest", file=path, key="unknown")
     whole = contest_from_layers(path, layers, overrides)
     tables = checked_tables(InferenceTable, whole.table, path)
     with located(path, ""):

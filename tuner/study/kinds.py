@@ -12,7 +12,7 @@ from tuner.study.contest_reading import contest_from_layers
 from tuner.study.inference import Inference
 from tuner.study.inference_reading import inference_from_layers
 from tuner.study.layers import Layer, read_layers
-from tuner.study.plant_study import PlantStudy, plant_study_from_layers
+from tuner.study.plant_study import PlantStudy, plant_study_from_table
 from tuner.study.reading import put
 from tuner.study.study import Study, TuningStudy
 from tuner.study.trials import TrialStudy, trials_from_layers
@@ -35,20 +35,25 @@ class StudyKind:
     build: Callable[[Path, tuple[Layer, ...], Overrides], AnyStudy]
 
 
-def _tuning_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Overrides) -> Study:
-    # A tuning study has no base: the key `base` is refused with all others that it does not know.
-    table = layers[0].table
-    for key, value in overrides.items():
-        put(table, key, value, path)
-    return study_from_table(path, table)
+def _of_one_file(build: Callable[[Path, Mapping[str, Any]], AnyStudy]) -> Callable[..., AnyStudy]:
+    """Return the reader of studies that are built from the content of one file."""
+
+    def read(path: Path, layers: tuple[Layer, ...], overrides: Overrides) -> AnyStudy:
+        # Such a study has no base: the key `base` is refused with all others that it does not know.
+        table = layers[0].table
+        for key, value in overrides.items():
+            put(table, key, value, path)
+        return build(path, table)
+
+    return read
 
 
 STUDY_KINDS = (
-    StudyKind(PlantStudy.kind, "a study of a plant of one's own", "plant", plant_study_from_layers),
     StudyKind(Inference.kind, "an inference", "unknown", inference_from_layers),
     StudyKind(Contest.kind, "a contest", "contender", contest_from_layers),
+    StudyKind(PlantStudy.kind, "a study of a plant of one's own", "plant", _of_one_file(plant_study_from_table)),
     StudyKind(TrialStudy.kind, "a study whose trials another program makes", "trials", trials_from_layers),
-    StudyKind(Study.kind, "a study", None, _tuning_from_layers),
+    StudyKind(Study.kind, "a study", None, _of_one_file(study_from_table)),
 )
 """From the most special to the most general: the first whose table a file holds is its kind."""
 

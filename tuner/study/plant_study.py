@@ -7,7 +7,6 @@ from pathlib import Path
 from typing import Any, ClassVar
 
 import numpy as np
-from pydantic import ValidationError
 
 from objectives.decisions import DecisionSpace, Variable
 from objectives.margins.quantities import LIMITABLE
@@ -26,15 +25,12 @@ from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Signal, signal_from
 from plant.own_code import in_results_folder, run_own_code
 from plant.records import flatten, paths
-from plant.texts import LONGEST_TITLE, check_text, check_texts, check_title
 from tuner.gains.ranges import check_multiple, check_period, check_value, timing_of
 from tuner.study.judged_reading import constraint_of, listed, objective_of, pick_rule, unique
-from tuner.study.layers import Layer
 from tuner.study.margins import MarginValues, margin_limit
-from tuner.study.messages import translated
 from tuner.study.own_code import use_files_of
 from tuner.study.plant_schema import ChannelTable, PlantGainTable, PlantScenarioTable, PlantStudyTable, PlantTable
-from tuner.study.reading import put
+from tuner.study.reading import checked_table
 from tuner.study.schema import MarginTable
 from tuner.study.search_reading import least_tail, search_of
 from tuner.study.size import ScenarioSize, check_size
@@ -56,6 +52,11 @@ class PlantStudy(TuningStudy):
     def fixes_plant_step(self) -> bool:
         """Whether the study writes the plant step."""
         return self.table.plant.plant_step is not None
+
+    @property
+    def flown(self) -> str:
+        """Name of the plant."""
+        return self.system.plant.name
 
     @property
     def about(self) -> tuple[tuple[str, str], ...]:
@@ -88,29 +89,15 @@ class PlantStudy(TuningStudy):
         }
 
 
-def plant_study_from_layers(path: Path, layers: tuple[Layer, ...], overrides: Mapping[str, Any]) -> PlantStudy:
-    """Return the checked study of a plant; InputError naming file and key."""
-    table = layers[0].table
-    for key, value in overrides.items():
-        put(table, key, value, path)
-    return build_plant_study(path, checked_plant_table(path, table))
+def plant_study_from_table(path: Path, raw: Mapping[str, Any], plant: PlantModel | None = None) -> PlantStudy:
+    """Check the content of a study of a plant; errors name path and key, files are relative to its folder.
+
+    plant: the plant, where it comes from no file.
+    """
+    return _build(path, checked_table(path, raw, PlantStudyTable), plant)
 
 
-def checked_plant_table(path: Path, table: Mapping[str, Any]) -> PlantStudyTable:
-    """Return the content of a study in its checked shape; path: the file that errors name."""
-    try:
-        checked = PlantStudyTable.model_validate(table)
-    except ValidationError as error:
-        raise translated(error, path) from None
-    check_title(checked.title, file=path, key="title")
-    for i, scenario in enumerate(checked.scenario):
-        check_text(scenario.name, LONGEST_TITLE, file=path, key=f"scenario[{i}].name")
-    check_texts(table, file=path)
-    return checked
-
-
-def build_plant_study(path: Path, table: PlantStudyTable, plant: PlantModel | None = None) -> PlantStudy:
-    """Return the study of a table; plant: the plant, where it comes from no file."""
+def _build(path: Path, table: PlantStudyTable, plant: PlantModel | None) -> PlantStudy:
     with located(path, ""):
         use_files_of(path, {"law": table.law, "metric": table.metric})
         with located(path, "plant.file"):

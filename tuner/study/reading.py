@@ -4,9 +4,9 @@ import re
 from collections.abc import Mapping
 from copy import deepcopy
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
-from pydantic import ValidationError
+from pydantic import BaseModel, ValidationError
 
 from plant.errors import InputError
 from plant.input_files import read_input_text
@@ -15,21 +15,23 @@ from tuner.study.messages import translated
 from tuner.study.renamed import with_new_name, with_new_names
 from tuner.study.schema import StudyTable
 
+Tables = TypeVar("Tables", bound=BaseModel)
+
 
 def read_study_table(path: Path, overrides: Mapping[str, Any]) -> StudyTable:
     """Return the tables of a study file, with dotted overrides ("search.generations", "scenario.0.search") put in."""
     table = with_new_names(parse_toml(path), path)
     for key, value in overrides.items():
         put(table, key, value, path)
-    return checked_table(path, table)
+    return checked_table(path, table, StudyTable)
 
 
-def checked_table(path: Path, table: Mapping[str, Any]) -> StudyTable:
-    """Return the content of a study in its checked shape; path: the file that errors name."""
+def checked_table(path: Path, table: Mapping[str, Any], model: type[Tables]) -> Tables:
+    """Return the content of a study in its checked shape, a model with a title and scenarios; path: the file that errors name."""
     # Whole tables may come from a command line or from another file.
     table = with_new_names(table, path)
     try:
-        checked = StudyTable.model_validate(table)
+        checked: Any = model.model_validate(table)
     except ValidationError as error:
         raise translated(error, path) from None
     check_title(checked.title, file=path, key="title")

@@ -274,6 +274,11 @@ class TuningStudy:
         raise NotImplementedError
 
     @property
+    def flown(self) -> str:
+        """Name of the airframe or of the plant."""
+        raise NotImplementedError
+
+    @property
     def fixes_plant_step(self) -> bool:
         """Whether the study writes the plant step."""
         raise NotImplementedError
@@ -303,6 +308,11 @@ class Study(TuningStudy):
     table: StudyTable
     vehicle: VehicleRecord | None = None
     mission: Mission = USUAL
+
+    @property
+    def flown(self) -> str:
+        """Name of the airframe."""
+        return self.airframe.name
 
     def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
         """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""

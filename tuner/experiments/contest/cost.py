@@ -5,12 +5,15 @@ cascade between the laws, which all contenders share. Instructions, memory and w
 table of `tuner.exchange.processor_cost`.
 """
 
-from functools import cache
+from functools import cache, singledispatch
+from typing import Any
 
 import casadi as ca
 
+from objectives.plant_system import PlantSystem
+from objectives.system import System
 from plant.backends.symbolic import symbolic_function
-from plant.cascade import ATTITUDE_AXES, POSITION_AXES, Cascade
+from plant.cascade import ATTITUDE_AXES, POSITION_AXES
 from plant.laws import Law
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from tuner.documents.contest_document import ProcessorCount, StepCost
@@ -21,10 +24,27 @@ MEANING = (
     "scalar operations of one control step: the instructions of the CasADi expressions of the laws of three position and "
     "three attitude axes, inputs, outputs and constants not counted"
 )
+OF_CHANNELS = (
+    "scalar operations of one control step in which every channel is due: the instructions of the CasADi expressions of their "
+    "laws, inputs, outputs and constants not counted"
+)
 
 
-def step_cost(cascade: Cascade, control_period: float) -> StepCost:
-    """Count the operations of a cascade's laws and look up its instructions; control_period [s]."""
+@singledispatch
+def step_cost(system: Any) -> StepCost:
+    """Count the operations of the laws of a system, and look up its instructions where they are packaged."""
+    raise TypeError(f"nothing counts the operations of {type(system).__name__}")
+
+
+@step_cost.register
+def _(system: PlantSystem) -> StepCost:
+    channels = {channel.name: step_operations(channel.law) for channel in system.plan.channels}
+    return StepCost(operations=sum(channels.values()), channels=channels, meaning=OF_CHANNELS)
+
+
+@step_cost.register
+def _(system: System) -> StepCost:
+    cascade = system.cascade
     position, attitude = step_operations(cascade.position), step_operations(cascade.attitude)
     known = tabled(cascade.position.name, cascade.attitude.name)
     return StepCost(
@@ -32,7 +52,7 @@ def step_cost(cascade: Cascade, control_period: float) -> StepCost:
         position=position,
         attitude=attitude,
         meaning=MEANING,
-        processor=None if known is None else processor_count(known, control_period),
+        processor=None if known is None else processor_count(known, system.timing.control_period),
     )
 
 

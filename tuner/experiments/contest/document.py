@@ -1,7 +1,11 @@
 """contest.json: what a contest found, in numbers and sentences; the keys are told in results/README.md."""
 
+from functools import singledispatch
+from typing import Any
+
+from objectives.plant_system import PlantSystem
 from objectives.risk import RISKS
-from plant.gains import gain_addresses
+from objectives.system import System
 from tuner.documents.contest_document import (
     BestRow,
     BestUnder,
@@ -24,7 +28,7 @@ from tuner.experiments.contest.fronts import Best
 from tuner.experiments.contest.result import Result
 from tuner.experiments.contest.words import sentences
 from tuner.study.contest import Quantity
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 BOX = "share that a front dominates of the box from ideal to reference, 1.1 times the nadir of the union of all fronts"
 
@@ -66,12 +70,11 @@ def contest_document(result: Result, warnings: list[str]) -> ContestDocument:
 def contender_row(result: Result, k: int) -> ContenderRow:
     """Return what there is to know of a contender."""
     own, study = result.prepared[k], result.prepared[k].contender.study
-    cascade, tuned = study.system.cascade, own.contender.tuned
+    tuned = own.contender.tuned
     return ContenderRow(
         name=own.contender.name,
         slug=own.contender.slug,
-        laws=LawNames(position=cascade.position.name, attitude=cascade.attitude.name),
-        airframe=study.airframe.name,
+        **flown_under(study.system, study.flown),
         tuned=tuned,
         feasible=own.feasible,
         folder=own.folder,
@@ -80,7 +83,7 @@ def contender_row(result: Result, k: int) -> ContenderRow:
         budget=search_budget(study) if tuned else None,
         gains={
             gain.address: GainValue(value=float(own.entry.row[gain.column]), unit=gain.unit)
-            for gain in gain_addresses(cascade)
+            for gain in study.system.gains
         },
         searched=[variable.name for variable in study.space.variables],
         cost=result.costs[k],
@@ -89,7 +92,24 @@ def contender_row(result: Result, k: int) -> ContenderRow:
     )
 
 
-def search_budget(study: Study) -> SearchBudget:
+@singledispatch
+def flown_under(system: Any, name: str) -> dict[str, Any]:
+    """Return what flew and under which laws; name: of the airframe or the plant."""
+    raise TypeError(f"nothing tells the laws of {type(system).__name__}")
+
+
+@flown_under.register
+def _(system: System, name: str) -> dict[str, Any]:
+    cascade = system.cascade
+    return {"laws": LawNames(position=cascade.position.name, attitude=cascade.attitude.name), "airframe": name}
+
+
+@flown_under.register
+def _(system: PlantSystem, name: str) -> dict[str, Any]:
+    return {"plant": name, "channels": {channel.name: channel.law.name for channel in system.plan.channels}}
+
+
+def search_budget(study: TuningStudy) -> SearchBudget:
     """Return the size of a contender's search."""
     candidates = study.search.population * study.search.generations
     return SearchBudget(

@@ -11,9 +11,10 @@ from dataclasses import dataclass
 import numpy as np
 
 from objectives.decisions import DecisionSpace
+from objectives.plant_system import PlantSystem
 from objectives.problem import Problem, seen_scores
 from plant.backends.flyer import FlightInputs
-from plant.scenarios import for_vehicle, sample_scenarios
+from plant.scenarios import for_vehicle
 from plant.threads import available_threads
 from tuner.study.contest import Contender, Contest
 from tuner.study.study import StudyScenario
@@ -117,15 +118,17 @@ def _tasks(contest: Contest) -> tuple[list[_Task], list[str]]:
 
 
 def _draw(contest: Contest, task: _Task) -> FlightInputs:
-    system = contest.base.system
-    return sample_scenarios(
-        task.scenario.spec, system.vehicle, system.timing, contest.seed, contest.stream, task.indices
-    )
+    return contest.base.system.sample(task.scenario.spec, contest.seed, contest.stream, task.indices)
 
 
 def _own(drawn: FlightInputs, contest: Contest, task: _Task, entry: ContestPoint) -> FlightInputs:
-    """Return the drawn scenarios with the entry's vehicle in them."""
-    vehicle = entry.problem.system.vehicle
+    """Return the drawn scenarios as the entry flies them: with its vehicle, or with the references of its channels."""
+    system, spec = entry.problem.system, task.scenario.spec
+    if isinstance(system, PlantSystem):
+        # Draws have the names of what they are of, so they are the same whatever channels there are.
+        alike = system.plan.names == contest.base.system.plan.names
+        return drawn if alike else system.sample(spec, contest.seed, contest.stream, task.indices)
+    vehicle = system.vehicle
     if vehicle == contest.base.system.vehicle:
         return drawn
-    return for_vehicle(drawn, task.scenario.spec, vehicle, contest.seed, contest.stream, task.indices)
+    return for_vehicle(drawn, spec, vehicle, contest.seed, contest.stream, task.indices)

@@ -71,7 +71,7 @@ def judge_contest(contest: Contest, prepared: list[Prepared], groups: list[Flown
         best_under=best_under(fronts, len(objectives)) if fronts else [],
         published=judge_published(contest, flown, comparison),
         claims=judge_claims(contest, comparison),
-        costs=[step_cost(system.cascade, system.timing.control_period) for system in systems],
+        costs=[step_cost(system) for system in systems],
         bounds=[
             on_bounds(own.contender.study, own.entry.row, np.array([entry.row for entry in own.offered]))
             if own.offered is not None

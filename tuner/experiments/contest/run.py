@@ -81,7 +81,9 @@ class ContestRun(Experiment[Contest, Result]):
         fans, traces = response_tables(found)
         folder.write_table("responses.parquet", fans)
         folder.write_table("traces.parquet", traces)
-        folder.write_table("wind.parquet", wind_table(found))
+        wind = wind_table(found)
+        if wind is not None:
+            folder.write_table("wind.parquet", wind)
         folder.write_json(self.document_name, document)
 
 

@@ -4,13 +4,16 @@ Scores and fronts, and what the vehicles and the air did: fans over flights, fli
 """
 
 from collections.abc import Sequence
+from functools import singledispatch
 from typing import Any
 
 import numpy as np
 
-from plant.gains import gain_addresses
-from plant.scenarios import WIND_COLUMNS, sample_scenarios
-from tuner.analysis.responses import SIGNALS, UNITS, Responses, fan_table, fly_responses
+from objectives.plant_system import PlantSystem
+from objectives.system import System
+from plant.records import paths
+from plant.scenarios import WIND_COLUMNS
+from tuner.analysis.responses import Responses, fan_table, responses_of
 from tuner.experiments.contest.result import Result
 from tuner.experiments.tuning.tables import FAN_SCENARIOS
 from tuner.store.document import DocumentPart
@@ -44,7 +47,7 @@ def fronts_table(result: Result) -> Any:
     rows = []
     objectives = result.contest.base.objectives
     for own, name, front in zip(result.prepared, result.names, result.fronts, strict=True):
-        known = gain_addresses(own.contender.study.system.cascade)
+        known = own.contender.study.system.gains
         for n, point in enumerate(front.points):
             row: dict[str, Any] = {
                 "contender": name, "point": point, "candidate": int(front.candidates[n]),
@@ -83,10 +86,8 @@ def response_tables(result: Result) -> tuple[Any, Any]:
         count = min(FAN_SCENARIOS, scenario.held_out)
         for entry in result.entries:
             system = entry.problem.system
-            inputs = sample_scenarios(
-                scenario.spec, system.vehicle, system.timing, contest.seed, contest.stream, range(count)
-            )
-            flown = fly_responses(entry.problem.flyer, entry.row, system.nominal, inputs, system.timing.control_period)
+            inputs = system.sample(scenario.spec, contest.seed, contest.stream, range(count))
+            flown = responses_of(system, entry.problem.flyer, entry.row, inputs)
             fans.append(fan_table(flown, entry.contender.name, scenario.spec.name))
             traces.append(trace_table(flown, entry.contender.name, scenario.spec.name))
     return stacked(fans), stacked(traces)
@@ -102,25 +103,43 @@ def trace_table(flown: Responses, contender: str, scenario: str) -> Any:
                     "time": flown.time, "value": flown.actual[0, :, i], "reference": flown.reference[0, :, i],
                 }
             )
-            for i, (signal, unit) in enumerate(zip(SIGNALS, UNITS, strict=True))
+            for i, (signal, unit) in enumerate(zip(flown.signals, flown.units, strict=True))
         ],
     )  # fmt: skip
 
 
+@singledispatch
+def acting_on(system: Any) -> tuple[tuple[tuple[str, str], ...], int]:
+    """Return names and units of the columns of what acts on a system from outside, and how many of them are always shown."""
+    raise TypeError(f"nothing tells what acts on {type(system).__name__}")
+
+
+@acting_on.register
+def _(system: System) -> tuple[tuple[tuple[str, str], ...], int]:  # noqa: ARG001
+    return AIR, WIND_COLUMNS
+
+
+@acting_on.register
+def _(system: PlantSystem) -> tuple[tuple[tuple[str, str], ...], int]:
+    names = paths(system.plant.Disturbance)
+    return tuple((name, system.plant.unit(f"Disturbance.{name}")) for name in names), len(names)
+
+
 def wind_table(result: Result) -> Any:
-    """Return the air of flight 0 of every scenario as a long table; columns of the air that are zero throughout are left out,
-    but the wind stays.
+    """Return the air or the disturbance of flight 0 of every scenario as a long table.
+
+    Columns that are zero throughout are left out, but the wind stays. None for a plant that nothing acts on.
     """
     contest, system = result.contest, result.contest.base.system
-    parts = []
+    (names, kept), parts = acting_on(system), []
     for scenario in contest.scenarios:
-        drawn = sample_scenarios(scenario.spec, system.vehicle, system.timing, contest.seed, contest.stream, range(1))
+        drawn = system.sample(scenario.spec, contest.seed, contest.stream, range(1))
         air = drawn.disturbances[0, :, :, 0]
         every = -(-len(air) // AIR_INSTANTS)
         time = np.arange(0, len(air), every) * system.timing.control_period
         for column in range(air.shape[1]):
-            if column < WIND_COLUMNS or air[:, column].any():
-                signal, unit = AIR[column]
+            if column < kept or air[:, column].any():
+                signal, unit = names[column]
                 parts.append(
                     data_frame(
                         {
@@ -129,4 +148,4 @@ def wind_table(result: Result) -> Any:
                         }
                     )
                 )  # fmt: skip
-    return stacked(parts)
+    return stacked(parts) if parts else None

@@ -1,19 +1,23 @@
 """A contender ready for the comparison: the gains it is flown at and the front behind them, both picked before it."""
 
 from dataclasses import dataclass, replace
+from pathlib import Path
+from typing import Any
 
 import numpy as np
 
 from tuner.experiments.contest.flying import ContestPoint, comparison_problem
 from tuner.experiments.tuning.ending import contender_ending
 from tuner.experiments.tuning.outcome import Outcome
-from tuner.experiments.tuning.run import TuningRun
+from tuner.experiments.tuning.run import run_of
 from tuner.search.front import pick
 from tuner.search.loop import point_name
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.store.manifest import FILE as MANIFEST
 from tuner.study.contest import Contender, Contest
+from tuner.study.contest_terms import terms_of
+from tuner.study.study import TuningStudy
 from tuner.text.toml_text import toml_text, with_paths
 
 GIVEN = "given"
@@ -55,9 +59,10 @@ def prepare(contest: Contest, contender: Contender, folder: Folder, watcher: Wat
         entry = ContestPoint(contender, GIVEN, contender.study.default_row, problem)
         return Prepared(entry, "its gains are given", None, None, 0, [])
     own = f"contenders/{contender.slug}"
-    folder.write_text(f"{own}.toml", study_text(contest, contender))
-    study = replace(contender.study, path=folder.path / f"{own}.toml")
-    outcome = TuningRun(study, Folder.open_or_create(folder.path / own), watcher, threads=threads).carry_out()
+    alone = content_alone(contest, contender)
+    folder.write_text(f"{own}.toml", toml_text(alone))
+    study = study_at(folder.path / f"{own}.toml", contender, alone)
+    outcome = run_of(study)(study, Folder.open_or_create(folder.path / own), watcher, threads=threads).carry_out()
     folder.written(f"{own}/{MANIFEST}")
 
     def entry_of(finalist: int) -> ContestPoint:
@@ -86,7 +91,14 @@ def compared_at(outcome: Outcome) -> tuple[int, str]:
     return int(rows[chosen]), f"{why}, on its held-out front"
 
 
-def study_text(contest: Contest, contender: Contender) -> str:
-    """Return a contender as a study file that gives the same results when it is run alone."""
+def content_alone(contest: Contest, contender: Contender) -> dict[str, Any]:
+    """Return a contender as the content of a study file that gives the same results when it is run alone, anywhere."""
     home = contest.path.parent.resolve()
-    return toml_text(with_paths(contender.raw, lambda name: str(home / name)))
+    return with_paths(contender.raw, lambda name: str(home / name))
+
+
+def study_at(path: Path, contender: Contender, content: dict[str, Any]) -> TuningStudy:
+    """Return the study of a contender as that of another file; what it names is found from there."""
+    if content == contender.raw:
+        return replace(contender.study, path=path)
+    return terms_of(content).build(path, content)

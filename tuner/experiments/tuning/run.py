@@ -193,6 +193,11 @@ class PlantRun(TuningRun):
         return [study.search.text]
 
 
+def run_of(study: TuningStudy) -> type[TuningRun]:
+    """Return the experiment that tunes a study."""
+    return PlantRun if isinstance(study, PlantStudy) else TuningRun
+
+
 class Recorded:
     """A search that asks for the candidates of another one."""
 

@@ -103,7 +103,7 @@ def looks(flown: Sequence[tuple[Hashable, str]]) -> list[Look]:
 @lru_cache(maxsize=1)
 def looks_of(contest: ComparedFolder) -> dict[str, Look]:
     """Return the look of each contender by name, the same in every chart, legend and table."""
-    flown = [((entry.laws.attitude, entry.laws.position), entry.airframe) for entry in contest.contenders]
+    flown = [(tuple(entry.law_of.values()), entry.flown) for entry in contest.contenders]
     return dict(zip(contest.index, looks(flown), strict=True))
 
 

@@ -11,11 +11,7 @@ from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import MISSING, count, per_cent, significant
 from tuner.text.units import marked_up
 
-HEAD = [
-    "Contender",
-    "Attitude law",
-    "Position law",
-    "Airframe",
+BEHIND = [
     "Gains",
     "Operations a step",
     "Instructions a step",
@@ -44,7 +40,10 @@ class Gain(NamedTuple):
 def contenders_table(contest: ComparedFolder) -> Markup:
     """Return a row a contender."""
     most = max((entry.cost.operations for entry in contest.contenders), default=0.0) or 1.0
-    return table(HEAD, [_row(contest, entry, most) for entry in contest.contenders], class_="contenders stacked")
+    laws = list(dict.fromkeys(loop for entry in contest.contenders for loop in entry.law_of))
+    what = "Plant" if any(entry.plant for entry in contest.contenders) else "Airframe"
+    head = ["Contender", *[f"{loop[:1].upper()}{loop[1:]} law" for loop in laws], what, *BEHIND]
+    return table(head, [_row(contest, entry, most, laws) for entry in contest.contenders], class_="contenders stacked")
 
 
 def gains_cards(contest: ComparedFolder) -> Markup:
@@ -52,7 +51,7 @@ def gains_cards(contest: ComparedFolder) -> Markup:
     return element("div", *[_card(contest, entry) for entry in contest.contenders], class_="cards")
 
 
-def _row(contest: ComparedFolder, entry: ContenderRow, most: float) -> list[Markup | str]:
+def _row(contest: ComparedFolder, entry: ContenderRow, most: float, laws: list[str]) -> list[Markup | str]:
     own = f"{entry.folder}/report.html"
     here = entry.folder is not None and (contest.folder / own).exists()
     link = element("a", "its own report", href=quote(own)) if here else Markup(MISSING)
@@ -65,9 +64,8 @@ def _row(contest: ComparedFolder, entry: ContenderRow, most: float) -> list[Mark
     )
     return [
         element("span", sample(looks_of(contest)[entry.name]), " ", element("strong", entry.name), class_="name"),
-        law_title(entry.laws.attitude),
-        law_title(entry.laws.position),
-        entry.airframe,
+        *[law_title(entry.law_of[loop]) if loop in entry.law_of else Markup(MISSING) for loop in laws],
+        entry.flown,
         gains,
         element("span", element("span", count(entry.cost.operations), class_="number"), bar),
         MISSING if processor is None else element("span", count(processor.instructions_step), class_="number"),
@@ -80,7 +78,7 @@ def _card(contest: ComparedFolder, entry: ContenderRow) -> Markup:
     title = element("h3", sample(looks_of(contest)[entry.name]), " ", entry.name)
     about = element(
         "p",
-        f"{entry.laws.attitude} on attitude, {entry.laws.position} on position, {entry.airframe}",
+        ", ".join([*[f"{name} on {loop}" for loop, name in entry.law_of.items()], entry.flown]),
         class_="aid",
     )
     gains = [Gain(address, gain.value, gain.unit) for address, gain in entry.gains.items()]

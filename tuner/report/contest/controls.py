@@ -27,7 +27,7 @@ def response_choices(contest: ComparedFolder) -> Markup:
     """Return the choices of scenario and airframe, and of what is drawn of each contender."""
     parts = [
         _choice("Scenario ", contest.scenarios, "choose-scenario"),
-        _choice("Airframe ", contest.airframes, "choose-airframe"),
+        _choice("Airframe ", contest.flown, "choose-airframe"),
     ]
     for layer, (text, shown) in LAYERS.items():
         if contest.traces if layer == "flight" else contest.fans:

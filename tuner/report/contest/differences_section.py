@@ -36,7 +36,7 @@ def forests(contest: ComparedFolder) -> Markup:
 def related(contest: ComparedFolder, entry: DifferenceRow) -> bool:
     """Say whether two contenders share the airframe or the laws; a difference in both says little about either."""
     first, second = (contest.contenders[contest.index[name]] for name in (entry.first, entry.second))
-    return first.airframe == second.airframe or first.laws == second.laws
+    return first.flown == second.flown or first.law_of == second.law_of
 
 
 def _card(contest: ComparedFolder, quantity: QuantityRow, rows: list[DifferenceRow]) -> Markup:

@@ -55,6 +55,7 @@ FIGURES: dict[str, Callable[[ComparedFolder], Figure | None]] = {
     "front": fronts_figure,
     "differences": differences_figure,
     "published": published_figure,
+    "responses": time_figures.channels,
     "06_position_disturbance": time_figures.position_disturbance,
     "07_attitude_disturbance": time_figures.attitude_disturbance,
     "08_position": time_figures.positions,

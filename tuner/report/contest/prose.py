@@ -15,7 +15,7 @@ def asked(contest: ComparedFolder) -> Markup:
     """Return who flew what, how often and on which airframes."""
     many = counted(len(contest.contenders), "controller")
     where = listing([f"{count(entry.flights)} of {entry.scenario}" for entry in contest.document.compared_on])
-    flown = f" flew {listing(contest.airframes)} through the same flights ({where}), each in the same air. "
+    flown = f" flew {listing(contest.flown)} through the same flights ({where}), each in the same air. "
     return join((element("strong", many[:1].upper() + many[1:]), flown, _tuned(contest)))
 
 

@@ -17,8 +17,8 @@ Row = tuple[str, str]
 def printed_tables(contest: ComparedFolder) -> Markup:
     """Return a table for each airframe that printed numbers were compared on, laid out as a paper prints it."""
     parts = []
-    for airframe in contest.airframes:
-        names = [entry.name for entry in contest.contenders if entry.airframe == airframe]
+    for airframe in contest.flown:
+        names = [entry.name for entry in contest.contenders if entry.flown == airframe]
         cells = [cell for cell in contest.shown.published if cell.contender in names]
         if cells:
             parts.append(element("h3", f"Flown on {airframe}"))

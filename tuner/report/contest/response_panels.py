@@ -58,4 +58,4 @@ def _flight(contest: ComparedFolder, look: Look, entry: Trace) -> Mark:
 def _show(contest: ComparedFolder, name: str, scenario: str) -> dict[str, str]:
     """Return when a mark of a contender is seen; its "point" is the airframe, where there is a choice of these."""
     show = {"scenario": scenario, "layer": contest.layer(name)}
-    return show | ({"point": contest.contenders[contest.index[name]].airframe} if len(contest.airframes) > 1 else {})
+    return show | ({"point": contest.contenders[contest.index[name]].flown} if len(contest.flown) > 1 else {})

@@ -76,6 +76,14 @@ def angle_errors(contest: ComparedFolder) -> Figure | None:
     return _responses(contest, levelled_scenario(contest), ATTITUDE, ERROR)
 
 
+def channels(contest: ComparedFolder) -> Figure | None:
+    """Return the outputs and commands of a plant of the user's own, each of them a signal; None where a quadrotor flew."""
+    if any(entry.plant is None for entry in contest.contenders):
+        return None
+    signals = tuple(dict.fromkeys(entry.signal for entry in contest.traces))
+    return _responses(contest, next(iter(contest.scenarios), None), signals, VALUE)
+
+
 def angle_rates(contest: ComparedFolder) -> Figure | None:
     """Return the rates of the attitude angles, by differences of the recorded angles."""
     return _responses(contest, levelled_scenario(contest), ATTITUDE, RATE)
@@ -117,10 +125,10 @@ def _responses(contest: ComparedFolder, scenario: str | None, signals: tuple[str
     present = [signal for signal in signals if any(entry.signal == signal for entry in traces)]
     if not present:
         return None
-    airframes, panels = contest.airframes, []
+    airframes, panels = contest.flown, []
     for signal in present:
         for airframe in airframes:
-            names = [entry.name for entry in contest.contenders if entry.airframe == airframe]
+            names = [entry.name for entry in contest.contenders if entry.flown == airframe]
             mine = [entry for entry in traces if entry.signal == signal and entry.contender in names]
             panel = _panel(contest, mine, kind, _time(traces[0].time, signal == present[-1]))
             first = signal == present[0]

@@ -96,7 +96,7 @@ def test_instructions_are_no_metric_of_a_flight(tmp_path):
 
 def test_contenders_are_told_with_their_instructions(tmp_path):
     contest = load_contest(write(tmp_path))
-    costs = [step_cost(contender.study.system.cascade, 0.004) for contender in contest.contenders]
+    costs = [step_cost(contender.study.system) for contender in contest.contenders]
     rows = [cost.processor for cost in costs]
     for row, laws in zip(rows, (("pid", "pid"), ("ladrc", "hybrid"), ("ladrc", "ladrc")), strict=True):
         known = tabled(*laws)
