@@ -125,7 +125,7 @@ def _channel(loops: LinearLoops, modes: Modes, form: Lifting, j: int, skew: floa
         return {name: At(at.value[:, 0], at.frequency[:, 0]) for name, at in read.quantities.items()}
     found = {name: np.full((2, len(modes.size)), [[UNSTABLE[name]], [0.0]]) for name in asked}
     for row in np.flatnonzero(modes.stable):
-        for name, at in _OfLoci(loops, modes, row, form, j, skew).read(asked).items():
+        for name, at in _OfLoci(loops, modes, int(row), form, j, skew).read(asked).items():
             found[name][:, row] = at
     return {name: At(*pair) for name, pair in found.items()}
 
@@ -304,7 +304,7 @@ def _highest(height: Callable[[Array], Array], w: Array) -> tuple[float, float]:
     values = height(w)
     last = len(w) - 1
     peaks = [i for i in np.argsort(values)[::-1] if values[i] >= max(values[max(i - 1, 0)], values[min(i + 1, last)])]
-    return max(_peak(height, w[max(i - 1, 0)], w[min(i + 1, last)]) for i in peaks[:PEAKS])
+    return max(_peak(height, float(w[max(i - 1, 0)]), float(w[min(i + 1, last)])) for i in peaks[:PEAKS])
 
 
 def _peak(height: Callable[[Array], Array], low: float, high: float) -> tuple[float, float]:

@@ -22,7 +22,7 @@ from tuner.study.layers import Layer
 from tuner.study.plant_study import PlantStudy
 from tuner.study.search_reading import search_of
 from tuner.study.size import ScenarioSize, check_size, flight_steps
-from tuner.study.study import SearchSpec, Study
+from tuner.study.study import SearchSpec, TuningStudy
 from tuner.study.unknown_paths import CONTENDER, GAINS, Place, place_of, value_at
 from tuner.text.input_errors import located
 
@@ -75,7 +75,7 @@ def _chosen(contest: Contest, settings: SettingsTable) -> Contest:
     return contest_from_table(contest.path, {**left, **own})
 
 
-def _search(base: Study, unknowns: int, kinds: int) -> SearchSpec:
+def _search(base: TuningStudy, unknowns: int, kinds: int) -> SearchSpec:
     """Return the search for so many unknowns and kinds of misfit; left open it is nsga2, for no other was measured on misfits."""
     table = base.table.search
     if table.algorithm == AUTOMATIC:
@@ -264,7 +264,7 @@ def _resolved(contest: Contest, path: str, place: Place) -> Any:
     return content
 
 
-def _resolved_gain(studies: list[Study], path: str, key: str) -> float:
+def _resolved_gain(studies: list[TuningStudy], path: str, key: str) -> float:
     """Return the default of a gain, or of a group of gains that have one default."""
     if not studies:
         message = f"'{path}' moves nothing: every contender has gains of its own; write contender.NAME.{path}"

@@ -3,6 +3,8 @@
 A plant is its Runge-Kutta map, which is a polynomial of its matrix; a law is asked what each of its inputs does.
 """
 
+from typing import Any
+
 import control
 import numpy as np
 
@@ -11,7 +13,7 @@ from plant.laws.channel import Channel as Known
 from plant.records import flatten, pack
 
 
-def plant_blocks(system, actuator):
+def plant_blocks(system, actuator) -> dict[str, Any]:
     """Systems of python-control from the command of an input to every output, one Runge-Kutta step after another."""
     plant, h = system.plant, system.timing.plant_step
     state, held = plant.rest(system.parameters)
@@ -45,7 +47,7 @@ def plant_blocks(system, actuator):
     }
 
 
-def law_blocks(channel, gains, h):
+def law_blocks(channel, gains, h) -> dict[str, Any]:
     """Systems from set point, measurement, measured rate and effect to the command of a linear law, asked input by input."""
     law, constants = channel.law, channel.law.prepare(channel.law.Gains(*gains), h)
     known = Known(channel.b0, 0.0 if channel.rate_output else 1.0)

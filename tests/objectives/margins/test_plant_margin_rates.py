@@ -5,6 +5,7 @@ unit states and unit signals, stacked, are the lifted loop. What is flown closes
 """
 
 from functools import cache
+from typing import Any
 
 import control
 import numpy as np
@@ -185,7 +186,7 @@ def test_the_peaks_of_a_fast_channel_are_norms_of_the_lifted_loop(name):
     for what, level in (("sensitivity", 1.0), ("complementary", 0.0)):
         best = int(np.argmax([height(w, level) for w in grid]))
         ends = grid[max(best - 1, 0)], grid[min(best + 1, len(grid) - 1)]
-        found = minimize_scalar(
+        found: Any = minimize_scalar(
             lambda w, level=level: -height(w, level), bounds=ends, method="bounded", options={"xatol": 1e-9}
         )
         assert getattr(margins, what).value[0, i] == pytest.approx(max(-found.fun, height(grid[best], level)), rel=1e-6)

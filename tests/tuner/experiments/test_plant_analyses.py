@@ -1,6 +1,7 @@
 """`tuner sensitivity` and `tuner plan` of a plant of one's own: a gain without effect has none, flights are those that are made."""
 
 import json
+from typing import Any
 
 import numpy as np
 import pytest
@@ -9,12 +10,12 @@ from tests.tuner.experiments.own_motor import STUDY, write_motor
 from tests.tuner.in_process import tuner
 from tuner.analysis.sensitivity.indices import VALUE
 from tuner.api.planning import plan, sensitivity
+from tuner.api.studies import load_study
 from tuner.experiments.sensitivity import study_problem
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.run import TuningRun
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
-from tuner.study.kinds import load_any
 
 SMALL = {
     "search.algorithm": "nsga2", "search.population": 8, "search.generations": 2, "search.racing": False, "scenario.0.search": 4,
@@ -30,7 +31,7 @@ def file(tmp_path_factory):
 
 
 def test_a_gain_without_a_range_decides_nothing_and_samples_are_flights(file):
-    study = load_any(file)
+    study = load_study(file)
     found = sensitivity(study, samples=16, threads=2)
     total, names = found.analysis.indices[VALUE].total.value, [variable.name for variable in study.space.variables]
     assert np.abs(total[0, names.index("angle.ki")]) < 1e-8 < total[0, names.index("angle.kp")]
@@ -53,8 +54,8 @@ def test_the_command_writes_tables_and_figure_and_prints_one_document(file, tmp_
 
 
 def test_a_plan_counts_the_flights_that_a_run_makes(file, tmp_path):
-    study = load_any(file, {**SMALL, "margin": []})
-    planned = plan(study, threads=2).document
+    study = load_study(file, {**SMALL, "margin": []})
+    planned: Any = plan(study, threads=2).document
     made = TuningRun(study, Folder.create(tmp_path / "r"), Watcher(), threads=2).carry_out()
     assert planned.flights.search_at_most == made.generations[-1].flights == 8 * 2 * 4
     assert made.flights == 8 * 2 * 4 + (len(made.candidates) + 3) * planned.flights.held_out_each

@@ -75,7 +75,8 @@ class PlantParts:
 @dataclass(frozen=True)
 class Brief:
     """All that decides the flights of a batch but gains and index. key: `scenario_key` of it; machine: the client's report;
-    target: what it compiles for; metered: addresses of metrics whose own accumulators run; files: of the user's own that it needs.
+    target: what it compiles for; metered: addresses of metrics whose own accumulators run; files: of the user's own that it
+    needs.
     """
 
     key: str
@@ -139,13 +140,13 @@ def _name_of(entry: Law) -> str:
     return entry.name
 
 
-def system_of(brief: Brief) -> System | PlantSystem:
+def system_of(brief: Brief) -> Any:
     """Build the system of a brief; InputError where this machine is unlike the client's and would fly other bits."""
     unlike = differences(brief.machine, {"a worker that joined later": report_for(brief.target)})
     if unlike:
         raise InputError(f"{unlike[0]}; stop it and go on with `tuner resume`", key=KEY)
     check_here(brief.files)
-    system = brief.parts.system()
+    system: Any = brief.parts.system()
     system = metering(system, [parse(text, system.axes) for text in brief.metered])
     if scenario_key(system, brief.root, FlightBatch(brief.spec, brief.stream, 1)) != brief.key:
         # Its sources are the client's, so what differs is a package of laws or references.

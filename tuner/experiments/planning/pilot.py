@@ -108,7 +108,9 @@ def _fly_scenario(
     held = sum(part.nbytes for part in (inputs.dynamics, inputs.disturbances, inputs.noises))
     columns = tuple(gain.address for gain in system.gains)
     stored = len(
-        encoded([Kept("pilot", FlightBatch(spec, PILOT, FLIGHTS), gains, 0, results)], columns, system.loop.results)
+        encoded(
+            [Kept("pilot", FlightBatch(spec, PILOT, FLIGHTS), gains, 0, results)], columns, problem.system.loop.results
+        )
     )
     return ScenarioPilot(
         spec, scores, failed, (flown - drawn) / blocks, (drawn - begin) / FLIGHTS, held / FLIGHTS,

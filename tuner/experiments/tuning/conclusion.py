@@ -53,26 +53,34 @@ def conclude(
     conflict = conflict_of(known, limits)
     default = default_candidate(found, study)
     warnings += conflict_texts(conflict, limits, default) if conflict is not None else []
-    plant_step = plant_step_at(study, problem, gains[[0, tuned]])
+    plant_step, step_warnings = plant_step_at(study, problem, gains[[0, tuned]])
     outcome = Outcome(
         study, problem, generations, survivors, candidates, finalists, confirmation, tuned, why,
         compare(problem, confirmation, study.seed), compare_known(problem, confirmation),
         conflict, obstacles_of(problem, study, generations, found, conflict, limits), costs_of(known, limits),
-        plant_step, [*said, *warnings, *(plant_step_warnings(plant_step, study.plant_step_key) if plant_step else [])], 0.0,
+        plant_step, [*said, *warnings, *step_warnings], 0.0,
     )  # fmt: skip
     warnings = [*outcome.warnings, *warnings_after_run(outcome)]
     return replace(outcome, warnings=warnings, seconds=perf_counter() - begin)
 
 
 @singledispatch
-def plant_step_at(study: SearchedStudy, problem: Evaluator, gains: np.ndarray) -> PlantStep | None:  # noqa: ARG001
-    """Return how the plant was integrated and with what error over gains rows (n, gains); None where no plant of ours flew."""
-    return None
+def plant_step_at(
+    study: SearchedStudy,  # noqa: ARG001
+    problem: Evaluator,  # noqa: ARG001
+    gains: np.ndarray,  # noqa: ARG001
+) -> tuple[PlantStep | None, list[str]]:
+    """Return how the plant was integrated and with what error over gains rows (n, gains), and warnings about it.
+
+    Nothing where no plant of ours flew.
+    """
+    return None, []
 
 
 @plant_step_at.register
-def _(study: TuningStudy, problem: Problem, gains: np.ndarray) -> PlantStep:
-    return estimated_plant_step(problem, study, gains)
+def _(study: TuningStudy, problem: Problem, gains: np.ndarray) -> tuple[PlantStep | None, list[str]]:
+    found = estimated_plant_step(problem, study, gains)
+    return found, plant_step_warnings(found, study.plant_step_key)
 
 
 def judged(study: SearchedStudy, finals: Finals, before: list[Searched]) -> tuple[Finalists, int, str]:

@@ -11,10 +11,9 @@ from tests.plant.own_files import forget
 from tests.tuner.engines.cluster.clusters import scheduler, worker
 from tests.tuner.experiments.own_motor import PLANT, write_motor
 from tests.tuner.in_process import tuner
-from tuner.api.studies import make_study
+from tuner.api.studies import load_study, make_study
 from tuner.engines.cluster.brief import Brief, brief_of, system_of
 from tuner.engines.cluster.own_files import not_here, own_files_of
-from tuner.study.kinds import load_any
 from tuner.text.toml_text import toml_text
 
 pytest.importorskip("distributed", reason="flies on a Dask cluster: pip install holdfast[dask]")
@@ -29,7 +28,7 @@ def motor(tmp_path):
 
 
 def brief(file) -> Brief:
-    study = load_any(file)
+    study = load_study(file)
     return brief_of(study.system, study.seed, FlightBatch(study.scenarios[0].spec, "search", 4))
 
 
@@ -50,7 +49,7 @@ def test_a_brief_holds_a_digest_and_numbers_and_its_worker_builds_the_same_loop(
 
 def test_a_worker_without_the_file_is_told_so_in_one_line(motor):
     sent = pickle.dumps(brief(motor))
-    (own,) = own_files_of(load_any(motor).system, [])
+    (own,) = own_files_of(load_study(motor).system, [])
     assert not_here([own.digest]) == []
     forget()
     assert not_here([own.digest]) == [own.digest]
@@ -64,7 +63,7 @@ def test_another_version_of_the_file_is_another_file(motor):
     sent = pickle.dumps(brief(motor))
     forget()
     motor.with_name("motor.py").write_text(PLANT.replace("4.0", "5.0"), encoding="utf-8")
-    load_any(motor)
+    load_study(motor)
     with pytest.raises(InputError, match=r"has not been given motor.py"):
         system_of(pickle.loads(sent))
 

@@ -10,8 +10,8 @@ from objectives.problem import FlightBatch, Problem
 from plant.scenarios import CONFIRMATION
 from tests.tuner.experiments.own_motor import STUDY, write_motor
 from tests.tuner.in_process import called, tuner
+from tuner.api.studies import load_study
 from tuner.documents.opening import open_results
-from tuner.study.kinds import load_any
 
 SMALL = '[search]\nalgorithm = "nsga2"\npopulation = 8\ngenerations = 2\nracing = false\n'
 BASE = (
@@ -61,7 +61,7 @@ def test_the_document_tells_the_plant_and_the_law_of_each_channel(contest):
 
 def test_every_contender_flies_the_same_confirmation_flights(contest):
     """The scores of the table are those of each study's own problem on a stream that no search saw."""
-    asked, rows = load_any(contest[0]), document(contest[1])
+    asked, rows = load_study(contest[0]), document(contest[1])
     for contender, row in zip(asked.contenders, rows["contenders"], strict=True):
         study = contender.study
         gains = np.array([[row["gains"][gain.address]["value"] for gain in study.system.gains]])
@@ -90,7 +90,7 @@ def test_other_channels_meet_the_same_motors_loads_and_noise(tmp_path):
     inner += ' { name = "speed", law = "pid", output = "angle", to = "voltage" }]\n[contender.gains]\n'
     gains = "".join(f'"{name}.{gain}" = 0.01\n' for name in ("angle", "speed") for gain in ("kp", "ki", "kd", "t_f"))
     file = write_motor(tmp_path, f'{BASE}\n[[contender]]\nname = "one"\n\n[[contender]]\nname = "two"\n{inner}{gains}')
-    one, two = (contender.study for contender in load_any(file).contenders)
+    one, two = (contender.study for contender in load_study(file).contenders)
     spec = one.scenarios[0].spec
     drawn = [study.system.sample(spec, 7, CONFIRMATION, range(3)) for study in (one, two)]
     assert len(two.system.plan.channels) == 2
