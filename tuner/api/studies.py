@@ -81,12 +81,12 @@ def make_study(
 
     """
     path = Path(folder) / f"{name}.toml"
-    if PlantStudy.kind in tables:
+    kind = next(kind for kind in STUDY_KINDS if kind.table is None or kind.table in tables)
+    if kind.name == PlantStudy.kind:
         model = None if plant is None else plant_from(plant, name)
         return replace(plant_study_from_table(path, tables, model), given=toml_text(tables))
-    for kind in STUDY_KINDS:
-        if kind.table is not None and kind.table in tables:
-            raise InputError(f"this is {kind.noun}; write it to a file and load it", file=path, key=kind.table)
+    if kind.table is not None:
+        raise InputError(f"this is {kind.noun}; write it to a file and load it", file=path, key=kind.table)
     return replace(study_from_table(path, tables), given=toml_text(tables))
 
 

@@ -57,8 +57,7 @@ def margin_requirement(table: MarginTable, timing: Timing, scenarios: tuple[Scen
         raise InputError(
             "no scenario spreads the airframe; write a [scenario.spread], or leave spread out", key="spread"
         )
-    if not 0.0 <= table.amplitude <= LARGEST_AMPLITUDE:
-        raise InputError(f"given {table.amplitude:g}; allowed: 0 to {LARGEST_AMPLITUDE:g}", key="amplitude")
+    check_amplitude(table)
     label = requirement_label(
         quantity.name, table.axis, hard=table.hard, spread=table.spread, amplitude=table.amplitude
     )
@@ -185,6 +184,12 @@ def _axes(table: MarginTable, quantity: MarginQuantity, held: bool) -> tuple[str
             f"given '{table.axis}', but every scenario flies in attitude mode, where x and y are open", key="axis"
         )
     return closed
+
+
+def check_amplitude(table: MarginTable) -> None:
+    """Raise InputError for a smallest amplitude that margins are not looked at from."""
+    if not 0.0 <= table.amplitude <= LARGEST_AMPLITUDE:
+        raise InputError(f"given {table.amplitude:g}; allowed: 0 to {LARGEST_AMPLITUDE:g}", key="amplitude")
 
 
 def margin_limit(table: MarginTable, quantity: MarginQuantity) -> float:

@@ -27,7 +27,7 @@ from plant.own_code import in_results_folder, run_own_code
 from plant.records import flatten, paths
 from tuner.gains.ranges import check_multiple, check_period, check_value, timing_of
 from tuner.study.judged_reading import constraint_of, listed, objective_of, pick_rule, unique
-from tuner.study.margins import MarginValues, margin_limit
+from tuner.study.margins import MarginValues, check_amplitude, margin_limit
 from tuner.study.own_code import use_files_of
 from tuner.study.plant_schema import ChannelTable, PlantGainTable, PlantScenarioTable, PlantStudyTable, PlantTable
 from tuner.study.reading import checked_table
@@ -290,6 +290,7 @@ def _margin(table: MarginTable, system: PlantSystem) -> MarginRequirement:
         raise UnknownNameError("channel", table.axis, names, key="axis")
     if table.spread:
         raise InputError("margins over a spread are those of quadrotors; leave spread out", key="spread")
+    check_amplitude(table)
     axes = () if quantity.whole else names if table.axis is None else (table.axis,)
     label = requirement_label(quantity.name, table.axis, hard=table.hard, amplitude=table.amplitude)
     limit = margin_limit(table, quantity)

@@ -120,6 +120,7 @@ def test_another_plant_of_the_same_name_is_refused(run, written, monkeypatch, ca
         ("high = 12.0", "", "an input has no range"),
         ('metric = "itae.angle"', 'metric = "itae.roll"', "unknown metric address 'itae.roll'"),
         ('quantity = "ms"', 'quantity = "ms"\naxis = "roll"', "unknown channel 'roll'"),
+        ('quantity = "ms"', 'quantity = "ms"\namplitude = -1.0', "margin[0].amplitude: given -1; allowed: 0 to 2"),
     ],
 )  # fmt: skip
 def test_what_does_not_fit_is_one_line_with_file_and_key(written, tmp_path, monkeypatch, capsys, old, new, said):
