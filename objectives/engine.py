@@ -17,7 +17,7 @@ OnFlightsDone = Callable[[int], None]
 # Scenarios of a batch that are kept between generations, and their control periods together; at 10 s and 250 Hz, 2500 periods,
 # one takes 0.3 MB of wind and noise.
 KEPT, KEPT_PERIODS = 1024, 1024 * 2500
-LANES = "lanes"
+LANES = Flyer.arithmetic
 """Arithmetic of the compiled lanes on the processor, which recorded flights have unless they say otherwise."""
 
 
@@ -101,8 +101,8 @@ class LocalEngine(Engine):
 
     @property
     def arithmetic(self) -> str:
-        """The compiled lanes."""
-        return LANES
+        """Arithmetic of what flies here: that of the compiled lanes, or an FMU's own."""
+        return self._flyer.arithmetic
 
     def ready(self, batch: FlightBatch) -> bool:  # noqa: ARG002
         """Return whether an earlier process compiled the kernel."""

@@ -9,7 +9,7 @@ from typing import Any
 from objectives.metrics.address import Axes, MetricAddress
 from objectives.own_meters import with_accumulators
 from objectives.plant_meters import meters_of
-from plant.backends.flyer import FlightInputs
+from plant.backends.flyer import FlightInputs, Flyer
 from plant.backends.identity import identity
 from plant.gains import GainAddress
 from plant.laws.channel import Channel as Known
@@ -17,7 +17,7 @@ from plant.loop import Timing
 from plant.model.closing import PlantLoop, close_plant
 from plant.model.controller import Range
 from plant.model.plan import LoopPlan
-from plant.model.plant_model import PlantModel
+from plant.model.plant_model import PlantRecords
 from plant.model.scenario import PlantScenario, sample_plant_scenarios
 from plant.records import flatten
 
@@ -60,7 +60,7 @@ class PlantSystem:
     metered: metrics whose own accumulators run with every flight.
     """
 
-    plant: PlantModel
+    plant: PlantRecords
     plan: LoopPlan
     parameters: Any
     timing: Timing
@@ -82,6 +82,15 @@ class PlantSystem:
         inputs = [Range(each.low, each.high, each.rate * h) for each in self.plan.actuators]
         parts = kind.__annotations__
         return kind(*known, parts["commands"](*commands), parts["inputs"](*inputs))
+
+    def flyer(self, threads: int | None = None) -> Any:
+        """Return what flies it: the compiled lanes on so many threads, by default one for each core."""
+        return Flyer(self.loop, self.limits, self.timing, threads)
+
+    @property
+    def arithmetic(self) -> str:
+        """Name of the bits that its flights have on this machine, see `objectives.engine`."""
+        return Flyer.arithmetic
 
     @property
     def limits(self) -> Any:

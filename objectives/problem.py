@@ -24,7 +24,7 @@ from objectives.requirements import (
 )
 from objectives.risk import Risk
 from objectives.system import FlightBatch, System
-from plant.backends.flyer import Flyer, result_parts
+from plant.backends.flyer import result_parts
 from plant.backends.lanes import LANES
 from plant.closed_loop import Status
 from plant.scenarios import SEARCH, ScenarioSpec
@@ -312,7 +312,7 @@ class Problem(Evaluator):
     ) -> None:
         super().__init__(space, objectives, constraints, screens)
         self.system = system = metering(system, (quantity.metric for quantity in self.quantities))
-        self.flyer = Flyer(system.loop, system.limits, system.timing, threads)
+        self.flyer = system.flyer(threads)
         self.memory = memory
         self._root = root
         self._model = model

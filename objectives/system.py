@@ -9,7 +9,7 @@ from objectives import meters
 from objectives.metrics import MetricAddress, MetricLimits
 from objectives.metrics.address import CASCADE, Axes
 from objectives.own_meters import code_of, with_accumulators
-from plant.backends.flyer import FlightInputs
+from plant.backends.flyer import FlightInputs, Flyer
 from plant.backends.identity import identity
 from plant.cascade import Cascade
 from plant.closed_loop import Limits, close_loop
@@ -42,6 +42,15 @@ class System:
         """The closed loop with the meters of this package, and those of `metered`."""
         bundled = MeterModel(meters.Meters, meters.start, meters.update)
         return close_loop(self.cascade, with_accumulators(bundled, self.metered))
+
+    def flyer(self, threads: int | None = None) -> Flyer:
+        """Return what flies it: the compiled lanes on so many threads, by default one for each core."""
+        return Flyer(self.loop, self.limits, self.timing, threads)
+
+    @property
+    def arithmetic(self) -> str:
+        """Name of the bits that its flights have on this machine, see `objectives.engine`."""
+        return Flyer.arithmetic
 
     @property
     def gains(self) -> tuple[GainAddress, ...]:

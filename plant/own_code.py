@@ -16,7 +16,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from plant.errors import InputError, UnnamedCodeError
-from plant.input_files import read_input
+from plant.input_files import MOST_TEXT, read_input
 from plant.origin import Origin
 
 # The file in a results folder that says so.
@@ -63,6 +63,19 @@ def run_own_code(file: Path, recorded: bool = False) -> OwnCode:
     return HAVE_RUN[digest]
 
 
+def named_binary(file: Path, recorded: bool = False, most: int = MOST_TEXT) -> OwnCode:
+    """Return machine code of the user's, which runs elsewhere, as known by its digest; recorded: as for `run_own_code`.
+
+    Raises UnnamedCodeError for other code of a results folder, and InputError where the file cannot be read.
+    """
+    digest = digest_of_bytes(_read(file, most))
+    if digest not in HAVE_RUN:
+        if recorded:
+            raise _unnamed(file, digest)
+        HAVE_RUN[digest] = OwnCode(file, digest, {})
+    return HAVE_RUN[digest]
+
+
 def in_results_folder(file: Path) -> bool:
     """Return whether a file lies in a results folder, however deep."""
     return any((folder / RECORD).exists() for folder in file.absolute().parents)
@@ -82,6 +95,11 @@ def digest_of(sources: tuple[Source, ...]) -> str:
     for source in sorted(beside, key=lambda source: source.file.name):
         digest.update(f"\0{source.file.name}\0{len(source.content)}\0".encode() + source.content)
     return digest.hexdigest()
+
+
+def digest_of_bytes(content: bytes) -> str:
+    """Return the digest of machine code."""
+    return hashlib.blake2b(content, digest_size=12).hexdigest()
 
 
 def place_of_error(error: BaseException) -> str | None:
@@ -105,13 +123,14 @@ def _collect(file: Path, found: dict[Path, Source], begun: set[Path]) -> None:
     found[file] = Source(file, content)
 
 
-def _read(file: Path) -> bytes:
+def _read(file: Path, most: int = MOST_TEXT) -> bytes:
+    what = "a Python file of your own" if file.suffix == ".py" else "a file of your own"
     try:
-        return read_input(file)
+        return read_input(file, most)
     except FileNotFoundError:
-        raise InputError("there is no such file; give a Python file of your own", file=file) from None
+        raise InputError(f"there is no such file; give {what}", file=file) from None
     except OSError as error:
-        raise InputError(f"cannot be read ({error.strerror}); give a Python file of your own", file=file) from None
+        raise InputError(f"cannot be read ({error.strerror}); give {what}", file=file) from None
 
 
 def _imported(content: bytes) -> Iterator[str]:

@@ -16,11 +16,12 @@ from objectives.margins.derivative import Batch, Derivative, column_of, columns,
 from objectives.margins.lifting import common_period
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.period import NO_METERS, NoMeters, Term
+from objectives.margins.plant_rest import slope_of
 from objectives.plant_system import PlantSystem
 from plant.backends import array, symbolic
 from plant.errors import InputError
 from plant.laws.law import Nonlinearity
-from plant.model.closing import close_plant, resting, to_plant
+from plant.model.closing import close_plant, to_plant
 from plant.model.controller import to_channel
 from plant.records import flatten, pack, paths, record_type, size, zeros
 
@@ -39,7 +40,7 @@ class PlantPeriod:
     def __init__(self, system: PlantSystem, parameters: Any | None = None) -> None:
         self.periods = common_period(system.plan)
         self.system, self.plan, self.plant = system, system.plan, system.plant
-        self.h, self.steps = system.timing.control_period, system.timing.steps
+        self.h = system.timing.control_period
         self.loop = close_plant(system.plant, system.plan, NO_METERS, self.h)
         self.terms = tuple(
             Term(each.name, each.law, term) for each in self.plan.channels for term in each.law.nonlinear
@@ -48,12 +49,9 @@ class PlantPeriod:
         self.state = record_type("PlantState", kept)
         self.parameters = system.parameters if parameters is None else parameters
         self._nominal = np.array(flatten(system.nominal), dtype=float)
-        dynamics, body = resting(self.loop, self.parameters)
-        self._dynamics, self._body = (np.array(flatten(part), dtype=float) for part in (dynamics, body))
-        self._reference = np.array(
-            [[getattr(body.shown, each.output), 0.0, 0.0] for each in self.plan.channels]
-        ).ravel()
-        self._slope = self._plant_slope()
+        self._body, self._slope = slope_of(system, self.loop, self.parameters)
+        shown = pack(self.loop.Body, self._body.tolist()).shown
+        self._reference = np.array([[getattr(shown, each.output), 0.0, 0.0] for each in self.plan.channels]).ravel()
         names = paths(self.state)
         self._counters = [
             (names.index(f"control.phase.{each.name}"), each) for each in self.plan.channels if each.every > 1
@@ -102,24 +100,6 @@ class PlantPeriod:
         """Return the constants of all channels for gains rows (n, g): leaves are arrays (n, 1, 1) or numbers."""
         stacked = gains.T[..., None, None]
         return array.rebinder()(self.loop.prepare)(pack(self.loop.records.Gains, stacked), self.h)
-
-    def _plant_slope(self) -> Array:
-        """Derivative (b, b + inputs) of the body a period later by body and commands, at rest."""
-        b, m = len(self._body), size(self.plant.Input)
-        inputs, constants = ca.SX.sym("a", b + m), ca.SX.sym("f", len(self._dynamics))
-        moved = symbolic.rebinder()(self.loop.advance)(
-            record_of(self.loop.Body, inputs[:b]), record_of(self.plant.Input, inputs[b:]),
-            zeros(self.plant.Disturbance),
-            record_of(self.loop.records.Dynamics, constants), self.system.timing.plant_step,
-        )  # fmt: skip
-        step = Derivative("advance", inputs, [inputs, constants], column_of(moved), ca.SX(0, 1))
-        held = self._body[-size(self.plant.Output) - m : -size(self.plant.Output)]
-        at, unit = self._body[None], np.eye(b + m)
-        slope = unit[:b]
-        for _ in range(self.steps):
-            at, entries, _ = step(np.concatenate([at, held[None]], axis=1), self._dynamics)
-            slope = step.full(entries)[0] @ np.concatenate([slope, unit[b:]], axis=0)
-        return slope
 
     @cached_property
     def _start(self) -> Batch:

@@ -55,11 +55,13 @@ def to_lanes(per_scenario: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
 class Flyer:
     """A closed loop compiled for the lanes backend.
 
-    rows: of a flight's result.
+    arithmetic: names its bits, see `objectives.engine`. rows: of a flight's result.
     cached: whether the kernel was compiled by an earlier process; if not, the first flight waits for the compiler.
     fly(gains (candidates, n), nominal, inputs) -> results (candidates, scenarios, rows): the meters of each flight in leaf
     order, then status and end time.
     """
+
+    arithmetic = "lanes"
 
     def __init__(self, loop: ClosedLoop, limits: Any, timing: Timing, threads: int | None = None) -> None:
         self.loop = loop

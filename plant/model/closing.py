@@ -15,9 +15,9 @@ from plant.loop import LARGEST_STATE, ClosedLoop, LoopRecords, MeterModel
 from plant.model.controller import PlantController, plant_controller
 from plant.model.functions import written
 from plant.model.plan import LoopPlan
-from plant.model.plant_model import PlantModel
+from plant.model.plant_model import PlantModel, PlantRecords
 from plant.primitives import absolute, both, either, select
-from plant.records import axpy_of, flatten, pack, paths, record_type, selector, zeros
+from plant.records import axpy_of, flatten, pack, paths, record_type, selector
 from plant.sample import AxisSample
 from plant.targets import Target
 
@@ -34,17 +34,17 @@ class Lag(NamedTuple):
 class PlantLoop(ClosedLoop):
     """The closed loop of a plant, bound to its channels and to meters."""
 
-    plant: PlantModel
+    plant: PlantRecords
     plan: LoopPlan
     controller: PlantController
 
 
-def body_type(plant: PlantModel) -> Any:
+def body_type(plant: PlantRecords) -> Any:
     """Return the record of the plant's state with its actuators and what its outputs show."""
     return record_type("Body", {"state": plant.State, "actuators": plant.Input, "shown": plant.Output})
 
 
-def dynamics_type(plant: PlantModel, plan: LoopPlan) -> Any:
+def dynamics_type(plant: PlantRecords, plan: LoopPlan) -> Any:
     """Return the record of the constants of the plant that flies."""
     lags = record_type("Lags", {actuator.name: Lag for actuator in plan.actuators})
     return record_type("PlantDynamics", {"parameters": plant.Parameters, "lags": lags})
@@ -97,11 +97,8 @@ def felt(position: float, command: float, pole: float) -> float:
 
 def resting(loop: PlantLoop, parameters: Any) -> tuple[Any, Any]:
     """Return the constants of a plant with these parameters, and its body where it rests under no disturbance."""
-    plant, actuators = loop.plant, loop.plan.actuators
-    poles = [1.0 / actuator.lag if actuator.lag > 0.0 else 0.0 for actuator in actuators]
-    state, held = plant.rest(parameters)
-    shown = plant.output(state, held, zeros(plant.Disturbance), parameters)
-    return pack(loop.records.Dynamics, [*flatten(parameters), *poles]), loop.Body(state, held, shown)
+    poles = [1.0 / actuator.lag if actuator.lag > 0.0 else 0.0 for actuator in loop.plan.actuators]
+    return pack(loop.records.Dynamics, [*flatten(parameters), *poles]), loop.Body(*loop.plant.at_rest(parameters))
 
 
 def to_plant(command: float, channel: float) -> float:  # noqa: ARG001
@@ -109,7 +106,7 @@ def to_plant(command: float, channel: float) -> float:  # noqa: ARG001
     return command
 
 
-def close_plant(plant: PlantModel, plan: LoopPlan, meter: MeterModel, h: float) -> PlantLoop:
+def close_plant(plant: PlantRecords, plan: LoopPlan, meter: MeterModel, h: float) -> PlantLoop:
     """Bind the closed loop of a plant to the plan of its channels and to the meters that judge it, at control period h [s]."""
     controller = plant_controller(plant, plan, h)
     Noise = record_type("PlantNoise", {"output": plant.Output})
@@ -139,18 +136,19 @@ def close_plant(plant: PlantModel, plan: LoopPlan, meter: MeterModel, h: float) 
     for name, lines in (("sense", _sense_lines(plant)), ("status_of", _status_lines(plant, plan))):
         names[name] = written(name, lines, names)
     start, decide = written("start", _start_lines(plan), names), written("decide", _decide_lines(plan), names)
+    advance = stepping(plant, plan) if isinstance(plant, PlantModel) else standing
     return PlantLoop(
-        plant.name, records, controller.Constants, Flight, controller.prepare, place, start, decide, stepping(plant, plan),
+        plant.name, records, controller.Constants, Flight, controller.prepare, place, start, decide, advance,
         plant, plan, controller,
     )  # fmt: skip
 
 
-def _sense_lines(plant: PlantModel) -> list[str]:
+def _sense_lines(plant: PlantRecords) -> list[str]:
     each = ", ".join(f"shown.{path} + noise.output.{path}" for path in paths(plant.Output))
     return ["def sense(shown, noise):", f"    return Output({each})"]
 
 
-def _status_lines(plant: PlantModel, plan: LoopPlan) -> list[str]:
+def _status_lines(plant: PlantRecords, plan: LoopPlan) -> list[str]:
     """Lines of status_of(state, sample, limits): 0 while the flight may go on, 2 beyond a limit, 3 where it is no number."""
     size = " + ".join(f"state.{path} * state.{path}" for path in paths(plant.State))
     lines = ["def status_of(state, sample, limits):", f"    size = {size}", "    inside = size < LARGEST"]
@@ -211,6 +209,11 @@ def _saturated(plan: LoopPlan) -> str:
     for condition in limited[1:]:
         any_of_them = f"either({any_of_them}, {condition})"
     return f"select({any_of_them}, 1.0, 0.0)" if limited else "0.0"
+
+
+def standing(body: Any, command: Any, disturbance: Any, f: Any, h: float) -> Any:  # noqa: ARG001
+    """Return the body as it is: the equations of a plant that moves in a process of its own are not known here."""
+    return body
 
 
 def place(body: Any, reference: Any) -> Any:  # noqa: ARG001

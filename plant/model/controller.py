@@ -14,7 +14,7 @@ from plant.laws.channel import Applied, Measured, Setpoint
 from plant.laws.channel import Channel as Known
 from plant.model.functions import written
 from plant.model.plan import Actuator, Channel, LoopPlan
-from plant.model.plant_model import PlantModel
+from plant.model.plant_model import PlantRecords
 from plant.primitives import maximum, minimum, select
 from plant.records import paths, record_type, selector
 
@@ -61,7 +61,7 @@ def to_channel(command: float, channel: float) -> float:  # noqa: ARG001
     return command
 
 
-def plant_controller(plant: PlantModel, plan: LoopPlan, h: float) -> PlantController:
+def plant_controller(plant: PlantRecords, plan: LoopPlan, h: float) -> PlantController:
     """Return the controller of a plant's channels at control period h [s]."""
     Gains = record_type("Gains", {each.name: each.law.Gains for each in plan.channels})
     Constants = record_type("Constants", {each.name: each.law.Constants for each in plan.channels})
@@ -82,7 +82,7 @@ def _nominal(plan: LoopPlan) -> Any:
     return record_type("Nominal", {**dict.fromkeys(plan.names, Known), "commands": commands, "inputs": inputs})
 
 
-def _memory(plant: PlantModel, plan: LoopPlan, h: float) -> dict[str, Any]:
+def _memory(plant: PlantRecords, plan: LoopPlan, h: float) -> dict[str, Any]:
     """Return the record of the memory and those in it, by the names that the functions call them."""
     Laws = record_type("Laws", {each.name: each.law.Memory for each in plan.channels})
     units = {each.name: Annotated[float, plan.command_unit(plant, each)] for each in plan.channels}

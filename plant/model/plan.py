@@ -11,7 +11,7 @@ from math import inf, isfinite
 
 from plant.errors import InputError, UnknownNameError
 from plant.laws.law import Law
-from plant.model.plant_model import PlantModel
+from plant.model.plant_model import PlantRecords
 from plant.records import paths
 
 # Longest delay of an input [control periods]: each period is a number of the state.
@@ -142,7 +142,7 @@ class LoopPlan:
         """Return the channel of that name."""
         return self.channels[self.names.index(name)]
 
-    def command_unit(self, plant: PlantModel, channel: Channel) -> str:
+    def command_unit(self, plant: PlantRecords, channel: Channel) -> str:
         """Return the unit of a channel's command: that of its input, or of the output of the channel that it commands."""
         inner = self.cascades(channel)
         return plant.unit(f"Output.{self.channel(channel.to).output}" if inner else f"Input.{channel.to}")
@@ -152,7 +152,7 @@ class LoopPlan:
         return tuple(channel for channel in self.channels if channel.to == actuator and not self.cascades(channel))
 
 
-def plan_loop(plant: PlantModel, channels: Sequence[Channel], actuators: Sequence[Actuator] = ()) -> LoopPlan:
+def plan_loop(plant: PlantRecords, channels: Sequence[Channel], actuators: Sequence[Actuator] = ()) -> LoopPlan:
     """Return the plan of a plant's loops, outer channels first; InputError where names, units or connections do not fit."""
     _check_names([channel.name for channel in channels])
     inputs, outputs = paths(plant.Input), paths(plant.Output)

@@ -9,6 +9,7 @@
 Every field is Annotated[float, "unit"]. Functions take their mathematics from `plant.primitives`, as those of the quadrotor do.
 """
 
+from abc import ABC, abstractmethod
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from math import isfinite
@@ -28,8 +29,8 @@ class NoDisturbance(NamedTuple):
 
 
 @dataclass(frozen=True)
-class PlantModel:
-    """A plant: its records, its equations, and where it rests.
+class PlantRecords(ABC):
+    """The records of a plant: what moves, what drives and disturbs it, its constants, what is measured.
 
     name: of kernels and reports. title: first line of its file. file: where it was written, "" for a notebook's cell.
     """
@@ -42,6 +43,26 @@ class PlantModel:
     Disturbance: Any
     Parameters: Any
     Output: Any
+
+    @property
+    @abstractmethod
+    def parameters(self) -> Any:
+        """Nominal parameters."""
+
+    @abstractmethod
+    def at_rest(self, parameters: Any) -> tuple[Any, Any, Any]:
+        """Return the state, the input and the output with which a plant of these parameters starts."""
+
+    def unit(self, path: str) -> str:
+        """Return the unit of a field by "Output.angle" or "Input.voltage"."""
+        record, _, field = path.partition(".")
+        return unit_of(getattr(self, record).__annotations__[field])
+
+
+@dataclass(frozen=True)
+class PlantModel(PlantRecords):
+    """A plant whose equations are known, and where it rests."""
+
     derivative: Callable[..., Any]
     output: Callable[..., Any]
     rest: Callable[..., Any]
@@ -51,10 +72,10 @@ class PlantModel:
         """Nominal parameters: the defaults of the record."""
         return self.Parameters()
 
-    def unit(self, path: str) -> str:
-        """Return the unit of a field by "Output.angle" or "Input.voltage"."""
-        record, _, field = path.partition(".")
-        return unit_of(getattr(self, record).__annotations__[field])
+    def at_rest(self, parameters: Any) -> tuple[Any, Any, Any]:
+        """Return the state and the input that hold it, and what it shows under no disturbance."""
+        state, held = self.rest(parameters)
+        return state, held, self.output(state, held, zeros(self.Disturbance), parameters)
 
 
 def plant_from(names: Mapping[str, Any], name: str, file: str = "") -> PlantModel:

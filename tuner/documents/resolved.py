@@ -42,14 +42,22 @@ class ResolvedController(DocumentPart):
 
 
 class ResolvedPlant(DocumentPart):
-    """A plant of the user's own: its file and its digest, periods [s], and parameters in the units of the file."""
+    """A plant of the user's own: its file or FMU and the digest, periods [s], and parameters in the units of the file.
+
+    disturbances, states: names of variables of an FMU; units: of those for which it names none; patience [s].
+    """
 
     name: str
     title: str = ""
     file: str | None = None
+    fmu: str | None = None
     digest: str
     control_period: float
     plant_step: float
+    disturbances: list[str] = []
+    states: list[str] = []
+    units: dict[str, str] = {}
+    patience: float | None = None
     parameters: dict[str, float] = {}
 
 

@@ -31,13 +31,15 @@ def engine_named(backend: str, system: System, root: int, say: Callable[[str], N
 
 
 def engine_again(results: Path, system: System, root: int, cluster: Engine | None = None) -> Engine | None:
-    """Return the engine whose bits a results folder holds, None for this processor; cluster: one that flies lanes instead.
+    """Return the engine whose bits a results folder holds, None for what this machine does itself; cluster: one for lanes.
 
     Raises StoreError where they cannot be had here: no other arithmetic stands in, for it would mix bits.
     """
     recorded = read_record(results).arithmetic
     if recorded == LANES:
         return cluster
+    if recorded == system.arithmetic:
+        return None
     if cluster is not None:
         raise StoreError(f"{results} was flown by {recorded}; the workers of a cluster fly lanes, so leave --dask out")
     backend = next((name for name, precision in PRECISIONS.items() if recorded.startswith(f"cuda-{precision},")), None)

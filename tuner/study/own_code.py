@@ -19,6 +19,7 @@ from plant.contract.plant_contract import breaches as plant_breaches
 from plant.contract.reference_contract import breaches as reference_breaches
 from plant.contract.reference_contract import check_reference
 from plant.errors import InputError, UnnamedCodeError
+from plant.fmu.archive import Archive, open_archive
 from plant.laws import LAWS, Law
 from plant.model.plant_model import PlantModel, plant_from
 from plant.own_code import OwnCode, in_results_folder, run_own_code
@@ -79,17 +80,17 @@ OWN_KINDS = (
     OwnKind("metric", "METRIC", METRICS, check_metric, metric_breaches),
     OwnKind("reference", "REFERENCE", REFERENCES, check_reference, reference_breaches),
 )
-PLANT_NOUN, PLANT = "plant", "derivative"
-"""Table of a study that names the file of a plant, and the name in the file that tells it."""
+PLANT_NOUN, PLANT, FMU = "plant", "derivative", "fmu"
+"""Table of a study that names the file of a plant, the name in the file that tells it, and ending and key of an FMU."""
 TABLES = tuple(kind.noun for kind in OWN_KINDS)
 """Tables of a study that name files of code."""
 
 
-def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel:
+def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel | Archive:
     """Run a file of your own and make its law, metric or reference known by its name, to studies, gains and everything else.
 
     Args:
-        file: A Python file that defines LAW, METRIC or REFERENCE, or a plant.
+        file: A Python file that defines LAW, METRIC or REFERENCE, or a plant; or an FMU, of which nothing runs yet.
 
     Returns:
         What it defines.
@@ -102,6 +103,8 @@ def use(file: str | Path) -> Law | Metric | type[ReferenceSpec] | PlantModel:
         'my_law'
 
     """
+    if Path(file).suffix == f".{FMU}":
+        return open_archive(Path(file))
     code = run_own_code(Path(file))
     return plant_from(code.names, code.file.stem, str(code.file)) if PLANT in code.names else _take(code, OWN_KINDS)
 
@@ -115,13 +118,14 @@ def use_named(file: Path) -> None:
     for kind in OWN_KINDS:
         for name in _files_in(table.get(kind.noun)):
             _take(run_own_code(file.parent / name), (kind,))
-    for name in _files_in(table.get(PLANT_NOUN)):
-        use(file.parent / name)
+    for key in ("file", FMU):
+        for name in _files_in(table.get(PLANT_NOUN), key):
+            use(file.parent / name)
 
 
-def _files_in(table: Any) -> list[str]:
+def _files_in(table: Any, key: str = "file") -> list[str]:
     """Return the files that a table of a study names which has not been checked yet."""
-    given = table.get("file") if isinstance(table, dict) else None
+    given = table.get(key) if isinstance(table, dict) else None
     return [name for name in (given if isinstance(given, list) else [given]) if isinstance(name, str)]
 
 

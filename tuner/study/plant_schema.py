@@ -7,6 +7,7 @@ from typing import Annotated, Any
 
 from pydantic import Discriminator, Field, Tag
 
+from objectives.fmu.system import PATIENCE
 from tuner.study.schema import (
     ConstraintTable,
     GainTable,
@@ -23,14 +24,24 @@ SignalTable = dict[str, Any]
 
 
 class PlantTable(StrictTable):
-    """[plant]: the file of the plant, and how it is stepped."""
+    """[plant]: the file of the plant, or an FMU, and how it is stepped."""
 
     file: str | None = None
     """Python file of the plant, beside the study: State, Input, Parameters, Output, derivative and output."""
+    fmu: str | None = None
+    """In place of a file: an FMU for co-simulation (FMI 2 or 3), beside the study."""
+    disturbances: list[str] = Field(default=[])
+    """Inputs of an FMU that disturb it; all others are commanded."""
+    states: list[str] = Field(default=[])
+    """States of an FMU for its margins, variables with a start value; by default those that it names, or else its outputs."""
+    units: dict[str, str] = Field(default={})
+    """Units of variables for which an FMU names none."""
+    patience: Annotated[float, Field(gt=0.0, le=86400.0)] = PATIENCE
+    """Seconds of the clock on the wall after which the flight of an FMU counts as failed."""
     control_period: float
     """Period of the controller [s]."""
     plant_step: float | None = None
-    """Runge-Kutta step of the plant [s]; by default the control period."""
+    """Runge-Kutta step of the plant [s], or the step in which an FMU is driven; by default the control period."""
     parameters: dict[str, float] = Field(default={})
     """Values in place of the nominal ones of the file."""
 

@@ -9,6 +9,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from objectives.decisions import DecisionSpace, Variable
+from objectives.fmu.system import FmuSystem
 from objectives.margins.quantities import LIMITABLE
 from objectives.margins.requirement import MarginRequirement, requirement_label
 from objectives.own_meters import metering
@@ -16,11 +17,12 @@ from objectives.plant_system import PlantSystem
 from objectives.requirements import Screen
 from plant.backends.identity import identity
 from plant.errors import InputError, UnknownNameError
+from plant.fmu.fmu_model import FmuModel, read_fmu
 from plant.gains import GainAddress
 from plant.laws import law
 from plant.loop import Timing
-from plant.model.plan import Actuator, Channel, plan_loop
-from plant.model.plant_model import PlantModel, plant_from
+from plant.model.plan import Actuator, Channel, LoopPlan, plan_loop
+from plant.model.plant_model import PlantRecords, plant_from
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Signal, signal_from
 from plant.own_code import in_results_folder, run_own_code
@@ -36,6 +38,9 @@ from tuner.study.search_reading import least_tail, search_of
 from tuner.study.size import ScenarioSize, check_size
 from tuner.study.study import StudyScenario, TuningStudy
 from tuner.text.input_errors import located
+
+# Keys of [plant] that name files, and those that only an FMU has.
+PATHS, FMU_KEYS = ("file", "fmu"), ("disturbances", "states", "units", "patience")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -67,29 +72,28 @@ class PlantStudy(TuningStudy):
     def comparable(self, without: tuple[str, ...] = ()) -> dict[str, Any]:
         """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
         values = self._values()
-        plant = {key: value for key, value in values["plant"].items() if key != "file"}
+        plant = {key: value for key, value in values["plant"].items() if key not in PATHS}
         content = {**values, "plant": plant}
         return {key: value for key, value in content.items() if key not in ("title", "description", *without)}
 
     def _values(self) -> dict[str, Any]:
         system = self.system
         parameters = dict(zip(paths(system.plant.Parameters), flatten(system.parameters), strict=True))
+        # A plant in Python is as it was before there were FMUs.
+        given = self.table.plant.model_dump(
+            mode="json", exclude={"fmu", *FMU_KEYS} if self.table.plant.fmu is None else None
+        )
         plant = {"parameters": parameters, "plant_step": system.timing.plant_step, "digest": self.code_digest}
         return {
             **self.table.model_dump(mode="json", by_alias=True),
-            "plant": {
-                **self.table.plant.model_dump(mode="json"),
-                **plant,
-                "name": system.plant.name,
-                "title": system.plant.title,
-            },
+            "plant": {**given, **plant, "name": system.plant.name, "title": system.plant.title},
             "search": self.search.values,
             "gains": {gain.address: self.space.base[gain.column] for gain in system.gains},
             "variables": [asdict(variable) for variable in self.space.variables],
         }
 
 
-def plant_study_from_table(path: Path, raw: Mapping[str, Any], plant: PlantModel | None = None) -> PlantStudy:
+def plant_study_from_table(path: Path, raw: Mapping[str, Any], plant: PlantRecords | None = None) -> PlantStudy:
     """Check the content of a study of a plant; errors name path and key, files are relative to its folder.
 
     plant: the plant, where it comes from no file.
@@ -97,18 +101,17 @@ def plant_study_from_table(path: Path, raw: Mapping[str, Any], plant: PlantModel
     return _build(path, checked_table(path, raw, PlantStudyTable), plant)
 
 
-def _build(path: Path, table: PlantStudyTable, plant: PlantModel | None) -> PlantStudy:
+def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> PlantStudy:
     with located(path, ""):
         use_files_of(path, {"law": table.law, "metric": table.metric})
-        with located(path, "plant.file"):
-            plant, digest = _plant(path, table.plant.file) if plant is None else (plant, identity(plant))
+        plant, digest = _plant(path, table.plant) if plant is None else (plant, identity(plant))
         with located(path, "plant"):
             timing = _timing(table.plant)
             parameters = _parameters(plant, table.plant.parameters)
         channels = tuple(listed("channel", path, table.channel, _channel))
         actuators = tuple(listed("actuator", path, table.actuator, lambda entry: _actuator(entry.model_dump(), timing)))
         plan = plan_loop(plant, channels, actuators)
-        system = PlantSystem(plant, plan, parameters, timing)
+        system = _system(plant, plan, parameters, timing, table.plant.patience)
         with located(path, "gains"):
             space = plant_space(table.gains, system.gains, timing.control_period)
         scenarios = tuple(listed("scenario", path, table.scenario, lambda entry: _scenario(entry, system)))
@@ -145,12 +148,29 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantModel | None) -> Plan
     )  # fmt: skip
 
 
-def _plant(path: Path, name: str | None) -> tuple[PlantModel, str]:
-    """Return the plant of a file beside a study, and its digest."""
-    if name is None:
-        raise InputError('needs a file; write for instance file = "motor.py"')
-    code = run_own_code(path.parent / name, in_results_folder(path))
-    return plant_from(code.names, Path(name).stem, str(path.parent / name)), code.digest
+def _plant(path: Path, table: PlantTable) -> tuple[PlantRecords, str]:
+    """Return the plant of a file or an FMU beside a study, and its digest."""
+    if (table.file is None) == (table.fmu is None):
+        raise InputError(
+            'needs a file or an FMU, one of them; write file = "motor.py" or fmu = "motor.fmu"', key="plant"
+        )
+    recorded = in_results_folder(path)
+    if table.fmu is not None:
+        with located(path, "plant"):
+            fmu = read_fmu(path.parent / table.fmu, table.disturbances, table.states, table.units, recorded)
+        return fmu, fmu.interface.digest
+    for key in FMU_KEYS:
+        if key in table.model_fields_set:
+            raise InputError("belongs to an FMU; a plant in Python says so itself: leave it out", key=f"plant.{key}")
+    with located(path, "plant.file"):
+        code = run_own_code(path.parent / str(table.file), recorded)
+        return plant_from(code.names, Path(str(table.file)).stem, str(path.parent / str(table.file))), code.digest
+
+
+def _system(plant: PlantRecords, plan: LoopPlan, parameters: Any, timing: Timing, patience: float) -> PlantSystem:
+    if isinstance(plant, FmuModel):
+        return FmuSystem(plant, plan, parameters, timing, patience)
+    return PlantSystem(plant, plan, parameters, timing)
 
 
 def _timing(table: PlantTable) -> Timing:
@@ -160,7 +180,7 @@ def _timing(table: PlantTable) -> Timing:
     return timing_of(table.control_period, table.plant_step)
 
 
-def _parameters(plant: PlantModel, given: Mapping[str, float]) -> Any:
+def _parameters(plant: PlantRecords, given: Mapping[str, float]) -> Any:
     names = paths(plant.Parameters)
     for name, value in given.items():
         if name not in names:

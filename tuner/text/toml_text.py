@@ -67,6 +67,7 @@ def with_paths(table: dict[str, Any], move: Callable[[str], str]) -> dict[str, A
         *[(holder.get("controller"), "default") for holder in holders],
         *[(entry.get("reference"), "path") for entry in _tables_in(result.get("scenario"))],
         *[(holder.get(table), "file") for holder in holders for table in ("law", "metric", "reference", "plant")],
+        *[(holder.get("plant"), "fmu") for holder in holders],
     ]:
         given = holder.get(key) if isinstance(holder, dict) else None
         if isinstance(holder, dict) and isinstance(given, str):

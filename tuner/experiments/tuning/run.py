@@ -14,6 +14,9 @@ from typing import Any, Unpack
 import numpy as np
 
 from objectives.engine import Engine
+from objectives.fmu.flyer import FmuFlyer
+from objectives.fmu.system import FmuSystem
+from plant.errors import InputError
 from plant.scenarios import CONFIRMATION, HELD_OUT
 from plant.threads import use_threads
 from tuner import report
@@ -181,7 +184,7 @@ class TuningRun(Experiment[Any, FlightOutcome]):
 
 
 class PlantRun(TuningRun):
-    """A tuning run of a plant of the user's own, on this machine's cores or on workers."""
+    """A tuning run of a plant of the user's own, on this machine's cores or on workers; an FMU on this machine alone."""
 
     kind = PlantStudy.kind
     takes = frozenset({"reuse", "dask", "budget", "here"})
@@ -192,6 +195,22 @@ class PlantRun(TuningRun):
         """Say which search it is."""
         return [study.search.text]
 
+    def prepare(self) -> None:
+        """Pose the problem as ever; an FMU that fails tells of it as a warning."""
+        super().prepare()
+        if isinstance(self.problem.flyer, FmuFlyer):
+            self.problem.flyer.say = self.watcher.on_warning
+
+    @classmethod
+    @contextmanager
+    def engine_for(
+        cls, study: TuningStudy, watcher: Watcher, recorded: Path | None, **options: Unpack[Options]
+    ) -> Iterator[Engine | None]:
+        """Yield a cluster or None for this machine's cores; InputError where a cluster is to fly an FMU."""
+        if options.get("dask") and isinstance(study.system, FmuSystem):
+            raise InputError("an FMU flies in processes of this machine; leave --dask out", key="--dask")
+        with super().engine_for(study, watcher, recorded, **options) as engine:
+            yield engine
 
 def run_of(study: TuningStudy) -> type[TuningRun]:
     """Return the experiment that tunes a study."""

@@ -1,0 +1,105 @@
+"""A worker process from its parent's side: started when it is first asked, ended when it is silent too long, started again after.
+
+An FMU that crashes takes its worker with it and nothing else.
+"""
+
+import signal
+import subprocess
+import sys
+from contextlib import suppress
+from pathlib import Path
+from threading import Timer
+from typing import Any
+
+from objectives.fmu.brief import Brief
+from objectives.fmu.messages import Ready, Refused, receive, send
+from plant.errors import InputError
+
+# Seconds in which a worker must have loaded an FMU; some unpack a whole run-time system of their tool.
+START = 120.0
+HOME = Path(__file__).parents[2]
+# It runs in the FMU's folder, from which nothing must be imported in place of ours.
+PROGRAM = "import sys; sys.path.insert(0, sys.argv[1]); from objectives.fmu.worker import main; main()"
+
+
+class WorkerLostError(Exception):
+    """A worker that ended, or was ended, before it answered; the message says how."""
+
+
+class FmuProcess:
+    """A process that flies one FMU. brief: what it is told; loop: identity of the loop that it must build; file: the FMU."""
+
+    def __init__(self, brief: Brief, loop: str, file: str) -> None:
+        self._brief, self._loop, self._file = brief, loop, file
+        self._process: subprocess.Popen[bytes] | None = None
+
+    def ask(self, request: Any, seconds: float) -> Any:
+        """Return the answer to a request; WorkerLostError where there is none after so many seconds of the clock on the wall.
+
+        Raises InputError where the FMU cannot be loaded at all.
+        """
+        if self._process is None:
+            self._start()
+        return self._answer(request, seconds)
+
+    def close(self) -> None:
+        """End the process, if there is one."""
+        process, self._process = self._process, None
+        if process is not None:
+            process.kill()
+            for pipe in (process.stdin, process.stdout):
+                with suppress(OSError):
+                    pipe.close()  # pyright: ignore[reportOptionalMemberAccess]
+            process.wait()
+
+    def _start(self) -> None:
+        self._process = subprocess.Popen(
+            [sys.executable, "-P", "-c", PROGRAM, str(HOME)], cwd=self._brief.folder,
+            stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+        try:
+            answer = self._answer(self._brief, START)
+        except WorkerLostError as error:
+            raise InputError(f"{error} while it was loaded; try it in the tool that made it", file=self._file) from None
+        if isinstance(answer, Refused):
+            self.close()
+            raise InputError(f"cannot be loaded: {answer.why}", file=self._file)
+        if answer != Ready(self._loop):
+            self.close()
+            raise InputError(
+                "its worker builds another loop; its sources have changed since this process began", file=self._file
+            )
+
+    def _answer(self, request: Any, seconds: float) -> Any:
+        process, timed_out = self._process, False
+        assert process is not None and process.stdin is not None and process.stdout is not None
+
+        def end() -> None:
+            nonlocal timed_out
+            timed_out = True
+            process.kill()
+
+        timer = Timer(seconds, end)
+        timer.start()
+        try:
+            send(process.stdin, request)
+            answer = receive(process.stdout)
+        except (EOFError, OSError):
+            timer.cancel()
+            code = process.wait()
+            self.close()
+            raise WorkerLostError(f"gave no answer for {seconds:g} s" if timed_out else _ended(code)) from None
+        timer.cancel()
+        if timed_out:
+            self.close()
+        return answer
+
+
+def _ended(code: int) -> str:
+    """Say how a process ended by its exit status."""
+    if code >= 0:
+        return f"ended its process with status {code}"
+    try:
+        return f"crashed ({signal.Signals(-code).name})"
+    except ValueError:
+        return f"crashed (signal {-code})"
