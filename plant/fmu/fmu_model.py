@@ -6,7 +6,7 @@ from pathlib import Path
 from typing import Annotated, Any
 
 from plant.errors import InputError, UnknownNameError
-from plant.fmu.archive import open_archive
+from plant.fmu.archive import Archive, open_archive
 from plant.fmu.description import INPUT, OUTPUT, PARAMETER, Description, FmuVariable, read_description
 from plant.model.plant_model import NoDisturbance, PlantRecords
 from plant.records import pack, record_type, zeros
@@ -69,11 +69,17 @@ def read_fmu(
         InputError: It is no FMU that can be used here; the message names file and variable.
 
     """
+    archive, description = looked_at(file, recorded)
+    interface = interface_of(description, file, archive.digest, disturbances, states, units or {})
+    return fmu_model(interface, str(file))
+
+
+def looked_at(file: Path, recorded: bool = False) -> tuple[Archive, Description]:
+    """Return an FMU and its description, whatever a study would say of it; InputError where it is none that can be used here."""
     archive = open_archive(file, recorded)
     description = read_description(archive.description, file)
     archive.check_library(description.version, description.identifier)
-    interface = interface_of(description, file, archive.digest, disturbances, states, units or {})
-    return fmu_model(interface, str(file))
+    return archive, description
 
 
 def interface_of(

@@ -9,6 +9,8 @@ from typing import TYPE_CHECKING, Any
 from plant.airframes import load as load_airframe
 from plant.airframes.derived import quantities
 from plant.errors import InputError
+from plant.fmu.description import INPUT, OUTPUT, PARAMETER
+from plant.fmu.fmu_model import looked_at
 from tuner.analysis.judging.judge import check_batches, controller_to_judge, judge_gains, judgement_document
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.gains import Gains
@@ -40,7 +42,8 @@ class Checked(Documented):
     """Everything known of a file without flying.
 
     Attributes:
-        kind: Kind of the file: "study", "contest", "inference", "trials", "airframe", "gains", "law", "metric" or "reference".
+        kind: Kind of the file: "study", "contest", "inference", "trials", "airframe", "gains", "law", "metric", "reference",
+            "plant" or "fmu".
         document: What it holds: the preview of a study of any kind; plain data of the other kinds.
         hopeless: Whether a study asks for what nothing can reach, a gains file is wrong, or code of your own breaks its contract.
         examined: A gains file as read, None for other files.
@@ -71,8 +74,8 @@ def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
     """Check a file of any kind without flying.
 
     Args:
-        file: A study, contest, inference or airframe (TOML), a gains.json, a law, metric or reference of your own (Python,
-            which is run), or the name of a shipped study.
+        file: A study, contest, inference or airframe (TOML), a gains.json, a law, metric, reference or plant of your own
+            (Python, which is run), an FMU (which is not), or the name of a shipped study.
         watcher: Callbacks that hear of compilation.
 
     Returns:
@@ -95,6 +98,8 @@ def check(file: str | Path, *, watcher: Watcher | None = None) -> Checked:
         return validate(path)
     if path.suffix == ".py":
         return check_own(path)
+    if path.suffix == ".fmu":
+        return check_fmu(path)
     layers = read_layers(path)
     keys = set(layers[0].table)
     if kind_of_layers(layers).table is None and AIRFRAME_KEYS & keys and not {"scenario", "objective"} & keys:
@@ -148,6 +153,23 @@ def check_own(file: Path) -> Checked:
         "breaches": [breach._asdict() for breach in examined.breaches],
     }
     return Checked(examined.noun, verdict, bool(examined.breaches))
+
+
+def check_fmu(file: Path) -> Checked:
+    """Return what a study may name of an FMU, of which nothing runs; InputError where it cannot be used on this machine."""
+    archive, description = looked_at(file)
+    by_reference = {each.reference: each for each in reversed(description.variables)}
+    groups = {
+        f"{role}s": {each.name: each.unit or "(no unit)" for each in description.variables if each.role == role}
+        for role in (INPUT, OUTPUT, PARAMETER)
+    }
+    states = [by_reference[reference].name for reference in description.states if reference in by_reference]
+    found = {
+        "kind": "fmu", "file": str(file), "title": description.title or description.model, "fmi": description.version,
+        **groups, "states": states, "directional_derivatives": "yes" if description.directional else "no",
+        "digest": archive.digest,
+    }  # fmt: skip
+    return Checked("fmu", found)
 
 
 def airframe_figures(file: Path) -> Row:

@@ -1,7 +1,8 @@
 /* A DC motor as an FMU for co-simulation, FMI 2.0 or 3.0, for tests: equations and Runge-Kutta steps as plants in Python have them.
 
    -DFMI=2 or 3. It misbehaves once the angle [rad] has passed the parameter `fault`, where that is above 0: -DFAULT=CRASH, HANG,
-   NOT_A_NUMBER or AN_ERROR. -DHIDDEN adds a lag of the voltage of which its description says nothing. */
+   NOT_A_NUMBER or AN_ERROR. -DHIDDEN adds a lag of the voltage of which its description says nothing; -DMOVING starts it at
+   1 rad/s. */
 
 #include <math.h>
 #include <stdint.h>
@@ -30,6 +31,9 @@ static void begin(Motor *m)
 {
     memcpy(m->v, START, sizeof START);
     m->lagged = 0.0;
+#ifdef MOVING
+    m->v[SPEED] = 1.0;
+#endif
 }
 
 static void rates(const Motor *m, double speed, double voltage, double *out)

@@ -1,0 +1,187 @@
+"""Flights of an FMU are those of the same plant in Python, on any number of workers; one that it breaks is lost and no other."""
+
+from functools import cache
+from pathlib import Path
+from tempfile import mkdtemp
+
+import numpy as np
+import pytest
+
+from objectives.fmu.system import FmuSystem
+from objectives.margins.plant_margins import PlantMargins
+from objectives.metrics.address import parse
+from objectives.margins.quantities import QUANTITIES
+from objectives.problem import score_flights
+from plant.backends.flyer import result_parts
+from plant.closed_loop import Status
+from plant.errors import InputError, MissingPackageError
+from plant.fmu.fmu_model import read_fmu
+from plant.loop import Timing
+from plant.model.plan import Actuator, plan_loop
+from plant.model.scenario import PlantScenario, SensorNoise
+from plant.model.signals import Coloured, Step
+from plant.records import paths, rows
+from tests.plant.fmu.fmus import write_motor
+from tests.plant.model.plants import pid, system_of
+
+SPEC = PlantScenario(
+    "turn", 0.2, {"angle": Step(1.0, 0.01)}, {"torque": Coloured(0.001, 0.05)}, {"angle": SensorNoise(2e-4)},
+    {"inertia": 0.2, "friction": 0.3},
+)  # fmt: skip
+CHANNELS = [pid("angle", "angle", "voltage", limit=10.0)]
+ACTUATORS = [Actuator("voltage", -12.0, 12.0, delay=0.001)]
+TIMING = Timing(0.001, 0.0005)
+GAINS = np.array([[3.0, 2.0, 0.06, 0.001], [8.0, 5.0, 0.1, 0.001]])
+FLIGHTS = 20
+FAULTS = ("CRASH", "HANG", "NOT_A_NUMBER", "AN_ERROR")
+each_version = pytest.mark.parametrize("version", [2, 3])
+
+
+@cache
+def folder() -> Path:
+    return Path(mkdtemp(prefix="fmu-tests-"))
+
+
+@cache
+def fmu(version, *options, actuators=(), timing=TIMING, patience=60.0, fault=0.0, name=None, states=(), **changes):
+    """Return the motor's FMU under the same loop as `native`."""
+    name = name or f"motor{version}{''.join(options).replace('=', '')}{''.join(changes)}"
+    plant = read_fmu(write_motor(folder(), version, *options, name=name, **changes), ["torque"], states)
+    parameters = plant.parameters._replace(fault=fault)
+    return FmuSystem(plant, plan_loop(plant, CHANNELS, actuators or ACTUATORS), parameters, timing, patience)
+
+
+@cache
+def native(actuators=(), timing=TIMING):
+    return system_of("dc_motor", CHANNELS, list(actuators) or ACTUATORS, timing)
+
+
+def flown(system, count=FLIGHTS, threads=2, gains=GAINS, say=None):
+    inputs = system.sample(SPEC, 7, "search", range(count))
+    flyer = system.flyer(threads)
+    if say is not None:
+        flyer.say = say
+    return flyer.fly(gains, system.nominal, inputs)
+
+
+@cache
+def wanted():
+    return flown(native())
+
+
+@each_version
+def test_outcomes_are_those_of_the_plant_in_python(version):
+    """Every meter, and so every metric, to 1e-6 of its size; steps of the FMU are those of Runge and Kutta too."""
+    found = flown(fmu(version))
+    sizes = np.abs(wanted()).max(axis=(0, 1))
+    assert (result_parts(found)[1] == 0).all()
+    assert (np.abs(found - wanted()) <= 1e-6 * sizes).all()
+
+
+def test_a_trace_is_that_of_the_plant_in_python():
+    system, other = fmu(2), native()
+    kind = system.loop.Flight
+    traced = [*range(*rows(kind, "body.shown").indices(999)), *range(*rows(kind, "control.command").indices(999))]
+    theirs = [paths(other.loop.Flight).index(paths(kind)[row]) for row in traced]
+    inputs = [each.sample(SPEC, 7, "search", range(3)) for each in (system, other)]
+    mine = system.flyer(1).trace(GAINS[0], system.nominal, inputs[0], 3, traced)
+    np.testing.assert_allclose(
+        mine, other.flyer(1).trace(GAINS[0], other.nominal, inputs[1], 3, theirs), rtol=1e-9, atol=1e-10
+    )
+
+
+def test_bits_do_not_depend_on_workers_or_order():
+    one = flown(fmu(3), threads=1)
+    assert np.array_equal(one, flown(fmu(3), threads=3))
+    assert np.array_equal(one[1:, :4], flown(fmu(3), 4, 1, GAINS[1:]))
+
+
+@pytest.mark.parametrize("fault", FAULTS)
+def test_a_failure_costs_its_flight_and_no_other(fault):
+    """Those that pass 1.25 rad fail; the others have the bits that they have where nothing fails."""
+    said = []
+    broken = fmu(2, f"-DFAULT={fault}", fault=1.25, patience=1.0)
+    gains = np.array([GAINS[0], [30.0, 200.0, 0.1, 0.001]])
+    found, whole = flown(broken, 3, gains=gains, say=said.append), flown(fmu(2), 3, gains=gains)
+    status = result_parts(found)[1]
+    assert status.tolist() == [[0] * 3, [Status.NON_FINITE.code] * 3]
+    assert np.array_equal(found[0], whole[0])
+    assert (found[1, :, -1] < SPEC.duration).all()
+    assert len(said) == (fault != "NOT_A_NUMBER")
+    told = {"CRASH": "it crashed (SIGABRT)", "HANG": "it gave no answer for 1 s", "AN_ERROR": "DoStep failed with status 3 (error)"}
+    for line in said:
+        assert line.startswith("The FMU") and "in 3 of 6 flights" in line and told[fault] in line and "\n" not in line
+
+
+def test_a_failed_flight_costs_more_than_any_other():
+    broken = fmu(2, "-DFAULT=CRASH", fault=1.25, patience=1.0)
+    gains = np.array([GAINS[0], [30.0, 200.0, 0.1, 0.001]])
+    metrics = [parse(text, broken.axes) for text in ("itae.angle", "travel")]
+    scores, failed = score_flights(broken, metrics, flown(broken, 2, gains=gains), SPEC, broken.targets(SPEC))
+    assert failed.tolist() == [[False, False], [True, True]]
+    assert (scores[:, 1] > scores[:, 0]).all()
+
+
+def test_an_fmu_that_cannot_be_loaded_is_told(tmp_path):
+    file = write_motor(tmp_path, 2)
+    plant = read_fmu(write_motor(tmp_path, 3, text=None, name="other"), ["torque"])
+    object.__setattr__(plant.interface, "token", "another")
+    system = FmuSystem(plant, plan_loop(plant, CHANNELS, ACTUATORS), plant.parameters, TIMING)
+    with pytest.raises(InputError, match="cannot be loaded: Failed to instantiate"):
+        flown(system, 1)
+    assert file.exists()
+
+
+def test_without_fmpy_the_command_that_installs_it_is_told(monkeypatch):
+    system = fmu(2)
+    monkeypatch.setattr("plant.errors.find_spec", lambda name: None)
+    with pytest.raises(MissingPackageError, match=r"pip install 'holdfast\[fmu\]'"):
+        system.flyer(1)
+
+
+def margins(system, gains=GAINS):
+    return PlantMargins(system, 0.5 * GAINS[0], 2.0 * GAINS[1]).evaluate(gains)
+
+
+@each_version
+@pytest.mark.parametrize(("directional", "near"), [(True, 1e-5), (False, 1e-7)])
+def test_margins_are_those_of_the_plant_in_python(version, directional, near):
+    """By directional derivatives sampling is exact, and Runge and Kutta err by 1e-6; by differences it is what flies."""
+    found, known = margins(fmu(version, directional=directional)), margins(native())
+    assert known.stable.all() and np.array_equal(found.stable, known.stable)
+    for name in ("phase_margin", "gain_margin", "ms", "mt"):
+        np.testing.assert_allclose(*[QUANTITIES[name].values(each) for each in (found, known)], rtol=near)
+
+
+def test_outcomes_with_a_lag_go_to_those_of_the_plant_with_the_square_of_the_step():
+    lagging = (Actuator("voltage", -12.0, 12.0, delay=0.001, lag=0.002),)
+    known = flown(native(lagging, Timing(0.001, 0.000125)), 4)
+    found = [flown(fmu(2, actuators=lagging, timing=Timing(0.001, step)), 4) for step in (0.0005, 0.00025)]
+    itae = paths(native().loop.Meters).index("angle.itae")
+    errors = [np.abs(each[..., itae] / known[..., itae] - 1.0).max(axis=None) for each in found]
+    assert errors[0] < 1e-4
+    assert errors[1] < 0.3 * errors[0]
+
+
+def test_margins_with_a_lag_are_near_those_of_the_plant_in_python():
+    lagging, timing = (Actuator("voltage", -12.0, 12.0, delay=0.001, lag=0.002),), Timing(0.001, 0.00025)
+    both = [margins(fmu(2, actuators=lagging, timing=timing, directional=each)).sensitivity.value for each in (True, False)]
+    np.testing.assert_allclose(both[0], both[1], rtol=1e-5)
+    np.testing.assert_allclose(both[0], margins(native(lagging, timing)).sensitivity.value, rtol=5e-3)
+
+
+@pytest.mark.parametrize("directional", [True, False])
+def test_states_that_an_fmu_hides_are_found_out(directional):
+    with pytest.raises(InputError, match="answers a step of voltage otherwise"):
+        margins(fmu(2, "-DHIDDEN", directional=directional))
+
+
+def test_margins_need_all_states():
+    with pytest.raises(InputError, match=r"name all of its states in \[plant\] states"):
+        margins(fmu(3, states=("angle",), name="half"))
+
+
+def test_margins_need_an_fmu_that_rests():
+    system = fmu(2, "-DMOVING", name="moving")
+    with pytest.raises(InputError, match="does not rest where it starts: motor_speed"):
+        margins(system)
