@@ -20,7 +20,7 @@ from plant.fmu.instance import FmuError, Instance
 from plant.model.closing import PlantLoop
 from plant.records import flatten, pack
 
-NOWHERE = open(os.devnull, "w")  # noqa: SIM115 (open as long as the process)
+NOWHERE = os.open(os.devnull, os.O_WRONLY)
 
 
 def main() -> None:
@@ -28,7 +28,7 @@ def main() -> None:
     # Ctrl-C in a terminal reaches workers too, and it is the parent that ends them.
     signal.signal(signal.SIGINT, signal.SIG_IGN)
     requests, answers = sys.stdin.buffer, os.fdopen(os.dup(sys.stdout.fileno()), "wb")
-    os.dup2(NOWHERE.fileno(), sys.stdout.fileno())
+    os.dup2(NOWHERE, sys.stdout.fileno())
     with suppress(ImportError, ValueError):
         import resource
 

@@ -108,7 +108,11 @@ def test_a_failure_costs_its_flight_and_no_other(fault):
     assert np.array_equal(found[0], whole[0])
     assert (found[1, :, -1] < SPEC.duration).all()
     assert len(said) == (fault != "NOT_A_NUMBER")
-    told = {"CRASH": "it crashed (SIGABRT)", "HANG": "it gave no answer for 1 s", "AN_ERROR": "DoStep failed with status 3 (error)"}
+    told = {
+        "CRASH": "it crashed (SIGABRT)",
+        "HANG": "it gave no answer for 1 s",
+        "AN_ERROR": "DoStep failed with status 3 (error)",
+    }
     for line in said:
         assert line.startswith("The FMU") and "in 3 of 6 flights" in line and told[fault] in line and "\n" not in line
 
@@ -165,7 +169,9 @@ def test_outcomes_with_a_lag_go_to_those_of_the_plant_with_the_square_of_the_ste
 
 def test_margins_with_a_lag_are_near_those_of_the_plant_in_python():
     lagging, timing = (Actuator("voltage", -12.0, 12.0, delay=0.001, lag=0.002),), Timing(0.001, 0.00025)
-    both = [margins(fmu(2, actuators=lagging, timing=timing, directional=each)).sensitivity.value for each in (True, False)]
+    both = [
+        margins(fmu(2, actuators=lagging, timing=timing, directional=each)).sensitivity.value for each in (True, False)
+    ]
     np.testing.assert_allclose(both[0], both[1], rtol=1e-5)
     np.testing.assert_allclose(both[0], margins(native(lagging, timing)).sensitivity.value, rtol=5e-3)
 
