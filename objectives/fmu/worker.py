@@ -9,7 +9,7 @@ import os
 import signal
 import sys
 from contextlib import suppress
-from typing import Any, BinaryIO
+from typing import IO, Any
 
 from objectives.fmu.brief import Brief, loop_of
 from objectives.fmu.messages import Flown, Fly, Linearise, Ready, Refused, receive, send
@@ -39,7 +39,7 @@ def main() -> None:
         return
 
 
-def _serve(requests: BinaryIO, answers: BinaryIO) -> None:
+def _serve(requests: IO[bytes], answers: IO[bytes]) -> None:
     brief: Brief = receive(requests)
     try:
         loop = loop_of(brief)

@@ -95,9 +95,15 @@ def _differences(fmu: _Period) -> Array:
     for column, value in enumerate(at):
         nudge = np.zeros(len(at))
         nudge[column] = NUDGE * (1.0 + abs(value))
-        ends = [fmu.after(*np.split(at + sign * nudge, [x, x + m]))[0] for sign in (1.0, -1.0)]
-        by[:, column if column < x + m else column + shown] = (ends[0] - ends[1]) / (2.0 * nudge[column])
+        above, below = (_one_period(fmu, at + sign * nudge) for sign in (1.0, -1.0))
+        by[:, column if column < x + m else column + shown] = (above - below) / (2.0 * nudge[column])
     return by
+
+
+def _one_period(fmu: _Period, at: Array) -> Array:
+    """Return the body (b,) a period later; at: states, actuators and commands."""
+    x, m = fmu.states, fmu.inputs
+    return fmu.after(at[:x], at[x : x + m], at[x + m :])[0]
 
 
 def _directional(fmu: _Period, instance: Instance, timing: Timing) -> Array:

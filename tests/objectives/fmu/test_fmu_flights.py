@@ -3,14 +3,15 @@
 from functools import cache
 from pathlib import Path
 from tempfile import mkdtemp
+from typing import Any
 
 import numpy as np
 import pytest
 
 from objectives.fmu.system import FmuSystem
 from objectives.margins.plant_margins import PlantMargins
-from objectives.metrics.address import parse
 from objectives.margins.quantities import QUANTITIES
+from objectives.metrics.address import parse
 from objectives.problem import score_flights
 from plant.backends.flyer import result_parts
 from plant.closed_loop import Status
@@ -118,10 +119,11 @@ def test_a_failure_costs_its_flight_and_no_other(fault):
 
 
 def test_a_failed_flight_costs_more_than_any_other():
-    broken = fmu(2, "-DFAULT=CRASH", fault=1.25, patience=1.0)
+    system: Any = fmu(2, "-DFAULT=CRASH", fault=1.25, patience=1.0)
     gains = np.array([GAINS[0], [30.0, 200.0, 0.1, 0.001]])
-    metrics = [parse(text, broken.axes) for text in ("itae.angle", "travel")]
-    scores, failed = score_flights(broken, metrics, flown(broken, 2, gains=gains), SPEC, broken.targets(SPEC))
+    metrics = [parse(text, system.axes) for text in ("itae.angle", "travel")]
+    spec: Any = SPEC
+    scores, failed = score_flights(system, metrics, flown(system, 2, gains=gains), spec, system.targets(spec))
     assert failed.tolist() == [[False, False], [True, True]]
     assert (scores[:, 1] > scores[:, 0]).all()
 
