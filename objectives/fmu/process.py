@@ -80,6 +80,7 @@ class FmuProcess:
             process.kill()
 
         timer = Timer(seconds, end)
+        timer.daemon = True
         timer.start()
         try:
             send(process.stdin, request)

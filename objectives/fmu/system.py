@@ -2,10 +2,11 @@
 
 import platform
 from dataclasses import dataclass
+from functools import cached_property
 from pathlib import Path
 from typing import Any
 
-from objectives.fmu.brief import brief_of
+from objectives.fmu.brief import Brief, brief_of
 from objectives.fmu.flyer import FmuFlyer
 from objectives.fmu.messages import Refused
 from objectives.fmu.process import FmuProcess, WorkerLostError
@@ -51,7 +52,11 @@ class FmuSystem(PlantSystem):
     def process(self) -> FmuProcess:
         """Return a worker process that is not started yet; MissingPackageError where FMPy is not installed."""
         require_package("fmpy", "fmu", key="plant.fmu")
-        interface, file = self.plant.interface, self.plant.file
-        folder = unpacked(Path(file), interface.digest)
-        brief = brief_of(interface, folder, self.plan, self.timing, self.patience)
-        return FmuProcess(brief, identity(self.loop), file)
+        return FmuProcess(*self._told, self.plant.file)
+
+    @cached_property
+    def _told(self) -> tuple[Brief, str]:
+        """The brief of its workers, and the identity of the loop that they must build."""
+        interface = self.plant.interface
+        folder = unpacked(Path(self.plant.file), interface.digest)
+        return brief_of(interface, folder, self.plan, self.timing, self.patience), identity(self.loop)

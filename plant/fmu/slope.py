@@ -38,7 +38,8 @@ def slope_at_start(loop: PlantLoop, instance: Instance, timing: Timing, dynamics
     """Return the slope of an FMU with these constants; InputError where it does not rest, or hides states."""
     fmu = _Period(loop, Mover(loop, instance, timing), dynamics.tolist())
     _check_rest(fmu, timing.control_period)
-    by = _directional(fmu, instance, timing) if directional else _differences(fmu)
+    known = _known(fmu, instance) if directional else None
+    by = _differences(fmu) if known is None else _sampled(fmu, known, timing)
     _check_states(fmu, by)
     return Slope(fmu.body, by)
 
@@ -106,11 +107,19 @@ def _one_period(fmu: _Period, at: Array) -> Array:
     return fmu.after(at[:x], at[x : x + m], at[x + m :])[0]
 
 
-def _directional(fmu: _Period, instance: Instance, timing: Timing) -> Array:
+def _known(fmu: _Period, instance: Instance) -> Array | None:
+    """Return the derivatives of state rates and outputs by states and inputs; None where the FMU does not keep its promise."""
+    fmu.begin()
+    try:
+        whole = np.array(instance.slopes()).T
+    except FmuError:
+        return None
+    return whole if np.isfinite(whole).all() else None
+
+
+def _sampled(fmu: _Period, whole: Array, timing: Timing) -> Array:
     """Return the slope from x' = A x + B u, y = C x + D u, u held over each plant step as it is in flights."""
     x, m, b = fmu.states, fmu.inputs, len(fmu.body)
-    fmu.begin()
-    whole = np.array(instance.slopes()).T
     generator = np.zeros((x + m, x + m))
     generator[:x] = whole[:x]
     moved = expm(generator * timing.plant_step)[:x]

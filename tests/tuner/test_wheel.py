@@ -61,7 +61,7 @@ def use(unpacked, tmp_path):
 
 def test_the_wheel_holds_every_study_once(wheel):
     held = [Path(name) for name in zipfile.ZipFile(wheel).namelist() if name.endswith(".toml")]
-    assert sorted(path.name for path in held if path.parts[0] == "studies") == sorted(
+    assert sorted(path.name for path in held if path.parent == Path("studies")) == sorted(
         f"{name}.toml" for name in STUDIES
     )
     assert {path.parts[0] for path in held} == {"studies", "plant"}

@@ -159,6 +159,13 @@ def test_margins_are_those_of_the_plant_in_python(version, directional, near):
         np.testing.assert_allclose(*[QUANTITIES[name].values(each) for each in (found, known)], rtol=near)
 
 
+def test_an_fmu_that_refuses_its_derivatives_is_differentiated():
+    found, known = (
+        QUANTITIES["ms"].values(margins(each)) for each in (fmu(2, "-DNO_SLOPE"), fmu(2, directional=False))
+    )
+    assert np.array_equal(found, known)
+
+
 def test_outcomes_with_a_lag_go_to_those_of_the_plant_with_the_square_of_the_step():
     lagging = (Actuator("voltage", -12.0, 12.0, delay=0.001, lag=0.002),)
     known = flown(native(lagging, Timing(0.001, 0.000125)), 4)

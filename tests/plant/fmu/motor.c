@@ -2,7 +2,7 @@
 
    -DFMI=2 or 3. It misbehaves once the angle [rad] has passed the parameter `fault`, where that is above 0: -DFAULT=CRASH, HANG,
    NOT_A_NUMBER or AN_ERROR. -DHIDDEN adds a lag of the voltage of which its description says nothing; -DMOVING starts it at
-   1 rad/s. */
+   1 rad/s; -DNO_SLOPE has it refuse the directional derivatives that it promises. */
 
 #include <math.h>
 #include <stdint.h>
@@ -87,6 +87,9 @@ static int set(Motor *m, const unsigned *reference, size_t n, const double *valu
 /* Derivatives of the rates and of the angle by angle, speed and voltage, in closed form. */
 static int slope(Motor *m, const unsigned *unknown, size_t unknowns, const unsigned *known, size_t knowns, const double *seed, double *out)
 {
+#ifdef NO_SLOPE
+    return ERROR;
+#endif
     double c = m->v[CONSTANT], r = m->v[RESISTANCE], j = m->v[INERTIA];
     for (size_t i = 0; i < unknowns; i++) {
         out[i] = 0.0;

@@ -161,3 +161,6 @@ def test_units_and_names_of_the_example_are_those_of_its_study():
     table = tomllib.loads((FOLDER / "from_fmu/iron.toml").read_text(encoding="utf-8"))
     source = (FOLDER / "from_fmu/iron.py").read_text(encoding="utf-8")
     assert all(f'"{name}"' in source for name in table["plant"]["units"])
+    page = (FOLDER.parent / "docs/fmu_plant.md").read_text(encoding="utf-8")
+    shown = page.partition("```toml\n")[2].partition("```")[0]
+    assert tomllib.loads(shown)["plant"] == table["plant"]

@@ -1,0 +1,54 @@
+"""A worker builds the loop that its parent has from names and numbers, or says why it cannot."""
+
+import pickle
+import shutil
+from dataclasses import replace
+from pathlib import Path
+
+import pytest
+
+from objectives.fmu.brief import brief_of, loop_of
+from objectives.plant_meters import meters_of
+from plant.backends.identity import identity
+from plant.errors import InputError
+from plant.fmu.fmu_model import read_fmu
+from plant.laws import LAWS
+from plant.loop import Timing
+from plant.model.closing import close_plant
+from plant.model.plan import Actuator, Channel, plan_loop
+from tests.plant.fmu.fmus import write_motor
+from tests.plant.own_files import forget
+from tuner.study.own_code import use
+
+PLAIN = Path(__file__).parents[3] / "studies/own_law/pid_plain.py"
+TIMING = Timing(0.001, 0.001)
+
+
+def closed(folder, law):
+    plant = read_fmu(write_motor(folder, 2), ["torque"])
+    plan = plan_loop(plant, [Channel("angle", law, "angle", "voltage", limit=10.0)], [Actuator("voltage", -12.0, 12.0)])
+    return plant, plan, close_plant(plant, plan, meters_of(plan), TIMING.control_period)
+
+
+def test_the_loop_of_a_brief_is_the_one_it_was_made_from(tmp_path):
+    plant, plan, loop = closed(tmp_path, LAWS["pid"])
+    brief = brief_of(plant.interface, tmp_path, plan, TIMING, 1.0)
+    assert identity(loop_of(pickle.loads(pickle.dumps(brief)))) == identity(loop)
+
+
+def test_a_law_of_a_file_is_read_from_it_again(tmp_path):
+    own = Path(shutil.copy(PLAIN, tmp_path))
+    plant, plan, loop = closed(tmp_path, use(own))
+    told = pickle.dumps(brief_of(plant.interface, tmp_path, plan, TIMING, 1.0))
+    forget()
+    assert identity(loop_of(pickle.loads(told))) == identity(loop)
+    forget()
+    own.write_text(own.read_text().replace("return demand", "return 2.0 * demand"))
+    with pytest.raises(InputError, match="has changed since"):
+        loop_of(pickle.loads(told))
+
+
+def test_a_law_of_no_file_is_refused(tmp_path):
+    plant, plan, _ = closed(tmp_path, replace(LAWS["pid"], name="mine"))
+    with pytest.raises(InputError, match="'mine' is a law of no file"):
+        brief_of(plant.interface, tmp_path, plan, TIMING, 1.0)
