@@ -27,8 +27,8 @@ NAVIGATION = {
         "how_to/add_a_law", "how_to/add_a_metric", "how_to/add_an_export_target", "how_to/add_a_number",
     ),
     "Examples": (
-        "examples/dc_motor", "examples/dead_time", "examples/two_masses", "examples/fixed_wing", "examples/own_law",
-        "examples/gymnasium", "examples/rotorpy",
+        "examples/dc_motor", "examples/dead_time", "examples/two_masses", "examples/fixed_wing", "examples/iron",
+        "examples/own_law", "examples/gymnasium", "examples/rotorpy",
     ),
     "Explanation": ("model", "statistics", "paper", "airframes", "speed", "architecture"),
     "Reference": ("study_file", "choices", "commands", "api", "results", "gains_file", "gains_keys", "glossary"),

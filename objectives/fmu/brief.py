@@ -1,68 +1,108 @@
 """The brief of a worker that flies an FMU: names and numbers, from which it builds the loop that its parent has.
 
-Laws and records made at run time cannot be pickled. A law of a file is read again from it, where its digest is still the same.
+Laws, metrics and records made at run time cannot be pickled. What is of a file is read again from it, where its digest is still
+the same.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from objectives.plant_meters import meters_of
 from plant.errors import InputError
 from plant.fmu.fmu_model import Interface, fmu_model
 from plant.laws import LAWS, law
-from plant.laws.law import Law
 from plant.loop import MeterModel, Timing
 from plant.model.closing import PlantLoop, close_plant
 from plant.model.plan import Actuator, Channel, LoopPlan
 from plant.own_code import run_own_code
+from plant.registry import Registry
+
+if TYPE_CHECKING:
+    from objectives.metrics.address import MetricAddress
+
+LAW, METRIC = "LAW", "METRIC"
 
 
 @dataclass(frozen=True)
 class Brief:
     """All that a worker needs before it is asked for flights.
 
-    folder: of the unpacked FMU. channels: fields of each, its law by name. laws: files of laws of the user's own, by
-    digest. patience: seconds after which its parent has given it up.
+    folder: of the unpacked FMU. channels: fields of each, its law by name. metered: metrics whose accumulators run: address, name
+    and axes. code: files of the user's own that have to be read again, by digest. patience: seconds after which its parent has
+    given it up.
     """
 
     interface: Interface
     folder: Path
     channels: tuple[dict[str, Any], ...]
     actuators: tuple[Actuator, ...]
-    laws: dict[str, Path]
+    metered: tuple[tuple[str, str, tuple[str, ...]], ...]
+    code: dict[str, Path]
     timing: Timing
     patience: float
 
 
-def brief_of(interface: Interface, folder: Path, plan: LoopPlan, timing: Timing, patience: float) -> Brief:
-    """Return what a worker is told; InputError where it could not find a law again."""
-    channels = tuple({field.name: getattr(each, field.name) for field in fields(each)} for each in plan.channels)
-    laws = dict(_file_of(each.law) for each in plan.channels if not _is_found_by_name(each.law))
+def brief_of(
+    interface: Interface,
+    folder: Path,
+    plan: LoopPlan,
+    metered: Sequence["MetricAddress"],
+    timing: Timing,
+    patience: float,
+) -> Brief:
+    """Return what a worker is told; InputError where it could not find a law or a metric again."""
+    code = _files_of(LAWS, [each.law for each in plan.channels])
+    if metered:
+        code |= _files_of(_metrics(), [each.metric for each in metered])
+    channels = [{field.name: getattr(each, field.name) for field in fields(each)} for each in plan.channels]
     named = tuple({**each, "law": each["law"].name} for each in channels)
-    return Brief(interface, folder, named, plan.actuators, laws, timing, patience)
+    addresses = tuple((each.text, each.metric.name, each.axes) for each in metered)
+    return Brief(interface, folder, named, plan.actuators, addresses, code, timing, patience)
 
 
-def _is_found_by_name(entry: Law) -> bool:
-    return LAWS.get(entry.name) is entry and (entry.origin is None or entry.origin.packaged)
+def _metrics() -> Registry[Any]:
+    # Here, because a worker that runs no accumulators of metrics need not import any.
+    from objectives.metrics.registry import METRICS
+
+    return METRICS
 
 
-def _file_of(entry: Law) -> tuple[str, Path]:
-    if LAWS.get(entry.name) is not entry or entry.origin is None:
-        raise InputError(
-            f"'{entry.name}' is a law of no file, and an FMU flies in processes of its own; write the law to a file",
-            key="law",
-        )
-    return entry.origin.digest, Path(entry.origin.place).absolute()
+def _files_of(registry: Registry[Any], entries: Sequence[Any]) -> dict[str, Path]:
+    """Return the files, by digest, of those entries that are not found by their name alone."""
+    found: dict[str, Path] = {}
+    for entry in entries:
+        if registry.get(entry.name) is not entry:
+            raise InputError(
+                f"'{entry.name}' is a {registry.kind} of no file, and an FMU flies in processes of its own; write it to a file",
+                key=registry.kind,
+            )
+        if entry.origin is not None and not entry.origin.packaged:
+            found[entry.origin.digest] = Path(entry.origin.place).absolute()
+    return found
 
 
-def loop_of(brief: Brief, meters: MeterModel | None = None) -> PlantLoop:
-    """Return the loop of a brief; InputError where the file of a law has changed. meters: by default those of its channels."""
-    for digest, file in brief.laws.items():
+def loop_of(brief: Brief) -> PlantLoop:
+    """Return the loop of a brief; InputError where a file of its code has changed."""
+    for digest, file in brief.code.items():
         code = run_own_code(file)
         if code.digest != digest:
             raise InputError("has changed since the study was read; run the study again", file=file)
-        LAWS.add(code.names["LAW"], code.origin)
+        registry, name = (LAWS, LAW) if LAW in code.names else (_metrics(), METRIC)
+        registry.add(code.names[name], code.origin)
     channels = tuple(Channel(**{**each, "law": law(each["law"])}) for each in brief.channels)
     plan = LoopPlan(channels, brief.actuators)
-    return close_plant(fmu_model(brief.interface), plan, meters or meters_of(plan), brief.timing.control_period)
+    return close_plant(fmu_model(brief.interface), plan, _meters(brief, plan), brief.timing.control_period)
+
+
+def _meters(brief: Brief, plan: LoopPlan) -> MeterModel:
+    bundled = meters_of(plan)
+    if not brief.metered:
+        return bundled
+    from objectives.metrics.address import MetricAddress
+    from objectives.own_meters import with_accumulators
+
+    return with_accumulators(
+        bundled, [MetricAddress(text, _metrics().find(name), axes) for text, name, axes in brief.metered]
+    )

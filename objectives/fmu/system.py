@@ -59,4 +59,4 @@ class FmuSystem(PlantSystem):
         """The brief of its workers, and the identity of the loop that they must build."""
         interface = self.plant.interface
         folder = unpacked(Path(self.plant.file), interface.digest)
-        return brief_of(interface, folder, self.plan, self.timing, self.patience), identity(self.loop)
+        return brief_of(interface, folder, self.plan, self.metered, self.timing, self.patience), identity(self.loop)

@@ -169,7 +169,7 @@ def _plant(path: Path, table: PlantTable) -> tuple[PlantRecords, str]:
 
 def _system(plant: PlantRecords, plan: LoopPlan, parameters: Any, timing: Timing, patience: float) -> PlantSystem:
     if isinstance(plant, FmuModel):
-        return FmuSystem(plant, plan, parameters, timing, patience)
+        return FmuSystem(plant, plan, parameters, timing, patience=patience)
     return PlantSystem(plant, plan, parameters, timing)
 
 

@@ -49,7 +49,7 @@ def fmu(version, *options, actuators=(), timing=TIMING, patience=60.0, fault=0.0
     name = name or f"motor{version}{''.join(options).replace('=', '')}{''.join(changes)}"
     plant = read_fmu(write_motor(folder(), version, *options, name=name, **changes), ["torque"], states)
     parameters = plant.parameters._replace(fault=fault)
-    return FmuSystem(plant, plan_loop(plant, CHANNELS, actuators or ACTUATORS), parameters, timing, patience)
+    return FmuSystem(plant, plan_loop(plant, CHANNELS, actuators or ACTUATORS), parameters, timing, patience=patience)
 
 
 @cache
