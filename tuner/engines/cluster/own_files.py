@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 from objectives.plant_system import PlantSystem
 from objectives.system import System
 from plant.errors import InputError
+from plant.model.plant_model import PlantModel
 from plant.own_code import HAVE_RUN
 
 KEY = "--dask"
@@ -55,7 +56,10 @@ def _(system: PlantSystem) -> list[Any]:
 def _plant_files(system: Any) -> list[OwnFile]:
     if not isinstance(system, PlantSystem):
         return []
-    found = [code for code in HAVE_RUN.values() if code.names.get("derivative") is system.plant.derivative]
+    if not isinstance(system.plant, PlantModel):
+        raise InputError("an FMU flies in processes of this machine; leave --dask out", key=KEY)
+    plant = system.plant
+    found = [code for code in HAVE_RUN.values() if code.names.get("derivative") is plant.derivative]
     if not found:
         raise InputError(
             "no file holds the code of this plant, so no worker can have it; write it to a file, or leave --dask out",

@@ -15,8 +15,6 @@ import numpy as np
 
 from objectives.engine import Engine
 from objectives.fmu.flyer import FmuFlyer
-from objectives.fmu.system import FmuSystem
-from plant.errors import InputError
 from plant.scenarios import CONFIRMATION, HELD_OUT
 from plant.threads import use_threads
 from tuner import report
@@ -201,16 +199,6 @@ class PlantRun(TuningRun):
         if isinstance(self.problem.flyer, FmuFlyer):
             self.problem.flyer.say = self.watcher.on_warning
 
-    @classmethod
-    @contextmanager
-    def engine_for(
-        cls, study: TuningStudy, watcher: Watcher, recorded: Path | None, **options: Unpack[Options]
-    ) -> Iterator[Engine | None]:
-        """Yield a cluster or None for this machine's cores; InputError where a cluster is to fly an FMU."""
-        if options.get("dask") and isinstance(study.system, FmuSystem):
-            raise InputError("an FMU flies in processes of this machine; leave --dask out", key="--dask")
-        with super().engine_for(study, watcher, recorded, **options) as engine:
-            yield engine
 
 def run_of(study: TuningStudy) -> type[TuningRun]:
     """Return the experiment that tunes a study."""

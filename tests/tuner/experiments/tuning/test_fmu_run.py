@@ -110,6 +110,13 @@ def test_a_crash_costs_the_candidate_and_not_the_run(written, tmp_path):
     assert failures.max(axis=0) > 0.0 and failures.min(axis=0) == 0.0
 
 
+def test_a_cluster_flies_no_fmu(written, monkeypatch, capsys):
+    code, _, err = tuner(
+        monkeypatch, capsys, "run", written / "motor_fmu.toml", "--out", written / "d", "--dask", "local:1"
+    )
+    assert code == 2 and "an FMU flies in processes of this machine" in err
+
+
 def test_check_tells_what_a_study_may_name(written, monkeypatch, capsys):
     code, out, err = tuner(monkeypatch, capsys, "check", written / "motor.fmu")
     assert code == 0, err
