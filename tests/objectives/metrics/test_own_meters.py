@@ -50,8 +50,15 @@ def metric(name, scope, update):
 
 
 ERROR, COMMAND = metric("own_iae", "axis", add_error), metric("own_peak", "flight", add_command)
-ASKED = (MetricAddress("own_iae.position", ERROR, ("x", "y", "z")), MetricAddress("own_peak", COMMAND, ()))
+ASKED = (
+    MetricAddress("own_iae.position", ERROR, ("x", "y", "z")),
+    MetricAddress("own_peak", COMMAND, ()),
+    MetricAddress("sway.x", run_own_code(SWAY).names["METRIC"], ("x",)),
+)
 SYSTEM = System(VEHICLE, loop().cascade, NOMINAL, LIMITS, TIMING)
+# All quadrotors here fly one kernel, which takes 15 s to compile.
+METERED = metering(SYSTEM, ASKED)
+BATCH = FlightBatch(spec(), "search", FLIGHTS)
 
 
 def scores(system, addresses, batch, row):
@@ -62,8 +69,8 @@ def scores(system, addresses, batch, row):
 
 
 def test_a_quadrotor_and_a_plant_hold_what_the_bundled_meters_hold():
-    addresses = (*ASKED, parse("iae.position"), parse("command_peak"))
-    own, peak, bundled, highest = scores(SYSTEM, addresses, FlightBatch(spec(), "search", FLIGHTS), gains())
+    addresses = (*ASKED[:2], parse("iae.position"), parse("command_peak"))
+    own, peak, bundled, highest = scores(METERED, addresses, BATCH, gains())
     assert np.array_equal(own, bundled)
     assert (peak > 1.0).all() and (peak <= highest).all()
     study = load_study("dc_motor")
@@ -75,21 +82,17 @@ def test_a_quadrotor_and_a_plant_hold_what_the_bundled_meters_hold():
 
 
 def test_the_way_that_an_axis_goes_is_that_of_its_trajectory():
-    shipped = run_own_code(SWAY).names["METRIC"]
-    address = MetricAddress("sway.x", shipped, ("x",))
-    (found,) = scores(SYSTEM, (address,), FlightBatch(spec(), "search", FLIGHTS), gains())
+    (found,) = scores(METERED, ASKED[2:], BATCH, gains())
     row = paths(loop().Flight).index("body.position.x")
     trace = Flyer(loop(), LIMITS, TIMING, 1).trace(gains(), NOMINAL, inputs(range(FLIGHTS)), 1, [row])
     assert found == pytest.approx(np.abs(np.diff(trace[..., 0], axis=1)).sum(axis=1), rel=1e-12)
 
 
 def test_flights_without_an_accumulator_are_those_of_before():
-    batch = FlightBatch(spec(), "search", FLIGHTS)
-    metered = metering(SYSTEM, ASKED)
-    assert metering(SYSTEM, [parse("iae.x")]) is SYSTEM and metering(metered, ASKED) is metered
-    assert scenario_key(metered, 7, batch) != scenario_key(SYSTEM, 7, batch)
-    (there,) = scores(metered, (parse("itae.z"),), batch, gains())
-    (here,) = scores(SYSTEM, (parse("itae.z"),), batch, gains())
+    assert metering(SYSTEM, [parse("iae.x")]) is SYSTEM and metering(METERED, ASKED) is METERED
+    assert scenario_key(METERED, 7, BATCH) != scenario_key(SYSTEM, 7, BATCH)
+    (there,) = scores(METERED, (parse("itae.z"),), BATCH, gains())
+    (here,) = scores(SYSTEM, (parse("itae.z"),), BATCH, gains())
     assert np.array_equal(there, here)
 
 
@@ -97,7 +100,6 @@ def test_workers_take_an_accumulator_by_the_name_of_its_metric(monkeypatch):
     from objectives import metrics
 
     monkeypatch.setitem(metrics.METRICS, "own_iae", ERROR)
-    batch = FlightBatch(spec(), "search", FLIGHTS)
     system = metering(SYSTEM, [parse("own_iae.position")])
-    brief = brief_of(system, 7, batch)
-    assert scenario_key(system_of(brief), 7, batch) == brief.key
+    brief = brief_of(system, 7, BATCH)
+    assert scenario_key(system_of(brief), 7, BATCH) == brief.key

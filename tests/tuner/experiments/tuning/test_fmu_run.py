@@ -75,6 +75,7 @@ def test_it_is_flown_again_to_the_same_bits(run, written, monkeypatch, capsys):
     assert "every bit is the same" in out
 
 
+@pytest.mark.slow
 def test_a_longer_budget_goes_on(run, written, monkeypatch, capsys, tmp_path):
     longer = shutil.copytree(run, tmp_path / "longer")
     assert tuner(monkeypatch, capsys, "resume", longer, "--budget", "3", "--code", written / "motor.fmu")[0] == 0
