@@ -32,6 +32,7 @@ class ResolvedController(DocumentPart):
     position: str
     control_period: float | None = None
     plant_step: float | None = None
+    position_every: int = 1
     attitude_rate: str | None = None
     position_rate: str | None = None
     lag_aware: bool | None = None

@@ -377,7 +377,10 @@ class Study(TuningStudy):
 
     def _controller(self, without: set[str] | None = None) -> dict[str, Any]:
         """Return every value of the controller, with the plant step that is flown."""
-        return {**_dumped(self.table.controller, without), "plant_step": self.system.timing.plant_step}
+        # A study of one rate keeps the digest that it had before there were two.
+        unused = {"position_every"} if self.system.cascade.position_every == 1 else set[str]()
+        values = _dumped(self.table.controller, (without or set()) | unused)
+        return {**values, "plant_step": self.system.timing.plant_step}
 
     def _scenarios(self, paths: bool) -> list[dict[str, Any]]:
         """Return every value of the scenarios; paths: with those of waypoint files, as given, so that folders can move."""

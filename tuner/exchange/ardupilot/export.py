@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from plant.airframes.actuation import Actuation, actuation
+from plant.airframes.scales import Motors, is_plus, motors_text
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
 from tuner.exchange.aboard import DERIVATIVE, OTHERS, Aboard, aboard
@@ -30,7 +31,6 @@ from tuner.exchange.ardupilot.text import OLDER, SEPARATORS, modernised, read_pa
 from tuner.exchange.autopilot.assembly import CURVE, curve
 from tuner.exchange.autopilot.parameters import Values
 from tuner.exchange.autopilot.pid import rate_filters, rate_sources, setpoint_weights
-from tuner.exchange.autopilot.scales import Motors, is_plus, motors_text
 from tuner.exchange.target import FIRMWARE, Bundle, ExportTarget, Option, Request
 from tuner.gains import Controller
 

@@ -31,7 +31,7 @@ from tuner.exchange.autopilot.assembly import (
     unused_note,
     version_note,
 )
-from tuner.exchange.autopilot.cascade import ParameterFile, imported
+from tuner.exchange.autopilot.cascade import ParameterFile, cascade_for, imported
 from tuner.exchange.autopilot.parameters import defaults, stated
 from tuner.exchange.target import FIRMWARE, ImportedController, Importer, Option
 
@@ -72,7 +72,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     )
     known = [name for name in given if name in dialect.table or name.startswith(AROUND)]
     described = ParameterFile(file, given, target, known, notes, later_notes)
-    return imported(ardupilot, described, airframe, settings, values)
+    return imported(ardupilot, described, airframe, cascade_for(dialect, settings), settings, values)
 
 
 def check_version(version: str | None, dialect: Dialect, file: Path) -> None:

@@ -9,6 +9,7 @@ from dataclasses import replace
 from math import degrees
 
 from plant.airframes.actuation import Actuation, actuation
+from plant.airframes.scales import Motors, command_slope, motors_text
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError, shortened
 from tuner.exchange.autopilot.assembly import CURVE, curve
@@ -21,7 +22,6 @@ from tuner.exchange.autopilot.pid import (
     with_gains,
     with_measured_rates,
 )
-from tuner.exchange.autopilot.scales import Motors, command_slope, motors_text
 from tuner.exchange.betaflight.import_ import IMPORTER
 from tuner.exchange.betaflight.map import (
     ANGLE_LIMIT,

@@ -1,0 +1,96 @@
+"""Loops of autopilots: margins hold every filter exactly, against loop transfer functions put together from scipy's own filters."""
+
+from collections.abc import Callable
+
+import numpy as np
+import pytest
+from numpy.typing import NDArray
+from scipy import signal
+
+from objectives.margins.margins import MarginModel
+from objectives.margins.trim import Trim
+from plant.cascade import Cascade, close_cascade
+from plant.gains import default_row, gain_addresses
+from plant.laws import LAWS
+from plant.loop import Timing
+from plant.nominal import ControlOptions, nominal
+from tests.objectives.margins.designs import ideal_vehicle
+
+Array = NDArray[np.float64]
+Complex = NDArray[np.complex128]
+
+LAG = 0.03
+VEHICLE = ideal_vehicle(LAG)
+LEVEL = Trim(hold=False)
+
+
+def filtered(ba: tuple[Array, Array], w: Array, h: float) -> Complex:
+    return np.asarray(signal.freqz(*ba, w * h)[1])
+
+
+def low_pass(cutoff: float, w: Array, h: float) -> Complex:
+    return filtered(signal.butter(2, cutoff, fs=1.0 / h), w, h)
+
+
+def px4(gains: dict[str, float], w: Array, h: float) -> tuple[Complex, Complex]:
+    """Return what PX4 commands, in acceleration, for an angle and for a rate."""
+    z = np.exp(1j * w * h)
+    notch = filtered(signal.iirnotch(gains["notch"], gains["notch"] / gains["notch_width"], fs=1.0 / h), w, h)
+    on_error = gains["p"] + h * gains["i"] / (z - 1.0)
+    on_asked = on_error + gains["ff"]
+    damping = gains["d"] * low_pass(gains["d_cutoff"], w, h) * notch * (1.0 - 1.0 / z) / h
+    on_rate = on_error * low_pass(gains["gyro_cutoff"], w, h) * notch + damping
+    return gains["authority"] * on_asked * gains["angle_p"], gains["authority"] * on_rate
+
+
+FORMS: dict[str, Callable[[dict[str, float], Array, float], tuple[Complex, Complex]]] = {"px4": px4}
+CHOSEN = {
+    "px4": {"ff": 0.02, "notch": 90.0, "notch_width": 25.0, "d_cutoff": 45.0, "authority": 150.0},
+}
+
+
+def expected_loop(name: str, gains: dict[str, float], w: Array, h: float) -> Complex:
+    """Return the loop transfer function with a lagging torque, held, on a free axis."""
+    a = np.array([[-1.0 / LAG, 0.0, 0.0], [1.0, 0.0, 0.0], [0.0, 1.0, 0.0]])
+    b = np.array([[1.0 / LAG], [0.0], [0.0]])
+    ad, bd, *_ = signal.cont2discrete((a, b, np.eye(3), np.zeros((3, 1))), h)
+    z = np.exp(1j * w * h)
+    state = np.linalg.solve(z[:, None, None] * np.eye(3) - ad, np.broadcast_to(bd, (len(z), 3, 1)))[..., 0]
+    on_angle, on_rate = FORMS[name](gains, w, h)
+    return on_angle * state[:, 2] + on_rate * state[:, 1]
+
+
+def rows_of(cascade: Cascade, chosen: dict[str, float]) -> Array:
+    row = default_row(cascade)
+    for gain in gain_addresses(cascade):
+        if gain.loop == "attitude":
+            row[gain.column] = chosen.get(gain.info.name, row[gain.column])
+    return np.array(row)
+
+
+def gains_of(cascade: Cascade, row: Array, axis: str) -> dict[str, float]:
+    return {gain.info.name: float(row[gain.column]) for gain in gain_addresses(cascade) if gain.axis == axis}
+
+
+@pytest.mark.parametrize("h", [0.004, 0.001])
+@pytest.mark.parametrize("name", FORMS)
+def test_the_loop_is_that_of_scipys_filters(name: str, h: float) -> None:
+    cascade, timing = close_cascade(LAWS["pid"], LAWS[name], 4), Timing(h, min(h, 0.001))
+    model = MarginModel(cascade, nominal(VEHICLE, ControlOptions(), h), timing, VEHICLE, LEVEL)
+    row = rows_of(cascade, CHOSEN[name])
+    w = np.geomspace(0.5, 0.9 * np.pi / h, 60)
+    found = model.loop(row, "roll", frequency=w).loop
+    np.testing.assert_allclose(found, expected_loop(name, gains_of(cascade, row, "roll"), w, h), rtol=1e-6, atol=1e-9)
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_phase_margins_are_those_of_the_independent_loop(name: str) -> None:
+    h = 0.001
+    cascade = close_cascade(LAWS["pid"], LAWS[name])
+    model = MarginModel(cascade, nominal(VEHICLE, ControlOptions(), h), Timing(h, h), VEHICLE, LEVEL)
+    row = rows_of(cascade, CHOSEN[name])
+    found = model.evaluate(row[None])
+    w = np.array([found.crossover.value[0, 3]])
+    there = expected_loop(name, gains_of(cascade, row, "roll"), w, h)
+    assert found.stable[0, 3] and abs(there[0]) == pytest.approx(1.0, abs=1e-6)
+    assert found.phase.value[0, 3] == pytest.approx(abs(np.angle(-there[0])), abs=1e-6)
