@@ -34,7 +34,8 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 # Gains rows that the structure is read off from, and the amplitude at which terms are closed for that and to find a trim.
-PROBES, MIDDLE = 4, (Case(0.1),)
+# Of laws with filters, some of which a probe may leave out, there are more.
+PROBES, FILTER_PROBES, MIDDLE = 4, 16, (Case(0.1),)
 # Candidates worked on at once: off hover, where all channels are one block, a hundred with six cases take 0.5 GB.
 CHUNK = 100
 # The same without the margin of all loops at once, which is what takes the room, and candidates from which on it pays to look at
@@ -284,7 +285,9 @@ class MarginModel:
         """Gains rows spread over the search ranges."""
         spans = [gain.span for gain in gain_addresses(self._map.cascade)]
         low, high = np.array([span.low for span in spans]), np.array([span.high for span in spans])
-        draws = [generator(0, "margins/probes", i).uniform(size=len(spans)) for i in range(PROBES)]
+        filtered = any(gain.info.cutoff for gain in gain_addresses(self._map.cascade))
+        count = FILTER_PROBES if filtered else PROBES
+        draws = [generator(0, "margins/probes", i).uniform(size=len(spans)) for i in range(count)]
         return low + np.array(draws) * (high - low)
 
     def _alike(self, gains: Array, block: Block, original: Block) -> Mask:

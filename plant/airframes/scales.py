@@ -102,6 +102,11 @@ def betaflight_factors(actuation: Actuation) -> np.ndarray:
     return _signs(actuation)
 
 
+def crazyflie_factors(actuation: Actuation) -> np.ndarray:
+    """Matrix (4 motors, 3 axes) of the Crazyflie's X mixing, power_distribution_quadrotor.c: +-0.5, yaw +-1."""
+    return _signs(actuation) * np.array([0.5, 0.5, 1.0])
+
+
 def torque_scale(actuation: Actuation, factors: np.ndarray, thrust: float, target: str) -> TorqueScale:
     """Return the torque for one unit of output; thrust: of one rotor for one unit of motor command [N].
 

@@ -234,7 +234,10 @@ def settling(value: Array) -> float:
 
 
 def saturation_is_listened_to(law: Law) -> Iterator[Breach]:
-    """A step that asks for ten times the limit: little more overshoot than without, and no tail; told nothing, it winds up."""
+    """A step that asks for ten times the limit: little more overshoot than without, and no tail; told nothing, it winds up.
+
+    A law that says to wind up must do so: what it is told makes no difference.
+    """
     for loop in LOOPS:
         gains, duration = defaults(law, loop), 30.0
         asked = Axis().fly(law, gains, 250, _step).asked
@@ -243,6 +246,10 @@ def saturation_is_listened_to(law: Law) -> Iterator[Breach]:
             Axis(limit=bound, told=hears).fly(law, gains, round(duration / H), _step)
             for bound, hears in ((np.inf, "all"), (limit, "all"), (limit, "nothing"))
         )
+        if law.winds_up:
+            if not np.array_equal(told.value, untold.value):
+                yield Breach("winds_up", f"is said, but the law listens to saturation in the {loop} loop; leave it out")
+            continue
         if settling(free.value) == duration:
             if "rejects" in law.promises:
                 yield Breach("step", f"does not settle a step of 1 within {duration:g} s in the {loop} loop")

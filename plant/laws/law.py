@@ -36,7 +36,8 @@ class GainInfo:
     and search range in each loop. scale: "log" or "linear", how a search should walk the range. least: the smallest value
     that is meaningful at all; exclusive: whether that value itself is excluded. observer: a pole whose product with the
     control period is limited. cutoff: a frequency [Hz] that must stay below half the sampling rate. airframe: a fact of the
-    vehicle that the gains are stated with, which no search changes. source: where definition and range come from.
+    vehicle that the gains are stated with, which no search changes. firmware: a constant of the firmware, which no parameter
+    changes. resolution: step of the values that the firmware holds, 0 for none. source: where definition and range come from.
     """
 
     name: str
@@ -52,6 +53,8 @@ class GainInfo:
     observer: bool = False
     cutoff: bool = False
     airframe: bool = False
+    firmware: bool = False
+    resolution: float = 0.0
 
     def span(self, loop: str) -> Span:
         """Return default and range for the loop "attitude" or "position"."""
@@ -105,7 +108,8 @@ class Law:
     f(s, constants) of slope 1 at 0, never larger than s, that take away from large signals alone, such as the limit of an
     integral: `step` reaches them by their global names, flights meet them, and margins speak of the loop inside of them.
 
-    What a firmware's law tells of its gains:
+    What a firmware's law tells of itself and of its gains:
+    winds_up: it hears nothing of saturation, and limits alone bound its integrals.
     shared: axes that have one number between them, by gain, as one parameter is.
     axes: default and range of gains that are other ones on an axis, by axis and gain.
     on_airframe(vehicle) -> value by axis of the gain that is a fact of the airframe.
@@ -141,6 +145,7 @@ class Law:
     continuous: Callable[[Any, bool], ContinuousForm] | None = field(default=None, compare=False)
     sector: Callable[[Any], float] | None = field(default=None, compare=False)
     super_twisting: SuperTwisting | None = field(default=None, compare=False)
+    winds_up: bool = field(default=False, compare=False)
     shared: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]], compare=False)
     axes: Mapping[str, Mapping[str, Span]] = field(default_factory=dict[str, Mapping[str, Span]], compare=False)
     on_airframe: Callable[[Vehicle], Mapping[str, float]] | None = field(default=None, compare=False)

@@ -92,6 +92,7 @@ class ResolvedVariable(DocumentPart):
     low: float
     high: float
     scale: Scale
+    step: float = 0.0
 
 
 class ResolvedRequirement(DocumentPart):
@@ -115,6 +116,7 @@ class Resolved(Document):
 
     title: str = ""
     seed: int
+    target: str | None = None
     law: dict[str, str] | None = None
     metric: dict[str, str] | list[dict[str, Json]] | None = None
     reference: dict[str, str] | None = None

@@ -45,6 +45,7 @@ from tuner.study.schema import (
 from tuner.study.search_reading import least_tail, search_of
 from tuner.study.size import ScenarioSize, check_size, flight_steps
 from tuner.study.study import Study, StudyScenario
+from tuner.study.targets import check_target
 from tuner.study.trim import check_trim
 from tuner.text.input_errors import check_magnitudes, located
 
@@ -85,6 +86,8 @@ def _build(path: Path, table: StudyTable) -> Study:
         with located(path, "gains"):
             row = default_row(cascade, airframe.vehicle) if default is None else default.gains
             space = decision_space(table.gains, cascade, timing.control_period, row)
+            if table.target is not None:
+                check_target(space, system.gains)
         scenarios = tuple(listed("scenario", path, table.scenario, lambda entry: _scenario(entry, timing, path)))
         unique("scenario", [entry.spec.name for entry in scenarios], ".name")
         objectives = tuple(

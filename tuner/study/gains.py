@@ -144,11 +144,13 @@ def _variable(claim: KeyedGains, gains: tuple[GainAddress, ...], control_period:
     low, low_origin = (usual.low, "the usual range begins at") if entry.low is None else (entry.low, "given")
     high, high_origin = (usual.high, "the usual range ends at") if entry.high is None else (entry.high, "given")
     scale = first.info.scale if entry.scale is None else entry.scale
-    variable = Variable(claim.key, tuple(gain.address for gain in gains), low, high, scale)
+    steps = {gain.info.resolution for gain in gains}
+    variable = Variable(claim.key, tuple(gain.address for gain in gains), low, high, scale, max(steps))
     for gain in gains:
-        if gain.info.airframe:
+        if gain.info.airframe or gain.info.firmware:
+            fact = "airframe" if gain.info.airframe else "firmware, which no parameter changes"
             message = (
-                f"'{gain.address}' is a fact of the airframe ({gain.info.meaning}); leave it out, or give one number"
+                f"'{gain.address}' is a fact of the {fact} ({gain.info.meaning}); leave it out, or give one number"
             )
             raise InputError(message, key=claim.key)
         check_value(claim.key, gain, low, control_period, low_origin)

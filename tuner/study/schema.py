@@ -347,6 +347,9 @@ class StudyTable(StrictTable):
     """Root of every random number."""
     airframe: AirframeTable
     controller: ControllerTable
+    target: str | None = None
+    """Autopilot whose own loops fly, at its rates: "px4", "ardupilot", "betaflight", "crazyflie"; [controller] then may be left
+    out."""
     scenario: Annotated[list[ScenarioTable], Field(min_length=1)]
     objective: Annotated[list[ObjectiveTable], Field(min_length=1)]
     description: str = ""

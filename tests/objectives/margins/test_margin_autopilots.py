@@ -43,8 +43,58 @@ def px4(gains: dict[str, float], w: Array, h: float) -> tuple[Complex, Complex]:
     return gains["authority"] * on_asked * gains["angle_p"], gains["authority"] * on_rate
 
 
-FORMS: dict[str, Callable[[dict[str, float], Array, float], tuple[Complex, Complex]]] = {"px4": px4}
+def stage(cutoff: float, w: Array, h: float) -> Complex:
+    """Return a first-order low-pass by backward Euler: 1/(1 + s/w_c) with s = (1 - 1/z)/h."""
+    return 1.0 / (1.0 + (1.0 - np.exp(-1j * w * h)) / (h * 2.0 * np.pi * cutoff))
+
+
+def ardupilot(gains: dict[str, float], w: Array, h: float) -> tuple[Complex, Complex]:
+    """Return what ArduPilot commands, in acceleration, for an angle and for a rate; it integrates before use."""
+    z = np.exp(1j * w * h)
+    derivative = gains["d"] * stage(gains["d_cutoff"], w, h) * (1.0 - 1.0 / z) / h
+    on_error = (gains["p"] + h * gains["i"] / (1.0 - 1.0 / z) + derivative) * stage(gains["error_cutoff"], w, h)
+    on_asked = (on_error + gains["ff"]) * stage(gains["target_cutoff"], w, h)
+    on_rate = on_error * low_pass(gains["gyro_cutoff"], w, h)
+    return gains["authority"] * on_asked * gains["angle_p"], gains["authority"] * on_rate
+
+
+def betaflight(gains: dict[str, float], w: Array, h: float) -> tuple[Complex, Complex]:
+    """Return what Betaflight commands, in acceleration, for an angle and for a rate."""
+    z, degrees = np.exp(1j * w * h), 180.0 / np.pi
+    centre, lower = gains["notch"], gains["notch_cutoff"]
+    # Q of a notch with this lower edge; RBJ's cookbook gives the section.
+    alpha = np.sin(2.0 * np.pi * centre * h) / 2.0 * (centre**2 - lower**2) / (centre * lower)
+    turn = -2.0 * np.cos(2.0 * np.pi * centre * h)
+    notch = filtered((np.array([1.0, turn, 1.0]), np.array([1.0 + alpha, turn, 1.0 - alpha])), w, h)
+    gyro = stage(gains["gyro_lpf1"], w, h) * stage(gains["gyro_lpf2"], w, h) * notch
+    on_error = degrees * (0.032029 * gains["p"] + 0.244381 * gains["i"] * h / (1.0 - 1.0 / z))
+    derivative = degrees * 0.000529 * gains["d"] * stage(gains["d_lpf1"], w, h) * stage(gains["d_lpf2"], w, h)
+    on_rate = gyro * (on_error + derivative * (1.0 - 1.0 / z) / h)
+    level = 0.1 * gains["angle_p"] * stage(1.0 / np.sqrt(2.0 ** (1.0 / 3.0) - 1.0) * 50.0, w, h) ** 3
+    return gains["authority"] * on_error * level, gains["authority"] * on_rate
+
+
+def crazyflie(gains: dict[str, float], w: Array, h: float) -> tuple[Complex, Complex]:
+    """Return what the Crazyflie commands, in acceleration, for an angle and for a rate."""
+    z, degrees = np.exp(1j * w * h), 180.0 / np.pi
+    gyro = low_pass(gains["gyro_cutoff"], w, h)
+    on_error = gains["p"] + gains["i"] * h / (1.0 - 1.0 / z)
+    on_rate = gyro * (on_error + gains["d"] * low_pass(gains["d_cutoff"], w, h) * (1.0 - 1.0 / z) / h)
+    outer = gains["angle_p"] + gains["angle_i"] * h / (1.0 - 1.0 / z) + gains["angle_d"] * (1.0 - 1.0 / z) / h
+    unit = gains["authority"] * degrees
+    return unit * (on_error + gains["ff"]) * outer, unit * on_rate
+
+
+FORMS: dict[str, Callable[[dict[str, float], Array, float], tuple[Complex, Complex]]] = {
+    "px4": px4,
+    "ardupilot": ardupilot,
+    "betaflight": betaflight,
+    "crazyflie": crazyflie,
+}
 CHOSEN = {
+    "ardupilot": {"ff": 0.01, "error_cutoff": 45.0, "gyro_cutoff": 35.0, "authority": 120.0, "d": 0.002},
+    "betaflight": {"notch": 100.0, "notch_cutoff": 80.0, "authority": 0.2},
+    "crazyflie": {"angle_d": 0.02, "d_cutoff": 40.0, "ff": 3.0, "authority": 1e-3},
     "px4": {"ff": 0.02, "notch": 90.0, "notch_width": 25.0, "d_cutoff": 45.0, "authority": 150.0},
 }
 

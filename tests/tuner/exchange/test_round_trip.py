@@ -118,6 +118,23 @@ def test_a_px4_vehicle_in_its_own_loops_is_what_it_was(case, tmp_path):
         assert written[name] == float(np.float32(case.values[name])), name
 
 
+# ArduPilot's own rate loops carry besides: all that acts in them but the derivative of the target and the slew limit.
+ARDUPILOT_OWN = ARDUPILOT_CARRIED | {"INS_GYRO_FILTER"} | {
+    f"ATC_RAT_{axis}_{term}" for axis in ("RLL", "PIT", "YAW") for term in ("D", "FF", "IMAX", "FLTT", "FLTE", "FLTD")
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", ardupilot_files(), ids=lambda case: case.name)
+def test_an_ardupilot_vehicle_in_its_own_loops_is_what_it_was(case, tmp_path):
+    found, controller = imported("ardupilot", case, tmp_path, "loops=own", "control_period=0.001")
+    made = exported("ardupilot", controller)
+    written = held_values(ardupilot_values(made.files[ardupilot.FILE]))
+    check_untouched(case, found, made, written, ARDUPILOT_OWN)
+    for name in (ARDUPILOT_OWN - ARDUPILOT_CARRIED) & set(case.values):
+        assert written[name] == float(np.float32(case.values[name])), name
+    assert made.gyro is None and made.held.options.yaw_torque_cutoff == 0.0
+
+
 @pytest.mark.parametrize("case", ardupilot_files(), ids=lambda case: case.name)
 def test_an_ardupilot_vehicle_is_what_it_was(case, tmp_path):
     """The firmware, the rotors' curve and what counts as inertia come with the import; Copter 3.x under its new names."""

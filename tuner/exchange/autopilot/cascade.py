@@ -142,6 +142,15 @@ class Autopilot(ABC):
     def check(self, values: Values) -> None:
         """Refuse parameters with which a vehicle does not arm; values: what it has with the file."""
 
+    @property
+    def filters_yaw(self) -> bool:
+        """Whether its low-pass on yaw is a part of its own loops, beside which ours has none."""
+        return any(self.version.yaw_filter in entry.parameters for entry in self.version.own)
+
+    def yaw_cutoff(self, values: Values) -> float:
+        """Return the low-pass on yaw torque beside the loops as our controller holds it [Hz]; values: complete."""
+        return 0.0 if self.filters_yaw else held_cutoff(values[self.version.yaw_filter])
+
     def completed(self, values: Values) -> dict[str, float]:
         """Return all parameters, those that are not given at their default."""
         return {**defaults(self.version.table), **values}
@@ -178,7 +187,8 @@ class Autopilot(ABC):
         for axis, names in self.version.names.items():
             loop = rate_loop(weighted(axis_gains(controller, axis), heavier[axis]), axis, theirs.get(axis))
             values |= {names.outer: loop.outer, names.p: loop.p / units[axis], names.i: loop.i / units[axis]}
-        values[self.version.yaw_filter] = written_cutoff(controller, (present or {}).get(self.version.yaw_filter))
+        if not self.filters_yaw:
+            values[self.version.yaw_filter] = written_cutoff(controller, (present or {}).get(self.version.yaw_filter))
         return values | self.written_tilt(controller.options.tilt_limit, present)
 
     def to_gains(self, values: Values, filters: Mapping[str, float], counted: bool = False) -> dict[str, Gains]:
@@ -207,7 +217,7 @@ class Autopilot(ABC):
             **self.to_gains(values, {axis: axis_gains(asked, axis).t_f for axis in plain}, counted),
             **self.own_gains(values, asked),
         }
-        tilt, cutoff = held_tilt(self.tilt_limit(values)[0]), held_cutoff(values[self.version.yaw_filter])
+        tilt, cutoff = held_tilt(self.tilt_limit(values)[0]), self.yaw_cutoff(values)
         options = replace(asked.options, tilt_limit=tilt, yaw_torque_cutoff=cutoff)
         return replace(with_gains(asked, gains), options=options)
 
@@ -231,7 +241,10 @@ class Autopilot(ABC):
         Raises InputError where the gains have no such form or leave the documented ranges.
         """
         gyro = self.version.gyro
-        asked, settings = with_measured_rates(request.controller, yaw_filter=True), request.settings
+        asked, settings = (
+            with_measured_rates(request.controller, yaw_filter=not self.filters_yaw),
+            request.settings,
+        )
         if "x" in self.version.names:
             check_horizontal(asked, self.version.name)
         before = {} if present is None else present.values
@@ -323,10 +336,10 @@ def imported(
         *read.later_notes,
         *tilt_note(tilt, tilt_name),
         *kept_notes(record, untouched),
-        *(() if autopilot.version.own else (assumed_note(settings),)),
+        *((assumed_note(settings),) if "x" in autopilot.version.names else ()),
     )
     found = with_authorities(by_default(airframe, cascade, tilt, settings), autopilot.units(values))
     gains = {**autopilot.to_gains(values, filters(settings), counted), **autopilot.own_gains(values, found)}
     found = filled(found, gains, read.path)
-    options = replace(found.options, yaw_torque_cutoff=held_cutoff(values[autopilot.version.yaw_filter]))
+    options = replace(found.options, yaw_torque_cutoff=autopilot.yaw_cutoff(values))
     return ImportedController(replace(found, options=options, vehicle=record), notes, untouched)
