@@ -144,3 +144,22 @@ def test_phase_margins_are_those_of_the_independent_loop(name: str) -> None:
     there = expected_loop(name, gains_of(cascade, row, "roll"), w, h)
     assert found.stable[0, 3] and abs(there[0]) == pytest.approx(1.0, abs=1e-6)
     assert found.phase.value[0, 3] == pytest.approx(abs(np.angle(-there[0])), abs=1e-6)
+
+
+@pytest.mark.parametrize("name", FORMS)
+def test_group_delay_and_rejection_bandwidth_are_read_off_the_independent_loop(name: str) -> None:
+    """By differences of the phase about the crossover, and where |1/(1 + L)| comes up through -3 dB."""
+    h = 0.001
+    cascade = close_cascade(LAWS["pid"], LAWS[name])
+    model = MarginModel(cascade, nominal(VEHICLE, ControlOptions(), h), Timing(h, h), VEHICLE, LEVEL)
+    row = rows_of(cascade, CHOSEN[name])
+    found = model.evaluate(row[None])
+    gains = gains_of(cascade, row, "roll")
+    crossover, step = float(found.crossover.value[0, 3]), 1e-4
+    phase = np.angle(expected_loop(name, gains, np.array([crossover - step, crossover + step]), h))
+    assert found.group_delay.value[0, 3] == pytest.approx(-(phase[1] - phase[0]) / (2.0 * step), rel=1e-5)
+    up_to = float(found.rejection.value[0, 3])
+    below = np.abs(1.0 / (1.0 + expected_loop(name, gains, np.geomspace(0.05, up_to * (1.0 - 1e-6), 400), h)))
+    assert below.max(axis=0) < np.sqrt(0.5) * (1.0 + 1e-5)
+    there = expected_loop(name, gains, np.array([up_to]), h)
+    assert abs(1.0 / (1.0 + there[0])) == pytest.approx(np.sqrt(0.5), rel=1e-5)
