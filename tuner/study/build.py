@@ -162,7 +162,8 @@ def _cascade(table: ControllerTable) -> Cascade:
             laws.append(law(getattr(table, key)))
         except UnknownNameError as error:
             raise error.located(key=key) from None
-    return close_cascade(*laws, table.position_every)
+    position, attitude = laws
+    return close_cascade(position, attitude, table.position_every)
 
 
 def _options(table: ControllerTable) -> ControlOptions:

@@ -65,7 +65,7 @@ def flown(
         # The firmware's filters begin at 0.
         memory = LAW.start(constants, Measured(0.0, 0.0), 0.0)
         for n in range(len(rate)):
-            place = radians(0.1 * angle[n, k]) if level else 0.0
+            place = radians(0.1 * angle[n, k]) if level and angle is not None else 0.0
             wanted = (
                 Setpoint(radians(setpoint[n, k]), 0.0, 0.0) if level else Setpoint(0.0, radians(setpoint[n, k]), 0.0)
             )

@@ -5,11 +5,13 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy import signal
+from scipy import signal as scipy_signal
 
 from plant.laws import filters
 from plant.laws.filters import Section, Stages
 
+# scipy tells pyright less than it knows.
+signal: Any = scipy_signal
 RATES = (400.0, 1000.0, 4000.0, 8000.0)
 
 

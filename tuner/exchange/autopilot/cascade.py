@@ -9,7 +9,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Self
 
 from plant.airframes import Airframe
 from plant.airframes.actuation import Actuation
@@ -86,7 +86,7 @@ class ParameterSet:
     own: tuple[OwnLaw, ...] = field(default=(), kw_only=True)
     own_table: Mapping[str, ParameterInfo] = field(default_factory=dict[str, ParameterInfo], kw_only=True)
 
-    def flying(self, cascade: Cascade) -> "ParameterSet":
+    def flying(self, cascade: Cascade) -> Self:
         """Return the set for a cascade, some loops of which may be the autopilot's own."""
         laws = flown(self.own, cascade)
         axes = {axis for entry in laws for axis in entry.names}
