@@ -1,7 +1,8 @@
 """Decision variables of a search on the unit cube, tied to gains of the cascade."""
 
-from dataclasses import dataclass
-from math import exp, isfinite, log
+from dataclasses import asdict, dataclass
+from math import ceil, exp, floor, isfinite, log
+from typing import Any
 
 import numpy as np
 
@@ -14,7 +15,8 @@ SCALES = ("linear", "log")
 class Variable:
     """One decision variable: every gain address in `addresses` takes its value.
 
-    low, high: range of the value, in the gain's unit; scale: "log" or "linear", how the unit interval maps to it.
+    low, high: range of the value, in the gain's unit; scale: "log" or "linear", how the unit interval maps to it. step: values
+    are its multiples inside the range, 0 for all of them.
     """
 
     name: str
@@ -22,6 +24,7 @@ class Variable:
     low: float
     high: float
     scale: str = "linear"
+    step: float = 0.0
 
     def __post_init__(self) -> None:
         given = f"given [{self.low}, {self.high}]"
@@ -34,14 +37,20 @@ class Variable:
                 f"{given}; the lower end must be below the upper end (fix the gain if you mean one value)",
                 key=self.name,
             )
+        if self.step and ceil(self.low / self.step) > floor(self.high / self.step):
+            raise InputError(f"{given}; no multiple of {self.step:g} lies between: make the range wider", key=self.name)
         if self.scale == "log" and self.low <= 0.0:
             raise InputError(f"{given}; a log scale needs a lower end above 0", key=self.name)
 
     def value(self, unit: np.ndarray) -> np.ndarray:
         """Map unit-interval coordinates to values."""
         if self.scale == "log":
-            return self.low * np.exp(unit * log(self.high / self.low))
-        return self.low + unit * (self.high - self.low)
+            value = self.low * np.exp(unit * log(self.high / self.low))
+        else:
+            value = self.low + unit * (self.high - self.low)
+        if not self.step:
+            return value
+        return self.step * np.clip(np.rint(value / self.step), ceil(self.low / self.step), floor(self.high / self.step))
 
     def unit(self, value: float) -> float:
         """Map a value to the unit interval; values outside the range land on its ends."""
@@ -49,6 +58,11 @@ class Variable:
         if self.scale == "log":
             return log(inside / self.low) / log(self.high / self.low)
         return (inside - self.low) / (self.high - self.low)
+
+    def content(self) -> dict[str, Any]:
+        """Return its fields as data; the step only where there is one, as files hold it."""
+        fields = asdict(self)
+        return fields if self.step else {name: value for name, value in fields.items() if name != "step"}
 
     def middle(self) -> float:
         """Return the value at the middle of the unit interval."""

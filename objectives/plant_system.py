@@ -106,7 +106,8 @@ class PlantSystem:
             for info in channel.law.gains:
                 written = replace(info, unit=info.unit.replace("{y}", unit))
                 address = f"{channel.name}.{info.name.rstrip('_')}"
-                found.append(GainAddress(address, len(found), channel.name, "attitude", written))
+                span = written.span("attitude")
+                found.append(GainAddress(address, len(found), channel.name, "attitude", written, span))
         return tuple(found)
 
     @property

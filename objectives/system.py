@@ -81,6 +81,7 @@ class System:
             **({"code": own} if own else {}),
             **({"meters": identity(code_of(self.metered))} if self.metered else {}),
             "laws": [self.cascade.position.name, self.cascade.attitude.name],
+            **({} if self.cascade.position_every == 1 else {"position_every": self.cascade.position_every}),
             "numbers": [flatten(part) for part in (self.vehicle, self.nominal, self.limits, self.timing)],
             "scenario": {**asdict(spec), "reference": {**reference, "kind": spec.reference.kind}},
         }

@@ -13,6 +13,7 @@ from plant.allocation import allocate
 from plant.attitude import nearest_turn
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.law import Law
+from plant.laws.slower import slower
 from plant.nominal import Nominal
 from plant.primitives import atan2, maximum, minimum, select, sqrt
 from plant.records import record_type
@@ -119,6 +120,16 @@ class Cascade:
     start: Callable[..., Any]
     step: Callable[..., Any]
 
+    @property
+    def position_every(self) -> int:
+        """Control periods between two steps of the position loops."""
+        return self.position.every
+
+    @property
+    def at_one_rate(self) -> "Cascade":
+        """The cascade with position loops that step as often as the attitude loops."""
+        return self if self.position.plain is None else close_cascade(self.position.plain, self.attitude)
+
 
 def position_loops(law_step: Callable[..., Any]) -> Callable[..., Any]:
     """Return the step of the position loops for the step of their law."""
@@ -185,8 +196,12 @@ def attitude_loops(law_step: Callable[..., Any]) -> Callable[..., Any]:
     return step
 
 
-def close_cascade(position: Law, attitude: Law) -> Cascade:
-    """Bind the cascade to the law of the position loops and the law of the attitude loops."""
+def close_cascade(position: Law, attitude: Law, position_every: int = 1) -> Cascade:
+    """Bind the cascade to the law of the position loops and the law of the attitude loops.
+
+    position_every: control periods between two steps of the position loops.
+    """
+    position = slower(position, position_every)
     laws = dict.fromkeys(POSITION_AXES, position) | dict.fromkeys(ATTITUDE_AXES, attitude)
     Gains = record_type("CascadeGains", {axis: law.Gains for axis, law in laws.items()})
     Constants = record_type("CascadeConstants", {axis: law.Constants for axis, law in laws.items()})

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.margins import classical, curve, disk, tracking
+from objectives.margins import classical, curve, disk, rejection, tracking
 from objectives.margins.classical import At
 from objectives.margins.frequency import SHARE, Complex, Modes, modes_of, without_idle
 from objectives.margins.linearise import LinearLoops
@@ -60,7 +60,15 @@ def read_modes(
 ) -> BlockReadings:
     """Read the margins of loops, see `read_block`, from their modes."""
     alone = asked | {"disk"} if MULTILOOP in asked else asked
-    quantities = read_curves(modes, modes.residues(loops.command, loops.injected), grid, h, skew, alone)
+    alone = alone | {"crossover"} if "group_delay" in asked else alone
+    residues = modes.residues(loops.command, loops.injected)
+    quantities = read_curves(modes, residues, grid, h, skew, alone)
+    if "group_delay" in asked:
+        crossover = quantities["crossover"].value
+        quantities["group_delay"] = At(rejection.group_delay(modes, residues, crossover, h), crossover)
+    if "rejection" in asked:
+        wide = rejection.rejection_bandwidth(modes, residues, grid, h)
+        quantities["rejection"] = At(wide, wide)
     if "bandwidth" in asked:
         wide = tracking.bandwidth(modes, modes.residues(loops.output, loops.reference), grid, h)
         quantities["bandwidth"] = At(wide, wide)

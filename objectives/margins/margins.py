@@ -34,7 +34,8 @@ Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 
 # Gains rows that the structure is read off from, and the amplitude at which terms are closed for that and to find a trim.
-PROBES, MIDDLE = 4, (Case(0.1),)
+# Of laws with filters, some of which a probe may leave out, there are more.
+PROBES, FILTER_PROBES, MIDDLE = 4, 16, (Case(0.1),)
 # Candidates worked on at once: off hover, where all channels are one block, a hundred with six cases take 0.5 GB.
 CHUNK = 100
 # The same without the margin of all loops at once, which is what takes the room, and candidates from which on it pays to look at
@@ -99,6 +100,9 @@ class _Situation:
 class MarginModel:
     """Margins of a cascade on a vehicle in a trim, as the controller with this `nominal` and timing flies it.
 
+    Position loops that step less often than the attitude loops are taken as if they stepped as often: what they wait, half of
+    their period on average, is not in their margins.
+
     others: further vehicles, such as `spread_corners`, that the worst is taken over. cases: amplitudes of the nonlinear terms
     that it is taken over; loops without such terms ignore them. skew: sigma of the disk margins. points: of the frequency grid.
     Raises InputError where there is no steady flight.
@@ -120,7 +124,7 @@ class MarginModel:
         self.trim = trim or Trim()
         self.vehicles = (vehicle, *others)
         self.skew = skew
-        self._map = PeriodMap(cascade, timing)
+        self._map = PeriodMap(cascade.at_one_rate, timing)
         self.cases = tuple(cases) if self._map.terms else (Case(0.0),)
         self._grid = frequency_grid(timing.control_period, points)
         self._body = level_body(self.trim, nominal)
@@ -279,9 +283,11 @@ class MarginModel:
 
     def _probes(self) -> Array:
         """Gains rows spread over the search ranges."""
-        spans = [gain.info.span(gain.loop) for gain in gain_addresses(self._map.cascade)]
+        spans = [gain.span for gain in gain_addresses(self._map.cascade)]
         low, high = np.array([span.low for span in spans]), np.array([span.high for span in spans])
-        draws = [generator(0, "margins/probes", i).uniform(size=len(spans)) for i in range(PROBES)]
+        filtered = any(gain.info.cutoff for gain in gain_addresses(self._map.cascade))
+        count = FILTER_PROBES if filtered else PROBES
+        draws = [generator(0, "margins/probes", i).uniform(size=len(spans)) for i in range(count)]
         return low + np.array(draws) * (high - low)
 
     def _alike(self, gains: Array, block: Block, original: Block) -> Mask:

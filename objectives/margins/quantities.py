@@ -143,6 +143,15 @@ QUANTITIES = {
             open=0.0,
         ),
         MarginQuantity(
+            "group_delay", "group delay at crossover", "group delay", "s", "most", "group_delay",
+            "delay of the whole chain, filters and lags included, where the loop gain is 1", MILLISECONDS, digits=1,
+            unstable=np.inf, open=0.0,
+        ),
+        MarginQuantity(
+            "rejection", "disturbance rejection bandwidth", "rejection", "rad/s", "least", "rejection",
+            "frequency up to which disturbances are rejected by 3 dB or more; their peak is Ms", open=0.0,
+        ),
+        MarginQuantity(
             "bandwidth", "bandwidth", "bandwidth", "rad/s", "least", "bandwidth",
             "frequency up to which the reference is followed to within -3 dB", open=0.0,
         ),
@@ -164,6 +173,7 @@ RECORDED = ("gain_up", "gain_down", "phase_margin", "delay_margin", "ms", "mt", 
 """Names of the quantities of each loop in gains.json and margins.parquet."""
 
 REPORTED = (
-    "gain_up", "gain_down", "phase_margin", "delay_margin", "delay_periods", "ms", "mt", "disk", "bandwidth", "load_index",
+    "gain_up", "gain_down", "phase_margin", "delay_margin", "delay_periods", "ms", "mt", "disk", "group_delay", "rejection",
+    "bandwidth", "load_index",
 )  # fmt: skip
 """Names of the quantities of each loop that `tuner margins` and `tuner design` report."""

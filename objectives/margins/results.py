@@ -57,6 +57,8 @@ class Margins:
     crossover: Worst
     bandwidth: Worst
     load_index: Worst
+    group_delay: Worst
+    rejection: Worst
     multiloop: Worst
     channels: tuple[str, ...] = AXES
 

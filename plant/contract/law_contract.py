@@ -50,6 +50,7 @@ FLIES: tuple[Clause, ...] = (
     behaviour.saturation_is_listened_to,
     behaviour.amplitude_counts_only_as_told,
     behaviour.nonlinearities_are_odd,
+    behaviour.limits_take_away_from_large_signals_alone,
     behaviour.the_continuous_observer_is_the_limit,
 )
 AGREES: tuple[Clause, ...] = (backends_agree,)

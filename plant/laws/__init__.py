@@ -16,6 +16,7 @@ from plant.laws import (
     supertwisting,
     supertwisting_euler,
 )
+from plant.laws.autopilots import ardupilot, betaflight, crazyflie, px4, px4_position
 from plant.laws.law import GainInfo, Law, Nonlinearity, Span, SuperTwisting
 from plant.registry import Registry
 
@@ -30,6 +31,11 @@ ENTRIES = (
     supertwisting_euler.LAW,
     hybrid.LAW,
     hybrid_true_sta.LAW,
+    px4.LAW,
+    px4_position.LAW,
+    ardupilot.LAW,
+    betaflight.LAW,
+    crazyflie.LAW,
     hybrid_gsta.LAW,
     hybrid_literal.LAW,
     hybrid_paper_f_hat.LAW,

@@ -1,11 +1,12 @@
 """The type of a control law: its tuple types, its three functions, the description of its gains and what it tells of itself."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field
 from typing import Any
 
 from plant.laws.continuous import ContinuousForm
 from plant.origin import Origin
+from plant.vehicle import Vehicle
 
 # All that a law may promise: see `Law.promises`.
 PROMISES = frozenset({"tracks", "rejects"})
@@ -34,7 +35,9 @@ class GainInfo:
     symbol: as in the source. unit: UCUM-like, with {y} for the unit of the channel (rad or m). attitude, position: default
     and search range in each loop. scale: "log" or "linear", how a search should walk the range. least: the smallest value
     that is meaningful at all; exclusive: whether that value itself is excluded. observer: a pole whose product with the
-    control period is limited. source: where definition and range come from.
+    control period is limited. cutoff: a frequency [Hz] that must stay below half the sampling rate. airframe: a fact of the
+    vehicle that the gains are stated with, which no search changes. firmware: a constant of the firmware, which no parameter
+    changes. resolution: step of the values that the firmware holds, 0 for none. source: where definition and range come from.
     """
 
     name: str
@@ -48,6 +51,10 @@ class GainInfo:
     least: float = 0.0
     exclusive: bool = False
     observer: bool = False
+    cutoff: bool = False
+    airframe: bool = False
+    firmware: bool = False
+    resolution: float = 0.0
 
     def span(self, loop: str) -> Span:
         """Return default and range for the loop "attitude" or "position"."""
@@ -97,7 +104,15 @@ class Law:
     entry for each field of Gains. sampling: how the law is discretised with the control period h, in words.
 
     promises: "tracks": a reference that the channel can fly is flown without error; "rejects": a constant disturbance leaves
-    no error. nonlinear: all that makes the feedback depend on amplitude; empty for a linear law.
+    no error. nonlinear: all that makes the feedback depend on amplitude; empty for a linear law. limits: odd functions
+    f(s, constants) of slope 1 at 0, never larger than s, that take away from large signals alone, such as the limit of an
+    integral: `step` reaches them by their global names, flights meet them, and margins speak of the loop inside of them.
+
+    What a firmware's law tells of itself and of its gains:
+    winds_up: it hears nothing of saturation, and limits alone bound its integrals.
+    shared: axes that have one number between them, by gain, as one parameter is.
+    axes: default and range of gains that are other ones on an axis, by axis and gain.
+    on_airframe(vehicle) -> value by axis of the gain that is a fact of the airframe.
 
     What proofs and designs ask for, which decides no flight; a law without an entry is left to flights and margins:
     family: name of the equations that designs before the search and theorems are stated for, such as `pid.FAMILY`. Laws of a
@@ -106,6 +121,8 @@ class Law:
     continuous(gains, from_observer) -> ContinuousForm: the law on matrices; from_observer as `Channel.rate_from_observer`.
     sector(gains) -> kappa [1/s]: what the form leaves out lies between 0 and kappa S; None where it leaves nothing out.
     super_twisting: which gains are those of a super-twisting term.
+
+    every: control periods between two of its steps, see `plant.laws.slower`; plain: the law that then steps, None for 1.
     origin: the file or package that it comes from, None where it is bundled; whoever adds it to `LAWS` says.
     """
 
@@ -122,17 +139,28 @@ class Law:
     sampling: str = field(compare=False)
     promises: frozenset[str] = PROMISES
     nonlinear: tuple[Nonlinearity, ...] = ()
+    limits: tuple[Callable[[Any, Any], Any], ...] = ()
     family: str = field(default="", compare=False)
     observer: Callable[[Any], tuple[Any, Any, Any]] | None = field(default=None, compare=False)
     continuous: Callable[[Any, bool], ContinuousForm] | None = field(default=None, compare=False)
     sector: Callable[[Any], float] | None = field(default=None, compare=False)
     super_twisting: SuperTwisting | None = field(default=None, compare=False)
+    winds_up: bool = field(default=False, compare=False)
+    shared: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]], compare=False)
+    axes: Mapping[str, Mapping[str, Span]] = field(default_factory=dict[str, Mapping[str, Span]], compare=False)
+    on_airframe: Callable[[Vehicle], Mapping[str, float]] | None = field(default=None, compare=False)
+    every: int = 1
+    plain: "Law | None" = field(default=None, compare=False)
     origin: Origin | None = field(default=None, compare=False)
 
     @property
     def discretisation(self) -> str:
         """The difference equations of the law in words; without them a gain means nothing on another processor."""
         return f"{self.sampling}; {HELD_COMMAND}"
+
+    def span(self, gain: GainInfo, axis: str, loop: str) -> Span:
+        """Return default and range of a gain on an axis of the loop "attitude" or "position"."""
+        return self.axes.get(axis, {}).get(gain.name, gain.span(loop))
 
     def defaults(self, loop: str) -> dict[str, float]:
         """Return the default gains in the loop "attitude" or "position"."""

@@ -47,7 +47,7 @@ def loop_of(position: str, attitude: str) -> CascadeLoop:
 
 def default_gains(loop: CascadeLoop) -> Any:
     """Return the default gains of a loop as a record."""
-    return pack(loop.cascade.Gains, default_row(loop.cascade))
+    return pack(loop.cascade.Gains, default_row(loop.cascade, HUMMINGBIRD))
 
 
 def random_quaternion(rng: np.random.Generator) -> Quaternion:

@@ -155,8 +155,9 @@ def default_gains(attitude: str, position: str = POSITION_LAW, airframe: str = A
 
     """
     cascade = close_cascade(find_law(position), find_law(attitude))
-    row = tuple(default_row(cascade))
-    return gains_of(Controller(load_airframe(airframe), cascade, ControlOptions(), CONTROL_PERIOD, PLANT_STEP, row), {})
+    vehicle = load_airframe(airframe)
+    row = tuple(default_row(cascade, vehicle.vehicle))
+    return gains_of(Controller(vehicle, cascade, ControlOptions(), CONTROL_PERIOD, PLANT_STEP, row), {})
 
 
 def gains_of(controller: Controller, provenance: Mapping[str, Any]) -> Gains:

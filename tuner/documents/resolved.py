@@ -32,6 +32,7 @@ class ResolvedController(DocumentPart):
     position: str
     control_period: float | None = None
     plant_step: float | None = None
+    position_every: int = 1
     attitude_rate: str | None = None
     position_rate: str | None = None
     lag_aware: bool | None = None
@@ -99,6 +100,7 @@ class ResolvedVariable(DocumentPart):
     low: float
     high: float
     scale: Scale
+    step: float = 0.0
 
 
 class ResolvedRequirement(DocumentPart):
@@ -122,6 +124,7 @@ class Resolved(Document):
 
     title: str = ""
     seed: int
+    target: str | None = None
     law: dict[str, str] | None = None
     metric: dict[str, str] | list[dict[str, Json]] | None = None
     reference: dict[str, str] | None = None

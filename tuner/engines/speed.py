@@ -119,7 +119,7 @@ class MarginBench:
         self._model = MarginModel(cascade, knowledge, timing, vehicle)
         self._build_seconds = perf_counter() - begin
         addresses = gain_addresses(cascade)
-        spans = [gain.info.span(gain.loop) for gain in addresses]
+        spans = [gain.span for gain in addresses]
         low, high = (np.array([getattr(span, end) for span in spans]) for end in ("low", "high"))
         draws = generator(1, "bench/margins", 0).uniform(size=(MARGIN_BATCH, len(spans)))
         self._own = low + draws * (high - low)

@@ -97,7 +97,7 @@ def previous_controller(request: Request) -> tuple[Controller, str, str]:
     controller = request.controller
     if request.previous is not None:
         return read_gains(request.previous), content_sha256(request.previous), "The gains flown before this export."
-    defaults = replace(controller, gains=tuple(default_row(controller.cascade)))
+    defaults = replace(controller, gains=tuple(default_row(controller.cascade, controller.airframe.vehicle)))
     sentence = "The default gains of these laws: no gains.json with the previous ones was given."
     return defaults, content_hash(to_document(defaults, {})), sentence
 

@@ -59,12 +59,13 @@ class ControllerPart(NamedTuple):
     structure: Mapping[str, str]
     discretisation: Mapping[str, str]
     yaw_torque_cutoff: float = 0.0
+    position_every: int = 1
     code: Mapping[str, Any] = MappingProxyType({})
 
     @property
     def cascade(self) -> Cascade:
         """Cascade of the laws."""
-        return close_cascade(law(self.position), law(self.attitude))
+        return close_cascade(law(self.position), law(self.attitude), self.position_every)
 
     @property
     def options(self) -> ControlOptions:

@@ -52,6 +52,7 @@ def controller_block(controller: Controller) -> Row:
         "tilt_limit": quantity(tilt, "rad"),
         **({"yaw_torque_cutoff": quantity(cutoff, "Hz")} if cutoff else {}),
         **options,
+        **({} if controller.cascade.position_every == 1 else {"position_every": controller.cascade.position_every}),
         "structure": STRUCTURE,
         "discretisation": {loop: law.discretisation for loop, law in laws.items()},
         **({"code": code} if (code := code_block(laws)) else {}),

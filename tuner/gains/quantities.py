@@ -19,6 +19,7 @@ UCUM = {
     "m/s^3": "m/s3", "m s^-3": "m/s3",
     "rad": "rad", "rad s": "rad.s", "rad^2 s": "rad2.s", "rad/s": "rad/s", "rad/s^2": "rad/s2", "rad s^-2": "rad/s2",
     "rad/s^3": "rad/s3", "rad s^-3": "rad/s3",
+    "s/rad": "s/rad", "s^2/rad": "s2/rad", "1/rad": "rad-1", "s/m": "s/m", "s^2/m": "s2/m", "1/m": "m-1",
     "m^(1/2) s^(-3/2)": "{m^0.5.s^-1.5}", "rad^(1/2) s^(-3/2)": "{rad^0.5.s^-1.5}",
     "m^(-1/2) s^(1/2)": "{m^-0.5.s^0.5}", "rad^(-1/2) s^(1/2)": "{rad^-0.5.s^0.5}",
 }  # fmt: skip

@@ -5,6 +5,7 @@ from math import ceil
 from plant.airframes import Airframe
 from plant.errors import InputError
 from plant.gains import MOST_OBSERVER, GainAddress
+from plant.laws.filters import HALF
 from plant.loop import Timing
 
 
@@ -14,6 +15,12 @@ def check_value(key: str, gain: GainAddress, value: float, control_period: float
     if value < info.least or (info.exclusive and value == info.least):
         bound = "above" if info.exclusive else "at least"
         raise InputError(f"{what}; it must be {bound} {info.least:g} {gain.unit}", key=key)
+    if info.cutoff and value * control_period >= HALF:
+        raise InputError(
+            f"{what}; at a control period of {control_period:g} s allowed: below {HALF / control_period:g} Hz, half the sampling "
+            "rate: give a lower frequency, or shorten controller.control_period",
+            key=key,
+        )
     # Relative 1e-9: 75 rad/s at 4 ms is the limit and not above it, whichever way the product rounds.
     if info.observer and value * control_period > MOST_OBSERVER * (1.0 + 1e-9):
         raise InputError(

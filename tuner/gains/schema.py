@@ -21,6 +21,7 @@ from objectives.margins.quantities import QUANTITIES, RECORDED
 from plant.cascade import ATTITUDE_AXES, AXES, POSITION_AXES
 from plant.laws import LAWS
 from plant.laws.law import GainInfo, Law
+from plant.laws.slower import MOST_PERIODS
 from plant.nominal import LEAST_CUTOFF, MOST_CUTOFF, ControlOptions
 from tuner.gains.airframe_block import airframe_schema
 from tuner.gains.quantities import UCUM, ucum
@@ -179,11 +180,12 @@ def controller_schema(laws: list[str]) -> Row:
             "plant_step": period,
             **measures,
             **options,
+            "position_every": {"type": "integer", "minimum": 2, "maximum": MOST_PERIODS},
             "structure": closed({key: {"const": text} for key, text in STRUCTURE.items()}),
             "discretisation": closed(texts("position", "attitude")),
             "code": closed(dict.fromkeys(LOOPS, closed(texts("file", "digest"))), optional=LOOPS),
         },
-        optional=["yaw_torque_cutoff", "code"],
+        optional=["yaw_torque_cutoff", "position_every", "code"],
     )
 
 

@@ -18,6 +18,7 @@ from plant.airframes import Airframe, load, names
 from plant.cascade import AXES, Cascade, close_cascade
 from plant.closed_loop import Limits
 from plant.errors import InputError, UnknownNameError
+from plant.gains import default_row
 from plant.laws import law
 from plant.loop import Timing
 from plant.nominal import ControlOptions, nominal
@@ -44,6 +45,7 @@ from tuner.study.schema import (
 from tuner.study.search_reading import least_tail, search_of
 from tuner.study.size import ScenarioSize, check_size, flight_steps
 from tuner.study.study import Study, StudyScenario
+from tuner.study.targets import check_target
 from tuner.study.trim import check_trim
 from tuner.text.input_errors import check_magnitudes, located
 
@@ -82,8 +84,10 @@ def _build(path: Path, table: StudyTable) -> Study:
         knowledge = nominal(airframe.vehicle, options, timing.control_period)
         system = System(airframe.vehicle, cascade, knowledge, limits, timing)
         with located(path, "gains"):
-            row = None if default is None else default.gains
+            row = default_row(cascade, airframe.vehicle) if default is None else default.gains
             space = decision_space(table.gains, cascade, timing.control_period, row)
+            if table.target is not None:
+                check_target(space, system.gains)
         scenarios = tuple(listed("scenario", path, table.scenario, lambda entry: _scenario(entry, timing, path)))
         unique("scenario", [entry.spec.name for entry in scenarios], ".name")
         objectives = tuple(
@@ -158,7 +162,8 @@ def _cascade(table: ControllerTable) -> Cascade:
             laws.append(law(getattr(table, key)))
         except UnknownNameError as error:
             raise error.located(key=key) from None
-    return close_cascade(*laws)
+    position, attitude = laws
+    return close_cascade(position, attitude, table.position_every)
 
 
 def _options(table: ControllerTable) -> ControlOptions:

@@ -27,7 +27,8 @@ def decision_space(
 ) -> DecisionSpace:
     """Return the decision space of a [gains] table; raises InputError with the key inside the table.
 
-    default: gains row that stands where the table says nothing, by default that of the laws.
+    default: gains row that stands where the table says nothing, by default that of the laws. Facts of the airframe among
+    the gains can be fixed at another value, but not searched.
     """
     known = gain_addresses(cascade)
     claims = [claim for claim in _settled(_claims(table, known)) if claim.gains]
@@ -53,7 +54,32 @@ def decision_space(
     for gain in known:
         if gain.column not in searched:
             check_value(gain.address, gain, base[gain.column], control_period, "the default is")
-    return DecisionSpace(tuple(variables), tuple(columns), tuple(base))
+    space = DecisionSpace(tuple(variables), tuple(columns), tuple(base))
+    _check_shared(cascade, known, space, claims)
+    return space
+
+
+def _check_shared(
+    cascade: Cascade, known: tuple[GainAddress, ...], space: DecisionSpace, claims: Sequence[KeyedGains]
+) -> None:
+    """Refuse gains that differ between axes which have one number between them."""
+    columns = {gain.address: gain.column for gain in known}
+    owner = {column: i for i, group in enumerate(space.columns) for column in group}
+    for law in (cascade.position, cascade.attitude):
+        for name, axes in law.shared.items():
+            addresses = [f"{axis}.{name}" for axis in axes if f"{axis}.{name}" in columns]
+            kinds = {(owner.get(columns[address]), _fixed(space, owner, columns[address])) for address in addresses}
+            if len(kinds) > 1:
+                key = next(c.key for c in reversed(claims) if {gain.address for gain in c.gains} & set(addresses))
+                group = next(group for group, members in GROUPS.items() if set(members) == set(axes))
+                raise InputError(
+                    f'{law.title} has one {name} for {", ".join(axes)}; search or fix it for all of them: "{group}.{name}"',
+                    key=key,
+                )
+
+
+def _fixed(space: DecisionSpace, owner: Mapping[int, int], column: int) -> float | None:
+    return None if column in owner else space.base[column]
 
 
 def _claims(table: Mapping[str, Entry], known: tuple[GainAddress, ...]) -> list[KeyedGains]:
@@ -114,12 +140,19 @@ def _target(name: str, key: str, owners: Mapping[str, KeyedGains]) -> KeyedGains
 def _variable(claim: KeyedGains, gains: tuple[GainAddress, ...], control_period: float) -> Variable:
     entry, first = claim.entry, gains[0]
     assert isinstance(entry, GainTable)
-    usual = first.info.span(first.loop)
+    usual = first.span
     low, low_origin = (usual.low, "the usual range begins at") if entry.low is None else (entry.low, "given")
     high, high_origin = (usual.high, "the usual range ends at") if entry.high is None else (entry.high, "given")
     scale = first.info.scale if entry.scale is None else entry.scale
-    variable = Variable(claim.key, tuple(gain.address for gain in gains), low, high, scale)
+    steps = {gain.info.resolution for gain in gains}
+    variable = Variable(claim.key, tuple(gain.address for gain in gains), low, high, scale, max(steps))
     for gain in gains:
+        if gain.info.airframe or gain.info.firmware:
+            fact = "airframe" if gain.info.airframe else "firmware, which no parameter changes"
+            message = (
+                f"'{gain.address}' is a fact of the {fact} ({gain.info.meaning}); leave it out, or give one number"
+            )
+            raise InputError(message, key=claim.key)
         check_value(claim.key, gain, low, control_period, low_origin)
         check_value(claim.key, gain, high, control_period, high_origin)
     return variable

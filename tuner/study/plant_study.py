@@ -1,7 +1,7 @@
 """A study of a plant of the user's own, from its tables to what runs."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from math import inf, isfinite
 from pathlib import Path
 from typing import Any, ClassVar
@@ -89,7 +89,7 @@ class PlantStudy(TuningStudy):
             "plant": {**given, **plant, "name": system.plant.name, "title": system.plant.title},
             "search": self.search.values,
             "gains": {gain.address: self.space.base[gain.column] for gain in system.gains},
-            "variables": [asdict(variable) for variable in self.space.variables],
+            "variables": [variable.content() for variable in self.space.variables],
         }
 
 

@@ -14,6 +14,7 @@ from plant.texts import LONGEST_TITLE, check_text, check_texts, check_title, tom
 from tuner.study.messages import translated
 from tuner.study.renamed import with_new_name, with_new_names
 from tuner.study.schema import StudyTable
+from tuner.study.targets import with_target
 
 Tables = TypeVar("Tables", bound=BaseModel)
 
@@ -29,7 +30,7 @@ def read_study_table(path: Path, overrides: Mapping[str, Any]) -> StudyTable:
 def checked_table(path: Path, table: Mapping[str, Any], model: type[Tables]) -> Tables:
     """Return the content of a study in its checked shape, a model with a title and scenarios; path: the file that errors name."""
     # Whole tables may come from a command line or from another file.
-    table = with_new_names(table, path)
+    table = with_target(with_new_names(table, path), path)
     try:
         checked: Any = model.model_validate(table)
     except ValidationError as error:

@@ -20,6 +20,7 @@ from objectives.mission import Mission
 from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
+from plant.laws.slower import MOST_PERIODS
 from plant.scenarios import Bands, Spread
 from plant.sensors import SensorSpec
 from tuner.search.names import GENERATIONS
@@ -75,6 +76,8 @@ class ControllerTable(StrictTable):
     plant_step: float | None = None
     """Runge-Kutta step of the plant [s]; by default the control period in the fewest equal steps of at most half the
     shortest lag of the rotors."""
+    position_every: Annotated[int, Field(ge=1, le=MOST_PERIODS)] = 1
+    """Control periods between two steps of the position law; 4: it runs at a quarter of the rate of the attitude law."""
     attitude_rate: str = "measured"
     """Source of the rate of the attitude law: "measured", or "observer" for its own observer."""
     position_rate: str = "measured"
@@ -344,6 +347,9 @@ class StudyTable(StrictTable):
     """Root of every random number."""
     airframe: AirframeTable
     controller: ControllerTable
+    target: str | None = None
+    """Autopilot whose own loops fly, at its rates: "px4", "ardupilot", "betaflight", "crazyflie"; [controller] then may be left
+    out."""
     scenario: Annotated[list[ScenarioTable], Field(min_length=1)]
     objective: Annotated[list[ObjectiveTable], Field(min_length=1)]
     description: str = ""

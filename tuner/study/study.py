@@ -318,7 +318,7 @@ class Study(TuningStudy):
         """Return what decides the result, as JSON-able data by table, but for some tables; paths do not count."""
         # What is usual is as it was before anything else could be asked for.
         usual = {"cost": not self.table.cost, "mission": self.mission == USUAL}
-        left = {"title", "description", "airframe", *without, *[key for key, same in usual.items() if same]}
+        left = {"title", "description", "airframe", "target", *without, *[key for key, same in usual.items() if same]}
         content = {
             **self._values(),
             # The gains of its default count, under "gains".
@@ -364,7 +364,9 @@ class Study(TuningStudy):
 
     def _values(self) -> dict[str, Any]:
         return {
-            **_dumped(self.table, {"law", "metric", "reference"}),
+            **_dumped(
+                self.table, {"law", "metric", "reference"} | ({"target"} if self.table.target is None else set())
+            ),
             # By digest: where a file lies does not count.
             **self.own_code,
             "controller": self._controller(),
@@ -372,12 +374,15 @@ class Study(TuningStudy):
             "search": self.search.values,
             "airframe": {**_dumped(self.table.airframe), **_airframe_values(self.airframe)},
             "gains": {gain.address: self.space.base[gain.column] for gain in self.system.gains},
-            "variables": [asdict(variable) for variable in self.space.variables],
+            "variables": [variable.content() for variable in self.space.variables],
         }
 
     def _controller(self, without: set[str] | None = None) -> dict[str, Any]:
         """Return every value of the controller, with the plant step that is flown."""
-        return {**_dumped(self.table.controller, without), "plant_step": self.system.timing.plant_step}
+        # A study of one rate keeps the digest that it had before there were two.
+        unused = {"position_every"} if self.system.cascade.position_every == 1 else set[str]()
+        values = _dumped(self.table.controller, (without or set()) | unused)
+        return {**values, "plant_step": self.system.timing.plant_step}
 
     def _scenarios(self, paths: bool) -> list[dict[str, Any]]:
         """Return every value of the scenarios; paths: with those of waypoint files, as given, so that folders can move."""

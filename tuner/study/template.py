@@ -26,6 +26,7 @@ attitude = "hybrid"             # law of roll, pitch, yaw: `tuner list laws`
 position = "ladrc"              # law of x, y, z
 # control_period = 0.004        # s
 # plant_step = 0.001            # s, Runge-Kutta step of the plant; else as long as the rotors' lag allows
+# position_every = 1            # periods between two steps of the position law
 # attitude_rate = "measured"    # "observer": the law takes the rate from its own observer
 # position_rate = "measured"
 # lag_aware = true              # observers are fed with the modelled actuator output

@@ -8,7 +8,7 @@ candidate, so that a program which draws its disturbances from it compares candi
 import hashlib
 import json
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from functools import cached_property
 from math import inf
 from pathlib import Path
@@ -239,7 +239,7 @@ class TrialStudy:
             **self.table.model_dump(mode="json", by_alias=True),
             "search": self.search.values,
             "gains": dict(zip(self.names, self.space.base, strict=True)),
-            "variables": [asdict(variable) for variable in self.space.variables],
+            "variables": [variable.content() for variable in self.space.variables],
         }
 
     def _repr_html_(self) -> str:

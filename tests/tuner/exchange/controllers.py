@@ -8,9 +8,11 @@ from plant.nominal import ControlOptions
 from tuner.gains import Controller
 
 
-def controller(position="ladrc", attitude="hybrid", airframe="hummingbird", period=0.004, options=None, **gains):
+def controller(
+    position="ladrc", attitude="hybrid", airframe="hummingbird", period=0.004, options=None, every=1, **gains
+):
     """A law's default gains with some replaced, written roll__kp=60."""
-    cascade = close_cascade(law(position), law(attitude))
+    cascade = close_cascade(law(position), law(attitude), every)
     row = default_row(cascade)
     columns = {gain.address: gain.column for gain in gain_addresses(cascade)}
     for name, value in gains.items():

@@ -48,6 +48,14 @@ def held_values(values):
     return {name: float(np.float32(value)) for name, value in values.items()}
 
 
+# What PX4's own loops carry besides: all that acts in them but K and the feed of thrust.
+PX4_OWN = PX4_CARRIED | {
+    *(f"MC_{axis}RATE_{term}" for axis in ("ROLL", "PITCH", "YAW") for term in ("D", "FF")),
+    "MC_RR_INT_LIM", "MC_PR_INT_LIM", "MC_YR_INT_LIM", "MPC_XY_VEL_D_ACC", "MPC_Z_VEL_D_ACC", "IMU_GYRO_CUTOFF", "IMU_DGYRO_CUTOFF",
+    "IMU_GYRO_NF0_FRQ", "IMU_GYRO_NF0_BW", "MPC_VELD_LP",
+}  # fmt: skip
+
+
 def imported(source, case, folder, *settings):
     """Import a file through gains.json, as the command line does."""
     found = read(source, write(folder, case.text, f"{case.name}.params"), *settings, *case.settings, airframe="iris")
@@ -94,6 +102,37 @@ def test_a_px4_vehicle_is_what_it_was(case, tmp_path):
     made = exported("px4", controller)
     check_untouched(case, found, made, px4_values(made.files[px4.FILE]), PX4_CARRIED)
     assert made.held.gains == pytest.approx(controller.gains, rel=1e-6, abs=1e-12)
+
+
+@pytest.mark.parametrize("case", px4_files(), ids=lambda case: case.name)
+def test_a_px4_vehicle_in_its_own_loops_is_what_it_was(case, tmp_path):
+    """Every gain is a parameter: no form that a file might not have, and nothing but scales and weights left beside."""
+    found, controller = imported("px4", case, tmp_path, "loops=own")
+    assert controller.gains == found.controller.gains and controller.cascade.position_every == 8
+    made = exported("px4", controller)
+    written = px4_values(made.files[px4.FILE])
+    check_untouched(case, found, made, written, PX4_OWN)
+    assert made.held.gains == pytest.approx(controller.gains, rel=1e-7, abs=1e-12)
+    assert made.gyro is None
+    for name in PX4_OWN & set(case.values) - {"MPC_TILTMAX_AIR", "MC_YAW_TQ_CUTOFF"}:
+        assert written[name] == float(np.float32(case.values[name])), name
+
+
+# ArduPilot's own rate loops carry besides: all that acts in them but the derivative of the target and the slew limit.
+ARDUPILOT_OWN = ARDUPILOT_CARRIED | {"INS_GYRO_FILTER"} | {
+    f"ATC_RAT_{axis}_{term}" for axis in ("RLL", "PIT", "YAW") for term in ("D", "FF", "IMAX", "FLTT", "FLTE", "FLTD")
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", ardupilot_files(), ids=lambda case: case.name)
+def test_an_ardupilot_vehicle_in_its_own_loops_is_what_it_was(case, tmp_path):
+    found, controller = imported("ardupilot", case, tmp_path, "loops=own", "control_period=0.001")
+    made = exported("ardupilot", controller)
+    written = held_values(ardupilot_values(made.files[ardupilot.FILE]))
+    check_untouched(case, found, made, written, ARDUPILOT_OWN)
+    for name in (ARDUPILOT_OWN - ARDUPILOT_CARRIED) & set(case.values):
+        assert written[name] == float(np.float32(case.values[name])), name
+    assert made.gyro is None and made.held.options.yaw_torque_cutoff == 0.0
 
 
 @pytest.mark.parametrize("case", ardupilot_files(), ids=lambda case: case.name)

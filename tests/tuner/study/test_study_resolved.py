@@ -41,8 +41,16 @@ def test_every_key_of_the_schema_appears(tmp_path: Path):
     # All flights first is as if nothing were said.
     study = load_study(write(tmp_path, changed("population = 8", "population = 8\nfirst = 2")))
     assert isinstance(study.table, StudyTable)
-    # Digests of code stand where there is some, see test_own_code.py.
-    assert missing(study.table, study.resolved()) == ["law", "metric", "reference"]
+    # Digests of code stand where there is some, see test_own_code.py; a second rate where there is one, so that old digests hold.
+    assert missing(study.table, study.resolved()) == [
+        "controller.position_every",
+        "target",
+        "law",
+        "metric",
+        "reference",
+    ]
+    slower = load_study(write(tmp_path, changed('attitude = "hybrid"', 'attitude = "hybrid"\nposition_every = 2')))
+    assert slower.resolved()["controller"]["position_every"] == 2
 
 
 def test_it_is_json_and_survives_a_round_trip(tmp_path: Path):

@@ -47,7 +47,7 @@ class Linear:
         self.trim = trim
         self.period = controller.control_period
         self.nominal = nominal(controller.airframe.vehicle, controller.options, controller.control_period)
-        self._map = PeriodMap(controller.cascade, Timing(controller.control_period, controller.plant_step))
+        self._map = PeriodMap(controller.cascade.at_one_rate, Timing(controller.control_period, controller.plant_step))
         self._row = np.array([controller.gains])
         self.cases = DEFAULT_CASES if self._map.terms else (Case(0.0),)
         self._grid = frequency_grid(self.period)

@@ -131,8 +131,8 @@ def said_of_margins(verification: VerificationPart) -> str:
     kept = sum(row.kept_held for row in rows)
     changed = f"{differing} of them change in five digits, see above" if differing else "none changes in five digits"
     return (
-        f"After rounding alone the loops keep {kept} of {len(rows)} limits on margins at hover; {changed}. Filters, rates and "
-        "delays of the target are not in these figures."
+        f"After rounding alone the loops keep {kept} of {len(rows)} limits on margins at hover; {changed}. Rates and "
+        "delays of the target, and filters of it that are none of these gains, are not in these figures."
     )
 
 

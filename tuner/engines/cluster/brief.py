@@ -38,6 +38,7 @@ class CascadeParts:
 
     position: str
     attitude: str
+    position_every: int
     vehicle: Vehicle
     nominal: Nominal
     limits: Limits
@@ -45,7 +46,7 @@ class CascadeParts:
 
     def system(self) -> System:
         """Build the system."""
-        cascade = close_cascade(law(self.position), law(self.attitude))
+        cascade = close_cascade(law(self.position), law(self.attitude), self.position_every)
         return System(self.vehicle, cascade, self.nominal, self.limits, self.timing)
 
 
@@ -112,6 +113,7 @@ def _(system: System) -> CascadeParts:
     return CascadeParts(
         _name_of(cascade.position),
         _name_of(cascade.attitude),
+        cascade.position_every,
         system.vehicle,
         system.nominal,
         system.limits,
@@ -131,7 +133,7 @@ def _(system: PlantSystem) -> PlantParts:
 
 
 def _name_of(entry: Law) -> str:
-    if LAWS.get(entry.name) is not entry:
+    if LAWS.get(entry.name) is not (entry.plain or entry):
         raise InputError(
             f"the law '{entry.name}' is known by no name, and workers are sent no code; write it to a file that the study "
             "names, or leave --dask out",

@@ -11,6 +11,7 @@ from dataclasses import replace
 from pathlib import Path
 
 from plant.airframes.actuation import Actuation, actuation
+from plant.airframes.scales import Motors, is_plus, motors_text
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
 from tuner.exchange.aboard import DERIVATIVE, OTHERS, Aboard, aboard
@@ -30,7 +31,6 @@ from tuner.exchange.ardupilot.text import OLDER, SEPARATORS, modernised, read_pa
 from tuner.exchange.autopilot.assembly import CURVE, curve
 from tuner.exchange.autopilot.parameters import Values
 from tuner.exchange.autopilot.pid import rate_filters, rate_sources, setpoint_weights
-from tuner.exchange.autopilot.scales import Motors, is_plus, motors_text
 from tuner.exchange.target import FIRMWARE, Bundle, ExportTarget, Option, Request
 from tuner.gains import Controller
 
@@ -66,7 +66,9 @@ def export(request: Request) -> Bundle:
     would keep the vehicle from arming.
     """
     vehicle, dialect = request.controller.airframe.vehicle, DIALECTS[request.settings[FIRMWARE]]
-    ardupilot = ArduPilot(dialect, vehicle, actuation(vehicle, curve(request.settings)))
+    ardupilot = ArduPilot(
+        dialect.flying(request.controller.cascade), vehicle, actuation(vehicle, curve(request.settings))
+    )
     present = _aboard(request, dialect)
     about = f"For {dialect.name} and no other version: a vehicle ignores names that it does not know."
     return ardupilot.export(
@@ -113,22 +115,17 @@ def _differences(
     position = "PSC_ACCZ_FLTE" if dialect.firmware == "4.6" else "PSC_D_ACC_FLTE"
     return (
         *rate_sources(controller, yaw_filter=True),
-        setpoint_weights({axis: weights[axis] for axis in ("x", *ATTITUDE_AXES)}),
+        setpoint_weights({axis: weights[axis] for axis in ("x", *ATTITUDE_AXES) if axis in weights}),
         f"The vertical loop has a PI on the measured acceleration that ours lacks: with K = {accel:.3g} it acts as "
         f"{1.0 + accel:.3g} times the mass, with the poles of our PID but other margins and less disturbance; the measured "
         f"acceleration passes {position} (default 20 Hz), which is not changed.",
-        f"Our derivative filters ({rate_filters(controller, ('roll', 'pitch', 'yaw', 'x', 'z'))}) are not "
-        "carried: the rate loops see the gyro through INS_GYRO_FILTER (default 20 Hz) and the notch filters, the "
-        "velocity loops what the estimator gives.",
+        _unfiltered(controller, tuple(axis for axis in (*ATTITUDE_AXES, "x", "z") if axis in (*weights, "z"))),
         *_switched_off(values, dialect),
         f"Every loop of ours runs each {1000.0 * controller.control_period:g} ms; ArduPilot runs them at SCHED_LOOP_RATE "
         "(default 400 Hz, 2.5 ms), with the delays of its estimator.",
         "Angle and position errors pass square-root controllers (limits of angular acceleration, PSC_JERK_*): equal to ours for "
         "small errors only.",
-        "Anti-windup differs: ArduPilot lets an integral only shrink while its output is limited and clips it at its IMAX "
-        f"({values['ATC_RAT_RLL_IMAX']:g} of the normalised torque in roll; "
-        f"{values[dialect.roles['vxy_imax']] / dialect.metre:g} m/s2 for the horizontal velocity), ours back-calculates with "
-        "ki/kp.",
+        _integrals(dialect, values),
         f"Thrust is linearised by MOT_THST_EXPO = {values[EXPO]:.4g} between MOT_SPIN_MIN and MOT_SPIN_MAX: "
         f"the largest thrust ({thrust_max:.4g} N of each rotor) is taken at MOT_SPIN_MAX, and none at MOT_SPIN_MIN.",
         "The battery's voltage scales the thrust unless MOT_BAT_VOLT_MAX and MOT_BAT_VOLT_MIN are set; ours is constant.",
@@ -136,16 +133,42 @@ def _differences(
     )
 
 
+def _unfiltered(controller: Controller, axes: tuple[str, ...]) -> str:
+    """Return what becomes of the derivative filters of axes that fly our PID."""
+    lost = f"Our derivative filters ({rate_filters(controller, axes)}) are not carried: "
+    if "roll" not in axes:
+        return f"{lost}the velocity loops see what the estimator gives."
+    return (
+        f"{lost}the rate loops see the gyro through INS_GYRO_FILTER (default 20 Hz) and the notch filters, the "
+        "velocity loops what the estimator gives."
+    )
+
+
+def _integrals(dialect: Dialect, values: Values) -> str:
+    """Return how integrals differ from ours."""
+    if "roll" not in dialect.names:
+        return (
+            "Anti-windup of the velocity loops differs: ArduPilot lets an integral only shrink while its output is limited, ours "
+            "back-calculates with ki/kp. ArduPilot filters the gyro at its own rate, ours with the loop."
+        )
+    return (
+        "Anti-windup differs: ArduPilot lets an integral only shrink while its output is limited and clips it at its IMAX "
+        f"({values['ATC_RAT_RLL_IMAX']:g} of the normalised torque in roll; "
+        f"{values[dialect.roles['vxy_imax']] / dialect.metre:g} m/s2 for the horizontal velocity), ours back-calculates with "
+        "ki/kp."
+    )
+
+
 def _switched_off(values: Values, dialect: Dialect) -> tuple[str, ...]:
     """Return sentences on what is written only to switch something off."""
     sentences = []
-    if values["ATC_RAT_RLL_FLTT"] == 100.0:
+    if "roll" in dialect.names and values["ATC_RAT_RLL_FLTT"] == 100.0:
         sentences.append(
             "The rate target, which holds the measured angle, is low-passed by ATC_RAT_*_FLTT, set to 100 Hz for roll and "
             "pitch and 50 Hz for yaw, the highest documented; ours is not. "
             f"{dialect.roles['vxy_flte']} and {dialect.roles['vz_flte']} (default 5 Hz) are switched off."
         )
-    if values["ATC_RAT_RLL_D"] == values[dialect.roles["vxy_d"]] == 0.0:
+    if "roll" in dialect.names and values["ATC_RAT_RLL_D"] == values[dialect.roles["vxy_d"]] == 0.0:
         sentences.append(
             "The D, FF, D_FF and SMAX terms are 0: ArduPilot's derivative of the filtered rate error and its slew limiter have "
             "no counterpart in our law."
@@ -169,7 +192,7 @@ TARGET = ExportTarget(
     title="ArduPilot Copter 4.6 or 4.7, parameter file",
     export=export,
     position_laws=("pid",),
-    attitude_laws=("pid",),
+    attitude_laws=("pid", "ardupilot"),
     options=OPTIONS,
     importer=IMPORTER,
 )

@@ -16,7 +16,6 @@ from tuner.exchange.ardupilot.ranges import (
     DIALECTS,
     FIRMWARES,
     SHORT,
-    YAW_FILTER,
     Dialect,
     check_names,
 )
@@ -24,6 +23,7 @@ from tuner.exchange.ardupilot.text import OLDER, WHAT, Modern, modernised, read_
 from tuner.exchange.autopilot.assembly import (
     ATTITUDE_FILTER,
     CURVE,
+    LOOPS,
     POSITION_FILTER,
     absent_note,
     control_period,
@@ -31,7 +31,7 @@ from tuner.exchange.autopilot.assembly import (
     unused_note,
     version_note,
 )
-from tuner.exchange.autopilot.cascade import ParameterFile, imported
+from tuner.exchange.autopilot.cascade import ParameterFile, cascade_for, imported
 from tuner.exchange.autopilot.parameters import defaults, stated
 from tuner.exchange.target import FIRMWARE, ImportedController, Importer, Option
 
@@ -50,10 +50,15 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     modern = modernised(plain, file)
     check_age(modern, dialect, file)
     given, target = modern.values, _target(dialect, modern)
-    ardupilot = ArduPilot(dialect, airframe.vehicle, actuation(airframe.vehicle, curve(settings)))
+    cascade = cascade_for(dialect, settings)
+    ardupilot = ArduPilot(dialect.flying(cascade), airframe.vehicle, actuation(airframe.vehicle, curve(settings)))
     values = ardupilot.completed(given)
     accel = ardupilot.vertical(values).accel
-    filters = [name for name in _named(dialect, "FLTE", "vxy_flte", "vz_flte") if name != YAW_FILTER]
+    carried = ardupilot.version.carried
+    feed, filters = (
+        [name for name in _named(dialect, *terms) if name not in carried]
+        for terms in (("FF", "vxy_ff", "vz_ff", "az_ff"), ("FLTE", "vxy_flte", "vz_flte"))
+    )
     notes = (
         f"Read as {target}, with the rotors of the airframe {airframe.name} in the frame that the vehicle is set up with.",
         *version_note(version, target, READ_AS[dialect.firmware]),
@@ -62,7 +67,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         f"The PI on the vertical acceleration has K = {accel:.3g}; our z gains have the same poles without it.",
     )
     later_notes = (
-        *unused_note(values, _named(dialect, "FF", "vxy_ff", "vz_ff", "az_ff"), "Feed-forward is left out"),
+        *unused_note(values, feed, "Feed-forward is left out"),
         *unused_note(values, filters, "Low-pass filters of errors [Hz] are left out"),
         *unused_note(
             values,
@@ -72,7 +77,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     )
     known = [name for name in given if name in dialect.table or name.startswith(AROUND)]
     described = ParameterFile(file, given, target, known, notes, later_notes)
-    return imported(ardupilot, described, airframe, settings, values)
+    return imported(ardupilot, described, airframe, cascade, settings, values)
 
 
 def check_version(version: str | None, dialect: Dialect, file: Path) -> None:
@@ -125,6 +130,6 @@ def _named(dialect: Dialect, rate_term: str, *roles: str) -> tuple[str, ...]:
 IMPORTER = Importer(
     name="ardupilot",
     title="ArduPilot Copter 4.6 or 4.7, parameter file",
-    options=(VERSION, control_period("0.0025"), CURVE, ATTITUDE_FILTER, POSITION_FILTER, DERIVATIVE),
+    options=(VERSION, control_period("0.0025"), LOOPS, CURVE, ATTITUDE_FILTER, POSITION_FILTER, DERIVATIVE),
     read=read,
 )

@@ -17,6 +17,7 @@ from math import degrees, radians
 
 import numpy as np
 
+from plant.airframes.scales import ardupilot_factors, command_slope, hover_share, torque_scale
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
 from plant.laws.pid import Gains
@@ -25,7 +26,6 @@ from tuner.exchange.ardupilot.text import write_param
 from tuner.exchange.autopilot.cascade import Autopilot
 from tuner.exchange.autopilot.parameters import Values, misfit
 from tuner.exchange.autopilot.pid import SAME, axis_gains, held_tilt, same_feedback
-from tuner.exchange.autopilot.scales import ardupilot_factors, command_slope, hover_share, torque_scale
 from tuner.exchange.target import number
 from tuner.gains import Controller
 

@@ -17,6 +17,7 @@ from pathlib import Path
 
 from plant.errors import InputError
 from tuner.exchange.autopilot.cascade import CascadeNames, ParameterSet
+from tuner.exchange.autopilot.own_loops import OwnLaw
 from tuner.exchange.autopilot.parameters import ParameterInfo, Values
 
 TORQUE = "normalised torque"
@@ -99,6 +100,27 @@ RANGES_47 = {
 }  # fmt: skip
 
 
+OWN_ATTITUDE = OwnLaw(
+    "ardupilot",
+    {
+        axis: {
+            "angle_p": f"ATC_ANG_{short}_P",
+            "gyro_cutoff": "INS_GYRO_FILTER",
+            **{
+                gain: f"ATC_RAT_{short}_{term}"
+                for gain, term in (
+                    ("p", "P"), ("i", "I"), ("d", "D"), ("ff", "FF"), ("i_limit", "IMAX"), ("target_cutoff", "FLTT"),
+                    ("error_cutoff", "FLTE"), ("d_cutoff", "FLTD"),
+                )
+            },
+        }
+        for axis, short in SHORT.items()
+    },
+    frozenset({"p", "i", "d", "ff", "i_limit"}),
+    {},
+)  # fmt: skip
+
+
 def _rate(name: str, ours: str, p: tuple[float, float, float], i: tuple[float, float, float]) -> list[ParameterInfo]:
     """Return one angle and rate loop; p, i: low, high, default."""
     rate, yaw = f"ATC_RAT_{name}", name == "YAW"
@@ -145,6 +167,15 @@ def _dialect(
         axis: CascadeNames(f"ATC_ANG_{short}_P", *(f"ATC_RAT_{short}_{term}" for term in "PID"))
         for axis, short in SHORT.items()
     } | {"x": CascadeNames(*(names[role] for role in ("xy_p", "vxy_p", "vxy_i", "vxy_d")))}
+    own_table = [
+        ParameterInfo("INS_GYRO_FILTER", "Hz", 0.0, 256.0, 20.0, "attitude.gyro_cutoff"),
+        *(
+            ParameterInfo(
+                f"ATC_RAT_{short}_FLTD", "Hz", 0.0, 50.0 if axis == "yaw" else 100.0, 20.0, f"{axis}.d_cutoff"
+            )
+            for axis, short in SHORT.items()
+        ),
+    ]
     own = {name for entries in cascades.values() for name in entries[:3]} | {names[role] for role in VERTICAL}
     return Dialect(
         target="ardupilot",
@@ -163,6 +194,8 @@ def _dialect(
         acceleration=scale,
         metre=metre,
         whole=whole,
+        own=(OWN_ATTITUDE,),
+        own_table={entry.name: entry for entry in own_table},
     )
 
 

@@ -4,14 +4,16 @@ import hashlib
 from collections.abc import Collection, Iterable, Mapping
 from math import degrees
 from pathlib import Path
+from typing import Any
 
 from plant.airframes import Airframe
-from plant.cascade import ATTITUDE_AXES, AXES, close_cascade
+from plant.cascade import ATTITUDE_AXES, AXES, Cascade, close_cascade
 from plant.errors import InputError, shortened
 from plant.gains import default_row, gain_addresses
 from plant.input_files import read_input
 from plant.laws import law
 from plant.laws.pid import Gains
+from plant.laws.slower import MOST_PERIODS
 from plant.nominal import ControlOptions
 from tuner.exchange.aboard import plain_name
 from tuner.exchange.autopilot.pid import held_tilt, with_gains
@@ -28,6 +30,26 @@ ATTITUDE_FILTER = Option(
 POSITION_FILTER = Option(
     "position_filter", "time constant t_f of our derivative filter in the position loops, s", default="0.01"
 )
+OWN_LOOPS, OUR_LOOPS = "own", "pid"
+LOOPS = Option(
+    "loops",
+    "own: the autopilot's own loops, filters included, parameter by parameter; pid: our PID with the same feedback, without them",
+    (OUR_LOOPS, OWN_LOOPS),
+    OUR_LOOPS,
+)
+POSITION_EVERY = Option(
+    "position_every", "periods of the controller between two steps of own position loops, 1 to 64", default="8"
+)
+
+
+def position_every(settings: Mapping[str, str]) -> int:
+    """Return how often own position loops step [control periods]."""
+    every = number(settings, POSITION_EVERY.name, 1.0, MOST_PERIODS, "1")
+    if every != int(every):
+        raise InputError(
+            f"given {every:g}; this must be a whole number from 1 to {MOST_PERIODS}", key="--set position_every"
+        )
+    return int(every)
 
 
 def control_period(default: str) -> Option:
@@ -63,15 +85,23 @@ def controller(
 
     Raises InputError naming file and gain where one is outside of what our law takes.
     """
-    cascade = close_cascade(law("pid"), law("pid"))
+    return filled(by_default(airframe, close_cascade(law("pid"), law("pid")), tilt, settings), gains, file)
+
+
+def by_default(airframe: Airframe, cascade: Cascade, tilt: float, settings: Mapping[str, str]) -> Controller:
+    """Return a controller with default gains; tilt: largest [rad], cut to what we know."""
     period = number(settings, "control_period", SHORTEST, LONGEST, "s")
-    timing = usual_timing(period, airframe)
+    row = tuple(default_row(cascade, airframe.vehicle))
     options = ControlOptions(tilt_limit=held_tilt(tilt))
-    found = Controller(airframe, cascade, options, period, timing.plant_step, tuple(default_row(cascade)))
+    return Controller(airframe, cascade, options, period, usual_timing(period, airframe).plant_step, row)
+
+
+def filled(found: Controller, gains: Mapping[str, Any], file: Path) -> Controller:
+    """Return the controller with the gains of some axes; raises InputError naming file and gain where a law does not take one."""
     found = with_gains(found, gains)
-    for gain in gain_addresses(cascade):
+    for gain in gain_addresses(found.cascade):
         try:
-            check_value(gain.address, gain, found.gains[gain.column], period)
+            check_value(gain.address, gain, found.gains[gain.column], found.control_period)
         except InputError as error:
             raise error.located(file=file) from None
     return found

@@ -7,25 +7,31 @@ An angle loop P around a rate loop PI in normalised torque, a position loop P ar
 
 from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from pathlib import Path
-from typing import NamedTuple
+from typing import Any, NamedTuple, Self
 
 from plant.airframes import Airframe
 from plant.airframes.actuation import Actuation
-from plant.cascade import AXES
+from plant.cascade import AXES, Cascade, close_cascade
+from plant.laws import law
 from plant.laws.pid import Gains
 from plant.vehicle import Vehicle
 from tuner.exchange.aboard import DERIVATIVE, KEEP, OTHERS, Aboard, said_of_others
 from tuner.exchange.autopilot.assembly import (
+    LOOPS,
+    OUR_LOOPS,
     assumed_note,
-    controller,
+    by_default,
+    filled,
     filters,
     inertia_note,
     kept_notes,
+    position_every,
     record_of,
     tilt_note,
 )
+from tuner.exchange.autopilot.own_loops import LIKE, OwnLaw, flown, with_authorities
 from tuner.exchange.autopilot.parameters import ParameterInfo, Values, defaults, parameters, single
 from tuner.exchange.autopilot.pid import (
     RateLoop,
@@ -64,7 +70,7 @@ class ParameterSet:
     target: its name in the registry; name: with the version; file: name of the file that is written. table: every parameter that
     is written, in the order of the file. names: by axis of ours, y goes with x. carried: parameters that our loops carry;
     scaling: those beside them that turn our gains into its units. yaw_filter: low-pass on yaw torque [Hz]; gyro, gyro_cutoff:
-    low-pass of the gyro and its default [Hz].
+    low-pass of the gyro and its default [Hz]. own: laws that are its own loops; own_table: parameters that act in those alone.
     """
 
     target: str
@@ -77,6 +83,27 @@ class ParameterSet:
     yaw_filter: str
     gyro: str
     gyro_cutoff: float
+    own: tuple[OwnLaw, ...] = field(default=(), kw_only=True)
+    own_table: Mapping[str, ParameterInfo] = field(default_factory=dict[str, ParameterInfo], kw_only=True)
+
+    def flying(self, cascade: Cascade) -> Self:
+        """Return the set for a cascade, some loops of which may be the autopilot's own."""
+        laws = flown(self.own, cascade)
+        axes = {axis for entry in laws for axis in entry.names}
+        foreign = {name for axis in axes if axis in self.names for name in self.names[axis][:3]}
+        own = frozenset(name for entry in laws for name in entry.parameters)
+        return replace(
+            self,
+            table={**self.table, **{name: entry for name, entry in self.own_table.items() if name in own}},
+            names={axis: names for axis, names in self.names.items() if axis not in axes},
+            carried=(self.carried - foreign) | own,
+            own=laws,
+        )
+
+    @property
+    def filters_gyro(self) -> bool:
+        """Whether its low-pass on the gyro is none of what our loops carry."""
+        return self.gyro not in self.carried
 
 
 @dataclass(frozen=True)
@@ -115,13 +142,23 @@ class Autopilot(ABC):
     def check(self, values: Values) -> None:
         """Refuse parameters with which a vehicle does not arm; values: what it has with the file."""
 
+    @property
+    def filters_yaw(self) -> bool:
+        """Whether its low-pass on yaw is a part of its own loops, beside which ours has none."""
+        return any(self.version.yaw_filter in entry.parameters for entry in self.version.own)
+
+    def yaw_cutoff(self, values: Values) -> float:
+        """Return the low-pass on yaw torque beside the loops as our controller holds it [Hz]; values: complete."""
+        return 0.0 if self.filters_yaw else held_cutoff(values[self.version.yaw_filter])
+
     def completed(self, values: Values) -> dict[str, float]:
         """Return all parameters, those that are not given at their default."""
         return {**defaults(self.version.table), **values}
 
     def added_inertia(self, values: Values) -> dict[str, float]:
         """Return the share of inertia or mass that the gain on the acceleration adds, by axis [1]; values: complete."""
-        return {axis: values[self.version.names[axis].d] * unit for axis, unit in self.units(values).items()}
+        units = self.units(values)
+        return {axis: values[names.d] * units[axis] for axis, names in self.version.names.items()}
 
     def weights(self, values: Values, counted: bool) -> dict[str, float]:
         """Return by axis how many times heavier its loop has it than ours: 1, or with the added inertia where that counts."""
@@ -129,10 +166,10 @@ class Autopilot(ABC):
 
     def loops(self, values: Values) -> dict[str, RateLoop]:
         """Return its loops by axis in our units; values: complete."""
-        names = self.version.names
+        units = self.units(values)
         return {
-            axis: RateLoop(values[names[axis].outer], unit * values[names[axis].p], unit * values[names[axis].i])
-            for axis, unit in self.units(values).items()
+            axis: RateLoop(values[names.outer], units[axis] * values[names.p], units[axis] * values[names.i])
+            for axis, names in self.version.names.items()
         }
 
     def to_parameters(
@@ -144,12 +181,14 @@ class Autopilot(ABC):
         Raises InputError where the gains have no such form.
         """
         theirs = {} if present is None else self.loops(self.completed(present))
-        heavier, values = self.weights(beside, counted), dict[str, float]()
-        for axis, unit in self.units(beside).items():
+        heavier, units, values = self.weights(beside, counted), self.units(beside), dict[str, float]()
+        for entry in self.version.own:
+            values |= entry.to_parameters(controller, units)
+        for axis, names in self.version.names.items():
             loop = rate_loop(weighted(axis_gains(controller, axis), heavier[axis]), axis, theirs.get(axis))
-            names = self.version.names[axis]
-            values |= {names.outer: loop.outer, names.p: loop.p / unit, names.i: loop.i / unit}
-        values[self.version.yaw_filter] = written_cutoff(controller, (present or {}).get(self.version.yaw_filter))
+            values |= {names.outer: loop.outer, names.p: loop.p / units[axis], names.i: loop.i / units[axis]}
+        if not self.filters_yaw:
+            values[self.version.yaw_filter] = written_cutoff(controller, (present or {}).get(self.version.yaw_filter))
         return values | self.written_tilt(controller.options.tilt_limit, present)
 
     def to_gains(self, values: Values, filters: Mapping[str, float], counted: bool = False) -> dict[str, Gains]:
@@ -159,19 +198,34 @@ class Autopilot(ABC):
             axis: weighted(parallel(loop, filters[axis]), 1.0 / heavier[axis])
             for axis, loop in self.loops(values).items()
         }
-        return gains | {"y": gains["x"]._replace(t_f=filters["y"])}
+        return gains | ({"y": gains["x"]._replace(t_f=filters["y"])} if "x" in gains else {})
+
+    def own_gains(self, values: Values, controller: Controller) -> dict[str, Any]:
+        """Return the gains of the loops that are its own, with the authorities of a controller; values: complete."""
+        units = self.units(values)
+        return {
+            axis: gains
+            for entry in self.version.own
+            for axis, gains in entry.to_gains(values, units, controller).items()
+        }
 
     def held(self, asked: Controller, values: Values, counted: bool) -> Controller:
         """Return the controller that it flies with rounded parameters; our derivative filters stay as asked."""
-        gains = self.to_gains(values, {axis: axis_gains(asked, axis).t_f for axis in AXES}, counted)
-        tilt, cutoff = held_tilt(self.tilt_limit(values)[0]), held_cutoff(values[self.version.yaw_filter])
+        own = {axis for entry in self.version.own for axis in entry.names}
+        plain = [axis for axis in AXES if LIKE.get(axis, axis) not in own]
+        gains: dict[str, Any] = {
+            **self.to_gains(values, {axis: axis_gains(asked, axis).t_f for axis in plain}, counted),
+            **self.own_gains(values, asked),
+        }
+        tilt, cutoff = held_tilt(self.tilt_limit(values)[0]), self.yaw_cutoff(values)
         options = replace(asked.options, tilt_limit=tilt, yaw_torque_cutoff=cutoff)
         return replace(with_gains(asked, gains), options=options)
 
     def beside(self, settings: Mapping[str, str], present: Aboard | None) -> dict[str, float]:
         """Return what is written beside what our loops carry: as it is on the vehicle, or such that nothing else acts."""
         if present is None or settings[OTHERS.name] != KEEP:
-            return self.switched_off(settings)
+            off = self.switched_off(settings)
+            return {name: value for name, value in off.items() if name not in self.version.carried}
         kept = {
             name: value
             for name, value in present.values.items()
@@ -187,8 +241,12 @@ class Autopilot(ABC):
         Raises InputError where the gains have no such form or leave the documented ranges.
         """
         gyro = self.version.gyro
-        asked, settings = with_measured_rates(request.controller, yaw_filter=True), request.settings
-        check_horizontal(asked, self.version.name)
+        asked, settings = (
+            with_measured_rates(request.controller, yaw_filter=not self.filters_yaw),
+            request.settings,
+        )
+        if "x" in self.version.names:
+            check_horizontal(asked, self.version.name)
         before = {} if present is None else present.values
         beside = self.beside(settings, present)
         complete, counted = self.completed(beside), settings[DERIVATIVE.name] == "inertia"
@@ -209,7 +267,9 @@ class Autopilot(ABC):
             ),
             target_version=self.version.name,
             parameters=written,
-            gyro=GyroFilter(gyro, before.get(gyro, self.version.gyro_cutoff), gyro in before),
+            gyro=GyroFilter(gyro, before.get(gyro, self.version.gyro_cutoff), gyro in before)
+            if self.version.filters_gyro
+            else None,
         )
 
     def rollback(self, request: Request, values: Values, present: Aboard | None) -> bytes:
@@ -243,10 +303,26 @@ class ParameterFile:
     later_notes: tuple[str, ...]
 
 
+def cascade_for(version: ParameterSet, settings: Mapping[str, str]) -> Cascade:
+    """Return the cascade that a file is read into: our PID, or those of the autopilot's own loops that are known."""
+    if settings.get(LOOPS.name, OUR_LOOPS) == OUR_LOOPS:
+        return close_cascade(law("pid"), law("pid"))
+    own = {"attitude" if "roll" in entry.names else "position": entry.law for entry in version.own}
+    every = position_every(settings) if "position" in own else 1
+    return close_cascade(law(own.get("position", "pid")), law(own.get("attitude", "pid")), every)
+
+
 def imported(
-    autopilot: Autopilot, read: ParameterFile, airframe: Airframe, settings: Mapping[str, str], values: Values
+    autopilot: Autopilot,
+    read: ParameterFile,
+    airframe: Airframe,
+    cascade: Cascade,
+    settings: Mapping[str, str],
+    values: Values,
 ) -> ImportedController:
-    """Return the controller of a parameter file; values: complete; raises InputError naming file and gain."""
+    """Return the controller of a parameter file; cascade: of `cascade_for`; values: complete; raises InputError naming file and
+    gain.
+    """
     counted = settings[DERIVATIVE.name] == "inertia"
     shares = {autopilot.version.names[axis].d: share for axis, share in autopilot.added_inertia(values).items()}
     tilt, tilt_name = autopilot.tilt_limit(values)
@@ -260,8 +336,10 @@ def imported(
         *read.later_notes,
         *tilt_note(tilt, tilt_name),
         *kept_notes(record, untouched),
-        assumed_note(settings),
+        *((assumed_note(settings),) if "x" in autopilot.version.names else ()),
     )
-    found = controller(read.path, airframe, autopilot.to_gains(values, filters(settings), counted), tilt, settings)
-    options = replace(found.options, yaw_torque_cutoff=held_cutoff(values[autopilot.version.yaw_filter]))
+    found = with_authorities(by_default(airframe, cascade, tilt, settings), autopilot.units(values))
+    gains = {**autopilot.to_gains(values, filters(settings), counted), **autopilot.own_gains(values, found)}
+    found = filled(found, gains, read.path)
+    options = replace(found.options, yaw_torque_cutoff=autopilot.yaw_cutoff(values))
     return ImportedController(replace(found, options=options, vehicle=record), notes, untouched)

@@ -12,12 +12,12 @@ from dataclasses import replace
 from math import degrees
 
 from plant.airframes.actuation import Actuation, actuation
+from plant.airframes.scales import motors_text
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
 from plant.gains import gain_addresses
 from tuner.exchange.autopilot.assembly import curve
 from tuner.exchange.autopilot.parameters import parameters
-from tuner.exchange.autopilot.scales import motors_text
 from tuner.exchange.betaflight.export import (
     LOADING,
     MOTORS,

@@ -9,6 +9,7 @@ from dataclasses import replace
 from math import degrees
 
 from plant.airframes.actuation import Actuation, actuation
+from plant.airframes.scales import Motors, command_slope, motors_text
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError, shortened
 from tuner.exchange.autopilot.assembly import CURVE, curve
@@ -21,7 +22,6 @@ from tuner.exchange.autopilot.pid import (
     with_gains,
     with_measured_rates,
 )
-from tuner.exchange.autopilot.scales import Motors, command_slope, motors_text
 from tuner.exchange.betaflight.import_ import IMPORTER
 from tuner.exchange.betaflight.map import (
     ANGLE_LIMIT,
@@ -34,6 +34,14 @@ from tuner.exchange.betaflight.map import (
     reversed_yaw,
     tilt_limit,
     to_betaflight,
+)
+from tuner.exchange.betaflight.own_loops import (
+    OWN_SWITCHES,
+    OWN_TABLE,
+    is_own,
+    own_differences,
+    own_held,
+    own_settings,
 )
 from tuner.exchange.betaflight.text import profile, read_cli, read_release, read_selected, whole, write_cli
 from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request
@@ -61,6 +69,8 @@ def export(request: Request) -> Bundle:
     """Return the file; raises InputError where the gains have no form in Betaflight or leave its ranges."""
     asked = with_measured_rates(request.controller)
     rotors = actuation(asked.airframe.vehicle, curve(request.settings))
+    if is_own(asked):
+        return own_export(request, asked, rotors)
     before = aboard(request)
     check_level(asked, rotors, before)
     wanted = to_betaflight(asked, rotors, before)
@@ -79,6 +89,29 @@ def export(request: Request) -> Bundle:
         rollback={FILE: rollback(request, TABLE, switches, values)},
         held=held_controller(asked, values, rotors, before),
         differences=_differences(asked, written, rotors, before, kept, request),
+        target_version=NAME,
+        parameters=written,
+    )
+
+
+def own_export(request: Request, asked: Controller, rotors: Actuation) -> Bundle:
+    """Return the file of Betaflight's own loops; raises InputError where a gain leaves the range of its setting."""
+    aboard(request)
+    wanted = {**own_settings(asked, rotors), ANGLE_LIMIT: degrees(asked.options.tilt_limit)}
+    written = parameters(OWN_TABLE, wanted, nearest, NAME)
+    check_rounding(written)
+    values = {parameter.name: parameter.held for parameter in written}
+    held = own_held(asked, values, rotors)
+    about = (
+        *heading(request, parameter_comment),
+        f"For {NAME} to 2026.12. {LOADING}",
+        f"Expected of the vehicle: {motors_text(rotors, MOTORS)}; yaw_motors_reversed = {reversed_yaw(rotors)}.",
+    )
+    return Bundle(
+        files={FILE: write_cli(settings(values, OWN_SWITCHES), profile(request.settings), about)},
+        rollback={FILE: rollback(request, OWN_TABLE, OWN_SWITCHES, values)},
+        held=replace(held, options=replace(asked.options, tilt_limit=tilt_limit(values))),
+        differences=(*rate_sources(request.controller), *own_differences(asked)),
         target_version=NAME,
         parameters=written,
     )
@@ -170,7 +203,7 @@ def check_rounding(written: tuple[HeldParameter, ...]) -> None:
             factor = 1.0 / parameter.asked
             raise InputError(
                 f"works out at {parameter.asked:.3g} and rounds to 0; {NAME} holds whole numbers: raise "
-                f"{TABLE[parameter.name].source} about {factor:.2g} times, or take a target with finer gains",
+                f"{OWN_TABLE[parameter.name].source} about {factor:.2g} times, or take a target with finer gains",
                 key=parameter.name,
             )
 
@@ -243,7 +276,7 @@ TARGET = ExportTarget(
     name="betaflight",
     title=f"{NAME}, settings for the command line",
     export=export,
-    attitude_laws=("pid",),
+    attitude_laws=("pid", "betaflight"),
     options=OPTIONS,
     importer=IMPORTER,
 )

@@ -10,20 +10,27 @@ from pathlib import Path
 
 from plant.airframes import Airframe
 from plant.airframes.actuation import Actuation, actuation
-from plant.cascade import ATTITUDE_AXES
+from plant.cascade import ATTITUDE_AXES, close_cascade
 from plant.errors import InputError
+from plant.laws import law
 from tuner.exchange.aboard import DERIVATIVE
 from tuner.exchange.autopilot.assembly import (
     ATTITUDE_FILTER,
     CURVE,
+    LOOPS,
+    OUR_LOOPS,
+    POSITION_EVERY,
     POSITION_FILTER,
     absent_note,
     assumed_note,
+    by_default,
     control_period,
     controller,
     curve,
+    filled,
     filters,
     inertia_note,
+    position_every,
     tilt_note,
     unused_note,
 )
@@ -43,6 +50,7 @@ from tuner.exchange.betaflight.map import (
     reversed_yaw,
     tilt_limit,
 )
+from tuner.exchange.betaflight.own_loops import OWN, OWN_SWITCHES, OWN_TABLE, own_read
 from tuner.exchange.betaflight.text import profile, read_cli, read_mixer, read_release, whole
 from tuner.exchange.target import ImportedController, Importer, Option, number
 
@@ -98,7 +106,32 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         *_filters(texts),
         *tilt_note(tilt, called.get("angle_limit", "angle_limit")),
     )
-    return ImportedController(controller(file, airframe, gains, tilt, settings), (*notes, assumed_note(settings)))
+    if settings[LOOPS.name] == OUR_LOOPS:
+        return ImportedController(controller(file, airframe, gains, tilt, settings), (*notes, assumed_note(settings)))
+    every = defaults(OWN_TABLE) | values
+    every |= {name: whole(text, name, file) for name, text in texts.items() if name in OWN_TABLE}
+    found = by_default(airframe, close_cascade(law("pid"), law(OWN.law), position_every(settings)), tilt, settings)
+    found = filled(own_read(found, every, rotors), {}, file)
+    own_notes = (
+        notes[0],
+        *(note for note in (*_turning(texts, rotors), *_others(texts, release))),
+        *_not_first_order(texts),
+    )
+    return ImportedController(found, own_notes)
+
+
+def _not_first_order(texts: Mapping[str, str]) -> tuple[str, ...]:
+    """Return a sentence on low-passes of another order than ours, and on notches that ours has not."""
+    kinds = {name: (usual,) for name, (_, usual) in OWN_SWITCHES.items() if name.endswith("_type")}
+    others = {"gyro_notch2_hz": ("0",), "dterm_notch_hz": ("0",)}
+    there = [
+        f"{name} = {texts[name]}" for name, usual in (kinds | others).items() if texts.get(name, usual[0]) != usual[0]
+    ]
+    return (
+        (f"Our low-passes are of first order, and there is one notch: {', '.join(there)} flies otherwise.",)
+        if there
+        else ()
+    )
 
 
 def renamed(texts: Mapping[str, str], release: Release, stated: bool, file: Path) -> dict[str, str]:
@@ -180,6 +213,16 @@ def _filters(texts: Mapping[str, str]) -> tuple[str, ...]:
 IMPORTER = Importer(
     name="betaflight",
     title="Betaflight 4.3 to 2026.12, what the command line prints for diff or dump",
-    options=(PROFILE, HEADING, control_period("0.001"), CURVE, ATTITUDE_FILTER, POSITION_FILTER, DERIVATIVE),
+    options=(
+        PROFILE,
+        HEADING,
+        control_period("0.001"),
+        LOOPS,
+        POSITION_EVERY,
+        CURVE,
+        ATTITUDE_FILTER,
+        POSITION_FILTER,
+        DERIVATIVE,
+    ),
     read=read,
 )

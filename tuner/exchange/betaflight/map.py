@@ -16,12 +16,12 @@ from math import degrees, pi, radians
 from typing import NamedTuple
 
 from plant.airframes.actuation import Actuation
+from plant.airframes.scales import TorqueScale, betaflight_factors, command_slope, torque_scale
 from plant.cascade import ATTITUDE_AXES
 from plant.laws.pid import Gains
 from plant.vehicle import Vehicle
 from tuner.exchange.autopilot.parameters import ParameterInfo
 from tuner.exchange.autopilot.pid import RateLoop, axis_gains, parallel, rate_loop
-from tuner.exchange.autopilot.scales import TorqueScale, betaflight_factors, command_slope, torque_scale
 from tuner.gains import Controller
 
 OFF = "nothing: it is switched off"

@@ -13,11 +13,11 @@ from dataclasses import replace
 from math import degrees, radians
 
 from plant.airframes.actuation import actuation
+from plant.airframes.scales import motors_text
 from plant.errors import InputError
 from tuner.exchange.aboard import rollback_request
 from tuner.exchange.autopilot.parameters import defaults, single
 from tuner.exchange.autopilot.pid import axis_gains, rate_filters, rate_loop, rate_sources, setpoint_weights
-from tuner.exchange.autopilot.scales import motors_text
 from tuner.exchange.c99.sources import c_sources
 from tuner.exchange.crazyflie import text as param_file
 from tuner.exchange.crazyflie.map import ATTITUDE, ENTRIES, HORIZONTAL, MOTORS, check_mixing, held, parameters

@@ -26,13 +26,13 @@ from math import degrees, pi, radians, sqrt
 import numpy as np
 
 from plant.airframes.actuation import Actuation, actuation
+from plant.airframes.scales import Motors, TorqueScale, torque_scale
 from plant.cascade import LEAST_LIFT
 from plant.errors import InputError
 from tuner.exchange.autopilot.cascade import CascadeNames
 from tuner.exchange.autopilot.parameters import MOST, ParameterInfo, single
 from tuner.exchange.autopilot.parameters import parameters as held_against_table
 from tuner.exchange.autopilot.pid import RateLoop, axis_gains, parallel, rate_loop, with_gains, with_measured_rates
-from tuner.exchange.autopilot.scales import Motors, TorqueScale, torque_scale
 from tuner.exchange.target import HeldParameter
 from tuner.gains import Controller
 

@@ -13,7 +13,7 @@ from plant.nominal import nominal
 from tuner.gains import Controller
 
 BASE = ("kg", "m", "s", "rad")
-DERIVED = {"N": {"kg": 1, "m": 1, "s": -2}, "1": {}}
+DERIVED = {"N": {"kg": 1, "m": 1, "s": -2}, "Hz": {"s": -1}, "1": {}}
 FACTOR = re.compile(r"(/?)\s*([A-Za-z]+|1)(?:\^(?:\((-?\d+(?:/\d+)?)\)|(-?\d+)))?\s*")
 
 

@@ -64,6 +64,7 @@ def entries(request: Request) -> dict[str, Entry]:
         "laws.lag_aware": (options.lag_aware, ""),
         "laws.delay": (options.delay, ""),
         "sample_time": (controller.control_period, "s"),
+        "position_every": (controller.cascade.position_every, "1"),
         "limits.tilt": (options.tilt_limit, "rad"),
         "filters.yaw_torque_cutoff": (options.yaw_torque_cutoff, "Hz"),
         "limits.rotor_thrust_min": (knows.thrust_min, "N"),

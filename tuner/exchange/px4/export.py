@@ -1,19 +1,19 @@
 """PX4: our PID as a parameter file of QGroundControl.
 
 Angle loop P around rate loop PI, position loop P around velocity loop PI: the form that `autopilot.pid` gives our PID, with the
-same feedback. Rate gains are normalised by PX4's control allocation from the airframe's own rotors (`autopilot.scales`).
+same feedback. Rate gains are normalised by PX4's control allocation from the airframe's own rotors (`plant.airframes.scales`).
 Where the vehicle is not known every parameter that acts in these loops is written, also where it only switches something off.
 PX4 1.16:
 src/lib/rate_control/rate_control.cpp, mc_att_control/AttitudeControl, mc_pos_control/PositionControl.
 """
 
 from plant.airframes.actuation import Actuation, actuation
+from plant.airframes.scales import Motors, command_slope, motors, motors_text
 from plant.cascade import ATTITUDE_AXES
 from tuner.exchange.aboard import DERIVATIVE, OTHERS, aboard
 from tuner.exchange.autopilot.assembly import CURVE, curve
 from tuner.exchange.autopilot.parameters import Values
 from tuner.exchange.autopilot.pid import rate_filters, rate_sources, setpoint_weights
-from tuner.exchange.autopilot.scales import Motors, command_slope, motors, motors_text
 from tuner.exchange.px4.import_ import IMPORTER
 from tuner.exchange.px4.map import INTEGRAL_LIMITS, MODEL, PX4, THRUST_MODEL, YAW_FILTER, Px4
 from tuner.exchange.px4.text import read_params
@@ -42,7 +42,7 @@ OPTIONS = (
 def export(request: Request) -> Bundle:
     """Return the parameter file; raises InputError where the gains have no form in PX4 or leave its documented ranges."""
     vehicle = request.controller.airframe.vehicle
-    px4 = Px4(PX4, vehicle, actuation(vehicle, curve(request.settings)))
+    px4 = Px4(PX4.flying(request.controller.cascade), vehicle, actuation(vehicle, curve(request.settings)))
     return px4.export(
         request,
         aboard(request, PX4.target, read_params),
@@ -65,30 +65,59 @@ def _geometry(rotors: Actuation) -> str:
 
 
 def _differences(px4: Px4, controller: Controller, complete: Values, values: Values) -> tuple[str, ...]:
-    weights = {axis: loop.setpoint_weight for axis, loop in px4.loops({**complete, **values}).items()}
-    limits = ", ".join(f"{axis} {complete[name]:g}" for axis, name in INTEGRAL_LIMITS.items())
     return (
         *rate_sources(controller, yaw_filter=True),
-        setpoint_weights({axis: weights[axis] for axis in ("x", "z", *ATTITUDE_AXES)}),
-        f"Our derivative filters ({rate_filters(controller, ('roll', 'pitch', 'yaw', 'x', 'z'))}) are not "
-        "carried: the rate loops see the gyro through IMU_GYRO_CUTOFF (default 40 Hz, second order) and the notch filters, "
-        "the velocity loops what the estimator gives.",
+        *_of_our_pid(px4, controller, {**complete, **values}),
         f"{_thrust(px4.rotors, complete[MODEL])}; the CA_ROTORi_* on the vehicle must describe the airframe's rotors (they "
         "are in the file as a comment).",
-        f"Every loop of ours runs each {1000.0 * controller.control_period:g} ms; PX4 runs the rate loop with the gyro "
+        f"{_rates(controller)}; PX4 runs the rate loop with the gyro "
         "(IMU_GYRO_RATEMAX, default 400 Hz), the attitude and position loops with their estimates, "
         "and adds their delays.",
-        "PX4 multiplies the integral gain of the rate loops by max(0, 1 - (e / 400 deg/s)^2) of the rate error e.",
-        "Anti-windup differs: PX4 stops the integral of an axis that its allocation reports as saturated and clips it at "
-        f"MC_*_INT_LIM ({limits} of the normalised torque), "
-        "ours back-calculates with ki/kp; in the position loops PX4 back-calculates with 2/P along x and y and stops along z, "
-        "where it clips at 9.81 m/s2.",
+        *_integrals(px4, complete),
         *_switched_off(values),
         "PX4's attitude error is the vector of a quaternion with sin(angle/2), its rates and speeds are limited (MC_*RATE_MAX, "
         "MPC_*_VEL_MAX, trajectories with MPC_JERK_*): equal to ours for small errors only.",
         "MPC_USE_HTE (default 1) replaces MPC_THR_HOVER by an estimate in flight, which follows the battery; our vertical gains "
         "take hover as known.",
     )  # fmt: skip
+
+
+def _of_our_pid(px4: Px4, controller: Controller, values: Values) -> tuple[str, ...]:
+    """Return what the loops that fly our PID lose."""
+    axes = tuple(axis for axis in (*ATTITUDE_AXES, "x", "z") if axis in px4.version.names)
+    if not axes:
+        return ()
+    weights = {axis: loop.setpoint_weight for axis, loop in px4.loops(values).items()}
+    return (
+        setpoint_weights({axis: weights[axis] for axis in ("x", "z", *ATTITUDE_AXES) if axis in weights}),
+        f"Our derivative filters ({rate_filters(controller, axes)}) are not "
+        "carried: the rate loops see the gyro through IMU_GYRO_CUTOFF (default 40 Hz, second order) and the notch filters, "
+        "the velocity loops what the estimator gives.",
+    )
+
+
+def _rates(controller: Controller) -> str:
+    period, every = 1000.0 * controller.control_period, controller.cascade.position_every
+    if every == 1:
+        return f"Every loop of ours runs each {period:g} ms"
+    return f"Our attitude loops run each {period:g} ms, those of position each {every * period:g} ms"
+
+
+def _integrals(px4: Px4, complete: Values) -> tuple[str, ...]:
+    """Return how integrals differ from ours."""
+    if "roll" not in px4.version.names:
+        return (
+            "Along x and y PX4 hands the integral 2/P of the acceleration that its limits take away, where ours stops it: "
+            "different only while the tilt is limited.",
+        ) * ("x" not in px4.version.names)
+    limits = ", ".join(f"{axis} {complete[name]:g}" for axis, name in INTEGRAL_LIMITS.items())
+    return (
+        "PX4 multiplies the integral gain of the rate loops by max(0, 1 - (e / 400 deg/s)^2) of the rate error e.",
+        "Anti-windup differs: PX4 stops the integral of an axis that its allocation reports as saturated and clips it at "
+        f"MC_*_INT_LIM ({limits} of the normalised torque), "
+        "ours back-calculates with ki/kp; in the position loops PX4 back-calculates with 2/P along x and y and stops along z, "
+        "where it clips at 9.81 m/s2.",
+    )
 
 
 def _thrust(rotors: Actuation, model: float) -> str:
@@ -118,8 +147,8 @@ TARGET = ExportTarget(
     name=PX4.target,
     title=f"{PX4.name}, parameter file of QGroundControl",
     export=export,
-    position_laws=("pid",),
-    attitude_laws=("pid",),
+    position_laws=("pid", "px4_position"),
+    attitude_laws=("pid", "px4"),
     options=OPTIONS,
     importer=IMPORTER,
 )

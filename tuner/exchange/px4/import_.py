@@ -10,6 +10,8 @@ from tuner.exchange.aboard import DERIVATIVE
 from tuner.exchange.autopilot.assembly import (
     ATTITUDE_FILTER,
     CURVE,
+    LOOPS,
+    POSITION_EVERY,
     POSITION_FILTER,
     absent_note,
     control_period,
@@ -17,7 +19,7 @@ from tuner.exchange.autopilot.assembly import (
     unused_note,
     version_note,
 )
-from tuner.exchange.autopilot.cascade import ParameterFile, imported
+from tuner.exchange.autopilot.cascade import ParameterFile, cascade_for, imported
 from tuner.exchange.autopilot.parameters import Values, defaults, stated
 from tuner.exchange.px4.map import AROUND, HOVER, PX4, TABLE, Px4
 from tuner.exchange.px4.text import VERSION, WHAT, read_params
@@ -30,7 +32,8 @@ LEAST_WEIGHT = 1e-4
 def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> ImportedController:
     """Return the controller of a file; raises InputError naming file and parameter."""
     given = read_params(file)
-    px4 = Px4(PX4, airframe.vehicle, actuation(airframe.vehicle, curve(settings)))
+    cascade = cascade_for(PX4, settings)
+    px4 = Px4(PX4.flying(cascade), airframe.vehicle, actuation(airframe.vehicle, curve(settings)))
     values = px4.completed(given)
     usual = {name: value for name, value in defaults(TABLE).items() if name != HOVER}
     feed = tuple(f"MC_{axis.upper()}RATE_FF" for axis in ATTITUDE_AXES)
@@ -46,7 +49,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         *_hover(given),
     )
     described = ParameterFile(file, given, PX4.name, (*TABLE, *AROUND), notes, later_notes)
-    return imported(px4, described, airframe, settings, values)
+    return imported(px4, described, airframe, cascade, settings, values)
 
 
 def _scaled(values: Values) -> tuple[str, ...]:
@@ -77,6 +80,6 @@ def _hover(given: Values) -> tuple[str, ...]:
 IMPORTER = Importer(
     name=PX4.target,
     title=f"{PX4.name}, parameter file of QGroundControl",
-    options=(control_period("0.0025"), CURVE, ATTITUDE_FILTER, POSITION_FILTER, DERIVATIVE),
+    options=(control_period("0.0025"), LOOPS, POSITION_EVERY, CURVE, ATTITUDE_FILTER, POSITION_FILTER, DERIVATIVE),
     read=read,
 )

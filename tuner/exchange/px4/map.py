@@ -18,12 +18,13 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 from math import degrees, radians
 
+from plant.airframes.scales import command_slope, hover_share, px4_factors, torque_scale
 from plant.cascade import ATTITUDE_AXES
 from plant.errors import InputError
 from tuner.exchange.autopilot.cascade import Autopilot, CascadeNames, ParameterSet
+from tuner.exchange.autopilot.own_loops import OwnLaw
 from tuner.exchange.autopilot.parameters import ParameterInfo, Values, unbounded
 from tuner.exchange.autopilot.pid import SAME, held_tilt
-from tuner.exchange.autopilot.scales import command_slope, hover_share, px4_factors, torque_scale
 from tuner.exchange.px4.text import VERSION, write_params
 from tuner.exchange.target import number
 
@@ -96,6 +97,45 @@ NAMES = {
         for axis, name in (("x", "XY"), ("z", "Z"))
     },
 }
+# What acts in PX4's own loops, and beside ours does not enter.
+OWN_TABLE = {
+    entry.name: entry
+    for entry in (
+        ParameterInfo("IMU_GYRO_CUTOFF", "Hz", 0.0, 1000.0, 40.0, "attitude.gyro_cutoff"),
+        ParameterInfo("IMU_DGYRO_CUTOFF", "Hz", 0.0, 1000.0, 30.0, "attitude.d_cutoff"),
+        ParameterInfo("IMU_GYRO_NF0_FRQ", "Hz", 0.0, 1000.0, 0.0, "attitude.notch"),
+        ParameterInfo("IMU_GYRO_NF0_BW", "Hz", 0.0, 100.0, 20.0, "attitude.notch_width"),
+        ParameterInfo("MPC_VELD_LP", "Hz", 0.0, 50.0, 5.0, "position.d_cutoff"),
+    )
+}
+SHARED = {
+    "gyro_cutoff": "IMU_GYRO_CUTOFF", "d_cutoff": "IMU_DGYRO_CUTOFF",
+    "notch": "IMU_GYRO_NF0_FRQ", "notch_width": "IMU_GYRO_NF0_BW",
+}  # fmt: skip
+OWN_ATTITUDE = OwnLaw(
+    "px4",
+    {
+        axis: {
+            "angle_p": NAMES[axis].outer, "p": NAMES[axis].p, "i": NAMES[axis].i, "d": NAMES[axis].d,
+            "ff": f"MC_{axis.upper()}RATE_FF", "i_limit": INTEGRAL_LIMITS[axis], **SHARED,
+        }
+        for axis in ATTITUDE_AXES
+    },
+    frozenset({"p", "i", "d", "ff", "i_limit"}),
+    {},
+)  # fmt: skip
+OWN_POSITION = OwnLaw(
+    "px4_position",
+    {
+        axis: {
+            "position_p": NAMES[axis].outer, "p": NAMES[axis].p, "i": NAMES[axis].i, "d": NAMES[axis].d,
+            "d_cutoff": "MPC_VELD_LP",
+        }
+        for axis in ("x", "z")
+    },
+    frozenset({"p", "i", "d"}),
+    {},
+)  # fmt: skip
 PX4 = ParameterSet(
     target="px4",
     name=f"PX4 {VERSION}",
@@ -107,6 +147,8 @@ PX4 = ParameterSet(
     yaw_filter=YAW_FILTER,
     gyro="IMU_GYRO_CUTOFF",
     gyro_cutoff=40.0,
+    own=(OWN_POSITION, OWN_ATTITUDE),
+    own_table=OWN_TABLE,
 )
 
 

@@ -43,9 +43,12 @@ class FlightController:
         vehicle: Vehicle,
         options: ControlOptions,
         control_period: float,
+        position_every: int = 1,
     ) -> None:
-        """position, attitude: laws; gains: in column order; vehicle: what the controller knows; control_period [s]."""
-        self._cascade = close_cascade(position, attitude)
+        """position, attitude: laws; gains: in column order; vehicle: what the controller knows; control_period [s];
+        position_every: control periods between two steps of the position loops.
+        """
+        self._cascade = close_cascade(position, attitude, position_every)
         self._nominal = nominal(vehicle, options, control_period)
         self._period = control_period
         self._constants = self._cascade.prepare(pack(self._cascade.Gains, gains), control_period)

@@ -76,9 +76,9 @@ def module_of(law: str) -> str:
     """Return the module of plant.laws that defines a law, or that a law of the user's own becomes in the copy."""
     if laws.LAWS[law].origin is not None:
         return f"own_{law}"
-    names = [name for name, module in vars(laws).items() if getattr(module, "LAW", None) is laws.LAWS[law]]
+    names = {name for name, module in vars(laws).items() if getattr(module, "LAW", None) is laws.LAWS[law]}
     assert len(names) == 1, (law, names)
-    return names[0]
+    return vars(laws)[names.pop()].__name__.removeprefix("plant.laws.")
 
 
 def reach(file: Path, start: set[str]) -> set[str]:
@@ -149,8 +149,9 @@ def _modules(request: Request, sentence: str) -> dict[str, str]:
         "introduction": "\n".join(
             [*(f"{line}.  " for line in heading(request, markdown)), *([markdown(sentence)] if sentence else [])]
         ),
-        "imports": "\n".join(f"from .plant.laws import {name}" for name in sorted({position, attitude})),
-        "gains": "\n".join(gains), "position": position, "attitude": attitude,
+        "imports": "\n".join(_import_of(name) for name in sorted({position, attitude})),
+        "gains": "\n".join(gains), "position": position.rpartition(".")[-1], "attitude": attitude.rpartition(".")[-1],
+        "every": repr(cascade.position_every),
         "options": ", ".join(f"{name}={value!r}" for name, value in asdict(controller.options).items()),
         "vehicle": repr(vehicle), "period": repr(controller.control_period), "rate": f"{1.0 / controller.control_period:g}",
         "parameters": "\n".join(f'    "{name}": {value!r},' for name, value in parameters(vehicle).items()),
@@ -162,6 +163,12 @@ def _modules(request: Request, sentence: str) -> dict[str, str]:
         "differences": "\n".join(f"- {line}" for line in differences(vehicle)),
     }  # fmt: skip
     return {name: filled("rotorpy", Path(name).name, **words) for name in MODULES}
+
+
+def _import_of(module: str) -> str:
+    """Return the statement that imports a module of the copied plant.laws."""
+    folder, _, name = f"laws.{module}".rpartition(".")
+    return f"from .plant.{folder} import {name}"
 
 
 TARGET = ExportTarget(name="rotorpy", title="RotorPy, a controller object with its vehicle (Python)", export=export)

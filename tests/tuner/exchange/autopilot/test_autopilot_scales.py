@@ -10,6 +10,14 @@ import pytest
 
 from plant.airframes import load
 from plant.airframes.actuation import RotorMount, actuation
+from plant.airframes.scales import (
+    ardupilot_factors,
+    betaflight_factors,
+    command_slope,
+    hover_share,
+    px4_factors,
+    torque_scale,
+)
 from plant.errors import InputError
 from plant.nominal import off_centre
 from plant.vectors import Rotors
@@ -21,14 +29,6 @@ from tests.tuner.exchange.flying_autopilots import (
     px4_allocation,
     thrust_of,
     torque_on,
-)
-from tuner.exchange.autopilot.scales import (
-    ardupilot_factors,
-    betaflight_factors,
-    command_slope,
-    hover_share,
-    px4_factors,
-    torque_scale,
 )
 from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.target import Request

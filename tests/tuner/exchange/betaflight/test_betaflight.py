@@ -280,6 +280,9 @@ def test_adrc_refuses_what_has_no_counterpart(gains, words):
 def test_adrc_rollback_and_laws():
     usual = settings_in(adrc(ladrc()).rollback[FILE])
     assert (usual["pid_type"], usual["adrc_wc_roll"], usual["adrc_wo_yaw"]) == ("CLASSIC", "60", "80")
-    assert betaflight_adrc.TARGET.attitude_laws == ("ladrc",) and betaflight.TARGET.attitude_laws == ("pid",)
+    assert betaflight_adrc.TARGET.attitude_laws == ("ladrc",) and betaflight.TARGET.attitude_laws == (
+        "pid",
+        "betaflight",
+    )
     assert betaflight.TARGET.position_laws == betaflight_adrc.TARGET.position_laws == ()
     assert bundle(controller("ladrc", "pid", "iris")).held.cascade.position.name == "ladrc"

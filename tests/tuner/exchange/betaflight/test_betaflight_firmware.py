@@ -1,14 +1,18 @@
 """Exported files on the command line of Betaflight's own firmware: taken, held after a restart, stored whole or not at all."""
 
 import re
+from dataclasses import replace
 
 import pytest
 
+from plant.gains import default_row, gain_addresses
 from tests.clients.betaflight import Firmware
-from tests.tuner.exchange.controllers import pid
+from tests.tuner.exchange.controllers import controller, pid
+from tests.tuner.exchange.flying_autopilots import by_address
 from tests.tuner.exchange.reading import read, same_flight, write
 from tuner.exchange.betaflight.export import FILE, TARGET
-from tuner.exchange.betaflight.map import SWITCHES, TABLE
+from tuner.exchange.betaflight.map import SWITCHES
+from tuner.exchange.betaflight.own_loops import OWN_SWITCHES, OWN_TABLE
 from tuner.exchange.registry import settings_of
 from tuner.exchange.target import Request
 
@@ -44,12 +48,12 @@ def flown(vehicle, profile=0):
 
 
 def test_names_ranges_and_defaults_are_the_firmwares(firmware):
-    for entry in TABLE.values():
+    for entry in OWN_TABLE.values():
         answer = firmware.say(f"get {entry.name}")
         found = re.search(rf"^{entry.name} = (\d+)$.*?^Allowed range: (\d+) - (\d+)$", answer, re.MULTILINE | re.DOTALL)
         assert found, answer
         assert tuple(map(float, found.groups())) == (entry.usual, entry.low, entry.high), answer
-    for name, (off, usual) in SWITCHES.items():
+    for name, (off, usual) in {**SWITCHES, **OWN_SWITCHES}.items():
         answer = firmware.say(f"get {name}")
         found = re.search(rf"^{name} = (\w+)$.*?^Allowed values: (.*)$", answer, re.MULTILINE | re.DOTALL)
         assert found, answer
@@ -63,6 +67,36 @@ def test_the_file_is_taken_and_held_after_a_restart(firmware, airframe, profile)
     assert "###" not in answer, answer
     assert "Rebooting" in answer
     assert held(firmware, written(content), profile) == written(content)
+
+
+def test_its_own_loops_are_taken_and_come_back(firmware, tmp_path):
+    """Settings of the firmware's own loops, stored, printed by it and read back: the same gains to the last bit."""
+    changed = {
+        **{f"{axis}__{name}": value for axis in ("roll", "pitch") for name, value in (("p", 61), ("i", 70), ("d", 25))},
+        **{f"{axis}__gyro_lpf1": 180 for axis in ("roll", "pitch", "yaw")},
+        **{f"{axis}__d_lpf2": 140 for axis in ("roll", "pitch", "yaw")},
+        **{f"{axis}__{name}": value for axis in ("roll", "pitch", "yaw") for name, value in (("notch", 200), ("notch_cutoff", 150))},
+    }  # fmt: skip
+    given = own_controller(**changed)
+    made = bundle(given)
+    answer = firmware.load(made.files[FILE])
+    assert "###" not in answer, answer
+    assert held(firmware, written(made.files[FILE])) == written(made.files[FILE])
+    printed = write(tmp_path, firmware.everything())
+    back = read("betaflight", printed, "loops=own", "position_every=1", airframe="f450").controller
+    assert made.held.gains == given.gains
+    theirs, ours = by_address(back), by_address(given)
+    carried = [name for name in ours if name.split(".")[0] in ("roll", "pitch", "yaw") and name != "yaw.angle_p"]
+    assert {name: theirs[name] for name in carried} == {name: ours[name] for name in carried}
+
+
+def own_controller(**changed):
+    """Betaflight's own loops on an F450, some gains changed."""
+    plain = controller("pid", "betaflight", "f450")
+    plain = replace(plain, gains=tuple(default_row(plain.cascade, plain.airframe.vehicle)))
+    values = {gain.address: plain.gains[gain.column] for gain in gain_addresses(plain.cascade)}
+    values |= {name.replace("__", "."): float(value) for name, value in changed.items()}
+    return replace(plain, gains=tuple(values[gain.address] for gain in gain_addresses(plain.cascade)))
 
 
 def test_the_same_loop_whatever_the_vehicle_held_before(firmware):

@@ -144,7 +144,7 @@ def uneven(position, attitude, **options):
     rng = generator(3, f"tests/c99/{position}/{attitude}", 0)
     changed = {}
     for gain in gain_addresses(plain.cascade):
-        span = gain.info.span(gain.loop)
+        span = gain.span
         value = plain.gains[gain.column] * (1.0 + 0.2 * rng.uniform(-1.0, 1.0))
         changed[gain.address.replace(".", "__")] = min(max(value, span.low), span.high)
     return controller(position, attitude, **options, **changed)

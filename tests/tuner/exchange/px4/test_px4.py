@@ -234,6 +234,6 @@ def test_px4s_own_tool_writes_the_same_file(tmp_path):
 
 
 def test_another_law_is_no_pid():
-    assert TARGET.position_laws == TARGET.attitude_laws == ("pid",)
+    assert (TARGET.position_laws, TARGET.attitude_laws) == (("pid", "px4_position"), ("pid", "px4"))
     given = controller("pid", "pid")
     assert bundle(replace(given, airframe=load("iris"))).held.airframe.name == "iris"

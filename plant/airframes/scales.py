@@ -15,6 +15,7 @@ import numpy as np
 
 from plant.airframes.actuation import Actuation, RotorMount
 from plant.errors import InputError
+from plant.vehicle import Vehicle
 
 # Coupling between axes, relative to the smallest entry of the diagonal, above which an airframe is refused.
 MOST_COUPLING = 1e-6
@@ -101,6 +102,11 @@ def betaflight_factors(actuation: Actuation) -> np.ndarray:
     return _signs(actuation)
 
 
+def crazyflie_factors(actuation: Actuation) -> np.ndarray:
+    """Matrix (4 motors, 3 axes) of the Crazyflie's X mixing, power_distribution_quadrotor.c: +-0.5, yaw +-1."""
+    return _signs(actuation) * np.array([0.5, 0.5, 1.0])
+
+
 def torque_scale(actuation: Actuation, factors: np.ndarray, thrust: float, target: str) -> TorqueScale:
     """Return the torque for one unit of output; thrust: of one rotor for one unit of motor command [N].
 
@@ -116,6 +122,16 @@ def torque_scale(actuation: Actuation, factors: np.ndarray, thrust: float, targe
             key="airframe",
         )
     return TorqueScale(*[float(entry) for entry in diagonal])
+
+
+def accelerations(
+    actuation: Actuation, factors: np.ndarray, thrust: float, vehicle: Vehicle, target: str
+) -> dict[str, float]:
+    """Return the angular acceleration for one unit of output by axis [rad/s2]; thrust, target: as of `torque_scale`."""
+    torque = torque_scale(actuation, factors, thrust, target)
+    return {
+        axis: getattr(torque, axis) / inertia for axis, inertia in zip(torque._fields, vehicle.inertia, strict=True)
+    }
 
 
 def _used(column: np.ndarray) -> int:

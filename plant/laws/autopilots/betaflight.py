@@ -1,0 +1,279 @@
+"""Betaflight: level gain around a rate PID in deg/s, D on the measurement, first-order low-passes, a notch, yaw's own filter.
+
+    w_sp = LP3(angle_p/10 (r - y)) + r',    w = LP1(N(LP2(y'))),    w_d = LP_d2(LP_d1(w)) output = 0.032029 p LP_p(e) + I -
+    0.000529 d w_d',    I' = 0.244381 i e,    e = w_sp - w,    |I| <= i_limit,  |output| <= limit
+
+in degrees; p, i, d and angle_p are the integers of the settings and yaw's I counts 2.5 times. I is in force in the period in
+which it is formed, and nothing but its limit keeps it from winding up. `authority` is the acceleration that a unit of output
+gives. What acts on sticks, throttle and large motions alone is not here: feed-forward, I-term relax, D max, TPA, anti-gravity.
+Betaflight 2025.12: src/main/flight/pid.c, pid_init.c, src/main/sensors/gyro_filter_impl.c, src/main/common/filter.c.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from plant.airframes.actuation import actuation
+from plant.airframes.scales import accelerations, betaflight_factors, command_slope
+from plant.laws.autopilots.windup import bounded
+from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.laws.filters import (
+    Delays,
+    Section,
+    Stages,
+    notch_by_q,
+    settled_section,
+    settled_stages,
+    stage_share,
+    stages_share,
+    step_section,
+    step_stage,
+    step_stages,
+)
+from plant.laws.law import GainInfo, Law, Span
+from plant.primitives import maximum, select
+from plant.vehicle import Vehicle
+
+SOURCE = "Betaflight 2025.12, src/main/flight/pid.c and src/main/cli/settings.c"
+DEGREES = 57.29577951308232
+P_SCALE, I_SCALE, D_SCALE = 0.032029, 0.244381, 0.000529
+# Units of output that are the whole range of a motor.
+FULL = 1000.0
+
+
+class Gains(NamedTuple):
+    """angle_p [0.1/s]; p, i, d [1]: integers of the settings; i_factor [1]; i_limit, limit [1]: of the integral and the sum;
+    angle_cutoff, p_cutoff, gyro_lpf1, gyro_lpf2, notch, notch_cutoff, d_lpf1, d_lpf2 [Hz], 0 for none; authority [y/s2].
+    """
+
+    angle_p: float
+    p: float
+    i: float
+    d: float
+    i_factor: float
+    i_limit: float
+    limit: float
+    angle_cutoff: float
+    p_cutoff: float
+    gyro_lpf1: float
+    gyro_lpf2: float
+    notch: float
+    notch_cutoff: float
+    d_lpf1: float
+    d_lpf2: float
+    authority: float
+
+
+class Constants(NamedTuple):
+    """Gains per rad, and filters as shares of a new sample and a section; order: stages of the filter behind the level gain."""
+
+    outer: float
+    p: float
+    i: float
+    d: float
+    i_limit: float
+    limit: float
+    angle: float
+    order: float
+    p_share: float
+    gyro1: float
+    gyro2: float
+    notch: Section
+    d1: float
+    d2: float
+    authority: float
+
+
+class Memory(NamedTuple):
+    """integral [1]; what the filters keep [y/s]; derivative: rate behind the filters of D."""
+
+    integral: float
+    angle: Stages
+    p: float
+    gyro1: float
+    gyro2: float
+    notch: Delays
+    d1: float
+    derivative: float
+
+
+def prepare(gains: Gains, h: float) -> Constants:
+    """Sample the filters; the quality of the notch is that of its lower cut-off."""
+    below = maximum(gains.notch * gains.notch - gains.notch_cutoff * gains.notch_cutoff, 0.0)
+    there = below > 0.0
+    quality = select(there, gains.notch * gains.notch_cutoff / select(there, below, 1.0), 0.0)
+    return Constants(
+        0.1 * gains.angle_p,
+        DEGREES * P_SCALE * gains.p,
+        DEGREES * I_SCALE * gains.i_factor * gains.i,
+        DEGREES * D_SCALE * gains.d,
+        gains.i_limit,
+        gains.limit,
+        stages_share(gains.angle_cutoff, 3.0, h),
+        select(gains.angle_cutoff > 0.0, 3.0, 0.0),
+        stage_share(gains.p_cutoff, h),
+        stage_share(gains.gyro_lpf1, h),
+        stage_share(gains.gyro_lpf2, h),
+        notch_by_q(gains.notch, quality, h),
+        stage_share(gains.d_lpf1, h),
+        stage_share(gains.d_lpf2, h),
+        gains.authority,
+    )
+
+
+def start(constants: Constants, measured: Measured, held: float) -> Memory:
+    """Steady: the integral holds the plant, the filters are settled at the measured rate."""
+    rate = measured.rate
+    return Memory(
+        held / constants.authority,
+        settled_stages(0.0),
+        0.0,
+        rate,
+        rate,
+        settled_section(rate, constants.notch),
+        rate,
+        rate,
+    )
+
+
+def limited(integral: float, constants: Constants) -> float:
+    """The integral within its limit."""
+    return bounded(integral, constants.i_limit)
+
+
+def limited_sum(output: float, constants: Constants) -> float:
+    """The output within its limit."""
+    return bounded(output, constants.limit)
+
+
+def step(
+    memory: Memory,
+    constants: Constants,
+    channel: Channel,
+    setpoint: Setpoint,
+    measured: Measured,
+    applied: Applied,  # noqa: ARG001
+    h: float,
+) -> tuple[float, Memory]:
+    """One control period; the integral takes effect at once."""
+    gyro2 = step_stage(memory.gyro2, measured.rate, constants.gyro2)
+    notched, kept_notch = step_section(memory.notch, gyro2, constants.notch)
+    rate = step_stage(memory.gyro1, notched, constants.gyro1)
+    d1 = step_stage(memory.d1, rate, constants.d1)
+    derivative = step_stage(memory.derivative, d1, constants.d2)
+    level = constants.outer * (setpoint.value - measured.value)
+    asked, kept_angle = step_stages(memory.angle, level, constants.angle, constants.order)
+    error = asked + setpoint.rate - rate
+    proportional = step_stage(memory.p, constants.p * error, constants.p_share)
+    integral = limited(memory.integral + h * constants.i * error, constants)
+    output = limited_sum(proportional + integral - constants.d * (derivative - memory.derivative) / h, constants)
+    return constants.authority * output / channel.b0, Memory(
+        integral, kept_angle, proportional, rate, gyro2, kept_notch, d1, derivative
+    )
+
+
+def on_airframe(vehicle: Vehicle) -> Mapping[str, float]:
+    """Acceleration that a unit of output gives about each axis [rad/s2]: the slope of thrust over command at hover counts."""
+    rotors = actuation(vehicle)
+    return accelerations(rotors, betaflight_factors(rotors), command_slope(rotors, 0.0) / FULL, vehicle, "Betaflight")
+
+
+ATTITUDE = ("roll", "pitch", "yaw")
+LAW = Law(
+    name="betaflight",
+    title="Betaflight: level gain, rate PID, gyro and D filters",
+    source=SOURCE,
+    Gains=Gains,
+    Constants=Constants,
+    Memory=Memory,
+    prepare=prepare,
+    start=start,
+    step=step,
+    gains=(
+        GainInfo(
+            "angle_p", "angle_p_gain", "1", Span(50.0, 10.0, 200.0), Span(10.0, 2.0, 50.0), "log", SOURCE,
+            "rate asked for per angle error, in 0.1/s", resolution=1.0,
+        ),
+        GainInfo(
+            "p", "p_*", "1", Span(45.0, 1.0, 250.0), Span(45.0, 1.0, 250.0), "log", SOURCE,
+            "output per rate error, integer of the setting", resolution=1.0,
+        ),
+        GainInfo(
+            "i", "i_*", "1", Span(80.0, 1.0, 250.0), Span(3.0, 1.0, 20.0), "log", SOURCE,
+            "output per integrated rate error, integer of the setting", resolution=1.0,
+        ),
+        GainInfo(
+            "d", "d_*", "1", Span(30.0, 0.0, 250.0), Span(30.0, 0.0, 250.0), "linear", SOURCE,
+            "output per measured angular acceleration, integer of the setting", resolution=1.0,
+        ),
+        GainInfo(
+            "i_factor", "i_factor", "1", Span(1.0, 0.5, 5.0), Span(1.0, 0.5, 5.0), "log", SOURCE,
+            "factor of I, 2.5 for yaw", firmware=True,
+        ),
+        GainInfo(
+            "i_limit", "i_limit", "1", Span(400.0, 50.0, 500.0), Span(400.0, 50.0, 500.0), "log", SOURCE,
+            "limit of the integral: iterm_windup of pidsum_limit", firmware=True,
+        ),
+        GainInfo(
+            "limit", "pidsum_limit", "1", Span(500.0, 100.0, 1000.0), Span(500.0, 100.0, 1000.0), "log", SOURCE,
+            "limit of the output", firmware=True,
+        ),
+        GainInfo(
+            "angle_cutoff", "angle_cutoff", "Hz", Span(50.0, 0.0, 100.0), Span(0.0, 0.0, 100.0), "linear", SOURCE,
+            "cut-off of the third-order low-pass behind the level gain, 0 for none", firmware=True,
+        ),
+        GainInfo(
+            "p_cutoff", "yaw_lowpass_hz", "Hz", Span(0.0, 0.0, 500.0), Span(0.0, 0.0, 500.0), "linear", SOURCE,
+            "cut-off of the first-order low-pass on P, 0 for none", firmware=True,
+        ),
+        GainInfo(
+            "gyro_lpf1", "gyro_lpf1_static_hz", "Hz", Span(250.0, 50.0, 500.0), Span(0.0, 0.0, 500.0), "linear", SOURCE,
+            "cut-off of the first low-pass on the gyro, first order, 0 for none", resolution=1.0,
+        ),
+        GainInfo(
+            "gyro_lpf2", "gyro_lpf2_static_hz", "Hz", Span(500.0, 50.0, 1000.0), Span(0.0, 0.0, 1000.0), "linear", SOURCE,
+            "cut-off of the second low-pass on the gyro, first order, 0 for none", resolution=1.0,
+        ),
+        GainInfo(
+            "notch", "gyro_notch1_hz", "Hz", Span(0.0, 0.0, 400.0), Span(0.0, 0.0, 400.0), "linear", SOURCE,
+            "centre of the notch on the gyro, 0 for none", cutoff=True, resolution=1.0,
+        ),
+        GainInfo(
+            "notch_cutoff", "gyro_notch1_cutoff", "Hz", Span(0.0, 0.0, 400.0), Span(0.0, 0.0, 400.0), "linear", SOURCE,
+            "lower cut-off of that notch, 0 for none", resolution=1.0,
+        ),
+        GainInfo(
+            "d_lpf1", "dterm_lpf1_static_hz", "Hz", Span(75.0, 20.0, 250.0), Span(75.0, 0.0, 250.0), "linear", SOURCE,
+            "cut-off of the first low-pass on D, first order, 0 for none", resolution=1.0,
+        ),
+        GainInfo(
+            "d_lpf2", "dterm_lpf2_static_hz", "Hz", Span(150.0, 20.0, 500.0), Span(0.0, 0.0, 500.0), "linear", SOURCE,
+            "cut-off of the second low-pass on D, first order, 0 for none", resolution=1.0,
+        ),
+        GainInfo(
+            "authority", "authority", "{y} s^-2", Span(0.3, 0.01, 5.0), Span(0.03, 0.01, 0.1), "log", SOURCE,
+            "angular acceleration that a unit of output gives", exclusive=True, airframe=True,
+        ),
+    ),
+    sampling="low-passes: backward Euler; notch: bilinear, centre exact; D: backward difference; integral: forward Euler, in "
+    "force at once",
+    promises=frozenset({"rejects"}),
+    limits=(limited, limited_sum),
+    winds_up=True,
+    shared={
+        "angle_p": ("roll", "pitch"),
+        **dict.fromkeys(("gyro_lpf1", "gyro_lpf2", "notch", "notch_cutoff", "d_lpf1", "d_lpf2"), ATTITUDE),
+    },
+    axes={
+        "pitch": {"p": Span(47.0, 1.0, 250.0), "i": Span(84.0, 1.0, 250.0), "d": Span(34.0, 0.0, 250.0)},
+        "yaw": {
+            "d": Span(0.0, 0.0, 250.0),
+            "i_factor": Span(2.5, 1.0, 5.0),
+            "i_limit": Span(320.0, 50.0, 500.0),
+            "limit": Span(400.0, 100.0, 1000.0),
+            "angle_p": Span(20.0, 5.0, 100.0),
+            "angle_cutoff": Span(0.0, 0.0, 100.0),
+            "p_cutoff": Span(100.0, 0.0, 500.0),
+        },
+    },
+    on_airframe=on_airframe,
+)  # fmt: skip

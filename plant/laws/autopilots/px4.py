@@ -1,0 +1,212 @@
+"""PX4: angle P around a rate PID, D on the measured angular acceleration, gyro and D low-passes and a notch.
+
+    w_sp = angle_p (r - y) + r',    w = LP(N(y')),    a = LP_d(N(y')')
+    tau = p (w_sp - w) + I - d a + ff w_sp,    I' = i (w_sp - w) max(0, 1 - ((w_sp - w)/400 deg/s)^2),  |I| <= i_limit
+
+tau is PX4's normalised torque, `authority` the angular acceleration that a unit of it gives the vehicle, so that p, i, d and ff
+are MC_*RATE_P, _I, _D and _FF. I is in force one period after it is formed; it does not grow further where the allocation
+saturates. In level flight the weight of yaw (MC_YAW_WEIGHT) cancels, see the source. PX4 1.16:
+src/lib/rate_control/rate_control.cpp, src/modules/mc_att_control/AttitudeControl, src/modules/sensors/vehicle_angular_velocity.
+"""
+
+from collections.abc import Mapping
+from typing import NamedTuple
+
+from plant.airframes.actuation import actuation
+from plant.airframes.scales import accelerations, px4_factors
+from plant.laws.autopilots.windup import bounded, outward_stopped
+from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.laws.filters import Delays, Section, low_pass, notch, settled_section, step_section
+from plant.laws.law import GainInfo, Law, Span
+from plant.primitives import maximum
+from plant.vehicle import Vehicle
+
+SOURCE = "PX4 1.16, src/lib/rate_control/rate_control.cpp and parameter metadata"
+# Error of the rate at which nothing is integrated any more: 400 deg/s.
+LARGEST_ERROR = 6.981317007977318
+
+
+class Gains(NamedTuple):
+    """angle_p [1/s]; p [s/y], i [1/y], d [s2/y], ff [s/y], i_limit [1]: of the normalised output; gyro_cutoff, d_cutoff, notch,
+    notch_width [Hz], 0 for none; authority [y/s2]: acceleration that a unit of output gives.
+    """
+
+    angle_p: float
+    p: float
+    i: float
+    d: float
+    ff: float
+    i_limit: float
+    gyro_cutoff: float
+    d_cutoff: float
+    notch: float
+    notch_width: float
+    authority: float
+
+
+class Constants(NamedTuple):
+    """The gains, with filters as sampled sections."""
+
+    angle_p: float
+    p: float
+    i: float
+    d: float
+    ff: float
+    i_limit: float
+    gyro: Section
+    derivative: Section
+    notch: Section
+    authority: float
+
+
+class Memory(NamedTuple):
+    """integral [1]; previous: last notched rate [y/s]; what the filters keep."""
+
+    integral: float
+    previous: float
+    gyro: Delays
+    derivative: Delays
+    notch: Delays
+
+
+def prepare(gains: Gains, h: float) -> Constants:
+    """Sample the filters."""
+    return Constants(
+        gains.angle_p,
+        gains.p,
+        gains.i,
+        gains.d,
+        gains.ff,
+        gains.i_limit,
+        low_pass(gains.gyro_cutoff, h),
+        low_pass(gains.d_cutoff, h),
+        notch(gains.notch, gains.notch_width, h),
+        gains.authority,
+    )
+
+
+def start(constants: Constants, measured: Measured, held: float) -> Memory:
+    """Steady: the integral holds the plant, the filters are settled at the measured rate."""
+    rate = measured.rate
+    return Memory(
+        held / constants.authority,
+        rate,
+        settled_section(rate, constants.gyro),
+        Delays(0.0, 0.0),
+        settled_section(rate, constants.notch),
+    )
+
+
+def attenuated(error: float, constants: Constants) -> float:  # noqa: ARG001
+    """The error of the rate that is integrated, less of it the larger it is."""
+    share = error / LARGEST_ERROR
+    return error * maximum(0.0, 1.0 - share * share)
+
+
+def limited(integral: float, constants: Constants) -> float:
+    """The integral within its limit."""
+    return bounded(integral, constants.i_limit)
+
+
+def step(
+    memory: Memory,
+    constants: Constants,
+    channel: Channel,
+    setpoint: Setpoint,
+    measured: Measured,
+    applied: Applied,
+    h: float,
+) -> tuple[float, Memory]:
+    """One control period; the integral takes effect one period after it is formed."""
+    notched, kept_notch = step_section(memory.notch, measured.rate, constants.notch)
+    acceleration, kept_derivative = step_section(
+        memory.derivative, (notched - memory.previous) / h, constants.derivative
+    )
+    rate, kept_gyro = step_section(memory.gyro, notched, constants.gyro)
+    asked = constants.angle_p * (setpoint.value - measured.value) + setpoint.rate
+    error = asked - rate
+    output = constants.p * error + memory.integral - constants.d * acceleration + constants.ff * asked
+    integrated = attenuated(outward_stopped(error, channel.b0 * applied.excess, constants.authority), constants)
+    integral = limited(memory.integral + h * constants.i * integrated, constants)
+    command = constants.authority * output / channel.b0
+    return command, Memory(integral, notched, kept_gyro, kept_derivative, kept_notch)
+
+
+def on_airframe(vehicle: Vehicle) -> Mapping[str, float]:
+    """Acceleration that a unit of normalised torque gives about each axis [rad/s2], with thrust linearised (THR_MDL_FAC)."""
+    rotors = actuation(vehicle)
+    return accelerations(rotors, px4_factors(rotors), rotors.thrust_max, vehicle, "PX4")
+
+
+LAW = Law(
+    name="px4",
+    title="PX4: angle P, rate PID, gyro and D filters",
+    source=SOURCE,
+    Gains=Gains,
+    Constants=Constants,
+    Memory=Memory,
+    prepare=prepare,
+    start=start,
+    step=step,
+    gains=(
+        GainInfo(
+            "angle_p", "MC_*_P", "s^-1", Span(4.0, 1.0, 12.0), Span(0.95, 0.1, 2.0), "log", SOURCE,
+            "rate asked for per angle error",
+        ),
+        GainInfo(
+            "p", "MC_*RATE_P", "s/{y}", Span(0.15, 0.01, 0.5), Span(1.8, 1.2, 5.0), "log", SOURCE,
+            "normalised torque per rate error",
+        ),
+        GainInfo(
+            "i", "MC_*RATE_I", "1/{y}", Span(0.2, 0.01, 1.0), Span(0.4, 0.02, 2.0), "log", SOURCE,
+            "normalised torque per integrated rate error",
+        ),
+        GainInfo(
+            "d", "MC_*RATE_D", "s^2/{y}", Span(0.003, 0.0, 0.01), Span(0.2, 0.0, 1.0), "linear", SOURCE,
+            "normalised torque per measured angular acceleration",
+        ),
+        GainInfo(
+            "ff", "MC_*RATE_FF", "s/{y}", Span(0.0, 0.0, 0.1), Span(0.0, 0.0, 0.1), "linear", SOURCE,
+            "normalised torque per rate asked for",
+        ),
+        GainInfo(
+            "i_limit", "MC_*R_INT_LIM", "1", Span(0.3, 0.05, 1.0), Span(9.8, 1.0, 20.0), "log", SOURCE,
+            "limit of the integral, normalised torque",
+        ),
+        GainInfo(
+            "gyro_cutoff", "IMU_GYRO_CUTOFF", "Hz", Span(40.0, 20.0, 120.0), Span(0.0, 0.0, 40.0), "linear", SOURCE,
+            "cut-off of the second-order low-pass on the gyro, 0 for none", cutoff=True,
+        ),
+        GainInfo(
+            "d_cutoff", "IMU_DGYRO_CUTOFF", "Hz", Span(30.0, 10.0, 100.0), Span(5.0, 0.0, 20.0), "linear", SOURCE,
+            "cut-off of the second-order low-pass on the angular acceleration, 0 for none", cutoff=True,
+        ),
+        GainInfo(
+            "notch", "IMU_GYRO_NF0_FRQ", "Hz", Span(0.0, 0.0, 120.0), Span(0.0, 0.0, 40.0), "linear", SOURCE,
+            "centre of the notch on the gyro, 0 for none", cutoff=True,
+        ),
+        GainInfo(
+            "notch_width", "IMU_GYRO_NF0_BW", "Hz", Span(20.0, 5.0, 50.0), Span(5.0, 1.0, 20.0), "linear", SOURCE,
+            "width of the notch on the gyro", cutoff=True,
+        ),
+        GainInfo(
+            "authority", "authority", "{y} s^-2", Span(100.0, 1.0, 2000.0), Span(1.0, 0.5, 2.0), "log", SOURCE,
+            "angular acceleration that a unit of normalised torque gives", exclusive=True, airframe=True,
+        ),
+    ),
+    sampling="filters: bilinear, cut-off exact; D: backward difference; integral: forward Euler, in force one period after it "
+    "is formed",
+    promises=frozenset({"rejects"}),
+    limits=(attenuated, limited),
+    shared=dict.fromkeys(("gyro_cutoff", "d_cutoff", "notch", "notch_width"), ("roll", "pitch", "yaw")),
+    axes={
+        "pitch": {"p": Span(0.15, 0.01, 0.6)},
+        "yaw": {
+            "angle_p": Span(2.8, 0.5, 5.0),
+            "p": Span(0.2, 0.01, 0.6),
+            "i": Span(0.1, 0.01, 1.0),
+            "d": Span(0.0, 0.0, 0.01),
+        },
+    },
+    on_airframe=on_airframe,
+)  # fmt: skip

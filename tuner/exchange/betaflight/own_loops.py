@@ -1,0 +1,111 @@
+"""Betaflight's own loops as settings: the integers of a profile are the gains, and its filters are set to what flies.
+
+Low-passes that follow the throttle are set to a fixed cut-off, and terms that our law has not (D max, I-term relax, TPA,
+anti-gravity, feed-forward of angle mode) are switched off. RPM and dynamic notches stay as they are on the vehicle.
+"""
+
+from collections.abc import Mapping
+
+from plant.airframes.actuation import Actuation
+from plant.cascade import ATTITUDE_AXES
+from tuner.exchange.autopilot.own_loops import OwnLaw, with_authorities
+from tuner.exchange.autopilot.parameters import ParameterInfo
+from tuner.exchange.autopilot.pid import with_gains
+from tuner.exchange.betaflight.map import NAMES, OFF, TABLE, betaflight_torque
+from tuner.gains import Controller
+
+# Low-pass that acts at rest: the one that follows the throttle begins at its least cut-off, unless that is 0.
+FOLLOWING = {"gyro_lpf1_static_hz": "gyro_lpf1_dyn_min_hz", "dterm_lpf1_static_hz": "dterm_lpf1_dyn_min_hz"}
+FILTERS = {
+    "gyro_lpf1": "gyro_lpf1_static_hz",
+    "gyro_lpf2": "gyro_lpf2_static_hz",
+    "notch": "gyro_notch1_hz",
+    "notch_cutoff": "gyro_notch1_cutoff",
+    "d_lpf1": "dterm_lpf1_static_hz",
+    "d_lpf2": "dterm_lpf2_static_hz",
+}
+OWN_TABLE = {
+    **TABLE,
+    **{
+        entry.name: entry
+        for entry in (
+            ParameterInfo("gyro_lpf1_static_hz", "Hz", 0.0, 1000.0, 250.0, "attitude.gyro_lpf1"),
+            ParameterInfo("gyro_lpf1_dyn_min_hz", "Hz", 0.0, 1000.0, 250.0, OFF),
+            ParameterInfo("gyro_lpf2_static_hz", "Hz", 0.0, 1000.0, 500.0, "attitude.gyro_lpf2"),
+            ParameterInfo("gyro_notch1_hz", "Hz", 0.0, 1000.0, 0.0, "attitude.notch"),
+            ParameterInfo("gyro_notch1_cutoff", "Hz", 0.0, 1000.0, 0.0, "attitude.notch_cutoff"),
+            ParameterInfo("dterm_lpf1_static_hz", "Hz", 0.0, 1000.0, 75.0, "attitude.d_lpf1"),
+            ParameterInfo("dterm_lpf1_dyn_min_hz", "Hz", 0.0, 1000.0, 75.0, OFF),
+            ParameterInfo("dterm_lpf2_static_hz", "Hz", 0.0, 1000.0, 150.0, "attitude.d_lpf2"),
+        )
+    },
+}
+# Kinds of the low-passes and sliders: setting -> what the export sets, the default.
+OWN_SWITCHES = {
+    "simplified_pids_mode": ("OFF", "RPY"),
+    "simplified_gyro_filter": ("OFF", "ON"),
+    "simplified_dterm_filter": ("OFF", "ON"),
+    "iterm_relax": ("OFF", "RP"),
+    **dict.fromkeys(("gyro_lpf1_type", "gyro_lpf2_type", "dterm_lpf1_type", "dterm_lpf2_type"), ("PT1", "PT1")),
+}
+OWN = OwnLaw(
+    "betaflight",
+    {
+        axis: {
+            "p": NAMES[axis].p, "i": NAMES[axis].i, "d": NAMES[axis].d, **FILTERS,
+            **({"p_cutoff": "yaw_lowpass_hz"} if axis == "yaw" else {"angle_p": "angle_p_gain"}),
+        }
+        for axis in ATTITUDE_AXES
+    },
+    frozenset({"p", "i", "d"}),
+    {},
+)  # fmt: skip
+SILENT = (
+    *(name for names in NAMES.values() for name in (names.d_max, names.f)),
+    "angle_feedforward", "anti_gravity_gain", "tpa_rate", "thrust_linear", *FOLLOWING.values(),
+)  # fmt: skip
+"""Numbers that are 0 with our law."""
+
+
+def is_own(controller: Controller) -> bool:
+    """Return whether the attitude loops are Betaflight's own."""
+    return controller.cascade.attitude.name == OWN.law
+
+
+def units(controller: Controller, rotors: Actuation) -> dict[str, float]:
+    """Return the angular acceleration for a unit of output at hover, by axis [rad/s2]."""
+    torques, inertia = betaflight_torque(rotors), controller.airframe.vehicle.inertia
+    return {axis: torque / part for axis, torque, part in zip(ATTITUDE_AXES, torques, inertia, strict=True)}
+
+
+def own_settings(controller: Controller, rotors: Actuation) -> dict[str, float]:
+    """Return the settings of the loops, unrounded; raises InputError naming a gain that axes must share."""
+    return {**OWN.to_parameters(controller, units(controller, rotors)), **dict.fromkeys(SILENT, 0.0)}
+
+
+def own_held(controller: Controller, values: Mapping[str, float], rotors: Actuation) -> Controller:
+    """Return the controller that flies with rounded settings; the heading loop and those of position stay as they are."""
+    return with_gains(controller, OWN.to_gains(values, units(controller, rotors), controller))
+
+
+def own_differences(controller: Controller) -> tuple[str, ...]:
+    """Return what Betaflight adds to its loops as we fly them, or lacks."""
+    period = 1000.0 * controller.control_period
+    return (
+        "The position loops and the heading loop of yaw are not carried: in Betaflight the pilot, or a computer that takes the "
+        "pilot's place, gives tilt, yaw rate and throttle; what is verified flies them as tuned.",
+        "The low-passes of gyro and D terms are set to fixed cut-offs, first order each; RPM and dynamic notches stay as they "
+        "are on the vehicle, and what phase they take is not in the margins.",
+        "D max, feed-forward, throttle attenuation (tpa_rate), anti-gravity, I-term relax and the sliders are switched off, for "
+        "they act on sticks, throttle and large motions alone, or move the gains.",
+        f"Our attitude loops run each {period:g} ms; Betaflight runs its loops at the gyro rate over pid_process_denom, "
+        "0.125 to 1 ms, and the attitude that the level gain sees is an estimate.",
+        "Thrust does not follow the command: the slope at hover counts, so loop gains grow with the throttle.",
+    )
+
+
+def own_read(controller: Controller, values: Mapping[str, float], rotors: Actuation) -> Controller:
+    """Return the controller with the settings of a vehicle as gains; values: complete, those of `OWN_TABLE`."""
+    fixed = {name: values[low] or values[name] for name, low in FOLLOWING.items()}
+    found = with_authorities(controller, units(controller, rotors))
+    return with_gains(found, OWN.to_gains({**values, **fixed}, units(found, rotors), found))
