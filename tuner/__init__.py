@@ -16,6 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 if TYPE_CHECKING:
     from plant.errors import InputError, StoreError, ToolError, UnknownNameError
+    from tuner.api.approaching import approach
     from tuner.api.catalogue import catalogue
     from tuner.api.checking import check, judge, validate
     from tuner.api.comparing import compare
@@ -43,7 +44,7 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "Results", "StoreError", "Study",
-    "ToolError", "TuningResults", "UnknownNameError", "Watcher", "ask", "catalogue", "check", "compare", "cost",
+    "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "catalogue", "check", "compare", "cost",
     "default_gains", "design", "export", "fly", "import_gains", "judge", "load_study", "make_study", "margins",
     "open_results", "plan", "read_gains", "rejudge", "resume", "run", "sensitivity", "tell", "theory", "use", "validate",
     "verify",
@@ -51,6 +52,7 @@ __all__ = [
 
 _HOMES = {
     "plant.errors": ("InputError", "StoreError", "ToolError", "UnknownNameError"),
+    "tuner.api.approaching": ("approach",),
     "tuner.api.catalogue": ("catalogue",),
     "tuner.api.checking": ("check", "judge", "validate"),
     "tuner.api.comparing": ("compare",),

@@ -68,6 +68,7 @@ STEPS = (
         for target, (gains, options) in EXPORTS.items()
     ),
     step("import px4", "import export/px4/holdfast.params --from px4 --airframe f450 --out vehicle.json"),
+    step("approach", "approach designed.json run/gains.json --steps 2 --flights 4"),
     step("resume", "resume run --threads 2"),
 )
 SLOW_STEPS = (step("bench", "bench --flights 16 --threads 2"),)

@@ -11,6 +11,7 @@ import typer
 from tuner.search.watcher import Watcher
 
 PRINTERS = {
+    "Approach": "approach:print_approach",
     "Checked": "check:print_checked",
     "ComparisonResults": "compare:print_compared",
     "ContestResults": "contest:print_contest",

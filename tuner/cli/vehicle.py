@@ -7,7 +7,7 @@ import typer
 
 import tuner
 from tuner.cli.answer import answer, progress
-from tuner.cli.app import TARGET, AsJson, GainsFile, Threads, app, set_option, target_options
+from tuner.cli.app import TARGET, AsJson, GainsFile, Threads, app, set_option, study_option, target_options
 from tuner.text.errors import BROKEN
 
 
@@ -41,6 +41,43 @@ def export(
         made = tuner.export(
             gains, to, out, options=target_options(change, firmware), previous=previous, flights=flights, force=force,
             watcher=watcher,
+        )  # fmt: skip
+    answer(made, as_json, 0 if made.passed else BROKEN)
+
+
+@app.command()
+def approach(
+    present: Annotated[Path, typer.Argument(help="A gains.json: what the vehicle flies now.", show_default=False)],
+    tuned: Annotated[Path, typer.Argument(help="A gains.json: the tuned gains.", show_default=False)],
+    steps: Annotated[
+        int | None,
+        typer.Option(help="Steps; by default so many that no gain changes by more than half in one.", min=1, max=32),
+    ] = None,
+    study: Annotated[Path | None, study_option("Fly the first scenario of this study.")] = None,
+    flights: Annotated[int, typer.Option(help="Flights of every step.", min=2)] = 64,
+    to: Annotated[
+        str | None, typer.Option(help="Export every step to this target.", show_default=False, autocompletion=TARGET)
+    ] = None,
+    out: Annotated[Path | None, typer.Option(help="New folder for approach.json, gains and exports.")] = None,
+    firmware: Annotated[
+        str | None, typer.Option(help="Firmware version, for targets whose names depend on it.")
+    ] = None,
+    change: Annotated[list[str] | None, set_option("NAME=VALUE: an option of the target.")] = None,
+    previous: Annotated[
+        Path | None, typer.Option(help="Parameter file of what the vehicle flies now, for the rollback.")
+    ] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Plan the first flights: steps from the gains that a vehicle flies to tuned ones, each with its margins and what to expect.
+
+    Exit code 1 where a margin falls short on the way.
+
+    Example: tuner approach present.json results/f450/gains.json --to px4 --out first_flights
+    """
+    with progress(as_json) as watcher:
+        made = tuner.approach(
+            present, tuned, steps=steps, study=study, flights=flights, to=to, options=target_options(change, firmware),
+            previous=previous, out=out, watcher=watcher,
         )  # fmt: skip
     answer(made, as_json, 0 if made.passed else BROKEN)
 

@@ -3,6 +3,7 @@
 import json
 
 from plant.errors import UnknownNameError
+from tuner.documents.approach import ApproachDocument
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.export import ExportDocument
 from tuner.documents.inference_document import InferenceDocument
@@ -32,6 +33,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "contest-plan": ContestPlanDocument,
     "judgement": JudgementDocument,
     "export": ExportDocument,
+    "approach": ApproachDocument,
     "variables": VariablesDocument,
     "resolved": Resolved,
     "environment": Environment,

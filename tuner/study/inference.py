@@ -154,4 +154,5 @@ class Inference:
 
 def studies_of(path: Path, table: dict[str, Any]) -> dict[str, Study]:
     """Return the contenders' studies of a contest's content, by name."""
-    return {contender.name: contender.study for contender in contest_from_table(path, table).contenders}
+    contenders = contest_from_table(path, table).contenders
+    return {each.name: each.study for each in contenders if isinstance(each.study, Study)}

@@ -1,0 +1,94 @@
+"""The way to tuned gains: its steps, the margins that fall short on it, and its folder."""
+
+import json
+
+import numpy as np
+import pytest
+
+import tuner
+from plant.errors import InputError
+from tests.tuner.in_process import tuner as typed
+from tuner.analysis.approach import MOST_FACTOR, MOST_STEPS, factors_between, rows_between, steps_between
+from tuner.api.gains import Gains, gains_of
+
+
+def test_gains_go_by_equal_factors_and_those_that_change_sign_by_equal_differences():
+    present, tuned = np.array([1.0, 8.0, -1.0, 0.0, 3.0]), np.array([8.0, 1.0, 1.0, 0.4, 3.0])
+    rows = rows_between(present, tuned, 3)
+    assert rows[:, 0] == pytest.approx([1.0, 2.0, 4.0, 8.0]) and rows[:, 1] == pytest.approx([8.0, 4.0, 2.0, 1.0])
+    assert rows[:, 2] == pytest.approx([-1.0, -1 / 3, 1 / 3, 1.0]) and rows[:, 3] == pytest.approx(
+        [0.0, 0.4 / 3, 0.8 / 3, 0.4]
+    )
+    assert np.array_equal(rows[[0, -1]], [present, tuned]) and np.all(rows[:, 4] == 3.0)
+
+
+@pytest.mark.parametrize("ratio", [1.0, 1.2, 1.5, 1.51, 4.0, 100.0])
+def test_as_many_steps_as_keep_every_change_small(ratio):
+    present, tuned = np.array([2.0, 5.0]), np.array([2.0 * ratio, 5.0])
+    steps = steps_between(present, tuned)
+    assert steps == min(max(int(np.ceil(np.log(ratio) / np.log(MOST_FACTOR) - 1e-6)), 1), MOST_STEPS)
+    factors = [
+        factors_between(a, b).max()
+        for a, b in zip(*(rows_between(present, tuned, steps)[i:] for i in (0, 1)), strict=False)
+    ]
+    assert factors == pytest.approx([ratio ** (1 / steps)] * steps)
+
+
+def scaled(gains: Gains, **factors: float) -> Gains:
+    """Gains with those of some names, in every axis, times a factor."""
+    from dataclasses import replace
+
+    from plant.gains import gain_addresses
+
+    addresses = [gain.address for gain in gain_addresses(gains.controller.cascade)]
+    row = [
+        value * factors.get(address.rpartition(".")[2], 1.0)
+        for address, value in zip(addresses, gains.controller.gains, strict=True)
+    ]
+    return gains_of(replace(gains.controller, gains=tuple(row)), {})
+
+
+@pytest.fixture(scope="module")
+def present():
+    return tuner.default_gains("hybrid")
+
+
+def test_margins_of_the_steps_are_those_of_their_gains(present):
+    found = tuner.approach(present, scaled(present, omega_c=1.2), steps=2, flights=2)
+    assert found.passed and len(found.gains) == 3
+    for gains, step in zip(found.gains, found.document.steps, strict=True):
+        alone = tuner.margins(gains).document.channels
+        assert [each.quantities["phase_margin"].value for each in step.channels] == pytest.approx(
+            [each.quantities["phase_margin"].value for each in alone], rel=1e-9
+        )
+    assert found.document.steps[1].factor == pytest.approx(1.2**0.5)
+
+
+def test_a_margin_that_falls_between_two_good_ends_is_named(present, monkeypatch):
+    # A position loop of 2.5 times the bandwidth has little left; it is put between two good ends by hand.
+    from tuner.api import approaching
+
+    weak = np.array(scaled(present, omega_c=2.5).controller.gains)
+    monkeypatch.setattr(approaching, "rows_between", lambda a, b, n: np.array([a, weak, b]))
+    found = tuner.approach(present, scaled(present, omega_c=1.01), flights=2)
+    assert not found.passed and [bool(step.short) for step in found.document.steps] == [False, True, False]
+    assert all(not row.kept for row in found.document.steps[1].short)
+
+
+def test_steps_are_written_with_their_exports_and_other_laws_are_refused(present, tmp_path, monkeypatch, capsys):
+    after = scaled(present, omega_c=1.2)
+    for name, gains in (("present", present), ("tuned", after), ("pid", tuner.default_gains("pid"))):
+        gains.write(tmp_path / f"{name}.json")
+    files = [tmp_path / f"{name}.json" for name in ("present", "tuned", "pid")]
+    code, out, err = typed(
+        monkeypatch, capsys, "approach", *files[:2], "--flights", 2, "--to", "c99", "--out", tmp_path / "way"
+    )
+    assert code == 0 and "rings first" in out and "Go back by one step" in out, err
+    assert {path.name for path in (tmp_path / "way").iterdir()} >= {"approach.json", "step0", "step1"}
+    assert tuner.read_gains(tmp_path / "way/step1/gains.json").controller.gains == after.controller.gains
+    assert (tmp_path / "way/step1/c99/export.json").exists()
+    assert json.loads((tmp_path / "way/approach.json").read_text())["passed"]
+    code, _, err = typed(monkeypatch, capsys, "approach", files[0], files[2])
+    assert code == 2 and "steps lead between gains of the same laws" in err and err.count("\n") == 1
+    with pytest.raises(InputError, match="nothing to approach"):
+        tuner.approach(present, present)

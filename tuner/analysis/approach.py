@@ -1,0 +1,66 @@
+"""The way from the gains that a vehicle flies to tuned ones: few enough steps to fly, small enough to be undone in the air.
+
+A gain that keeps its sign goes by equal factors, others by equal differences. On the way a margin may be as low as its usual
+limit, or as low as at the worse of both ends, and no lower.
+"""
+
+from math import ceil, isfinite, log
+
+import numpy as np
+
+from objectives.margins.quantities import QUANTITIES
+from tuner.analysis.margins.document import limited_row
+from tuner.analysis.margins.limits import LIMITS, LoopLimit
+from tuner.analysis.margins.readings import Subject
+from tuner.documents.margins import LimitRow
+
+Array = np.ndarray
+# A gain changes by at most half in a step, unless that takes too many.
+MOST_FACTOR, MOST_STEPS = 1.5, 8
+# Relative; a margin that is the same at both ends must not fall short by rounding on the way.
+ROUNDING = 1e-9
+
+
+def steps_between(present: Array, tuned: Array) -> int:
+    """Return how many steps lead from one gains row (g,) to another."""
+    factors = factors_between(present, tuned)
+    return min(max(ceil(log(float(np.max(factors, axis=0, initial=1.0))) / log(MOST_FACTOR) - ROUNDING), 1), MOST_STEPS)
+
+
+def factors_between(before: Array, after: Array) -> Array:
+    """Return by what factor (g,), 1 or more, gains that keep their sign change; 1 for all others."""
+    kept = before * after > 0.0
+    ratio = np.where(kept, after, 1.0) / np.where(kept, before, 1.0)
+    return np.maximum(ratio, 1.0 / ratio)
+
+
+def rows_between(present: Array, tuned: Array, steps: int) -> Array:
+    """Return the gains rows (steps + 1, g) of the way, both ends included to the bit."""
+    share = np.linspace(0.0, 1.0, steps + 1)[:, None]
+    kept = present * tuned > 0.0
+    ratio = np.where(kept, tuned, 1.0) / np.where(kept, present, 1.0)
+    rows = np.where(kept, present * ratio**share, present + share * (tuned - present))
+    rows[0], rows[-1] = present, tuned
+    return rows
+
+
+def falls_short(step: Subject, present: Subject, tuned: Subject) -> list[LimitRow]:
+    """Return the margins of a step that are worse than allowed, each with what is allowed."""
+    rows = []
+    for channel in step.looped:
+        for limit in LIMITS:
+            quantity = QUANTITIES[limit.quantity]
+            ends = [float(quantity.to_limit(end.value(quantity, channel))) for end in (present, tuned)]
+            value, label = step.value(quantity, channel), f"{quantity.name}({channel})"
+            rows.append(limited_row(label, quantity, value, _allowed(limit, ends), True, channel))
+    return [row for row in rows if not row.kept]
+
+
+def _allowed(limit: LoopLimit, ends: list[float]) -> LoopLimit:
+    """Return a limit that both ends keep, with room for rounding; an infinite end asks for no more than the limit."""
+    finite = [end for end in ends if isfinite(end)]
+    if limit.sense == "least":
+        worst = min(limit.limit, *finite, limit.limit)
+        return LoopLimit(limit.quantity, limit.sense, worst - ROUNDING * abs(worst))
+    worst = max(limit.limit, *finite, limit.limit)
+    return LoopLimit(limit.quantity, limit.sense, worst + ROUNDING * abs(worst))

@@ -1,0 +1,231 @@
+"""From the gains that a vehicle flies to tuned ones, step by step."""
+
+from contextlib import nullcontext
+from dataclasses import dataclass, replace
+from functools import cached_property
+from math import isclose
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from objectives.decisions import DecisionSpace
+from objectives.margins.trim import Trim
+from objectives.metrics import parse
+from objectives.problem import FlightBatch, Objective, Problem
+from objectives.risk import Risk
+from plant.errors import InputError
+from plant.gains import gain_addresses
+from plant.scenarios import HELD_OUT
+from plant.vectors import Vec3
+from tuner.analysis.approach import factors_between, falls_short, rows_between, steps_between
+from tuner.analysis.margins.document import margins_document
+from tuner.analysis.margins.readings import Subject, subject_of
+from tuner.api.exporting import Options, export
+from tuner.api.flying import Sortie, prepare
+from tuner.api.frames import Documented, frame, shown
+from tuner.api.gains import Gains, GainsLike, as_gains, gains_of
+from tuner.api.studies import StudyLike
+from tuner.documents.approach import APPROACH_FORMAT, APPROACH_VERSION, ApproachDocument, Expected, StepOfApproach
+from tuner.documents.parts import LawNames
+from tuner.gains import Controller
+from tuner.search.watcher import Watcher, compilation
+from tuner.store.folder import Folder
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+METRICS = ("rms.position", "rms.attitude", "travel", "saturation")
+"""What a log shows of a flight, predicted for every step."""
+SEED = 1
+# Flights of the check that an export makes of every step's rounding.
+CHECKED = 16
+
+
+@dataclass(frozen=True)
+class Approach(Documented):
+    """The way to tuned gains.
+
+    Attributes:
+        document: What `tuner approach --json` prints.
+        gains: The gains of every step, from what flies now to the tuned ones.
+        folder: Where steps and exports were written, None where they were not.
+
+    """
+
+    document: ApproachDocument
+    gains: tuple[Gains, ...]
+    folder: Path | None = None
+
+    @property
+    def passed(self) -> bool:
+        """Whether every step is stable and no margin falls short."""
+        return self.document.passed
+
+    @cached_property
+    def table(self) -> "pd.DataFrame":
+        """A row for each step: share of the way, and the gains by address."""
+        return frame([{"share": step.share, **step.gains} for step in self.document.steps], "share")
+
+    def _repr_html_(self) -> str:
+        kept = "Every step keeps its margins." if self.passed else "A margin falls short on the way."
+        return shown(f"{len(self.gains) - 1} steps to the tuned gains", [kept], self.table)
+
+
+def approach(
+    present: GainsLike,
+    tuned: GainsLike,
+    *,
+    steps: int | None = None,
+    study: StudyLike | None = None,
+    flights: int = 64,
+    to: str | None = None,
+    options: Options = (),
+    previous: str | Path | None = None,
+    out: str | Path | None = None,
+    watcher: Watcher | None = None,
+) -> Approach:
+    """Plan the first flights with tuned gains: steps from what flies now, each checked.
+
+    Args:
+        present: What the vehicle flies now: gains, or a gains.json, as `import_gains` gives them.
+        tuned: The tuned gains, of the same laws at the same control period.
+        steps: How many; by default few enough that no gain changes by more than half in one, at most 8.
+        study: Study whose first scenario the steps fly; by default one metre steps in a fresh breeze.
+        flights: Flights of every step.
+        to: Target that every step is exported to.
+        options: Options of the target.
+        previous: Parameter file of what the vehicle flies now, for the rollback of every export.
+        out: New folder for approach.json, the gains of every step and their exports.
+        watcher: Callbacks that hear of compilation.
+
+    Returns:
+        The steps with their margins, what their flights measure, and whether any margin falls short on the way.
+
+    Raises:
+        InputError: The gains are of different laws, or there is nothing to approach.
+        StoreError: The folder holds something already, or cannot be written.
+
+    Examples:
+        >>> found = tuner.approach(gains, results.gains(), steps=2, flights=4)
+        >>> found.table.index.tolist()
+        [0.0, 0.5, 1.0]
+
+    """
+    if to is not None and out is None:
+        raise InputError("give a folder for the exports too", key="--out")
+    before, after = as_gains(present), as_gains(tuned)
+    _check_alike(before.controller, after.controller)
+    first, last = (np.array(each.controller.gains) for each in (before, after))
+    rows = rows_between(first, last, steps_between(first, last) if steps is None else steps)
+    between = [gains_of(replace(after.controller, gains=tuple(row.tolist())), {}) for row in rows[1:-1]]
+    sortie = prepare(after.controller, study, 0, SEED)
+    folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
+    with folder or nullcontext():
+        document = _document(before, after, sortie, rows, flights, watcher or Watcher())
+        made = Approach(document, (before, *between, after), None if folder is None else folder.path)
+        if folder is not None:
+            _write(folder, made, to, options, previous)
+    return made
+
+
+def _document(
+    before: Gains, after: Gains, sortie: Sortie, rows: np.ndarray, flights: int, watcher: Watcher
+) -> ApproachDocument:
+    expected = _flown(sortie, rows, flights, watcher)
+    subjects = _subjects(after.controller, rows)
+    found = [_step(rows, k, subjects, expected[k]) for k in range(len(rows))]
+    return ApproachDocument(
+        format=APPROACH_FORMAT, version=APPROACH_VERSION, airframe=after.airframe,
+        laws=LawNames(position=after.laws["position"], attitude=after.laws["attitude"]),
+        scenario=sortie.spec.name, flights=flights, steps=found, notes=_differing(before.controller, after.controller),
+        passed=all(step.stable and not step.short for step in found),
+    )  # fmt: skip
+
+
+def _check_alike(before: Controller, after: Controller) -> None:
+    names = [[each.cascade.position.name, each.cascade.attitude.name] for each in (before, after)]
+    if names[0] != names[1]:
+        raise InputError(
+            f"what flies now is {' / '.join(names[0])}, the tuned gains are of {' / '.join(names[1])}; steps lead between "
+            "gains of the same laws: import what the vehicle flies with `tuner import`"
+        )
+    if before.control_period != after.control_period:
+        raise InputError(
+            f"what flies now has a control period of {before.control_period:g} s, the tuned gains of {after.control_period:g} s; "
+            "give both the same"
+        )
+    if before.gains == after.gains:
+        raise InputError("both are the same gains; there is nothing to approach")
+
+
+def _differing(before: Controller, after: Controller) -> list[str]:
+    """Return what differs besides gains, a sentence each."""
+    pairs = [
+        (name, getattr(before.options, name), getattr(after.options, name))
+        for name in before.options.__dataclass_fields__
+    ]
+    return [
+        f"controller.{name} is {now} in what flies now and {then} in the tuned gains, which every step is judged with."
+        for name, now, then in pairs
+        if now != then and not (isinstance(now, float) and isclose(now, then, rel_tol=1e-3))
+    ]
+
+
+def _subjects(controller: Controller, rows: np.ndarray) -> list[Subject]:
+    """Return the margins of every gains row on the airframe of a controller, all by one model."""
+    subject = subject_of(controller, Trim(0.0, Vec3(0.0, 0.0, 0.0), Vec3(0.0, 0.0, 0.0), True))
+    return [
+        replace(
+            subject,
+            controller=replace(controller, gains=tuple(row.tolist())),
+            margins=subject.model.evaluate(row[None]),
+        )
+        for row in rows
+    ]
+
+
+def _flown(sortie: Sortie, rows: np.ndarray, flights: int, watcher: Watcher) -> list[list[Expected]]:
+    """Return what every gains row measures in flights through the same air."""
+    objectives = tuple(Objective(parse(name), Risk("mean")) for name in METRICS)
+    problem = Problem(sortie.system, DecisionSpace((), (), tuple(rows[0].tolist())), objectives, (), sortie.root)
+    if not problem.flyer.cached:
+        with compilation(watcher):
+            problem.warm_up(rows[0], sortie.spec)
+    scores = problem.evaluate_gains(rows, (FlightBatch(sortie.spec, HELD_OUT, flights),)).scores
+    low, median, high = np.quantile(scores, (0.05, 0.5, 0.95), axis=-1)
+    return [
+        [
+            Expected(
+                metric=objective.metric.text, unit=objective.metric.unit, median=float(median[k, i]), low=float(low[k, i]),
+                high=float(high[k, i]),
+            )
+            for i, objective in enumerate(objectives)
+        ]
+        for k in range(len(rows))
+    ]  # fmt: skip
+
+
+def _step(rows: np.ndarray, k: int, subjects: list[Subject], expected: list[Expected]) -> StepOfApproach:
+    subject = subjects[k]
+    addresses = [gain.address for gain in gain_addresses(subject.controller.cascade)]
+    factors = factors_between(rows[max(k - 1, 0)], rows[k])
+    most = int(np.argmax(factors, axis=0))
+    channels = margins_document(subject, []).channels
+    return StepOfApproach(
+        share=k / (len(rows) - 1), gains=dict(zip(addresses, rows[k].tolist(), strict=True)),
+        gain=addresses[most] if factors[most] > 1.0 else None, factor=float(factors[most]),
+        stable=all(channel.stable for channel in channels), channels=channels,
+        short=falls_short(subject, subjects[0], subjects[-1]), expected=expected,
+    )  # fmt: skip
+
+
+def _write(folder: Folder, made: Approach, to: str | None, options: Options, previous: str | Path | None) -> None:
+    """Write the plan, the gains of every step and, for a target, their exports."""
+    folder.write_json("approach.json", made.document)
+    for k, gains in enumerate(made.gains):
+        home = folder.path / f"step{k}"
+        home.mkdir()
+        gains.write(home / "gains.json")
+        if to is not None:
+            export(gains, to, home / to, options=options, previous=previous, flights=CHECKED)

@@ -1,0 +1,49 @@
+"""approach.json: the way from the gains that a vehicle flies to tuned ones in steps, in SI units: gain margins as factors."""
+
+from typing import Literal
+
+from tuner.documents.margins import ChannelMargins, LimitRow
+from tuner.documents.parts import LawNames
+from tuner.store.document import Document, DocumentPart
+
+APPROACH_FORMAT, APPROACH_VERSION = "holdfast-approach", "0.1"
+
+
+class Expected(DocumentPart):
+    """What the flights of a step measure: median and the quantiles that hold 90 % of them."""
+
+    metric: str
+    unit: str
+    median: float
+    low: float
+    high: float
+
+
+class StepOfApproach(DocumentPart):
+    """Gains on the way and what is known of them. share: 0 for what flies now, 1 for the tuned ones; gains: by address;
+    factor: by which the gain that moves most has changed since the step before; gain: that gain. short: margins that are worse
+    than allowed; expected: what its flights measure.
+    """
+
+    share: float
+    gains: dict[str, float]
+    gain: str | None
+    factor: float
+    stable: bool
+    channels: list[ChannelMargins]
+    short: list[LimitRow]
+    expected: list[Expected]
+
+
+class ApproachDocument(Document):
+    """Content of approach.json; passed: every step is stable, and no margin falls short; notes: what differs besides gains."""
+
+    format: Literal["holdfast-approach"]
+    version: Literal["0.1"]
+    airframe: str
+    laws: LawNames
+    scenario: str
+    flights: int
+    steps: list[StepOfApproach]
+    notes: list[str]
+    passed: bool
