@@ -226,7 +226,8 @@ def objectives_schema() -> Row:
     return closed(
         {
             "label": {"type": "string"},
-            "unit": {"enum": sorted(set(UCUM.values()))},
+            # A metric of the user's own may have a unit that the table lacks; it is then an annotation.
+            "unit": {"anyOf": [{"enum": sorted(set(UCUM.values()))}, {"type": "string", "pattern": r"^\{[^{}]+\}$"}]},
             "kind": {"enum": ["objective", "constraint", "requirement"]},
             "limit": number,
             **dict.fromkeys(("default", "tuned", "difference"), estimate),

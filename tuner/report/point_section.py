@@ -18,6 +18,10 @@ NEAREST_AID = (
     "This point breaks limits: for study, not to be flown; infeasible.json holds it, and tuner export refuses it. Open square: "
     "default; filled diamond: nearest. Gains in the units of the study file, angles in rad."
 )
+PLANT_GAINS_AID = (
+    "Gains in the units of the study file, angles in rad. Open square: default; filled diamond: the point. gains.json holds them "
+    "with units and origin, and tuner export takes it."
+)
 VARIABLES_AID = (
     "Values of the variables in their own units. Open square: default; filled diamond: the point. gains.json holds them with "
     "units and origin."
@@ -62,7 +66,9 @@ def point_section(results: TuningFolder, responses: Sequence[Panel], loops: Sequ
 def _gains_aid(results: TuningFolder) -> str:
     if not results.feasible:
         return NEAREST_AID
-    return VARIABLES_AID if results.told else GAINS_AID
+    if results.told:
+        return VARIABLES_AID
+    return PLANT_GAINS_AID if results.resolved.plant else GAINS_AID
 
 
 def _plant(results: TuningFolder, responses: Sequence[Panel], loops: Sequence[Panel]) -> list[Markup]:

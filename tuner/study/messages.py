@@ -88,7 +88,7 @@ def translated(error: ValidationError, path: Path, root: type[BaseModel] = Study
         if _unquoted_gain(location):
             line = f'"{location[1]}.{location[-1]}" = {shown(problem.given)}'
             return InputError(f"the dot is part of the key here; write it in quotes: {line}", file=path, key=key)
-        home = HOMES.get(str(location[-1])) if len(location) == 1 else None
+        home = HOMES.get(str(location[-1])) if len(location) == 1 and root is StudyTable else None
         if home:
             return InputError(f"this is a key of {home}; put it there", file=path, key=key)
         return UnknownNameError("key", str(location[-1]), keys_at(location[:-1], root), file=path, key=key)

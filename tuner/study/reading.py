@@ -34,7 +34,7 @@ def checked_table(path: Path, table: Mapping[str, Any], model: type[Tables]) -> 
     try:
         checked: Any = model.model_validate(table)
     except ValidationError as error:
-        raise translated(error, path) from None
+        raise translated(error, path, model) from None
     check_title(checked.title, file=path, key="title")
     for i, scenario in enumerate(checked.scenario):
         check_text(scenario.name, LONGEST_TITLE, file=path, key=f"scenario[{i}].name")

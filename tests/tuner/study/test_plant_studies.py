@@ -103,3 +103,18 @@ def test_bad_numbers_are_told_with_their_key(name):
     with pytest.raises(InputError, match=word) as caught:
         load_study(FOLDER / "dc_motor.toml", changes)
     assert "dc_motor.toml" in str(caught.value) and "\n" not in str(caught.value)
+
+
+@pytest.mark.parametrize(
+    ("key", "said"),
+    [
+        ("channel.0.limitt", "did you mean 'limit'"),
+        ("plant.control_periode", "did you mean 'control_period'"),
+        ("chanel", "did you mean 'channel'"),
+        ("channel.0.rate", "did you mean 'rate_output'"),
+    ],
+)
+def test_a_misspelt_key_is_told_with_those_of_its_table(key, said):
+    with pytest.raises(InputError, match="unknown key") as told:
+        load_study(FOLDER / "dc_motor.toml", {key: 1.0})
+    assert said in str(told.value) and "airframe" not in str(told.value)

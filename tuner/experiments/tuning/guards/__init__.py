@@ -50,6 +50,11 @@ def _duplicate_knees(outcome: Outcome) -> list[str]:
     return after.duplicate_knees(outcome.names, outcome.tuned, rows, apart.low, apart.high)
 
 
+def _lost(outcome: Outcome) -> list[str]:
+    limited = any(entry.objective.metric.metric.name == "failure" for entry in outcome.study.constraints)
+    return after.lost_flights(int(outcome.confirmation.lost[1]), int(outcome.confirmation.flights_each[1]), limited)
+
+
 def _on_bounds(outcome: Outcome) -> list[str]:
     front = outcome.finalist_rows[outcome.finalists.non_dominated]
     return after.gains_on_bounds(on_bounds(outcome.study, outcome.gains(outcome.tuned), front))
@@ -114,6 +119,7 @@ GUARDS = {
         lambda outcome: after.correlated_objectives(_labels(outcome), _flown_values(outcome)),
     ),
     "duplicate_knee": Guard(AFTER, "points that cannot be told from the recommended one", _duplicate_knees),
+    "lost_flights": Guard(AFTER, "a recommended point that loses flights which nothing limits", _lost),
     "on_bound": Guard(AFTER, "recommended gains at an end of their range", _on_bounds),
     "still_rising": Guard(
         AFTER, "a search that ended before its front had come to rest",

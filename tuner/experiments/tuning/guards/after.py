@@ -74,6 +74,17 @@ def duplicate_knees(
     ]
 
 
+def lost_flights(lost: int, flights: int, limited: bool) -> list[str]:
+    """Warn where the recommended point lost some of its confirmation flights and nothing in the study limits that."""
+    if lost == 0 or limited:
+        return []
+    return [
+        f"The recommended point lost {lost} of {flights} confirmation flights, which no limit of the study forbids; a lost "
+        "flight counts with more than the worst of a completed one, so means are led by it. Add [[constraint]] "
+        'metric = "failure", max = 0.0.'
+    ]
+
+
 def gains_on_bounds(found: Sequence[BoundRow]) -> list[str]:
     """Warn of recommended gains that ended at an end of their range that could be moved."""
     return [

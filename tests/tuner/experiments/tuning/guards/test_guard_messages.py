@@ -15,6 +15,7 @@ from tuner.experiments.tuning.guards.after import (
     duplicate_knees,
     gains_on_bounds,
     idle_candidates,
+    lost_flights,
     still_rising,
 )
 from tuner.study import load_study
@@ -123,6 +124,12 @@ def test_only_a_recommended_gain_on_an_end_that_can_be_moved_is_told():
     assert "tilt.k2 = 29.9 stands at the high end of its range, 30: the range decided" in alone
 
 
+def test_a_recommended_point_that_loses_flights_is_told_unless_the_study_limits_that():
+    (said,) = lost_flights(1, 32, limited=False)
+    assert "lost 1 of 32 confirmation flights" in said and 'metric = "failure", max = 0.0' in said
+    assert lost_flights(0, 32, limited=False) == lost_flights(3, 32, limited=True) == []
+
+
 def test_idle_candidates_are_counted():
     assert idle_candidates(0, ["rms"]) == []
     assert idle_candidates(1, ["rms at most 1"])[0].startswith("1 candidate kept")
@@ -140,6 +147,7 @@ def test_the_registry_knows_when_each_speaks():
         "constant_objective",
         "correlated_objectives",
         "duplicate_knee",
+        "lost_flights",
         "on_bound",
         "still_rising",
     } == {*GUARDS}
