@@ -34,6 +34,7 @@ def print_margins(margins: "Margins", console: Console) -> None:
         )  # fmt: skip
     if from_study:
         console.print(requirements_table(document.requirements))
+    print_limit_cycles(console, document)
     print_extents(console, document)
     print_certificates(console, document)
     print_verdict(console, document)
@@ -43,16 +44,22 @@ def print_margins(margins: "Margins", console: Console) -> None:
 
 def margins_table(document: MarginsDocument, from_study: bool) -> TerminalTable:
     """Return quantities down and channels across; broken limits are marked with !, missed targets with ~."""
-    laws, trim = document.laws, document.trim
-    where = "" if trim.position_held else ", attitude mode"
-    title = f"{laws.position} / {laws.attitude} on {document.airframe}{where}, in the worst amplitude"
-    table = TerminalTable(title, keys=1)
+    table = TerminalTable(f"{about(document)}, in the worst amplitude", keys=1)
     table.columns_of("", *[channel.channel for channel in document.channels], left=("",))
     limits = {} if from_study else {limit.quantity: limit.text for limit in LIMITS}
     if limits:
         table.add_column("limit", no_wrap=True)
     add_rows(table, document.channels, marks_of(document.requirements), limits)
     return table
+
+
+def about(document: MarginsDocument) -> str:
+    """Return whose margins these are: laws, and the airframe or the plant that they fly."""
+    if document.laws is None or document.trim is None:
+        laws = dict.fromkeys((document.channel_laws or {}).values())
+        return f"{' / '.join(laws)} on {document.plant}"
+    where = "" if document.trim.position_held else ", attitude mode"
+    return f"{document.laws.position} / {document.laws.attitude} on {document.airframe}{where}"
 
 
 def add_rows(
@@ -130,6 +137,19 @@ def requirements_table(rows: list[LimitRow]) -> TerminalTable:
         value = "inf" if row.value is None else f"{row.value:.4g}"
         table.add_row(row.label, value, bound_text(row), unit_text(row.unit), verdict)
     return table
+
+
+def print_limit_cycles(console: Console, document: MarginsDocument) -> None:
+    """Print the oscillations that loops of a plant sustain by themselves."""
+    for row in document.limit_cycles or []:
+        sizes = ", ".join(
+            f"{each.value:.3g}{unit_text(each.unit, ' {}')} in the {each.term} of {each.channel}"
+            for each in row.amplitudes
+        )
+        kind = "Limit cycle" if row.attracts else "Edge of what decays"
+        console.print(
+            f"{kind} of {' and '.join(row.channels)} by harmonic balance: {row.frequency.value:.4g} rad/s, {sizes}."
+        )
 
 
 def print_extents(console: Console, document: MarginsDocument) -> None:
