@@ -16,7 +16,6 @@ from objectives.theory import THEOREMS, Setting, Theorem
 from objectives.theory.disturbance_rate import worst_rates
 from objectives.theory.guarantee import Guarantee, law_of, loop_of
 from plant.cascade import AXES
-from plant.errors import InputError
 from plant.laws import LAWS
 from plant.loop import Timing
 from plant.nominal import nominal
@@ -201,7 +200,10 @@ def write(document: MarginsDocument, subject: Loops, folder: Folder) -> MarginsD
 def certified(subject: Loops) -> list[CertificateRow]:
     """Return what can be proved of the loops."""
     if isinstance(subject, PlantSubject):
-        raise InputError("certificates are those of quadrotors")
+        # What proves them takes a second to import.
+        from tuner.analysis.margins.plant_certificates import plant_certificate_rows
+
+        return plant_certificate_rows(subject)
     assert isinstance(subject, Subject)
     return certificate_rows(subject.controller)
 
