@@ -125,13 +125,16 @@ class Loop(Protocol):
     @property
     def law(self) -> str:
         """Name of the law."""
+        ...
 
     @property
     def gains(self) -> Any:
         """Its Gains record."""
+        ...
 
     def closed(self, factors: Factors) -> StateSpace:
         """Return the loop from INPUTS to OUTPUTS."""
+        ...
 
 
 MODELLED = frozenset(name for name, entry in LAWS.items() if entry.continuous is not None)

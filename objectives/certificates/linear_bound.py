@@ -9,6 +9,7 @@ the number of modes apart and over alpha counts. S. Boyd and others, SIAM 1994, 
 
 from collections.abc import Iterator
 from math import sqrt
+from typing import Any
 
 import numpy as np
 from scipy.linalg import schur, solve_continuous_lyapunov, solve_sylvester
@@ -67,7 +68,8 @@ def with_modes_apart(of: Disturbed) -> Iterator[tuple[float, Disturbed]]:
 def _split(of: Disturbed, pole: float) -> tuple[float, Disturbed]:
     """Return the bound of the mode of a real pole, and the loop without it, in coordinates that do not couple the two."""
     edge = pole * (1.0 + 1e-9)
-    triangle, basis, count = schur(of.a, sort=lambda re, im=0.0: im == 0.0 and re >= edge)
+    found: Any = schur(of.a, sort=lambda re, im=0.0: im == 0.0 and re >= edge)
+    triangle, basis, count = found
     n = max(int(count), 1)
     first, coupling, rest = triangle[:n, :n], triangle[:n, n:], triangle[n:, n:]
     turn = solve_sylvester(first, -rest, -coupling)

@@ -48,20 +48,25 @@ class OpenLoops(Protocol):
     @property
     def channels(self) -> tuple[str, ...]:
         """Names of all channels."""
+        ...
 
     @property
     def terms(self) -> tuple[Term, ...]:
         """Nonlinear terms of the laws."""
+        ...
 
     @property
     def period(self) -> float:
         """Control period [s]."""
+        ...
 
     def constants(self, gains: Array) -> Any:
         """Constants of all channels for gains rows (n, g)."""
+        ...
 
     def open_blocks(self, gains: Array) -> Sequence[tuple[Block, LinearLoops]]:
         """Blocks under a gains row (g,) with their loops (1, ...)."""
+        ...
 
 
 @dataclass(frozen=True)

@@ -1,6 +1,6 @@
 """A study of a plant of the user's own, from its tables to what runs."""
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Mapping
 from dataclasses import dataclass
 from math import inf, isfinite
 from pathlib import Path
@@ -317,7 +317,7 @@ def _margin(table: MarginTable, system: PlantSystem) -> MarginRequirement:
     return MarginRequirement(quantity, label, axes, limit, table.hard, amplitude=table.amplitude)
 
 
-def margins_asked(tables: Sequence[MarginTable], path: Path, system: PlantSystem) -> tuple[MarginRequirement, ...]:
+def margins_asked(tables: list[MarginTable], path: Path, system: PlantSystem) -> tuple[MarginRequirement, ...]:
     """Return the requirements of the [[margin]] tables of a study; errors name path and key."""
     return tuple(listed("margin", path, tables, lambda entry: _margin(entry, system)))
 

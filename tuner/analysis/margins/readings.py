@@ -58,6 +58,7 @@ class Subject(Loops):
 class PlantSubject(Loops):
     """The loops of a plant of the user's own, at rest."""
 
+    model: PlantMargins
     system: PlantSystem
 
 

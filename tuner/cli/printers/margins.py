@@ -15,6 +15,7 @@ from tuner.documents.parts import in_shown_units
 if TYPE_CHECKING:
     from tuner.api.designing import Design
     from tuner.api.margins import Margins
+    from tuner.api.plant_designing import PlantDesign
 
 
 SHORT_CASES = {"steepest slope": "steep", "small signals": "small"}
@@ -204,7 +205,17 @@ def print_design(design: "Design", console: Console) -> None:
         say_files(console, Gains=design.gains.path)
 
 
-def gains_table(design: "Design") -> TerminalTable:
+def print_plant_design(design: "PlantDesign", console: Console) -> None:
+    """Print gains and margins of default and design of a plant, and the table of a study that starts from the design."""
+    console.print(gains_table(design))
+    console.print(both_margins(design.margins))
+    console.warn(design.warnings)
+    console.print(f"\n{design.toml}\n", markup=False, soft_wrap=True)
+    if design.path is not None:
+        say_files(console, Gains=design.path)
+
+
+def gains_table(design: "Design | PlantDesign") -> TerminalTable:
     """Return the gains of default and design, axis by axis."""
     table = TerminalTable("Gains")
     table.columns_of("gain", "default", "design", "unit", left=("gain", "unit"))
