@@ -28,6 +28,7 @@ from objectives.margins.derivative import column_of, columns, record_of
 from objectives.plant_system import PlantSystem
 from plant.backends import symbolic
 from plant.model.plan import Actuator, Channel
+from plant.model.plant_model import PlantModel
 from plant.records import flatten, pack, paths, size
 
 Array = np.ndarray
@@ -89,6 +90,8 @@ class PlantAxis:
     def refused(self, peak: float) -> str:
         """Return the first assumption of a proof that fails, in words, "" where all hold; peak: Ms of the loop as sampled."""
         plan = self.system.plan
+        if not isinstance(self.system.plant, PlantModel):
+            return "the plant is an FMU, which does not show its equations"
         if any(channel.every > 1 for channel in plan.channels):
             return "channels step at several rates; a proof takes those that all step together"
         if self.law not in MODELLED:
@@ -184,6 +187,7 @@ def wired(system: PlantSystem, row: Sequence[float], factors: dict[str, Factors]
 def linear_plant(system: PlantSystem) -> StateSpace:
     """Return the plant where it rests, from inputs and disturbances to outputs."""
     plant = system.plant
+    assert isinstance(plant, PlantModel), plant.name
     sizes = [size(kind) for kind in (plant.State, plant.Input, plant.Disturbance)]
     x, u, w = columns(*sizes)
     bind, p = symbolic.rebinder(), pack(plant.Parameters, flatten(system.parameters))

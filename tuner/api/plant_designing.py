@@ -123,9 +123,8 @@ def requirements_of(study: PlantStudy) -> "DesignRequirements":
         name: min((table.max for table in study.table.margin if table.quantity == name and table.max), default=inf)
         for name in ("ms", "mt")
     }
-    return DesignRequirements(
-        **{name: limit if isfinite(limit) else getattr(usual, name) for name, limit in limits.items()}
-    )
+    ms, mt = (limit if isfinite(limit) else getattr(usual, name) for name, limit in limits.items())
+    return DesignRequirements(ms=ms, mt=mt)
 
 
 def task_of(study: PlantStudy, name: str) -> "ChannelTask":

@@ -15,6 +15,7 @@ from objectives.certificates.supertwisting import RATE_UNIT, largest_rate
 from objectives.margins.describing import Case
 from objectives.plant_system import PlantSystem
 from plant.laws import law
+from plant.model.plant_model import PlantModel
 from plant.records import paths
 from tuner.analysis.margins.readings import PlantSubject
 from tuner.documents.margins import CertificateRow
@@ -33,7 +34,7 @@ def _rows(subject: PlantSubject, name: str) -> Iterator[CertificateRow]:
     pushes = disturbances_of(subject.system)
     axes = [PlantAxis(subject.system, tuple(map(float, subject.row)), name, push) for push in pushes]
     law_name, known = axes[0].law, CERTIFICATES["supertwisting"]
-    if law_name in known.laws:
+    if law_name in known.laws and isinstance(subject.system.plant, PlantModel):
         yield _row(name, known.name, known.title, known.source, supertwisting(axes[0]))
         if law_name not in MODELLED:
             return
