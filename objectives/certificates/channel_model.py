@@ -11,7 +11,7 @@ For certificates, which need a matrix. The loop as sampled is another model; the
 """
 
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, Protocol
 
 import numpy as np
 
@@ -70,7 +70,7 @@ class RotorLag:
 
     def model(self, factors: Factors) -> StateSpace:
         """Return the state space from u to (delivered, known)."""
-        ahead = _dead_time(self.delay, self.order if self.delay > 0.0 else 0)
+        ahead = dead_time(self.delay, self.order if self.delay > 0.0 else 0)
         if self.smoothing > 0.0:
             ahead = _in_series(ahead, _first_order([self.smoothing], [0.0]))
         lag = self.lag * factors.lag
@@ -114,6 +114,28 @@ class AxisLoop:
     loop: str = "attitude"
     from_observer: bool = False
 
+    def closed(self, factors: Factors) -> StateSpace:
+        """Return the loop from INPUTS to OUTPUTS; states: y, y', those of the actuator, those of the law."""
+        return _closed(self, factors)
+
+
+class Loop(Protocol):
+    """What a certificate is asked about: the name of a law, its gains, and the loop that it closes."""
+
+    @property
+    def law(self) -> str:
+        """Name of the law."""
+        ...
+
+    @property
+    def gains(self) -> Any:
+        """Its Gains record."""
+        ...
+
+    def closed(self, factors: Factors) -> StateSpace:
+        """Return the loop from INPUTS to OUTPUTS."""
+        ...
+
 
 MODELLED = frozenset(name for name, entry in LAWS.items() if entry.continuous is not None)
 """Names of the laws that have a continuous form: those that certificates and designs can speak of."""
@@ -129,18 +151,21 @@ def controller(law_name: str, gains: Any, from_observer: bool) -> StateSpace:
     return StateSpace(*[np.array(part) for part in form(gains, from_observer)])
 
 
-def sector(axis: AxisLoop) -> float:
+def sector(axis: Loop) -> float:
     """Return kappa [1/s]: the part of the feedback outside the form lies between 0 and kappa S; 0 where there is none."""
     kappa = law(axis.law).sector
     return 0.0 if kappa is None else kappa(axis.gains)
 
 
-def closed_loop(axis: AxisLoop, factors: Factors | None = None) -> StateSpace:
-    """Return the loop from INPUTS to OUTPUTS; states: y, y', those of the actuator, those of the law.
+def closed_loop(axis: Loop, factors: Factors | None = None) -> StateSpace:
+    """Return the loop from INPUTS to OUTPUTS.
 
     "power" is phi: what is taken off the command; closing it with phi(S) gives the law that flies.
     """
-    factors = factors or Factors()
+    return axis.closed(factors or Factors())
+
+
+def _closed(axis: AxisLoop, factors: Factors) -> StateSpace:
     own, act = controller(axis.law, axis.gains, axis.from_observer), axis.actuator.model(factors)
     assert not own.d[:, 3].any(), "the law would answer at once to what it has just asked for"
     n = 2 + len(act.a) + len(own.a)
@@ -179,7 +204,7 @@ def _in_series(first: StateSpace, then: StateSpace) -> StateSpace:
     return StateSpace(a, b, np.concatenate([then.d @ first.c, then.c], axis=1), then.d @ first.d)
 
 
-def _dead_time(delay: float, order: int) -> StateSpace:
+def dead_time(delay: float, order: int) -> StateSpace:
     """Pade approximant of exp(-s delay) with as many zeros as poles."""
     if order == 0:
         return StateSpace(np.zeros((0, 0)), np.zeros((0, 1)), np.zeros((1, 0)), np.ones((1, 1)))

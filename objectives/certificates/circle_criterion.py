@@ -18,7 +18,7 @@ import cvxpy as cp
 import numpy as np
 
 from objectives.certificates.certificate import Certificate, CertificateInfo, nothing
-from objectives.certificates.channel_model import MODELLED, WITH_SECTOR, AxisLoop, closed_loop, is_stable, sector
+from objectives.certificates.channel_model import MODELLED, WITH_SECTOR, Loop, closed_loop, is_stable, sector
 from objectives.certificates.lmi import (
     below_zero,
     coordinates,
@@ -88,7 +88,7 @@ def largest_sector(a: Array, b: Array, s: Array, popov: bool) -> tuple[float, Ar
     return None
 
 
-def run(axis: AxisLoop, popov: bool = True) -> Certificate:
+def run(axis: Loop, popov: bool = True) -> Certificate:
     """Certify the largest k1/sqrt(delta) of an axis with a power-rate term, all other gains as given.
 
     data: "given", the axis' own k1/sqrt(delta), and "kept", whether it is inside.

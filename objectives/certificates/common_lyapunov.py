@@ -16,7 +16,7 @@ import cvxpy as cp
 import numpy as np
 
 from objectives.certificates.certificate import Certificate, CertificateInfo, nothing
-from objectives.certificates.channel_model import MODELLED, AxisLoop, Factors, closed_loop, is_stable
+from objectives.certificates.channel_model import MODELLED, Factors, Loop, closed_loop, is_stable
 from objectives.certificates.lmi import (
     below_zero,
     coordinates,
@@ -35,7 +35,7 @@ LARGEST_SPREAD = 0.9
 BISECTIONS = 10
 
 
-def corners(axis: AxisLoop, spread: float, varied: Sequence[str] = VARIED) -> list[Array]:
+def corners(axis: Loop, spread: float, varied: Sequence[str] = VARIED) -> list[Array]:
     """Return A at the corners of the box of +-spread; varied: "mass", "inertia", "lag". Corners that agree come once."""
     matrices: list[Array] = []
     for signs in product((-1.0, 1.0), repeat=len(varied)):
@@ -79,7 +79,7 @@ def common_matrix(matrices: Sequence[Array], decay: float = 0.0, centre: Array |
     return Corners(matrices, matrices[0] if centre is None else centre).find(decay)
 
 
-def fastest_decay(axis: AxisLoop, spread: float, varied: Sequence[str] = VARIED) -> Certificate:
+def fastest_decay(axis: Loop, spread: float, varied: Sequence[str] = VARIED) -> Certificate:
     """Certify the largest decay rate [rad/s] that all vehicles of the box share, by bisection."""
     matrices = corners(axis, spread, varied)
     slowest = min(-float(np.linalg.eigvals(a).real.max(axis=0)) for a in matrices)
@@ -98,7 +98,7 @@ def fastest_decay(axis: AxisLoop, spread: float, varied: Sequence[str] = VARIED)
     )
 
 
-def largest_spread(axis: AxisLoop, decay: float = 0.0, varied: Sequence[str] = VARIED) -> Certificate:
+def largest_spread(axis: Loop, decay: float = 0.0, varied: Sequence[str] = VARIED) -> Certificate:
     """Certify the largest +-spread [1] of the varied numbers with a common decay [rad/s], by bisection."""
     centre = closed_loop(axis).a
     found = common_matrix([centre], decay)
@@ -116,7 +116,7 @@ def largest_spread(axis: AxisLoop, decay: float = 0.0, varied: Sequence[str] = V
     return Certificate(low, "1", True, why, {"P": found})
 
 
-def run(axis: AxisLoop, decay: float = 0.0, varied: Sequence[str] = VARIED) -> Certificate:
+def run(axis: Loop, decay: float = 0.0, varied: Sequence[str] = VARIED) -> Certificate:
     """Certify the largest spread of mass and inertia of an axis."""
     return largest_spread(axis, decay, varied)
 

@@ -26,7 +26,7 @@ import cvxpy as cp
 import numpy as np
 
 from objectives.certificates.certificate import Certificate, CertificateInfo, nothing
-from objectives.certificates.channel_model import MODELLED, AxisLoop, closed_loop, is_stable, sector
+from objectives.certificates.channel_model import MODELLED, Loop, closed_loop, is_stable, sector
 from objectives.certificates.lmi import (
     Coordinates,
     below_zero,
@@ -130,7 +130,7 @@ def smallest_bound(of: Disturbed) -> tuple[float, Array] | None:
     return best[0] * factor, z.original(np.linalg.inv(best[1])) / size**2
 
 
-def disturbed(axis: AxisLoop, disturbance: str, output: str) -> Disturbed:
+def disturbed(axis: Loop, disturbance: str, output: str) -> Disturbed:
     """Return the axis with its disturbance and output; "rate": states are counted from the rest that f asks for.
 
     With x = x~ - A^-1 D f the disturbance enters by f' alone, x~' = A x~ + A^-1 D f'; an output that integral action brings
@@ -142,7 +142,7 @@ def disturbed(axis: AxisLoop, disturbance: str, output: str) -> Disturbed:
     return Disturbed(a, -b, np.linalg.solve(a, d) if disturbance == "rate" else d, s, c, sector(axis))
 
 
-def run(axis: AxisLoop, disturbance: str = "bounded", output: str = "value") -> Certificate:
+def run(axis: Loop, disturbance: str = "bounded", output: str = "value") -> Certificate:
     """Certify where |y| (or the rate, S or the command) of an axis ends, per unit of disturbance or of its rate."""
     units = UNITS if disturbance == "bounded" else RATE_UNITS
     assert output in units, f"{output}: not one of {sorted(units)}"

@@ -20,7 +20,7 @@ import cvxpy as cp
 import numpy as np
 
 from objectives.certificates.certificate import Certificate, CertificateInfo, nothing
-from objectives.certificates.channel_model import AxisLoop
+from objectives.certificates.channel_model import Loop
 from objectives.certificates.lmi import (
     MARGIN,
     below_zero,
@@ -144,7 +144,7 @@ def reaching_time(decay: Certificate, s: float, v: float) -> float:
     return float(2.0 * sqrt(np.linalg.inv(p)[0, 0] * (zeta @ p @ zeta)) / decay.value)
 
 
-def run(axis: AxisLoop) -> Certificate:
+def run(axis: Loop) -> Certificate:
     """Certify the largest disturbance rate of an axis."""
     term = law(axis.law).super_twisting
     assert term is not None, axis.law

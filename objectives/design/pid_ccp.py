@@ -13,6 +13,7 @@ The time constant of the derivative filter stays at its default, for which L is 
 error, 1/ki per unit of a load step, and with the peaks bounded also a small integrated absolute error.
 """
 
+from dataclasses import dataclass
 from math import sqrt
 from typing import Any
 
@@ -30,6 +31,8 @@ POINTS, ITERATIONS = 200, 30
 STRIDE = 5.0
 # What is made large has settled where a step adds less than this to its logarithm.
 SETTLED = 1e-4
+# What a damping without end allows: the square of a step of kd over one of kp.
+UNDAMPED = 1e3
 # Bandwidths wc of the starts, over one by the delay of the actuator; kd as a share of that of critical or of the largest damping,
 # ki as a share of wc^3.
 STARTS = (0.3, 0.1, 0.03, 0.01)
@@ -100,28 +103,30 @@ class ConeProgram:
         return self._x.value if solve_again(self._problem) else None
 
 
+@dataclass(frozen=True)
+class PidTask:
+    """What the procedure is given; gains are (kp, ki, kd).
+
+    parts (k, 3): responses that the gains make L of, at k frequencies. discs: (centre, radius) that L keeps out of. noise (2, 2):
+    its product with (kp, kd) is at most one long. damping: largest ratio of the PD part, infinite for none. low, high: ranges.
+    """
+
+    parts: Array
+    discs: tuple[tuple[float, float], ...]
+    noise: Array
+    damping: float
+    speed: float
+    low: Array
+    high: Array
+
+
 class Procedure:
-    """The procedure for one axis; gains are (kp, ki, kd)."""
+    """The procedure from a start that keeps everything."""
 
-    def __init__(self, axis: DesignAxis, requirements: DesignRequirements) -> None:
-        self._axis, self._discs = axis, discs(requirements)
-        self._parts = parts(axis, axis.frequencies(POINTS, requirements))
-        self._noise = noise_root(axis, requirements) / (requirements.noise * axis.authority)
-        self._damping, self._speed = requirements.damping, requirements.speed
-        self._low, self._high = np.array([axis.range(name) for name in ("kp", "ki", "kd")]).T
-        self._high[0] = min(self._high[0], axis.authority / requirements.step(axis.loop))
-        self._step = ConeProgram(len(self._discs) * POINTS, requirements.speed)
-
-    def starts(self) -> list[Array]:
-        """Return those starts that keep everything."""
-        kept, damping = [], START_DAMPING * min(self._damping, 1.0)
-        for share in STARTS:
-            bandwidth = min(share / self._axis.unit(), sqrt(self._high[0]))
-            gains = [bandwidth**2, START_INTEGRAL * bandwidth**3, 2.0 * damping * bandwidth]
-            inside = np.clip(gains, self._low, self._high)
-            if self._keeps(inside):
-                kept.append(inside)
-        return kept
+    def __init__(self, task: PidTask) -> None:
+        self._parts, self._discs, self._noise = task.parts, task.discs, task.noise
+        self._damping, self._speed, self._low, self._high = task.damping, task.speed, task.low, task.high
+        self._step = ConeProgram(len(task.discs) * len(task.parts), task.speed)
 
     def settle(self, gains: Array) -> Array:
         """Return the gains at which the steps from a start come to rest."""
@@ -153,11 +158,12 @@ class Procedure:
             low=np.maximum(self._low / gains, 1.0 / STRIDE),
             high=np.minimum(self._high / gains, STRIDE),
             noise=self._noise * gains[[0, 2]],
-            damping=4.0 * self._damping**2 * gains[0] / gains[2] ** 2,
+            damping=min(4.0 * self._damping**2 * gains[0] / gains[2] ** 2, UNDAMPED),
         )
         return None if factors is None else gains * factors
 
-    def _keeps(self, gains: Array) -> bool:
+    def keeps(self, gains: Array) -> bool:
+        """Return whether gains keep everything."""
         loop, (kp, _, kd) = self._parts @ gains, gains
         apart = all(bool((np.abs(loop - centre) >= radius).all(axis=0)) for centre, radius in self._discs)
         quiet = float(np.linalg.norm(self._noise @ np.array([kp, kd]))) <= 1.0
@@ -165,10 +171,30 @@ class Procedure:
         return apart and quiet and damped and bool((gains <= self._high).all(axis=0))
 
 
+def task_of(axis: DesignAxis, requirements: DesignRequirements) -> PidTask:
+    """Return the task of one axis of a quadrotor."""
+    low, high = np.array([axis.range(name) for name in ("kp", "ki", "kd")]).T
+    high[0] = min(high[0], axis.authority / requirements.step(axis.loop))
+    noise = noise_root(axis, requirements) / (requirements.noise * axis.authority)
+    found = parts(axis, axis.frequencies(POINTS, requirements))
+    return PidTask(found, discs(requirements), noise, requirements.damping, requirements.speed, low, high)
+
+
+def starts(axis: DesignAxis, task: PidTask) -> list[Array]:
+    """Return the starts of an axis, in the ranges of its gains."""
+    found, damping = [], START_DAMPING * min(task.damping, 1.0)
+    for share in STARTS:
+        bandwidth = min(share / axis.unit(), sqrt(task.high[0]))
+        gains = [bandwidth**2, START_INTEGRAL * bandwidth**3, 2.0 * damping * bandwidth]
+        found.append(np.clip(gains, task.low, task.high))
+    return found
+
+
 def design_pid(axis: DesignAxis, requirements: DesignRequirements) -> AxisDesign:
     """Return the PID gains of an axis, or its defaults where no start keeps the requirements."""
-    procedure = Procedure(axis, requirements)
-    settled = [procedure.settle(start) for start in procedure.starts()]
+    task = task_of(axis, requirements)
+    procedure = Procedure(task)
+    settled = [procedure.settle(start) for start in starts(axis, task) if procedure.keeps(start)]
     for gains in sorted(settled, key=procedure.merit, reverse=True):
         kp, ki, kd = gains.tolist()
         record = axis.record(kp=kp, ki=ki, kd=kd, t_f=axis.default("t_f"))

@@ -9,15 +9,17 @@ loop must be a low pass for the harmonics: against flights of the sampled loop, 
 Terms with different signals swing in the ratio that the critical mode gives them, which is found by iteration.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
+from typing import Any, Protocol
 
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.margins.describing import constants_of, describing_function
+from objectives.margins.describing import describing_function
 from objectives.margins.linearise import LinearLoops, close_terms
-from objectives.margins.margins import MarginModel
-from objectives.margins.period import CHANNELS, Term
+from objectives.margins.period import Term
+from objectives.margins.structure import Block
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -38,6 +40,33 @@ class LimitCycle:
     frequency: float
     amplitudes: dict[tuple[str, str], float]
     stable: bool
+
+
+class OpenLoops(Protocol):
+    """A margin model whose blocks can be had with their nonlinear terms left open: of a quadrotor, or of a plant."""
+
+    @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of all channels."""
+        ...
+
+    @property
+    def terms(self) -> tuple[Term, ...]:
+        """Nonlinear terms of the laws."""
+        ...
+
+    @property
+    def period(self) -> float:
+        """Control period [s]."""
+        ...
+
+    def constants(self, gains: Array) -> Any:
+        """Constants of all channels for gains rows (n, g)."""
+        ...
+
+    def open_blocks(self, gains: Array) -> Sequence[tuple[Block, LinearLoops]]:
+        """Blocks under a gains row (g,) with their loops (1, ...)."""
+        ...
 
 
 @dataclass(frozen=True)
@@ -68,19 +97,19 @@ class _Swing:
         return complex(poles[at]), np.abs(closed.c[0][closed.terms] @ modes[:, at])
 
 
-def limit_cycles(model: MarginModel, gains: Array, vehicle: int = 0) -> tuple[LimitCycle, ...]:
+def limit_cycles(model: OpenLoops, gains: Array) -> tuple[LimitCycle, ...]:
     """Limit cycles of all blocks under a gains row (g,), lowest amplitude first; none for linear laws.
 
     Only oscillations are reported, not the slow drift of a real pole through 1.
     """
     row = np.asarray(gains, dtype=float)
-    constants = constants_of(model.cascade, row[None], model.period)
+    constants = model.constants(row[None])
     found = []
-    for block, loops in model.open_blocks(row, vehicle):
+    for block, loops in model.open_blocks(row):
         if block.terms:
             terms = tuple(model.terms[i] for i in block.terms)
             swing = _Swing(loops, terms, tuple(getattr(constants, term.axis) for term in terms))
-            names = tuple(CHANNELS[i] for i in block.channels)
+            names = tuple(model.channels[i] for i in block.channels)
             found += [cycle for cycle in _cycles(swing, names, model.period) if cycle is not None]
     return tuple(found)
 

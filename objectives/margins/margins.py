@@ -6,13 +6,14 @@ Linearised about its trim, with the nonlinear terms closed at each amplitude, sp
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins.assembly import Assembly
 from objectives.margins.block import EVERY, MULTILOOP, read_block
-from objectives.margins.describing import DEFAULT_CASES, Case, term_gains
+from objectives.margins.describing import DEFAULT_CASES, Case, constants_of, term_gains
 from objectives.margins.frequency import POINTS, frequency_grid
 from objectives.margins.linearise import LinearLoops, Plant, Surroundings, close_terms
 from objectives.margins.period import CHANNELS, PeriodMap, Term
@@ -148,6 +149,11 @@ class MarginModel:
         return self._map.terms
 
     @property
+    def channels(self) -> tuple[str, ...]:
+        """Names of all channels."""
+        return CHANNELS
+
+    @property
     def blocks(self) -> tuple[tuple[str, ...], ...]:
         """Channels of the blocks that the first vehicle's loop falls into."""
         return tuple(tuple(CHANNELS[i] for i in block.channels) for block in self._situations[0].blocks)
@@ -212,6 +218,10 @@ class MarginModel:
         if n < MANY or not block.terms or scope.decisive.isdisjoint(block.channels) or len(cases) < 3:
             return [cases]
         return [[cases[0], cases[-1]], cases[1:-1]]
+
+    def constants(self, gains: Array) -> Any:
+        """Constants of all axes for gains rows (n, g): leaves are arrays (n, 1, 1) or numbers."""
+        return constants_of(self._map.cascade, gains, self.period)
 
     def open_blocks(self, gains: Array, vehicle: int = 0) -> list[tuple[Block, LinearLoops]]:
         """Blocks under a gains row (g,) with their loops (1, ...), nonlinear terms left open."""

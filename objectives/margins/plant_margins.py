@@ -9,11 +9,13 @@ from numpy.typing import NDArray
 from objectives.margins.block import EVERY
 from objectives.margins.describing import DEFAULT_CASES, Case
 from objectives.margins.frequency import POINTS, frequency_grid
+from objectives.margins.linearise import LinearLoops
 from objectives.margins.plant_period import PlantPeriod
-from objectives.margins.plant_rates import LOWEST, MIDDLE, rates_for
+from objectives.margins.plant_rates import LOWEST, MIDDLE, OneRate, rates_for
 from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import LoopResponse, Margins, joined
 from objectives.margins.sheet import Sheet
+from objectives.margins.structure import Block
 from objectives.plant_system import PlantSystem
 from plant.seeds import generator
 
@@ -56,6 +58,11 @@ class PlantMargins:
         return self.system.timing.control_period
 
     @property
+    def at_one_rate(self) -> bool:
+        """Whether all channels step together; else blocks are known with their terms closed alone."""
+        return isinstance(self._plants[0], OneRate)
+
+    @property
     def blocks(self) -> tuple[tuple[str, ...], ...]:
         """Channels of the blocks that the loop of the nominal plant falls into."""
         return tuple(tuple(self.channels[i] for i in block.channels) for block in self._plants[0].blocks)
@@ -69,6 +76,19 @@ class PlantMargins:
         asked = frozenset(field for entry in requirements for field in entry.quantity.fields)
         margins = self._evaluate(np.asarray(gains, dtype=float), asked)
         return np.stack([entry.values(margins) for entry in requirements], axis=1)
+
+    def constants(self, gains: Array) -> Any:
+        """Constants of all channels for gains rows (n, g): leaves are arrays (n, 1, 1) or numbers."""
+        return self._periods[0].constants(gains)
+
+    def open_blocks(self, gains: Array) -> list[tuple[Block, LinearLoops]]:
+        """Blocks of the nominal plant under a gains row (g,) with their loops (1, ...), nonlinear terms left open.
+
+        Of channels that step together, see `at_one_rate`.
+        """
+        plant = self._plants[0]
+        assert isinstance(plant, OneRate), "several rates"
+        return list(plant.open(np.asarray(gains, dtype=float)[None]))
 
     def loop(self, gains: Array, channel: str, case: Case = MIDDLE, frequency: Array | None = None) -> LoopResponse:
         """Response of one loop of the nominal plant under a gains row (g,), at frequencies (f,) [rad/s], by default the grid."""

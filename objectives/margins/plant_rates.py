@@ -38,6 +38,12 @@ class OneRate:
         for block in self.blocks:
             yield block, with_terms(block, block.part(loops), term)
 
+    def open(self, gains: Array) -> Iterator[tuple[Block, LinearLoops]]:
+        """Yield the blocks with their loops under gains rows (n, g), terms left open."""
+        (loops,) = self._period.phases(gains)
+        for block in self.blocks:
+            yield block, block.part(loops)
+
     def read(
         self, block: Block, loops: LinearLoops, skew: float, inputs: list[int], asked: frozenset[str]
     ) -> BlockReadings:
@@ -90,6 +96,12 @@ class SeveralRates:
             part = self._parts[block.channels].inner.part(loops)
             # Values that are held and given anew are chains of poles at 0, whose eigenvectors depend on each other.
             yield block, replace(part, a=moved(without_idle(part.a, part.b[..., part.injected])))
+
+    def open(self, gains: Array) -> Iterator[tuple[Block, LinearLoops]]:
+        """Yield the blocks with their loops under gains rows (n, g), terms left open."""
+        (loops,) = self._period.phases(gains)
+        for block in self.blocks:
+            yield block, block.part(loops)
 
     def read(
         self, block: Block, loops: LinearLoops, skew: float, inputs: list[int], asked: frozenset[str]

@@ -14,7 +14,8 @@ from tuner.analysis.margins.readings import subject_of
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.gains import Gains, gains_of, taken
 from tuner.api.margins import announce_compilation
-from tuner.api.studies import StudyLike, tuning_study
+from tuner.api.plant_designing import PlantDesign, design_plant
+from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.parts import NumberWithUnit
 from tuner.experiments.tuning.starts import design_row, study_designs, without_design
@@ -23,6 +24,7 @@ from tuner.gains.quantities import quantity
 from tuner.search.watcher import Watcher
 from tuner.store.document import DocumentPart
 from tuner.study.margins import holds_place
+from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study
 
 if TYPE_CHECKING:
@@ -81,7 +83,7 @@ class Design(Documented):
         return shown("Designed gains", self.warnings, self.table)
 
 
-def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher | None = None) -> Design:
+def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher | None = None) -> Design | PlantDesign:
     """Design gains for a study's laws, and compare their margins with the default's.
 
     Args:
@@ -90,7 +92,7 @@ def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher 
         watcher: Callbacks that hear of compilation.
 
     Returns:
-        The designed gains; axes whose law has no design keep their defaults.
+        The designed gains; axes whose law has no design keep their defaults. Of a plant of your own a `PlantDesign`.
 
     Raises:
         InputError: The study is wrong, or of another kind.
@@ -104,7 +106,11 @@ def design(study: StudyLike, out: str | Path | None = None, *, watcher: Watcher 
     """
     if out is not None and Path(out).exists():
         raise taken(Path(out))
-    asked = tuning_study(study, "tuner design")
+    asked = gains_study(study, "tuner design")
+    if isinstance(asked, PlantStudy):
+        announce_compilation(watcher or Watcher())
+        return design_plant(asked, None if out is None else Path(out))
+    assert isinstance(asked, Study)
     designs = study_designs(asked)
     row = design_row(asked, designs)
     axes = [

@@ -5,7 +5,7 @@ from dataclasses import dataclass
 from typing import TYPE_CHECKING
 
 from plant.errors import InputError, UnknownNameError
-from tuner.analysis.margins.readings import Subject
+from tuner.analysis.margins.readings import Loops
 from tuner.documents.contest import ComparedFolder
 from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.tuning import TuningFolder
@@ -73,7 +73,7 @@ def of_inference(document: InferenceDocument) -> Drawers:
     return {"inference": lambda: inference_figure(document)}
 
 
-def of_margins(subject: Subject) -> Drawers:
+def of_margins(subject: Loops) -> Drawers:
     """Return the figures of the loops of a controller."""
     loops = loops_of(subject)
     return {name: lambda draw=draw: draw(subject, loops) for name, draw in LOOPS.items()}

@@ -26,13 +26,15 @@ from tuner.analysis.margins.document import (
     margins_document,
     study_requirements,
 )
-from tuner.analysis.margins.readings import Subject, subject_of
+from tuner.analysis.margins.readings import Loops, PlantSubject, Subject, subject_of
 from tuner.api import POSITION_LAW
 from tuner.api.flying import prepare
 from tuner.api.frames import Documented, figures, frame, shown
-from tuner.api.gains import GainsLike, as_gains, default_gains
+from tuner.api.gains import Gains, GainsLike, as_gains, default_gains
+from tuner.api.plant_margins import check_at_rest, plant_margins_of
+from tuner.api.plants import is_plant_gains
 from tuner.api.studies import StudyLike, tuning_study
-from tuner.documents.margins import MarginsDocument
+from tuner.documents.margins import CertificateRow, MarginsDocument
 from tuner.documents.parts import NumberWithUnit
 from tuner.exchange.processor_cost.measure import measure_cost
 from tuner.gains import Controller
@@ -63,7 +65,7 @@ class Margins(Documented):
     """
 
     document: MarginsDocument
-    subject: Subject
+    subject: Loops
     from_study: bool
     folder: Path | None = None
 
@@ -123,7 +125,7 @@ def margins(
     """Work out the stability margins of gains, loop by loop, in the worst amplitude.
 
     Args:
-        gains: Gains, or a gains.json.
+        gains: Gains, or a gains.json; of a plant of your own where its code has been named with `use`, or with its study.
         study: Study whose [[margin]] tables are the limits; by default usual limits.
         yaw: Yaw in steady flight [rad].
         speed: Ground speed along the heading [m/s].
@@ -146,19 +148,32 @@ def margins(
         ['x', 'y', 'z', 'roll', 'pitch', 'yaw']
 
     """
-    controller = as_gains(gains).controller
-    trim = Trim(yaw, Vec3(speed * cos(yaw), speed * sin(yaw), 0.0), Vec3(wind, 0.0, 0.0), hold_position)
+    of_plant = not isinstance(gains, Gains) and is_plant_gains(Path(gains))
+    if of_plant:
+        check_at_rest(yaw, speed, wind, not hold_position)
+    controller = None if of_plant else as_gains(gains).controller
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
     with folder or nullcontext():
         announce_compilation(watcher or Watcher())
-        subject = subject_of(controller, trim)
-        asked = None if study is None else study_requirements(tuning_study(study, "tuner margins --study"), controller)
-        document = margins_document(subject, default_requirements(subject) if asked is None else asked)
+        if controller is None:
+            found = plant_margins_of(Path(str(gains)), study)
+        else:
+            trim = Trim(yaw, Vec3(speed * cos(yaw), speed * sin(yaw), 0.0), Vec3(wind, 0.0, 0.0), hold_position)
+            found = margins_of(controller, trim, study)
+        subject, document, from_study = found
         if certificates:
-            document = document.model_copy(update={"certificates": certificate_rows(controller)})
+            document = document.model_copy(update={"certificates": certified(subject)})
         if folder is not None:
             document = write(document, subject, folder)
-    return Margins(document, subject, asked is not None, None if folder is None else folder.path)
+    return Margins(document, subject, from_study, None if folder is None else folder.path)
+
+
+def margins_of(controller: Controller, trim: Trim, study: StudyLike | None) -> tuple[Subject, MarginsDocument, bool]:
+    """Return the loops of a quadrotor's controller, their document, and whether its limits are those of a study."""
+    subject = subject_of(controller, trim)
+    asked = None if study is None else study_requirements(tuning_study(study, "tuner margins --study"), controller)
+    document = margins_document(subject, default_requirements(subject) if asked is None else asked)
+    return subject, document, asked is not None
 
 
 def announce_compilation(watcher: Watcher) -> None:
@@ -167,16 +182,30 @@ def announce_compilation(watcher: Watcher) -> None:
         watcher.on_message("Compiling the margins for this machine; once, some 10 s.")
 
 
-def write(document: MarginsDocument, subject: Subject, folder: Folder) -> MarginsDocument:
-    """Write the figures and margins.json, with how far the vehicle may differ put in."""
-    from tuner.report.margin_figures import write_margin_figures
+def write(document: MarginsDocument, subject: Loops, folder: Folder) -> MarginsDocument:
+    """Write the figures and margins.json, with how far a vehicle may differ put in."""
+    from tuner.report.margin_figures import write_loop_figures, write_margin_figures
 
-    extents = [extent.row() for extent in write_margin_figures(subject, folder.path)]
-    document = document.model_copy(update={"mismatch": extents})
+    if isinstance(subject, Subject):
+        extents = [extent.row() for extent in write_margin_figures(subject, folder.path)]
+        document = document.model_copy(update={"mismatch": extents})
+    else:
+        write_loop_figures(subject, folder.path)
     folder.write_json("margins.json", document)
     folder.written("*.png", "*.pdf")
     folder.seal()
     return document
+
+
+def certified(subject: Loops) -> list[CertificateRow]:
+    """Return what can be proved of the loops."""
+    if isinstance(subject, PlantSubject):
+        # What proves them takes a second to import.
+        from tuner.analysis.margins.plant_certificates import plant_certificate_rows
+
+        return plant_certificate_rows(subject)
+    assert isinstance(subject, Subject)
+    return certificate_rows(subject.controller)
 
 
 class TheoremRow(DocumentPart):

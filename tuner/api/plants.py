@@ -16,10 +16,12 @@ from plant.model.plan import Actuator, Channel, plan_loop
 from plant.model.plant_model import plant_from
 from tuner.api.frames import Documented
 from tuner.exchange.c99.plant_export import export_plant
+from tuner.gains.plant_document import read_plant_row
 from tuner.gains.sections import PLANT_FORMAT
 from tuner.store.advice import RECORD
 from tuner.store.inputs import read_record
-from tuner.study.kinds import load_any
+from tuner.study.kinds import load_any, of_another_kind
+from tuner.study.plant_study import PlantStudy
 
 __all__ = ["LAWS", "Actuator", "Channel", "PlantSystem", "export_plant", "plant_system"]
 
@@ -91,6 +93,22 @@ def is_plant_gains(file: Path) -> bool:
         return False
 
 
+def study_of(gains: Path) -> PlantStudy:
+    """Return the study of the results folder that a plant's gains.json lies in.
+
+    Raises InputError where it lies in none, or where the code of the plant, which the folder may not run, has not been named.
+    """
+    home = gains.resolve().parent
+    if not (home / RECORD).exists():
+        raise InputError(
+            f"lies in no results folder, whose {RECORD} names the study; give that of a results folder", file=gains
+        )
+    study = load_any(home / read_record(home).study)
+    if not isinstance(study, PlantStudy):
+        raise of_another_kind(study.kind, study.path, "gains of a plant of one's own")
+    return study
+
+
 def export_run(gains: Path, target: str, folder: Path | None, options: Mapping[str, str], force: bool) -> ExportedPlant:
     """Write the controller of a run of a plant, whose gains.json is given, in C99.
 
@@ -103,14 +121,10 @@ def export_run(gains: Path, target: str, folder: Path | None, options: Mapping[s
         if name != PRECISION or value not in PRECISIONS:
             raise InputError(f"given {name} = {value}; allowed: {PRECISION} = {' or '.join(PRECISIONS)}", key="--set")
     document, home = json.loads(read_input_text(gains)), gains.resolve().parent
-    if not (home / RECORD).exists():
-        raise InputError(
-            f"lies in no results folder, whose {RECORD} names the study; give that of a results folder", file=gains
-        )
+    study = study_of(gains)
     if not (force or document.get("study", {}).get("feasible", True)):
         raise InputError("nothing in this run was feasible; --force writes these gains all the same", file=gains)
-    study: Any = load_any(home / read_record(home).study)
-    row = [document["gains"][gain.address]["value"] for gain in study.system.gains]
+    row = read_plant_row(gains, study.system).tolist()
     precision, out = str(options.get(PRECISION, "float")), folder or home / "export" / C99
     digest = hashlib.sha256(read_input(gains)).hexdigest()
     files = export_plant(study.system, row, out, real=precision, digest=digest)

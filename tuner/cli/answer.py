@@ -24,6 +24,7 @@ PRINTERS = {
     "InferenceResults": "inference:print_inference",
     "Judgement": "check:print_judgement",
     "Margins": "margins:print_margins",
+    "PlantDesign": "margins:print_plant_design",
     "Plan": "planning:print_plan",
     "Sensitivity": "planning:print_sensitivity",
     "Story": "story:print_story",

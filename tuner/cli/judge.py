@@ -80,8 +80,12 @@ def margins(
     """Print the stability margins of gains, loop by loop; exit code 1 where a limit is broken, 2 for bad input.
 
     Example: tuner margins results/quickstart/gains.json --out margins
+
+    Example: tuner margins results/motor/gains.json --code motor.py
     """
-    given = gains_or_law(gains, law, position_law, airframe, "tuner margins --law hybrid")
+    given: Path | tuner.Gains | None = gains
+    if gains is None or law is not None or airframe is not None:
+        given = gains_or_law(gains, law, position_law, airframe, "tuner margins --law hybrid")
     found = tuner.margins(
         given, study=study, yaw=radians(yaw), speed=speed, wind=wind, hold_position=not attitude_only,
         certificates=certificates, out=out, watcher=Messages(),

@@ -1,7 +1,7 @@
 """margins.json: the stability margins of one controller, loop by loop, in SI units: gains as factors, angles in rad.
 
 An infinite value is null, and `note` says what that means. A channel without a loop is not listed. Channels are x, y, z, roll,
-pitch, yaw.
+pitch, yaw, or those of a plant of the user's own.
 """
 
 from typing import Literal
@@ -118,18 +118,43 @@ class MismatchRow(DocumentPart):
     note: str | None
 
 
+class SignalAmplitude(DocumentPart):
+    """Amplitude of the signal of a nonlinear term of a channel's law."""
+
+    channel: str
+    term: str
+    value: float
+    unit: str
+
+
+class LimitCycleRow(DocumentPart):
+    """An oscillation that sustains itself, by harmonic balance, in these channels; attracts: smaller ones grow into it."""
+
+    channels: list[str]
+    frequency: Measure
+    amplitudes: list[SignalAmplitude]
+    attracts: bool
+
+
 class MarginsDocument(Document):
-    """Content of margins.json; passed: every hard requirement is kept; certificates, mismatch: where they were asked for."""
+    """Content of margins.json; passed: every hard requirement is kept; certificates, mismatch: where they were asked for.
+
+    Of a quadrotor there are airframe, laws and trim, of a plant of the user's own plant, channel_laws and limit_cycles, which are
+    null where channels step at several rates.
+    """
 
     format: Literal["holdfast-margins"]
     version: Literal["0.2"]
-    airframe: str
-    laws: LawNames
+    airframe: str | None = None
+    plant: str | None = None
+    laws: LawNames | None = None
+    channel_laws: dict[str, str] | None = None
     control_period: Measure
-    trim: TrimPart
+    trim: TrimPart | None = None
     channels: list[ChannelMargins]
     multiloop: MultiloopMargins
     requirements: list[LimitRow]
     passed: bool
+    limit_cycles: list[LimitCycleRow] | None = None
     certificates: list[CertificateRow] | None = None
     mismatch: list[MismatchRow] | None = None

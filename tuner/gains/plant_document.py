@@ -1,11 +1,15 @@
 """gains.json of a plant of the user's own: its loops as data, and their gains, each with its unit."""
 
+from math import isfinite
+from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from objectives.plant_system import PlantSystem
+from plant.errors import InputError
 from plant.records import flatten, paths
+from tuner.gains.parsing import parsed
 from tuner.gains.quantities import code_or_note, quantity
 from tuner.gains.sections import PLANT_FORMAT
 
@@ -31,6 +35,24 @@ def plant_gains_document(system: PlantSystem, gains: np.ndarray, digest: str) ->
         "channels": [_finite({**vars(channel), "law": channel.law.name}) for channel in plan.channels],
         "gains": {gain.address: stated(float(gains[gain.column]), gain.unit) for gain in system.gains},
     }
+
+
+def read_plant_row(file: Path, system: PlantSystem) -> np.ndarray:
+    """Return the gains row (g,) that a gains.json of a plant holds for its channels; InputError names file and gain."""
+    given = parsed(file).get("gains")
+    return np.array([_gain(given, gain.address, file) for gain in system.gains])
+
+
+def _gain(given: Any, address: str, file: Path) -> float:
+    entry = given.get(address) if isinstance(given, dict) else None
+    value = entry.get("value") if isinstance(entry, dict) else None
+    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
+        raise InputError(
+            "no finite number is given for this gain of the study's channels; give the gains.json of a run with these channels",
+            file=file,
+            key=f"gains.{address}",
+        )
+    return float(value)
 
 
 def stated(value: float, unit: str) -> dict[str, Any]:

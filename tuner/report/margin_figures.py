@@ -6,12 +6,12 @@ from pathlib import Path
 
 import numpy as np
 
-from objectives.margins.period import CHANNELS
 from plant.cascade import ATTITUDE_AXES
 from tuner.analysis.margins.curves import Curves, curves_of, groups
 from tuner.analysis.margins.limits import LIMITS
 from tuner.analysis.margins.linear import Linear
 from tuner.analysis.margins.mismatch import CRITERIA, REACH, Extent, Map, extents, mismatch_map
+from tuner.analysis.margins.readings import Loops as Readings
 from tuner.analysis.margins.readings import Subject
 from tuner.analysis.margins.time_response import LinearResponses, time_responses
 from tuner.report.charts.chart import (
@@ -65,21 +65,28 @@ def write_margin_figures(subject: Subject, folder: Path) -> list[Extent]:
     ends = extents(linear)
     maps = [mismatch_map(linear, across, up, ends) for across, up in MAPS]
     labels = tuple(case.label for case in linear.cases)
+    write_loop_figures(subject, folder)
     with style():
-        save(bode_figure(subject, loops), folder, "bode")
-        save(nyquist_figure(subject, loops), folder, "nyquist")
-        save(nichols_figure(subject, loops), folder, "nichols")
         save(response_figure(dict(zip(loops, found, strict=True)), labels), folder, "responses")
         save(mismatch_figure(maps, ends), folder, "mismatch")
     return ends
 
 
-def loops_of(subject: Subject) -> Loops:
+def write_loop_figures(subject: Readings, folder: Path) -> None:
+    """Write bode, nyquist and nichols into an existing folder."""
+    loops = loops_of(subject)
+    with style():
+        save(bode_figure(subject, loops), folder, "bode")
+        save(nyquist_figure(subject, loops), folder, "nyquist")
+        save(nichols_figure(subject, loops), folder, "nichols")
+
+
+def loops_of(subject: Readings) -> Loops:
     """Return the curves of every loop, once for loops that do not differ."""
     return {group: curves_of(subject, group[0]) for group in groups(subject)}
 
 
-def bode_figure(subject: Subject, loops: Loops) -> Figure:
+def bode_figure(subject: Readings, loops: Loops) -> Figure:
     """Return gain above phase for each loop, with the crossings that its margins are met at."""
     low = min(float(curves.phase.min(axis=None)) for curves in loops.values())
     high = max(float(curves.phase.max(axis=None)) for curves in loops.values())
@@ -99,7 +106,7 @@ def bode_figure(subject: Subject, loops: Loops) -> Figure:
     return figure_of([*over, *under], len(loops), 2.1, titled=True)
 
 
-def nyquist_figure(subject: Subject, loops: Loops) -> Figure:
+def nyquist_figure(subject: Readings, loops: Loops) -> Figure:
     """Return the curve of each loop, the circle of the largest Ms allowed, and the disk that its disk margin keeps free."""
     peak, x, y = largest_peak(), Axis("Re L", *NYQUIST[0]), Axis("Im L", *NYQUIST[1])
     panels = []
@@ -114,7 +121,7 @@ def nyquist_figure(subject: Subject, loops: Loops) -> Figure:
     return figure_of(panels, 2, 3.3, titled=True)
 
 
-def nichols_figure(subject: Subject, loops: Loops) -> Figure:
+def nichols_figure(subject: Readings, loops: Loops) -> Figure:
     """Return gain over phase of each loop, with the region of too large a sensitivity."""
     panels = []
     for group, curves in loops.items():
@@ -185,9 +192,9 @@ def _stable_cases(time: Array, values: Array, labels: Sequence[str]) -> list[Mar
     return [*marks, *_range(time, values[kept]), *_cases(time, values, labels)]
 
 
-def _crossings(subject: Subject, channel: str) -> list[Mark]:
+def _crossings(subject: Readings, channel: str) -> list[Mark]:
     """Return lines at the frequencies where the worst gain and phase margins are met."""
-    i, found = CHANNELS.index(channel), subject.margins
+    i, found = subject.place(channel), subject.margins
     met = (
         ("gain margins met here", found.gain_up, GAIN_MET), ("gain margins met here", found.gain_down, GAIN_MET),
         ("phase margin met here", found.phase, PHASE_MET),
@@ -196,8 +203,8 @@ def _crossings(subject: Subject, channel: str) -> list[Mark]:
             for name, worst, look in met if worst.frequency[0, i] > 0.0]  # fmt: skip
 
 
-def _free_disk(subject: Subject, channel: str) -> list[Mark]:
-    i, found = CHANNELS.index(channel), subject.margins.disk_range
+def _free_disk(subject: Readings, channel: str) -> list[Mark]:
+    i, found = subject.place(channel), subject.margins.disk_range
     low, high = float(found.low[0, i]), float(found.high[0, i])
     if not 0.0 < low < 1.0:
         return []

@@ -127,7 +127,7 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
         judged = [entry.metric for entry in (*objectives, *(each.objective for each in constraints))]
         system = metering(system, judged)
         _check_bounds(system, judged)
-        margins = tuple(listed("margin", path, table.margin, lambda entry: _margin(entry, system)))
+        margins = margins_asked(table.margin, path, system)
         unique("margin", [entry.label for entry in margins])
         with located(path, "search"):
             most = max(entry.search for entry in scenarios)
@@ -317,12 +317,23 @@ def _margin(table: MarginTable, system: PlantSystem) -> MarginRequirement:
     return MarginRequirement(quantity, label, axes, limit, table.hard, amplitude=table.amplitude)
 
 
+def margins_asked(tables: list[MarginTable], path: Path, system: PlantSystem) -> tuple[MarginRequirement, ...]:
+    """Return the requirements of the [[margin]] tables of a study; errors name path and key."""
+    return tuple(listed("margin", path, tables, lambda entry: _margin(entry, system)))
+
+
 def margin_screen_of(
     asked: tuple[MarginRequirement, ...], path: Path, system: PlantSystem, space: DecisionSpace
 ) -> Screen:
     """Return all requirements on margins as one screen; errors of its analysis name path and the key "margin"."""
-    analysis = MarginValues(asked, lambda _, cases: plant_margins(system, space, cases), path)
-    return Screen(tuple(entry.requirement for entry in asked), analysis.values)
+    return Screen(tuple(entry.requirement for entry in asked), margin_values(asked, path, system, space).values)
+
+
+def margin_values(
+    asked: tuple[MarginRequirement, ...], path: Path, system: PlantSystem, space: DecisionSpace
+) -> MarginValues:
+    """Return the values of requirements on the margins of a plant's loops."""
+    return MarginValues(asked, lambda _, cases: plant_margins(system, space, cases), path)
 
 
 def plant_margins(system: PlantSystem, space: DecisionSpace, cases: Any = None) -> Any:

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from objectives.design import DesignAxis, DesignRequirements, pid_ccp
-from objectives.design.pid_ccp import Procedure, design_pid, noise_root
+from objectives.design.pid_ccp import Procedure, design_pid, noise_root, starts, task_of
 from plant.laws import LAWS, pid
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from tests.objectives.design.cases import FREE, ROTORS, axis, roomy
@@ -69,8 +69,9 @@ def test_the_coarse_figure_of_record() -> None:
 
 def test_every_step_keeps_the_requirements_and_gains() -> None:
     requirements = replace(FREE, speed=1.0)
-    procedure = Procedure(axis(LAW), requirements)
-    gains = procedure.starts()[-1]
+    task = task_of(axis(LAW), requirements)
+    procedure = Procedure(task)
+    gains = [start for start in starts(axis(LAW), task) if procedure.keeps(start)][-1]
     merits = [procedure.merit(gains)]
     for _ in range(5):
         gains = procedure.improve(gains)
@@ -107,8 +108,10 @@ def test_the_best_of_the_starts_counts(monkeypatch: pytest.MonkeyPatch) -> None:
     """Stopped after one step, the starts have come to different places."""
     monkeypatch.setattr(pid_ccp, "ITERATIONS", 1)
     requirements, case = replace(FREE, speed=1.0), axis(LAW)
-    procedure = Procedure(case, requirements)
-    merits = [procedure.merit(procedure.settle(start)) for start in procedure.starts()]
+    task = task_of(case, requirements)
+    procedure = Procedure(task)
+    kept = [start for start in starts(case, task) if procedure.keeps(start)]
+    merits = [procedure.merit(procedure.settle(start)) for start in kept]
     assert len(merits) > 1 and max(merits) > min(merits) + 1.0
     found = design_pid(case, requirements).gains
     assert procedure.merit(np.array([found.kp, found.ki])) == pytest.approx(max(merits), abs=1e-6)

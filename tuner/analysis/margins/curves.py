@@ -4,14 +4,15 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from tuner.analysis.margins.readings import Subject
+from objectives.margins.plant_margins import PlantMargins
+from tuner.analysis.margins.readings import Loops
 
 Array = np.ndarray
 
-# Frequencies of a curve, from so many rad/s up to Nyquist.
-POINTS, LOWEST = 1200, 0.05
-# Frequencies [rad/s] at which loops are compared.
-TRIED = np.array([0.3, 2.0, 11.0, 60.0])
+# Frequencies of a curve, from so many rad/s up to Nyquist; of a plant of any speed, from a share of that.
+POINTS, LOWEST, LOWEST_SHARE = 1200, 0.05, 1e-4
+# Frequencies at which loops are compared [rad/s]; of a plant, as shares of Nyquist.
+TRIED, TRIED_SHARES = np.array([0.3, 2.0, 11.0, 60.0]), np.array([4e-4, 2.5e-3, 0.014, 0.076])
 
 
 @dataclass(frozen=True)
@@ -42,19 +43,25 @@ class Curves:
         return unwrapped - 360.0 * turns[:, None]
 
 
-def curves_of(subject: Subject, channel: str) -> Curves:
+def curves_of(subject: Loops, channel: str) -> Curves:
     """Return the curves of a channel."""
     cases = subject.model.cases if subject.swept(channel) else subject.model.cases[:1]
-    w = np.geomspace(LOWEST, np.pi / subject.model.period, POINTS)
+    nyquist = np.pi / subject.model.period
+    w = np.geomspace(LOWEST_SHARE * nyquist if _of_a_plant(subject) else LOWEST, nyquist, POINTS)
     loops = [subject.model.loop(subject.row, channel, case, w).loop for case in cases]
     labels = tuple(case.label for case in cases) if len(cases) > 1 else ("",)
     return Curves(channel, w, np.array(loops), labels)
 
 
-def groups(subject: Subject) -> tuple[tuple[str, ...], ...]:
+def groups(subject: Loops) -> tuple[tuple[str, ...], ...]:
     """Return the channels with a loop, those whose loops do not differ together."""
     found: dict[tuple[float, ...], list[str]] = {}
+    tried = TRIED_SHARES * np.pi / subject.model.period if _of_a_plant(subject) else TRIED
     for channel in subject.looped:
-        t = subject.model.loop(subject.row, channel, subject.model.cases[-1], TRIED).t
+        t = subject.model.loop(subject.row, channel, subject.model.cases[-1], tried).t
         found.setdefault(tuple(np.round([*t.real, *t.imag], 6).tolist()), []).append(channel)
     return tuple(tuple(alike) for alike in found.values())
+
+
+def _of_a_plant(subject: Loops) -> bool:
+    return isinstance(subject.model, PlantMargins)

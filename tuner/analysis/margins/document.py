@@ -1,12 +1,15 @@
 """Margins of one controller as a document, what `tuner margins --json` prints: values, limits of a study, certificates."""
 
+from collections.abc import Sequence
 from math import isfinite
+from typing import Any
 
 import numpy as np
 
 from objectives.margins.disk import disk_range
-from objectives.margins.period import CHANNELS
+from objectives.margins.limit_cycle import LimitCycle, limit_cycles
 from objectives.margins.quantities import QUANTITIES, REPORTED, MarginQuantity
+from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import Worst
 from objectives.scales import units_of
 from plant.cascade import AXES
@@ -14,36 +17,37 @@ from plant.errors import InputError
 from plant.loop import Timing
 from plant.nominal import nominal
 from tuner.analysis.margins.limits import LIMITS, LoopLimit
-from tuner.analysis.margins.readings import Subject
+from tuner.analysis.margins.readings import Loops, PlantSubject, Subject
 from tuner.documents.margins import (
     MARGINS_FORMAT,
     MARGINS_VERSION,
     CertificateRow,
     ChannelMargins,
     GuaranteedRange,
+    LimitCycleRow,
     LimitRow,
     MarginsDocument,
     Measure,
     MultiloopMargins,
     NotedValue,
     Reading,
+    SignalAmplitude,
     TrimPart,
     Vector,
 )
 from tuner.documents.parts import LawNames
 from tuner.gains import Controller
 from tuner.study.margins import MarginAnalysis, margin_requirement
+from tuner.study.plant_study import PlantStudy, margin_values, margins_asked
 from tuner.study.study import Study
 
 UNSTABLE, WITHOUT_END = "the loop is not stable", "no bound"
 
 
 def margins_document(subject: Subject, requirements: list[LimitRow]) -> MarginsDocument:
-    """Return the document without mismatch and certificates."""
+    """Return the document of a quadrotor without mismatch and certificates."""
     controller, trim = subject.controller, subject.trim
     return MarginsDocument(
-        format=MARGINS_FORMAT,
-        version=MARGINS_VERSION,
         airframe=controller.airframe.name,
         laws=LawNames(position=controller.cascade.position.name, attitude=controller.cascade.attitude.name),
         control_period=Measure(value=controller.control_period, unit="s"),
@@ -53,18 +57,60 @@ def margins_document(subject: Subject, requirements: list[LimitRow]) -> MarginsD
             wind=Vector(value=list(trim.wind), unit="m/s"),
             position_held=trim.hold,
         ),
-        channels=[_channel(subject, channel) for channel in subject.looped],
-        multiloop=_multiloop(subject),
-        requirements=requirements,
-        passed=all(row.kept for row in requirements if row.hard),
+        **_loops(subject, requirements),
     )
 
 
-def default_requirements(subject: Subject, limits: tuple[LoopLimit, ...] = LIMITS) -> list[LimitRow]:
+def plant_margins_document(subject: PlantSubject, requirements: list[LimitRow]) -> MarginsDocument:
+    """Return the document of a plant of the user's own without certificates."""
+    system = subject.system
+    return MarginsDocument(
+        plant=system.plant.name,
+        channel_laws={channel.name: channel.law.name for channel in system.plan.channels},
+        control_period=Measure(value=system.timing.control_period, unit="s"),
+        limit_cycles=limit_cycle_rows(subject) if subject.model.at_one_rate else None,
+        **_loops(subject, requirements),
+    )
+
+
+def limit_cycle_rows(subject: PlantSubject) -> list[LimitCycleRow]:
+    """Return the oscillations that the loops sustain by themselves, lowest amplitude first."""
+    return [_cycle_row(subject, cycle) for cycle in limit_cycles(subject.model, subject.row)]
+
+
+def _cycle_row(subject: PlantSubject, cycle: LimitCycle) -> LimitCycleRow:
+    system = subject.system
+    units = {
+        (term.axis, term.nonlinearity.name): term.nonlinearity.unit.replace("{y}", system.axes.units[term.axis])
+        for term in subject.model.terms
+    }
+    amplitudes = [
+        SignalAmplitude(channel=channel, term=term, value=value, unit=units[channel, term])
+        for (channel, term), value in cycle.amplitudes.items()
+    ]
+    frequency = Measure(value=cycle.frequency, unit="rad/s")
+    return LimitCycleRow(
+        channels=list(cycle.channels), frequency=frequency, amplitudes=amplitudes, attracts=cycle.stable
+    )
+
+
+def _loops(subject: Loops, requirements: list[LimitRow]) -> dict[str, Any]:
+    """Return the fields of the document that every controller has."""
+    return {
+        "format": MARGINS_FORMAT,
+        "version": MARGINS_VERSION,
+        "channels": [_channel(subject, channel) for channel in subject.looped],
+        "multiloop": _multiloop(subject),
+        "requirements": requirements,
+        "passed": all(row.kept for row in requirements if row.hard),
+    }
+
+
+def default_requirements(subject: Loops, limits: tuple[LoopLimit, ...] = LIMITS) -> list[LimitRow]:
     """Return how every loop stands to the limits: stable, each limit as a hard requirement, each target as a soft one."""
     rows = []
     for channel in subject.looped:
-        stable = float(subject.margins.stable[0, CHANNELS.index(channel)])
+        stable = float(subject.margins.stable[0, subject.place(channel)])
         rows.append(
             requirement_row(
                 f"stable({channel})", "stable", {"unit": "1"}, stable, 1.0, stable == 1.0, "least", channel=channel
@@ -116,8 +162,8 @@ def requirement_row(
     )
 
 
-def _channel(subject: Subject, channel: str) -> ChannelMargins:
-    margins, i = subject.margins, CHANNELS.index(channel)
+def _channel(subject: Loops, channel: str) -> ChannelMargins:
+    margins, i = subject.margins, subject.place(channel)
     growth = float(margins.growth[0, i])
     return ChannelMargins(
         channel=channel,
@@ -129,8 +175,8 @@ def _channel(subject: Subject, channel: str) -> ChannelMargins:
     )
 
 
-def _reading(subject: Subject, quantity: MarginQuantity, channel: str) -> Reading:
-    i, margins = CHANNELS.index(channel), subject.margins
+def _reading(subject: Loops, quantity: MarginQuantity, channel: str) -> Reading:
+    i, margins = subject.place(channel), subject.margins
     worst: Worst = getattr(margins, quantity.field)
     value, case = subject.value(quantity, channel), int(worst.case[0, i])
     note = None if isfinite(value) else quantity.unlimited if margins.stable[0, i] else UNSTABLE
@@ -138,7 +184,7 @@ def _reading(subject: Subject, quantity: MarginQuantity, channel: str) -> Readin
     return _entry(value, quantity.unit, float(worst.frequency[0, i]), label, note)
 
 
-def _multiloop(subject: Subject) -> MultiloopMargins:
+def _multiloop(subject: Loops) -> MultiloopMargins:
     worst, margins = subject.margins.multiloop, subject.margins
     value, case = float(worst.value[0]), int(worst.case[0])
     label = margins.cases[case].label if case >= 0 else None
@@ -182,6 +228,19 @@ def study_requirements(study: Study, controller: Controller) -> list[LimitRow] |
     specs = tuple(entry.spec for entry in study.scenarios)
     asked = tuple(margin_requirement(table, study.system.timing, specs) for table in study.table.margin)
     values = MarginAnalysis(asked, study.system, specs, study.path).values(np.array([controller.gains]))[0]
+    return limited_rows(asked, values)
+
+
+def plant_requirements(study: PlantStudy, row: np.ndarray) -> list[LimitRow] | None:
+    """Return how a gains row (g,) stands to the [[margin]] tables of a study of its plant; None where it has none."""
+    asked = margins_asked(study.table.margin, study.path, study.system)
+    if not asked:
+        return None
+    return limited_rows(asked, margin_values(asked, study.path, study.system, study.space).values(row[None])[0])
+
+
+def limited_rows(asked: Sequence[MarginRequirement], values: np.ndarray) -> list[LimitRow]:
+    """Return how values (requirements,), in the units of limits, stand to requirements on margins."""
     return [
         limited_row(
             entry.label, entry.quantity, float(entry.quantity.from_limit(value)),

@@ -15,6 +15,7 @@ from tuner.documents.parts import in_shown_units
 if TYPE_CHECKING:
     from tuner.api.designing import Design
     from tuner.api.margins import Margins
+    from tuner.api.plant_designing import PlantDesign
 
 
 SHORT_CASES = {"steepest slope": "steep", "small signals": "small"}
@@ -34,6 +35,7 @@ def print_margins(margins: "Margins", console: Console) -> None:
         )  # fmt: skip
     if from_study:
         console.print(requirements_table(document.requirements))
+    print_limit_cycles(console, document)
     print_extents(console, document)
     print_certificates(console, document)
     print_verdict(console, document)
@@ -43,16 +45,22 @@ def print_margins(margins: "Margins", console: Console) -> None:
 
 def margins_table(document: MarginsDocument, from_study: bool) -> TerminalTable:
     """Return quantities down and channels across; broken limits are marked with !, missed targets with ~."""
-    laws, trim = document.laws, document.trim
-    where = "" if trim.position_held else ", attitude mode"
-    title = f"{laws.position} / {laws.attitude} on {document.airframe}{where}, in the worst amplitude"
-    table = TerminalTable(title, keys=1)
+    table = TerminalTable(f"{about(document)}, in the worst amplitude", keys=1)
     table.columns_of("", *[channel.channel for channel in document.channels], left=("",))
     limits = {} if from_study else {limit.quantity: limit.text for limit in LIMITS}
     if limits:
         table.add_column("limit", no_wrap=True)
     add_rows(table, document.channels, marks_of(document.requirements), limits)
     return table
+
+
+def about(document: MarginsDocument) -> str:
+    """Return whose margins these are: laws, and the airframe or the plant that they fly."""
+    if document.laws is None or document.trim is None:
+        laws = dict.fromkeys((document.channel_laws or {}).values())
+        return f"{' / '.join(laws)} on {document.plant}"
+    where = "" if document.trim.position_held else ", attitude mode"
+    return f"{document.laws.position} / {document.laws.attitude} on {document.airframe}{where}"
 
 
 def add_rows(
@@ -132,6 +140,19 @@ def requirements_table(rows: list[LimitRow]) -> TerminalTable:
     return table
 
 
+def print_limit_cycles(console: Console, document: MarginsDocument) -> None:
+    """Print the oscillations that loops of a plant sustain by themselves."""
+    for row in document.limit_cycles or []:
+        sizes = ", ".join(
+            f"{each.value:.3g}{unit_text(each.unit, ' {}')} in the {each.term} of {each.channel}"
+            for each in row.amplitudes
+        )
+        kind = "Limit cycle" if row.attracts else "Edge of what decays"
+        console.print(
+            f"{kind} of {' and '.join(row.channels)} by harmonic balance: {row.frequency.value:.4g} rad/s, {sizes}."
+        )
+
+
 def print_extents(console: Console, document: MarginsDocument) -> None:
     """Print how far the vehicle may differ from what the controller takes it for."""
     for row in document.mismatch or []:
@@ -184,7 +205,17 @@ def print_design(design: "Design", console: Console) -> None:
         say_files(console, Gains=design.gains.path)
 
 
-def gains_table(design: "Design") -> TerminalTable:
+def print_plant_design(design: "PlantDesign", console: Console) -> None:
+    """Print gains and margins of default and design of a plant, and the table of a study that starts from the design."""
+    console.print(gains_table(design))
+    console.print(both_margins(design.margins))
+    console.warn(design.warnings)
+    console.print(f"\n{design.toml}\n", markup=False, soft_wrap=True)
+    if design.path is not None:
+        say_files(console, Gains=design.path)
+
+
+def gains_table(design: "Design | PlantDesign") -> TerminalTable:
     """Return the gains of default and design, axis by axis."""
     table = TerminalTable("Gains")
     table.columns_of("gain", "default", "design", "unit", left=("gain", "unit"))

@@ -1,0 +1,80 @@
+"""Ultimate bound of a linear loop with its slow modes apart, for slow integral action beside fast poles.
+
+    y = sum of c_i x_i + C x,   x_i' = p_i x_i + d_i w,   x' = A x + D w,   |w| <= 1
+
+|x_i| ends within |d_i/p_i|, exactly, and |C x| within sqrt(C Q C') of the ellipsoid with A Q + Q A' + alpha Q + D D'/alpha < 0.
+One ellipsoid for all modes decays no faster than the slowest of them and may be a hundred times too large. The smallest sum over
+the number of modes apart and over alpha counts. S. Boyd and others, SIAM 1994, section 6.1.3, for the ellipsoid.
+"""
+
+from collections.abc import Iterator
+from math import sqrt
+from typing import Any
+
+import numpy as np
+from scipy.linalg import schur, solve_continuous_lyapunov, solve_sylvester
+
+from objectives.certificates.lmi import coordinates, is_negative, is_positive
+from objectives.certificates.peak_gain import Disturbed, inequality
+
+Array = np.ndarray
+
+# Decay rates that are tried, as shares of twice that of the slowest pole, and most slow modes that are taken apart.
+SHARES, MOST_APART = np.linspace(0.02, 0.98, 49), 4
+# Room kept in the inequality, as a share of what the disturbance adds to it: the first at which the eigenvalues confirm it.
+ROOMS = (1e-6, 1e-4, 1e-2)
+
+
+def smallest_sum(of: Disturbed) -> float | None:
+    """Return the smallest bound of |c x| found, of a stable loop without a sliding term; None where none is confirmed."""
+    assert of.kappa == 0.0
+    sums = [apart + rest for apart, loop in with_modes_apart(of) if (rest := smallest_ellipsoid(loop)) is not None]
+    return min(sums, default=None)
+
+
+def smallest_ellipsoid(of: Disturbed) -> float | None:
+    """Return the smallest bound of |c x| by one ellipsoid, confirmed by eigenvalues."""
+    if not len(of.a):
+        return 0.0
+    scaled, factor = of.normalised(coordinates(of.a))
+    slowest = -2.0 * float(np.linalg.eigvals(scaled.a).real.max(axis=0))
+    found = [bound for share in SHARES if (bound := bound_at(scaled, float(share) * slowest)) is not None]
+    return min(found) * factor if found else None
+
+
+def bound_at(of: Disturbed, alpha: float) -> float | None:
+    """Return the bound of |c x| by the ellipsoid of one decay rate, confirmed by eigenvalues."""
+    unit = np.eye(len(of.a))
+    for room in ROOMS:
+        q = solve_continuous_lyapunov(of.a + 0.5 * alpha * unit, -(of.d @ of.d.T + room * unit) / alpha)
+        if is_positive(q) and is_negative(np.block(inequality(of, q, alpha, 0.0))):
+            return sqrt((of.c @ q @ of.c.T).item())
+    return None
+
+
+def with_modes_apart(of: Disturbed) -> Iterator[tuple[float, Disturbed]]:
+    """Yield the exact bound of the slowest modes, none at first, and the rest of the loop; ends at the first that swings."""
+    apart = 0.0
+    for _ in range(MOST_APART + 1):
+        yield apart, of
+        poles = np.linalg.eigvals(of.a) if len(of.a) else np.zeros(0)
+        slowest = poles[int(np.abs(poles.real).argmin())] if len(poles) else 1j
+        if slowest.imag != 0.0:
+            return
+        bound, of = _split(of, float(slowest.real))
+        apart += bound
+
+
+def _split(of: Disturbed, pole: float) -> tuple[float, Disturbed]:
+    """Return the bound of the mode of a real pole, and the loop without it, in coordinates that do not couple the two."""
+    edge = pole * (1.0 + 1e-9)
+    found: Any = schur(of.a, sort=lambda re, im=0.0: im == 0.0 and re >= edge)
+    triangle, basis, count = found
+    n = max(int(count), 1)
+    first, coupling, rest = triangle[:n, :n], triangle[:n, n:], triangle[n:, n:]
+    turn = solve_sylvester(first, -rest, -coupling)
+    c, d = of.c @ basis, basis.T @ of.d
+    c_rest, d_first = c[:, n:] + c[:, :n] @ turn, d[:n] - turn @ d[n:]
+    own = float(abs((c[:, :n] @ np.linalg.solve(first, d_first)).item())) if n == 1 else np.inf
+    left = Disturbed(rest, of.b[n:], d[n:], of.s[:, n:], c_rest, 0.0)
+    return own, left
