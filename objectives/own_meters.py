@@ -1,11 +1,12 @@
 """Accumulators that metrics bring along, beside those of every flight: a record for each axis that a study asks for."""
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import Any, NamedTuple
 
 from objectives.metrics.address import MetricAddress
 from objectives.metrics.metric import Accumulator
+from objectives.metrics.over_inputs import ROTORS, over_inputs
 from plant.loop import MeterModel
 from plant.model.functions import written
 from plant.records import record_type
@@ -36,9 +37,14 @@ def metering(system: Any, addresses: Iterable[MetricAddress]) -> Any:
     return system if asked.keys() <= known.keys() else replace(system, metered=tuple((known | asked).values()))
 
 
-def with_accumulators(model: MeterModel, metered: Iterable[MetricAddress]) -> MeterModel:
-    """Return meters that hold the accumulators of some metrics behind those of a model; the model itself where there are none."""
-    asked = tuple({place.name: place for place in _places(metered)}.values())
+def with_accumulators(
+    model: MeterModel, metered: Iterable[MetricAddress], scales: Mapping[str, float] = ROTORS
+) -> MeterModel:
+    """Return meters that hold the accumulators of some metrics behind those of a model; the model itself where there are none.
+
+    scales: what the command of each input of the loop is counted in.
+    """
+    asked = tuple({place.name: place for place in _places(metered, scales)}.values())
     if not asked:
         return model
     kept = model.Meters.__annotations__
@@ -60,13 +66,13 @@ def with_accumulators(model: MeterModel, metered: Iterable[MetricAddress]) -> Me
     return MeterModel(Meters, written("start", start, names), written("update", update, names))
 
 
-def _places(metered: Iterable[MetricAddress]) -> Iterator[Place]:
+def _places(metered: Iterable[MetricAddress], scales: Mapping[str, float]) -> Iterator[Place]:
     for address in metered:
         if address.metric.accumulator is not None:
             for axis in address.axes or ("",):
-                yield Place(address.metric.meter_name(axis), axis, address.metric.accumulator)
+                yield Place(address.metric.meter_name(axis), axis, over_inputs(address.metric.accumulator, scales))
 
 
 def code_of(metered: Iterable[MetricAddress]) -> list[Any]:
-    """Return all that the accumulators of some metrics are made of, for a digest."""
-    return [(name, axis, kept.Record, kept.start, kept.update) for name, axis, kept in _places(metered)]
+    """Return all that the accumulators of some metrics of a quadrotor are made of, for a digest."""
+    return [(name, axis, kept.Record, kept.start, kept.update) for name, axis, kept in _places(metered, ROTORS)]

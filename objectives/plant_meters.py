@@ -26,7 +26,7 @@ def meters_of(plan: LoopPlan) -> MeterModel:
 
 
 def _update_lines(plan: LoopPlan) -> list[str]:
-    sizes = {each.name: 1.0 / each.size for each in plan.actuators}
+    sizes = {name: 1.0 / scale for name, scale in plan.scales.items()}
     moved = " + ".join(f"{s!r} * absolute(sample.command.{n} - sample.previous.{n})" for n, s in sizes.items())
     squares = " + ".join(f"{s * s!r} * sample.command.{n} * sample.command.{n}" for n, s in sizes.items())
     largest = "meters.command_peak"

@@ -69,7 +69,7 @@ class PlantSystem:
     @cached_property
     def loop(self) -> PlantLoop:
         """The closed loop with the meters of its channels, and those of `metered`."""
-        meters = with_accumulators(meters_of(self.plan), self.metered)
+        meters = with_accumulators(meters_of(self.plan), self.metered, self.plan.scales)
         return close_plant(self.plant, self.plan, meters, self.timing.control_period)
 
     @cached_property

@@ -104,5 +104,5 @@ def _meters(brief: Brief, plan: LoopPlan) -> MeterModel:
     from objectives.own_meters import with_accumulators
 
     return with_accumulators(
-        bundled, [MetricAddress(text, _metrics().find(name), axes) for text, name, axes in brief.metered]
+        bundled, [MetricAddress(text, _metrics().find(name), axes) for text, name, axes in brief.metered], plan.scales
     )

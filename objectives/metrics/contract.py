@@ -85,9 +85,18 @@ def accumulator_can_fly(metric: Metric) -> Iterator[Breach]:
             f"given {kept.Record!r}; write class {metric.name.title()}(NamedTuple) with numbers, such as sum: float",
         )
         return
+    if kept.each_input and metric.scope != "flight":
+        yield Breach("", 'given each_input with scope = "axis"; inputs belong to no axis: write scope="flight"')
+        return
     memory = kept.Record.__name__
-    for name, arguments in (("start", 2), ("update", 5 if metric.scope == "axis" else 4)):
+    for name, arguments in _arguments(kept, metric).items():
         check_model_function(getattr(kept, name), name, arguments, "", memory)
+
+
+def _arguments(kept: Accumulator, metric: Metric) -> dict[str, int]:
+    if kept.each_input:
+        return {"start": 1, "update": 3}
+    return {"start": 2, "update": 5 if metric.scope == "axis" else 4}
 
 
 def values_are_right(metric: Metric) -> Iterator[Breach]:

@@ -32,11 +32,14 @@ class Accumulator(NamedTuple):
     Record: NamedTuple of numbers. start and update are model functions: of a metric of an axis start(sample, target) -> Record
     and update(kept, sample, target, t, h) -> Record, with the `AxisSample` and the `Target` of that axis, the time t and the
     control period h [s]; of a metric of the whole flight start(sample, targets) and update(kept, sample, targets, h).
+    each_input: a metric of the whole flight has one record for every input of the loop, and start(command) and
+    update(kept, command, h) see its command, of a rotor in hover thrusts, of another input in its scale.
     """
 
     Record: Any
     start: Callable[..., Any]
     update: Callable[..., Any]
+    each_input: bool = False
 
 
 class AxisView(NamedTuple):
@@ -53,7 +56,7 @@ class AxisView(NamedTuple):
 
 
 class FlightView(NamedTuple):
-    """Input of a metric of the whole flight; kept as in `AxisView`."""
+    """Input of a metric of the whole flight; kept as in `AxisView`, a tuple of them where there is one for each input."""
 
     meters: Meters
     context: FlightContext

@@ -14,7 +14,8 @@ from numpy.typing import NDArray
 from objectives import meters
 from objectives.metrics.address import AXES, UNITS
 from objectives.metrics.context import COMPLETED, FlightContext, MetricLimits
-from objectives.metrics.metric import AxisView, FlightView, Metric
+from objectives.metrics.metric import AxisView, FlightView
+from objectives.metrics.over_inputs import ROTORS, over_inputs
 from plant.backends import array
 from plant.records import pack
 from plant.sample import Sample
@@ -33,7 +34,7 @@ class Plan(NamedTuple):
     limits: MetricLimits
 
 
-def sampled_views(metric: Metric, plan: Plan) -> Iterator[AxisView | FlightView]:
+def sampled_views(metric: Any, plan: Plan) -> Iterator[AxisView | FlightView]:
     """Yield what a metric with an accumulator sees of the flights: one view of the whole, or one of each axis."""
     samples = list(_samples(plan))
     status, end = np.full(plan.flights, COMPLETED), np.full(plan.flights, plan.duration)
@@ -42,7 +43,7 @@ def sampled_views(metric: Metric, plan: Plan) -> Iterator[AxisView | FlightView]
     bundled = bind(meters.start)(samples[0], plan.targets)
     for sample in samples:
         bundled = bind(meters.update)(bundled, sample, plan.targets, h)
-    accumulator: Any = metric.accumulator
+    accumulator = over_inputs(metric.accumulator, ROTORS)
     start, update = bind(accumulator.start), bind(accumulator.update)
     if metric.scope == "flight":
         kept = start(samples[0], plan.targets)

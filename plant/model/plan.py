@@ -120,6 +120,11 @@ class LoopPlan:
         """Names of the channels."""
         return tuple(channel.name for channel in self.channels)
 
+    @property
+    def scales(self) -> dict[str, float]:
+        """The size that the command of each input is counted in, by the input's name."""
+        return {actuator.name: actuator.size for actuator in self.actuators}
+
     def cascades(self, channel: Channel) -> bool:
         """Return whether a channel commands another one; one that bears the name of its input acts on that."""
         return channel.to in self.names and channel.to != channel.name

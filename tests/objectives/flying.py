@@ -1,13 +1,17 @@
 """Flies the meters, as plain Python floats, along signals whose metrics are known."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.meters import Meters, start, update
-from objectives.metrics import COLUMNS, COMPLETED, FlightContext, MetricAddress, MetricLimits, Scores, evaluate, parse
+from objectives import meters as bundled
+from objectives.metrics import COMPLETED, METRICS, FlightContext, MetricAddress, MetricLimits, Scores, parse
+from objectives.metrics import evaluate as evaluate_rows
+from objectives.own_meters import with_accumulators
+from plant.loop import MeterModel
+from plant.records import paths
 from plant.sample import AxisSample, Sample
 from plant.targets import Target, Targets
 from plant.vectors import Rotors
@@ -16,6 +20,12 @@ AXES = ("x", "y", "z", "roll", "pitch", "yaw")
 HOVER = Rotors(1.0, 1.0, 1.0, 1.0)
 H = 0.004
 LIMITS = MetricLimits(position_error=50.0, command_peak=3.0)
+METERS = with_accumulators(
+    MeterModel(bundled.Meters, bundled.start, bundled.update),
+    [parse(m.name) for m in METRICS.values() if m.scope == "flight"],
+)
+"""The meters of every flight and those that metrics of the whole flight bring along."""
+WIDTH = len(paths(METERS.Meters))
 
 Signal = Callable[[float], tuple[float, float]]
 """Reference and actual value at time t."""
@@ -51,7 +61,7 @@ def fly(
     h: float = H,
     command: Callable[[int], Rotors] = lambda k: HOVER,
     saturated: Callable[[int], float] = lambda k: 0.0,
-) -> Meters:
+) -> Any:
     """Return the final meters; an axis without a signal stands still on its reference 0."""
 
     def sample(k: int) -> Sample:
@@ -60,17 +70,22 @@ def fly(
         )
         return Sample(k * h, x, y, z, roll, pitch, yaw, command(k), command(k - 1), saturated(k))
 
-    meters = start(sample(0), aims)
+    meters = METERS.start(sample(0), aims)
     for k in range(round(duration / h)):
-        meters = update(meters, sample(k), aims, h)
+        meters = METERS.update(meters, sample(k), aims, h)
     return meters
 
 
-def rows(*meters: Meters) -> NDArray[np.float64]:
+def rows(*meters: Any) -> NDArray[np.float64]:
     """Return the meters of flights as an array (flights, columns)."""
     array = np.array([flat(m) for m in meters])
-    assert array.shape[1] == len(COLUMNS)
+    assert array.shape[1] == WIDTH
     return array
+
+
+def evaluate(addresses: Sequence[MetricAddress], meters: NDArray[np.float64], context: FlightContext) -> Scores:
+    """Return the scores of rows of `METERS`."""
+    return evaluate_rows(addresses, meters, context, METERS.Meters)
 
 
 def completed(
@@ -80,17 +95,17 @@ def completed(
     return FlightContext(duration, h, aims, np.full(flights, COMPLETED), np.full(flights, duration), limits)
 
 
-def score(address: str, meters: Meters, aims: Targets, duration: float, h: float = H) -> float:
+def score(address: str, meters: Any, aims: Targets, duration: float, h: float = H) -> float:
     """Return one metric of one completed flight."""
     return float(scores(address, meters, aims, duration, h).values[0, 0])
 
 
-def censored(address: str, meters: Meters, aims: Targets, duration: float, h: float = H) -> bool:
+def censored(address: str, meters: Any, aims: Targets, duration: float, h: float = H) -> bool:
     """Return whether one metric of one completed flight is censored."""
     return bool(scores(address, meters, aims, duration, h).censored[0, 0])
 
 
-def scores(address: str, meters: Meters, aims: Targets, duration: float, h: float = H) -> Scores:
+def scores(address: str, meters: Any, aims: Targets, duration: float, h: float = H) -> Scores:
     """Return the scores (1, 1) of one metric of one completed flight."""
     where: MetricAddress = parse(address)
     return evaluate([where], rows(meters), completed(aims, duration, h=h))

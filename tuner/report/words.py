@@ -13,7 +13,7 @@ NOUNS = {
     "itae": "error", "iae": "error", "ise": "squared error", "rms": "RMS error", "peak": "peak", "overshoot": "overshoot",
     "rise": "rise time", "settling": "settling time", "recovery": "recovery time", "steady_error": "steady error",
     "travel": "rotor travel", "effort": "rotor effort", "saturation": "saturation", "command_peak": "largest rotor command",
-    "failure": "failed flights",
+    "failure": "failed flights", "noise": "rotor command noise",
 }  # fmt: skip
 _RISK = re.compile(r"([a-z_]+?)(\d+(?:\.\d+)?)?\(")
 

@@ -295,7 +295,7 @@ def _check_bounds(system: PlantSystem, metrics: list[Any]) -> None:
                     f"'{metric}' judges {axis}, which has no limit; write limit = ..., the |error| at which a flight has failed",
                     key=f"channel.{axis}.limit",
                 )
-        if metric.metric.name in ("travel", "effort", "command_peak") and not isfinite(bounds.travel):
+        if metric.metric.name in ("travel", "effort", "command_peak", "noise") and not isfinite(bounds.travel):
             raise InputError(
                 f"'{metric}' judges commands, and an input has no range; write an [[actuator]] with low and high",
                 key="actuator",

@@ -3,26 +3,36 @@
 from dataclasses import replace
 from itertools import product
 from math import pi, sqrt
+from typing import Any
 
 import numpy as np
 import pytest
 from numpy.typing import NDArray
 
-from objectives.meters import Meters
 from objectives.metrics import (
-    COLUMNS,
     COMPLETED,
     METRICS,
     FlightContext,
     MetricLimits,
     all_addresses,
-    evaluate,
     parse,
     unpack,
 )
 from objectives.metrics.metric import COMBINE, AxisView, FlightView
 from plant.vectors import Rotors
-from tests.objectives.flying import AXES, H, Signal, completed, fly, rows, target, targets
+from tests.objectives.flying import (
+    AXES,
+    METERS,
+    WIDTH,
+    H,
+    Signal,
+    completed,
+    evaluate,
+    fly,
+    rows,
+    target,
+    targets,
+)
 
 DURATION = 30 * H
 LIMITS = MetricLimits(position_error=5.0, command_peak=3.0)
@@ -50,7 +60,7 @@ def against(error: dict[str, list[float]]) -> dict[str, Signal]:
     return {axis: signal(axis) for axis in AXES}
 
 
-def random_flight(rng: np.random.Generator) -> Meters:
+def random_flight(rng: np.random.Generator) -> Any:
     """Return the meters of a flight with random errors and commands inside the limits, some of them small."""
     errors = {axis: list(LARGEST[axis] * rng.uniform() ** 3 * rng.uniform(-1.0, 1.0, 31)) for axis in AXES}
     commands = [Rotors(*rng.uniform(0.0, LIMITS.command_peak, 4)) for _ in range(31)]
@@ -58,7 +68,7 @@ def random_flight(rng: np.random.Generator) -> Meters:
     return fly(against(errors), AIMS, DURATION, H, lambda k: commands[k], lambda k: float(limited[k]))
 
 
-def extreme_flight(sign: float) -> Meters:
+def extreme_flight(sign: float) -> Any:
     """Return the meters of a flight at its limits from the first to the last instant."""
     errors = {axis: [sign * LARGEST[axis]] * 31 for axis in AXES}
     peak = LIMITS.command_peak
@@ -95,11 +105,12 @@ def test_completed_flights_respect_the_bound_without_being_held_to_it(address: s
     values = evaluate([parse(address)], FLIGHTS, COMPLETE).values
     assert values.shape == (1, len(FLIGHTS))
     assert np.all(np.isfinite(values))
-    where, meters = parse(address), unpack(Meters, FLIGHTS)
+    where, meters = parse(address), unpack(METERS.Meters, FLIGHTS)
     if where.axes:
         parts = [AxisView(getattr(meters, a), getattr(AIMS, a), LARGEST[a], COMPLETE) for a in where.axes]
     else:
-        parts = [FlightView(meters, COMPLETE)]
+        own = None if where.metric.accumulator is None else getattr(meters, where.metric.meter_name())
+        parts = [FlightView(meters, COMPLETE, own)]
     formula = COMBINE[where.metric.combine](np.stack([where.metric.value(part) for part in parts], axis=0))
     # Flights at the limit may be held to the bound by the rounding of 30 sums, some 1e-15, and by no more.
     np.testing.assert_allclose(values[0], formula, rtol=1e-13)
@@ -122,7 +133,7 @@ def test_the_natural_range_holds_and_is_reached(address: str) -> None:
 @pytest.mark.parametrize("address", all_addresses())
 def test_failed_flights_cost_more_than_any_completed_and_less_the_longer_they_last(address: str) -> None:
     worst = np.max(evaluate([parse(address)], FLIGHTS, COMPLETE).values)
-    junk = np.full((5, len(COLUMNS)), [[np.nan], [np.inf], [-np.inf], [1e300], [0.0]])
+    junk = np.full((5, WIDTH), [[np.nan], [np.inf], [-np.inf], [1e300], [0.0]])
     costs = evaluate([parse(address)], junk, failing(np.array([0.0, H, 0.5 * DURATION, DURATION - H, DURATION]))).values
     assert np.all(np.isfinite(costs))
     assert np.min(costs) > worst
@@ -138,7 +149,7 @@ def test_failed_flights_cost_more_than_any_completed_and_less_the_longer_they_la
     [("itae.x", 5.0), ("iae.roll", pi * DURATION), ("ise.z", 25.0 * DURATION), ("rms.horizontal", 5.0 * sqrt(2.0)),
      ("peak.attitude", pi), ("itae.tilt", 2.0 * pi), ("overshoot.z", 500.0), ("overshoot.roll", 100.0 * pi / 0.3),
      ("overshoot.yaw", 100.0), ("rise.x", DURATION), ("settling.yaw", DURATION), ("recovery.attitude", DURATION),
-     ("steady_error.y", 5.0), ("travel", 12.0 / H), ("effort", 16.0), ("saturation", 1.0), ("command_peak", 3.0)],
+     ("steady_error.y", 5.0), ("travel", 12.0 / H), ("effort", 16.0), ("saturation", 1.0), ("command_peak", 3.0), ("noise", 6.0)],
 )  # fmt: skip
 def test_a_failure_halfway_costs_one_and_a_half_bounds(address: str, bound: float) -> None:
     cost = evaluate([parse(address)], FLIGHTS[0], failing(np.array(0.5 * DURATION))).values[0]
@@ -154,7 +165,7 @@ def test_end_times_outside_the_flight_count_as_its_ends(address: str) -> None:
 
 @pytest.mark.parametrize("junk", [np.nan, np.inf, -np.inf])
 def test_a_completed_flight_without_a_finite_value_costs_like_a_failed_one(junk: float) -> None:
-    broken = np.full((1, len(COLUMNS)), junk)
+    broken = np.full((1, WIDTH), junk)
     for address in map(parse, ("rms.x", "peak.tilt", "travel")):
         alone = replace(COMPLETE, status=np.array([COMPLETED]), end_time=np.array([DURATION]))
         values = evaluate([address], broken, alone).values

@@ -22,6 +22,7 @@ PUBLISHED = {
     "crazyflie-pybullet": (1516, 2.25),
     "f450": (557, 3.26),
     "iris": (805, 1.87),
+    "racer5": (1086, 4.61),
 }
 
 

@@ -23,7 +23,8 @@ from tuner.store.folder import Folder
 from tuner.study import load_study
 
 NAMES = (
-    "autopilot_pid", "crazyflie", "f450", "figure_eight", "gust_rejection", "motor_lag", "payload_and_battery", "px4", "quickstart", "step_response",
+    "ardupilot", "autopilot_pid", "betaflight", "crazyflie", "crazyflie_firmware", "f450", "figure_eight", "gust_rejection", "motor_lag",
+    "payload_and_battery", "px4", "quickstart", "step_response",
 )  # fmt: skip
 each = pytest.mark.parametrize("name", NAMES)
 # Draws of each scenario that the default flies, and random candidates of which this share at least must keep the margins: the
