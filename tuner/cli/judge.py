@@ -83,9 +83,9 @@ def margins(
 
     Example: tuner margins results/motor/gains.json --code motor.py
     """
-    given: Path | tuner.Gains | None = gains
-    if gains is None or law is not None or airframe is not None:
-        given = gains_or_law(gains, law, position_law, airframe, "tuner margins --law hybrid")
+    # Gains of a plant go as a file, for their code is named with them.
+    alone = law is None and airframe is None
+    given = gains if gains and alone else gains_or_law(gains, law, position_law, airframe, "tuner margins --law hybrid")
     found = tuner.margins(
         given, study=study, yaw=radians(yaw), speed=speed, wind=wind, hold_position=not attitude_only,
         certificates=certificates, out=out, watcher=Messages(),

@@ -2,6 +2,7 @@
 
 from dataclasses import replace
 from math import pi, sqrt, tanh
+from typing import Any
 
 import control
 import numpy as np
@@ -62,9 +63,14 @@ def test_the_bound_of_a_second_order_loop_lies_close_above_its_closed_form(dampi
     assert closed_form < smallest_sum(loop) < 1.6 * closed_form
 
 
+def variable() -> Any:
+    """The variable of transfer functions."""
+    return control.tf("s")
+
+
 def test_the_motor_is_that_of_python_control():
     """From load torque to angle, put together from transfer functions; the drive's way by `control.pade`."""
-    system, s = motor(), control.tf("s")
+    system, s = motor(), variable()
     p = system.parameters
     late = control.tf(*control.pade(0.0015, 2)) / (0.001 * s + 1.0)
     kp, ki, kd, t_f = MOTOR
@@ -97,7 +103,7 @@ def test_a_free_body_is_the_double_integrator_of_quadrotors(law, gains):
 
 def test_an_outer_channel_acts_through_the_inner_one():
     """Angle over speed of the free body: the outer loop closed around the inner one, from transfer functions."""
-    h, s = 0.002, control.tf("s")
+    h, s = 0.002, variable()
     channels = [pid("angle", "angle", "speed"), pid("speed", "speed", "torque")]
     system = body(channels, [Actuator("torque", lag=0.004)], Timing(h, h), 0.02)
     outer, inner = (4.0, 1.0, 0.0, 0.01), (0.5, 2.0, 0.0, 0.01)
@@ -117,6 +123,7 @@ def test_no_flight_as_sampled_leaves_the_bound_and_the_worst_comes_near():
     axis = PlantAxis(system, MOTOR, "angle", "torque")
     loop = disturbed(axis, "bounded", "value")
     bound, h = smallest_sum(loop), system.timing.control_period
+    assert bound is not None
     t = h * np.arange(1500)
     drawn = system.sample(PlantScenario("worst", 1.5), 1, SEARCH, range(1))
     worst = size * np.sign(impulse(loop, t)[::-1])

@@ -61,7 +61,9 @@ def test_a_steady_command_makes_none():
 
 
 def test_inputs_of_a_plant_count_in_their_scales():
-    whole = over_inputs(METRICS["noise"].accumulator, {"a": 2.0, "b": 0.5})
+    accumulator = METRICS["noise"].accumulator
+    assert accumulator is not None
+    whole = over_inputs(accumulator, {"a": 2.0, "b": 0.5})
     alone = [Noise(0.0, 0.0)] * 2
 
     class Command:

@@ -162,7 +162,8 @@ FITTING = {
 
 
 def exported_text(target, airframe: Any = "iris"):
-    entry, critical = exporter(target), {"roll__zeta": 1.0, "pitch__zeta": 1.0, "yaw__zeta": 1.0}
+    entry = exporter(target)
+    critical: dict[str, Any] = {"roll__zeta": 1.0, "pitch__zeta": 1.0, "yaw__zeta": 1.0}
     if target == "betaflight-adrc":
         given = controller("pid", "ladrc", airframe, **critical)
     else:
