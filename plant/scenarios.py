@@ -10,6 +10,7 @@ from math import isfinite
 import numpy as np
 
 from plant.air.air import AirSpec, sample_air, steady_wind
+from plant.airframes.uncertainty import Uncertainty
 from plant.backends.flyer import FlightInputs, to_lanes
 from plant.errors import InputError
 from plant.loop import Timing
@@ -101,6 +102,7 @@ class ScenarioSpec:
 
     name: unique in a study, part of the random streams. duration [s]. recovery_from: when the gust is over [s], by default
     the end of the air's gating window. steady_share: share of the flight, at its end, that the steady-state error looks at.
+    uncertainty: of the airframe, from which vehicles are drawn in place of a spread.
     """
 
     name: str
@@ -112,6 +114,7 @@ class ScenarioSpec:
     bands: Bands = field(default_factory=Bands)
     recovery_from: float | None = None
     steady_share: float = 0.2
+    uncertainty: Uncertainty | None = None
 
     def __post_init__(self) -> None:
         if not (isfinite(self.duration) and self.duration > 0.0):
@@ -198,6 +201,11 @@ def draw_vehicle(spread: Spread, vehicle: Vehicle, draw: np.random.Generator) ->
     return off_centre(vary(vehicle, mass, inertia, thrust, lag), x, y)
 
 
+def _drawn(spec: ScenarioSpec, vehicle: Vehicle, draw: np.random.Generator) -> Vehicle:
+    varied = draw_vehicle(spec.spread, vehicle, draw)
+    return varied if spec.uncertainty is None else spec.uncertainty.draw(varied, draw)
+
+
 def _noise(spec: ScenarioSpec, steps: int, draw: np.random.Generator) -> np.ndarray:
     """Draw the sensor errors of a flight (steps, 12); without columns where all sensors are perfect."""
     return np.empty((steps, 0)) if spec.sensors.silent() else sample_noise(spec.sensors, steps, draw)
@@ -211,7 +219,7 @@ def _vehicles(
     A flight that holds its place starts in steady flight in its own mean wind, one that does not level and in still air.
     """
     draws = [generator(root, f"{stream}/{spec.name}/vehicle", i) for i in indices]
-    rows = np.array([flatten(dynamics(draw_vehicle(spec.spread, vehicle, draw))) for draw in draws])
+    rows = np.array([flatten(dynamics(_drawn(spec, vehicle, draw))) for draw in draws])
     wind = np.zeros((len(indices), 3))
     if references[0, HOLD] > 0.5:
         wind = np.array([steady_wind(spec.air, generator(root, f"{stream}/{spec.name}/air", i)) for i in indices])

@@ -24,6 +24,7 @@ if TYPE_CHECKING:
     from tuner.api.exporting import export, import_gains
     from tuner.api.flying import fly
     from tuner.api.gains import Gains, default_gains, read_gains
+    from tuner.api.identifying import check_logs, identify
     from tuner.api.margins import cost, margins, theory
     from tuner.api.planning import plan, sensitivity
     from tuner.api.results import (
@@ -44,8 +45,8 @@ if TYPE_CHECKING:
 
 __all__ = [
     "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "Results", "StoreError", "Study",
-    "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "catalogue", "check", "compare", "cost",
-    "default_gains", "design", "export", "fly", "import_gains", "judge", "load_study", "make_study", "margins",
+    "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "catalogue", "check", "check_logs",
+    "compare", "cost", "default_gains", "design", "export", "fly", "identify", "import_gains", "judge", "load_study", "make_study", "margins",
     "open_results", "plan", "read_gains", "rejudge", "resume", "run", "sensitivity", "tell", "theory", "use", "validate",
     "verify",
 ]  # fmt: skip
@@ -60,6 +61,7 @@ _HOMES = {
     "tuner.api.exporting": ("export", "import_gains"),
     "tuner.api.flying": ("fly",),
     "tuner.api.gains": ("Gains", "default_gains", "read_gains"),
+    "tuner.api.identifying": ("check_logs", "identify"),
     "tuner.api.margins": ("cost", "margins", "theory"),
     "tuner.api.planning": ("plan", "sensitivity"),
     "tuner.api.results": (

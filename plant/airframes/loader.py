@@ -8,6 +8,7 @@ from typing import Any
 from plant.airframes.geometry import FRAMES, SPINS
 from plant.airframes.rules import broken_rules
 from plant.airframes.schema import GROUPS, SCALARS, Sourced, read_flag, read_numbers, read_text
+from plant.airframes.uncertainty import Uncertainty, read_uncertainty
 from plant.errors import InputError, UnknownNameError, UnphysicalError
 from plant.input_files import read_input_text
 from plant.texts import check_name, check_texts, check_title, toml_table
@@ -22,7 +23,8 @@ class Airframe:
     """One vehicle as its file describes it.
 
     name: the file's stem. title: one line for people. frame: a key of `geometry.FRAMES`. vehicle: the numbers as the
-    kernels read them. sources: dotted key -> (value, unit, source) of every number in the file. path: the file.
+    kernels read them. sources: dotted key -> (value, unit, source) of every number in the file. path: the file. uncertainty: how
+    far the numbers are known, where the file says so.
     """
 
     name: str
@@ -31,6 +33,7 @@ class Airframe:
     vehicle: Vehicle
     sources: dict[str, Sourced]
     path: Path
+    uncertainty: Uncertainty | None = None
 
 
 def names() -> tuple[str, ...]:
@@ -64,7 +67,7 @@ def load(name_or_path: str | Path, *, allow_unphysical: bool = False) -> Airfram
     sources = read_numbers(table, FRAMES[frame].lengths, path)
     vehicle = _vehicle({key: number.value for key, number in sources.items()}, frame, spin)
     _judge(vehicle, path, in_file=read_flag(table, "allow_unphysical", path), by_caller=allow_unphysical)
-    return Airframe(path.stem, title, frame, vehicle, sources, path)
+    return Airframe(path.stem, title, frame, vehicle, sources, path, read_uncertainty(table, path))
 
 
 def _located(name_or_path: str | Path) -> Path:

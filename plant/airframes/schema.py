@@ -47,7 +47,7 @@ SCALARS: dict[str, NumberField] = {
     "gravity": NumberField("m/s2", "positive"),
 }
 LENGTH = NumberField("m", "positive")
-HEADER = ("title", "frame", "spin", "allow_unphysical")
+HEADER = ("title", "frame", "spin", "allow_unphysical", "uncertainty")
 
 _SIGN_TESTS = {"positive": lambda v: v > 0.0, "not negative": lambda v: v >= 0.0, "any": lambda v: True}
 

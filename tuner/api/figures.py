@@ -12,11 +12,13 @@ from tuner.documents.tuning import TuningFolder
 from tuner.report.charts.paper import Figure, style
 from tuner.report.contest.figures import FIGURES, values_figure
 from tuner.report.figures import flown_figure, front_figure, progress_figure, response_figure, response_names
+from tuner.report.identification_figure import prediction_figure
 from tuner.report.inference_figure import inference_figure
 from tuner.report.margin_figures import bode_figure, loops_of, nichols_figure, nyquist_figure
 from tuner.report.sensitivity_figure import sensitivity_figure
 
 if TYPE_CHECKING:
+    from tuner.analysis.identification.identify import Identified
     from tuner.analysis.responses import Responses
     from tuner.analysis.sensitivity.analysis import Analysis
     from tuner.study.study import Study
@@ -89,8 +91,13 @@ def of_sensitivity(study: "Study", analysis: "Analysis") -> Drawers:
     return {"sensitivity": lambda: sensitivity_figure(study, analysis)}
 
 
+def of_identification(found: "Identified") -> Drawers:
+    """Return the figure of an identification."""
+    return {"prediction": lambda: prediction_figure(found)}
+
+
 DRAWN: dict[str, Callable[..., Drawers]] = {
     "tuning": of_tuning, "contest": of_contest, "comparison": of_comparison, "inference": of_inference, "margins": of_margins,
-    "flights": of_flights, "sensitivity": of_sensitivity,
+    "flights": of_flights, "sensitivity": of_sensitivity, "identification": of_identification,
 }  # fmt: skip
 """Kind of results -> their figures."""

@@ -18,7 +18,7 @@ CODE = "--code"
 SENTENCE = 200
 
 GROUPS = {
-    "Begin a study": ("new", "list", "import", "check", "plan", "design"),
+    "Begin a study": ("new", "list", "import", "identify", "check", "plan", "design"),
     "Tune": ("run", "resume", "ask", "tell", "rejudge", "verify"),
     "Read what was found": ("show", "report", "compare", "sensitivity"),
     "Judge gains": ("fly", "margins", "theory", "cost", "validate"),

@@ -9,11 +9,11 @@ import signal
 import sys
 from typing import Any
 
-from tuner.cli import begin, judge, read, trials, tune, vehicle
+from tuner.cli import begin, identify, judge, read, trials, tune, vehicle
 from tuner.cli.app import app, with_code_first
 from tuner.text.errors import guarded, leave
 
-FAMILIES = (begin, tune, trials, read, judge, vehicle)
+FAMILIES = (begin, identify, tune, trials, read, judge, vehicle)
 """Modules whose import registers their commands."""
 
 

@@ -6,6 +6,7 @@ from plant.errors import UnknownNameError
 from tuner.documents.approach import ApproachDocument
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.export import ExportDocument
+from tuner.documents.identification import IdentificationDocument, LogCheckDocument
 from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.judgement import JudgementDocument
 from tuner.documents.margins import MarginsDocument
@@ -31,6 +32,8 @@ DOCUMENTS: dict[str, type[Document]] = {
     "margins": MarginsDocument,
     "plan": PlanDocument,
     "contest-plan": ContestPlanDocument,
+    "identification": IdentificationDocument,
+    "log-check": LogCheckDocument,
     "judgement": JudgementDocument,
     "export": ExportDocument,
     "approach": ApproachDocument,

@@ -15,6 +15,7 @@ from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.spec import AirSpec
 from plant.airframes import Airframe, load, names
+from plant.airframes.uncertainty import Uncertainty
 from plant.cascade import AXES, Cascade, close_cascade
 from plant.closed_loop import Limits
 from plant.errors import InputError, UnknownNameError
@@ -54,6 +55,8 @@ T = TypeVar("T")
 MOST_PERIODS = 1_000_000
 # Fastest reference [m/s]: a third above the fastest quadrotors.
 MOST_SPEED = 150.0
+# What [scenario.spread] may draw from.
+AIRFRAME = "airframe"
 
 
 def load_study(path: Path, overrides: Mapping[str, Any] | None = None) -> Study:
@@ -88,7 +91,9 @@ def _build(path: Path, table: StudyTable) -> Study:
             space = decision_space(table.gains, cascade, timing.control_period, row)
             if table.target is not None:
                 check_target(space, system.gains)
-        scenarios = tuple(listed("scenario", path, table.scenario, lambda entry: _scenario(entry, timing, path)))
+        scenarios = tuple(
+            listed("scenario", path, table.scenario, lambda entry: _scenario(entry, timing, path, airframe))
+        )
         unique("scenario", [entry.spec.name for entry in scenarios], ".name")
         objectives = tuple(
             listed("objective", path, table.objective, lambda entry: objective_of(entry, scenarios, system))
@@ -201,7 +206,7 @@ def _limits(table: LimitsTable) -> Limits:
     return Limits(table.position, cos(radians(table.tilt_deg)))
 
 
-def _scenario(table: ScenarioTable, timing: Timing, path: Path) -> StudyScenario:
+def _scenario(table: ScenarioTable, timing: Timing, path: Path, airframe: Airframe) -> StudyScenario:
     air = table.air.model_dump()
     for key, kind in (("gust", Gust), ("injection", Injection)):
         if air[key] is not None:
@@ -213,7 +218,7 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path) -> StudyScenario
     for key, kind, fields in (
         ("air", AirSpec, air),
         ("sensors", SensorSpec, table.sensors.model_dump()),
-        ("spread", Spread, table.spread.model_dump()),
+        ("spread", Spread, _widths(table.spread)),
         ("bands", Bands, table.bands.model_dump()),
     ):
         with located(None, key):
@@ -223,7 +228,7 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path) -> StudyScenario
         raise InputError('given an empty name; write for instance name = "gusts"', key="name")
     spec = ScenarioSpec(
         name=table.name, duration=table.duration, reference=reference, recovery_from=table.recovery_from,
-        steady_share=table.steady_share, **parts,
+        steady_share=table.steady_share, uncertainty=_uncertainty(table.spread, airframe), **parts,
     )  # fmt: skip
     _check_duration(spec.duration, timing.control_period)
     _check_steady_share(spec, timing.control_period)
@@ -231,6 +236,31 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path) -> StudyScenario
     with located(None, "reference"):
         spec.track(timing)
     return StudyScenario(spec, table.search, table.held_out)
+
+
+def _widths(table: Any) -> dict[str, float]:
+    """Return the numbers of a [scenario.spread], none where the airframe's uncertainty stands in for them."""
+    return {} if getattr(table, "from") is not None else table.model_dump(exclude={"from"})
+
+
+def _uncertainty(table: Any, airframe: Airframe) -> Uncertainty | None:
+    """Return the uncertainty that a [scenario.spread] draws from; InputError with its key where there is none."""
+    given = getattr(table, "from")
+    if given is None:
+        return None
+    if given != AIRFRAME:
+        raise UnknownNameError("source", given, [AIRFRAME], key="spread.from")
+    others = sorted(table.model_fields_set - {"from"})
+    if others:
+        message = f"the airframe's uncertainty takes the place of {', '.join(others)}; leave either out"
+        raise InputError(message, key="spread.from")
+    if airframe.uncertainty is None:
+        message = (
+            f"the file of '{airframe.name}' has no [uncertainty]; write one with `tuner identify LOG --out NAME.toml`, or give "
+            "mass, inertia, thrust and lag here"
+        )
+        raise InputError(message, key="spread.from")
+    return airframe.uncertainty
 
 
 def _reference(table: Mapping[str, Any], path: Path) -> ReferenceSpec:

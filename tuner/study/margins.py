@@ -112,7 +112,7 @@ class MarginValues:
         return values
 
     def model(self, spread: bool, amplitude: float) -> LoopMargins:
-        """Margins in all amplitudes from one on: of the nominal plant, with spread in the worst of it and the corners."""
+        """Margins in all amplitudes from one on: of the nominal plant, with spread in the worst of corners or extremes too."""
         choice = (spread, amplitude)
         if choice not in self._models:
             try:
@@ -148,6 +148,7 @@ class MarginAnalysis(MarginValues):
         system, found = self._system, dict.fromkeys([self._system.vehicle])
         for spec in self._scenarios if spread else ():
             found |= dict.fromkeys(spread_corners(system.vehicle, spec.spread))
+            found |= dict.fromkeys(() if spec.uncertainty is None else spec.uncertainty.extremes(system.vehicle))
         held = holds_place(self._scenarios, system.timing)
         first, *others = found
         if not others and cases is DEFAULT_CASES:
@@ -167,7 +168,7 @@ def holds_place(scenarios: tuple[ScenarioSpec, ...], timing: Timing) -> bool:
 
 
 def _spreads(spec: ScenarioSpec) -> bool:
-    return spec.spread != Spread()
+    return spec.spread != Spread() or spec.uncertainty is not None
 
 
 def _axes(table: MarginTable, quantity: MarginQuantity, held: bool) -> tuple[str, ...]:

@@ -21,6 +21,7 @@ SPREAD = {
     "lag_shift": "The same of the lag; 1: rotors that are twice as slow.",
     "centre": "Half-width of the uniform offset of the centre of mass along body x and y, as a share of the arm.",
 }
+SPREAD_FROM = 'Source of the vehicles in place of the other keys: "airframe", for the [uncertainty] of its file.'
 BANDS = {
     "settling": "Half-width of the settling band on an axis with a step, as a share of the step.",
     "position": "Half-width of the settling band without a step, and of the recovery band, of x, y and z [m].",

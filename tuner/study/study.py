@@ -18,6 +18,7 @@ from plant.input_files import read_input_text
 from plant.nominal import ControlOptions
 from plant.origin import origins
 from plant.references import ReferenceSpec
+from plant.scenarios import ScenarioSpec
 from tuner.gains import Controller, VehicleRecord
 from tuner.gains.document import seed_entry
 from tuner.search.names import CONVERGED, GENERATIONS
@@ -387,7 +388,11 @@ class Study(TuningStudy):
     def _scenarios(self, paths: bool) -> list[dict[str, Any]]:
         """Return every value of the scenarios; paths: with those of waypoint files, as given, so that folders can move."""
         return [
-            {**_dumped(table), "reference": _reference_values(entry.spec.reference, table.reference, paths)}
+            {
+                **_dumped(table),
+                "spread": _spread_values(entry.spec, table.spread),
+                "reference": _reference_values(entry.spec.reference, table.reference, paths),
+            }  # fmt: skip
             for table, entry in zip(self.table.scenario, self.scenarios, strict=True)
         ]
 
@@ -395,6 +400,13 @@ class Study(TuningStudy):
 def _airframe_values(airframe: Airframe) -> dict[str, Any]:
     numbers = {key: entry._asdict() for key, entry in airframe.sources.items()}
     return {"name": airframe.name, "title": airframe.title, "frame": airframe.frame, "numbers": numbers}
+
+
+def _spread_values(spec: ScenarioSpec, table: Any) -> dict[str, Any]:
+    """Return the spread, or where the vehicles are drawn from and the uncertainty that stands there."""
+    if spec.uncertainty is None:
+        return table.model_dump(mode="json", exclude={"from"})
+    return {"from": getattr(table, "from"), **asdict(spec.uncertainty)}
 
 
 def _reference_values(spec: ReferenceSpec, given: dict[str, Any], paths: bool) -> dict[str, Any]:

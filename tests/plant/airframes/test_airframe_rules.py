@@ -52,8 +52,8 @@ def test_weak_vehicles_break_two_rules() -> None:
 
 
 def test_bounds_themselves_are_allowed() -> None:
-    """A lamina (Iz = Ix + Iy exactly, in floating point 0.1 + 0.2 > 0.3 or not) and lags of 5 and 100 ms are real."""
-    lamina = GOOD._replace(inertia=Vec3(0.1, 0.2, 0.1 + 0.2), lag_up=0.005, lag_down=0.100)
+    """A lamina (Iz = Ix + Iy exactly, in floating point 0.1 + 0.2 > 0.3 or not) and lags of 5 and 200 ms are real."""
+    lamina = GOOD._replace(inertia=Vec3(0.1, 0.2, 0.1 + 0.2), lag_up=0.005, lag_down=0.200)
     assert broken_rules(lamina) == ()
 
 

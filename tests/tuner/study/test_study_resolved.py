@@ -41,10 +41,12 @@ def test_every_key_of_the_schema_appears(tmp_path: Path):
     # All flights first is as if nothing were said.
     study = load_study(write(tmp_path, changed("population = 8", "population = 8\nfirst = 2")))
     assert isinstance(study.table, StudyTable)
-    # Digests of code stand where there is some, see test_own_code.py; a second rate where there is one, so that old digests hold.
+    # Digests of code stand where there is some, see test_own_code.py; a second rate where there is one, so that old digests hold;
+    # and what vehicles are drawn from where they are.
     assert missing(study.table, study.resolved()) == [
         "controller.position_every",
         "target",
+        "scenario.spread.from",
         "law",
         "metric",
         "reference",

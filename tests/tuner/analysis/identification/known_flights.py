@@ -1,0 +1,154 @@
+"""Flights of vehicles whose numbers are known: the plant's own equations, a small controller, and what spoils a log.
+
+Many flights are integrated side by side. Each has its own vehicle, drawn about the airframe that is the prior, wind, noise of the
+gyro and the accelerometer, commands in 16 bits, a delay, a bias and samples that are lost.
+"""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from plant.airframes import load
+from plant.attitude import euler_angles
+from plant.backends.array import rebinder
+from plant.disturbance import Disturbance
+from plant.integrator import runge_kutta_step
+from plant.nominal import mixer_matrix
+from plant.records import flatten, pack, zeros
+from plant.rigid_body import Body, Dynamics, body_rate, dynamics
+from plant.vectors import Rotors, Vec3, to_body
+from plant.vehicle import Vehicle
+from tuner.logs.flight_log import FlightLog
+
+PERIOD = 0.002
+AIRFRAME = load("crazyflie-pybullet")
+PRIOR = AIRFRAME.vehicle
+AXES = ("roll", "pitch", "yaw", "lift")
+GYRO, LIFT = 0.02, 0.4
+"""RMS of the sensors' noise: [rad/s], [m/s2]."""
+
+
+class KnownFlight(NamedTuple):
+    """A log and the truth behind it: the vehicle, and the dead time from a logged command to the rotors [s]."""
+
+    log: FlightLog
+    vehicle: Vehicle
+    dead_time: float
+
+
+def drawn_vehicle(draw):
+    """A vehicle about the prior: what people weigh and measure to 2 %, the rest to tens of per cent."""
+    factor = np.exp(draw.normal(size=8) * [0.02, 0.02, 0.2, 0.2, 0.1, 0.15, 0.3, 0.2])
+    lag = 0.04 * factor[6]
+    x, y = (float(PRIOR.inertia[k] * factor[2 + k]) for k in (0, 1))
+    # A share of 0.775 as the prior, below 1.
+    inertia = Vec3(x, y, min(0.775 * float(factor[4]), 0.98) * (x + y))
+    return PRIOR._replace(
+        mass=PRIOR.mass * factor[0], inertia=inertia, thrust_coefficient=PRIOR.thrust_coefficient * factor[5],
+        rotor_x=Rotors(*[factor[1] * x for x in PRIOR.rotor_x]), rotor_y=Rotors(*[factor[1] * y for y in PRIOR.rotor_y]),
+        lag_up=lag, lag_down=lag * 1.3, torque_ratio=PRIOR.torque_ratio * factor[7],
+    )  # fmt: skip
+
+
+def known_flights(count, duration=12.0, seed=1, excited=AXES, turbulence=1.0, lost=0.005):
+    """Fly and return so many flights; excited: axes that are shaken, of all or of each; turbulence: factor on what the air does."""
+    shakes = list(excited) if excited and not isinstance(excited[0], str) else [excited] * count
+    draws = [np.random.default_rng((seed, i)) for i in range(count)]
+    vehicles = [drawn_vehicle(draw) for draw in draws]
+    steps = round(duration / PERIOD)
+    delays = [int(draw.integers(0, 5)) for draw in draws]
+    shaken = np.stack([_shaken(draw, steps, axes) for draw, axes in zip(draws, shakes, strict=True)], axis=-1)
+    air = turbulence * np.stack([_air(draw, steps) for draw in draws], axis=-1)
+    noise = np.stack([draw.normal(size=(steps, 4)) * [GYRO, GYRO, GYRO, LIFT] for draw in draws], axis=-1)
+    rates, lifts, commands = _flown(vehicles, shaken, air, noise, delays)
+    flights = []
+    for i, draw in enumerate(draws):
+        kept = draw.random(steps) >= lost
+        push = np.zeros((steps, 3))
+        push[:, 2] = lifts[:, i] + 0.1 * draw.normal()
+        time = PERIOD * np.arange(steps)
+        log = FlightLog(
+            f"log {i}", "made", "0" * 64, time, rates[..., i] + 0.01 * draw.normal(size=3), push, commands[..., i]
+        )
+        flights.append(KnownFlight(log.where(kept), vehicles[i], PERIOD * delays[i]))
+    return flights
+
+
+def _shaken(draw, steps, excited):
+    """What is asked for (steps, 4): roll and pitch [rad], yaw rate [rad/s], climb [m/s2]: sums of sines."""
+    time = PERIOD * np.arange(steps)[:, None]
+    found = np.zeros((steps, 4))
+    for k, (axis, size) in enumerate(zip(AXES, (0.12, 0.12, 0.8, 1.5), strict=True)):
+        frequency, phase = draw.uniform(0.3, 3.0, 6), draw.uniform(0.0, 2.0 * np.pi, 6)
+        if axis in excited:
+            found[:, k] = size * np.sin(2.0 * np.pi * frequency * time + phase).sum(axis=1) / np.sqrt(6.0)
+    return found
+
+
+def _air(draw, steps):
+    """Angular accelerations [rad/s2] and accelerations [m/s2] that the air makes (steps, 6), of 0.3 s memory."""
+    keep = np.exp(-PERIOD / 0.3)
+    found, state = np.empty((steps, 6)), np.zeros(6)
+    kicks = draw.normal(size=(steps, 6)) * np.sqrt(1.0 - keep**2) * [1.0, 1.0, 0.5, 0.2, 0.2, 0.1]
+    for k, kick in enumerate(kicks):
+        state = keep * state + kick
+        found[k] = state
+    return found
+
+
+def _flown(vehicles, shaken, air, noise, delays):
+    """Fly all and return measured rates (steps, 3, n), lift (steps, n) and commands (steps, 4, n)."""
+    bind = rebinder()
+    step, rate, angles, inside = (bind(f) for f in (runge_kutta_step, body_rate, euler_angles, to_body))
+    f = pack(Dynamics, np.array([flatten(dynamics(vehicle)) for vehicle in vehicles]).T)
+    count, steps = len(vehicles), len(shaken)
+    mixer, full = np.linalg.inv(mixer_matrix(PRIOR)), PRIOR.thrust_coefficient * PRIOR.speed_max**2
+    calm = Disturbance(*[zeros(Vec3)] * 4)
+    start = np.sqrt(np.array([v.mass * v.gravity / (4.0 * v.thrust_coefficient) for v in vehicles]))
+    body = pack(Body, [*np.zeros((6, count)), np.ones(count), *np.zeros((6, count)), *[start] * 4])
+    rates, lifts, commands = np.empty((steps, 3, count)), np.empty((steps, count)), np.empty((steps, 4, count))
+    commands_of = np.stack([np.arange(steps) - delay for delay in delays]).clip(0)
+    for k in range(steps):
+        roll, pitch, _ = angles(body.attitude)
+        rates[k] = np.array(body.rate) + noise[k, :3]
+        turn = np.array([
+            64.0 * (shaken[k, 0] - roll) - 14.0 * rates[k, 0], 64.0 * (shaken[k, 1] - pitch) - 14.0 * rates[k, 1],
+            4.0 * (shaken[k, 2] - rates[k, 2]),
+        ])  # fmt: skip
+        climb = PRIOR.mass * (PRIOR.gravity + shaken[k, 3] - 1.5 * body.velocity.z - 0.5 * body.position.z)
+        asked = mixer @ np.vstack([climb, np.array(PRIOR.inertia)[:, None] * turn])
+        share = np.sqrt(np.clip(asked / full, 0.01, 1.0))
+        commands[k] = np.round(65535.0 * share) / 65535.0
+        late = commands[commands_of[:, k], :, np.arange(count)].T
+        pushed = calm._replace(angular_acceleration=Vec3(*air[k, :3]), acceleration=Vec3(*air[k, 3:]))
+        speed = Rotors(*(late * PRIOR.speed_max))
+        now = rate(body, speed, pushed, f)
+        free = Vec3(now.velocity.x, now.velocity.y, now.velocity.z + f.gravity)
+        lifts[k] = inside(body.attitude, free).z + noise[k, 3]
+        body = step(body, speed, pushed, f, PERIOD)
+    return rates, lifts, commands
+
+
+def truth_of(flight):
+    """The numbers behind a flight by the names of the coordinates."""
+    vehicle, full = flight.vehicle, flight.vehicle.thrust_coefficient * PRIOR.speed_max**2
+    x, y, z = vehicle.inertia
+    return {
+        "mass": vehicle.mass, "arm": vehicle.rotor_x.r1 / PRIOR.rotor_x.r1, "inertia.x": x, "inertia.y": y,
+        "inertia_share": z / (x + y), "thrust.30": 0.09 * full, "thrust.65": 0.4225 * full, "thrust.100": full,
+        "lag_up": vehicle.lag_up, "lag_down": vehicle.lag_down, "dead_time": flight.dead_time, "centre.x": 0.0, "centre.y": 0.0,
+        "torque_ratio": vehicle.torque_ratio, "drag_linear.z": vehicle.drag_linear.z,
+    }  # fmt: skip
+
+
+def misses(found, flight):
+    """Distances of what was identified from the truth, in its standard deviations, by name."""
+    deviations = np.sqrt(np.diag(found.fit.covariance))
+    truth = truth_of(flight)
+    return {
+        entry.name: (value - (np.log(truth[entry.name]) if entry.positive else truth[entry.name])) / deviation
+        for entry, value, deviation in zip(
+            found.space.parameters, found.fit.point.tolist(), deviations.tolist(), strict=True
+        )
+        if entry.name in truth
+    }

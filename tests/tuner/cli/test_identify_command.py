@@ -1,0 +1,58 @@
+"""`tuner identify`: its answers as text and JSON, its exit codes, and what it refuses in one line."""
+
+import json
+from pathlib import Path
+
+import pytest
+
+from plant.airframes import load
+from tests.tuner.in_process import called
+from tests.tuner.logs.written import crazyflie, truth
+from tuner.text.errors import BROKEN, USER_ERROR
+
+LOG = Path(__file__).parents[1] / "logs" / "crazyflie" / "log15_70_to_85"
+PRIOR = ("--airframe", "crazyflie-pybullet")
+
+
+def test_a_flight_becomes_an_airframe_and_a_document(tmp_path):
+    out = tmp_path / "mine.toml"
+    code, said, _ = called("identify", f"{LOG}@71:80", *PRIOR, "--out", str(out), "--json")
+    document = json.loads(said)
+    assert code == 0
+    assert document["file"] == str(out) and document["logs"][0]["begin"] >= 71.0
+    assert list(load(out).uncertainty.names) == document["uncertainty"]
+    numbers = {row["name"]: row for row in document["numbers"]}
+    assert numbers["inertia.x"]["identified"] and not numbers["mass"]["identified"]
+
+
+def test_a_check_tells_what_it_read_and_that_it_can_be_used():
+    code, said, _ = called("identify", LOG, *PRIOR, "--check")
+    assert code == 0 and "Crazyflie SD card" in said and "The logs can be used." in said
+
+
+def test_a_check_that_fails_says_so_by_its_exit_code(tmp_path):
+    made = truth(6000)
+    file = tmp_path / "log"
+    file.write_bytes(crazyflie(made._replace(acceleration=-made.acceleration)))
+    code, said, _ = called("identify", file, *PRIOR, "--check", "--json")
+    assert code == BROKEN and not json.loads(said)["usable"]
+    code, _, told = called("identify", file, *PRIOR)
+    assert code == USER_ERROR and "z points down" in told and "--force" in told
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        (["no_such_log", *PRIOR], "cannot be read"),
+        ([str(LOG), str(LOG), *PRIOR], "is given twice"),
+        ([f"{LOG}@1:2", *PRIOR], "it goes from 70.0 to 85.0 s"),
+        ([str(LOG), *PRIOR, "--out", "mine.json"], "ends in .toml"),
+        ([str(LOG), *PRIOR, "--out", "no_folder/mine.toml"], "make it first"),
+        ([str(LOG), *PRIOR, "--mass", "2"], "up to 0.5"),
+        ([str(LOG), "--airframe", "crazyfly"], "unknown airframe"),
+    ],
+)
+def test_what_cannot_be_used_is_told_in_a_line(arguments, message):
+    code, _, told = called("identify", *arguments)
+    assert code == USER_ERROR
+    assert message in told and len(told.strip().splitlines()) == 1

@@ -1,0 +1,149 @@
+"""Every kind of log is read in SI units, FLU and our order of rotors, and hostile files end in one line."""
+
+import importlib.util
+from time import monotonic
+
+import numpy as np
+import pytest
+
+from plant.errors import InputError, MissingPackageError
+from tests.tuner.logs.written import MAPPING, WRITERS, crazyflie, truth
+from tuner.logs import ulog
+from tuner.logs.flight_log import LEAST_SAMPLES
+from tuner.logs.reading import READERS, read_log
+
+# Steps of the motor commands in the formats: 16 bits, 12 bits, pulses of 1 us.
+STEP = 1e-3
+PACKAGES = {"PX4 ULog": "pyulog"}
+LONGEST = 20.0
+"""Longest time that any file of these sizes may take [s]; each takes a hundredth of it."""
+
+
+@pytest.fixture
+def mapping(tmp_path):
+    file = tmp_path / "columns.toml"
+    file.write_text(MAPPING)
+    return file
+
+
+def read(kind, content, folder, mapping):
+    if kind in PACKAGES and importlib.util.find_spec(PACKAGES[kind]) is None:
+        pytest.skip(f"needs {PACKAGES[kind]}")
+    file = folder / "log"
+    file.write_bytes(content)
+    return read_log(file, mapping if kind == "CSV" else None)
+
+
+def test_every_reader_has_a_writer():
+    assert {reader.kind for reader in READERS} | {"CSV"} == set(WRITERS)
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_what_was_written_is_read(kind, tmp_path, mapping):
+    expected = truth()
+    log = read(kind, WRITERS[kind](expected), tmp_path, mapping)
+    assert log.kind == kind
+    assert log.time - log.time[0] == pytest.approx(expected.time - expected.time[0], abs=2e-6)
+    assert log.gyro == pytest.approx(expected.gyro, abs=1e-5)
+    assert log.acceleration == pytest.approx(expected.acceleration, abs=1e-5)
+    assert log.command == pytest.approx(expected.command, abs=STEP)
+
+
+def test_the_first_version_of_the_deck_counts_milliseconds(tmp_path, mapping):
+    log = read("Crazyflie SD card", crazyflie(truth(), version=1), tmp_path, mapping)
+    assert log.duration == pytest.approx(599 / 500.0, abs=2e-3)
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+def test_a_log_that_is_cut_off_is_read_as_far_as_it_goes_or_refused(kind, tmp_path, mapping):
+    content = WRITERS[kind](truth(1200))
+    log = read(kind, content[: len(content) // 2], tmp_path, mapping)
+    assert LEAST_SAMPLES <= len(log.time) < 1200
+
+
+def test_a_pause_breaks_a_log_and_small_gaps_are_counted(tmp_path, mapping):
+    whole = truth(2000)
+    kept = np.ones(2000, bool)
+    kept[[300, 301, 700]] = False
+    kept[1000:1200] = False
+    log = read("Crazyflie SD card", crazyflie(type(whole)(*[part[kept] for part in whole])), tmp_path, mapping)
+    assert [len(part.time) for part in log.stretches()] == [997, 800]
+    assert log.lost == 203
+
+
+@pytest.mark.parametrize(
+    ("content", "message"),
+    [
+        (b"", "is empty"),
+        (b"hello", "is no log that is known"),
+        (b"\xbc\x02\x00\xff\xff" + bytes(50), "says that it has 65,535 event types"),
+        (b"\xbc\x02\x00\x01\x00\x01\x00" + b"a" * 300, "a name without end"),
+        (crazyflie(truth(50)), "50 usable samples"),
+        (b"loopIteration, gyroADC[0]\n1, 2\n", "lacks the columns time"),
+    ],
+)
+def test_a_log_of_no_use_is_refused_in_a_line(content, message, tmp_path):
+    file = tmp_path / "log"
+    file.write_bytes(content)
+    with pytest.raises(InputError, match=message) as error:
+        read_log(file)
+    assert str(file) in str(error.value) and "\n" not in str(error.value)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ('"FRD"', '"NED"', "axes: given 'NED'; allowed: FLU, FRD"),
+        ('"deg/s"', '"rpm"', "gyro.unit: given 'rpm'"),
+        ("idle = 1000", "idle = 3000", "command.full: given 2000; it must be above idle"),
+        ('["fl", "fr", "rl", "rr"]', '["fl", "fr", "rl"]', "command.columns"),
+        ('"ax"', '"a_x"', "unknown column 'a_x'; did you mean 'ax'"),
+        ("axes", "axis", "axis"),
+    ],
+)
+def test_a_mapping_that_is_wrong_is_told_with_its_key(old, new, message, tmp_path, mapping):
+    mapping.write_text(MAPPING.replace(old, new))
+    with pytest.raises(InputError, match=message):
+        read("CSV", WRITERS["CSV"](truth()), tmp_path, mapping)
+
+
+def test_a_missing_package_is_told_with_the_line_that_installs_it(monkeypatch, tmp_path):
+    monkeypatch.setattr("plant.errors.find_spec", lambda package: None)
+    file = tmp_path / "log"
+    file.write_bytes(ulog.MAGIC + bytes(100))
+    with pytest.raises(MissingPackageError, match=r"pip install 'holdfast\[logs\]'"):
+        read_log(file)
+
+
+def mutated(content, draw):
+    """A file that is cut, has bits turned, a part doubled or a part of another kind in it."""
+    data, how, place = bytearray(content), draw.integers(5), int(draw.integers(len(content)))
+    if how == 0:
+        return bytes(data[:place])
+    if how == 1:
+        for k in draw.integers(len(data), size=20):
+            data[k] ^= 1 << int(draw.integers(8))
+    elif how == 2:
+        data[place : place + 8] = draw.bytes(8)
+    elif how == 3:
+        data[place:place] = data[: int(draw.integers(4000))]
+    else:
+        # Heads hold counts and lengths.
+        k = int(draw.integers(min(len(data), 300)))
+        data[k] = int(draw.integers(256))
+    return bytes(data)
+
+
+@pytest.mark.parametrize("kind", WRITERS)
+@pytest.mark.parametrize("count", [40, pytest.param(400, marks=pytest.mark.slow)])
+def test_damaged_files_are_read_or_refused_in_a_line(kind, count, tmp_path, mapping):
+    content = WRITERS[kind](truth(300))
+    for i in range(count):
+        begin = monotonic()
+        try:
+            log = read(kind, mutated(content, np.random.default_rng((count, i))), tmp_path, mapping)
+        except InputError as error:
+            assert "\n" not in str(error)
+        else:
+            assert np.all(np.isfinite(log.gyro)) and np.all(np.diff(log.time) > 0.0)
+        assert monotonic() - begin < LONGEST

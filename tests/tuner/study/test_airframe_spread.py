@@ -1,0 +1,74 @@
+"""`[scenario.spread] from = "airframe"`: the vehicles of a study are those that its airframe's file leaves open."""
+
+import numpy as np
+import pytest
+
+from plant.airframes import load
+from plant.errors import InputError
+from plant.records import paths
+from plant.rigid_body import Dynamics
+from plant.scenarios import SEARCH, sample_scenarios
+from tests.tuner.study.study_text import changed
+from tuner.study.build import load_study
+
+UNCERTAINTY = """
+[uncertainty]
+source = "identified from a log"
+names = ["mass", "inertia.x", "inertia.y"]
+deviations = [0.02, 0.1, 0.1]
+correlation = [[1.0, 0.0, 0.0], [0.0, 1.0, 0.99], [0.0, 0.99, 1.0]]
+"""
+MARGIN = """
+[[margin]]
+quantity = "phase_margin"
+axis = "attitude"
+min = 30.0
+spread = true
+"""
+
+
+@pytest.fixture
+def study(tmp_path):
+    def write(uncertainty=UNCERTAINTY, spread='from = "airframe"', more=""):
+        (tmp_path / "mine.toml").write_text(load("hummingbird").path.read_text() + uncertainty)
+        text = changed('name = "hummingbird"', 'file = "mine.toml"', changed("mass = 0.1", spread))
+        (tmp_path / "study.toml").write_text(text + more)
+        return load_study(tmp_path / "study.toml")
+
+    return write
+
+
+def test_the_vehicles_that_fly_are_drawn_from_the_airframe(study):
+    found = study()
+    spec, system = found.scenarios[0].spec, found.system
+    rows = sample_scenarios(spec, system.vehicle, system.timing, found.seed, SEARCH, range(64)).dynamics
+    x, y = (rows[:, paths(Dynamics).index(f"inverse_inertia.{axis}")].ravel()[:64] for axis in "xy")
+    assert np.std(np.log(x)) == pytest.approx(0.1, rel=0.3)
+    assert np.corrcoef(np.log(x), np.log(y))[0, 1] > 0.95
+    # Nothing else is spread: not the lag, which a study spreads by itself.
+    assert len(set(rows[:, paths(Dynamics).index("rise")].ravel().tolist())) == 1
+
+
+def test_the_uncertainty_is_part_of_what_a_study_is(study):
+    assert study().digest() != study(UNCERTAINTY.replace("0.02", "0.03")).digest()
+    assert study().resolved()["scenario"][0]["spread"]["from"] == "airframe"
+
+
+def test_margins_are_those_of_the_extremes_too(study):
+    found = study(more=MARGIN)
+    asked = found.screens[0].analyse(found.default_row[None])
+    plain = study(more=MARGIN.replace("spread = true", "spread = false"))
+    assert asked[0, 0] < plain.screens[0].analyse(plain.default_row[None])[0, 0]
+
+
+@pytest.mark.parametrize(
+    ("uncertainty", "spread", "message"),
+    [
+        ("", 'from = "airframe"', "has no \\[uncertainty\\]; write one with `tuner identify"),
+        (UNCERTAINTY, 'from = "airframes"', "did you mean 'airframe'"),
+        (UNCERTAINTY, 'from = "airframe"\nmass = 0.1', "takes the place of mass; leave either out"),
+    ],
+)
+def test_what_cannot_be_drawn_from_is_told(study, uncertainty, spread, message):
+    with pytest.raises(InputError, match=rf"scenario\[0\]\.spread\.from: .*{message}"):
+        study(uncertainty, spread)

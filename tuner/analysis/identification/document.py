@@ -1,0 +1,135 @@
+"""What was identified, as its document."""
+
+from collections.abc import Sequence
+from math import exp
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tuner.analysis.identification.checks import Finding
+from tuner.analysis.identification.identify import EXPLAINED, GIVEN, Identified
+from tuner.analysis.identification.onward import uncertainty_of
+from tuner.analysis.identification.parameters import NODES, Parameter
+from tuner.analysis.identification.prediction import HORIZON
+from tuner.analysis.identification.samples import OUTPUTS
+from tuner.documents.identification import (
+    IdentificationDocument,
+    IdentifiedNumber,
+    LogRow,
+    PredictionRow,
+    RegressionRow,
+)
+from tuner.logs.flight_log import FlightLog
+
+Array = NDArray[np.float64]
+
+QUANTILE = 1.96
+"""Of a 95 % interval, in standard deviations."""
+UNITS = ("rad/s", "rad/s", "rad/s", "m/s2")
+
+
+def identification_document(found: Identified, warnings: Sequence[str], file: str | None) -> IdentificationDocument:
+    """Return the document; file: of the airframe that was written."""
+    fit, uncertainty = found.fit, uncertainty_of(found)
+    deviations = np.sqrt(np.diag(fit.covariance)).tolist()
+    rows = zip(found.space.parameters[: found.space.physical], fit.point.tolist(), deviations, strict=False)
+    # An output that the fit does not use is not predicted.
+    outputs = zip(OUTPUTS, found.windows.explained.tolist(), found.windows.errors.tolist(), UNITS, strict=True)
+    windows = [row for row, used in zip(outputs, found.problem.outputs, strict=True) if used]
+    return IdentificationDocument(
+        airframe=found.airframe.name, file=file, logs=[log_row(log) for log in found.logs],
+        numbers=[_number(entry, value, deviation, found.reasons.get(entry.name, "")) for entry, value, deviation in rows],
+        curve=_curve(found), uncertainty=list(uncertainty.names), deviations=list(uncertainty.deviations),
+        correlation=[list(row) for row in uncertainty.correlation], horizon=HORIZON,
+        prediction=[PredictionRow(output=name, explained=share, error=error, unit=unit) for name, share, error, unit in windows],
+        regressions=[
+            RegressionRow(axis=axis, acceleration_on_torque=ways[0], torque_on_acceleration=ways[1])
+            for axis, ways in zip("xyz", found.regressions, strict=True)
+        ],
+        gyro_noise=gyro_noise(found.logs), warnings=list(warnings), verdict=verdict(found),
+    )  # fmt: skip
+
+
+def log_row(log: FlightLog) -> LogRow:
+    """Return the row of a log."""
+    return LogRow(
+        file=log.name, kind=log.kind, sha256=log.digest, begin=float(log.time[0]), end=float(log.time[-1]), rate=log.rate,
+        lost=log.lost, said=list(log.said),
+    )  # fmt: skip
+
+
+def warnings_of(findings: Sequence[tuple[FlightLog, Finding]]) -> list[str]:
+    """Return findings as texts with the file in front."""
+    return [f"{log.name}: {finding.text}" for log, finding in findings]
+
+
+def gyro_noise(logs: Sequence[FlightLog]) -> list[float]:
+    """Return the RMS (3,) of the gyro's white noise [rad/s], from third differences, in which motion hardly counts."""
+    third = np.concatenate([np.diff(log.gyro, n=3, axis=0) for log in logs])
+    # The median leaves shocks out; 20 is the sum of the squares of 1, 3, 3 and 1.
+    return (1.4826 * np.median(np.abs(third), axis=0) / np.sqrt(20.0)).tolist()
+
+
+def verdict(found: Identified) -> str:
+    """Return in words what was identified, what was not, and what to do about it."""
+    names = [entry.name for entry in found.space.parameters[: found.space.physical]]
+    told = [name for name in names if name not in found.reasons]
+    left = [name for name in names if name in found.reasons and name not in GIVEN]
+    said = (
+        [f"{len(told)} numbers identified: {', '.join(told)}."] if told else ["The data tell nothing of this vehicle."]
+    )
+    if left:
+        said.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would tell.")
+    used = [
+        (name, share)
+        for name, share, on in zip(OUTPUTS, found.windows.explained.tolist(), found.problem.outputs, strict=True)
+        if on
+    ]
+    poor = [name for name, share in used if share < EXPLAINED]
+    if poor:
+        said.append(
+            f"On windows kept from the fit, {' and '.join(poor)} is predicted poorly: mind these numbers, and fly once "
+            "more with more excitation."
+        )
+    elif used:
+        said.append(
+            f"On windows kept from the fit the model explains {100.0 * min(s for _, s in used):.0f} % or more of what it uses."
+        )
+    return " ".join(said)
+
+
+def _number(entry: Parameter, value: float, deviation: float, reason: str) -> IdentifiedNumber:
+    low, middle, high = (entry.number(value + k * QUANTILE * deviation) for k in (-1.0, 0.0, 1.0))
+    before = [entry.number(entry.coordinate + k * QUANTILE * entry.deviation) for k in (-1.0, 0.0, 1.0)]
+    return IdentifiedNumber(
+        name=entry.name, meaning=entry.meaning, unit=entry.unit, value=middle, low=low, high=high, prior=before[1],
+        prior_low=before[0], prior_high=before[2], identified=not reason, reason=reason,
+    )  # fmt: skip
+
+
+def _curve(found: Identified) -> list[IdentifiedNumber]:
+    """Return the coefficients of the thrust curve, with intervals of the same covariance, to first order."""
+    at = found.space.names.index("thrust.30")
+    part = slice(at, at + len(NODES))
+    inverse = np.linalg.inv(np.vander(NODES, 3, increasing=True))
+    prior = np.array([exp(entry.coordinate) for entry in found.space.parameters[part]])
+    thrust = np.exp(found.fit.point[part])
+    now, before = (
+        (inverse @ nodes, np.sqrt(np.diag(inverse @ (np.outer(nodes, nodes) * matrix) @ inverse.T)))
+        for nodes, matrix in (
+            (thrust, found.fit.covariance[part, part]),
+            (prior, np.diag(found.space.deviations[part] ** 2)),
+        )
+    )
+    told = (
+        "" if not any(name in found.reasons for name in found.space.names[part]) else "a node of the curve is not told"
+    )
+    return [
+        IdentifiedNumber(
+            name=f"thrust u^{k}", meaning="coefficient of the thrust of a rotor over the command", unit="N", value=now[0][k],
+            low=now[0][k] - QUANTILE * now[1][k], high=now[0][k] + QUANTILE * now[1][k], prior=before[0][k],
+            prior_low=before[0][k] - QUANTILE * before[1][k], prior_high=before[0][k] + QUANTILE * before[1][k],
+            identified=not told, reason=told,
+        )
+        for k in range(3)
+    ]  # fmt: skip

@@ -1,0 +1,170 @@
+"""From logs and an airframe to a vehicle: regression, a fit that keeps windows back, what is excited, and a fit to all of it."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass, replace
+from math import ceil
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant.airframes import Airframe
+from plant.airframes.rules import TORQUE_RATIO
+from plant.errors import InputError
+from tuner.analysis.identification.fit import Fit, Problem, fitted
+from tuner.analysis.identification.parameters import ARM, MASS, Space, space_of
+from tuner.analysis.identification.prediction import Windows, fit_masks, windows
+from tuner.analysis.identification.regression import TwoWays, both_ways, start_of
+from tuner.analysis.identification.samples import OUTPUTS, gridded
+from tuner.logs.flight_log import FlightLog
+
+Array = NDArray[np.float64]
+Told = Callable[[int, int], None]
+
+GIVEN = ("mass", "arm")
+"""What no log tells: these are weighed and measured."""
+EXPLAINED = 0.5
+"""Share of an output's variance that the model must explain on windows kept back before its numbers are believed."""
+NARROWED = 0.5
+"""A number counts as excited where its standard deviation falls below this share of the prior's."""
+OF_OUTPUT = {
+    "roll": ("inertia.x", "centre.y"),
+    "pitch": ("inertia.y", "centre.x"),
+    "yaw": ("inertia_share", "torque_ratio"),
+    "lift": ("drag_linear.z", "thrust.30", "thrust.65", "thrust.100"),
+}
+"""Numbers that only one output tells of."""
+AIRBORNE, SMOOTHED, SETTLED, LEAST_FLIGHT = 0.5, 2.0, 2.0, 4.0
+"""Commands above this share of hover, on average over so many seconds, count as flight, less so many at both ends; shortest
+flight [s].
+"""
+
+
+@dataclass(frozen=True, eq=False)
+class Identified:
+    """A vehicle out of logs.
+
+    fit: to all of the logs. early: to what was not kept back; windows: predictions of early on what was. regressions: inertias
+    about x, y, z, both ways. samples: what was fitted. reasons: name of a number -> why it stays at its prior.
+    """
+
+    airframe: Airframe
+    logs: tuple[FlightLog, ...]
+    fit: Fit
+    early: Fit
+    problem: Problem
+    windows: Windows
+    regressions: tuple[TwoWays, ...]
+    reasons: dict[str, str]
+
+    @property
+    def space(self) -> Space:
+        """The coordinates."""
+        return self.fit.space
+
+
+def identify_vehicle(
+    logs: Sequence[FlightLog], airframe: Airframe, *, mass: float = MASS, arm: float = ARM, told: Told | None = None
+) -> Identified:
+    """Identify a vehicle.
+
+    logs: of flights of one vehicle. airframe: the prior. mass, arm: relative standard deviations of its mass and its lengths.
+    told(step, steps) hears of progress. Raises InputError where no log holds a flight.
+    """
+    flights = [airborne(log, airframe) for log in logs]
+    samples = tuple(
+        gridded(part, i, float(log.time[0]), log.duration) for i, log in enumerate(flights) for part in log.stretches()
+    )
+    vehicle, space = airframe.vehicle, space_of(airframe.vehicle, [str(i + 1) for i in range(len(logs))], mass, arm)
+    masks = fit_masks(samples)
+    part, whole = (Problem(space, vehicle, samples, m) for m in (masks, tuple(np.ones(len(s.time)) for s in samples)))
+    free = np.array([name not in GIVEN for name in space.names])
+    early = fitted(part, start_of(space, samples, vehicle), free, _share(told, 0))
+    seen = windows(part, early.point, held_out=False)
+    reasons = {**unexcited(early, seen), **impossible(early)}
+    # An output whose numbers all stay at the prior would only push the others.
+    outputs = tuple(not set(OF_OUTPUT[name]) <= set(reasons) for name in OUTPUTS)
+    part, whole = replace(part, outputs=outputs), replace(whole, outputs=outputs)
+    free &= np.array([name not in reasons for name in space.names])
+    start = np.where(free | np.array([name in GIVEN for name in space.names]), early.point, space.centre)
+    early = fitted(part, start, free, _share(told, 1))
+    fit = fitted(whole, early.point, free, _share(told, 2))
+    return Identified(
+        airframe,
+        tuple(flights),
+        fit,
+        early,
+        part,
+        windows(part, early.point),
+        both_ways(space, fit.point, samples, vehicle),
+        reasons,
+    )
+
+
+def unexcited(fit: Fit, seen: Windows) -> dict[str, str]:
+    """Return the numbers that the data do not tell, each with the reason.
+
+    Outputs that the model does not explain go first; then, one by one, numbers hardly narrower than their prior, each judged with
+    those before it held. A ratio that the data tell, as of yaw torque to inertia, is left to the better known of the two.
+    """
+    space, reasons = fit.space, dict.fromkeys(GIVEN, "given: no log tells it")
+    for output, share in zip(OUTPUTS, seen.explained.tolist(), strict=True):
+        if share < EXPLAINED:
+            said = f"{output} hardly moves as commanded: {100.0 * max(share, 0.0):.0f} % of it explained"
+            reasons |= dict.fromkeys(OF_OUTPUT[output], said)
+    while True:
+        free = np.array(
+            [name not in reasons for name in space.names[: space.physical]]
+            + [True] * (len(space.names) - space.physical)
+        )
+        inverse = np.linalg.inv((fit.information + np.diag(space.deviations**-2.0))[np.ix_(free, free)])
+        ratio = np.sqrt(np.diag(inverse)) / space.deviations[free]
+        names = [name for name, is_free in zip(space.names, free, strict=True) if is_free]
+        count = int(np.count_nonzero(free[: space.physical]))
+        if count == 0:
+            return reasons
+        worst = int(np.argmax(ratio[:count]))
+        if ratio[worst] <= NARROWED:
+            return reasons
+        reasons[names[worst]] = f"its interval shrinks to {100.0 * ratio[worst]:.0f} % of the prior's only"
+
+
+def impossible(fit: Fit) -> dict[str, str]:
+    """Return the numbers of yaw with the reason where no vehicle can have them: something else than the rotors turns this one."""
+    numbers = fit.space.numbers(fit.point)
+    x, y, z = numbers.inertia
+    low, high = TORQUE_RATIO
+    if z <= x + y and low <= numbers.torque_ratio <= high:
+        return {}
+    said = (
+        f"yaw would take {z / (x + y):.2f} of x + y, at most 1, and {numbers.torque_ratio:.2g} m, {low:g} to {high:g}"
+    )
+    return dict.fromkeys(OF_OUTPUT["yaw"], said)
+
+
+def airborne(log: FlightLog, airframe: Airframe) -> FlightLog:
+    """Return the longest part of a log with all rotors in flight; InputError where there is none."""
+    vehicle = airframe.vehicle
+    hover = np.sqrt(vehicle.mass * vehicle.gravity / (4.0 * vehicle.thrust_coefficient)) / vehicle.speed_max
+    width = max(ceil(SMOOTHED * log.rate), 1)
+    weights = np.ones(min(width, len(log.time)))
+    mean = np.convolve(log.command.mean(axis=1), weights, mode="same") / np.convolve(
+        np.ones(len(log.time)), weights, mode="same"
+    )
+    up = np.concatenate([[False], mean > AIRBORNE * hover, [False]])
+    edges = np.flatnonzero(np.diff(up.astype(int)))
+    parts = [(int(a), int(b) - 1) for a, b in zip(edges[::2], edges[1::2], strict=True)]
+    begin, end = max(parts, key=lambda entry: log.time[entry[1]] - log.time[entry[0]], default=(0, 0))
+    # What was cut out of a flight begins and ends in the air.
+    first = log.time[begin] + (SETTLED if begin > width else 0.0)
+    last = log.time[end] - (SETTLED if end < len(log.time) - 1 - width else 0.0)
+    if last - first < LEAST_FLIGHT:
+        raise InputError(
+            f"holds no flight of {LEAST_FLIGHT:g} s: commands stay below {100.0 * AIRBORNE:.0f} % of the airframe's hover; "
+            "fly longer, or check the airframe and the scale of the commands",
+            file=log.name,
+        )
+    return log.between(first, last)
+
+
+def _share(told: Told | None, stage: int) -> Told | None:
+    return None if told is None else lambda step, steps: told(stage * steps + step, 3 * steps)

@@ -1,0 +1,122 @@
+"""The vehicle as the logs see it: motor commands to rotors that lag, thrusts, angular acceleration and lift.
+
+A rotor's speed is its command after a lag, up and down of its own, times the speed at full command; the thrust curve takes
+the lagging command, as the plant's square law takes the speed. The body turns as in `plant.rigid_body`; what air does to it is
+left to the noise.
+"""
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant.vehicle import Vehicle
+from tuner.analysis.identification.parameters import Numbers
+from tuner.analysis.identification.samples import Samples, compared
+
+Array = NDArray[np.float64]
+
+# Rotors run in over so many of the longest time constants, and at most so long [s]; windows that run side by side last [s].
+RUN_IN, LONGEST_RUN_IN, WINDOW = 8.0, 1.0, 0.4
+
+# Decay of the climb over a piece that is worked out at once, in exponents.
+LONGEST_DECAY = 5.0
+
+
+class Actuator(NamedTuple):
+    """What decides the lagging commands: time constants and dead time [s]."""
+
+    lag_up: float
+    lag_down: float
+    dead_time: float
+
+
+def actuator(numbers: Numbers) -> Actuator:
+    """Return the actuator of a point."""
+    return Actuator(numbers.lag_up, numbers.lag_down, numbers.dead_time)
+
+
+def lagging(samples: Samples, actuators: Sequence[Actuator]) -> list[Array]:
+    """Return the lagging commands (n, 4) of a stretch for each actuator.
+
+    The stretch is cut into windows that run side by side, each run in from the commands before it.
+    """
+    period, command = samples.period, samples.command
+    longest = max(max(entry.lag_up, entry.lag_down) for entry in actuators)
+    before = int(np.ceil(min(RUN_IN * longest, LONGEST_RUN_IN) / period))
+    width = max(int(WINDOW / period), 1)
+    count = -(-len(command) // width)
+    index = np.clip(np.arange(before + width)[:, None] + width * np.arange(count) - before, 0, len(command) - 1)
+    # (time, actuators, windows, rotors)
+    asked = np.stack([_delayed(command, entry.dead_time / period)[index] for entry in actuators], axis=1)
+    rise, fall = (
+        -np.expm1(-period / np.array([getattr(entry, name) for entry in actuators]))[:, None, None]
+        for name in ("lag_up", "lag_down")
+    )
+    state, found = asked[0].copy(), np.empty((width, *asked.shape[1:]))
+    for k in range(before + width):
+        if k >= before:
+            found[k - before] = state
+        gap = asked[k] - state
+        state += gap * np.where(gap > 0.0, rise, fall)
+    return [found[:, i].transpose(1, 0, 2).reshape(-1, 4)[: len(command)] for i in range(len(actuators))]
+
+
+def _delayed(command: Array, periods: float) -> Array:
+    """Return commands delayed by a number of periods, also between whole ones; before the first and after the last it holds."""
+    whole = int(np.floor(periods))
+    share = periods - whole
+    at = np.arange(len(command)) - whole
+    late = command[np.clip(at, 0, len(command) - 1)]
+    later = command[np.clip(at - 1, 0, len(command) - 1)]
+    return (1.0 - share) * late + share * later
+
+
+def turning(samples: Samples, lagged: Array, numbers: Numbers, vehicle: Vehicle) -> tuple[Array, Array]:
+    """Return angular acceleration (n, 3) [rad/s2] and lift (n,) [m/s2] of a stretch with these lagging commands."""
+    curve, inertia = numbers.curve, numbers.inertia
+    left = (1.0 - numbers.sag[samples.log] * samples.age)[:, None]
+    thrust = (curve[0] + lagged * (curve[1] + lagged * curve[2])) * left
+    speed = lagged * np.sqrt(numbers.thrust[-1] / vehicle.thrust_coefficient)
+    x = numbers.arm * np.array(vehicle.rotor_x) - numbers.centre[0]
+    y = numbers.arm * np.array(vehicle.rotor_y) - numbers.centre[1]
+    spin, heavy = np.array(vehicle.spin), vehicle.rotor_inertia
+    p, q, r = samples.gyro.T
+    momentum = -heavy * (speed @ spin)
+    spun = heavy * (np.gradient(speed, samples.period, axis=0) @ spin)
+    roll = thrust @ y - q * momentum - (inertia.z - inertia.y) * q * r
+    pitch = -(thrust @ x) + p * momentum - (inertia.x - inertia.z) * r * p
+    yaw = (
+        numbers.torque_ratio * (thrust @ spin) + spun - (inertia.y - inertia.x) * p * q + numbers.yaw_bias[samples.log]
+    )
+    turned = np.column_stack([roll / inertia.x, pitch / inertia.y, yaw / inertia.z])
+    lift = thrust.sum(axis=1) / numbers.mass
+    return turned, climbing(lift, samples.period, numbers.climb_drag / numbers.mass) + numbers.lift_bias[samples.log]
+
+
+def climbing(lift: Array, period: float, rate: float) -> Array:
+    """Return the lift (n,) less the drag of the climb that it makes: v' = lift - mean - rate v, from rest; rate [1/s].
+
+    Level flight is assumed, so what tilt takes away is in the mean.
+    """
+    keep = np.exp(-rate * period)
+    push, climb, speed = (lift - lift.mean()) * (1.0 - keep), np.empty_like(lift), 0.0
+    # In pieces over which the powers of `keep` stay in range.
+    width = max(int(min(LONGEST_DECAY / (rate * period), len(lift))), 1)
+    powers = keep ** np.arange(1, width + 1)
+    for first in range(0, len(lift), width):
+        part = push[first : first + width]
+        own = powers[: len(part)]
+        run = own * (speed + np.cumsum(part / own))
+        climb[first : first + width] = run
+        speed = run[-1]
+    return lift - climb
+
+
+def predicted(samples: Samples, lagged: Array, numbers: Numbers, vehicle: Vehicle) -> Array:
+    """Return what is compared (m, 4) as the model has it."""
+    turned, lift = turning(samples, lagged, numbers, vehicle)
+    steps = 0.5 * samples.period * (turned[1:] + turned[:-1])
+    rates = np.concatenate([np.zeros((1, 3)), np.cumsum(steps, axis=0)])
+    return compared(rates, lift, samples.share)

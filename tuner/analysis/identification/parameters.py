@@ -1,0 +1,169 @@
+"""What is estimated of a vehicle: names, units, what is known beforehand, and the physical numbers at a point.
+
+A point is a vector of coordinates that are near normal: logarithms of positive numbers, offsets and biases as they are.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from math import exp, hypot, log
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant.vectors import Vec3
+from plant.vehicle import Vehicle
+
+Array = NDArray[np.float64]
+
+NODES = np.array([0.3, 0.65, 1.0])
+"""Motor commands whose thrusts are the parameters of the thrust curve, a parabola through them."""
+_CURVE = np.linalg.inv(np.vander(NODES, 3, increasing=True))
+
+
+class Parameter(NamedTuple):
+    """One coordinate: name, unit, prior value, prior standard deviation (relative where `positive`), and what it means."""
+
+    name: str
+    unit: str
+    value: float
+    deviation: float
+    positive: bool
+    meaning: str
+
+    @property
+    def coordinate(self) -> float:
+        """The prior's centre as a coordinate."""
+        return log(self.value) if self.positive else self.value
+
+    def number(self, coordinate: float) -> float:
+        """Return the physical number at a coordinate."""
+        return exp(coordinate) if self.positive else coordinate
+
+
+class Numbers(NamedTuple):
+    """Physical numbers of a point, SI units.
+
+    mass; arm: factor on the places of the rotors; inertia; thrust (3,) at `NODES`; lag_up, lag_down; dead_time; centre: of mass
+    in the frame of the rotors, x and y; torque_ratio; climb_drag: of a climb, along z; lift_bias (logs,) of the accelerometer
+    along z; yaw_bias (logs,): constant torque; sag (logs,): share of the thrust that is lost from begin to end.
+    """
+
+    mass: float
+    arm: float
+    inertia: Vec3
+    thrust: Array
+    lag_up: float
+    lag_down: float
+    dead_time: float
+    centre: tuple[float, float]
+    torque_ratio: float
+    climb_drag: float
+    lift_bias: Array
+    yaw_bias: Array
+    sag: Array
+
+    @property
+    def curve(self) -> Array:
+        """Coefficients (3,) of the thrust of a rotor [N] over the command: constant, linear, quadratic."""
+        return _CURVE @ self.thrust
+
+
+MASS, ARM = 0.02, 0.02
+"""Usual standard deviations of what people measure themselves, relative."""
+WIDE, LAG, SHARE = 0.5, 1.0, 0.12
+"""Prior standard deviations of inertias and thrusts, of lags, and of the inertia about z over the sum of the others, which is
+between 0.6 and 1: logarithms; 1 is a factor of e either way.
+"""
+DEAD_TIME, CENTRE = 0.01, 0.1
+"""Of the dead time [s], and of the centre of mass as a share of the arm."""
+LIFT_BIAS, SAG = 0.15, 0.2
+"""Of the accelerometer's bias [m/s2], and of the change of thrust from begin to end of a log, relative."""
+LEAST_DRAG = 0.05
+"""Drag over mass that the prior begins at where the airframe has less [1/s]."""
+NUISANCES = 3
+"""Coordinates that belong to a log."""
+
+
+@dataclass(frozen=True)
+class Space:
+    """The coordinates for a vehicle and a number of logs; the last of them are nuisances, `NUISANCES` for each log."""
+
+    parameters: tuple[Parameter, ...]
+    logs: int
+
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names in the order of the coordinates."""
+        return tuple(entry.name for entry in self.parameters)
+
+    @property
+    def centre(self) -> Array:
+        """The prior's centre (n,)."""
+        return np.array([entry.coordinate for entry in self.parameters])
+
+    @property
+    def deviations(self) -> Array:
+        """The prior's standard deviations (n,) of the coordinates."""
+        return np.array([entry.deviation for entry in self.parameters])
+
+    @property
+    def physical(self) -> int:
+        """Number of coordinates that belong to the vehicle and not to a log."""
+        return len(self.parameters) - NUISANCES * self.logs
+
+    def numbers(self, point: Array) -> Numbers:
+        """Return the physical numbers of a point (n,)."""
+        v = [entry.number(value) for entry, value in zip(self.parameters, point.tolist(), strict=True)]
+        biases = np.array(v[self.physical :]).reshape(self.logs, NUISANCES)
+        return Numbers(
+            v[0], v[1], Vec3(v[2], v[3], v[4] * (v[2] + v[3])), np.array(v[5:8]), v[8], v[9], v[10], (v[11], v[12]), v[13], v[14],
+            *biases.T,
+        )  # fmt: skip
+
+
+def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: float = ARM) -> Space:
+    """Return the coordinates for a vehicle; logs: their names; mass, arm: relative standard deviations of the two."""
+    full = vehicle.thrust_coefficient * vehicle.speed_max**2
+    lever = hypot(vehicle.rotor_x.r1, vehicle.rotor_y.r1)
+    torque = vehicle.mass * vehicle.gravity * vehicle.torque_ratio
+    inertia = vehicle.inertia._asdict()
+    entries = [
+        Parameter("mass", "kg", vehicle.mass, mass, True, "mass in flight"),
+        Parameter("arm", "1", 1.0, arm, True, "factor on the lengths from the middle to the rotors"),
+        *[Parameter(f"inertia.{a}", "kg m2", inertia[a], WIDE, True, f"moment of inertia about {a}") for a in "xy"],
+        Parameter(
+            "inertia_share",
+            "1",
+            inertia["z"] / (inertia["x"] + inertia["y"]),
+            SHARE,
+            True,
+            "of inertia about z in that about x and y",
+        ),
+        *[
+            Parameter(
+                f"thrust.{100 * u:.0f}", "N", full * u * u, WIDE, True, f"thrust of a rotor at {100 * u:.0f} % command"
+            )
+            for u in NODES.tolist()
+        ],
+        Parameter("lag_up", "s", vehicle.lag_up, LAG, True, "time constant of a rotor that speeds up"),
+        Parameter("lag_down", "s", vehicle.lag_down, LAG, True, "time constant of a rotor that slows down"),
+        Parameter("dead_time", "s", 0.0, DEAD_TIME, False, "from a logged command to the rotor, less that of the gyro"),
+        *[Parameter(f"centre.{a}", "m", 0.0, CENTRE * lever, False, f"centre of mass along {a}") for a in "xy"],
+        Parameter("torque_ratio", "m", vehicle.torque_ratio, WIDE, True, "yaw torque of a rotor per thrust"),
+        Parameter(
+            "drag_linear.z",
+            "N s/m",
+            max(vehicle.drag_linear.z, LEAST_DRAG * vehicle.mass),
+            LAG,
+            True,
+            "drag of a climb",
+        ),
+    ]
+    for name in logs:
+        entries += [
+            Parameter(f"lift_bias({name})", "m/s2", 0.0, LIFT_BIAS, False, "bias of the accelerometer along z"),
+            Parameter(f"yaw_bias({name})", "N m", 0.0, torque, False, "constant yaw torque"),
+            Parameter(f"sag({name})", "1", 0.0, SAG, False, "share of the thrust lost from begin to end"),
+        ]
+    return Space(tuple(entries), len(logs))

@@ -1,0 +1,73 @@
+"""Flight logs on a uniform grid, and the means over a few samples that estimation compares."""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from tuner.logs.flight_log import FlightLog
+
+Array = NDArray[np.float64]
+
+COMPARED_RATE = 250.0
+"""Rate of the means that are compared [Hz]; what rotors do to a body is slower."""
+FASTEST_GRID = 1000.0
+"""Rate of the grid that the model runs on, at most [Hz]."""
+ROUNDING = 0.01
+"""Share of a period by which a sample may stand late on the grid."""
+OUTPUTS = ("roll", "pitch", "yaw", "lift")
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """A stretch of a log on a grid.
+
+    log: index of the log. age (n,): share of the log's time that has passed. begin: time of the first sample [s]. period: of the
+    grid [s]. share: samples in a mean. gyro (n, 3) [rad/s], lift (n,): specific force along z [m/s2], command (n, 4).
+    """
+
+    log: int
+    age: Array
+    begin: float
+    period: float
+    share: int
+    gyro: Array
+    lift: Array
+    command: Array
+
+    @property
+    def measured(self) -> Array:
+        """What is compared (m, 4): changes of the body rates from mean to mean [rad/s], and means of the lift [m/s2]."""
+        return compared(self.gyro, self.lift, self.share)
+
+    @property
+    def time(self) -> Array:
+        """Times of what is compared (m,) [s]."""
+        count = len(self.lift) // self.share - 1
+        return self.begin + self.period * self.share * (np.arange(count) + 1.0)
+
+
+def gridded(stretch: FlightLog, log: int, begin: float, duration: float) -> Samples:
+    """Return a stretch on a grid of its own rate: commands held, measurements straight between samples.
+
+    begin, duration: of its log [s].
+    """
+    rate = min(stretch.rate, FASTEST_GRID)
+    time = np.arange(stretch.time[0], stretch.time[-1], 1.0 / rate)
+    # Rounding must not take the sample before.
+    held = np.searchsorted(stretch.time, time + ROUNDING / rate, side="right") - 1
+    gyro = np.column_stack([np.interp(time, stretch.time, column) for column in stretch.gyro.T])
+    lift = np.interp(time, stretch.time, stretch.acceleration[:, 2])
+    share = max(round(rate / COMPARED_RATE), 1)
+    return Samples(log, (time - begin) / duration, float(time[0]), 1.0 / rate, share, gyro, lift, stretch.command[held])
+
+
+def compared(rates: Array, lift: Array, share: int) -> Array:
+    """Return changes of the mean rates and mean lift (..., m, 4) of rates (..., n, 3) and lift (..., n)."""
+    return np.concatenate([np.diff(_means(rates, share), axis=-2), _means(lift[..., None], share)[..., 1:, :]], axis=-1)
+
+
+def _means(series: Array, share: int) -> Array:
+    count = series.shape[-2] // share
+    kept = series[..., : count * share, :]
+    return kept.reshape(*series.shape[:-2], count, share, series.shape[-1]).mean(axis=-2)

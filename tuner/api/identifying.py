@@ -1,0 +1,222 @@
+"""A vehicle out of flight logs."""
+
+import re
+from collections.abc import Sequence
+from dataclasses import dataclass
+from functools import cached_property
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from plant.airframes import Airframe, load
+from plant.airframes.uncertainty import Uncertainty
+from plant.errors import InputError
+from plant.texts import check_name
+from tuner.analysis.identification.checks import Finding, check_flight
+from tuner.analysis.identification.document import identification_document, log_row, warnings_of
+from tuner.analysis.identification.identify import Identified, airborne, identify_vehicle
+from tuner.analysis.identification.onward import airframe_text, uncertainty_of
+from tuner.analysis.identification.parameters import ARM, MASS
+from tuner.api.frames import Documented, figures, frame, shown
+from tuner.documents.identification import IdentificationDocument, LogCheckDocument, LogFinding
+from tuner.logs.flight_log import FlightLog
+from tuner.logs.reading import read_log
+from tuner.search.watcher import Watcher
+from tuner.store.folder import put
+
+if TYPE_CHECKING:
+    import pandas as pd
+
+    from tuner.report.charts.paper import Figure
+
+LogLike = str | Path
+SPAN = re.compile(r"(?P<file>.+)@(?P<begin>\d+(\.\d+)?):(?P<end>\d+(\.\d+)?)")
+"""A log of which a part counts: FILE@BEGIN:END, in seconds of its own clock."""
+LARGEST_DEVIATION = 0.5
+
+
+@dataclass(frozen=True)
+class LogCheck(Documented):
+    """Problems of logs.
+
+    Attributes:
+        document: What `tuner identify LOG --check --json` prints.
+
+    """
+
+    document: LogCheckDocument
+
+    @property
+    def usable(self) -> bool:
+        """Whether all logs can be identified from."""
+        return self.document.usable
+
+
+@dataclass(frozen=True)
+class Identification(Documented):
+    """A vehicle out of logs.
+
+    Attributes:
+        document: What `tuner identify --json` prints.
+        found: The fit behind it.
+
+    """
+
+    document: IdentificationDocument
+    found: Identified
+
+    @property
+    def uncertainty(self) -> Uncertainty:
+        """Deviations and correlation of the airframe's numbers."""
+        return uncertainty_of(self.found)
+
+    @cached_property
+    def table(self) -> "pd.DataFrame":
+        """A row for each number: value, 95 % interval, prior, whether the data told it, and why not."""
+        return frame(self.document.numbers, "name")
+
+    def figure(self) -> "Figure":
+        """Draw what was measured over what was predicted, on windows kept from the fit.
+
+        Returns:
+            The figure, made without pyplot.
+
+        """
+        return figures("identification", self.found).draw("prediction")
+
+    def _repr_html_(self) -> str:
+        return shown(f"Identified from {len(self.document.logs)} logs", [self.document.verdict], self.table)
+
+
+def identify(
+    logs: LogLike | Sequence[LogLike],
+    *,
+    airframe: str | Path,
+    out: str | Path | None = None,
+    mapping: str | Path | None = None,
+    mass: float = MASS,
+    arm: float = ARM,
+    force: bool = False,
+    watcher: Watcher | None = None,
+) -> Identification:
+    """Identify a vehicle from flight logs, with intervals, and write it as an airframe file.
+
+    Args:
+        logs: Files of flights of one vehicle; FILE@35:65 for the part from 35 to 65 s of the log's clock.
+        airframe: What is known beforehand: a bundled airframe or a TOML file. Its mass and lengths are taken as given.
+        out: Airframe file (TOML) to write, with the numbers found and their [uncertainty]; it must not be there yet.
+        mapping: TOML file that says what the columns of CSV logs are.
+        mass: Relative standard deviation of the airframe's mass [1].
+        arm: Relative standard deviation of the airframe's lengths [1].
+        force: Go on where a check says that a log is useless.
+        watcher: Callbacks that hear of progress.
+
+    Returns:
+        Numbers with intervals and correlations, what the data do not tell, and predictions on windows kept from the fit.
+
+    Raises:
+        InputError: A log cannot be read, holds no flight, or is useless; or the file to write is there already.
+
+    Examples:
+        >>> found = tuner.identify("log15@55:90", airframe="crazyflie-pybullet", out="mine.toml")  # doctest: +SKIP
+        >>> found.table  # doctest: +SKIP
+
+    """
+    for key, value in (("mass", mass), ("arm", arm)):
+        if not 0.0 < value <= LARGEST_DEVIATION:
+            raise InputError(f"given {value:g}; a relative deviation is above 0, up to {LARGEST_DEVIATION:g}", key=key)
+    target = None if out is None else _free(Path(out))
+    prior, heard = load(airframe), watcher or Watcher()
+    read = _read(logs, mapping)
+    problems = _problems(read, prior)
+    useless = [(log, finding) for log, finding in problems if finding.fatal]
+    if useless and not force:
+        log, finding = useless[0]
+        raise InputError(f"{finding.text} (or use it all the same: --force)", file=log.name)
+    steps = _Steps(heard)
+    found = identify_vehicle(read, prior, mass=mass, arm=arm, told=steps)
+    document = identification_document(found, warnings_of(problems), None if target is None else str(target))
+    if target is not None:
+        put(target.parent, target.name, airframe_text(found, f"{prior.title}, identified from flight logs").encode())
+    return Identification(document, found)
+
+
+def check_logs(
+    logs: LogLike | Sequence[LogLike], *, airframe: str | Path, mapping: str | Path | None = None
+) -> LogCheck:
+    """Say what is wrong with flight logs before anything is identified from them.
+
+    Args:
+        logs: Files, as of `identify`.
+        airframe: About what flew: a bundled airframe or a TOML file.
+        mapping: TOML file that says what the columns of CSV logs are.
+
+    Returns:
+        Time base, rates, units, axes and order of motors, as far as they contradict physics.
+
+    Raises:
+        InputError: A log cannot be read or holds no flight.
+
+    Examples:
+        >>> tuner.check_logs("log15", airframe="crazyflie-pybullet").usable  # doctest: +SKIP
+        True
+
+    """
+    prior = load(airframe)
+    read = _read(logs, mapping)
+    problems = _problems(read, prior)
+    rows = [
+        LogFinding(file=log.name, severity="useless" if finding.fatal else "mind", text=finding.text)
+        for log, finding in problems
+    ]
+    usable = not any(finding.fatal for _, finding in problems)
+    return LogCheck(
+        LogCheckDocument(airframe=prior.name, logs=[log_row(log) for log in read], findings=rows, usable=usable)
+    )
+
+
+class _Steps:
+    """Progress of the fits, for a watcher."""
+
+    def __init__(self, watcher: Watcher) -> None:
+        self._watcher = watcher
+        self._said = False
+
+    def __call__(self, step: int, steps: int) -> None:
+        if not self._said:
+            self._watcher.on_message("Identifying; a minute of flight takes some 20 s.")
+            self._said = True
+
+
+def _free(target: Path) -> Path:
+    if target.suffix != ".toml":
+        raise InputError("an airframe file ends in .toml", file=target)
+    check_name(target.stem, file=target, key="file name")
+    if target.exists():
+        raise InputError("is there already; give another name", file=target)
+    if not target.parent.is_dir():
+        raise InputError(f"there is no folder {target.parent}; make it first", file=target)
+    return target
+
+
+def _read(logs: LogLike | Sequence[LogLike], mapping: str | Path | None) -> list[FlightLog]:
+    given = [logs] if isinstance(logs, str | Path) else list(logs)
+    if not given:
+        raise InputError("no log given; give at least one")
+    found = [_log(str(entry), None if mapping is None else Path(mapping)) for entry in given]
+    digests = [(log.digest, log.time[0]) for log in found]
+    if len(set(digests)) < len(digests):
+        raise InputError(
+            "is given twice, which would make its intervals too narrow; leave one out", file=found[-1].name
+        )
+    return found
+
+
+def _log(given: str, mapping: Path | None) -> FlightLog:
+    span = None if Path(given).exists() else SPAN.fullmatch(given)
+    if span is None:
+        return read_log(Path(given), mapping)
+    return read_log(Path(span["file"]), mapping).between(float(span["begin"]), float(span["end"]))
+
+
+def _problems(logs: Sequence[FlightLog], airframe: Airframe) -> list[tuple[FlightLog, Finding]]:
+    return [(log, finding) for log in logs for finding in check_flight(airborne(log, airframe), airframe)]

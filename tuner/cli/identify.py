@@ -1,0 +1,47 @@
+"""The command that makes a vehicle out of flight logs: identify."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+import tuner
+from tuner.cli.answer import answer, progress
+from tuner.cli.app import AIRFRAME, AsJson, app
+from tuner.text.errors import BROKEN
+
+
+@app.command()
+def identify(
+    logs: Annotated[
+        list[str],
+        typer.Argument(
+            help="Flight logs of one vehicle; FILE@35:65 for a part [s].", show_default=False, metavar="LOG..."
+        ),
+    ],
+    airframe: Annotated[
+        str, typer.Option(help="What is known beforehand: a bundled airframe or a TOML file.", autocompletion=AIRFRAME)
+    ],
+    out: Annotated[Path | None, typer.Option(help="Airframe file to write, NAME.toml.")] = None,
+    check: Annotated[bool, typer.Option("--check", help="Only say what is wrong with the logs.")] = False,
+    mapping: Annotated[Path | None, typer.Option(help="What the columns of CSV logs are (TOML).")] = None,
+    mass: Annotated[float, typer.Option(help="Standard deviation of the airframe's mass, relative.")] = 0.02,
+    arm: Annotated[float, typer.Option(help="Standard deviation of its lengths, relative.")] = 0.02,
+    force: Annotated[bool, typer.Option("--force", help="Use logs that a check calls useless all the same.")] = False,
+    as_json: AsJson = False,
+) -> None:
+    """Identify a vehicle from flight logs: an airframe file with intervals, and what the data do not tell.
+
+    Reads logs of Crazyflie (SD card), PX4 (ULog), ArduPilot (.bin), Betaflight (decoded to CSV), and CSV with a mapping.
+
+    Example: tuner identify log15 --airframe crazyflie-pybullet --out mine.toml
+    """
+    if check:
+        checked = tuner.check_logs(logs, airframe=airframe, mapping=mapping)
+        answer(checked, as_json, 0 if checked.usable else BROKEN)
+        return
+    with progress(as_json) as watcher:
+        found = tuner.identify(
+            logs, airframe=airframe, out=out, mapping=mapping, mass=mass, arm=arm, force=force, watcher=watcher
+        )
+    answer(found, as_json)

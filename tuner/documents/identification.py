@@ -1,0 +1,94 @@
+"""The documents of `tuner identify --json`: a vehicle out of logs, and what is wrong with a log."""
+
+from typing import Annotated
+
+from tuner.store.document import Document, DocumentPart, OneOf
+
+
+class LogRow(DocumentPart):
+    """A log: file, kind, digest, the flight used [s], samples a second, samples lost, and what its reader had to assume."""
+
+    file: str
+    kind: str
+    sha256: str
+    begin: float
+    end: float
+    rate: float
+    lost: int
+    said: list[str]
+
+
+class IdentifiedNumber(DocumentPart):
+    """A number of the vehicle with its 95 % interval; prior: with that of its own.
+
+    identified: whether the data moved it; reason: why not, "" where they did.
+    """
+
+    name: str
+    meaning: str
+    unit: str
+    value: float
+    low: float
+    high: float
+    prior: float
+    prior_low: float
+    prior_high: float
+    identified: bool
+    reason: str
+
+
+class PredictionRow(DocumentPart):
+    """Prediction of an output over windows that were kept from the fit: share of variance explained, RMS error in the unit."""
+
+    output: str
+    explained: float
+    error: float
+    unit: str
+
+
+class RegressionRow(DocumentPart):
+    """An inertia [kg m2] from ordinary least squares, one way and the other."""
+
+    axis: str
+    acceleration_on_torque: float
+    torque_on_acceleration: float
+
+
+class IdentificationDocument(Document):
+    """A vehicle out of logs.
+
+    curve: thrust of a rotor [N] over the motor command, constant, linear and quadratic, each with its interval. correlation: of
+    the numbers of `uncertainty`, in this order. horizon: of the windows of prediction [s].
+    """
+
+    airframe: str
+    file: str | None
+    logs: list[LogRow]
+    numbers: list[IdentifiedNumber]
+    curve: list[IdentifiedNumber]
+    uncertainty: list[str]
+    deviations: list[float]
+    correlation: list[list[float]]
+    horizon: float
+    prediction: list[PredictionRow]
+    regressions: list[RegressionRow]
+    gyro_noise: list[float]
+    warnings: list[str]
+    verdict: str
+
+
+class LogFinding(DocumentPart):
+    """A problem of a log."""
+
+    file: str
+    severity: Annotated[str, OneOf(("useless", "mind"))]
+    text: str
+
+
+class LogCheckDocument(Document):
+    """What is wrong with logs; usable: whether all of them can be identified from."""
+
+    airframe: str
+    logs: list[LogRow]
+    findings: list[LogFinding]
+    usable: bool

@@ -1,0 +1,1 @@
+"""Flight logs as one typed record, whatever program wrote them."""

@@ -1,0 +1,119 @@
+"""The file that says what the columns of a CSV log are.
+
+    axes = "FLU"
+    time = { column = "t", unit = "s" }
+    gyro = { columns = ["p", "q", "r"], unit = "deg/s" }
+    acceleration = { columns = ["ax", "ay", "az"], unit = "g" }
+    command = { columns = ["m1", "m2", "m3", "m4"], idle = 1000, full = 2000 }
+
+The motors stand in the order of an airframe: front left, front right, rear left, rear right.
+"""
+
+from math import isfinite
+from pathlib import Path
+from typing import Annotated
+
+import numpy as np
+from pydantic import BaseModel, ConfigDict, Field, ValidationError
+
+from plant.errors import InputError
+from plant.input_files import read_input_text
+from plant.texts import check_texts, toml_table
+from tuner.logs.flight_log import FRD_TO_FLU, STANDARD_GRAVITY, Array
+from tuner.text.input_errors import Fault
+
+TIME = {"s": 1.0, "ms": 1e-3, "us": 1e-6}
+GYRO = {"rad/s": 1.0, "deg/s": np.pi / 180.0}
+ACCELERATION = {"m/s2": 1.0, "g": STANDARD_GRAVITY}
+AXES = {"FLU": np.ones(3), "FRD": FRD_TO_FLU}
+"""Body axes of a log -> factors that make them FLU."""
+
+Three = Annotated[list[str], Field(min_length=3, max_length=3)]
+Four = Annotated[list[str], Field(min_length=4, max_length=4)]
+
+
+class _Strict(BaseModel):
+    model_config = ConfigDict(extra="forbid", strict=True, frozen=True, allow_inf_nan=False)
+
+
+class TimeColumn(_Strict):
+    """Column and unit of the time."""
+
+    column: str
+    unit: str = "s"
+
+
+class Columns(_Strict):
+    """Three columns along body axes x, y and z, and their unit."""
+
+    columns: Three
+    unit: str
+
+
+class Commands(_Strict):
+    """Four columns of motor commands, and the numbers that stand for no and for full command."""
+
+    columns: Four
+    idle: float = 0.0
+    full: float = 1.0
+
+
+class Mapping(_Strict):
+    """The whole file."""
+
+    time: TimeColumn
+    gyro: Columns
+    acceleration: Columns
+    command: Commands
+    axes: str = "FLU"
+    separator: Annotated[str, Field(min_length=1, max_length=1)] = ","
+
+    @property
+    def columns(self) -> list[str]:
+        """All columns in the order time, gyro, acceleration, command."""
+        return [self.time.column, *self.gyro.columns, *self.acceleration.columns, *self.command.columns]
+
+    def parts(self, table: Array) -> tuple[Array, Array, Array, Array]:
+        """Return time, gyro, acceleration and command in SI units and FLU of a table (n, 11) with those columns."""
+        flip, span = AXES[self.axes], self.command.full - self.command.idle
+        return (
+            table[:, 0] * TIME[self.time.unit],
+            table[:, 1:4] * GYRO[self.gyro.unit] * flip,
+            table[:, 4:7] * ACCELERATION[self.acceleration.unit] * flip,
+            (table[:, 7:] - self.command.idle) / span,
+        )
+
+
+def read_mapping(file: Path) -> Mapping:
+    """Return the mapping in a TOML file; InputError names file and key."""
+    try:
+        table = toml_table(read_input_text(file), file)
+    except OSError as error:
+        raise InputError(f"cannot be read ({error.strerror}); give a TOML file", file=file) from error
+    except UnicodeDecodeError as error:
+        raise InputError(
+            f"is not UTF-8 text ({error.reason} at byte {error.start}); save it as UTF-8", file=file
+        ) from error
+    check_texts(table, file=file)
+    try:
+        mapping = Mapping.model_validate(table)
+    except ValidationError as error:
+        fault = Fault.of(error.errors()[0])
+        key = ".".join(map(str, fault.place))
+        raise InputError(f"{fault.message}; see docs/identify.md for an example", file=file, key=key) from None
+    for key, given, allowed in (
+        ("axes", mapping.axes, AXES),
+        ("time.unit", mapping.time.unit, TIME),
+        ("gyro.unit", mapping.gyro.unit, GYRO),
+        ("acceleration.unit", mapping.acceleration.unit, ACCELERATION),
+    ):
+        if given not in allowed:
+            raise InputError(f"given '{given}'; allowed: {', '.join(allowed)}", file=file, key=key)
+    span = mapping.command.full - mapping.command.idle
+    if not (isfinite(span) and span > 0.0):
+        raise InputError(
+            f"given {mapping.command.full:g}; it must be above idle, {mapping.command.idle:g}",
+            file=file,
+            key="command.full",
+        )
+    return mapping

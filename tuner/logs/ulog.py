@@ -1,0 +1,60 @@
+"""Logs of PX4 (ULog), read by the package pyulog."""
+
+from io import BytesIO
+from typing import Any
+
+import numpy as np
+
+from plant.errors import InputError, require_package
+from tuner.logs.autopilot import MOTORS, joined
+from tuner.logs.flight_log import Array, FlightLog
+
+MAGIC = b"ULog\x01\x12\x35"
+SENSORS = "sensor_combined"
+OUTPUTS = {"actuator_motors": ("control", 0.0, 1.0), "actuator_outputs": ("output", 1000.0, 2000.0)}
+"""Topics of motor commands -> field, idle and full; the first that is there counts."""
+
+
+def is_ulog(content: bytes) -> bool:
+    """Return whether a file begins as a ULog."""
+    return content[: len(MAGIC)] == MAGIC
+
+
+def read_ulog(content: bytes, name: str, digest: str) -> FlightLog:
+    """Return the log; raises InputError where it is damaged or lacks a topic, MissingPackageError without pyulog."""
+    require_package("pyulog", "logs", key=name)
+    from pyulog import ULog
+
+    try:
+        found = ULog(BytesIO(content), [SENSORS, *OUTPUTS])
+        topics = {entry.name: entry.data for entry in reversed(found.data_list) if entry.multi_id == 0}
+    # The reader meets whatever a damaged file holds, and raises as many kinds of errors.
+    except Exception as error:
+        raise InputError(f"is no ULog that can be read ({type(error).__name__})", file=name) from None
+    sensors = _topic(topics, [SENSORS], name)
+    chosen = next((topic for topic in OUTPUTS if topic in topics), "actuator_motors")
+    outputs = _topic(topics, [chosen], name)
+    field, idle, full = OUTPUTS[chosen]
+    command = (_fields(outputs, [f"{field}[{i}]" for i in MOTORS], name) - idle) / (full - idle)
+    return joined(
+        name, "PX4 ULog", digest, _time(sensors, name), _fields(sensors, [f"gyro_rad[{i}]" for i in range(3)], name),
+        _fields(sensors, [f"accelerometer_m_s2[{i}]" for i in range(3)], name), _time(outputs, name), command,
+    )  # fmt: skip
+
+
+def _topic(topics: dict[str, Any], names: list[str], name: str) -> Any:
+    for entry in names:
+        if entry in topics:
+            return topics[entry]
+    raise InputError(f"lacks the topic {names[0]}; log it, at a high rate (SDLOG_PROFILE)", file=name)
+
+
+def _time(topic: Any, name: str) -> Array:
+    return _fields(topic, ["timestamp"], name)[:, 0] * 1e-6
+
+
+def _fields(topic: Any, fields: list[str], name: str) -> Array:
+    missing = [field for field in fields if field not in topic]
+    if missing:
+        raise InputError(f"lacks the field {missing[0]}; it is damaged or of another format", file=name)
+    return np.column_stack([np.asarray(topic[field], float) for field in fields])
