@@ -40,6 +40,7 @@ class Trajectory:
 class Axis:
     """The plant y'' = b0 (u + disturbance + drift t), |u| <= limit, with the command held over each period, and the drift too.
 
+    from_observer: nothing measures the rate; the law is given the difference of y, as `plant.model.controller` gives it.
     told: what the law hears of its clipped command: "all", or "nothing" (then it takes the command asked for as delivered).
     """
 
@@ -63,9 +64,10 @@ class Axis:
         y, v = start or Measured(0.0, 0.0)
         constants = law.prepare(gains, h)
         memory, channel, applied = law.start(constants, Measured(y, v), 0.0), self.channel, Applied(0.0, 0.0)
-        rows = []
+        rows, last = [], y
         for k in range(steps):
-            asked, memory = law.step(memory, constants, channel, goal(k * h), Measured(y, v), applied, h)
+            seen, last = Measured(y, (y - last) / h if self.from_observer else v), y
+            asked, memory = law.step(memory, constants, channel, goal(k * h), seen, applied, h)
             command = min(max(asked, -self.limit), self.limit)
             applied = Applied(command, command - asked) if self.told == "all" else Applied(asked, 0.0)
             rows.append((y, v, asked, command))

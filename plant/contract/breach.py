@@ -22,7 +22,7 @@ class Breach(NamedTuple):
 
 
 def found(check: Callable[[], Iterator[Breach]], owner: Any, file: str) -> list[Breach]:
-    """Return the breaches of a check, each with its place; an error inside it is one of them.
+    """Return the breaches of a check, each once and with its place; an error inside it is one of them.
 
     owner: has the parts as attributes.
     """
@@ -42,5 +42,5 @@ def found(check: Callable[[], Iterator[Breach]], owner: Any, file: str) -> list[
 def _placed(told: list[Breach], owner: Any, file: str) -> list[Breach]:
     return [
         breach._replace(place=breach.place or place_of(getattr(owner, breach.part.partition(".")[0], None), file))
-        for breach in told
+        for breach in dict.fromkeys(told)
     ]

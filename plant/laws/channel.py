@@ -7,8 +7,8 @@ class Channel(NamedTuple):
     """The controller's knowledge of the channel that it acts on.
 
     b0: acceleration of y for one unit of u (1/I for an attitude axis with u in N m, 1 for a position axis with u in m/s2).
-    rate_from_observer: 1 where the law takes the rate of y from its own observer (or by differencing y), 0 where it takes
-    the measured rate (gyro, velocity).
+    rate_from_observer: 0 where a sensor measures the rate of y (gyro, velocity); 1 where none does, and a law with an observer or
+    a filter of its own takes the rate from that. A law without one takes `Measured.rate` either way.
     """
 
     b0: float
@@ -24,7 +24,7 @@ class Setpoint(NamedTuple):
 
 
 class Measured(NamedTuple):
-    """Measured y and its rate."""
+    """Measured y and its rate: a sensor's, or y differenced over the law's step where no sensor measures it (0 at the start)."""
 
     value: float
     rate: float

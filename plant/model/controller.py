@@ -22,7 +22,7 @@ Function = Callable[..., Any]
 # Parts of the memory, and what the functions call their records.
 PARTS = {
     "laws": "Laws", "commands": "Commands", "excess": "Commands", "command": "Input", "shortfall": "Input", "in_force": "Input",
-    "waiting": "Waiting", "phase": "Phase",
+    "waiting": "Waiting", "phase": "Phase", "last": "Last",
 }  # fmt: skip
 
 
@@ -41,7 +41,8 @@ class PlantController:
     Gains, Constants: of the law of every channel. Nominal: its knowledge: every channel as its law knows it, then the ranges of
     `commands` of channels and of `inputs`. Reference: a set point for every channel; those of inner ones are not read.
     Memory: laws; commands and excess of channels; command of inputs: what they were last sent; shortfall: that less what was
-    wanted; in_force: what has come into force; waiting: what is on its way; phase: periods since a slower channel stepped.
+    wanted; in_force: what has come into force; waiting: what is on its way; phase: periods since a slower channel stepped;
+    last: what a channel without a measured rate saw when it last stepped, for its rate is the difference over its step.
     prepare(gains, h) -> Constants. start(constants, nominal, seen, held) -> Memory at rest at the outputs seen, with the inputs
     held. step(memory, constants, nominal, reference, seen, h) -> Memory, once every period; its `command` is to be sent.
     """
@@ -94,7 +95,16 @@ def _memory(plant: PlantRecords, plan: LoopPlan, h: float) -> dict[str, Any]:
     }
     Waiting = record_type("Waiting", queues)
     Phase = record_type("Phase", dict.fromkeys([each.name for each in plan.channels if each.every > 1], float))
-    records = {"Laws": Laws, "Commands": Commands, "Input": plant.Input, "Waiting": Waiting, "Phase": Phase}
+    seen = {each.name: plant.Output.__annotations__[each.output] for each in plan.channels if not each.rate_output}
+    Last = record_type("Last", seen)
+    records = {
+        "Laws": Laws,
+        "Commands": Commands,
+        "Input": plant.Input,
+        "Waiting": Waiting,
+        "Phase": Phase,
+        "Last": Last,
+    }
     Memory = record_type("State", {part: records[name] for part, name in PARTS.items() if records[name]._fields})
     return {"Memory": Memory, **records, **{f"Queue_{name}": kind for name, kind in queues.items()}}
 
@@ -112,8 +122,9 @@ def _laws(plan: LoopPlan) -> dict[str, Any]:
     }  # fmt: skip
 
 
-def _seen(channel: Channel) -> str:
-    rate = f"seen.{channel.rate_output}" if channel.rate_output else "0.0"
+def _seen(channel: Channel, differenced: str) -> str:
+    """Expression of what a channel measures; differenced: its rate where no output measures it."""
+    rate = f"seen.{channel.rate_output}" if channel.rate_output else differenced
     return f"Measured(seen.{channel.output}, {rate})"
 
 
@@ -126,7 +137,8 @@ def _start_lines(plan: LoopPlan, memory: Any) -> list[str]:
         held = f"seen.{plan.channel(channel.to).output}" if inner else f"held.{channel.to} / {share}"
         lines += [
             f"    u_{name} = {held}",
-            f"    law_{name} = start_{name}(constants.{name}, {_seen(channel)}, nominal.{name}.b0 * u_{name})",
+            f"    last_{name} = seen.{channel.output}",
+            f"    law_{name} = start_{name}(constants.{name}, {_seen(channel, '0.0')}, nominal.{name}.b0 * u_{name})",
         ]
     waiting = [[f"held.{name}"] * periods for name, periods in _queues(memory).items()]
     parts = {"excess": "0.0", "command": "held.{}", "shortfall": "0.0", "in_force": "held.{}", "phase": "0.0"}
@@ -161,7 +173,7 @@ def _queues(memory: Any) -> dict[str, int]:
 
 def _kept(memory: Any, waiting: list[list[str]], **patterns: str) -> str:
     """Return the line that returns the memory; waiting: queues; patterns: of the other parts, where {} is the name of a field."""
-    patterns = {"laws": "law_{}", "commands": "u_{}", **patterns}
+    patterns = {"laws": "law_{}", "commands": "u_{}", "last": "last_{}", **patterns}
     parts: list[str] = []
     for part, kind in memory.__annotations__.items():
         if part == "waiting":
@@ -181,9 +193,11 @@ def _channel_lines(channel: Channel, plan: LoopPlan) -> list[str]:
     effect = f"kept.commands.{name}" if inner else f"kept.in_force.{channel.to}"
     excess = f"kept.excess.{name}" if inner else f"kept.shortfall.{channel.to} + kept.excess.{name}"
     command, over = _limited(f"asked_{name}", f"nominal.commands.{name}", channel.low, channel.high)
+    step = f"({float(channel.every)} * h)"
     lines = [
+        f"    last_{name} = seen.{channel.output}",
         f"    asked_{name}, law_{name} = step_{name}(kept.laws.{name}, constants.{name}, nominal.{name}, {goal},",
-        f"        {_seen(channel)}, Applied({effect}, {excess}), {float(channel.every)} * h)",
+        f"        {_seen(channel, f'(last_{name} - kept.last.{name}) / {step}')}, Applied({effect}, {excess}), {step})",
         f"    u_{name} = {command}",
         f"    over_{name} = {over.format(f'u_{name}')}",
     ]
@@ -195,6 +209,7 @@ def _channel_lines(channel: Channel, plan: LoopPlan) -> list[str]:
             f"    over_{name} = select(due_{name}, over_{name}, kept.excess.{name})",
             f"    law_{name} = keep_{name}(due_{name}, law_{name}, kept.laws.{name})",
         ]
+        lines += [] if channel.rate_output else [f"    last_{name} = select(due_{name}, last_{name}, kept.last.{name})"]
     return lines
 
 

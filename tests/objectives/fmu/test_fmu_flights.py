@@ -17,8 +17,9 @@ from plant.backends.flyer import result_parts
 from plant.closed_loop import Status
 from plant.errors import InputError, MissingPackageError
 from plant.fmu.fmu_model import read_fmu
+from plant.laws import LAWS
 from plant.loop import Timing
-from plant.model.plan import Actuator, plan_loop
+from plant.model.plan import Actuator, Channel, plan_loop
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Coloured, Step
 from plant.records import paths, rows
@@ -77,6 +78,17 @@ def test_outcomes_are_those_of_the_plant_in_python(version):
     sizes = np.abs(wanted()).max(axis=(0, 1))
     assert (result_parts(found)[1] == 0).all()
     assert (np.abs(found - wanted()) <= 1e-6 * sizes).all()
+
+
+def test_a_law_is_given_the_difference_of_what_it_sees_as_in_python():
+    """The law of PX4's multicopter position takes the rate as it is given it."""
+    channels = [Channel("angle", LAWS["px4_position"], "angle", "voltage", b0=2100.0, limit=10.0)]
+    gains = np.array([[0.95, damping, 0.4, 0.0, 9.8, 5.0, 1.0] for damping in (1.8, 18.0)])
+    plant = fmu(2).plant
+    mine = FmuSystem(plant, plan_loop(plant, channels, ACTUATORS), fmu(2).parameters, TIMING)
+    found = flown(mine, 3, gains=gains)
+    theirs = flown(system_of("dc_motor", channels, ACTUATORS, TIMING), 3, gains=gains)
+    assert (np.abs(found - theirs) <= 1e-6 * np.abs(theirs).max(axis=(0, 1))).all()
 
 
 def test_a_trace_is_that_of_the_plant_in_python():

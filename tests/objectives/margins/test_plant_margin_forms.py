@@ -10,7 +10,9 @@ from plant.errors import InputError
 from plant.laws import LAWS
 from plant.loop import Timing
 from plant.model.plan import Actuator, Channel
+from plant.own_code import run_own_code
 from tests.plant.model.plants import pid, system_of
+from tests.plant.own_files import LAW
 
 
 def first_order(h, lag=1.0, periods=0):
@@ -59,6 +61,17 @@ def test_a_double_integrator_tends_to_its_textbook_margin():
     exact = wn * sqrt(1.0 + sqrt(2.0)), np.arctan(sqrt(2.0 * (1.0 + sqrt(2.0))))
     # Sampling costs in proportion to the period.
     assert 2.0 * np.array(found[1]) - found[0] == pytest.approx(exact, rel=1e-4)
+
+
+def test_a_law_that_is_given_its_rate_has_the_margins_of_one_that_differences_by_itself():
+    gains, found = [20.0, 1.0, 6.0, 0.0], []
+    for law in (run_own_code(LAW).names["LAW"], LAWS["pid"]):
+        system = system_of("dc_motor", [Channel("angle", law, "angle", "voltage", b0=2100.0)], [], Timing(0.01, 0.005))
+        row = np.array(gains[: len(law.gains)])
+        found.append(PlantMargins(system, 0.9 * row, 1.1 * row + 1e-9).evaluate(row[None]))
+    for name in ("gain_up", "phase", "delay", "sensitivity", "crossover"):
+        given, own = (getattr(margins, name).value[0, 0] for margins in found)
+        assert given == pytest.approx(own, rel=1e-6), name
 
 
 @pytest.mark.parametrize("scale", [1e-4, 1e4])

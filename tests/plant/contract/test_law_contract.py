@@ -136,6 +136,44 @@ def test_a_state_that_hides_where_no_look_at_the_source_finds_it_shows_in_the_co
     assert behaviour.same_inputs_give_the_same in FLIES
 
 
+DIFFERENCED = (
+    ("    integral: float\n\n\ndef", "    integral: float\n    last: float\n\n\ndef"),
+    ("return Memory(held)", "return Memory(held, measured.value)"),
+    (ERROR, "slope = select(channel.rate_from_observer > 0.5, (measured.value - memory.last) / h, measured.rate)\n"
+     "    error, rate = setpoint.value - measured.value, setpoint.rate - slope"),
+    (RETURN, RETURN.replace("error)", "error, measured.value)")),
+    ("from plant.laws.law import", "from plant.primitives import select\nfrom plant.laws.law import"),
+)  # fmt: skip
+WEIGHTED = (
+    ("return Memory(held)", "return Memory(held + 0.3 * constants.kp * measured.value)"),
+    ("constants.kp * error + integral", "constants.kp * (0.7 * setpoint.value - measured.value) + integral"),
+)
+
+
+def test_a_law_that_differences_by_itself_where_nothing_measures_the_rate_keeps_it(tmp_path: Path) -> None:
+    law = run_own_code(edited(LAW, tmp_path, *DIFFERENCED)).names["LAW"]
+    assert list(behaviour.commands_point_the_right_way(law)) == []
+    assert list(behaviour.disturbances_are_rejected_as_promised(law)) == []
+
+
+def test_a_law_that_brakes_only_by_a_rate_that_it_is_not_given_is_told_once(tmp_path: Path) -> None:
+    """With the rate left out where nothing measures it, there is no derivative: two signs, two loops, one line each."""
+    without = "select(channel.rate_from_observer > 0.5, 0.0, measured.rate)"
+    changes = [(ERROR, ERROR.replace("measured.rate", without)), DIFFERENCED[-1]]
+    law = run_own_code(edited(LAW, tmp_path, *changes)).names["LAW"]
+    lines = [each.message for each in found(lambda: behaviour.commands_point_the_right_way(law), law, "")]
+    assert len(lines) == len(set(lines)) == 2
+    assert all("does not brake a motion" in line and "from an observer" in line for line in lines)
+
+
+def test_a_weighted_set_point_rests_within_rounding_and_a_share_of_a_billionth_of_it_is_told(tmp_path: Path) -> None:
+    law = run_own_code(edited(LAW, tmp_path, *WEIGHTED)).names["LAW"]
+    assert list(behaviour.at_rest_nothing_changes(law)) == []
+    off = edited(LAW, tmp_path, *WEIGHTED, ("held + 0.3 *", "held + 0.300000001 *"), name="off.py")
+    told_of = list(behaviour.at_rest_nothing_changes(run_own_code(off).names["LAW"]))
+    assert len(told_of) == 8 and all("it must command 0" in each.message for each in told_of)
+
+
 def test_an_error_inside_a_function_is_told_with_its_line(tmp_path: Path) -> None:
     file = edited(LAW, tmp_path, (ERROR, f"{ERROR}\n    error = error * measured.speed"))
     first = told(file)[0]

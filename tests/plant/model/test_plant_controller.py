@@ -13,8 +13,10 @@ from plant.model.plan import Actuator, Channel, plan_loop
 from plant.model.plant_model import plant_from
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Constant, Step
+from plant.own_code import run_own_code
 from plant.primitives import cos
 from plant.records import pack
+from tests.plant.own_files import LAW
 
 PERIOD = 0.01
 
@@ -90,6 +92,26 @@ def test_a_slower_channel_steps_every_so_many_periods():
     for held in (outer, memory):
         assert np.array_equal(np.flatnonzero(np.diff(held)) + 1, np.arange(5, 100, 5))
     assert np.count_nonzero(np.diff(inner)) == 99
+
+
+@pytest.mark.parametrize("every", [1, 4])
+def test_a_law_is_given_the_difference_of_what_it_sees_where_nothing_measures_the_rate(every):
+    """The shipped law takes the rate as it is given it: PID without a filter, whose bundled form differences by itself."""
+    plain = Channel("angle", run_own_code(LAW).names["LAW"], "angle", "torque", every=every)
+    given, own = (
+        flown([channel], gains=gains, noise=1e-3)
+        for channel, gains in ((plain, [20.0, 10.0, 9.0]), (*single(every=every), [20.0, 10.0, 9.0, 0.0]))
+    )
+    commands = [np.array([each.command.torque for each in kept]) for kept in (given, own)]
+    assert commands[0] == pytest.approx(commands[1], rel=1e-9)
+    assert np.ptp(commands[0], axis=0) > 10.0
+
+
+def test_a_flight_begins_without_a_rate():
+    """What is seen first is all noise: nothing may be made of its difference from 0."""
+    law = run_own_code(LAW).names["LAW"]
+    first = flown([Channel("angle", law, "angle", "torque")], gains=[1e-9, 0.0, 9.0], goal=Constant(0.0), noise=1e-2)[0]
+    assert first.command.torque == pytest.approx(4.0, abs=1e-9)
 
 
 @pytest.mark.parametrize("periods", [0, 1, 3])

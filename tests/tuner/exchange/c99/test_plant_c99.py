@@ -71,6 +71,7 @@ CASES = {
     "slewed": ([position("ladrc")], [Actuator("voltage", -6.0, 6.0, rate=400.0, delay=0.002)]),
     "free": ([position("hybrid", rate_output="speed")], []),
     "one_sided": ([position("supertwisting")], [Actuator("voltage", low=0.0)]),
+    "differenced": ([position("px4_position", every=3)], [Actuator("voltage", -6.0, 6.0)]),
     "cascade": (
         [
             Channel("position", LAWS["pid"], "angle", "turning", b0=4.0, every=5, low=-20.0, high=20.0, limit=10.0),
