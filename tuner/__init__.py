@@ -46,9 +46,9 @@ if TYPE_CHECKING:
 __all__ = [
     "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "Results", "StoreError", "Study",
     "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "catalogue", "check", "check_logs",
-    "compare", "cost", "default_gains", "design", "export", "fly", "identify", "import_gains", "judge", "load_study", "make_study", "margins",
-    "open_results", "plan", "read_gains", "rejudge", "resume", "run", "sensitivity", "tell", "theory", "use", "validate",
-    "verify",
+    "compare", "cost", "default_gains", "design", "export", "fly", "identify", "import_gains", "judge", "load_study",
+    "make_study", "margins", "open_results", "plan", "read_gains", "rejudge", "resume", "run", "sensitivity", "tell", "theory",
+    "use", "validate", "verify",
 ]  # fmt: skip
 
 _HOMES = {

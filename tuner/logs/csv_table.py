@@ -38,7 +38,7 @@ def read_columns(content: bytes, name: str, columns: list[str], separator: str =
         )  # fmt: skip
     except (pd.errors.ParserError, pd.errors.EmptyDataError, ValueError) as error:
         raise InputError(f"is no table of numbers ({str(error).splitlines()[0]})", file=name) from None
-    return np.column_stack([pd.to_numeric(frame[place], errors="coerce").to_numpy(float) for place in places])
+    return np.column_stack([np.asarray(pd.to_numeric(frame[place], errors="coerce"), float) for place in places])
 
 
 def header(text: str, separator: str) -> list[str]:

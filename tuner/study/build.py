@@ -238,7 +238,7 @@ def _scenario(table: ScenarioTable, timing: Timing, path: Path, airframe: Airfra
     return StudyScenario(spec, table.search, table.held_out)
 
 
-def _widths(table: Any) -> dict[str, float]:
+def _widths(table: Any) -> dict[str, Any]:
     """Return the numbers of a [scenario.spread], none where the airframe's uncertainty stands in for them."""
     return {} if getattr(table, "from") is not None else table.model_dump(exclude={"from"})
 

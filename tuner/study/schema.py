@@ -181,13 +181,15 @@ SensorsTable = mirror(
 )
 # An observer that is fed with the modelled rotors knows their lag; without a spread it would know the true one.
 USUAL_SPREAD = {"lag": 0.2}
+# Not a name that a class could give a field.
+_FROM: dict[str, Any] = {"from": (str | None, Field(default=None, description=meanings.SPREAD_FROM))}
 SpreadTable = create_model(
     "SpreadTable",
     __base__=mirror(
         Spread, "[scenario.spread]: vehicles that fly, around the nominal one.", meanings.SPREAD, USUAL_SPREAD
     ),
     __doc__="[scenario.spread]: vehicles that fly, around the nominal one.",
-    **{"from": (str | None, Field(default=None, description=meanings.SPREAD_FROM))},
+    **_FROM,
 )
 BandsTable = mirror(Bands, "[scenario.bands]: bands that settling and recovery are judged by.", meanings.BANDS)
 MissionTable = mirror(Mission, "[mission]: how much the automatic limits ask.", meanings.MISSION)

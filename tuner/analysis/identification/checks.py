@@ -179,7 +179,7 @@ def _changes(part: Samples, lags: list[float]) -> tuple[Array, Array, float]:
 
 def _gains(turned: Array, asked: Array) -> Array:
     """Return least squares (3, 4) of turning over the motors."""
-    return np.linalg.lstsq(asked, turned, rcond=None)[0].T
+    return np.asarray(np.linalg.lstsq(asked, turned, rcond=None)[0].T, float)
 
 
 def _arrangement(gain: Array, mixer: Array, weight: Array) -> tuple[tuple[int, ...], tuple[float, ...]]:

@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from tuner.analysis.identification.checks import Finding
-from tuner.analysis.identification.identify import EXPLAINED, GIVEN, Identified
+from tuner.analysis.identification.identify import GIVEN, Identified
 from tuner.analysis.identification.onward import uncertainty_of
 from tuner.analysis.identification.parameters import NODES, Parameter
 from tuner.analysis.identification.prediction import HORIZON
@@ -25,6 +25,8 @@ Array = NDArray[np.float64]
 
 QUANTILE = 1.96
 """Of a 95 % interval, in standard deviations."""
+POOR = 0.5
+"""Share of an output's variance below which its prediction on windows kept from the fit is called poor."""
 UNITS = ("rad/s", "rad/s", "rad/s", "m/s2")
 
 
@@ -85,7 +87,7 @@ def verdict(found: Identified) -> str:
         for name, share, on in zip(OUTPUTS, found.windows.explained.tolist(), found.problem.outputs, strict=True)
         if on
     ]
-    poor = [name for name, share in used if share < EXPLAINED]
+    poor = [name for name, share in used if share < POOR]
     if poor:
         said.append(
             f"On windows kept from the fit, {' and '.join(poor)} is predicted poorly: mind these numbers, and fly once "

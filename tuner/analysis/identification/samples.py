@@ -44,7 +44,7 @@ class Samples:
     def time(self) -> Array:
         """Times of what is compared (m,) [s]."""
         count = len(self.lift) // self.share - 1
-        return self.begin + self.period * self.share * (np.arange(count) + 1.0)
+        return self.begin + self.period * self.share * np.arange(1.0, count + 1.0)
 
 
 def gridded(stretch: FlightLog, log: int, begin: float, duration: float) -> Samples:

@@ -50,7 +50,7 @@ def drawn_vehicle(draw):
     )  # fmt: skip
 
 
-def known_flights(count, duration=12.0, seed=1, excited=AXES, turbulence=1.0, lost=0.005):
+def known_flights(count, duration=12.0, seed=1, excited=AXES, turbulence: float | np.ndarray = 1.0, lost=0.005):
     """Fly and return so many flights; excited: axes that are shaken, of all or of each; turbulence: factor on what the air does."""
     shakes = list(excited) if excited and not isinstance(excited[0], str) else [excited] * count
     draws = [np.random.default_rng((seed, i)) for i in range(count)]
@@ -58,7 +58,7 @@ def known_flights(count, duration=12.0, seed=1, excited=AXES, turbulence=1.0, lo
     steps = round(duration / PERIOD)
     delays = [int(draw.integers(0, 5)) for draw in draws]
     shaken = np.stack([_shaken(draw, steps, axes) for draw, axes in zip(draws, shakes, strict=True)], axis=-1)
-    air = turbulence * np.stack([_air(draw, steps) for draw in draws], axis=-1)
+    air = np.asarray(turbulence) * np.stack([_air(draw, steps) for draw in draws], axis=-1)
     noise = np.stack([draw.normal(size=(steps, 4)) * [GYRO, GYRO, GYRO, LIFT] for draw in draws], axis=-1)
     rates, lifts, commands = _flown(vehicles, shaken, air, noise, delays)
     flights = []
@@ -66,7 +66,7 @@ def known_flights(count, duration=12.0, seed=1, excited=AXES, turbulence=1.0, lo
         kept = draw.random(steps) >= lost
         push = np.zeros((steps, 3))
         push[:, 2] = lifts[:, i] + 0.1 * draw.normal()
-        time = PERIOD * np.arange(steps)
+        time = PERIOD * np.arange(float(steps))
         log = FlightLog(
             f"log {i}", "made", "0" * 64, time, rates[..., i] + 0.01 * draw.normal(size=3), push, commands[..., i]
         )

@@ -30,7 +30,9 @@ FRD = np.array([1.0, -1.0, -1.0])
 @pytest.fixture(scope="module")
 def flown():
     """Two flights with all axes shaken, one with roll and lift only, and a calm one."""
-    return known_flights(4, duration=9.0, excited=[AXES, AXES, ("roll", "lift"), ()], turbulence=[1.0, 1.0, 1.0, 0.2])
+    return known_flights(
+        4, duration=9.0, excited=[AXES, AXES, ("roll", "lift"), ()], turbulence=np.array([1.0, 1.0, 1.0, 0.2])
+    )
 
 
 @pytest.fixture(scope="module")
@@ -138,6 +140,7 @@ def test_the_airframe_file_holds_the_numbers_and_the_set(crazyflie, tmp_path):
     assert read.vehicle.thrust_coefficient * read.vehicle.speed_max**2 == pytest.approx(numbers.thrust[-1], rel=1e-4)
     assert "log15_70_to_85" in read.sources["inertia.x"].source
     assert read.sources["mass"] == load("crazyflie-pybullet").sources["mass"]
+    assert read.uncertainty is not None
     at = {name: k for k, name in enumerate(read.uncertainty.names)}
     # Both inertias follow from the same thrust, arm and mass.
     assert read.uncertainty.correlation[at["inertia.x"]][at["inertia.y"]] > 0.8
