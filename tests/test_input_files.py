@@ -127,7 +127,7 @@ OWN = {
 }  # fmt: skip
 NAMES = {"read_text", "read_bytes", "open", "ParquetFile", "read_parquet", "read_csv", "fromfile", "loadtxt"}
 # Calls of those names that open no file by its name to read it.
-HARMLESS = ("BytesIO(", 'open("x"', 'open("w")', 'open("ab")', "Folder.open(", "cls.open(", "os.open(")
+HARMLESS = ("BytesIO(", "StringIO(", 'open("x"', 'open("w")', 'open("ab")', "Folder.open(", "cls.open(", "os.open(")
 
 
 def reads(node):

@@ -88,7 +88,7 @@ class PlantMargins:
         """
         plant = self._plants[0]
         assert isinstance(plant, OneRate), "several rates"
-        return list(plant.open(np.asarray(gains, dtype=float)[None]))
+        return list(plant.opened(np.asarray(gains, dtype=float)[None]))
 
     def loop(self, gains: Array, channel: str, case: Case = MIDDLE, frequency: Array | None = None) -> LoopResponse:
         """Response of one loop of the nominal plant under a gains row (g,), at frequencies (f,) [rad/s], by default the grid."""

@@ -38,7 +38,7 @@ class OneRate:
         for block in self.blocks:
             yield block, with_terms(block, block.part(loops), term)
 
-    def open(self, gains: Array) -> Iterator[tuple[Block, LinearLoops]]:
+    def opened(self, gains: Array) -> Iterator[tuple[Block, LinearLoops]]:
         """Yield the blocks with their loops under gains rows (n, g), terms left open."""
         (loops,) = self._period.phases(gains)
         for block in self.blocks:
@@ -97,7 +97,7 @@ class SeveralRates:
             # Values that are held and given anew are chains of poles at 0, whose eigenvectors depend on each other.
             yield block, replace(part, a=moved(without_idle(part.a, part.b[..., part.injected])))
 
-    def open(self, gains: Array) -> Iterator[tuple[Block, LinearLoops]]:
+    def opened(self, gains: Array) -> Iterator[tuple[Block, LinearLoops]]:
         """Yield the blocks with their loops under gains rows (n, g), terms left open."""
         (loops,) = self._period.phases(gains)
         for block in self.blocks:
