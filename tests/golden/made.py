@@ -13,7 +13,7 @@ from unittest.mock import patch
 
 from typer.main import get_command
 
-from tests.golden.steps import STUDIES, Step
+from tests.golden.steps import LOG, STUDIES, Step
 from tests.tuner.in_process import called
 from tests.undrawn import undrawn
 from tuner.cli.main import app
@@ -66,6 +66,7 @@ def documents(folder: Path, steps: Iterable[Step]) -> dict[str, Any]:
     """Run steps in a folder, which is made with the studies in it where there is none; return documents by name."""
     if not folder.exists():
         shutil.copytree(STUDIES, folder)
+        shutil.copy(LOG, folder)
     made = {}
     # Not every machine has a compiler of C, and its bytes are its own.
     uncompiled = patch("tuner.exchange.fmi.export.compiler", return_value=None)

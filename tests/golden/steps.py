@@ -6,6 +6,9 @@ from typing import NamedTuple
 STUDIES = Path(__file__).with_name("studies")
 """The study files that lie in the working folder before the first step."""
 
+LOG = Path(__file__).parents[1] / "tuner" / "logs" / "crazyflie" / "log15_70_to_85"
+"""The flight log that lies there too."""
+
 PID_GAINS = "contest/contenders/pid/gains.json"
 
 
@@ -69,6 +72,7 @@ STEPS = (
     ),
     step("import px4", "import export/px4/holdfast.params --from px4 --airframe f450 --out vehicle.json"),
     step("approach", "approach designed.json run/gains.json --steps 2 --flights 4"),
+    step("identify check", f"identify {LOG.name} --airframe crazyflie-pybullet --check"),
     step("resume", "resume run --threads 2"),
 )
 SLOW_STEPS = (step("bench", "bench --flights 16 --threads 2"),)
