@@ -106,7 +106,7 @@ def cascade_case(cascade, vehicle, draw):
 @cache
 def both_of(pair):
     """The step of a cascade in CasADi and on arrays; it knows no airframe."""
-    cascade = close_cascade(*[LAWS[name] for name in pair])
+    cascade = close_cascade(LAWS[pair[0]], LAWS[pair[1]])
     kinds = (cascade.Memory, cascade.Constants, Nominal, Reference, Measurement, Rotors, float)
     return symbolic.symbolic_function("step", cascade.step, kinds), array.rebinder()(cascade.step)
 
@@ -119,7 +119,7 @@ COMPILED = (("ladrc", "hybrid"), ("adrc", "hybrid_gsta"))
 @pytest.mark.parametrize("pair", PAIRS, ids="-".join)
 @pytest.mark.parametrize("frame", ["hummingbird", "iris", "crazyflie-pybullet", "paper-literal"])
 def test_cascade(pair, frame):
-    cascade = close_cascade(*[LAWS[name] for name in pair])
+    cascade = close_cascade(LAWS[pair[0]], LAWS[pair[1]])
     vehicle = airframe(frame)
     knowledge = nominal(vehicle, ControlOptions(), H)
     draw = np.random.default_rng(3)

@@ -20,7 +20,8 @@ def test_a_flight_becomes_an_airframe_and_a_document(tmp_path):
     document = json.loads(said)
     assert code == 0
     assert document["file"] == str(out) and document["logs"][0]["begin"] >= 71.0
-    assert list(load(out).uncertainty.names) == document["uncertainty"]
+    uncertainty = load(out).uncertainty
+    assert uncertainty is not None and list(uncertainty.names) == document["uncertainty"]
     numbers = {row["name"]: row for row in document["numbers"]}
     assert numbers["inertia.x"]["identified"] and not numbers["mass"]["identified"]
 

@@ -14,6 +14,7 @@ from tuner.study.build import study_from_table
 from tuner.study.contest_reading import slug_of
 from tuner.study.kinds import kind_of_layers
 from tuner.study.layers import merged, read_layers
+from tuner.study.study import Study
 from tuner.text.toml_text import toml_text
 
 SHARED, OWN = CONTEST.split('[[contender]]\nname = "PID"', 1)
@@ -25,6 +26,12 @@ def gains_of(contest, index):
     return resolved["gains"]
 
 
+def airframe_of(contender):
+    """The airframe of a contender that flies a quadrotor."""
+    assert isinstance(contender.study, Study)
+    return contender.study.airframe
+
+
 def test_a_contender_is_the_base_study_with_its_own_tables_on_top(tmp_path):
     contest = load_contest(write(tmp_path))
     pid, hybrid, ladrc = contest.contenders
@@ -32,7 +39,7 @@ def test_a_contender_is_the_base_study_with_its_own_tables_on_top(tmp_path):
     assert [entry.slug for entry in contest.contenders] == ["pid", "the-hybrid-v1-0", "ladrc"]
     assert [entry.study.system.cascade.attitude.name for entry in contest.contenders] == ["pid", "hybrid", "ladrc"]
     assert [entry.study.system.cascade.position.name for entry in contest.contenders] == ["pid", "ladrc", "ladrc"]
-    assert [entry.study.airframe.name for entry in contest.contenders] == ["hummingbird", "hummingbird", "f450"]
+    assert [airframe_of(entry).name for entry in contest.contenders] == ["hummingbird", "hummingbird", "f450"]
     assert [entry.tuned for entry in contest.contenders] == [True, False, False]
     assert pid.study.title == "Test: PID"
     assert contest.title == "Test"
@@ -98,10 +105,10 @@ def test_an_airframe_replaces_the_one_below(tmp_path):
     frame = (Path(plant.airframes.__file__).parent / "iris.toml").read_text()
     write(tmp_path, frame, "mine.toml")
     text = changed('airframe = { name = "f450" }', 'airframe = { file = "mine.toml" }')
-    assert load_contest(write(tmp_path, text)).contenders[2].study.airframe.title == load("iris").title
+    assert airframe_of(load_contest(write(tmp_path, text)).contenders[2]).title == load("iris").title
     write(tmp_path, SHARED, "shared.toml")
     top = f'{TOP}[airframe]\nfile = "mine.toml"\n[[contender]]\nname = "A"\n'
-    assert load_contest(write(tmp_path, top)).contenders[0].study.airframe.title == load("iris").title
+    assert airframe_of(load_contest(write(tmp_path, top)).contenders[0]).title == load("iris").title
 
 
 def test_a_study_is_no_contest(tmp_path):
