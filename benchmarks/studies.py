@@ -140,7 +140,7 @@ def judged(name: str) -> Iterator[tuple[str, Study, str]]:
         yield "", study, "."
     elif isinstance(study, Contest):
         for entry in study.contenders:
-            if entry.tuned:
+            if entry.tuned and isinstance(entry.study, Study):
                 yield entry.name, entry.study, f"contenders/{entry.slug}"
 
 
