@@ -157,7 +157,7 @@ def check_logs(
         InputError: A log cannot be read or holds no flight.
 
     Examples:
-        >>> tuner.check_logs("log15", airframe="crazyflie-pybullet").usable  # doctest: +SKIP
+        >>> tuner.check_logs("log15", airframe="crazyflie-pybullet").usable
         True
 
     """
