@@ -77,7 +77,7 @@ def place_of(path: str) -> str:
     """Return where the site shows a file of the repository."""
     if path.endswith(NOTEBOOK):
         return f"{Path(path).stem}.md"
-    if path.startswith("docs/"):
+    if path.startswith("docs/") and path.endswith((".md", PICTURE)):
         return path.removeprefix("docs/")
     if path.endswith(PICTURE):
         return f"images/{path}"
