@@ -1,7 +1,7 @@
 """Betaflight: level gain around a rate PID in deg/s, D on the measurement, first-order low-passes, a notch, yaw's own filter.
 
-    w_sp = LP3(angle_p/10 (r - y)) + r',    w = LP1(N(LP2(y'))),    w_d = LP_d2(LP_d1(w)) output = 0.032029 p LP_p(e) + I -
-    0.000529 d w_d',    I' = 0.244381 i e,    e = w_sp - w,    |I| <= i_limit,  |output| <= limit
+    w_sp = LP3(angle_p/10 (r - y)) + r',    w = LP1(N(LP2(y'))),    w_d = LP_d2(LP_d1(w)),    e = w_sp - w
+    output = 0.032029 LP_p(p e) + I - 0.000529 d w_d',    I' = 0.244381 i e,    |I| <= i_limit,    |output| <= limit
 
 in degrees; p, i, d and angle_p are the integers of the settings and yaw's I counts 2.5 times. I is in force in the period in
 which it is formed, and nothing but its limit keeps it from winding up. `authority` is the acceleration that a unit of output
