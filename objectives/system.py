@@ -20,7 +20,7 @@ from plant.origin import origins
 from plant.records import flatten
 from plant.scenarios import ScenarioSpec, sample_scenarios
 from plant.targets import Targets
-from plant.vehicle import Vehicle
+from plant.vehicle import Vehicle, late_periods
 
 
 @dataclass(frozen=True)
@@ -40,8 +40,9 @@ class System:
     @cached_property
     def loop(self) -> ClosedLoop:
         """The closed loop with the meters of this package, and those of `metered`."""
+        h = self.timing.control_period
         bundled = MeterModel(meters.Meters, meters.start, meters.update)
-        return close_loop(self.cascade, with_accumulators(bundled, self.metered))
+        return close_loop(self.cascade, with_accumulators(bundled, self.metered), late_periods(self.vehicle, h))
 
     def flyer(self, threads: int | None = None) -> Flyer:
         """Return what flies it: the compiled lanes on so many threads, by default one for each core."""

@@ -1,8 +1,10 @@
 """The closed loop of a quadrotor and its cascade. Written once; every backend runs these functions.
 
-With compute delay, the command decided at k comes into force at k + 1.
+With compute delay, the command decided at k comes into force at k + 1. Rotors with dead time feel it so many whole periods later
+(`plant.vehicle.late_periods`), which the controller does not know.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from enum import Enum
 from typing import Any, NamedTuple
@@ -13,6 +15,7 @@ from plant.cascade import Cascade, Held, Tilt
 from plant.disturbance import Disturbance
 from plant.integrator import runge_kutta_step
 from plant.loop import LARGEST_STATE, ClosedLoop, LoopRecords, MeterModel
+from plant.model.functions import written
 from plant.nominal import Nominal
 from plant.primitives import absolute, both, either, select, sqrt
 from plant.records import record_type, rows, selector
@@ -123,6 +126,28 @@ def select_rotors(condition: bool, a: Rotors, b: Rotors) -> Rotors:
     )
 
 
+class RotorLine(NamedTuple):
+    """Speeds on their way to the rotors.
+
+    Queue: record of those that wait, the oldest first; filled(speed) -> Queue; passed(queue, speed) -> (oldest, Queue).
+    """
+
+    Queue: Any
+    filled: Callable[..., Any]
+    passed: Callable[..., Any]
+
+
+def rotor_line(late: int) -> RotorLine:
+    """Return a line that hands on rotor speeds so many control periods late."""
+    waiting = [f"p{i}" for i in range(late)]
+    Queue = record_type("Queue", dict.fromkeys(waiting, Rotors))
+    oldest, *others = [*[f"queue.{name}" for name in waiting], "speed"]
+    filled = ["def filled(speed):", f"    return Queue({', '.join(['speed'] * late)})"]
+    passed = ["def passed(queue, speed):", f"    return {oldest}, Queue({', '.join(others)})"]
+    names = {"Queue": Queue}
+    return RotorLine(Queue, written("filled", filled, names), written("passed", passed, names))
+
+
 @dataclass(frozen=True)
 class CascadeLoop(ClosedLoop):
     """The closed loop of a quadrotor, bound to a cascade and to meters."""
@@ -135,13 +160,15 @@ def advance(body: Body, speed: Rotors, disturbance: Disturbance, dynamics: Dynam
     return runge_kutta_step(body, speed, disturbance, dynamics, plant_step)
 
 
-def close_loop(cascade: Cascade, meter: MeterModel) -> CascadeLoop:
-    """Bind the closed loop to a cascade and to the meters that judge it."""
+def close_loop(cascade: Cascade, meter: MeterModel, late: int = 0) -> CascadeLoop:
+    """Bind the closed loop to a cascade and to the meters that judge it; rotors feel a command so many periods late."""
+    line = rotor_line(late)
     Flight = record_type(
         "Flight",
         {
             "body": Body,
             "speed": Rotors,
+            "queue": line.Queue,
             "in_force": Rotors,
             "pending": Rotors,
             "control": cascade.Memory,
@@ -153,6 +180,7 @@ def close_loop(cascade: Cascade, meter: MeterModel) -> CascadeLoop:
     Meters = meter.Meters
     cascade_start, cascade_step = cascade.start, cascade.step
     meter_start, meter_update = meter.start, meter.update
+    filled, passed = line.filled, line.passed
     keep_meters = selector(Meters)
 
     def start(
@@ -163,7 +191,9 @@ def close_loop(cascade: Cascade, meter: MeterModel) -> CascadeLoop:
         thrust = held.thrust
         control = cascade_start(constants, measure(body, angles, noise), nominal, held)
         sample = sample_of(body, angles, reference, held.tilt, thrust, thrust, nominal, 0.0)
-        return Flight(body, body.rotor_speed, thrust, thrust, control, meter_start(sample, targets), 0.0, 0.0)
+        speed = body.rotor_speed
+        meters = meter_start(sample, targets)
+        return Flight(body, speed, filled(speed), thrust, thrust, control, meters, 0.0, 0.0)
 
     def decide(
         flight: Any,
@@ -188,12 +218,13 @@ def close_loop(cascade: Cascade, meter: MeterModel) -> CascadeLoop:
         sample = sample_of(body, angles, reference, control.tilt, command, flight.pending, nominal, time)
         meters = keep_meters(alive, meter_update(flight.meters, sample, targets, h), flight.meters)
         end_time = select(alive, time + h, flight.end_time)
-        return Flight(body, speed_commands(in_force, nominal), in_force, command, control, meters, status, end_time)
+        speed, queue = passed(flight.queue, speed_commands(in_force, nominal))
+        return Flight(body, speed, queue, in_force, command, control, meters, status, end_time)
 
     records = LoopRecords(
         cascade.Gains, Nominal, Reference, Disturbance, Noise, Dynamics, Targets, Limits, rows(Disturbance, "wind").stop
     )
-    name = f"{cascade.position.name}_{cascade.attitude.name}"
+    name = f"{cascade.position.name}_{cascade.attitude.name}" + (f"_late{late}" if late else "")
     return CascadeLoop(
         name, records, cascade.Constants, Flight, cascade.prepare, place, start, decide, advance, cascade
     )

@@ -2,7 +2,11 @@
 
 from typing import NamedTuple
 
+from plant.errors import InputError
 from plant.vectors import Rotors, Vec3
+
+# Each control period of dead time is four numbers of the state.
+MOST_LATE = 32
 
 
 class Vehicle(NamedTuple):
@@ -13,7 +17,7 @@ class Vehicle(NamedTuple):
     torque_ratio k_m / k_f [m]; rotor_inertia of one rotor about its axis [kg m2]; lag_up, lag_down: first-order time
     constants of rotor speed rising and falling [s]; speed_min, speed_max [rad/s]; drag_linear [N s/m] and drag_quadratic
     [N s2/m2] along body axes; drag_height: centre of pressure above the centre of mass [m]; rate_damping [N m s];
-    gravity [m/s2].
+    gravity [m/s2]; dead_time from a command to the first change of rotor speed [s], see `late_periods`.
     """
 
     mass: float
@@ -33,3 +37,19 @@ class Vehicle(NamedTuple):
     drag_height: float
     rate_damping: Vec3
     gravity: float
+    dead_time: float = 0.0
+
+
+def late_periods(vehicle: Vehicle, h: float) -> int:
+    """Return the control periods h [s] by which rotors feel a command late: the dead time, rounded to the nearest.
+
+    InputError where these are more than `MOST_LATE`.
+    """
+    periods = round(vehicle.dead_time / h)
+    if periods > MOST_LATE:
+        raise InputError(
+            f"given {vehicle.dead_time:g} s, {periods} control periods of {h:g} s; at most {MOST_LATE} are kept: take a longer "
+            "period or correct the airframe",
+            key="dead_time",
+        )
+    return periods

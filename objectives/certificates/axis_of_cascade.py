@@ -8,16 +8,17 @@ from plant.cascade import ATTITUDE_AXES, Cascade
 from plant.loop import Timing
 from plant.nominal import Nominal, yaw_lead
 from plant.records import pack
+from plant.vehicle import late_periods
 
 # The attitude axis that turns the thrust towards a horizontal position axis.
 TILTED_BY = {"x": "pitch", "y": "roll"}
 
 
 def rotor_lag(nominal: Nominal, timing: Timing, order: int = 1) -> RotorLag:
-    """Return the rotors as an actuator: mean lag of the vehicle, half a period of hold and the period of computing, if any."""
+    """Return the rotors as an actuator: mean lag of the vehicle, half a period of hold, computing and dead time."""
     vehicle, h = nominal.vehicle, timing.control_period
     lag = 0.5 * (vehicle.lag_up + vehicle.lag_down)
-    return RotorLag(lag, (0.5 + nominal.delay) * h, nominal.position_achieved > 0.5, order)
+    return RotorLag(lag, (0.5 + nominal.delay + late_periods(vehicle, h)) * h, nominal.position_achieved > 0.5, order)
 
 
 def yaw_actuator(nominal: Nominal, timing: Timing, order: int = 1) -> RotorLag:

@@ -29,7 +29,7 @@ from plant.loop import Timing
 from plant.nominal import Nominal, vary
 from plant.scenarios import Spread
 from plant.seeds import generator
-from plant.vehicle import Vehicle
+from plant.vehicle import Vehicle, late_periods
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -125,7 +125,7 @@ class MarginModel:
         self.trim = trim or Trim()
         self.vehicles = (vehicle, *others)
         self.skew = skew
-        self._map = PeriodMap(cascade.at_one_rate, timing)
+        self._map = PeriodMap(cascade.at_one_rate, timing, late_periods(vehicle, timing.control_period))
         self.cases = tuple(cases) if self._map.terms else (Case(0.0),)
         self._grid = frequency_grid(timing.control_period, points)
         self._body = level_body(self.trim, nominal)

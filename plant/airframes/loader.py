@@ -7,7 +7,7 @@ from typing import Any
 
 from plant.airframes.geometry import FRAMES, SPINS
 from plant.airframes.rules import broken_rules
-from plant.airframes.schema import GROUPS, SCALARS, Sourced, read_flag, read_numbers, read_text
+from plant.airframes.schema import GROUPS, OPTIONAL, SCALARS, Sourced, read_flag, read_numbers, read_text
 from plant.airframes.uncertainty import Uncertainty, read_uncertainty
 from plant.errors import InputError, UnknownNameError, UnphysicalError
 from plant.input_files import read_input_text
@@ -92,7 +92,7 @@ def _parsed(path: Path) -> Mapping[str, object]:
 
 def _vehicle(values: Mapping[str, float], frame: str, spin: str) -> Vehicle:
     rotors = FRAMES[frame].positions(values)
-    numbers: dict[str, Any] = {key: values[key] for key in SCALARS}
+    numbers: dict[str, Any] = {key: values[key] for key in (*SCALARS, *OPTIONAL) if key in values}
     numbers |= {key: Vec3(values[f"{key}.x"], values[f"{key}.y"], values[f"{key}.z"]) for key in GROUPS}
     return Vehicle(rotor_x=rotors.x, rotor_y=rotors.y, spin=SPINS[spin], **numbers)
 

@@ -46,6 +46,8 @@ SCALARS: dict[str, NumberField] = {
     "drag_height": NumberField("m", "any"),
     "gravity": NumberField("m/s2", "positive"),
 }
+OPTIONAL: dict[str, NumberField] = {"dead_time": NumberField("s", "not negative")}
+"""Numbers that a file may leave out: 0."""
 LENGTH = NumberField("m", "positive")
 HEADER = ("title", "frame", "spin", "allow_unphysical", "uncertainty")
 
@@ -59,12 +61,15 @@ def number_fields(lengths: tuple[str, ...]) -> dict[str, NumberField]:
 
 
 def read_numbers(table: Mapping[str, object], lengths: tuple[str, ...], file: Path) -> dict[str, Sourced]:
-    """Return dotted key -> Sourced for exactly the numbers of `number_fields`; InputError on anything else."""
-    fields = number_fields(lengths)
+    """Return dotted key -> Sourced for exactly the numbers of `number_fields` and those optional ones that are given.
+
+    Raises InputError on anything else.
+    """
     leaves = _flattened(table, file)
+    fields = number_fields(lengths) | {key: field for key, field in OPTIONAL.items() if key in leaves}
     for key in leaves:
         if key not in fields:
-            raise UnknownNameError("key", key, [*fields, *HEADER], file=file, key=key)
+            raise UnknownNameError("key", key, [*fields, *OPTIONAL, *HEADER], file=file, key=key)
     return {key: _read_number(leaves, key, field, file) for key, field in fields.items()}
 
 

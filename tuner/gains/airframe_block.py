@@ -18,7 +18,7 @@ from plant.airframes import Airframe
 from plant.airframes.actuation import Actuation, actuation
 from plant.airframes.geometry import FRAMES
 from plant.airframes.rules import broken_rules
-from plant.airframes.schema import GROUPS, SCALARS, Sourced
+from plant.airframes.schema import GROUPS, OPTIONAL, SCALARS, Sourced
 from plant.errors import InputError
 from plant.nominal import mixer_matrix
 from plant.texts import LONGEST_TITLE, NAME
@@ -56,13 +56,16 @@ def airframe_block(airframe: Airframe) -> Row:
 
 
 def numbers_block(vehicle: Vehicle) -> Row:
-    """Return the numbers of a vehicle without its rotors."""
+    """Return the numbers of a vehicle without its rotors, and of those that a file may leave out the ones that are not 0."""
     scalars = {key: quantity(getattr(vehicle, key), field.unit) for key, field in SCALARS.items()}
+    given = {
+        key: quantity(getattr(vehicle, key), field.unit) for key, field in OPTIONAL.items() if getattr(vehicle, key)
+    }
     vectors = {
         key: {axis: quantity(value, field.unit) for axis, value in getattr(vehicle, key)._asdict().items()}
         for key, field in GROUPS.items()
     }
-    return {**scalars, **vectors}
+    return {**scalars, **given, **vectors}
 
 
 def actuation_block(actuators: Actuation) -> Row:
@@ -128,9 +131,13 @@ class AirframePart(NamedTuple):
 def airframe_of(block: Row, path: Path) -> Airframe:
     """Return the airframe of a block that the schema accepts; path: the file that it stands in."""
     part = AirframePart(**block)
-    fields = {**SCALARS, **{f"{key}.{axis}": field for key, field in GROUPS.items() for axis in "xyz"}}
+    fields = {**SCALARS, **OPTIONAL, **{f"{key}.{axis}": field for key, field in GROUPS.items() for axis in "xyz"}}
     given = dict(quantities(part.numbers))
-    sources = {key: Sourced(float(given[key]), field.unit, f"recorded in {path.name}") for key, field in fields.items()}
+    sources = {
+        key: Sourced(float(given[key]), field.unit, f"recorded in {path.name}")
+        for key, field in fields.items()
+        if key in given
+    }
     return Airframe(part.name, part.title, part.frame, part.vehicle, sources, path)
 
 
@@ -174,7 +181,7 @@ def _derived_problems(part: AirframePart) -> Iterator[InputError]:
 def airframe_schema() -> Row:
     """Return the JSON Schema of the block."""
     bounds: dict[str, Row] = {"positive": {"exclusiveMinimum": 0}, "not negative": {"minimum": 0}, "any": {}}
-    scalars = {key: measured(ucum(field.unit), **bounds[field.sign]) for key, field in SCALARS.items()}
+    scalars = {key: measured(ucum(field.unit), **bounds[field.sign]) for key, field in (SCALARS | OPTIONAL).items()}
     vectors = {
         key: closed({axis: measured(ucum(field.unit), **bounds[field.sign]) for axis in "xyz"})
         for key, field in GROUPS.items()
@@ -200,7 +207,7 @@ def airframe_schema() -> Row:
             "frame": {"enum": list(FRAMES)},
             "allow_unphysical": {"type": "boolean"},
             "sha256": DIGEST,
-            "numbers": closed({**scalars, **vectors}),
+            "numbers": closed({**scalars, **vectors}, optional=tuple(OPTIONAL)),
             "actuation": closed(actuators),
         },
         optional=("allow_unphysical", "sha256"),

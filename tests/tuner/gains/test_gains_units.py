@@ -7,7 +7,7 @@ import pytest
 from objectives.margins.quantities import QUANTITIES as MARGINS
 from objectives.metrics import all_addresses, parse
 from objectives.theory import THEOREMS
-from plant.airframes.schema import GROUPS, LENGTH, SCALARS
+from plant.airframes.schema import GROUPS, LENGTH, OPTIONAL, SCALARS
 from plant.errors import InputError
 from plant.laws import LAWS
 from tuner.gains.quantities import UCUM, ucum
@@ -18,7 +18,7 @@ OURS = {
     "laws": {gain.unit_in(loop) for law in LAWS.values() for gain in law.gains for loop in LOOPS},
     "nonlinear terms": {term.unit.replace("{y}", y) for law in LAWS.values() for term in law.nonlinear for y in ("rad", "m")},
     "metrics": {parse(address).unit for address in all_addresses()},
-    "airframes": {field.unit for field in [*SCALARS.values(), *GROUPS.values(), LENGTH]},
+    "airframes": {field.unit for field in [*SCALARS.values(), *OPTIONAL.values(), *GROUPS.values(), LENGTH]},
     "margins": {unit for entry in MARGINS.values() for unit in (entry.unit, entry.limit_unit)},
     "theorems": {theorem.unit_in(loop) for theorem in THEOREMS.values() for loop in LOOPS},
     "controller": {"s", "rad", "1", "N", "Hz"},

@@ -21,7 +21,7 @@ from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, 
 from plant.errors import InputError
 from plant.loop import Timing
 from plant.nominal import nominal
-from plant.vehicle import Vehicle
+from plant.vehicle import Vehicle, late_periods
 from tuner.gains import Controller
 
 Array = np.ndarray
@@ -47,7 +47,9 @@ class Linear:
         self.trim = trim
         self.period = controller.control_period
         self.nominal = nominal(controller.airframe.vehicle, controller.options, controller.control_period)
-        self._map = PeriodMap(controller.cascade.at_one_rate, Timing(controller.control_period, controller.plant_step))
+        timing = Timing(controller.control_period, controller.plant_step)
+        late = late_periods(controller.airframe.vehicle, self.period)
+        self._map = PeriodMap(controller.cascade.at_one_rate, timing, late)
         self._row = np.array([controller.gains])
         self.cases = DEFAULT_CASES if self._map.terms else (Case(0.0),)
         self._grid = frequency_grid(self.period)

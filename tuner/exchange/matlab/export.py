@@ -8,7 +8,7 @@ ulp, this file has none.
 import re
 from typing import Any
 
-from plant.airframes.schema import GROUPS, SCALARS
+from plant.airframes.schema import GROUPS, OPTIONAL, SCALARS
 from plant.cascade import LEAST_COSINE, LEAST_LIFT
 from plant.gains import gain_addresses
 from plant.nominal import nominal
@@ -73,7 +73,7 @@ def entries(request: Request) -> dict[str, Entry]:
         "limits.least_cosine": (LEAST_COSINE, "1"),
         "airframe.name": (controller.airframe.name, ""),
     }
-    units = {name: field.unit for name, field in (SCALARS | GROUPS).items()} | PLACES
+    units = {name: field.unit for name, field in (SCALARS | OPTIONAL | GROUPS).items()} | PLACES
     found |= {f"airframe.{name}": (value, units[name]) for name, value in vehicle._asdict().items()}
     gains = gain_addresses(controller.cascade)
     return found | {f"gains.{gain.address}": (controller.gains[gain.column], gain.unit) for gain in gains}
