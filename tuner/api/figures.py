@@ -11,7 +11,7 @@ from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.tuning import TuningFolder
 from tuner.report.charts.paper import Figure, style
 from tuner.report.contest.figures import FIGURES, values_figure
-from tuner.report.figures import flown_figure, front_figure, progress_figure, response_figure, response_names
+from tuner.report.figures import flown_figure, front_figure, progress_figure, scenario_figures
 from tuner.report.identification_figure import prediction_figure
 from tuner.report.inference_figure import inference_figure
 from tuner.report.margin_figures import bode_figure, loops_of, nichols_figure, nyquist_figure
@@ -53,11 +53,8 @@ class Figures:
 
 def of_tuning(results: TuningFolder) -> Drawers:
     """Return the figures of a tuning run."""
-    responses = {
-        name: lambda scenario=scenario: response_figure(results, scenario)
-        for name, scenario in zip(response_names(results.scenarios), results.scenarios, strict=True)
-    }
-    return {"front": lambda: front_figure(results), "progress": lambda: progress_figure(results), **responses}
+    over_flights = scenario_figures(results)
+    return {"front": lambda: front_figure(results), "progress": lambda: progress_figure(results), **over_flights}
 
 
 def of_contest(contest: ComparedFolder) -> Drawers:

@@ -47,6 +47,16 @@ class Fan:
 
 
 @dataclass(frozen=True)
+class PointSpectrum:
+    """What a point asks of rotors or inputs in a scenario: density (bands,) [1/sqrt(Hz)] at frequency (bands,) [Hz]."""
+
+    point: str
+    scenario: str
+    frequency: np.ndarray
+    density: np.ndarray
+
+
+@dataclass(frozen=True)
 class Columns:
     """The columns of a CSV file as text."""
 
@@ -191,3 +201,9 @@ def read_fans(file: Path, worst: Sequence[str] = (), by_name: bool = False) -> l
         flight = int(series.pop()[0]) if values.shape[1] > len(FAN_NUMBERS) else None
         fans.append(Fan(point, scenario, signal, shown, time, *[entry * factor for entry in series], flight=flight))
     return fans
+
+
+def read_spectra(file: Path) -> list[PointSpectrum]:
+    """Return the spectra of points, none where there is no file."""
+    found = groups(file, ("point", "scenario"), ("frequency", "density"))
+    return [PointSpectrum(point, scenario, *values.T) for (point, scenario), values in found]

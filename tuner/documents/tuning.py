@@ -14,7 +14,7 @@ from tuner.documents.parts import RecommendedGains, in_shown_units, is_level, ro
 from tuner.documents.resolved import Resolved
 from tuner.documents.sensitivity import SensitivityDocument
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary, VariableRow
-from tuner.documents.tables import OTHER_TYPE, Columns, Fan, numbers, read_fans, read_table
+from tuner.documents.tables import OTHER_TYPE, Columns, Fan, PointSpectrum, numbers, read_fans, read_spectra, read_table
 from tuner.store.document import read_text, refuse
 from tuner.store.start import Start
 from tuner.text.units import in_degrees
@@ -270,6 +270,11 @@ class TuningFolder(OpenedFolder[Summary]):
     def fans(self) -> list[Fan]:
         """Responses of points over flights, none where the folder holds none."""
         return read_fans(self.folder / "responses.parquet", WORST, by_name=True)
+
+    @cached_property
+    def spectra(self) -> list[PointSpectrum]:
+        """Spectra of the commands of default and tuned gains, none where the study does not judge by noise."""
+        return read_spectra(self.folder / "spectra.parquet")
 
     @cached_property
     def scenarios(self) -> list[str]:

@@ -17,6 +17,7 @@ from tuner.report.charts.front import front_panels
 from tuner.report.charts.look import role_look
 from tuner.report.charts.paper import DPI, WIDTH, Figure, figure_of, grid, printed, style
 from tuner.report.charts.progress import progress_panels
+from tuner.report.charts.spectra import spectrum_mark, spectrum_panel
 from tuner.store.folder import put_together
 from tuner.text.units import in_degrees
 
@@ -50,8 +51,8 @@ def draw_all(folder: Path, wait: Callable[[], object] = lambda: None) -> dict[st
     with style():
         files = files_of("front", front_figure(results)) | files_of("progress", progress_figure(results))
         wait()
-        for name, scenario in zip(response_names(results.scenarios), results.scenarios, strict=True):
-            files |= files_of(name, response_figure(results, scenario))
+        for name, draw in scenario_figures(results).items():
+            files |= files_of(name, draw())
     return files
 
 
@@ -60,14 +61,28 @@ def files_of(name: str, figure: Figure) -> dict[str, bytes]:
     return {f"figures/{name}{ending}": content for ending, content in printed(figure).items()}
 
 
-def response_names(scenarios: list[str]) -> list[str]:
-    """Return file names for the responses: "responses" alone, or with the scenario's name, made safe and unique."""
-    if len(scenarios) == 1:
-        return ["responses"]
-    names: list[str] = []
-    for i, scenario in enumerate(scenarios):
-        name = "responses-" + (re.sub(r"[^A-Za-z0-9]+", "-", scenario).strip("-") or str(i))
-        names.append(f"{name}-{i}" if name in names else name)
+def scenario_figures(results: TuningFolder) -> dict[str, Callable[[], Figure]]:
+    """Return what draws the responses, and the spectra if there are any, in every scenario, by names of figures."""
+    responses = {
+        name: lambda scenario=scenario: response_figure(results, scenario)
+        for name, scenario in scenario_names("responses", results.scenarios).items()
+    }
+    spectra = {
+        name: lambda scenario=scenario: spectrum_figure(results, scenario)
+        for name, scenario in scenario_names("spectrum", [entry.scenario for entry in results.spectra]).items()
+    }
+    return responses | spectra
+
+
+def scenario_names(stem: str, scenarios: Sequence[str]) -> dict[str, str]:
+    """Return scenarios by the names of their figures: the stem alone, or with the scenario's name, made safe and unique."""
+    different = list(dict.fromkeys(scenarios))
+    if len(different) == 1:
+        return {stem: different[0]}
+    names: dict[str, str] = {}
+    for i, scenario in enumerate(different):
+        name = f"{stem}-" + (re.sub(r"[^A-Za-z0-9]+", "-", scenario).strip("-") or str(i))
+        names[f"{name}-{i}" if name in names else name] = scenario
     return names
 
 
@@ -100,6 +115,17 @@ def response_figure(results: TuningFolder, scenario: str) -> Figure:
     roles = {fan.point: results.front.role(fan.point) for fan in known}
     panels = _panels(known, names, roles)
     return figure_of(panels, min(len(panels), COLUMNS), ROW)
+
+
+def spectrum_figure(results: TuningFolder, scenario: str) -> Figure:
+    """Return the spectra of the commands in a scenario, of default and tuned gains."""
+    known = [entry for entry in results.spectra if entry.scenario == scenario]
+    roles = [results.front.role(entry.point) for entry in known]
+    marks = [
+        spectrum_mark(entry, role_look(role), results.shown_as if role == TUNED else DEFAULT)
+        for entry, role in zip(known, roles, strict=True)
+    ]
+    return figure_of([replace(spectrum_panel(marks), title="")], 1, 2.4, 0.62 * WIDTH)
 
 
 def write_responses(responses: "Responses", scenario: str, file: Path) -> None:

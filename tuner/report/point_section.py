@@ -124,11 +124,13 @@ def _responses(results: TuningFolder, panels: Sequence[Panel]) -> list[Markup]:
     choice = element("label", "Scenario ", element("select", *scenarios, id="choose-scenario"))
     told = element("span", id="responses-of", role="status")
     rotors = [panel for panel in panels if "rotor" in panel.form]
+    spectra = [panel for panel in panels if panel.key == "spectrum"]
     return [
         aid(RESPONSES_AID if results.has_rotors else PLANT_RESPONSES_AID),
         element("div", *([choice] if len(scenarios) > 1 else []), told, class_="controls"),
-        grid([panel for panel in panels if panel not in rotors], "axis-grid"),
+        grid([panel for panel in panels if panel not in (*rotors, *spectra)], "axis-grid"),
         grid(rotors, "rotor-grid"),
+        *([grid(spectra, "axis-grid")] if spectra else []),
     ]
 
 

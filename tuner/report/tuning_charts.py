@@ -10,6 +10,7 @@ from tuner.report.charts import fans
 from tuner.report.charts.chart import Axis, Mark, Panel
 from tuner.report.charts.look import role_look
 from tuner.report.charts.loops import bode_marks, loop_panels, nyquist_marks
+from tuner.report.charts.spectra import spectrum_mark, spectrum_panel
 
 # Bytes that all fans together may take in the page, and the instants of a fan: at most as many as a small chart has pixels.
 BUDGET = 4.0e6
@@ -30,6 +31,14 @@ def response_panels(results: TuningFolder) -> list[Panel]:
     names = sorted(dict.fromkeys(fan.signal for fan in known), key=fans.is_rotor)
     shown = common_range(known)
     return [_signal(results, [fan for fan in known if fan.signal == name], k, shown) for k, name in enumerate(names)]
+
+
+def spectrum_panels(results: TuningFolder) -> list[Panel]:
+    """Return a panel with the spectra of the commands, none where the folder holds none."""
+    if not results.spectra:
+        return []
+    marks = [spectrum_mark(entry, role_look(results.front.role(entry.point)), entry.point) for entry in results.spectra]
+    return [replace(spectrum_panel(marks), form="plot")]
 
 
 def margin_panels(results: TuningFolder) -> list[Panel]:

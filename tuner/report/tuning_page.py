@@ -13,7 +13,7 @@ from tuner.report.page import Page, Section, put_page, wide
 from tuner.report.point_section import point_section
 from tuner.report.provenance import provenance_section
 from tuner.report.trust_section import trust_section
-from tuner.report.tuning_charts import margin_panels, response_panels
+from tuner.report.tuning_charts import margin_panels, response_panels, spectrum_panels
 from tuner.text.markup import Markup, element, join
 
 
@@ -24,7 +24,7 @@ def write_page(folder: Path) -> Path:
 
 def tuning_page(results: TuningFolder) -> Page:
     """Return the page of a results folder."""
-    arrays, responses, loops = Arrays(), response_panels(results), margin_panels(results)
+    arrays, responses, loops = Arrays(), [*response_panels(results), *spectrum_panels(results)], margin_panels(results)
     trust = [*gap_panels(results), *filter(None, [place_panel(results)]), *progress_panels(results.history)]
     charts = {panel.key: to_web(panel, arrays) for panel in [*responses, *loops, *trust]}
     return Page(

@@ -10,7 +10,7 @@ from plant.errors import InputError, StoreError
 from tests.tuner.report.fabricate import fabricate
 from tuner.documents.tuning import TuningFolder
 from tuner.report import write_figures
-from tuner.report.figures import fans_of, front_figure, response_names, write_responses
+from tuner.report.figures import fans_of, front_figure, scenario_names, write_responses
 
 
 def png_size(path):
@@ -59,8 +59,9 @@ def test_front_has_a_panel_for_each_pair_with_units(tmp_path, objectives, panels
 
 
 def test_names_of_responses_are_safe_and_unique():
-    assert response_names(["../gusts"]) == ["responses"]
-    assert response_names(["a b", "a/b", "µ"]) == ["responses-a-b", "responses-a-b-1", "responses-2"]
+    assert scenario_names("responses", ["../gusts"]) == {"responses": "../gusts"}
+    named = scenario_names("spectrum", ["a b", "a/b", "a b", "µ"])
+    assert named == {"spectrum-a-b": "a b", "spectrum-a-b-1": "a/b", "spectrum-2": "µ"}
 
 
 def test_unwritable_place_is_named(tmp_path):

@@ -17,7 +17,7 @@ from tests.tuner.experiments.tuning.test_run import FILES
 from tuner.api.catalogue import LISTINGS
 from tuner.documents.summary import GAINS, INFEASIBLE
 from tuner.experiments.tuning.run import TuningRun
-from tuner.report.figures import response_names
+from tuner.report.figures import scenario_names
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.study import load_study
@@ -121,7 +121,7 @@ def test_shortened_it_runs_to_a_complete_folder(name, tmp_path, monkeypatch):
     expected = [file for file in FILES if not file.startswith("figures") and file != GAINS]
     assert [file for file in expected if not (folder / file).stat().st_size] == []
     drawn = {file.name for file in (folder / "figures").iterdir()}
-    assert drawn >= {"front", *response_names([entry.spec.name for entry in study.scenarios])}
+    assert drawn >= {"front", *scenario_names("responses", [entry.spec.name for entry in study.scenarios])}
     summary = json.loads((folder / "summary.json").read_text())
     assert [row["label"] for row in summary["table"]][: len(study.objectives)] == [o.label for o in study.objectives]
     front = pd.read_csv(folder / "front.csv")

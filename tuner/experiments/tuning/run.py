@@ -31,7 +31,7 @@ from tuner.experiments.tuning.outcome import FlightOutcome
 from tuner.experiments.tuning.problem import batches, check_searched, problem_of, warm_up
 from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search
 from tuner.experiments.tuning.summary import summary_document
-from tuner.experiments.tuning.tables import constraint_table, front_table, margin_table, response_table
+from tuner.experiments.tuning.tables import constraint_table, front_table, margin_table, response_table, spectrum_table
 from tuner.search.loop import Search
 from tuner.search.rest import Budget
 from tuner.search.watcher import Watcher
@@ -175,6 +175,9 @@ class TuningRun(Experiment[Any, FlightOutcome]):
         folder.write_json("summary.json", summary)
         self.drawing.begin()
         self.watcher.on_writing("responses")
+        spectra = spectrum_table(found)
+        if spectra is not None:
+            folder.write_table("spectra.parquet", spectra)
         folder.write_table("responses.parquet", response_table(found))
         self.drawing.begin()
         if found.study.constraints:

@@ -1,4 +1,4 @@
-"""The tables of a results folder: generations, history, front, constraints, margins, responses.
+"""The tables of a results folder: generations, history, front, constraints, margins, responses, spectra.
 
 Column names are told in results/README.md. Constraints rest on the same flights and the same resamples as the front. Margins are
 those of the loop in hover in still air as it is flown, at the amplitude of its nonlinear terms at which its sensitivity peaks
@@ -15,6 +15,7 @@ import numpy as np
 from objectives.margins.margins import MarginModel
 from objectives.margins.quantities import QUANTITIES, RECORDED
 from objectives.margins.results import Margins
+from objectives.metrics.noise import NOISE
 from objectives.problem import Evaluation
 from objectives.requirements import Requirement
 from plant.backends.lanes import LANES
@@ -22,6 +23,7 @@ from plant.errors import InputError
 from plant.scenarios import HELD_OUT, ScenarioSpec
 from plant.threads import side_by_side
 from tuner.analysis.responses import Responses, responses_of
+from tuner.analysis.spectrum import command_spectrum
 from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.search.loop import Generation
@@ -250,6 +252,28 @@ def scenario_parts(outcome: FlightOutcome, spec: ScenarioSpec, count: int) -> li
 
     fans = zip(side_by_side(fan_of, range(len(worst))), outcome.names, worst, strict=True)
     return [point_table(fan, name, spec.name, index) for fan, name, index in fans]
+
+
+# Held-out flights that a spectrum is averaged over, each recorded at every control instant.
+SPECTRUM_FLIGHTS = 16
+
+
+def spectrum_table(outcome: FlightOutcome) -> Any:
+    """Return the spectra of what default and tuned gains ask of rotors or inputs as a pandas table; None without `noise`.
+
+    A row for each point, scenario and frequency [Hz]: density [1/sqrt(Hz)]. Only studies that judge by the metric `noise` ask.
+    """
+    study = outcome.study
+    judged = [*study.objectives, *[entry.objective for entry in study.constraints]]
+    if not any(objective.metric.metric is NOISE for objective in judged):
+        return None
+    parts = []
+    for entry in study.scenarios:
+        inputs = drawn(outcome, entry.spec, range(min(SPECTRUM_FLIGHTS, entry.held_out)))
+        for row in (0, outcome.tuned):
+            found = command_spectrum(study.system, outcome.problem.flyer, outcome.gains(row), inputs)
+            parts.append(data_frame({"point": outcome.names[row], "scenario": entry.spec.name, **found._asdict()}))
+    return stacked(parts)
 
 
 def worst_flights(outcome: Outcome, scenario: str) -> np.ndarray:

@@ -17,7 +17,7 @@ from matplotlib.backends.backend_pdf import FigureCanvasPdf
 from matplotlib.colors import to_rgb
 from matplotlib.figure import Figure
 from matplotlib.patches import Circle
-from matplotlib.ticker import FixedLocator, NullLocator
+from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from tuner.report.charts.chart import FAR, Array, Axis, Band, Bars, Disc, Line, Mark, Panel, Points, Region, Rule, Words
 from tuner.report.charts.look import INKS, REFERENCE, Look
@@ -303,6 +303,8 @@ def _show_axis(ax: Axes, name: str, axis: Axis) -> None:
     line = ax.xaxis if name == "x" else ax.yaxis
     if axis.log:
         ax.set(**{f"{name}scale": "log"})
+        # The usual labels are powers in mathematical type, which texts that nobody wrote here forbid (`text.parse_math`).
+        line.set_major_formatter(FuncFormatter(lambda value, _: f"{value:g}"))
     if axis.ticks:
         line.set_major_locator(FixedLocator([value for value, _ in axis.ticks]))
         line.set_minor_locator(NullLocator())
