@@ -15,8 +15,10 @@ import numpy as np
 
 from objectives.engine import Engine
 from objectives.fmu.flyer import FmuFlyer
+from objectives.system import System
 from plant.scenarios import CONFIRMATION, HELD_OUT
 from plant.threads import use_threads
+from plant.vehicle import late_periods
 from tuner import report
 from tuner.analysis.finals import draw_ahead
 from tuner.documents.summary import gains_name
@@ -40,6 +42,7 @@ from tuner.store.clock import Clock
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study, TuningStudy
 from tuner.study.trim import trim_texts
+from tuner.text.sentences import counted
 
 
 class TuningRun(Experiment[Any, FlightOutcome]):
@@ -63,9 +66,12 @@ class TuningRun(Experiment[Any, FlightOutcome]):
 
     @classmethod
     def notes(cls, study: Study) -> list[str]:
-        """Say which search it is, what a steady wind takes and which limits the study does not write."""
-        specs = [entry.spec for entry in study.scenarios]
-        return [study.search.text, *trim_texts(specs, study.system), *automatic_limit_texts(study.automatic_limits)]
+        """Say which search it is, how late rotors are, what a steady wind takes and which limits the study does not write."""
+        specs, system = [entry.spec for entry in study.scenarios], study.system
+        return [
+            study.search.text, *dead_time_texts(system), *trim_texts(specs, system),
+            *automatic_limit_texts(study.automatic_limits),
+        ]  # fmt: skip
 
     @classmethod
     @contextmanager
@@ -182,6 +188,17 @@ class TuningRun(Experiment[Any, FlightOutcome]):
         self.drawing.begin()
         if found.study.constraints:
             folder.write_table("constraints.csv", constraint_table(found))
+
+
+def dead_time_texts(system: System) -> list[str]:
+    """Return a sentence on the dead time of the rotors, nothing where there is none."""
+    time, h = system.vehicle.dead_time, system.timing.control_period
+    late = late_periods(system.vehicle, h)
+    if not time:
+        return []
+    return [
+        f"Dead time of the rotors: {1e3 * time:.3g} ms, flown as {counted(late, 'control period')} of {1e3 * h:.3g} ms."
+    ]
 
 
 class PlantRun(TuningRun):
