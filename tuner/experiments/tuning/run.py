@@ -15,12 +15,11 @@ import numpy as np
 
 from objectives.engine import Engine
 from objectives.fmu.flyer import FmuFlyer
-from objectives.system import System
 from plant.scenarios import CONFIRMATION, HELD_OUT
 from plant.threads import use_threads
-from plant.vehicle import late_periods
 from tuner import report
 from tuner.analysis.finals import draw_ahead
+from tuner.analysis.plant_step import dead_time_texts
 from tuner.documents.summary import gains_name
 from tuner.engines.cluster.connect import engine_at
 from tuner.engines.cuda import LANES, engine_again, engine_named
@@ -42,7 +41,6 @@ from tuner.store.clock import Clock
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study, TuningStudy
 from tuner.study.trim import trim_texts
-from tuner.text.sentences import counted
 
 
 class TuningRun(Experiment[Any, FlightOutcome]):
@@ -188,17 +186,6 @@ class TuningRun(Experiment[Any, FlightOutcome]):
         self.drawing.begin()
         if found.study.constraints:
             folder.write_table("constraints.csv", constraint_table(found))
-
-
-def dead_time_texts(system: System) -> list[str]:
-    """Return a sentence on the dead time of the rotors, nothing where there is none."""
-    time, h = system.vehicle.dead_time, system.timing.control_period
-    late = late_periods(system.vehicle, h)
-    if not time:
-        return []
-    return [
-        f"Dead time of the rotors: {1e3 * time:.3g} ms, flown as {counted(late, 'control period')} of {1e3 * h:.3g} ms."
-    ]
 
 
 class PlantRun(TuningRun):
