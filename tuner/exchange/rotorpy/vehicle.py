@@ -76,6 +76,8 @@ def differences(vehicle: Vehicle) -> tuple[str, ...]:
         said.append(
             f"RotorPy's rotors have one time constant: the mean of {vehicle.lag_up:g} s up and {vehicle.lag_down:g} s down."
         )
+    if vehicle.dead_time > 0.0:
+        said.append(f"The dead time of the rotors, {vehicle.dead_time:g} s, is absent.")
     if vehicle.gravity != GRAVITY:
         said.append(
             f"RotorPy's gravity is {GRAVITY:g} m/s2, that of the airframe {vehicle.gravity:g} m/s2: it hovers off."
