@@ -26,7 +26,7 @@ FILTER, PERIOD, DURATION = 100.0, 0.0005, 20.0
 
 
 class State(NamedTuple):
-    """What stands behind each lag."""
+    """The level behind each lag."""
 
     first: Annotated[float, "1"]
     second: Annotated[float, "1"]
@@ -34,7 +34,7 @@ class State(NamedTuple):
 
 
 class Input(NamedTuple):
-    """What the controller commands."""
+    """The command of the controller."""
 
     command: Annotated[float, "1"]
 
@@ -54,7 +54,7 @@ class Parameters(NamedTuple):
 
 
 class Output(NamedTuple):
-    """What is measured."""
+    """The level behind all lags, shifted."""
 
     level: Annotated[float, "1"]
 

@@ -47,7 +47,7 @@ NEWTON, SOLVED, NUDGE = 30, 1e-11, 1e-7
 
 @dataclass(frozen=True)
 class Lifting:
-    """How the loops of a block are lifted.
+    """The lifted form of the loops of a block.
 
     h: control period [s]; periods: control periods in the common period; instants: of each channel, among those of the block.
     lowest: frequency that is looked at [rad/s]; points: of a grid.

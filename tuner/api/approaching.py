@@ -36,7 +36,7 @@ if TYPE_CHECKING:
     import pandas as pd
 
 METRICS = ("rms.position", "rms.attitude", "travel", "saturation")
-"""What a log shows of a flight, predicted for every step."""
+"""Metrics that a log shows of a flight, predicted for every step."""
 SEED = 1
 # Flights of the check that an export makes of every step's rounding.
 CHECKED = 16

@@ -10,7 +10,7 @@ APPROACH_FORMAT, APPROACH_VERSION = "holdfast-approach", "0.1"
 
 
 class Expected(DocumentPart):
-    """What the flights of a step measure: median and the quantiles that hold 90 % of them."""
+    """A measurement of the flights of a step: median and the quantiles that hold 90 % of them."""
 
     metric: str
     unit: str

@@ -18,7 +18,7 @@ SEEN = 4096
 # Its motors 4, 2, 3, 1: front left, front right, rear left, rear right.
 MOTORS = (3, 1, 2, 0)
 COUNTS = (256.0, 512.0, 1024.0, 2048.0, 4096.0, 8192.0)
-"""What accelerometers count for 1 g."""
+"""Counts of the accelerometers for 1 g."""
 # Idle and full command of motor outputs: DSHOT, and pulses in us.
 DSHOT, PULSES = (48.0, 2047.0), (1000.0, 2000.0)
 

@@ -10,7 +10,7 @@ from plant.errors import InputError
 
 Array = NDArray[np.float64]
 STANDARD_GRAVITY = 9.80665
-"""What a log calls 1 g [m/s2]."""
+"""Acceleration that a log calls 1 g [m/s2]."""
 FRD_TO_FLU = np.array([1.0, -1.0, -1.0])
 # Fewest samples that anything can be said of, and longest flight that is read [s].
 LEAST_SAMPLES, LONGEST = 200, 7200.0

@@ -1,4 +1,4 @@
-"""What contenders of a contest may have of their own and what they share: of quadrotors, and of plants of the user's own."""
+"""Parts that contenders of a contest have of their own, and those that they share: of quadrotors and of plants of one's own."""
 
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass

@@ -1,4 +1,4 @@
-"""What keeps the integral of an autopilot's rate loop within bounds: a limit, and the stop where the mixer saturates."""
+"""Bounds of the integral of an autopilot's rate loop: a limit, and the stop where the mixer saturates."""
 
 from plant.primitives import both, clip, maximum, minimum, select
 

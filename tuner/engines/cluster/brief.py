@@ -34,7 +34,7 @@ from tuner.engines.cluster.own_files import KEY, OwnFile, check_here, own_files_
 
 @dataclass(frozen=True)
 class CascadeParts:
-    """What a quadrotor's system is made from."""
+    """The parts of a quadrotor's system."""
 
     position: str
     attitude: str
@@ -52,7 +52,7 @@ class CascadeParts:
 
 @dataclass(frozen=True)
 class PlantParts:
-    """What the system of a plant of the user's own is made from. digest: of its file, which this process has run.
+    """The parts of the system of a plant of the user's own. digest: of its file, which this process has run.
 
     channels: fields of each, laws by their names. parameters: nominal ones, in the order of the record.
     """
