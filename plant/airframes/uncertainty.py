@@ -18,7 +18,7 @@ from math import exp, isfinite
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from plant.airframes.rules import TORQUE_RATIO
+from plant.airframes.rules import THRUST_TO_WEIGHT, TORQUE_RATIO, thrust_to_weight
 from plant.errors import InputError, UnknownNameError
 from plant.vectors import Rotors, Vec3
 from plant.vehicle import Vehicle
@@ -67,8 +67,8 @@ class Uncertainty:
             if can_exist(found):
                 return found
         raise InputError(
-            f"none of {MOST_TRIES} vehicles drawn from it can exist, for the inertia about z exceeds the sum of the others; "
-            "make the deviations smaller or correct the inertias",
+            f"none of {MOST_TRIES} vehicles drawn from it can exist, for the inertia about z exceeds the sum of the others, or "
+            "the thrust does not lift it; make the deviations smaller or correct the numbers",
             key="uncertainty",
         )
 
@@ -97,10 +97,11 @@ class Uncertainty:
 
 
 def can_exist(vehicle: Vehicle) -> bool:
-    """Return whether inertias obey the triangle inequality and propellers have such a torque per thrust."""
+    """Return whether inertias obey the triangle inequality, propellers have such a torque per thrust, and it can take off."""
     x, y, z = vehicle.inertia
     low, high = TORQUE_RATIO
-    return max(x, y, z) <= 0.5 * (x + y + z) * (1.0 + 1e-12) and low <= vehicle.torque_ratio <= high
+    flies = thrust_to_weight(vehicle) >= THRUST_TO_WEIGHT[0]
+    return flies and max(x, y, z) <= 0.5 * (x + y + z) * (1.0 + 1e-12) and low <= vehicle.torque_ratio <= high
 
 
 def read_uncertainty(table: Mapping[str, Any], file: Path) -> Uncertainty | None:

@@ -10,11 +10,11 @@ from typing import TYPE_CHECKING
 from plant.airframes import Airframe, load
 from plant.airframes.uncertainty import Uncertainty
 from plant.errors import InputError
-from plant.texts import check_name
+from tuner.analysis.airframe_text import new_airframe_file
 from tuner.analysis.identification.checks import Finding, check_flight
 from tuner.analysis.identification.document import identification_document, log_row, warnings_of
 from tuner.analysis.identification.identify import Identified, airborne, identify_vehicle
-from tuner.analysis.identification.onward import airframe_text, uncertainty_of
+from tuner.analysis.identification.onward import identified_text, uncertainty_of
 from tuner.analysis.identification.parameters import ARM, MASS
 from tuner.api.frames import Documented, figures, frame, shown
 from tuner.documents.identification import IdentificationDocument, LogCheckDocument, LogFinding
@@ -124,7 +124,7 @@ def identify(
     for key, value in (("mass", mass), ("arm", arm)):
         if not 0.0 < value <= LARGEST_DEVIATION:
             raise InputError(f"given {value:g}; a relative deviation is above 0, up to {LARGEST_DEVIATION:g}", key=key)
-    target = None if out is None else _free(Path(out))
+    target = None if out is None else new_airframe_file(Path(out))
     prior, heard = load(airframe), watcher or Watcher()
     read = _read(logs, mapping)
     problems = _problems(read, prior)
@@ -136,7 +136,7 @@ def identify(
     found = identify_vehicle(read, prior, mass=mass, arm=arm, told=steps)
     document = identification_document(found, warnings_of(problems), None if target is None else str(target))
     if target is not None:
-        put(target.parent, target.name, airframe_text(found, f"{prior.title}, identified from flight logs").encode())
+        put(target.parent, target.name, identified_text(found, f"{prior.title}, identified from flight logs").encode())
     return Identification(document, found)
 
 
@@ -185,17 +185,6 @@ class _Steps:
         if not self._said:
             self._watcher.on_message("Identifying; a minute of flight takes some 20 s.")
             self._said = True
-
-
-def _free(target: Path) -> Path:
-    if target.suffix != ".toml":
-        raise InputError("an airframe file ends in .toml", file=target)
-    check_name(target.stem, file=target, key="file name")
-    if target.exists():
-        raise InputError("is there already; give another name", file=target)
-    if not target.parent.is_dir():
-        raise InputError(f"there is no folder {target.parent}; make it first", file=target)
-    return target
 
 
 def _read(logs: LogLike | Sequence[LogLike], mapping: str | Path | None) -> list[FlightLog]:

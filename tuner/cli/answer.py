@@ -17,6 +17,7 @@ PRINTERS = {
     "ContestResults": "contest:print_contest",
     "Cost": "gains:print_costs",
     "Design": "margins:print_design",
+    "EstimatedAirframe": "identification:print_estimate",
     "Exported": "export:print_export",
     "ExportedPlant": "export:print_export_of_plant",
     "Flights": "gains:print_flights",

@@ -1,7 +1,7 @@
 """Commands that begin a study: new, list, import, check, plan, design."""
 
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -54,19 +54,51 @@ def list_(
 
 @app.command()
 def new(
-    name: Annotated[str, typer.Argument(help="Name of the study; NAME.toml is written, existing files are kept.")],
+    name: Annotated[
+        str, typer.Argument(help="Name of the study or airframe; NAME.toml is written, existing files are kept.")
+    ],
     source: Annotated[
         Path | None, study_option("Copy this study, with its comments; default: a template.", "--from")
     ] = None,
+    mass: Annotated[
+        float | None, typer.Option(help="Write an airframe: its mass in flight [kg].", show_default=False)
+    ] = None,
+    wheelbase: Annotated[float | None, typer.Option(help="From a motor to the one opposite [m].")] = None,
+    propeller: Annotated[str | None, typer.Option(help="Inches: 10x4.5; of three blades 5.1x4.8x3.")] = None,
+    kv: Annotated[float | None, typer.Option(help="Of the motors [rpm/V].")] = None,
+    cells: Annotated[int | None, typer.Option(help="Of the battery, in series.")] = None,
+    hover: Annotated[
+        float | None, typer.Option(help="Motor command at hover over full command, where it is known.")
+    ] = None,
+    as_json: AsJson = False,
 ) -> None:
-    """Write a commented study file to start from.
+    """Write a commented study file to start from, or an airframe with wide ranges from a parts list, where there is no log.
 
     Example: tuner new my_quad --from f450
+
+    Example: tuner new airframe --mass 1.4 --wheelbase 0.45 --propeller 10x4.5 --kv 920 --cells 3
     """
+    parts = {"mass": mass, "wheelbase": wheelbase, "propeller": propeller, "kv": kv, "cells": cells}
+    if hover is not None or any(value is not None for value in parts.values()):
+        answer(_estimated(name, source, parts, hover), as_json)
+        return
+    from tuner.api.frames import json_text
     from tuner.study.template import write_study
 
     study, *code = write_study(name, source)
+    if as_json:
+        print(json_text({"written": [str(file) for file in (study, *code)]}))
+        return
     print(f"Wrote {', '.join(map(str, (study, *code)))}. Run it with: tuner run {study}")
+
+
+def _estimated(name: str, source: Path | None, parts: dict[str, Any], hover: float | None) -> Any:
+    missing = [f"--{key}" for key, value in parts.items() if value is None]
+    if missing:
+        raise InputError(f"an airframe needs its whole parts list; give {' '.join(missing)} too", key="tuner new")
+    if source is not None:
+        raise InputError("copies a study, and the other options write an airframe; leave either out", key="--from")
+    return tuner.estimate_airframe(name if name.endswith(".toml") else f"{name}.toml", **parts, hover=hover)
 
 
 @app.command()

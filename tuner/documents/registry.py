@@ -5,6 +5,7 @@ import json
 from plant.errors import UnknownNameError
 from tuner.documents.approach import ApproachDocument
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
+from tuner.documents.estimate import EstimateDocument
 from tuner.documents.export import ExportDocument
 from tuner.documents.identification import IdentificationDocument, LogCheckDocument
 from tuner.documents.inference_document import InferenceDocument
@@ -32,6 +33,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "margins": MarginsDocument,
     "plan": PlanDocument,
     "contest-plan": ContestPlanDocument,
+    "airframe-estimate": EstimateDocument,
     "identification": IdentificationDocument,
     "log-check": LogCheckDocument,
     "judgement": JudgementDocument,

@@ -5,19 +5,14 @@ from math import sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from plant.airframes.geometry import FRAMES, SPINS
-from plant.airframes.schema import Sourced, number_fields
+from plant.airframes.geometry import SPINS
+from plant.airframes.schema import Sourced
 from plant.airframes.uncertainty import CENTRE, NAMES, Uncertainty
+from tuner.analysis.airframe_text import airframe_text, rounded, uncertainty_from
 from tuner.analysis.identification.identify import Identified
 from tuner.analysis.identification.parameters import NODES, Numbers
-from tuner.text.toml_text import quoted
 
 Array = NDArray[np.float64]
-
-DIGITS = 5
-"""Significant digits of numbers and deviations in the file."""
-# Correlations are rounded, which may leave a matrix with an eigenvalue below zero by less than this.
-SHRUNK = 1e-4
 
 
 def uncertainty_of(found: Identified) -> Uncertainty:
@@ -34,13 +29,7 @@ def uncertainty_of(found: Identified) -> Uncertainty:
     for k, name in enumerate(names):
         if name in CENTRE:
             covariance[k, k] += numbers.centre[CENTRE.index(name)] ** 2
-    deviations = np.sqrt(np.diag(covariance))
-    correlation = (1.0 - SHRUNK) * covariance / np.outer(deviations, deviations) + SHRUNK * np.eye(len(names))
-    rounded = np.round(0.5 * (correlation + correlation.T), DIGITS)
-    np.fill_diagonal(rounded, 1.0)
-    return Uncertainty(
-        names, tuple(min(_rounded(v), 1.0) for v in deviations.tolist()), tuple(map(tuple, rounded.tolist()))
-    )
+    return uncertainty_from(names, covariance)
 
 
 def _rows(names: tuple[str, ...], numbers: Numbers, weights: Array) -> dict[str, Array]:
@@ -87,47 +76,20 @@ def identified_values(found: Identified) -> dict[str, Sourced]:
     }
     kept = [key for key in values if key in found.reasons]
     return found.airframe.sources | {
-        key: Sourced(_rounded(value), found.airframe.sources[key].unit, notes.get(key, told))
+        key: Sourced(rounded(value), found.airframe.sources[key].unit, notes.get(key, told))
         for key, value in values.items()
         if key not in kept
     }
 
 
-def airframe_text(found: Identified, title: str) -> str:
+def identified_text(found: Identified, title: str) -> str:
     """Return the airframe as the text of a TOML file that `plant.airframes.load` reads."""
-    airframe, uncertainty = found.airframe, uncertainty_of(found)
+    airframe = found.airframe
     spin = next(name for name, signs in SPINS.items() if signs == airframe.vehicle.spin)
-    lines = [f"title = {quoted(title)}", f"frame = {quoted(airframe.frame)}", f"spin = {quoted(spin)}", ""]
-    values, section = identified_values(found), ""
-    # Numbers of no group stand before all tables.
-    for key in sorted(number_fields(FRAMES[airframe.frame].lengths), key=lambda entry: "." in entry):
-        group, dot, name = key.rpartition(".")
-        if group != section:
-            lines += ["", f"[{group}]"]
-            section = group
-        lines.append(f"{name if dot else key} = {_entry(values[key])}")
     logs = ", ".join(f"{_stem(log.name)} (sha256 {log.digest})" for log in found.logs)
-    lines += [
-        "",
-        "# Standard deviations: of centre.x and centre.y in m, of all others relative; and how they hang together.",
-        "[uncertainty]",
-        f"source = {quoted(f'identified from {logs}')}",
-        f"names = [{', '.join(quoted(name) for name in uncertainty.names)}]",
-        f"deviations = [{', '.join(f'{value:g}' for value in uncertainty.deviations)}]",
-        "correlation = [",
-        *[f"    [{', '.join(f'{value:g}' for value in row)}]," for row in uncertainty.correlation],
-        "]",
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def _entry(number: Sourced) -> str:
-    return f"{{ value = {number.value!r}, unit = {quoted(number.unit)}, source = {quoted(number.source)} }}"
+    source = f"identified from {logs}"
+    return airframe_text(title, airframe.frame, spin, identified_values(found), uncertainty_of(found), source)
 
 
 def _stem(name: str) -> str:
     return name.replace("\\", "/").rsplit("/", 1)[-1][:60]
-
-
-def _rounded(value: float) -> float:
-    return float(f"{value:.{DIGITS}g}")

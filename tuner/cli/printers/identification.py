@@ -1,14 +1,18 @@
-"""Printers of what was identified from flight logs, and of what is wrong with them."""
+"""Printers of what was identified from flight logs or estimated without one, and of what is wrong with logs."""
 
 from typing import TYPE_CHECKING
 
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console, unit_text
+from tuner.documents.estimate import EstimateDocument
 from tuner.documents.identification import IdentificationDocument, IdentifiedNumber, LogRow
 from tuner.text.numbers import estimate, per_cent, significant
 
 if TYPE_CHECKING:
+    from tuner.api.estimating import EstimatedAirframe
     from tuner.api.identifying import Identification, LogCheck
+
+FLY = 'Written: {}; fly it with file = "..." in [airframe] and from = "airframe" in [scenario.spread].'
 
 
 def print_identification(found: "Identification", console: Console) -> None:
@@ -26,9 +30,7 @@ def print_identification(found: "Identification", console: Console) -> None:
     console.warn(document.warnings)
     console.print(document.verdict)
     if document.file is not None:
-        console.print(
-            f'Written: {document.file}; fly it with file = "..." in [airframe] and from = "airframe" in [scenario.spread].'
-        )
+        console.print(FLY.format(document.file))
 
 
 def print_log_check(checked: "LogCheck", console: Console) -> None:
@@ -42,6 +44,22 @@ def print_log_check(checked: "LogCheck", console: Console) -> None:
                     style="bold red" if finding.severity == "useless" else "yellow",
                 )
     console.print("The logs can be used." if checked.usable else "A log is of no use as it stands.")
+
+
+def print_estimate(found: "EstimatedAirframe", console: Console) -> None:
+    """Print the numbers with intervals and sources, and what to do next."""
+    document: EstimateDocument = found.document
+    table = TerminalTable("95 % ranges", keys=1)
+    table.columns_of("", "value", "95 % range", "unit", left=("", "unit"))
+    for row in document.numbers:
+        value, interval = estimate(row.value, row.low, row.high)
+        table.add_row(row.name, value, interval, unit_text(row.unit))
+    console.print(table)
+    console.print(
+        f"Thrust to weight {significant(document.thrust_to_weight, 2)}, of the middle of the ranges. Sources stand in the file."
+    )
+    console.print(FLY.format(document.file))
+    console.print(document.verdict)
 
 
 def log_text(row: LogRow) -> str:

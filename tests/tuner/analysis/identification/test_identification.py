@@ -20,7 +20,7 @@ from tests.tuner.analysis.identification.known_flights import (
 from tuner.analysis.identification.checks import check_flight
 from tuner.analysis.identification.document import gyro_noise, identification_document
 from tuner.analysis.identification.identify import GIVEN, OF_OUTPUT, airborne, identify_vehicle
-from tuner.analysis.identification.onward import airframe_text, uncertainty_of
+from tuner.analysis.identification.onward import identified_text, uncertainty_of
 from tuner.logs.reading import read_log
 
 CRAZYFLIE = Path(__file__).parents[2] / "logs" / "crazyflie" / "log15_70_to_85"
@@ -133,7 +133,7 @@ def test_yaw_that_no_body_can_have_is_left_at_the_prior(crazyflie):
 
 def test_the_airframe_file_holds_the_numbers_and_the_set(crazyflie, tmp_path):
     file = tmp_path / "mine.toml"
-    file.write_text(airframe_text(crazyflie, "A Crazyflie"))
+    file.write_text(identified_text(crazyflie, "A Crazyflie"))
     read, numbers = load(file), crazyflie.space.numbers(crazyflie.fit.point)
     assert read.uncertainty == uncertainty_of(crazyflie)
     assert read.vehicle.inertia == pytest.approx(numbers.inertia, rel=1e-4)

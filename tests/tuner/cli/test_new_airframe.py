@@ -1,0 +1,68 @@
+"""`tuner new` with a parts list: the airframe as a file that a study flies, as text and JSON, and what it refuses in one line."""
+
+import json
+
+import pytest
+
+from plant.airframes import load
+from plant.scenarios import SEARCH, sample_scenarios
+from tests.tuner.in_process import called
+from tests.tuner.study.study_text import changed
+from tuner.study.build import load_study
+from tuner.text.errors import USER_ERROR
+
+PARTS = {"--mass": "1.4", "--wheelbase": "0.45", "--propeller": "10x4.5", "--kv": "920", "--cells": "3"}
+
+
+def options(parts):
+    return [text for pair in parts.items() for text in pair]
+
+
+def test_a_parts_list_becomes_an_airframe_that_a_study_flies(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, said, _ = called("new", "airframe", *options(PARTS), "--json")
+    document = json.loads(said)
+    assert code == 0 and document["file"] == "airframe.toml"
+    airframe = load(tmp_path / "airframe.toml")
+    assert airframe.sources["inertia.x"].source.startswith("estimated")
+    assert airframe.uncertainty is not None and [row["name"] for row in document["numbers"]] == list(
+        airframe.uncertainty.names
+    )
+    text = changed('name = "hummingbird"', 'file = "airframe.toml"', changed("mass = 0.1", 'from = "airframe"'))
+    (tmp_path / "study.toml").write_text(text)
+    study = load_study(tmp_path / "study.toml")
+    drawn = sample_scenarios(study.scenarios[0].spec, study.system.vehicle, study.system.timing, 1, SEARCH, range(8))
+    assert drawn.count == 8
+
+
+def test_the_ranges_are_printed_with_what_to_do_next(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, said, _ = called("new", "mine", *options(PARTS), "--hover", "0.55")
+    assert code == 0 and "thrust_coefficient" in said and "tuner identify LOG" in said
+
+
+@pytest.mark.parametrize(
+    ("parts", "message"),
+    [
+        ({"--mass": "1.4"}, "give --wheelbase --propeller --kv --cells too"),
+        (PARTS | {"--mass": "nan"}, "allowed: 0.01 to 50"),
+        (PARTS | {"--mass": "30"}, "would lift"),
+        (PARTS | {"--propeller": "10"}, "write diameter and pitch in inches"),
+        (PARTS | {"--propeller": "10x45"}, "of the diameter as pitch"),
+        (PARTS | {"--propeller": "10x4.5x9"}, "given 9 blades; allowed: 2 to 6"),
+        (PARTS | {"--cells": "0"}, "given 0 cells"),
+        (PARTS | {"--hover": "1.2"}, "given 1.2 of full command"),
+        (PARTS | {"--from": "f450"}, "leave either out"),
+    ],
+)
+def test_what_cannot_be_estimated_is_told_in_a_line(parts, message, tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, _, told = called("new", "mine", *options(parts))
+    assert code == USER_ERROR and message in told and len(told.strip().splitlines()) == 1
+    assert not (tmp_path / "mine.toml").exists()
+
+
+def test_a_new_study_is_told_as_json_too(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    code, said, _ = called("new", "mine", "--json")
+    assert code == 0 and json.loads(said) == {"written": ["mine.toml"]}
