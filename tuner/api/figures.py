@@ -12,7 +12,7 @@ from tuner.documents.tuning import TuningFolder
 from tuner.report.charts.paper import Figure, style
 from tuner.report.contest.figures import FIGURES, values_figure
 from tuner.report.figures import flown_figure, front_figure, progress_figure, scenario_figures
-from tuner.report.identification_figure import prediction_figure
+from tuner.report.identification_charts import prediction_figure
 from tuner.report.inference_figure import inference_figure
 from tuner.report.margin_figures import bode_figure, loops_of, nichols_figure, nyquist_figure
 from tuner.report.sensitivity_figure import sensitivity_figure

@@ -96,6 +96,7 @@ def identify(
     mass: float = MASS,
     arm: float = ARM,
     force: bool = False,
+    report: str | Path | None = None,
     watcher: Watcher | None = None,
 ) -> Identification:
     """Identify a vehicle from flight logs, with intervals, and write it as an airframe file.
@@ -108,6 +109,7 @@ def identify(
         mass: Relative standard deviation of the airframe's mass [1].
         arm: Relative standard deviation of the airframe's lengths [1].
         force: Go on where a check says that a log is useless.
+        report: Page (HTML) to write: predictions with their band, what is left over, intervals; it must not be there yet.
         watcher: Callbacks that hear of progress.
 
     Returns:
@@ -125,6 +127,7 @@ def identify(
         if not 0.0 < value <= LARGEST_DEVIATION:
             raise InputError(f"given {value:g}; a relative deviation is above 0, up to {LARGEST_DEVIATION:g}", key=key)
     target = None if out is None else new_airframe_file(Path(out))
+    page = None if report is None else _new_page(Path(report))
     prior, heard = load(airframe), watcher or Watcher()
     read = _read(logs, mapping)
     problems = _problems(read, prior)
@@ -137,6 +140,8 @@ def identify(
     document = identification_document(found, warnings_of(problems), None if target is None else str(target))
     if target is not None:
         put(target.parent, target.name, identified_text(found, f"{prior.title}, identified from flight logs").encode())
+    if page is not None:
+        _write_page(page, found, document)
     return Identification(document, found)
 
 
@@ -172,6 +177,21 @@ def check_logs(
     return LogCheck(
         LogCheckDocument(airframe=prior.name, logs=[log_row(log) for log in read], findings=rows, usable=usable)
     )
+
+
+def _new_page(page: Path) -> Path:
+    if page.suffix not in (".html", ".htm"):
+        raise InputError("the page is HTML; give a name that ends in .html", file=page)
+    if page.exists():
+        raise InputError("is there already; give another name", file=page)
+    return page
+
+
+def _write_page(page: Path, found: Identified, document: IdentificationDocument) -> None:
+    # The library that draws its charts takes a second to import.
+    from tuner.report.identification_page import identification_page
+
+    put(page.parent, page.name, identification_page(found, document).text().encode())
 
 
 class _Steps:

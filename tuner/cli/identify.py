@@ -28,13 +28,16 @@ def identify(
     mass: Annotated[float, typer.Option(help="Standard deviation of the airframe's mass, relative.")] = 0.02,
     arm: Annotated[float, typer.Option(help="Standard deviation of its lengths, relative.")] = 0.02,
     force: Annotated[bool, typer.Option("--force", help="Use logs that a check calls useless all the same.")] = False,
+    report: Annotated[
+        Path | None, typer.Option(help="Page to write, NAME.html: predictions, residuals, intervals.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Identify a vehicle from flight logs: an airframe file with intervals, and what the data do not tell.
 
     Reads logs of Crazyflie (SD card), PX4 (ULog), ArduPilot (.bin), Betaflight (decoded to CSV), and CSV with a mapping.
 
-    Example: tuner identify log15 --airframe crazyflie-pybullet --out mine.toml
+    Example: tuner identify log15 --airframe crazyflie-pybullet --out mine.toml --report mine.html
     """
     if check:
         checked = tuner.check_logs(logs, airframe=airframe, mapping=mapping)
@@ -42,6 +45,14 @@ def identify(
         return
     with progress(as_json) as watcher:
         found = tuner.identify(
-            logs, airframe=airframe, out=out, mapping=mapping, mass=mass, arm=arm, force=force, watcher=watcher
+            logs,
+            airframe=airframe,
+            out=out,
+            mapping=mapping,
+            mass=mass,
+            arm=arm,
+            force=force,
+            report=report,
+            watcher=watcher,
         )
     answer(found, as_json)

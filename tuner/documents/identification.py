@@ -38,12 +38,19 @@ class IdentifiedNumber(DocumentPart):
 
 
 class PredictionRow(DocumentPart):
-    """Prediction of an output over windows that were kept from the fit: share of variance explained, RMS error in the unit."""
+    """Prediction of an output over windows that were kept from the fit: share of variance explained, RMS error in the unit.
+
+    covered: share of what was measured inside the 95 % band. correlated: share of the autocorrelations of what the noise model
+    leaves over that are beyond their 95 % bound. reach: frequency [Hz] up to which more than half of the power is explained.
+    """
 
     output: str
     explained: float
     error: float
     unit: str
+    covered: float
+    correlated: float
+    reach: float
 
 
 class RegressionRow(DocumentPart):

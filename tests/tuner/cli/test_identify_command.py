@@ -16,9 +16,10 @@ PRIOR = ("--airframe", "crazyflie-pybullet")
 
 def test_a_flight_becomes_an_airframe_and_a_document(tmp_path):
     out = tmp_path / "mine.toml"
-    code, said, _ = called("identify", f"{LOG}@71:80", *PRIOR, "--out", str(out), "--json")
+    page = tmp_path / "mine.html"
+    code, said, _ = called("identify", f"{LOG}@71:80", *PRIOR, "--out", str(out), "--report", page, "--json")
     document = json.loads(said)
-    assert code == 0
+    assert code == 0 and document["verdict"] in page.read_text()
     assert document["file"] == str(out) and document["logs"][0]["begin"] >= 71.0
     uncertainty = load(out).uncertainty
     assert uncertainty is not None and list(uncertainty.names) == document["uncertainty"]
@@ -49,6 +50,7 @@ def test_a_check_that_fails_says_so_by_its_exit_code(tmp_path):
         ([f"{LOG}@1:2", *PRIOR], "it goes from 70.0 to 85.0 s"),
         ([str(LOG), *PRIOR, "--out", "mine.json"], "ends in .toml"),
         ([str(LOG), *PRIOR, "--out", "no_folder/mine.toml"], "make it first"),
+        ([str(LOG), *PRIOR, "--report", "mine.pdf"], "ends in .html"),
         ([str(LOG), *PRIOR, "--mass", "2"], "up to 0.5"),
         ([str(LOG), "--airframe", "crazyfly"], "unknown airframe"),
     ],

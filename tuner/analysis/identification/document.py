@@ -20,6 +20,8 @@ from tuner.documents.identification import (
     RegressionRow,
 )
 from tuner.logs.flight_log import FlightLog
+from tuner.text.numbers import per_cent
+from tuner.text.sentences import listing
 
 Array = NDArray[np.float64]
 
@@ -27,6 +29,10 @@ QUANTILE = 1.96
 """Of a 95 % interval, in standard deviations."""
 POOR = 0.5
 """Share of an output's variance below which its prediction on windows kept from the fit is called poor."""
+LEAST_COVERED, MOST_CORRELATED = 0.8, 0.25
+"""Share of what is measured below which the 95 % band is called too narrow; share of autocorrelations beyond their bound above
+which what is left over is not called white.
+"""
 UNITS = ("rad/s", "rad/s", "rad/s", "m/s2")
 
 
@@ -35,21 +41,40 @@ def identification_document(found: Identified, warnings: Sequence[str], file: st
     fit, uncertainty = found.fit, uncertainty_of(found)
     deviations = np.sqrt(np.diag(fit.covariance)).tolist()
     rows = zip(found.space.parameters[: found.space.physical], fit.point.tolist(), deviations, strict=False)
-    # An output that the fit does not use is not predicted.
-    outputs = zip(OUTPUTS, found.windows.explained.tolist(), found.windows.errors.tolist(), UNITS, strict=True)
-    windows = [row for row, used in zip(outputs, found.problem.outputs, strict=True) if used]
     return IdentificationDocument(
         airframe=found.airframe.name, file=file, logs=[log_row(log) for log in found.logs],
         numbers=[_number(entry, value, deviation, found.reasons.get(entry.name, "")) for entry, value, deviation in rows],
         curve=_curve(found), uncertainty=list(uncertainty.names), deviations=list(uncertainty.deviations),
         correlation=[list(row) for row in uncertainty.correlation], horizon=HORIZON,
-        prediction=[PredictionRow(output=name, explained=share, error=error, unit=unit) for name, share, error, unit in windows],
+        prediction=prediction_rows(found),
         regressions=[
             RegressionRow(axis=axis, acceleration_on_torque=ways[0], torque_on_acceleration=ways[1])
             for axis, ways in zip("xyz", found.regressions, strict=True)
         ],
         gyro_noise=gyro_noise(found.logs), warnings=list(warnings), verdict=verdict(found),
     )  # fmt: skip
+
+
+def prediction_rows(found: Identified) -> list[PredictionRow]:
+    """Return how each output that the fit uses is predicted where it did not look."""
+    judging, windows = found.judging, found.windows
+    columns = zip(
+        OUTPUTS, windows.explained.tolist(), windows.errors.tolist(), UNITS, judging.covered.tolist(),
+        judging.correlated.tolist(), judging.reach.tolist(), found.problem.outputs, strict=True,
+    )  # fmt: skip
+    return [
+        PredictionRow(
+            output=name,
+            explained=explained,
+            error=error,
+            unit=unit,
+            covered=covered,
+            correlated=correlated,
+            reach=reach,
+        )
+        for name, explained, error, unit, covered, correlated, reach, used in columns
+        if used
+    ]
 
 
 def log_row(log: FlightLog) -> LogRow:
@@ -82,22 +107,32 @@ def verdict(found: Identified) -> str:
     )
     if left:
         said.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would tell.")
-    used = [
-        (name, share)
-        for name, share, on in zip(OUTPUTS, found.windows.explained.tolist(), found.problem.outputs, strict=True)
-        if on
+    return " ".join([*said, *prediction_words(prediction_rows(found))])
+
+
+def prediction_words(rows: Sequence[PredictionRow]) -> list[str]:
+    """Return in sentences how far the predictions may be believed."""
+    if not rows:
+        return []
+    poor = [row.output for row in rows if row.explained < POOR]
+    said = [
+        f"On windows kept from the fit, {listing(poor)} is predicted poorly: mind these numbers, and fly once more with more "
+        "excitation."
+        if poor
+        else f"On windows kept from the fit the model explains {per_cent(min(row.explained for row in rows))} or more of what it "
+        "uses."
     ]
-    poor = [name for name, share in used if share < POOR]
-    if poor:
-        said.append(
-            f"On windows kept from the fit, {' and '.join(poor)} is predicted poorly: mind these numbers, and fly once "
-            "more with more excitation."
-        )
-    elif used:
-        said.append(
-            f"On windows kept from the fit the model explains {100.0 * min(s for _, s in used):.0f} % or more of what it uses."
-        )
-    return " ".join(said)
+    narrow = [row for row in rows if row.covered < LEAST_COVERED]
+    if narrow:
+        held = listing([f"{per_cent(row.covered)} of {row.output}" for row in narrow])
+        said.append(f"Its 95 % band holds only {held} there: parts of the flight are rougher than those of the fit.")
+    coloured = [row.output for row in rows if row.correlated > MOST_CORRELATED]
+    said.append(
+        f"What it leaves over of {listing(coloured)} is not white: the vehicle does something there that the model lacks."
+        if coloured
+        else "What it leaves over is white behind the noise model."
+    )
+    return said
 
 
 def _number(entry: Parameter, value: float, deviation: float, reason: str) -> IdentifiedNumber:

@@ -11,8 +11,9 @@ from plant.airframes import Airframe
 from plant.airframes.rules import TORQUE_RATIO
 from plant.errors import InputError
 from tuner.analysis.identification.fit import Fit, Problem, fitted
+from tuner.analysis.identification.judging import Judged, judged
 from tuner.analysis.identification.parameters import ARM, MASS, Space, space_of
-from tuner.analysis.identification.prediction import Windows, fit_masks, windows
+from tuner.analysis.identification.prediction import Windows, fit_masks, windowed
 from tuner.analysis.identification.regression import TwoWays, both_ways, start_of
 from tuner.analysis.identification.samples import OUTPUTS, gridded
 from tuner.logs.flight_log import FlightLog
@@ -45,8 +46,8 @@ flight [s].
 class Identified:
     """A vehicle out of logs.
 
-    fit: to all of the logs. early: to what was not kept back; windows: predictions of early on what was. regressions: inertias
-    about x, y, z, both ways. samples: what was fitted. reasons: name of a number -> why it stays at its prior.
+    fit: to all of the logs. early: to what was not kept back; judging: of early on what was. problem: behind early.
+    regressions: inertias about x, y, z, both ways. reasons: name of a number -> why it stays at its prior.
     """
 
     airframe: Airframe
@@ -54,9 +55,14 @@ class Identified:
     fit: Fit
     early: Fit
     problem: Problem
-    windows: Windows
+    judging: Judged
     regressions: tuple[TwoWays, ...]
     reasons: dict[str, str]
+
+    @property
+    def windows(self) -> Windows:
+        """Predictions on windows that were kept from the fit."""
+        return self.judging.windows
 
     @property
     def space(self) -> Space:
@@ -81,7 +87,7 @@ def identify_vehicle(
     part, whole = (Problem(space, vehicle, samples, m) for m in (masks, tuple(np.ones(len(s.time)) for s in samples)))
     free = np.array([name not in GIVEN for name in space.names])
     early = fitted(part, start_of(space, samples, vehicle), free, _share(told, 0))
-    seen = windows(part, early.point, held_out=False)
+    seen = windowed(part, early.point, held_out=False)
     reasons = {**unexcited(early, seen), **impossible(early)}
     # An output whose numbers all stay at the prior would only push the others.
     outputs = tuple(not set(OF_OUTPUT[name]) <= set(reasons) for name in OUTPUTS)
@@ -96,7 +102,7 @@ def identify_vehicle(
         fit,
         early,
         part,
-        windows(part, early.point),
+        judged(early, part),
         both_ways(space, fit.point, samples, vehicle),
         reasons,
     )

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from tuner.analysis.identification.fit import Problem
 from tuner.analysis.identification.model import actuator, lagging, predicted
-from tuner.analysis.identification.samples import OUTPUTS, Samples
+from tuner.analysis.identification.samples import Samples
 
 Array = NDArray[np.float64]
 
@@ -45,23 +45,45 @@ def fit_masks(samples: Sequence[Samples]) -> tuple[Array, ...]:
     return tuple(((part.time - part.begin) // PART % OF >= KEPT_FROM_FIT).astype(float) for part in samples)
 
 
-def windows(problem: Problem, point: Array, held_out: bool = True) -> Windows:
+def windowed(problem: Problem, point: Array, held_out: bool = True) -> Windows:
     """Return the windows that lie whole in what the masks leave out, or all of them."""
-    numbers, found = problem.space.numbers(point), []
-    for part, mask in zip(problem.samples, problem.masks, strict=True):
-        model = predicted(part, lagging(part, [actuator(numbers)])[0], numbers, problem.vehicle)
-        width = max(int(HORIZON / (part.period * part.share)), 2)
-        count = len(model) // width * width
-        wanted = np.all(mask[:count].reshape(-1, width) == 0.0, axis=1) | (not held_out)
-        pair = [_window(series[:count].reshape(-1, width, len(OUTPUTS))[wanted]) for series in (part.measured, model)]
-        found.append((part.time[:count].reshape(-1, width)[wanted], *pair))
+    numbers = problem.space.numbers(point)
+    model = [
+        predicted(part, lagging(part, [actuator(numbers)])[0], numbers, problem.vehicle) for part in problem.samples
+    ]
+    inside = 0.0 if held_out else None
+    measured = [part.measured for part in problem.samples]
+    return Windows(_times(problem, inside), *[cut(problem, series, inside) for series in (measured, model)])
+
+
+def cut(problem: Problem, series: Sequence[Array], inside: float | None) -> Array:
+    """Return the windows (w, m, 4) of what is compared (m, 4) where the masks are whole `inside`, 0 or 1; None: all of them.
+
+    Changes of rates are summed up, without a straight line; lift stands without its mean.
+    """
+    found = [_window(part[chosen]) for part, chosen in zip(series, _places(problem, inside), strict=True)]
     # Stretches of logs of different rates have windows of different lengths.
-    least = min(entry[0].shape[1] for entry in found)
-    return Windows(*[np.concatenate([entry[i][:, :least] for entry in found]) for i in range(3)])
+    least = min(entry.shape[1] for entry in found)
+    return np.concatenate([entry[:, :least] for entry in found])
+
+
+def _times(problem: Problem, inside: float | None) -> Array:
+    found = [part.time[chosen] for part, chosen in zip(problem.samples, _places(problem, inside), strict=True)]
+    least = min(entry.shape[1] for entry in found)
+    return np.concatenate([entry[:, :least] for entry in found])
+
+
+def _places(problem: Problem, inside: float | None) -> list[NDArray[np.intp]]:
+    """Return for each stretch the indices (w, m) of its windows."""
+    found = []
+    for part, mask in zip(problem.samples, problem.masks, strict=True):
+        width = max(int(HORIZON / (part.period * part.share)), 2)
+        index = np.arange(len(mask) // width * width).reshape(-1, width)
+        found.append(index if inside is None else index[np.all(mask[index] == inside, axis=1)])
+    return found
 
 
 def _window(series: Array) -> Array:
-    """Return changes of rates summed up, without a straight line, and lift without its mean."""
     rates = np.cumsum(series[..., :3], axis=1)
     time = np.linspace(-1.0, 1.0, series.shape[1])
     slope = np.einsum("wmk,m->wk", rates, time) / np.sum(time**2)

@@ -77,9 +77,16 @@ def number_cells(row: IdentifiedNumber) -> list[str]:
 def prediction_table(document: IdentificationDocument) -> TerminalTable:
     """Return how well windows that were kept from the fit are predicted."""
     table = TerminalTable(f"Prediction over {document.horizon:g} s on windows kept from the fit", keys=1)
-    table.columns_of("", "explained", "RMS error", "unit", left=("", "unit"))
+    table.columns_of("", "explained", "RMS error", "unit", "in 95 % band", "up to", left=("", "unit"))
     for row in document.prediction:
-        table.add_row(row.output, per_cent(max(row.explained, 0.0)), significant(row.error, 3), row.unit)
+        table.add_row(
+            row.output,
+            per_cent(max(row.explained, 0.0)),
+            significant(row.error, 3),
+            row.unit,
+            per_cent(row.covered),
+            f"{row.reach:.0f} Hz",
+        )
     return table
 
 

@@ -1,0 +1,71 @@
+"""How far a fit may be believed: the band over windows that it did not use, spectra, whiteness, and the page that shows them."""
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+from tests.tuner.analysis.identification.known_flights import AIRFRAME, known_flights
+from tuner.analysis.identification.document import identification_document, prediction_words
+from tuner.analysis.identification.identify import identify_vehicle
+from tuner.analysis.identification.judging import density, judged
+from tuner.report.identification_page import identification_page
+
+
+@pytest.fixture(scope="module")
+def identified():
+    return [identify_vehicle([flight.log], AIRFRAME) for flight in known_flights(3, duration=12.0, seed=5)]
+
+
+def test_the_band_of_95_per_cent_holds_about_that_of_what_was_not_used(identified):
+    covered = np.array([found.judging.covered for found in identified])
+    # Noise whose memory is as long as a window leaves few independent samples.
+    assert 0.85 < covered.mean() < 0.99
+
+
+def test_a_wrong_lag_is_seen_in_the_band_and_in_what_is_left_over(identified):
+    found = identified[0]
+    point = found.early.point.copy()
+    point[[found.space.names.index(name) for name in ("lag_up", "lag_down")]] += 0.8
+    wrong = judged(replace(found.early, point=point), found.problem)
+    assert wrong.windows.explained[0] < found.windows.explained[0] - 0.05
+    assert np.all(wrong.spectra[2][:3, 0] > found.judging.spectra[2][:3, 0])
+    assert wrong.correlated[:2].max() > 0.25 > found.judging.correlated.max()
+
+
+def test_a_posterior_without_numbers_has_a_narrower_band(identified):
+    found = identified[0]
+    sure = judged(replace(found.early, covariance=0.0 * found.early.covariance), found.problem)
+    assert np.all(sure.spread < found.judging.spread)
+
+
+def test_the_density_of_white_noise_is_flat_and_that_of_a_sine_stands_at_its_frequency():
+    period, draw = 0.004, np.random.default_rng(1)
+    white = density(3.0 * draw.normal(size=(400, 125, 4)), period)
+    assert np.mean(white**2) == pytest.approx(9.0 * 2.0 * period, rel=0.02)
+    time = period * np.arange(125.0)
+    sine = density(np.sin(2.0 * np.pi * 20.0 * time)[None, :, None].repeat(4, axis=2), period)
+    assert np.fft.rfftfreq(125, period)[1:][np.argmax(sine[:, 0])] == pytest.approx(20.0)
+
+
+def test_the_model_explains_slow_motion_and_not_the_noise_of_the_sensors(identified):
+    for found in identified:
+        assert np.all((found.judging.reach[:2] > 3.0) & (found.judging.reach[:2] < 60.0))
+
+
+def test_the_verdict_names_a_band_that_is_too_narrow_and_what_is_not_white(identified):
+    rows = identification_document(identified[0], [], None).prediction
+    words = " ".join(prediction_words([rows[0].model_copy(update={"covered": 0.5, "correlated": 0.6}), *rows[1:]]))
+    assert "holds only 50 % of roll" in words and "leaves over of roll is not white" in words
+    assert "white behind the noise model" in prediction_words(rows)[-1]
+
+
+def test_the_page_shows_what_is_told_and_what_is_not_and_no_markup_of_a_file_name(identified):
+    found = identified[0]
+    logs = (replace(found.logs[0], name="<script>alert(1)</script>"),)
+    found = replace(found, logs=logs)
+    document = identification_document(found, [], None)
+    text = identification_page(found, document).text()
+    assert document.verdict in text and "given: no log tells it" in text and "<script>alert" not in text
+    for row in document.prediction:
+        assert all(f'id="{part}-{row.output}"' in text for part in ("prediction", "spectrum", "whiteness"))

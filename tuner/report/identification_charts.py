@@ -1,0 +1,86 @@
+"""Charts of an identification: windows that were kept from the fit, what the model leaves over, and whether that is white."""
+
+import numpy as np
+
+from tuner.analysis.identification.document import QUANTILE, UNITS
+from tuner.analysis.identification.identify import Identified
+from tuner.analysis.identification.samples import OUTPUTS
+from tuner.report.charts.chart import Array, Axis, Band, Line, Mark, Panel, Rule
+from tuner.report.charts.look import BOUND, Look
+from tuner.report.charts.paper import Figure, figure_of
+
+SHOWN = 12
+"""Windows that are drawn, those with the most motion."""
+HEIGHT = 3.0
+MEASURED, MODELLED, BAND, STEM = Look("default"), Look("tuned"), Look("tuned", opacity=0.22), Look("tuned", width=4.0)
+
+
+def prediction_figure(found: Identified) -> Figure:
+    """Return the chart of the windows for paper, a panel for each output."""
+    return figure_of(prediction_panels(found), 2, HEIGHT, titled=True)
+
+
+def prediction_panels(found: Identified) -> list[Panel]:
+    """Return a panel for each output with the 95 % band of the prediction and what was measured."""
+    judging, panels = found.judging, []
+    for k, (name, unit) in enumerate(zip(OUTPUTS, UNITS, strict=True)):
+        measured, modelled = judging.windows.measured[..., k], judging.windows.modelled[..., k]
+        most = np.sort(np.argsort(-np.std(measured, axis=1))[:SHOWN])
+        measured, modelled, width = (series[most] for series in (measured, modelled, QUANTILE * judging.spread[..., k]))
+        period = float(np.median(np.diff(judging.windows.time, axis=1)))
+        time = period * np.arange(measured.size).reshape(measured.shape)
+        marks: list[Mark] = [
+            Band(name="95 % band" if i == 0 else "", look=BAND, x=x, low=y - w, high=y + w)
+            for i, (x, y, w) in enumerate(zip(time, modelled, width, strict=True))
+        ]
+        marks += [
+            Line(name=name, look=look, x=_broken(time), y=_broken(series))
+            for name, look, series in (("predicted", MODELLED, modelled), ("measured", MEASURED, measured))
+        ]
+        x = Axis("windows one after the other [s]")
+        panels.append(Panel(f"prediction-{name}", name, x, Axis(f"{name} [{unit}]"), marks))
+    return panels
+
+
+def spectrum_panels(found: Identified) -> list[Panel]:
+    """Return a panel for each output: the spectrum of what was measured and of what the model leaves over."""
+    frequency, measured, left = found.judging.spectra
+    panels = []
+    for k, (name, unit) in enumerate(zip(OUTPUTS, UNITS, strict=True)):
+        marks = [
+            Line(name="measured", look=MEASURED, x=frequency, y=measured[:, k]),
+            Line(name="left over", look=MODELLED, x=frequency, y=left[:, k]),
+        ]
+        x, y = Axis("frequency [Hz]", log=True), Axis(f"{unit} / sqrt(Hz)", log=True)
+        panels.append(Panel(f"spectrum-{name}", name, x, y, marks))
+    return panels
+
+
+def whiteness_panels(found: Identified) -> list[Panel]:
+    """Return a panel for each output: autocorrelations of what the noise model leaves over, with the bound of white noise."""
+    judging, panels = found.judging, []
+    lags = np.arange(1.0, 1.0 + len(judging.correlation))
+    for k, name in enumerate(OUTPUTS):
+        marks = [
+            Line(look=STEM, x=_broken(np.stack([lags, lags], axis=1)), y=_broken(_stems(judging.correlation[:, k]))),
+            *[Rule(look=BOUND, axis="y", value=sign * judging.bound) for sign in (-1.0, 1.0)],
+        ]
+        panels.append(
+            Panel(
+                f"whiteness-{name}",
+                name,
+                Axis("lag [samples]", 0.0, lags[-1] + 1.0),
+                Axis("autocorrelation", -0.3, 0.3),
+                marks,
+            )
+        )
+    return panels
+
+
+def _stems(heights: Array) -> Array:
+    return np.stack([np.zeros_like(heights), heights], axis=1)
+
+
+def _broken(series: Array) -> Array:
+    """Return the rows of a series (n, m) one after the other with gaps between."""
+    return np.append(series, np.full((len(series), 1), np.nan), axis=1).ravel()

@@ -1,0 +1,128 @@
+"""The page of an identification: a verdict, what was predicted beside what was measured, what is left over, and the intervals."""
+
+from collections.abc import Sequence
+
+from tuner.analysis.identification.identify import Identified
+from tuner.documents.identification import IdentificationDocument, IdentifiedNumber, LogRow
+from tuner.report.charts.chart import Panel
+from tuner.report.charts.look import Look, sample
+from tuner.report.charts.web import Arrays, grid, to_web
+from tuner.report.identification_charts import MEASURED, MODELLED, prediction_panels, spectrum_panels, whiteness_panels
+from tuner.report.page import Page, Section, aid, wide
+from tuner.text.markup import Markup, described, element, join, table
+from tuner.text.numbers import count, estimate, per_cent, significant
+
+AIDS = {
+    "prediction": "Windows that the fit did not see, those with the most motion, one after the other, with the 95 % band of what "
+    "the posterior and the noise leave open. A straight line in the rates and the mean of the lift do not count.",
+    "spectra": "Where the model explains nothing, both lines lie on each other; what it leaves over at high frequencies is noise "
+    "of the sensors.",
+    "whiteness": "What is left behind the noise model. Of white noise, one bar in twenty stands beyond the dashed lines.",
+    "numbers": "95 % intervals, and those of what was known before the flight.",
+    "untold": "These stand where they stood before the flight, and their prior is in the airframe file's [uncertainty].",
+    "regressions": "Ordinary least squares of the same data, one way and the other: the true inertia lies between the two.",
+}
+
+PREDICTED = (("measured", MEASURED), ("predicted, with its 95 % band", MODELLED))
+SPECTRA = (("measured", MEASURED), ("left over", MODELLED))
+
+
+def identification_page(found: Identified, document: IdentificationDocument) -> Page:
+    """Return the page."""
+    arrays = Arrays()
+    parts = (prediction_panels(found), spectrum_panels(found), whiteness_panels(found))
+    shown = [[panel for panel, used in zip(part, found.problem.outputs, strict=True) if used] for part in parts]
+    return Page(
+        kind="identification",
+        title=f"{document.airframe}, identified from flight logs",
+        lead=element("p", document.verdict, class_="lead"),
+        opening=described(_key_figures(document), class_="figures"),
+        warnings=document.warnings,
+        sections=_sections(document, *shown),
+        data={
+            "charts": {panel.key: to_web(panel, arrays) for part in shown for panel in part},
+            "arrays": arrays.packed,
+        },
+    )
+
+
+def _sections(
+    document: IdentificationDocument, predicted: Sequence[Panel], spectra: Sequence[Panel], whiteness: Sequence[Panel]
+) -> list[Section]:  # fmt: skip
+    told, left = ([row for row in document.numbers if row.identified is wanted] for wanted in (True, False))
+    return [
+        Section("prediction", "Predicted and measured", _charts("prediction", predicted, PREDICTED)),
+        Section("spectra", "What the model leaves over", _charts("spectra", spectra, SPECTRA)),
+        Section("whiteness", "Whether that is noise", _charts("whiteness", whiteness)),
+        Section(
+            "numbers",
+            "What the flight tells",
+            _told("numbers", _numbers([*told, *document.curve])) if told else Markup(),
+        ),
+        Section("untold", "What it does not tell", _told("untold", _untold(left)) if left else Markup()),
+        Section("regressions", "Regressions beside it", _told("regressions", _regressions(document))),
+        Section("logs", "Logs", wide(_logs(document.logs))),
+    ]
+
+
+def _key_figures(document: IdentificationDocument) -> list[tuple[str, str]]:
+    told = sum(row.identified for row in document.numbers)
+    return [
+        ("Numbers identified", f"{told} of {len(document.numbers)}"),
+        *[(f"{row.output} explained", per_cent(max(row.explained, 0.0))) for row in document.prediction],
+        ("In the 95 % band", " to ".join(dict.fromkeys(_ends([row.covered for row in document.prediction])))),
+    ]
+
+
+def _ends(shares: Sequence[float]) -> list[str]:
+    return [per_cent(min(shares)), per_cent(max(shares))] if shares else ["nothing predicted"]
+
+
+def _charts(key: str, panels: Sequence[Panel], names: Sequence[tuple[str, Look]] = ()) -> Markup:
+    legend = element("p", join((join((sample(look, marked=False), f" {name} ")) for name, look in names)), class_="aid")
+    return join((aid(AIDS[key]), legend if names else "", grid(panels, "axis-grid"))) if panels else Markup()
+
+
+def _told(key: str, content: Markup) -> Markup:
+    return join((aid(AIDS[key]), wide(content)))
+
+
+def _numbers(rows: Sequence[IdentifiedNumber]) -> Markup:
+    cells = []
+    for row in rows:
+        value, interval = estimate(row.value, row.low, row.high)
+        before = estimate(row.prior, row.prior_low, row.prior_high)[1]
+        cells.append((row.name, row.meaning, value, interval, before, _unit(row.unit)))
+    return table(("", "meaning", "value", "95 % interval", "before", "unit"), cells)
+
+
+def _untold(rows: Sequence[IdentifiedNumber]) -> Markup:
+    cells = [(row.name, row.meaning, significant(row.value, 3), _unit(row.unit), row.reason) for row in rows]
+    return table(("", "meaning", "prior", "unit", "why"), cells)
+
+
+def _unit(unit: str) -> str:
+    return "" if unit == "1" else unit
+
+
+def _regressions(document: IdentificationDocument) -> Markup:
+    cells = [
+        (f"I{row.axis}", significant(row.acceleration_on_torque, 3), significant(row.torque_on_acceleration, 3))
+        for row in document.regressions
+    ]
+    return table(("", "acceleration on torque [kg m²]", "torque on acceleration [kg m²]"), cells)
+
+
+def _logs(rows: Sequence[LogRow]) -> Markup:
+    cells = [
+        (
+            row.file,
+            row.kind,
+            f"{row.begin:.1f} to {row.end:.1f} s",
+            f"{row.rate:.0f} Hz",
+            count(row.lost),
+            row.sha256[:16],
+        )
+        for row in rows
+    ]
+    return table(("", "kind", "flight", "rate", "lost", "sha256"), cells)
