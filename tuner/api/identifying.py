@@ -9,15 +9,15 @@ from typing import TYPE_CHECKING
 
 from plant.airframes import Airframe, load
 from plant.airframes.uncertainty import Uncertainty
-from plant.errors import InputError
+from plant.errors import InputError, StoreError
 from tuner.analysis.airframe_text import new_airframe_file
 from tuner.analysis.identification.checks import Finding, check_flight
-from tuner.analysis.identification.document import identification_document, log_row, warnings_of
+from tuner.analysis.identification.document import identification_document, known_from, log_row, warnings_of
 from tuner.analysis.identification.identify import Identified, airborne, identify_vehicle
 from tuner.analysis.identification.onward import identified_text, uncertainty_of
-from tuner.analysis.identification.parameters import ARM, MASS
+from tuner.analysis.identification.parameters import ARM, MASS, Known
 from tuner.api.frames import Documented, figures, frame, shown
-from tuner.documents.identification import IdentificationDocument, LogCheckDocument, LogFinding
+from tuner.documents.identification import IdentificationDocument, LogCheckDocument, LogFinding, LogRow
 from tuner.logs.flight_log import FlightLog
 from tuner.logs.reading import read_log
 from tuner.search.watcher import Watcher
@@ -97,6 +97,7 @@ def identify(
     arm: float = ARM,
     force: bool = False,
     report: str | Path | None = None,
+    update: str | Path | None = None,
     watcher: Watcher | None = None,
 ) -> Identification:
     """Identify a vehicle from flight logs, with intervals, and write it as an airframe file.
@@ -110,6 +111,7 @@ def identify(
         arm: Relative standard deviation of the airframe's lengths [1].
         force: Go on where a check says that a log is useless.
         report: Page (HTML) to write: predictions with their band, what is left over, intervals; it must not be there yet.
+        update: Document of an earlier identification (JSON) with the same airframe, whose posterior is the prior of these logs.
         watcher: Callbacks that hear of progress.
 
     Returns:
@@ -130,16 +132,18 @@ def identify(
     page = None if report is None else _new_page(Path(report))
     prior, heard = load(airframe), watcher or Watcher()
     read = _read(logs, mapping)
+    known, before = _earlier(update, prior, read)
     problems = _problems(read, prior)
     useless = [(log, finding) for log, finding in problems if finding.fatal]
     if useless and not force:
         log, finding = useless[0]
         raise InputError(f"{finding.text} (or use it all the same: --force)", file=log.name)
     steps = _Steps(heard)
-    found = identify_vehicle(read, prior, mass=mass, arm=arm, told=steps)
-    document = identification_document(found, warnings_of(problems), None if target is None else str(target))
+    found = identify_vehicle(read, prior, mass=mass, arm=arm, known=known, told=steps)
+    document = identification_document(found, warnings_of(problems), None if target is None else str(target), before)
     if target is not None:
-        put(target.parent, target.name, identified_text(found, f"{prior.title}, identified from flight logs").encode())
+        title = f"{prior.title}, identified from flight logs"
+        put(target.parent, target.name, identified_text(found, title, before).encode())
     if page is not None:
         _write_page(page, found, document)
     return Identification(document, found)
@@ -177,6 +181,27 @@ def check_logs(
     return LogCheck(
         LogCheckDocument(airframe=prior.name, logs=[log_row(log) for log in read], findings=rows, usable=usable)
     )
+
+
+def _earlier(
+    update: str | Path | None, airframe: Airframe, logs: Sequence[FlightLog]
+) -> tuple[Known | None, list[LogRow]]:
+    """Return what an earlier identification tells, and its logs; InputError where one of these logs is among them."""
+    if update is None:
+        return None, []
+    file = Path(update)
+    try:
+        document = IdentificationDocument.read(file)
+    except StoreError:
+        raise InputError(
+            "is not what `tuner identify --json` prints of earlier logs; print it again", file=file
+        ) from None
+    before = [*document.before, *document.logs]
+    for log in logs:
+        begin, end = float(log.time[0]), float(log.time[-1])
+        if any(log.digest == row.sha256 and begin < row.end and row.begin < end for row in before):
+            raise InputError(f"is in {file.name} already, and would count twice; give the logs after it", file=log.name)
+    return known_from(document, airframe, file), before
 
 
 def _new_page(page: Path) -> Path:

@@ -31,6 +31,9 @@ def identify(
     report: Annotated[
         Path | None, typer.Option(help="Page to write, NAME.html: predictions, residuals, intervals.")
     ] = None,
+    update: Annotated[
+        Path | None, typer.Option(help="What `identify --json` printed of earlier logs: these narrow it further.")
+    ] = None,
     as_json: AsJson = False,
 ) -> None:
     """Identify a vehicle from flight logs: an airframe file with intervals, and what the data do not tell.
@@ -53,6 +56,7 @@ def identify(
             arm=arm,
             force=force,
             report=report,
+            update=update,
             watcher=watcher,
         )
     answer(found, as_json)

@@ -61,8 +61,22 @@ class RegressionRow(DocumentPart):
     torque_on_acceleration: float
 
 
+class Posterior(DocumentPart):
+    """What logs tell of the vehicle's coordinates: logarithms of positive numbers, all others as they are, in SI units.
+
+    covariance: of them, in the order of the names. wide: standard deviations before the first log.
+    """
+
+    names: list[str]
+    point: list[float]
+    covariance: list[list[float]]
+    wide: list[float]
+
+
 class IdentificationDocument(Document):
     """A vehicle out of logs.
+
+    before: earlier logs, whose posterior was the prior. posterior: what all of them tell, for `tuner identify --update`.
 
     curve: thrust of a rotor [N] over the motor command, constant, linear and quadratic, each with its interval. correlation: of
     the numbers of `uncertainty`, in this order. horizon: of the windows of prediction [s].
@@ -82,6 +96,8 @@ class IdentificationDocument(Document):
     gyro_noise: list[float]
     warnings: list[str]
     verdict: str
+    before: list[LogRow] = []
+    posterior: Posterior | None = None
 
 
 class LogFinding(DocumentPart):

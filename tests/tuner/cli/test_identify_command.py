@@ -27,6 +27,30 @@ def test_a_flight_becomes_an_airframe_and_a_document(tmp_path):
     assert numbers["inertia.x"]["identified"] and not numbers["mass"]["identified"]
 
 
+def test_a_second_log_narrows_the_first_and_is_not_counted_twice(tmp_path):
+    first, bad = tmp_path / "first.json", tmp_path / "bad.json"
+    first.write_text(called("identify", f"{LOG}@70:77", *PRIOR, "--json")[1])
+    code, said, _ = called("identify", f"{LOG}@78:85", *PRIOR, "--update", first, "--json")
+    document, before = json.loads(said), json.loads(first.read_text())
+    assert code == 0 and document["before"] == before["logs"]
+    width = [
+        {r["name"]: r["high"] / r["low"] for r in found["numbers"] if r["low"] > 0.0} for found in (before, document)
+    ]
+    assert width[1]["lag_up"] < width[0]["lag_up"]
+    bad.write_text('{"posterior": 1}')
+    spoilt = json.loads(first.read_text())
+    spoilt["posterior"]["covariance"][0][1] = 1.0
+    (tmp_path / "spoilt.json").write_text(json.dumps(spoilt))
+    for arguments, message in (
+        ([f"{LOG}@75:80", *PRIOR, "--update", first], "would count twice"),
+        ([f"{LOG}@78:85", "--airframe", "f450", "--update", first], "with the same airframe"),
+        ([f"{LOG}@78:85", *PRIOR, "--update", bad], "is not what `tuner identify --json` prints"),
+        ([f"{LOG}@78:85", *PRIOR, "--update", tmp_path / "spoilt.json"], "identify the first log again"),
+    ):
+        code, _, told = called("identify", *arguments)
+        assert code == USER_ERROR and message in told and len(told.strip().splitlines()) == 1
+
+
 def test_a_check_tells_what_it_read_and_that_it_can_be_used():
     code, said, _ = called("identify", LOG, *PRIOR, "--check")
     assert code == 0 and "Crazyflie SD card" in said and "The logs can be used." in said

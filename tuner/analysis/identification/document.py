@@ -2,20 +2,24 @@
 
 from collections.abc import Sequence
 from math import exp
+from pathlib import Path
 
 import numpy as np
 from numpy.typing import NDArray
 
+from plant.airframes import Airframe
+from plant.errors import InputError
 from tuner.analysis.identification.checks import Finding
 from tuner.analysis.identification.identify import GIVEN, Identified
 from tuner.analysis.identification.onward import uncertainty_of
-from tuner.analysis.identification.parameters import NODES, Parameter
+from tuner.analysis.identification.parameters import NODES, Known, Parameter, space_of
 from tuner.analysis.identification.prediction import HORIZON
 from tuner.analysis.identification.samples import OUTPUTS
 from tuner.documents.identification import (
     IdentificationDocument,
     IdentifiedNumber,
     LogRow,
+    Posterior,
     PredictionRow,
     RegressionRow,
 )
@@ -36,8 +40,10 @@ which what is left over is not called white.
 UNITS = ("rad/s", "rad/s", "rad/s", "m/s2")
 
 
-def identification_document(found: Identified, warnings: Sequence[str], file: str | None) -> IdentificationDocument:
-    """Return the document; file: of the airframe that was written."""
+def identification_document(
+    found: Identified, warnings: Sequence[str], file: str | None, before: Sequence[LogRow] = ()
+) -> IdentificationDocument:
+    """Return the document; file: of the airframe that was written; before: earlier logs, whose posterior was the prior."""
     fit, uncertainty = found.fit, uncertainty_of(found)
     deviations = np.sqrt(np.diag(fit.covariance)).tolist()
     rows = zip(found.space.parameters[: found.space.physical], fit.point.tolist(), deviations, strict=False)
@@ -52,7 +58,51 @@ def identification_document(found: Identified, warnings: Sequence[str], file: st
             for axis, ways in zip("xyz", found.regressions, strict=True)
         ],
         gyro_noise=gyro_noise(found.logs), warnings=list(warnings), verdict=verdict(found),
+        before=list(before), posterior=posterior_of(found),
     )  # fmt: skip
+
+
+def posterior_of(found: Identified) -> Posterior:
+    """Return what the logs tell of the coordinates of the vehicle."""
+    n = found.space.physical
+    return Posterior(
+        names=list(found.space.names[:n]), point=found.fit.point[:n].tolist(),
+        covariance=found.fit.covariance[:n, :n].tolist(), wide=found.space.wide[:n].tolist(),
+    )  # fmt: skip
+
+
+def known_from(document: IdentificationDocument, airframe: Airframe, file: Path) -> Known:
+    """Return what the logs of an earlier identification tell; InputError where it is of another airframe, or cannot be used."""
+    names = [entry.name for entry in space_of(airframe.vehicle, []).parameters]
+    posterior = document.posterior
+    if posterior is None or document.airframe != airframe.name:
+        raise InputError(
+            f"identifies '{document.airframe}'{'' if posterior else ' without its posterior'}, and this log is read with "
+            f"'{airframe.name}'; give the document that identify --json printed with the same airframe",
+            file=file,
+        )
+    covariance = np.array(posterior.covariance, dtype=float) if _is_square(posterior.covariance, len(names)) else None
+    sized = posterior.names == names and len(posterior.point) == len(posterior.wide) == len(names)
+    if covariance is None or not sized or not _is_covariance(covariance) or min(posterior.wide) <= 0.0:
+        raise InputError(
+            "its posterior is not that of this airframe's numbers; identify the first log again",
+            file=file,
+            key="posterior",
+        )
+    return Known(np.array(posterior.point), covariance, np.array(posterior.wide))
+
+
+def _is_square(rows: list[list[float]], size: int) -> bool:
+    return len(rows) == size and all(len(row) == size for row in rows)
+
+
+def _is_covariance(matrix: Array) -> bool:
+    """Return whether a matrix (n, n) is symmetric, and positive definite when its numbers are brought to one size."""
+    sizes = np.sqrt(np.maximum(np.diag(matrix), 0.0))
+    if not np.all(sizes > 0.0):
+        return False
+    correlation = matrix / np.outer(sizes, sizes)
+    return bool(np.allclose(correlation, correlation.T, atol=1e-6) and np.linalg.eigvalsh(correlation)[0] > 0.0)
 
 
 def prediction_rows(found: Identified) -> list[PredictionRow]:

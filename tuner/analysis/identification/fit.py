@@ -91,7 +91,7 @@ def fitted(
     """Fit the free coordinates from a start; told(round, of): hears of progress."""
     point, columns = start.copy(), np.flatnonzero(free).tolist()
     everything = list(range(len(point)))
-    prior = np.diag(problem.space.deviations**-2.0)
+    prior = problem.space.precision
     noise = noise_of(problem, point)
     for k in range(ROUNDS):
         if told is not None:
@@ -187,5 +187,7 @@ def _covariance(space: Space, information: Array, scores: Array, prior: Array, f
     spread[np.ix_(free, free)] = inner @ (middle + prior[np.ix_(free, free)]) @ inner
     lean = np.zeros((n, n))
     lean[held, held] = 1.0
-    lean[np.ix_(free, held)] = -inner @ information[np.ix_(free, held)]
-    return spread + lean @ np.diag(np.where(held, space.deviations**2, 0.0)) @ lean.T
+    lean[np.ix_(free, held)] = -inner @ (information + prior)[np.ix_(free, held)]
+    still = np.zeros((n, n))
+    still[np.ix_(held, held)] = space.covariance[np.ix_(held, held)]
+    return spread + lean @ still @ lean.T

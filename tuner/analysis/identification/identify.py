@@ -12,7 +12,7 @@ from plant.airframes.rules import TORQUE_RATIO
 from plant.errors import InputError
 from tuner.analysis.identification.fit import Fit, Problem, fitted
 from tuner.analysis.identification.judging import Judged, judged
-from tuner.analysis.identification.parameters import ARM, MASS, Space, space_of
+from tuner.analysis.identification.parameters import ARM, MASS, Known, Space, space_of
 from tuner.analysis.identification.prediction import Windows, fit_masks, windowed
 from tuner.analysis.identification.regression import TwoWays, both_ways, start_of
 from tuner.analysis.identification.samples import OUTPUTS, gridded
@@ -71,11 +71,18 @@ class Identified:
 
 
 def identify_vehicle(
-    logs: Sequence[FlightLog], airframe: Airframe, *, mass: float = MASS, arm: float = ARM, told: Told | None = None
+    logs: Sequence[FlightLog],
+    airframe: Airframe,
+    *,
+    mass: float = MASS,
+    arm: float = ARM,
+    known: Known | None = None,
+    told: Told | None = None,
 ) -> Identified:
     """Identify a vehicle.
 
     logs: of flights of one vehicle. airframe: the prior. mass, arm: relative standard deviations of its mass and its lengths.
+    known: what earlier logs tell, which takes the place of the prior.
     told(step, steps) hears of progress. Raises InputError where no log holds a flight.
     """
     flights = [airborne(log, airframe) for log in logs]
@@ -83,10 +90,12 @@ def identify_vehicle(
         gridded(part, i, float(log.time[0]), log.duration) for i, log in enumerate(flights) for part in log.stretches()
     )
     vehicle, space = airframe.vehicle, space_of(airframe.vehicle, [str(i + 1) for i in range(len(logs))], mass, arm)
+    space = space if known is None else space.after(known)
     masks = fit_masks(samples)
     part, whole = (Problem(space, vehicle, samples, m) for m in (masks, tuple(np.ones(len(s.time)) for s in samples)))
     free = np.array([name not in GIVEN for name in space.names])
-    early = fitted(part, start_of(space, samples, vehicle), free, _share(told, 0))
+    start = start_of(space, samples, vehicle) if known is None else space.centre
+    early = fitted(part, start, free, _share(told, 0))
     seen = windowed(part, early.point, held_out=False)
     reasons = {**unexcited(early, seen), **impossible(early)}
     # An output whose numbers all stay at the prior would only push the others.
@@ -104,8 +113,14 @@ def identify_vehicle(
         part,
         judged(early, part),
         both_ways(space, fit.point, samples, vehicle),
-        reasons,
+        {name: why for name, why in reasons.items() if name in GIVEN or name not in told_before(space)},
     )
+
+
+def told_before(space: Space) -> set[str]:
+    """Return the numbers that earlier logs told."""
+    narrow = space.deviations <= NARROWED * space.wide
+    return {name for name, is_narrow in zip(space.names, narrow.tolist(), strict=True) if is_narrow}
 
 
 def unexcited(fit: Fit, seen: Windows) -> dict[str, str]:
@@ -125,8 +140,8 @@ def unexcited(fit: Fit, seen: Windows) -> dict[str, str]:
             [name not in reasons for name in space.names[: space.physical]]
             + [True] * (len(space.names) - space.physical)
         )
-        inverse = np.linalg.inv((fit.information + np.diag(space.deviations**-2.0))[np.ix_(free, free)])
-        ratio = np.sqrt(np.diag(inverse)) / space.deviations[free]
+        inverse = np.linalg.inv((fit.information + space.precision)[np.ix_(free, free)])
+        ratio = np.sqrt(np.diag(inverse)) / space.wide[free]
         names = [name for name, is_free in zip(space.names, free, strict=True) if is_free]
         count = int(np.count_nonzero(free[: space.physical]))
         if count == 0:

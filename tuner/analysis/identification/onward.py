@@ -1,5 +1,6 @@
 """What was identified as an airframe file: its numbers, each with its source, and their [uncertainty]."""
 
+from collections.abc import Sequence
 from math import sqrt
 
 import numpy as np
@@ -11,6 +12,7 @@ from plant.airframes.uncertainty import CENTRE, NAMES, Uncertainty
 from tuner.analysis.airframe_text import airframe_text, rounded, uncertainty_from
 from tuner.analysis.identification.identify import Identified
 from tuner.analysis.identification.parameters import NODES, Numbers
+from tuner.documents.identification import LogRow
 
 Array = NDArray[np.float64]
 
@@ -82,11 +84,12 @@ def identified_values(found: Identified) -> dict[str, Sourced]:
     }
 
 
-def identified_text(found: Identified, title: str) -> str:
-    """Return the airframe as the text of a TOML file that `plant.airframes.load` reads."""
+def identified_text(found: Identified, title: str, before: Sequence[LogRow] = ()) -> str:
+    """Return the airframe as the text of a TOML file that `plant.airframes.load` reads; before: earlier logs."""
     airframe = found.airframe
     spin = next(name for name, signs in SPINS.items() if signs == airframe.vehicle.spin)
-    logs = ", ".join(f"{_stem(log.name)} (sha256 {log.digest})" for log in found.logs)
+    read = [(row.file, row.sha256) for row in before] + [(log.name, log.digest) for log in found.logs]
+    logs = ", ".join(f"{_stem(name)} (sha256 {digest})" for name, digest in read)
     source = f"identified from {logs}"
     return airframe_text(title, airframe.frame, spin, identified_values(found), uncertainty_of(found), source)
 

@@ -5,6 +5,7 @@ A point is a vector of coordinates that are near normal: logarithms of positive 
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import exp, hypot, log
 from typing import NamedTuple
 
@@ -85,12 +86,25 @@ NUISANCES = 3
 """Coordinates that belong to a log."""
 
 
-@dataclass(frozen=True)
+@dataclass(frozen=True, eq=False)
+class Known:
+    """What earlier logs tell of a vehicle's coordinates: point (n,), covariance (n, n), and deviations (n,) before them."""
+
+    point: Array
+    covariance: Array
+    wide: Array
+
+
+@dataclass(frozen=True, eq=False)
 class Space:
-    """The coordinates for a vehicle and a number of logs; the last of them are nuisances, `NUISANCES` for each log."""
+    """The coordinates for a vehicle and a number of logs; the last of them are nuisances, `NUISANCES` for each log.
+
+    known: what earlier logs tell, None where there are none.
+    """
 
     parameters: tuple[Parameter, ...]
     logs: int
+    known: Known | None = None
 
     @property
     def names(self) -> tuple[str, ...]:
@@ -106,6 +120,36 @@ class Space:
     def deviations(self) -> Array:
         """The prior's standard deviations (n,) of the coordinates."""
         return np.array([entry.deviation for entry in self.parameters])
+
+    @cached_property
+    def covariance(self) -> Array:
+        """The prior's covariance (n, n)."""
+        found = np.diag(self.deviations**2)
+        if self.known is not None:
+            found[: self.physical, : self.physical] = self.known.covariance
+        return found
+
+    @cached_property
+    def precision(self) -> Array:
+        """The inverse (n, n) of the prior's covariance."""
+        return np.diag(self.deviations**-2.0) if self.known is None else np.linalg.inv(self.covariance)
+
+    @property
+    def wide(self) -> Array:
+        """Standard deviations (n,) before any log, by which it is judged whether a log tells a number."""
+        found = self.deviations
+        if self.known is not None:
+            found[: self.physical] = self.known.wide
+        return found
+
+    def after(self, known: Known) -> "Space":
+        """Return the space whose prior is what earlier logs tell."""
+        deviations = np.sqrt(np.diag(known.covariance)).tolist()
+        first = [
+            entry._replace(value=entry.number(value), deviation=deviation)
+            for entry, value, deviation in zip(self.parameters, known.point.tolist(), deviations, strict=False)
+        ]
+        return Space((*first, *self.parameters[self.physical :]), self.logs, known)
 
     @property
     def physical(self) -> int:

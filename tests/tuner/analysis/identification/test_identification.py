@@ -18,9 +18,11 @@ from tests.tuner.analysis.identification.known_flights import (
     truth_of,
 )
 from tuner.analysis.identification.checks import check_flight
-from tuner.analysis.identification.document import gyro_noise, identification_document
+from tuner.analysis.identification.document import gyro_noise, identification_document, known_from
 from tuner.analysis.identification.identify import GIVEN, OF_OUTPUT, airborne, identify_vehicle
-from tuner.analysis.identification.onward import identified_text, uncertainty_of
+from tuner.analysis.identification.onward import identified_text, identified_values, uncertainty_of
+from tuner.analysis.identification.parameters import Known
+from tuner.documents.identification import IdentificationDocument
 from tuner.logs.reading import read_log
 
 CRAZYFLIE = Path(__file__).parents[2] / "logs" / "crazyflie" / "log15_70_to_85"
@@ -157,6 +159,34 @@ def test_two_logs_narrow_what_one_leaves(flights):
     spread = [np.sqrt(np.diag(found.fit.covariance))[found.space.names.index("lag_up")] for found in (one, both)]
     assert spread[1] < spread[0]
     assert np.abs(list(misses(both, flight).values())).max() < 4.0
+
+
+def test_a_second_log_on_top_of_the_first_tells_what_both_at_once_tell(flights):
+    """To one standard deviation, for the noise of each is fitted anew; intervals as wide to a third, for 4.5 s are few blocks of time."""
+    flight = flights[0]
+    half = 0.5 * flight.log.time[-1]
+    parts = [flight.log.between(0.0, half), flight.log.between(half, flight.log.time[-1])]
+    first, both = (identify_vehicle(logs, AIRFRAME) for logs in (parts[:1], parts))
+    document = IdentificationDocument.parse(identification_document(first, [], None).text())
+    second = identify_vehicle(parts[1:], AIRFRAME, known=known_from(document, AIRFRAME, Path("first.json")))
+    told = [k for k, name in enumerate(first.space.names[: first.space.physical]) if name not in both.reasons]
+    assert len(told) > 8 and not set(both.reasons) ^ set(second.reasons)
+    wide, narrow, same = (np.sqrt(np.diag(found.fit.covariance))[told] for found in (first, second, both))
+    assert np.all(np.abs(second.fit.point[told] - both.fit.point[told]) < same)
+    assert np.all(np.abs(narrow / same - 1.0) < 0.35) and np.mean(wide / same) > 1.15
+
+
+def test_what_the_first_log_told_stays_told_where_the_second_is_silent(flown):
+    first = identify_vehicle([flown[0].log], AIRFRAME)
+    n = first.space.physical
+    known = Known(first.fit.point[:n], first.fit.covariance[:n, :n], first.space.wide[:n])
+    second = identify_vehicle([flown[2].log], AIRFRAME, known=known)
+    at = first.space.names.index("inertia.y")
+    assert "inertia.y" not in second.reasons
+    assert second.fit.point[at] == pytest.approx(first.fit.point[at])
+    assert identified_values(second)["inertia.y"].value == pytest.approx(
+        identified_values(first)["inertia.y"].value, rel=1e-4
+    )
 
 
 def test_the_noise_of_the_gyro_is_that_of_the_sensor(flights):
