@@ -73,6 +73,7 @@ STEPS = (
     step("import px4", "import export/px4/holdfast.params --from px4 --airframe f450 --out vehicle.json"),
     step("approach", "approach designed.json run/gains.json --steps 2 --flights 4"),
     step("new airframe", "new airframe --mass 1.4 --wheelbase 0.45 --propeller 10x4.5 --kv 920 --cells 3"),
+    step("compare-logs", f"compare-logs {LOG.name}@70:77 {LOG.name}@78:85 --airframe crazyflie-pybullet"),
     step("identify check", f"identify {LOG.name} --airframe crazyflie-pybullet --check"),
     step("resume", "resume run --threads 2"),
 )

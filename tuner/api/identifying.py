@@ -131,7 +131,7 @@ def identify(
     target = None if out is None else new_airframe_file(Path(out))
     page = None if report is None else _new_page(Path(report))
     prior, heard = load(airframe), watcher or Watcher()
-    read = _read(logs, mapping)
+    read = read_logs(logs, mapping)
     known, before = _earlier(update, prior, read)
     problems = _problems(read, prior)
     useless = [(log, finding) for log, finding in problems if finding.fatal]
@@ -171,7 +171,7 @@ def check_logs(
 
     """
     prior = load(airframe)
-    read = _read(logs, mapping)
+    read = read_logs(logs, mapping)
     problems = _problems(read, prior)
     rows = [
         LogFinding(file=log.name, severity="useless" if finding.fatal else "mind", text=finding.text)
@@ -232,7 +232,8 @@ class _Steps:
             self._said = True
 
 
-def _read(logs: LogLike | Sequence[LogLike], mapping: str | Path | None) -> list[FlightLog]:
+def read_logs(logs: LogLike | Sequence[LogLike], mapping: str | Path | None) -> list[FlightLog]:
+    """Return logs, or the parts of them that are asked for; InputError where one cannot be read or is given twice."""
     given = [logs] if isinstance(logs, str | Path) else list(logs)
     if not given:
         raise InputError("no log given; give at least one")

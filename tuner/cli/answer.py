@@ -25,6 +25,7 @@ PRINTERS = {
     "Imported": "export:print_import",
     "InferenceResults": "inference:print_inference",
     "Judgement": "check:print_judgement",
+    "LogComparison": "identification:print_log_comparison",
     "LogCheck": "identification:print_log_check",
     "Margins": "margins:print_margins",
     "PlantDesign": "margins:print_plant_design",

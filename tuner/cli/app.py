@@ -20,7 +20,7 @@ SENTENCE = 200
 GROUPS = {
     "Begin a study": ("new", "list", "import", "identify", "check", "plan", "design"),
     "Tune": ("run", "resume", "ask", "tell", "rejudge", "verify"),
-    "Read what was found": ("show", "report", "compare", "sensitivity"),
+    "Read what was found": ("show", "report", "compare", "compare-logs", "sensitivity"),
     "Judge gains": ("fly", "margins", "theory", "cost", "validate"),
     "Take them to a vehicle": ("export", "approach", "schema"),
     "This machine": ("bench",),

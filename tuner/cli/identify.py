@@ -1,4 +1,4 @@
-"""The command that makes a vehicle out of flight logs: identify."""
+"""Commands on flight logs: identify, compare-logs."""
 
 from pathlib import Path
 from typing import Annotated
@@ -7,7 +7,7 @@ import typer
 
 import tuner
 from tuner.cli.answer import answer, progress
-from tuner.cli.app import AIRFRAME, AsJson, app
+from tuner.cli.app import AIRFRAME, AsJson, app, study_option
 from tuner.text.errors import BROKEN
 
 
@@ -60,3 +60,30 @@ def identify(
             watcher=watcher,
         )
     answer(found, as_json)
+
+
+@app.command("compare-logs")
+def compare_logs(
+    before: Annotated[
+        str, typer.Argument(help="Log of the first flight; FILE@35:65 for a part [s].", show_default=False)
+    ],
+    after: Annotated[str, typer.Argument(help="Log of the second, of a like flight in like air.", show_default=False)],
+    airframe: Annotated[
+        str, typer.Option(help="About what flew: a bundled airframe or a TOML file.", autocompletion=AIRFRAME)
+    ],
+    gains: Annotated[Path | None, typer.Option(help="gains.json of the second flight, to predict it.")] = None,
+    study: Annotated[Path | None, study_option("Predict it by the first scenario of this study.")] = None,
+    mapping: Annotated[Path | None, typer.Option(help="What the columns of CSV logs are (TOML).")] = None,
+    as_json: AsJson = False,
+) -> None:
+    """Compare two flight logs: what is less and what is more, with intervals, and whether it was predicted.
+
+    Exit code 1 where the second flight is above its prediction.
+
+    Example: tuner compare-logs before.bin after.bin --airframe mine.toml --gains gains.json --study mine_study.toml
+    """
+    with progress(as_json) as watcher:
+        found = tuner.compare_logs(
+            before, after, airframe=airframe, gains=gains, study=study, mapping=mapping, watcher=watcher
+        )
+    answer(found, as_json, 0 if found.kept else BROKEN)

@@ -10,6 +10,7 @@ from tuner.documents.export import ExportDocument
 from tuner.documents.identification import IdentificationDocument, LogCheckDocument
 from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.judgement import JudgementDocument
+from tuner.documents.log_comparison import LogComparisonDocument
 from tuner.documents.margins import MarginsDocument
 from tuner.documents.plan import ContestPlanDocument, PlanDocument
 from tuner.documents.resolved import Resolved
@@ -36,6 +37,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "airframe-estimate": EstimateDocument,
     "identification": IdentificationDocument,
     "log-check": LogCheckDocument,
+    "log-comparison": LogComparisonDocument,
     "judgement": JudgementDocument,
     "export": ExportDocument,
     "approach": ApproachDocument,

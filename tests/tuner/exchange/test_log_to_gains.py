@@ -57,6 +57,9 @@ def test_a_log_becomes_gains_and_a_prediction_that_the_vehicle_behind_it_keeps(
     }  # fmt: skip
     said = {}
     for _, command, *arguments in COMMANDS:
+        # There is no next log yet.
+        if command == "compare-logs":
+            continue
         given = [text.replace("log15", "log15.csv") for text in arguments]
         code, said[command], told = called(command, *given, *more[command])
         assert code == 0, told

@@ -9,6 +9,7 @@ from tuner.documents.identification import IdentificationDocument, IdentifiedNum
 from tuner.text.numbers import estimate, per_cent, significant
 
 if TYPE_CHECKING:
+    from tuner.api.comparing_logs import LogComparison
     from tuner.api.estimating import EstimatedAirframe
     from tuner.api.identifying import Identification, LogCheck
 
@@ -31,6 +32,22 @@ def print_identification(found: "Identification", console: Console) -> None:
     console.print(document.verdict)
     if document.file is not None:
         console.print(FLY.format(document.file))
+
+
+def print_log_comparison(found: "LogComparison", console: Console) -> None:
+    """Print each measure of both logs, their ratio, what was predicted, and the verdict."""
+    document = found.document
+    for row in (document.before, document.after):
+        console.print(log_text(row))
+    table = TerminalTable("After over before, 95 % intervals", keys=1)
+    table.columns_of("", "before", "after", "ratio", "", "predicted", "unit", left=("", "unit"))
+    for row in document.measures:
+        ratio, interval = estimate(row.ratio.value, row.ratio.low, row.ratio.high)
+        limit = "" if row.predicted is None else f"<= {significant(row.predicted, 3)}"
+        values = (significant(row.before.value, 3), significant(row.after.value, 3))
+        table.add_row(row.name, *values, f"{ratio} {interval}", row.told, limit, unit_text(row.unit))
+    console.print(table)
+    console.print(document.verdict)
 
 
 def print_log_check(checked: "LogCheck", console: Console) -> None:

@@ -1,0 +1,74 @@
+"""Two logs side by side: measures with a closed form, the filter of the flights' own metric, and what intervals promise."""
+
+import numpy as np
+import pytest
+
+from objectives.metrics import METRICS, noise
+from plant.errors import InputError
+from tuner.analysis.identification.log_comparison import MEASURES, measured, ratio_of
+from tuner.logs.flight_log import FlightLog
+
+PERIOD = 0.002
+
+
+def log_of(draw, seconds=20.0, size=1.0):
+    """A hovering log of white noise, `size` times as large."""
+    count = round(seconds / PERIOD)
+    command = np.sqrt(0.4 * (1.0 + 0.05 * size * draw.normal(size=(count, 4))))
+    force = size * draw.normal(size=(count, 3)) + [0.0, 0.0, 9.81]
+    return FlightLog(
+        "made", "made", "", PERIOD * np.arange(float(count)), size * draw.normal(size=(count, 3)), force, command
+    )
+
+
+def test_noise_is_the_metric_of_the_flights():
+    log = log_of(np.random.default_rng(1), 8.0)
+    thrust = log.command**2 / np.mean(log.command**2)
+    squares = []
+    for column in thrust.T:
+        kept = noise.start(column[0])
+        for value in column:
+            kept = noise.update(kept, value, PERIOD)
+        squares.append(kept.squares)
+    assert measured(log)["noise"].value == pytest.approx(np.sqrt(np.mean(squares) / len(thrust)), rel=2e-3)
+
+
+def test_travel_is_how_far_commands_move_and_rates_are_root_mean_squares():
+    time = PERIOD * np.arange(5000.0)
+    swing = np.sin(2.0 * np.pi * 5.0 * time)[:, None]
+    # Up and down once a period: 4 amplitudes, of 4 rotors, 5 times a second.
+    log = FlightLog(
+        "made",
+        "made",
+        "",
+        time,
+        swing * [1.0, 2.0, 3.0],
+        swing * [0.0, 0.0, 1.0],
+        np.sqrt(0.5 + 0.1 * swing.repeat(4, 1)),
+    )
+    found = measured(log)
+    assert found["travel"].value == pytest.approx(4 * 4 * 0.2 * 5, rel=2e-3)
+    assert [found[f"rate.{axis}"].value for axis in ("roll", "pitch", "yaw")] == pytest.approx(
+        np.array([1.0, 2.0, 3.0]) / np.sqrt(2.0), rel=1e-3
+    )
+    assert found["lift"].value == pytest.approx(np.sqrt(0.5), rel=1e-3)
+
+
+def test_the_interval_of_a_ratio_holds_the_truth_in_19_of_20_pairs():
+    draw, held = np.random.default_rng(2), []
+    for _ in range(60):
+        before, after = measured(log_of(draw, 8.0)), measured(log_of(draw, 8.0, 1.1))
+        for name in ("rate.roll", "rate.pitch", "rate.yaw", "lift"):
+            ratio, low, high = ratio_of(after[name], before[name])
+            assert low < ratio < high
+            held.append(low <= 1.1 <= high)
+    assert 0.91 < np.mean(held) <= 1.0
+
+
+def test_a_short_flight_is_refused():
+    with pytest.raises(InputError, match="at least 6 s are compared"):
+        measured(log_of(np.random.default_rng(3), 4.0))
+
+
+def test_measures_that_are_metrics_have_their_names():
+    assert {"noise", "travel"} <= set(METRICS) & set(MEASURES)
