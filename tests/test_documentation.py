@@ -78,7 +78,7 @@ def test_every_key_of_gains_json_has_a_row(site):
 
 
 def test_every_command_and_registry_is_told(site):
-    told = re.findall(r"^## tuner (\w+)$", site["commands.md"], re.MULTILINE)
+    told = re.findall(r"^## tuner ([\w-]+)$", site["commands.md"], re.MULTILINE)
     assert len(told) == len(app.registered_commands)
     assert {"hybrid", "itae", "phase_margin", "nsga2", "px4", "quickstart"} <= set(
         re.findall(r"^\| ([\w-]+) \|", site["choices.md"], re.MULTILINE)

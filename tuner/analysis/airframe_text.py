@@ -7,7 +7,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plant.airframes.geometry import FRAMES
-from plant.airframes.schema import Sourced, number_fields
+from plant.airframes.schema import OPTIONAL, Sourced, number_fields
 from plant.airframes.uncertainty import Uncertainty
 from plant.errors import InputError
 from plant.texts import check_name
@@ -38,7 +38,8 @@ def airframe_text(
     """
     lines, section = [f"title = {quoted(title)}", f"frame = {quoted(frame)}", f"spin = {quoted(spin)}", ""], ""
     # Numbers of no group stand before all tables.
-    for key in sorted(number_fields(FRAMES[frame].lengths), key=lambda entry: "." in entry):
+    given = [*number_fields(FRAMES[frame].lengths), *(key for key in OPTIONAL if key in values)]
+    for key in sorted(given, key=lambda entry: "." in entry):
         group, dot, name = key.rpartition(".")
         if group != section:
             lines += ["", f"[{group}]"]

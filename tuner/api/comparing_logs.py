@@ -69,7 +69,7 @@ def compare_logs(
     mapping: str | Path | None = None,
     watcher: Watcher | None = None,
 ) -> LogComparison:
-    """Compare two flights of a vehicle: is the second better, and did it do what was predicted?
+    """Compare two flights of a vehicle: whether the second is better, and whether it did what was predicted.
 
     Args:
         before: Log of the first flight; FILE@35:65 for a part.

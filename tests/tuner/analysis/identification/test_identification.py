@@ -7,6 +7,7 @@ import numpy as np
 import pytest
 
 from plant.airframes import load
+from plant.airframes.schema import Sourced
 from plant.errors import InputError
 from tests.tuner.analysis.identification.known_flights import (
     AIRFRAME,
@@ -147,6 +148,14 @@ def test_the_airframe_file_holds_the_numbers_and_the_set(crazyflie, tmp_path):
     # Both inertias follow from the same thrust, arm and mass.
     assert read.uncertainty.correlation[at["inertia.x"]][at["inertia.y"]] > 0.8
     assert read.uncertainty.correlation[at["mass"]][at["inertia.x"]] > 0.3
+
+
+def test_a_dead_time_of_the_prior_stays_in_the_file(crazyflie, tmp_path):
+    prior = crazyflie.airframe
+    late = replace(prior, sources=prior.sources | {"dead_time": Sourced(0.002, "s", "measured")})
+    file = tmp_path / "mine.toml"
+    file.write_text(identified_text(replace(crazyflie, airframe=late), "A Crazyflie"))
+    assert load(file).vehicle.dead_time == 0.002
 
 
 def test_two_logs_narrow_what_one_leaves(flights):
