@@ -61,7 +61,8 @@ class Judged:
         measured, left = (
             density(part, period) for part in (self.windows.measured, self.windows.measured - self.windows.modelled)
         )
-        return np.fft.rfftfreq(self.windows.measured.shape[1], period)[1:], measured, left
+        frequency = np.asarray(np.fft.rfftfreq(self.windows.measured.shape[1], period)[1:], np.float64)
+        return frequency, measured, left
 
     @property
     def reach(self) -> Array:

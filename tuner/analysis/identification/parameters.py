@@ -132,7 +132,9 @@ class Space:
     @cached_property
     def precision(self) -> Array:
         """The inverse (n, n) of the prior's covariance."""
-        return np.diag(self.deviations**-2.0) if self.known is None else np.linalg.inv(self.covariance)
+        if self.known is None:
+            return np.diag(self.deviations**-2.0)
+        return np.asarray(np.linalg.inv(self.covariance), np.float64)
 
     @property
     def wide(self) -> Array:
