@@ -20,6 +20,7 @@ if TYPE_CHECKING:
     from tuner.api.catalogue import catalogue
     from tuner.api.checking import check, judge, validate
     from tuner.api.comparing import compare
+    from tuner.api.confirming import confirm
     from tuner.api.designing import design
     from tuner.api.exporting import export, import_gains
     from tuner.api.flying import fly
@@ -46,7 +47,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "Results", "StoreError", "Study",
     "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "catalogue", "check", "check_logs",
-    "compare", "cost", "default_gains", "design", "export", "fly", "identify", "import_gains", "judge", "load_study",
+    "compare", "confirm", "cost", "default_gains", "design", "export", "fly", "identify", "import_gains", "judge", "load_study",
     "make_study", "margins", "open_results", "plan", "read_gains", "rejudge", "resume", "run", "sensitivity", "tell", "theory",
     "use", "validate", "verify",
 ]  # fmt: skip
@@ -57,6 +58,7 @@ _HOMES = {
     "tuner.api.catalogue": ("catalogue",),
     "tuner.api.checking": ("check", "judge", "validate"),
     "tuner.api.comparing": ("compare",),
+    "tuner.api.confirming": ("confirm",),
     "tuner.api.designing": ("design",),
     "tuner.api.exporting": ("export", "import_gains"),
     "tuner.api.flying": ("fly",),

@@ -4,6 +4,7 @@ import json
 
 from plant.errors import UnknownNameError
 from tuner.documents.approach import ApproachDocument
+from tuner.documents.confirmation import ConfirmationDocument
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.export import ExportDocument
 from tuner.documents.identification import IdentificationDocument, LogCheckDocument
@@ -36,6 +37,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "log-check": LogCheckDocument,
     "judgement": JudgementDocument,
     "export": ExportDocument,
+    "confirmation": ConfirmationDocument,
     "approach": ApproachDocument,
     "variables": VariablesDocument,
     "resolved": Resolved,

@@ -19,6 +19,8 @@ from plant.errors import InputError
 
 # Longest wait for an answer [s].
 PATIENCE = 20.0
+# Longest wait for the end of a program that has closed its sockets [s].
+ENDING = 0.5
 # Simulated time before arming and after it, until filters and mixer have settled [s]; throttle that is low for sure [us].
 WAKING, SETTLING, LOW = 3.0, 0.2, 950
 # State: time, rates, acceleration, attitude w x y z, velocity, position, pressure. The time stands still: from its progress the
@@ -55,23 +57,31 @@ class BetaflightBoard:
     def __init__(self, binary: Path, folder: Path, shim: Path, sticks: Sticks, control_period: float) -> None:
         """Power up with a copy of the settings in a folder; raises InputError where nothing answers."""
         self._binary, self._sticks, self._period = binary, sticks, control_period
+        self._last: tuple[int, ...] = ()
+        self._process: subprocess.Popen[bytes] | None = None
         self._own = tempfile.TemporaryDirectory(prefix="holdfast-")
-        shutil.copy(folder / "eeprom.bin", self._own.name)
         pairs = [socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET) for _ in range(3)]
         self._state, self._sent, self._motors = (ours for ours, _ in pairs)
-        self._last: tuple[int, ...] = ()
         theirs = [end for _, end in pairs]
-        names = ("LOCKSTEP_STATE", "LOCKSTEP_STICKS", "LOCKSTEP_MOTORS")
-        places = {name: str(end.fileno()) for name, end in zip(names, theirs, strict=True)}
-        period = {"LOCKSTEP_PERIOD": str(round(1e9 * control_period))}
         try:
-            self._process = powered_up(binary, Path(self._own.name), shim, {**places, **period}, theirs)
+            shutil.copy(folder / "eeprom.bin", self._own.name)
+            self._process = powered_up(binary, Path(self._own.name), shim, self._places(theirs), theirs)
+            for end in theirs:
+                end.close()
+            self._answer()
+        except BaseException:
+            self.close()
+            raise
         finally:
             for end in theirs:
                 end.close()
+
+    def _places(self, theirs: list[socket.socket]) -> dict[str, str]:
         for end in (self._state, self._sent, self._motors):
             end.settimeout(PATIENCE)
-        self._answer()
+        names = ("LOCKSTEP_STATE", "LOCKSTEP_STICKS", "LOCKSTEP_MOTORS")
+        places = {name: str(end.fileno()) for name, end in zip(names, theirs, strict=True)}
+        return {**places, "LOCKSTEP_PERIOD": str(round(1e9 * self._period))}
 
     def arm(self, throttle: float) -> None:
         """Wait until its sensors are calibrated, arm it, and let it settle; raises InputError where it does not arm."""
@@ -88,8 +98,9 @@ class BetaflightBoard:
 
     def close(self) -> None:
         """Power off."""
-        self._process.kill()
-        self._process.wait()
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
         for end in (self._state, self._sent, self._motors):
             end.close()
         self._own.cleanup()
@@ -119,9 +130,17 @@ class BetaflightBoard:
         return found
 
     def _silent(self) -> InputError:
-        code = self._process.poll()
+        code = None if self._process is None else self._ended(self._process)
         said = f"does not answer within {PATIENCE:g} s" if code is None else f"ended by itself, with exit code {code}"
         return InputError(f"{said}; docs/how_to/confirm.md says how to build it", file=self._binary)
+
+    @staticmethod
+    def _ended(process: "subprocess.Popen[bytes]") -> int | None:
+        """Return the exit code of a process that has let go of its sockets, None where it goes on."""
+        try:
+            return process.wait(ENDING)
+        except subprocess.TimeoutExpired:
+            return None
 
 
 def attitude(angles: tuple[float, float, float]) -> tuple[float, float, float, float]:
