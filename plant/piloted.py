@@ -82,7 +82,14 @@ def close_piloted(cascade: Cascade, pilot: Law, meter: MeterModel) -> PilotedLoo
         lift, control = own_step(memory.own, constants, nominal, reference, m, flight.in_force, h)
         asked = Memory(control, lift, memory.outside, control.tilt, m.angles, m.rate)
         return Flight(
-            flight.body, flight.speed, flight.in_force, flight.pending, asked, flight.meters, flight.status, flight.end_time
+            flight.body,
+            flight.speed,
+            flight.in_force,
+            flight.pending,
+            asked,
+            flight.meters,
+            flight.status,
+            flight.end_time,
         )
 
     return PilotedLoop(**{field.name: getattr(loop, field.name) for field in fields(loop)}, ask=ask)

@@ -82,7 +82,8 @@ class Stepper:
         kinds = self.loop.records
         fixed = (
             np.ascontiguousarray(gains, dtype=float), np.array(flatten(nominal), dtype=float), inputs.dynamics.copy(),
-            inputs.starts.copy(), _filled(inputs.disturbances, size(kinds.Disturbance)), _filled(inputs.noises, size(kinds.Noise)),
+            inputs.starts.copy(), _filled(inputs.disturbances, size(kinds.Disturbance)),
+            _filled(inputs.noises, size(kinds.Noise)),
             inputs.references, np.array(flatten(targets), dtype=float), self._limits, *self._timing, self._timing.steps,
         )  # fmt: skip
         return SteppedFlight(self, fixed, len(inputs.references))

@@ -27,7 +27,13 @@ class AttitudeOutside:
         torque = []
         for axis, seen, goal, inertia in zip(AXES, measured, goals, self.nominal.vehicle.inertia, strict=True):
             found, self.memory[axis] = self.law.step(
-                self.memory[axis], self.constants[axis], Channel(1.0 / inertia, 0.0), goal, seen, Applied(0.0, 0.0), self.h
+                self.memory[axis],
+                self.constants[axis],
+                Channel(1.0 / inertia, 0.0),
+                goal,
+                seen,
+                Applied(0.0, 0.0),
+                self.h,
             )
             torque.append(found)
         return allocate(4.0 * asked.lift, Vec3(*torque), self.nominal)

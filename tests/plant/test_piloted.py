@@ -52,7 +52,9 @@ def flown_outside(cascade, gains, known, inputs):
             tuple(seen.angles), tuple(seen.rate), tuple(seen.tilt), seen.own.yaw.rate, 0.25 * sum(seen.lift)
         )
         control = seen._replace(outside=outside.thrusts(asked))
-        return loop.decide(flight._replace(control=control), constants, nominal, reference, noise, targets, limits, time, h)
+        return loop.decide(
+            flight._replace(control=control), constants, nominal, reference, noise, targets, limits, time, h
+        )
 
     return fly_steps(
         replace(loop, decide=decide), unchanged, gains, known, lane_of(inputs, 0), inputs.targets, LIMITS, TIMING

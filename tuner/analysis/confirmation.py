@@ -20,8 +20,8 @@ class PairedFlights:
     """Flights of finalists, twice.
 
     points (n,): their names; quantities (q,); firmware, model: scores (n, q, flights); lost_firmware, lost_model (n, flights);
-    origin (flights,): name of the scenario of each flight; again: scores (q, flights) of the first finalist flown once more in the
-    firmware.
+    origin (flights,): name of the scenario of each flight; again: scores (q, flights) of the first finalist, flown once more in
+    the firmware.
     """
 
     points: tuple[str, ...]

@@ -40,7 +40,9 @@ def test_a_known_gap_is_found_by_pairs(gap):
     assert found.gap.high - found.gap.low < 0.02
     assert found.correlation.value == 1.0
     assert found.jitter == pytest.approx(1e-3)
-    assert found.relative == pytest.approx(found.gap.value / np.mean([point.values[0].model for point in confirmed_points(flown(gap))]))
+    assert found.relative == pytest.approx(
+        found.gap.value / np.mean([point.values[0].model for point in confirmed_points(flown(gap))])
+    )
 
 
 def test_two_finalists_have_no_ranks():

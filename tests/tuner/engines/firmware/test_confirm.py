@@ -84,7 +84,9 @@ def test_a_program_that_flies_our_loops_has_our_metrics(small, tmp_path, monkeyp
     monkeypatch.setitem(FIRMWARES, "ours", replace(FIRMWARES["betaflight"], name="ours", install=install))
     made = tuner.confirm(small, "ours", sys.executable, finalists=3, flights=2, out=tmp_path / "out")
     assert json.loads((tmp_path / "out" / "confirm.json").read_text()) == json.loads(made.json)
-    for quantity, *values in zip(made.document.quantities, *(point.values for point in made.document.points), strict=True):
+    for quantity, *values in zip(
+        made.document.quantities, *(point.values for point in made.document.points), strict=True
+    ):
         assert quantity.jitter == 0.0
         for value in values:
             assert value.firmware == pytest.approx(value.model, rel=ROUNDING), quantity.label

@@ -19,12 +19,13 @@ from tuner.engines.firmware.firmware import Bench, Firmware
 GYRO_PERIOD, MOST = 125e-6, 16
 # Full deflection of the yaw stick [deg/s].
 YAW_RATE = 100
-LARGEST_PITCH_RATE = 200
+# Full deflection of the other sticks where they ask for rates [deg/s]; in angle mode it cancels.
+TILT_RATE = 200
 SETTINGS = {
     "gyro_calib_noise_limit": 0, "baro_hardware": "NONE", "pwr_on_arm_grace": 1, "small_angle": 180,
     "runaway_takeoff_prevention": "OFF", "failsafe_delay": 200, "motor_pwm_protocol": "PWM", "motor_idle": 0, "min_check": 1000,
     "rates_type": "ACTUAL", "rc_smoothing": "OFF", "throttle_boost": 0,
-    **{f"{axis}_{name}": LARGEST_PITCH_RATE // 10 for axis in ("roll", "pitch") for name in ("rc_rate", "srate")},
+    **{f"{axis}_{name}": TILT_RATE // 10 for axis in ("roll", "pitch") for name in ("rc_rate", "srate")},
     **{f"yaw_{name}": YAW_RATE // 10 for name in ("rc_rate", "srate")},
     **{f"{axis}_expo": 0 for axis in ("roll", "pitch", "yaw")},
 }  # fmt: skip
@@ -85,8 +86,7 @@ BETAFLIGHT = Firmware(
     lockstep=True,
     loses=(
         "Sticks are whole microseconds: angle_limit/500 of tilt (0.06 deg at 30 deg), 0.2 deg/s of yaw rate, 0.1 % of throttle.",
+        "The gyro is read each 0.125 ms, so a sample of ours as often as fits into a control period; its second low-pass runs then.",
         "The gyro is read in steps of 0.061 deg/s, the attitude in steps of 0.1 deg, motor commands in steps of 0.1 %.",
     ),
 )
-
-

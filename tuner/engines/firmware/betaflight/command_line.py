@@ -2,7 +2,6 @@
 
 import re
 import socket
-import subprocess
 import time
 from contextlib import suppress
 from pathlib import Path
