@@ -109,6 +109,15 @@ def confirm(
         InputError: The run flies another law, or the firmware is missing, silent, dead or answers nonsense.
         StoreError: The run is not finished, or the folder holds something already.
 
+    Examples:
+        >>> made = tuner.confirm("results/betaflight", "betaflight", "betaflight_SITL", flights=4)  # doctest: +SKIP
+        >>> made.document.quantities[0].correlation.value  # doctest: +SKIP
+        1.0
+        >>> tuner.confirm("results/betaflight", "betaflight", "not_built")
+        Traceback (most recent call last):
+            ...
+        plant.errors.InputError: not_built: --binary: cannot be read: No such file or directory
+
     """
     chosen, program, told = firmware_of(firmware), Path(binary), watcher or Watcher()
     if flights < LEAST_FLIGHTS or finalists < 1:

@@ -1,5 +1,7 @@
 """Rank correlation against SciPy's, and gaps of flights whose truth is known."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from scipy.stats import spearmanr
@@ -13,11 +15,12 @@ from tuner.analysis.confirmation import PairedFlights, confirmed_points, confirm
 @pytest.mark.parametrize("ties", [False, True])
 def test_the_rank_correlation_is_scipys(ties):
     draw = np.random.default_rng(3)
+    peer: Any = spearmanr
     for _ in range(20):
         first, second = draw.normal(size=(2, 9))
         if ties:
             first, second = np.round(first), np.round(second)
-        assert rank_correlation(first, second) == pytest.approx(spearmanr(first, second).statistic)
+        assert rank_correlation(first, second) == pytest.approx(peer(first, second).statistic)
 
 
 def flown(gap, shape=(4, 1, 16)):
@@ -35,7 +38,7 @@ def flown(gap, shape=(4, 1, 16)):
 @pytest.mark.parametrize("gap", [-0.3, 0.0, 0.2])
 def test_a_known_gap_is_found_by_pairs(gap):
     """Flights differ by their air a hundred times more than firmware and model do; paired, the interval is narrow all the same."""
-    (found,) = confirmed_quantities(flown(gap))
+    found: Any = confirmed_quantities(flown(gap))[0]
     assert found.gap.low < gap + 0.006 and found.gap.high > gap - 0.006
     assert found.gap.high - found.gap.low < 0.02
     assert found.correlation.value == 1.0

@@ -8,6 +8,7 @@ import sys
 import tempfile
 import time
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -96,7 +97,8 @@ def test_a_program_that_dies_in_flight_is_told(tmp_path, shim):
     made = BetaflightBoard(speaks(tmp_path, 16), tmp_path, shim, STICKS, 0.00025)
     try:
         assert made.step(LEVEL, 0.5) == (0.0, 0.0, 0.0, 0.0)
-        made._process.kill()
+        process: Any = made._process
+        process.kill()
         with pytest.raises(InputError, match="ended by itself, with exit code -9"):
             for _ in range(3):
                 made.step(LEVEL, 0.5)
@@ -126,7 +128,7 @@ def test_the_attitude_is_ours_with_nose_up_and_clockwise_positive(angles):
 
 
 def test_sticks_are_set_points():
-    asked = Instant((0.0,) * 3, (0.0,) * 3, (math.radians(15.0), math.radians(-60.0)), math.radians(10.0), 1.0)
+    asked = Instant(LEVEL.angles, LEVEL.rate, (math.radians(15.0), math.radians(-60.0)), math.radians(10.0), 1.0)
     assert STICKS.channels(asked, 0.321) == (1750, 1000, 1321, 1450)
 
 

@@ -9,6 +9,7 @@ import sys
 from dataclasses import replace
 from math import sqrt
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -35,7 +36,7 @@ class OwnBoard:
     def __init__(self, bench, gains):
         told = json.dumps({"gains": gains, "period": bench.control_period})
         self.rotors = bench.rotors
-        self.process = subprocess.Popen(
+        self.process: Any = subprocess.Popen(
             [sys.executable, "-m", "tests.tuner.engines.firmware.own_loops_program", told],
             stdin=subprocess.PIPE,
             stdout=subprocess.PIPE,

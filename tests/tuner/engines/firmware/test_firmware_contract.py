@@ -85,7 +85,8 @@ def test_the_thrust_curve_is_undone():
     rotors = actuation(load("racer5").vehicle)
     entry = FIRMWARES["betaflight"]
     lifts = np.linspace(1.1 * rotors.thrust_min, 0.99 * rotors.thrust_max, 7)
-    back = [thrusts_of((throttle_for(lift, rotors),) * 4, rotors, entry)[0] for lift in lifts.tolist()]
+    throttles = [throttle_for(lift, rotors) for lift in lifts.tolist()]
+    back = [thrusts_of((u, u, u, u), rotors, entry)[0] for u in throttles]
     np.testing.assert_allclose(back, lifts, rtol=1e-12)
 
 

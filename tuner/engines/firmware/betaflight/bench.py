@@ -86,7 +86,7 @@ BETAFLIGHT = Firmware(
     lockstep=True,
     loses=(
         "Sticks are whole microseconds: angle_limit/500 of tilt (0.06 deg at 30 deg), 0.2 deg/s of yaw rate, 0.1 % of throttle.",
-        "The gyro is read each 0.125 ms, so a sample of ours as often as fits into a control period; its second low-pass runs then.",
+        "The gyro is read each 0.125 ms: a sample of ours as often as fits into a control period; its second low-pass runs then.",
         "The gyro is read in steps of 0.061 deg/s, the attitude in steps of 0.1 deg, motor commands in steps of 0.1 %.",
     ),
 )
