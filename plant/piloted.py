@@ -55,8 +55,10 @@ def pilot_of(law: Law, rate: Callable[[Any, Setpoint, Measured], float]) -> Law:
     return replace(law, name=f"{law.name}_pilot", Memory=Asked, start=start, step=step)
 
 
-def close_piloted(cascade: Cascade, pilot: Law, meter: MeterModel) -> PilotedLoop:
-    """Close the loop of a cascade with a pilot in the place of its attitude loops; gains keep their columns."""
+def close_piloted(cascade: Cascade, pilot: Law, meter: MeterModel, late: int = 0) -> PilotedLoop:
+    """Close the loop of a cascade with a pilot in the place of its attitude loops; gains keep their columns, late: see
+    `plant.closed_loop.close_loop`.
+    """
     own = close_cascade(cascade.position, pilot)
     Memory = record_type(
         "PilotedMemory",
@@ -73,7 +75,7 @@ def close_piloted(cascade: Cascade, pilot: Law, meter: MeterModel) -> PilotedLoo
     ) -> tuple[Rotors, Any]:  # fmt: skip
         return memory.outside, memory
 
-    loop = close_loop(replace(own, Memory=Memory, start=start, step=step), meter)
+    loop = close_loop(replace(own, Memory=Memory, start=start, step=step), meter, late)
     Flight = loop.Flight
 
     def ask(flight: Any, constants: Any, nominal: Nominal, reference: Reference, noise: Noise, h: float) -> Any:
@@ -82,14 +84,8 @@ def close_piloted(cascade: Cascade, pilot: Law, meter: MeterModel) -> PilotedLoo
         lift, control = own_step(memory.own, constants, nominal, reference, m, flight.in_force, h)
         asked = Memory(control, lift, memory.outside, control.tilt, m.angles, m.rate)
         return Flight(
-            flight.body,
-            flight.speed,
-            flight.in_force,
-            flight.pending,
-            asked,
-            flight.meters,
-            flight.status,
+            flight.body, flight.speed, flight.queue, flight.in_force, flight.pending, asked, flight.meters, flight.status,
             flight.end_time,
-        )
+        )  # fmt: skip
 
     return PilotedLoop(**{field.name: getattr(loop, field.name) for field in fields(loop)}, ask=ask)

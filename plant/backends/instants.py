@@ -1,5 +1,6 @@
 """One flight, compiled, that stops at every control instant for rotor thrusts from outside (`plant.piloted`)."""
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from typing import Any
 
@@ -9,8 +10,7 @@ from plant.backends import lanes
 from plant.backends.cache import load_kernel
 from plant.backends.identity import identity
 from plant.backends.stepping import Inputs
-from plant.loop import Timing
-from plant.piloted import PilotedLoop
+from plant.loop import ClosedLoop, Timing
 from plant.records import flatten, paths, rows, size
 
 BEFORE = -1
@@ -60,13 +60,13 @@ class Instant:
 
 
 class Stepper:
-    """Flights of one loop, gains and scenario after another, instant by instant."""
+    """Flights of one loop, gains and scenario after another, instant by instant; loop, ask: of a `plant.piloted.PilotedLoop`."""
 
-    def __init__(self, loop: PilotedLoop, limits: Any, timing: Timing) -> None:
+    def __init__(self, loop: ClosedLoop, ask: Callable[..., Any], limits: Any, timing: Timing) -> None:
         """Load or compile the kernel."""
         self.loop = loop
         self._limits, self._timing = np.array(flatten(limits)), timing
-        self._run = _kernel(loop)
+        self._run = _kernel(loop, ask)
         control = "control"
         self._asked = [
             paths(loop.Flight).index(f"{control}.{path}")
@@ -127,10 +127,10 @@ class SteppedFlight:
         return self._state[self._stepper._result].copy()
 
 
-def _kernel(loop: PilotedLoop) -> Any:
+def _kernel(loop: ClosedLoop, ask: Callable[..., Any]) -> Any:
     names, sources = lanes.kernel_names(loop)
     bind = lanes.rebinder()
-    names["ask"] = bind(loop.ask)
+    names["ask"] = bind(ask)
     kinds, flight = loop.records, loop.Flight
     body = rows(flight, "body")
     parts = [

@@ -4,6 +4,7 @@ from dataclasses import replace
 from math import cos, radians
 
 import numpy as np
+import pytest
 
 from objectives import meters
 from plant.air.spec import AirSpec
@@ -41,8 +42,8 @@ def given(duration=0.04):
     return cascade, gains, nominal(vehicle, options, TIMING.control_period), inputs
 
 
-def flown_outside(cascade, gains, known, inputs):
-    loop = close_piloted(cascade, pilot_of(cascade.attitude, heading_rate), METER)
+def flown_outside(cascade, gains, known, inputs, late):
+    loop = close_piloted(cascade, pilot_of(cascade.attitude, heading_rate), METER, late)
     outside = AttitudeOutside(cascade.attitude, gains, known, TIMING.control_period)
 
     def decide(flight, constants, nominal, reference, noise, targets, limits, time, h):
@@ -61,12 +62,13 @@ def flown_outside(cascade, gains, known, inputs):
     )
 
 
-def test_our_own_attitude_loops_outside_fly_our_own_flight():
+@pytest.mark.parametrize("late", [0, 3])
+def test_our_own_attitude_loops_outside_fly_our_own_flight(late):
     cascade, gains, known, inputs = given()
     own = fly_steps(
-        close_loop(cascade, METER), unchanged, gains, known, lane_of(inputs, 0), inputs.targets, LIMITS, TIMING
+        close_loop(cascade, METER, late), unchanged, gains, known, lane_of(inputs, 0), inputs.targets, LIMITS, TIMING
     )
-    there = flown_outside(cascade, gains, known, inputs)
+    there = flown_outside(cascade, gains, known, inputs, late)
     assert max(abs(part) for part in own.body.rate) > 0.003
     np.testing.assert_allclose(flatten(there.body), flatten(own.body), rtol=1e-9, atol=1e-12)
     np.testing.assert_allclose(flatten(there.meters), flatten(own.meters), rtol=1e-9, atol=1e-12)

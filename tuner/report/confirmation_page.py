@@ -4,7 +4,7 @@ from collections.abc import Sequence
 
 from tuner.documents.confirmation import ConfirmationDocument, ConfirmedPoint, ConfirmedQuantity
 from tuner.documents.parts import Estimate
-from tuner.text.numbers import duration, estimate, significant
+from tuner.text.numbers import duration, estimate, fixed, significant
 from tuner.text.units import after_number
 
 
@@ -45,7 +45,7 @@ def quantity_cells(each: ConfirmedQuantity) -> list[str]:
     """Return the cells of a metric: label, correlation and gap with their intervals, the gap in percent."""
     value = each.correlation.value
     ranks = "-" if value is None else with_interval(each.correlation)
-    relative = "-" if each.relative is None else f"{100.0 * each.relative:+.2g} %"
+    relative = "-" if each.relative is None else f"{fixed(100.0 * each.relative, 2, signed=True)} %"
     return [each.label, ranks, f"{with_interval(each.gap)}{after_number(each.unit)}", relative]
 
 

@@ -17,6 +17,7 @@ from plant.backends.stepping import lane_of
 from plant.errors import InputError
 from plant.loop import MeterModel
 from plant.piloted import close_piloted, pilot_of
+from plant.vehicle import late_periods
 from tuner.engines.firmware.firmware import Board, Firmware
 
 OnFlight = Callable[[int], None]
@@ -32,8 +33,9 @@ class FirmwareFlights:
         self._system, self._firmware, self._root, self._threads = system, firmware, root, threads
         bundled = MeterModel(meters.Meters, meters.start, meters.update)
         pilot = pilot_of(system.cascade.attitude, firmware.heading)
-        loop = close_piloted(system.cascade, pilot, with_accumulators(bundled, system.metered))
-        self._stepper = Stepper(loop, system.limits, system.timing)
+        late = late_periods(system.vehicle, system.timing.control_period)
+        loop = close_piloted(system.cascade, pilot, with_accumulators(bundled, system.metered), late)
+        self._stepper = Stepper(loop, loop.ask, system.limits, system.timing)
         self._rotors = actuation(system.nominal.vehicle)
 
     def fly(
