@@ -21,6 +21,7 @@ if TYPE_CHECKING:
     from tuner.api.checking import check, judge, validate
     from tuner.api.comparing import compare
     from tuner.api.comparing_logs import compare_logs
+    from tuner.api.confirming import confirm
     from tuner.api.designing import design
     from tuner.api.estimating import estimate_airframe
     from tuner.api.exporting import export, import_gains
@@ -48,7 +49,7 @@ if TYPE_CHECKING:
 __all__ = [
     "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "Results", "StoreError", "Study",
     "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "catalogue", "check", "check_logs",
-    "compare", "compare_logs", "cost", "default_gains", "design", "estimate_airframe", "export", "fly", "identify",
+    "compare", "compare_logs", "confirm", "cost", "default_gains", "design", "estimate_airframe", "export", "fly", "identify",
     "import_gains", "judge", "load_study", "make_study", "margins", "open_results", "plan", "read_gains", "rejudge",
     "resume", "run", "sensitivity", "tell", "theory", "use", "validate", "verify",
 ]  # fmt: skip
@@ -60,6 +61,7 @@ _HOMES = {
     "tuner.api.checking": ("check", "judge", "validate"),
     "tuner.api.comparing": ("compare",),
     "tuner.api.comparing_logs": ("compare_logs",),
+    "tuner.api.confirming": ("confirm",),
     "tuner.api.designing": ("design",),
     "tuner.api.estimating": ("estimate_airframe",),
     "tuner.api.exporting": ("export", "import_gains"),

@@ -51,9 +51,15 @@ def commands() -> dict[str, Any]:
     return cast(Any, get_command(app)).commands
 
 
+ELSEWHERE = frozenset({"confirm"})
+"""Commands that fly a firmware, see tests/tuner/engines/firmware."""
+
+
 def commands_with_json() -> set[str]:
-    """Return the names of the commands that have --json."""
-    return {name for name, found in commands().items() if any("--json" in option.opts for option in found.params)}
+    """Return the names of the commands that have --json and need no program of somebody else's."""
+    return {
+        name for name, found in commands().items() if any("--json" in option.opts for option in found.params)
+    } - ELSEWHERE
 
 
 def help_texts() -> dict[str, str]:

@@ -14,6 +14,7 @@ PRINTERS = {
     "Approach": "approach:print_approach",
     "Checked": "check:print_checked",
     "ComparisonResults": "compare:print_compared",
+    "Confirmation": "confirmation:print_confirmation",
     "ContestResults": "contest:print_contest",
     "Cost": "gains:print_costs",
     "Design": "margins:print_design",

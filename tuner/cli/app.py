@@ -22,7 +22,7 @@ GROUPS = {
     "Tune": ("run", "resume", "ask", "tell", "rejudge", "verify"),
     "Read what was found": ("show", "report", "compare", "compare-logs", "sensitivity"),
     "Judge gains": ("fly", "margins", "theory", "cost", "validate"),
-    "Take them to a vehicle": ("export", "approach", "schema"),
+    "Take them to a vehicle": ("export", "confirm", "approach", "schema"),
     "This machine": ("bench",),
 }
 """Heading -> commands, in the order of `tuner --help`."""

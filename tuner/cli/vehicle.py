@@ -46,6 +46,28 @@ def export(
 
 
 @app.command()
+def confirm(
+    results: Annotated[Path, typer.Argument(help="Folder of a tuning run.", show_default=False)],
+    firmware: Annotated[str, typer.Option(help="Firmware: betaflight.", show_default=False)],
+    binary: Annotated[Path, typer.Option(help="The firmware's program, built by you.", show_default=False)],
+    finalists: Annotated[int, typer.Option(help="Points of the front that fly.", min=1)] = 8,
+    flights: Annotated[int, typer.Option(help="Flights of each scenario and finalist.", min=2)] = 16,
+    out: Annotated[Path | None, typer.Option(help="New folder for confirm.json and confirm.md.")] = None,
+    threads: Annotated[int, typer.Option(help="Boards that fly at once.", min=1)] = 1,
+    as_json: AsJson = False,
+) -> None:
+    """Fly finalists of a run in a real firmware, on our plant in our turbulence, and compare with our own flights.
+
+    Example: tuner confirm results/betaflight --firmware betaflight --binary betaflight_SITL
+    """
+    with progress(as_json) as watcher:
+        made = tuner.confirm(
+            results, firmware, binary, finalists=finalists, flights=flights, out=out, threads=threads, watcher=watcher
+        )
+    answer(made, as_json)
+
+
+@app.command()
 def approach(
     present: Annotated[Path, typer.Argument(help="A gains.json: what the vehicle flies now.", show_default=False)],
     tuned: Annotated[Path, typer.Argument(help="A gains.json: the tuned gains.", show_default=False)],

@@ -4,6 +4,7 @@ import json
 
 from plant.errors import UnknownNameError
 from tuner.documents.approach import ApproachDocument
+from tuner.documents.confirmation import ConfirmationDocument
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.estimate import EstimateDocument
 from tuner.documents.export import ExportDocument
@@ -40,6 +41,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "log-comparison": LogComparisonDocument,
     "judgement": JudgementDocument,
     "export": ExportDocument,
+    "confirmation": ConfirmationDocument,
     "approach": ApproachDocument,
     "variables": VariablesDocument,
     "resolved": Resolved,

@@ -1,0 +1,34 @@
+"""A program that speaks to the bench in doubles and flies our own attitude loops: what a perfect firmware would answer.
+
+In: measured angles and rates, tilt, yaw rate, lift of a rotor; out: rotor thrusts. Ends where nothing more comes.
+"""
+
+import json
+import struct
+import sys
+
+from plant.airframes import load
+from plant.backends.instants import Instant
+from plant.cascade import close_cascade
+from plant.laws import LAWS
+from plant.nominal import ControlOptions, nominal
+from plant.records import pack
+from tests.plant.attitude_outside import AttitudeOutside
+
+IN, OUT = struct.Struct("<10d"), struct.Struct("<4d")
+
+
+def main():
+    told = json.loads(sys.argv[1])
+    cascade = close_cascade(LAWS["pid"], LAWS["betaflight"])
+    known = nominal(load("racer5").vehicle, ControlOptions(delay=True), told["period"])
+    loops = AttitudeOutside(cascade.attitude, pack(cascade.Gains, told["gains"]), known, told["period"])
+    while len(given := sys.stdin.buffer.read(IN.size)) == IN.size:
+        numbers = IN.unpack(given)
+        asked = Instant(numbers[0:3], numbers[3:6], numbers[6:8], *numbers[8:])
+        sys.stdout.buffer.write(OUT.pack(*loops.thrusts(asked)))
+        sys.stdout.buffer.flush()
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,138 @@
+"""The board against programs that misbehave, and its packets against our own attitude: one line, no hang, nothing left behind."""
+
+import math
+import os
+import stat
+import subprocess
+import sys
+import tempfile
+import time
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import pytest
+
+from plant.attitude import euler_angles
+from plant.backends.instants import Instant
+from plant.errors import InputError
+from plant.vectors import Quaternion
+from tests.clients import program
+from tuner.engines.firmware.betaflight import board, command_line
+from tuner.engines.firmware.betaflight.board import BetaflightBoard, Sticks, attitude, shim_in
+from tuner.engines.firmware.betaflight.command_line import load
+
+STICKS = Sticks(30.0, 100.0)
+LEVEL = Instant((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
+# Ways to be no firmware, in Python: what the program does with sockets where the firmware has its own.
+DIES = "raise SystemExit(3)"
+SILENT = "import threading; threading.Event().wait()"
+BABBLES = """
+import socket
+door = socket.socket()
+door.bind(("127.0.0.1", 5761))
+door.setblocking(True)
+line = door.accept()[0]
+while True:
+    line.sendall(b"\\xff\\x00garbage" * 9)
+"""
+
+
+@pytest.fixture(autouse=True)
+def soon(monkeypatch):
+    """Nobody waits long in a test."""
+    monkeypatch.setattr(board, "PATIENCE", 2.0)
+    monkeypatch.setattr(board, "WAKING", 0.01)
+    monkeypatch.setattr(board, "SETTLING", 0.01)
+    for name, value in {"OPENING": 0.3, "MOMENT": 0.05, "PAUSE": 0.02, "PATIENCE": 0.3, "STARTS": 2}.items():
+        monkeypatch.setattr(command_line, name, value)
+
+
+@pytest.fixture(scope="module")
+def shim(tmp_path_factory):
+    program("gcc")
+    return shim_in(tmp_path_factory.mktemp("shim"))
+
+
+def fake(folder, text):
+    """A program of Python that stands for the firmware, with settings to copy."""
+    file = folder / "firmware"
+    file.write_text(f"#!{sys.executable} -S\n{text}\n")
+    file.chmod(file.stat().st_mode | stat.S_IXUSR)
+    (folder / "eeprom.bin").write_bytes(b"settings")
+    return file
+
+
+def speaks(folder, size):
+    """A program with the firmware's sockets and threads, that answers with so many bytes."""
+    made, source = fake(folder, ""), Path(__file__).with_name("speaks.c")
+    subprocess.run([program("gcc"), f"-DSIZE={size}", "-o", str(made), str(source), "-lpthread"], check=True)
+    return made
+
+
+def left_behind():
+    return [name for name in os.listdir(tempfile.gettempdir()) if name.startswith("holdfast-")]
+
+
+@pytest.mark.parametrize(
+    ("text", "said"),
+    [(DIES, "exit code 3"), (SILENT, "does not answer within")],
+    ids=["dies", "silent"],
+)
+def test_a_program_that_does_not_fly_is_told_in_one_line(tmp_path, shim, text, said):
+    before, begin = left_behind(), time.monotonic()
+    with pytest.raises(InputError, match=said) as caught:
+        BetaflightBoard(fake(tmp_path, text), tmp_path, shim, STICKS, 0.00025)
+    assert "\n" not in str(caught.value)
+    assert time.monotonic() - begin < 10.0
+    assert left_behind() == before
+
+
+def test_motors_of_another_size_are_told(tmp_path, shim):
+    with pytest.raises(InputError, match="answered with 7 bytes, four motors are 16"):
+        BetaflightBoard(speaks(tmp_path, 7), tmp_path, shim, STICKS, 0.00025)
+
+
+def test_a_program_that_dies_in_flight_is_told(tmp_path, shim):
+    made = BetaflightBoard(speaks(tmp_path, 16), tmp_path, shim, STICKS, 0.00025)
+    try:
+        assert made.step(LEVEL, 0.5) == (0.0, 0.0, 0.0, 0.0)
+        process: Any = made._process
+        process.kill()
+        with pytest.raises(InputError, match="ended by itself, with exit code -9"):
+            for _ in range(3):
+                made.step(LEVEL, 0.5)
+    finally:
+        made.close()
+
+
+def test_a_program_that_does_not_arm_is_told(tmp_path, shim):
+    made = BetaflightBoard(speaks(tmp_path, 16), tmp_path, shim, STICKS, 0.00025)
+    try:
+        with pytest.raises(InputError, match="does not arm"):
+            made.arm(0.5)
+    finally:
+        made.close()
+
+
+@pytest.mark.parametrize("text", [DIES, SILENT, BABBLES], ids=["dies", "silent", "babbles"])
+def test_a_command_line_that_is_none_is_told_in_one_line(tmp_path, shim, text):
+    with pytest.raises(InputError, match="no command line answers after 2 starts"):
+        load(fake(tmp_path, text), tmp_path, shim, ["save"])
+
+
+@pytest.mark.parametrize("angles", [(0.3, -0.2, 0.9), (-0.5, 0.4, -2.8), (0.0, 0.0, 0.0)])
+def test_the_attitude_is_ours_with_nose_up_and_clockwise_positive(angles):
+    w, x, y, z = attitude(angles)
+    np.testing.assert_allclose(euler_angles(Quaternion(w, x, -y, -z)), angles, atol=1e-12)
+
+
+def test_sticks_are_set_points():
+    asked = Instant(LEVEL.angles, LEVEL.rate, (math.radians(15.0), math.radians(-60.0)), math.radians(10.0), 1.0)
+    assert STICKS.channels(asked, 0.321) == (1750, 1000, 1321, 1450)
+
+
+def test_the_library_that_keeps_step_warns_of_nothing(tmp_path):
+    source = board.__file__.replace("board.py", "lockstep.c")
+    command = [program("gcc"), "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror", "-o", str(tmp_path / "l.so"), source]
+    subprocess.run([*command, "-ldl"], check=True)

@@ -1,0 +1,104 @@
+"""What every firmware promises; a new entry of the registry is tested by all of this."""
+
+import inspect
+
+import numpy as np
+import pytest
+
+from plant.airframes import load
+from plant.airframes.actuation import actuation
+from plant.backends.lanes import compiled
+from plant.errors import InputError, UnknownNameError
+from plant.gains import default_row
+from plant.laws import law
+from plant.laws.channel import Measured, Setpoint
+from plant.piloted import pilot_of
+from tests.tuner.exchange.controllers import controller
+from tuner.engines.firmware.firmware import Bench
+from tuner.engines.firmware.flying import throttle_for, thrusts_of
+from tuner.engines.firmware.registry import FIRMWARES, firmware_of
+from tuner.exchange.registry import exporter, settings_of
+from tuner.exchange.run import bundle_of, check_laws
+from tuner.exchange.target import Request
+
+EVERY = pytest.mark.parametrize("entry", FIRMWARES.values(), ids=FIRMWARES)
+
+
+def exported(entry, period=0.00025):
+    plain = controller("pid", entry.law, "racer5", period=period, every=16)
+    row = tuple(default_row(plain.cascade, plain.airframe.vehicle))
+    request = Request(
+        type(plain)(plain.airframe, plain.cascade, plain.options, period, period, row), "0" * 64,
+        settings_of(exporter(entry.target), ()), None,
+    )  # fmt: skip
+    check_laws(exporter(entry.target), request)
+    return bundle_of(exporter(entry.target), request)
+
+
+@EVERY
+def test_its_gains_come_from_our_exporter(entry):
+    """The target takes its law, and writes the file that it loads."""
+    assert FIRMWARES[entry.name] is entry
+    assert entry.file in exported(entry).files
+
+
+@EVERY
+def test_it_says_what_is_lost(entry):
+    assert entry.loses and all(sentence.endswith(".") and "\n" not in sentence for sentence in entry.loses)
+
+
+@EVERY
+def test_its_pilot_closes_the_heading_loop_of_the_law(entry):
+    """A pilot asks for no rate where the heading is right, for more the further it is off, and the kernel asks for the same."""
+    own = law(entry.law)
+    constants = own.prepare(own.Gains(*[own.span(gain, "yaw", "attitude").default for gain in own.gains]), 0.00025)
+    asked = [entry.heading(constants, Setpoint(goal, 0.0, 0.0), Measured(0.1, 0.0)) for goal in (0.1, 0.2, 0.3)]
+    assert asked[0] == 0.0 and 0.0 < asked[1] < asked[2]
+    assert entry.heading(constants, Setpoint(0.1, 0.7, 0.0), Measured(0.1, 0.0)) == pytest.approx(0.7)
+    step = compiled(entry.heading)
+    assert step(constants, Setpoint(0.2, 0.0, 0.0), Measured(0.1, 0.0)) == pytest.approx(asked[1])
+    assert pilot_of(own, entry.heading).prepare is own.prepare
+
+
+@EVERY
+def test_a_period_of_its_loops_is_named_where_it_is_impossible(entry):
+    entry.check(0.00025)
+    with pytest.raises(InputError, match="ms"):
+        entry.check(0.0033333)
+
+
+@EVERY
+def test_a_program_that_is_none_is_refused_in_one_line(entry, tmp_path):
+    rotors = actuation(load("racer5").vehicle)
+    bench = Bench(tmp_path / "missing", tmp_path / "bench", rotors, 0.00025)
+    with pytest.raises(InputError, match="cannot be run") as caught:
+        entry.install(bench, exported(entry).files[entry.file])
+    assert "\n" not in str(caught.value)
+
+
+def test_an_unknown_name_is_told_with_those_that_are_known():
+    with pytest.raises(UnknownNameError, match="betaflight"):
+        firmware_of("betafligth")
+
+
+def test_the_thrust_curve_is_undone():
+    rotors = actuation(load("racer5").vehicle)
+    entry = FIRMWARES["betaflight"]
+    lifts = np.linspace(1.1 * rotors.thrust_min, 0.99 * rotors.thrust_max, 7)
+    throttles = [throttle_for(lift, rotors) for lift in lifts.tolist()]
+    back = [thrusts_of((u, u, u, u), rotors, entry)[0] for u in throttles]
+    np.testing.assert_allclose(back, lifts, rtol=1e-12)
+
+
+@pytest.mark.parametrize("bad", [float("nan"), float("inf"), 1.5, -0.2])
+def test_motor_commands_that_are_none_are_refused(bad):
+    rotors = actuation(load("racer5").vehicle)
+    with pytest.raises(InputError, match="allowed: 0 to 1"):
+        thrusts_of((0.5, bad, 0.5, 0.5), rotors, FIRMWARES["betaflight"])
+
+
+def test_every_field_of_the_seam_is_told():
+    """The docstring names each field, as docs/how_to/confirm.md asks of whoever adds a firmware."""
+    kind = type(FIRMWARES["betaflight"])
+    told = inspect.getdoc(kind) or ""
+    assert [name for name in kind.__dataclass_fields__ if name not in told] == []

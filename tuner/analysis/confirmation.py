@@ -1,0 +1,128 @@
+"""What flights in a firmware and our own, through the same scenarios, say of each other."""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from objectives.problem import Objective, seen_scores
+from objectives.risk import paired_difference_on, replicates_on, resampled_scenarios, within
+from plant.seeds import generator
+from tuner.documents.confirmation import ConfirmedPoint, ConfirmedQuantity, ConfirmedValue
+from tuner.documents.parts import Estimate
+
+REPLICATES, ENDS = 2000, (0.025, 0.975)
+# Finalists from which on ranks say something.
+LEAST_RANKED = 3
+
+
+@dataclass(frozen=True)
+class PairedFlights:
+    """Flights of finalists, twice.
+
+    points (n,): their names; quantities (q,); firmware, model: scores (n, q, flights); lost_firmware, lost_model (n, flights);
+    origin (flights,): name of the scenario of each flight; again: scores (q, flights) of the first finalist, flown once more in
+    the firmware.
+    """
+
+    points: tuple[str, ...]
+    quantities: tuple[Objective, ...]
+    firmware: np.ndarray
+    model: np.ndarray
+    lost_firmware: np.ndarray
+    lost_model: np.ndarray
+    origin: np.ndarray
+    again: np.ndarray | None
+    root: int
+
+
+def confirmed_quantities(flown: PairedFlights) -> list[ConfirmedQuantity]:
+    """Return correlation, gap and jitter of every quantity, with 95 % intervals over resampled scenarios."""
+    drawn = _drawn(flown)
+    return [_quantity(flown, i, drawn) for i in range(len(flown.quantities))]
+
+
+def confirmed_points(flown: PairedFlights) -> list[ConfirmedPoint]:
+    """Return every finalist with both values of each quantity and their paired difference."""
+    drawn = _drawn(flown)
+    columns = [_values(flown, i, drawn) for i in range(len(flown.quantities))]
+    return [
+        ConfirmedPoint(
+            point=point,
+            lost_firmware=int(np.sum(flown.lost_firmware[k], axis=0)),
+            lost_model=int(np.sum(flown.lost_model[k], axis=0)),
+            values=[column[k] for column in columns],
+        )
+        for k, point in enumerate(flown.points)
+    ]
+
+
+def rank_correlation(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    """Return Spearman's rank correlation over the first axis (n, ...); NaN where one side's ranks are all the same."""
+    a, b = (_ranks(part) for part in (first, second))
+    a, b = a - np.mean(a, axis=0), b - np.mean(b, axis=0)
+    with np.errstate(invalid="ignore"):
+        return np.sum(a * b, axis=0) / np.sqrt(np.sum(a * a, axis=0) * np.sum(b * b, axis=0))
+
+
+def _ranks(values: np.ndarray) -> np.ndarray:
+    """Ranks along the first axis, of equal values the mean of theirs."""
+    below = np.sum(values[None] < values[:, None], axis=1)
+    same = np.sum(values[None] == values[:, None], axis=1)
+    return below + 0.5 * (same + 1.0)
+
+
+def _drawn(flown: PairedFlights) -> np.ndarray:
+    return resampled_scenarios(generator(flown.root, "bootstrap/confirm", 0), REPLICATES, flown.origin)
+
+
+def _seen(flown: PairedFlights, i: int) -> tuple[np.ndarray, np.ndarray]:
+    scenario = flown.quantities[i].scenario
+    return (
+        seen_scores(flown.firmware, i, flown.origin, scenario),
+        seen_scores(flown.model, i, flown.origin, scenario),
+    )
+
+
+def _quantity(flown: PairedFlights, i: int, drawn: np.ndarray) -> ConfirmedQuantity:
+    quantity = flown.quantities[i]
+    part = within(drawn, flown.origin, quantity.scenario)
+    both = _seen(flown, i)
+    firmware, model = (quantity.risk.apply(scores) for scores in both)
+    often = [replicates_on(scores, quantity.risk, part) for scores in both]
+    gap = float(np.mean(firmware - model, axis=0))
+    size = float(np.mean(model, axis=0))
+    return ConfirmedQuantity(
+        label=quantity.label,
+        metric=quantity.metric.text,
+        definition=quantity.metric.metric.definition,
+        unit=quantity.metric.unit,
+        scenario=quantity.scenario,
+        correlation=_correlation(firmware, model, *often),
+        gap=Estimate(gap, *_ends(np.mean(often[0] - often[1], axis=0))),
+        relative=gap / abs(size) if size else None,
+        jitter=None if flown.again is None else float(np.max(np.abs(flown.again[i] - flown.firmware[0, i]), axis=0)),
+    )
+
+
+def _correlation(firmware: np.ndarray, model: np.ndarray, often: np.ndarray, beside: np.ndarray) -> Estimate:
+    value = float(rank_correlation(firmware, model))
+    if len(firmware) < LEAST_RANKED or not np.isfinite(value):
+        return Estimate(None, None, None)
+    found = rank_correlation(often, beside)
+    return Estimate(value, *_ends(found[np.isfinite(found)]))
+
+
+def _ends(found: np.ndarray) -> tuple[float, float]:
+    low, high = np.quantile(found, ENDS, axis=0)
+    return float(low), float(high)
+
+
+def _values(flown: PairedFlights, i: int, drawn: np.ndarray) -> list[ConfirmedValue]:
+    quantity = flown.quantities[i]
+    firmware, model = _seen(flown, i)
+    apart = paired_difference_on(firmware, model, quantity.risk, within(drawn, flown.origin, quantity.scenario))
+    risks = zip(quantity.risk.apply(firmware), quantity.risk.apply(model), *apart, strict=True)
+    return [
+        ConfirmedValue(firmware=float(there), model=float(here), gap=Estimate(*map(float, gap)))
+        for there, here, *gap in risks
+    ]

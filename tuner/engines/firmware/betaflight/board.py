@@ -1,0 +1,182 @@
+"""Betaflight's simulator build as a process in lockstep: it runs one control period for each state that it is sent.
+
+A small library of ours is loaded before the program (lockstep.c): it hands it sockets that lead here alone, and a clock that
+stands still until a state has arrived. So equal flights are equal to the last bit, however fast or busy the machine is.
+"""
+
+import math
+import os
+import shutil
+import socket
+import struct
+import subprocess
+import tempfile
+from dataclasses import dataclass
+from pathlib import Path
+
+from plant.backends.instants import Instant
+from plant.errors import InputError
+
+# Longest wait for an answer [s].
+PATIENCE = 20.0
+# Longest wait for the end of a program that has closed its sockets [s].
+ENDING = 0.5
+# Simulated time before arming and after it, until filters and mixer have settled [s]; throttle that is low for sure [us].
+WAKING, SETTLING, LOW = 3.0, 0.2, 950
+# State: time, rates, acceleration, attitude w x y z, velocity, position, pressure. The time stands still: from its progress the
+# program would guess how fast simulated time goes, and round.
+STATE, CHANNELS, MOTORS = struct.Struct("<18d"), struct.Struct("<d16H"), struct.Struct("<4f")
+AT_REST, NOWHERE, PRESSURE = (0.0, 0.0, -9.80665), (0.0,) * 6, 101325.0
+# Places in its packet of the motors at our rotors: front left, front right, rear left, rear right.
+PLACES = (2, 0, 1, 3)
+MIDDLE, HALF, MOST, ON, OFF = 1500, 500.0, 2000, 2000, 1000
+LEVEL = Instant((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
+
+
+@dataclass(frozen=True)
+class Sticks:
+    """What full deflection asks for: tilt [deg], yaw rate [deg/s]."""
+
+    tilt: float
+    yaw_rate: float
+
+    def channels(self, asked: Instant, throttle: float) -> tuple[int, int, int, int]:
+        """Return roll, pitch, throttle and yaw [us]; right, nose down and clockwise are positive."""
+        roll, pitch = (self._stick(math.degrees(angle) / self.tilt) for angle in asked.tilt)
+        yaw = self._stick(-math.degrees(asked.yaw_rate) / self.yaw_rate)
+        return roll, pitch, min(1000 + round(1000.0 * throttle), MOST), yaw
+
+    @staticmethod
+    def _stick(share: float) -> int:
+        return MIDDLE + round(HALF * min(max(share, -1.0), 1.0))
+
+
+class BetaflightBoard:
+    """A board of the seam `tuner.engines.firmware.firmware.Board`."""
+
+    def __init__(self, binary: Path, folder: Path, shim: Path, sticks: Sticks, control_period: float) -> None:
+        """Power up with a copy of the settings in a folder; raises InputError where nothing answers."""
+        self._binary, self._sticks, self._period = binary, sticks, control_period
+        self._last: tuple[int, ...] = ()
+        self._process: subprocess.Popen[bytes] | None = None
+        self._own = tempfile.TemporaryDirectory(prefix="holdfast-")
+        pairs = [socket.socketpair(socket.AF_UNIX, socket.SOCK_SEQPACKET) for _ in range(3)]
+        self._state, self._sent, self._motors = (ours for ours, _ in pairs)
+        theirs = [end for _, end in pairs]
+        try:
+            shutil.copy(folder / "eeprom.bin", self._own.name)
+            self._process = powered_up(binary, Path(self._own.name), shim, self._places(theirs), theirs)
+            for end in theirs:
+                end.close()
+            self._answer()
+        except BaseException:
+            self.close()
+            raise
+        finally:
+            for end in theirs:
+                end.close()
+
+    def _places(self, theirs: list[socket.socket]) -> dict[str, str]:
+        for end in (self._state, self._sent, self._motors):
+            end.settimeout(PATIENCE)
+        names = ("LOCKSTEP_STATE", "LOCKSTEP_STICKS", "LOCKSTEP_MOTORS")
+        places = {name: str(end.fileno()) for name, end in zip(names, theirs, strict=True)}
+        return {**places, "LOCKSTEP_PERIOD": str(round(1e9 * self._period))}
+
+    def arm(self, throttle: float) -> None:
+        """Wait until its sensors are calibrated, arm it, and let it settle; raises InputError where it does not arm."""
+        for low, switch, duration in ((True, OFF, WAKING), (True, ON, SETTLING), (False, ON, SETTLING)):
+            for _ in range(round(duration / self._period)):
+                sticks = self._sticks.channels(LEVEL, throttle)
+                found = self._step(LEVEL, (*sticks[:2], LOW if low else sticks[2], sticks[3], switch, ON))
+        if not min(found) > 0.0:
+            raise InputError("Betaflight does not arm: its motors stand still at hover throttle", file=self._binary)
+
+    def step(self, asked: Instant, throttle: float) -> tuple[float, float, float, float]:
+        """Run one control period."""
+        return self._step(asked, (*self._sticks.channels(asked, throttle), ON, ON))
+
+    def close(self) -> None:
+        """Power off."""
+        if self._process is not None:
+            self._process.kill()
+            self._process.wait()
+        for end in (self._state, self._sent, self._motors):
+            end.close()
+        self._own.cleanup()
+
+    def _step(self, asked: Instant, channels: tuple[int, ...]) -> tuple[float, float, float, float]:
+        try:
+            if channels != self._last:
+                self._sent.send(CHANNELS.pack(0.0, *channels, *(OFF,) * (16 - len(channels))))
+                self._last = channels
+            x, y, z = asked.rate
+            self._state.send(STATE.pack(0.0, x, -y, -z, *AT_REST, *attitude(asked.angles), *NOWHERE, PRESSURE))
+        except OSError:
+            raise self._silent() from None
+        found = MOTORS.unpack(self._answer())
+        first, second, third, fourth = (found[place] for place in PLACES)
+        return first, second, third, fourth
+
+    def _answer(self) -> bytes:
+        try:
+            found = self._motors.recv(4096)
+        except OSError:
+            raise self._silent() from None
+        if not found:
+            raise self._silent()
+        if len(found) != MOTORS.size:
+            raise InputError(f"answered with {len(found)} bytes, four motors are {MOTORS.size}", file=self._binary)
+        return found
+
+    def _silent(self) -> InputError:
+        code = None if self._process is None else self._ended(self._process)
+        said = f"does not answer within {PATIENCE:g} s" if code is None else f"ended by itself, with exit code {code}"
+        return InputError(f"{said}; docs/how_to/confirm.md says how to build it", file=self._binary)
+
+    @staticmethod
+    def _ended(process: "subprocess.Popen[bytes]") -> int | None:
+        """Return the exit code of a process that has let go of its sockets, None where it goes on."""
+        try:
+            return process.wait(ENDING)
+        except subprocess.TimeoutExpired:
+            return None
+
+
+def attitude(angles: tuple[float, float, float]) -> tuple[float, float, float, float]:
+    """Return the quaternion w, x, y, z, nose up and clockwise positive, of our roll, pitch and yaw [rad]."""
+    (cr, sr), (cp, sp), (cy, sy) = ((math.cos(0.5 * angle), math.sin(0.5 * angle)) for angle in angles)
+    return (
+        cr * cp * cy + sr * sp * sy,
+        sr * cp * cy - cr * sp * sy,
+        -(cr * sp * cy + sr * cp * sy),
+        -(cr * cp * sy - sr * sp * cy),
+    )
+
+
+def shim_in(folder: Path) -> Path:
+    """Compile the library that keeps step into a folder; raises InputError where there is no compiler."""
+    compiler = shutil.which("cc") or shutil.which("gcc")
+    if compiler is None:
+        raise InputError("no C compiler (cc, gcc) is installed; it builds the firmware and what keeps step with it")
+    shim = folder / "lockstep.so"
+    source = Path(__file__).with_name("lockstep.c")
+    command = [compiler, "-shared", "-fPIC", "-O2", "-o", str(shim), str(source), "-ldl", "-lpthread"]
+    done = subprocess.run(command, capture_output=True, text=True, check=False)
+    if done.returncode != 0:
+        raise InputError(f"the C compiler refuses lockstep.c: {done.stderr.strip().splitlines()[-1:]}", file=compiler)
+    return shim
+
+
+def powered_up(
+    binary: Path, folder: Path, shim: Path, places: dict[str, str], kept: list[socket.socket]
+) -> subprocess.Popen[bytes]:
+    """Start the program in a folder, with sockets of ours; raises InputError where it cannot be run."""
+    try:
+        return subprocess.Popen(
+            [str(binary.resolve())], cwd=folder, env={**os.environ, "LD_PRELOAD": str(shim), **places},
+            pass_fds=[end.fileno() for end in kept], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
+            stderr=subprocess.DEVNULL,
+        )  # fmt: skip
+    except OSError as error:
+        raise InputError(f"cannot be run: {error.strerror}", file=binary, key="--binary") from None

@@ -1,0 +1,14 @@
+"""Firmwares that fly finalists, by name."""
+
+from plant.errors import UnknownNameError
+from tuner.engines.firmware.betaflight.bench import BETAFLIGHT
+from tuner.engines.firmware.firmware import Firmware
+
+FIRMWARES: dict[str, Firmware] = {BETAFLIGHT.name: BETAFLIGHT}
+
+
+def firmware_of(name: str) -> Firmware:
+    """Return a firmware; UnknownNameError where there is none of that name."""
+    if name not in FIRMWARES:
+        raise UnknownNameError("firmware", name, FIRMWARES, key="--firmware")
+    return FIRMWARES[name]
