@@ -132,7 +132,7 @@ class PlantSystem:
 
     def targets(self, spec: PlantScenario) -> Any:
         """Return what the flights of a scenario are measured against."""
-        return spec.targets_of(self.loop)
+        return spec.targets_of(self.loop, self.parameters)
 
     def content(self, spec: PlantScenario) -> dict[str, Any]:
         """Return all that decides its flights through a scenario but seeds and gains, as JSON-able data."""
