@@ -118,3 +118,23 @@ def test_a_misspelt_key_is_told_with_those_of_its_table(key, said):
     with pytest.raises(InputError, match="unknown key") as told:
         load_study(FOLDER / "dc_motor.toml", {key: 1.0})
     assert said in str(told.value) and "airframe" not in str(told.value)
+
+
+@pytest.mark.parametrize("given", [-3.0, {"low": -20.0, "high": -0.05}])
+def test_gains_of_a_plant_that_falls_with_its_command_are_told_where_the_sign_belongs(given):
+    with pytest.raises(InputError) as told:
+        load_study(FOLDER / "dc_motor.toml", {"gains": gains_with("angle.kp", given)})
+    assert told.value.key == "gains.angle.kp"
+    assert "write b0 = -1 for channel 'angle'" in told.value.message
+
+
+@pytest.mark.parametrize(("gain", "b0"), [("angle.t_f", 1.0), ("angle.kp", -1.0)])
+def test_no_sign_is_advised_where_it_would_not_help(gain, b0):
+    with pytest.raises(InputError, match="it must be") as told:
+        load_study(FOLDER / "dc_motor.toml", {"channel.0.b0": b0, "gains": gains_with(gain, -0.5)})
+    assert "b0" not in told.value.message
+
+
+def gains_with(address, value):
+    table = tomllib.loads((FOLDER / "dc_motor.toml").read_text(encoding="utf-8"))["gains"]
+    return {**table, address: value}
