@@ -32,12 +32,12 @@ from tuner.api.flying import prepare
 from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import Gains, GainsLike, as_gains, default_gains
 from tuner.api.plant_margins import check_at_rest, plant_margins_of
-from tuner.api.plants import is_plant_gains
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.documents.margins import CertificateRow, MarginsDocument
 from tuner.documents.parts import NumberWithUnit
 from tuner.exchange.processor_cost.measure import measure_cost
 from tuner.gains import Controller
+from tuner.gains.plant_document import is_plant_gains
 from tuner.search.watcher import Watcher
 from tuner.store.document import DocumentPart
 from tuner.store.folder import Folder

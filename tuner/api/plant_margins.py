@@ -8,8 +8,8 @@ from tuner.analysis.margins.readings import PlantSubject, plant_subject
 from tuner.api.plants import study_of
 from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.margins import MarginsDocument
-from tuner.gains.plant_document import read_plant_row
 from tuner.study.plant_study import PlantStudy
+from tuner.study.tuned_loops import read_plant_row
 
 ASKING = "tuner margins --study"
 

@@ -16,12 +16,11 @@ from plant.model.plan import Actuator, Channel, plan_loop
 from plant.model.plant_model import plant_from
 from tuner.api.frames import Documented
 from tuner.exchange.c99.plant_export import export_plant
-from tuner.gains.plant_document import read_plant_row
-from tuner.gains.sections import PLANT_FORMAT
 from tuner.store.advice import RECORD
 from tuner.store.inputs import read_record
 from tuner.study.kinds import load_any, of_another_kind
 from tuner.study.plant_study import PlantStudy
+from tuner.study.tuned_loops import read_plant_row
 
 __all__ = ["LAWS", "Actuator", "Channel", "PlantSystem", "export_plant", "plant_system"]
 
@@ -83,14 +82,6 @@ class ExportedPlant(Documented):
     def document(self) -> dict[str, Any]:
         """Everything as data."""
         return {"folder": str(self.folder), "files": list(self.files), "precision": self.precision}
-
-
-def is_plant_gains(file: Path) -> bool:
-    """Return whether a file holds gains of a plant of the user's own."""
-    try:
-        return json.loads(read_input_text(file)).get("format") == PLANT_FORMAT
-    except (OSError, ValueError, AttributeError):
-        return False
 
 
 def study_of(gains: Path) -> PlantStudy:

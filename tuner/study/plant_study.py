@@ -113,7 +113,7 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
             parameters = _parameters(plant, table.plant.parameters)
             if isinstance(plant, PlantModel):
                 check_plant_step(plant, parameters, timing)
-        channels = tuple(listed("channel", path, table.channel, _channel))
+        channels = tuple(listed("channel", path, table.channel, channel_of))
         actuators = tuple(listed("actuator", path, table.actuator, lambda entry: _actuator(entry.model_dump(), timing)))
         plan = plan_loop(plant, channels, actuators)
         system = _system(plant, plan, parameters, timing, table.plant.patience)
@@ -195,7 +195,8 @@ def _parameters(plant: PlantRecords, given: Mapping[str, float]) -> Any:
     return plant.parameters._replace(**given)
 
 
-def _channel(table: ChannelTable) -> Channel:
+def channel_of(table: ChannelTable) -> Channel:
+    """Return a loop as a [[channel]] table describes it; InputError with the key inside the table."""
     try:
         chosen = law(table.law)
     except UnknownNameError as error:

@@ -241,3 +241,12 @@ class JudgementRun(TuningRun):
     def algorithm(self) -> tuple[Search, list[str]]:
         """Return the recorded search."""
         return Recorded(iter(self.candidates)), []
+
+
+class PlantJudgementRun(JudgementRun, PlantRun):
+    """A judgement of the run of a plant of the user's own."""
+
+
+def judgement_of(study: TuningStudy) -> type[JudgementRun]:
+    """Return the experiment that judges recorded candidates by a study."""
+    return PlantJudgementRun if isinstance(study, PlantStudy) else JudgementRun
