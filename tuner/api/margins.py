@@ -16,6 +16,7 @@ from objectives.theory import THEOREMS, Setting, Theorem
 from objectives.theory.disturbance_rate import worst_rates
 from objectives.theory.guarantee import Guarantee, law_of, loop_of
 from plant.cascade import AXES
+from plant.errors import InputError
 from plant.laws import LAWS
 from plant.loop import Timing
 from plant.nominal import nominal
@@ -262,13 +263,19 @@ def theory(gains: GainsLike, *, study: StudyLike | None = None, level: float = 0
         A row for each axis and theorem that speaks of its law.
 
     Raises:
-        InputError: The gains or the study are wrong.
+        InputError: The gains or the study are wrong, or the gains are those of a plant of your own.
 
     Examples:
         >>> tuner.theory(gains).document.level
         0.99
 
     """
+    if not isinstance(gains, Gains) and is_plant_gains(Path(gains)):
+        raise InputError(
+            "holds gains of a plant of one's own, and theorems speak of a quadrotor's axes; `tuner margins` with --certificates "
+            "tells what is proved of a plant",
+            file=gains,
+        )
     controller = as_gains(gains).controller
     if study is None:
         sortie = prepare(controller, None, 0, SEED)

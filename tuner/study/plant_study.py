@@ -131,7 +131,7 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
         unique("constraint", [entry.objective.label for entry in constraints])
         judged = [entry.metric for entry in (*objectives, *(each.objective for each in constraints))]
         system = metering(system, judged)
-        _check_bounds(system, judged)
+        check_bounds(system, judged)
         margins = margins_asked(table.margin, path, system)
         unique("margin", [entry.label for entry in margins])
         with located(path, "search"):
@@ -308,7 +308,7 @@ def _signals(key: str, tables: Mapping[str, Mapping[str, Any]]) -> dict[str, Sig
     return found
 
 
-def _check_bounds(system: PlantSystem, metrics: list[Any]) -> None:
+def check_bounds(system: PlantSystem, metrics: list[Any]) -> None:
     """Refuse metrics whose cost of a failure would be infinite: an error without a limit, a command without a range."""
     bounds = system.metric_limits()
     for metric in metrics:

@@ -9,7 +9,9 @@ import pytest
 import tuner
 from objectives.problem import FlightBatch, Problem
 from plant.errors import InputError
+from plant.scenarios import HELD_OUT
 from tests.tuner.experiments.own_motor import write_motor
+from tests.tuner.in_process import tuner as command
 from tests.undrawn import undrawn
 from tuner.api.studies import load_study
 from tuner.experiments.compare.plan import COMPARE
@@ -125,3 +127,24 @@ def test_a_gains_file_that_does_not_fit_is_told_in_a_line(runs, tmp_path, change
 def test_a_plant_and_a_quadrotor_are_not_compared(runs):
     with pytest.raises(InputError, match="compare controllers of one kind"):
         tuner.compare([runs / "pid", runs / "pid" / "gains.json"], study="quickstart")
+
+
+def test_gains_fly_a_scenario_of_their_own_study(runs):
+    """Every mean is that of the problem of the study on the same held-out flights."""
+    flown = tuner.fly(runs / "pid" / "gains.json", flights=8, threads=2)
+    study = load_study(runs / "motor.toml", SMALL)
+    row = read_plant_row(runs / "pid" / "gains.json", study.system)
+    problem = Problem(study.system, study.space, study.objectives, (), study.seed, 1)
+    values = problem.evaluate_gains(row[None], (FlightBatch(study.scenarios[0].spec, HELD_OUT, 8),)).scores[0]
+    means = [flown.table.loc[str(each.metric), "mean"] for each in study.objectives]
+    assert means == pytest.approx(values.mean(axis=1), rel=1e-12)
+    assert flown.recorded.signals == ("angle", "voltage")
+
+
+def test_flying_and_theory_of_a_plant_are_told_at_the_command_line(runs, monkeypatch, capsys):
+    gains, code = runs / "pid" / "gains.json", ("--code", runs / "motor.py")
+    told, out, err = command(monkeypatch, capsys, "fly", gains, "--seeds", "4", *code)
+    assert told == 0, err
+    assert "pid (angle): step, 4 flights of 0.6 s" in out and "itae.angle" in out and "position" not in out
+    told, out, err = command(monkeypatch, capsys, "theory", gains, *code)
+    assert told == 2 and err.count("\n") == 1 and "--certificates" in err
