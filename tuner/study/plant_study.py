@@ -23,7 +23,7 @@ from plant.laws import law
 from plant.loop import Timing
 from plant.model.modes import check_plant_step
 from plant.model.plan import Actuator, Channel, LoopPlan, plan_loop
-from plant.model.plant_model import PlantModel, PlantRecords, plant_from
+from plant.model.plant_model import PlantModel, PlantRecords, check_rest, plant_from
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Signal, signal_from
 from plant.own_code import in_results_folder, run_own_code
@@ -60,6 +60,11 @@ class PlantStudy(TuningStudy):
     def fixes_plant_step(self) -> bool:
         """Whether the study writes the plant step."""
         return self.table.plant.plant_step is not None
+
+    @property
+    def is_in_files(self) -> bool:
+        """Whether a file holds the plant, and not the cell of a notebook."""
+        return self.table.plant.file is not None or self.table.plant.fmu is not None
 
     @property
     def flown(self) -> str:
@@ -112,6 +117,7 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
             timing = _timing(table.plant)
             parameters = _parameters(plant, table.plant.parameters)
             if isinstance(plant, PlantModel):
+                check_rest(plant, parameters)
                 check_plant_step(plant, parameters, timing)
         channels = tuple(listed("channel", path, table.channel, channel_of))
         actuators = tuple(listed("actuator", path, table.actuator, lambda entry: _actuator(entry.model_dump(), timing)))
