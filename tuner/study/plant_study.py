@@ -28,7 +28,7 @@ from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Signal, signal_from
 from plant.own_code import in_results_folder, run_own_code
 from plant.records import flatten, paths
-from tuner.gains.ranges import LONGEST_OF_PLANTS, check_multiple, check_period, check_value, timing_of
+from tuner.gains.ranges import LONGEST_OF_PLANTS, check_multiple, check_value, timing_of
 from tuner.study.judged_reading import constraint_of, listed, objective_of, pick_rule, unique
 from tuner.study.margins import MarginValues, check_amplitude, margin_limit
 from tuner.study.own_code import use_files_of
@@ -114,7 +114,7 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
         use_files_of(path, {"law": table.law, "metric": table.metric})
         plant, digest = _plant(path, table.plant) if plant is None else (plant, identity(plant))
         with located(path, "plant"):
-            timing = _timing(table.plant)
+            timing = plant_timing(table.plant.control_period, table.plant.plant_step)
             parameters = _parameters(plant, table.plant.parameters)
             if isinstance(plant, PlantModel):
                 check_rest(plant, parameters)
@@ -184,11 +184,9 @@ def _system(plant: PlantRecords, plan: LoopPlan, parameters: Any, timing: Timing
     return PlantSystem(plant, plan, parameters, timing)
 
 
-def _timing(table: PlantTable) -> Timing:
-    if table.plant_step is None:
-        check_period("control_period", table.control_period, LONGEST_OF_PLANTS)
-        return Timing(table.control_period, table.control_period)
-    return timing_of(table.control_period, table.plant_step, LONGEST_OF_PLANTS)
+def plant_timing(control_period: float, plant_step: float | None = None) -> Timing:
+    """Return the periods [s] of a plant, whose step is the control period unless it is given; InputError with the key."""
+    return timing_of(control_period, control_period if plant_step is None else plant_step, LONGEST_OF_PLANTS)
 
 
 def _parameters(plant: PlantRecords, given: Mapping[str, float]) -> Any:

@@ -290,5 +290,5 @@ def test_a_folder_that_holds_something_is_left_alone(tmp_path):
 
 
 def test_a_plant_step_must_divide_the_control_period():
-    with pytest.raises(InputError, match="a whole number of plant steps"):
+    with pytest.raises(InputError, match="must be a multiple of plant_step"):
         plant_system(globals(), "drive", [position("pid")], control_period=0.002, plant_step=0.0015)
