@@ -138,3 +138,18 @@ def test_no_sign_is_advised_where_it_would_not_help(gain, b0):
 def gains_with(address, value):
     table = tomllib.loads((FOLDER / "dc_motor.toml").read_text(encoding="utf-8"))["gains"]
     return {**table, address: value}
+
+
+def test_parameters_of_a_study_are_held_against_the_equations_at_rest():
+    with pytest.raises(InputError, match=r"dc_motor.py:\d+: derivative: fails at rest: ZeroDivisionError"):
+        load_study(FOLDER / "dc_motor.toml", {"plant.parameters": {"resistance": 0.0}})
+
+
+def test_a_broken_plant_ends_a_check_as_a_study_that_names_it_does(tuner, tmp_path):
+    text = (FOLDER / "dc_motor.py").read_text(encoding="utf-8")
+    (tmp_path / "dc_motor.py").write_text(text.replace(" = 4.0", " = 0.0"), encoding="utf-8")
+    (tmp_path / "dc_motor.toml").write_bytes((FOLDER / "dc_motor.toml").read_bytes())
+    codes = [tuner(*command).returncode for command in (
+        ("check", tmp_path / "dc_motor.py"), ("check", tmp_path / "dc_motor.toml"), ("run", tmp_path / "dc_motor.toml"),
+    )]  # fmt: skip
+    assert codes == [2, 2, 2]
