@@ -2,6 +2,7 @@
 
 import subprocess
 from functools import cache
+from typing import Any
 
 import control
 import numpy as np
@@ -111,7 +112,7 @@ def test_a_set_point_is_where_the_nominal_plant_rests_whatever_the_drawn_one_doe
 def test_its_margins_are_those_of_python_control():
     a, b = matrices(PERIOD)
     plant = control.ss(a, b[:, None], [[0.0, 1.0]], 0.0, PERIOD)
-    z = control.tf([1.0, 0.0], [1.0], PERIOD)
+    z: Any = control.tf([1.0, 0.0], [1.0], PERIOD)
     judge = Loop(plant * (KP + KI * PERIOD / (z - 1.0)), PERIOD, np.geomspace(1e-7, np.pi / PERIOD, 3000))
     study = study_of()
     margins = PlantMargins(study.system, study.default_row, 2.0 * study.default_row).evaluate(study.default_row[None])

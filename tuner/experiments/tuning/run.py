@@ -63,7 +63,7 @@ class TuningRun(Experiment[Any, FlightOutcome]):
         check_searched(study)
 
     @classmethod
-    def notes(cls, study: Study) -> list[str]:
+    def notes(cls, study: Any) -> list[str]:
         """Say which search it is, how late rotors are, what a steady wind takes and which limits the study does not write."""
         specs, system = [entry.spec for entry in study.scenarios], study.system
         return [
