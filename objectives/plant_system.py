@@ -13,12 +13,14 @@ from plant.backends.flyer import FlightInputs, Flyer
 from plant.backends.identity import identity
 from plant.gains import GainAddress
 from plant.laws.channel import Channel as Known
+from plant.laws.law import GainInfo
 from plant.loop import Timing
 from plant.model.closing import PlantLoop, close_plant
 from plant.model.controller import Range
-from plant.model.plan import LoopPlan
+from plant.model.plan import Channel, LoopPlan
 from plant.model.plant_model import PlantRecords
 from plant.model.scenario import PlantScenario, sample_plant_scenarios
+from plant.model.units import gain_unit
 from plant.records import flatten
 
 
@@ -99,16 +101,23 @@ class PlantSystem:
 
     @property
     def gains(self) -> tuple[GainAddress, ...]:
-        """All gains in the column order of a gains row, with the unit of the output that their channel controls."""
+        """All gains in the column order of a gains row, in the units of their channel."""
         found = []
         for channel in self.plan.channels:
-            unit = self.plant.unit(f"Output.{channel.output}")
             for info in channel.law.gains:
-                written = replace(info, unit=info.unit.replace("{y}", unit))
+                written = self._in_units(info, channel)
                 address = f"{channel.name}.{info.name.rstrip('_')}"
                 span = written.span("attitude")
                 found.append(GainAddress(address, len(found), channel.name, "attitude", written, span))
         return tuple(found)
+
+    def _in_units(self, info: GainInfo, channel: Channel) -> GainInfo:
+        """Return a gain in the units of its channel: those of the command where b0 is 1, else accelerations of the output."""
+        unit = self.plant.unit(f"Output.{channel.output}")
+        if info.integrals is None or abs(channel.b0) != 1.0:
+            return replace(info, unit=info.unit.replace("{y}", unit))
+        commanded = gain_unit(self.plan.command_unit(self.plant, channel), unit, info.integrals)
+        return replace(info, unit=commanded, meaning=info.meaning.replace("acceleration", "command"))
 
     @property
     def axes(self) -> Axes:
@@ -132,7 +141,7 @@ class PlantSystem:
 
     def targets(self, spec: PlantScenario) -> Any:
         """Return what the flights of a scenario are measured against."""
-        return spec.targets_of(self.loop)
+        return spec.targets_of(self.loop, self.parameters)
 
     def content(self, spec: PlantScenario) -> dict[str, Any]:
         """Return all that decides its flights through a scenario but seeds and gains, as JSON-able data."""

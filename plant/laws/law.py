@@ -38,6 +38,8 @@ class GainInfo:
     control period is limited. cutoff: a frequency [Hz] that must stay below half the sampling rate. airframe: a fact of the
     vehicle that the gains are stated with, which no search changes. firmware: a constant of the firmware, which no parameter
     changes. resolution: step of the values that the firmware holds, 0 for none. source: where definition and range come from.
+    integrals: of a gain from an error to the command, behind how many integrals over time it stands, -1 for a derivative; where
+    b0 is 1 it has the unit of the command, over that of the error.
     """
 
     name: str
@@ -55,6 +57,7 @@ class GainInfo:
     airframe: bool = False
     firmware: bool = False
     resolution: float = 0.0
+    integrals: int | None = None
 
     def span(self, loop: str) -> Span:
         """Return default and range for the loop "attitude" or "position"."""

@@ -100,15 +100,15 @@ LAW = Law(
     gains=(
         GainInfo(
             "kp", "kp", "s^-2", Span(60.0, 5.0, 400.0), Span(2.5, 0.2, 20.0), "log", SOURCE,
-            "proportional gain, acceleration per error", exclusive=True,
+            "proportional gain, acceleration per error", exclusive=True, integrals=0,
         ),
         GainInfo(
             "ki", "ki", "s^-3", Span(60.0, 0.1, 2000.0), Span(0.6, 0.01, 20.0), "log", SOURCE,
-            "integral gain, acceleration per integrated error",
+            "integral gain, acceleration per integrated error", integrals=1,
         ),
         GainInfo(
             "kd", "kd", "s^-1", Span(14.0, 2.0, 60.0), Span(2.6, 0.4, 15.0), "log", SOURCE,
-            "derivative gain, acceleration per rate",
+            "derivative gain, acceleration per rate", integrals=-1,
         ),
         GainInfo(
             "t_f", "Tf", "s", Span(0.005, 0.001, 0.05), Span(0.01, 0.002, 0.2), "log", SOURCE,

@@ -67,6 +67,20 @@ def place_of(thing: Any, file: str, line: int = 0) -> str:
     return f"{file}:{first + line}"
 
 
+def place_of_field(record: Any, name: str, file: str) -> str:
+    """Return file and line of a field of a record of the user's; those of the record where its source is not to be had."""
+    try:
+        tree = ast.parse(textwrap.dedent(inspect.getsource(record)))
+    except (OSError, TypeError, SyntaxError):
+        return place_of(record, file)
+    lines = [
+        node.lineno
+        for node in ast.walk(tree)
+        if isinstance(node, ast.AnnAssign) and isinstance(node.target, ast.Name) and node.target.id == name
+    ]
+    return place_of(record, file, lines[0] - 1 if lines else 0)
+
+
 def check_model_function(
     function: Any, name: str, arguments: int, file: str, memory: str = "State"
 ) -> Callable[..., Any]:

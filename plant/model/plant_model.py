@@ -16,7 +16,8 @@ from math import isfinite
 from typing import Any, NamedTuple
 
 from plant.errors import InputError
-from plant.model.functions import check_model_function, place_of
+from plant.model.functions import check_model_function, place_of, place_of_field
+from plant.own_code import place_of_error
 from plant.records import flatten, is_record, paths, unit_of, zeros
 
 RECORDS = ("State", "Input", "Parameters", "Output")
@@ -91,7 +92,7 @@ def plant_from(names: Mapping[str, Any], name: str, file: str = "") -> PlantMode
     rest = _nothing(kinds["State"], kinds["Input"]) if given is None else check_model_function(given, "rest", 1, file)
     title = str(names.get("__doc__") or name).strip().splitlines()[0]
     plant = PlantModel(name, title, file, Disturbance=disturbance, rest=rest, **kinds, **equations)
-    _check_values(plant)
+    check_rest(plant, plant.parameters)
     return plant
 
 
@@ -114,24 +115,24 @@ def _check_record(kind: str, record: Any, file: str) -> None:
         if getattr(part, "__origin__", None) is not float or not unit_of(part):
             raise InputError(
                 f'no unit; write {name}: Annotated[float, "m"], with "1" for a number without one',
-                file=place_of(record, file),
+                file=place_of_field(record, name, file),
                 key=f"{kind}.{name}",
             )
     missing = [name for name in record._fields if kind == "Parameters" and name not in record._field_defaults]
     if missing:
         raise InputError(
             "no nominal value; write it behind the unit, as in = 0.5",
-            file=place_of(record, file),
+            file=place_of_field(record, missing[0], file),
             key=f"{kind}.{missing[0]}",
         )
 
 
-def _check_values(plant: PlantModel) -> None:
-    """Raise InputError where the equations do not work at rest, or the plant does not stand still there."""
+def check_rest(plant: PlantModel, parameters: Any) -> None:
+    """Raise InputError where the equations do not work at rest, or a plant of these parameters does not stand still there."""
     quiet = zeros(plant.Disturbance)
-    state, command = _rest(plant)
-    rate = _called(plant, "derivative", plant.derivative, state, command, quiet, plant.parameters)
-    seen = _called(plant, "output", plant.output, state, command, quiet, plant.parameters)
+    state, command = _rest(plant, parameters)
+    rate = _called(plant, "derivative", plant.derivative, state, command, quiet, parameters)
+    seen = _called(plant, "output", plant.output, state, command, quiet, parameters)
     for name, function, record, kind in (
         ("derivative", plant.derivative, rate, plant.State), ("output", plant.output, seen, plant.Output),
     ):  # fmt: skip
@@ -151,9 +152,9 @@ def _check_values(plant: PlantModel) -> None:
             )
 
 
-def _rest(plant: PlantModel) -> Any:
+def _rest(plant: PlantModel, parameters: Any) -> Any:
     """Return the state and the input of a plant at rest; InputError where rest gives something else."""
-    given = _called(plant, "rest", plant.rest, plant.parameters)
+    given = _called(plant, "rest", plant.rest, parameters)
     place = place_of(plant.rest, plant.file)
     if not (isinstance(given, tuple) and [type(each) for each in given] == [plant.State, plant.Input]):
         raise InputError(f"gives {given!r}; it must give State, Input", file=place, key="rest")
@@ -167,5 +168,5 @@ def _called(plant: PlantModel, name: str, function: Callable[..., Any], *argumen
     try:
         return function(*arguments)
     except Exception as error:
-        place = place_of(function, plant.file)
+        place = place_of_error(error) or place_of(function, plant.file)
         raise InputError(f"fails at rest: {type(error).__name__}: {error}", file=place, key=name) from error

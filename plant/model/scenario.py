@@ -42,11 +42,12 @@ class SensorNoise:
 class PlantScenario:
     """One kind of flight of a plant; a study flies it through many draws.
 
-    name: unique in a study, part of the random streams. duration [s]. references: signal of every outer channel, 0 where none is
-    given. disturbances: signal of each field of Disturbance. sensors: of each output. spread: half-width of the uniform factor on
-    each parameter, 0.2 for +-20 %. settling: band of the settling time as a share of the step; band: of channels without a step,
-    in the unit of each, by default a hundredth of its limit. recovery_from: when the disturbance is over [s]. steady_share: share
-    of the flight, at its end, that the steady-state error looks at.
+    name: unique in a study, part of the random streams. duration [s]. references: signal of every outer channel, counted from its
+    output at rest (of an FMU, which does not tell it, from 0), 0 where none is given. disturbances: signal of each field of
+    Disturbance. sensors: of each output. spread: half-width of the uniform factor on each parameter, 0.2 for +-20 %. settling:
+    band of the settling time as a share of the step; band: of channels without a step, in the unit of each, by default a
+    hundredth of its limit. recovery_from: when the disturbance is over [s]. steady_share: share of the flight, at its end,
+    that the steady-state error looks at.
     """
 
     name: str
@@ -99,16 +100,16 @@ class PlantScenario:
                 if name not in valid:
                     raise UnknownNameError(key, name, valid, key=f"{key}.{name}")
 
-    def targets_of(self, loop: PlantLoop) -> Any:
-        """Return what step and recovery metrics of each channel are measured against."""
+    def targets_of(self, loop: PlantLoop, parameters: Any) -> Any:
+        """Return what step and recovery metrics of each channel are measured against; parameters: the nominal ones."""
         steady = self.duration * (1.0 - self.steady_share)
         targets = []
-        for channel in loop.plan.channels:
+        for channel, rest in zip(loop.plan.channels, outputs_at_rest(loop, parameters), strict=True):
             start, final, time = self.references.get(channel.name, Constant()).step
             usual = 0.01 * channel.limit if isfinite(channel.limit) else 1.0
             band = self.band.get(channel.name, usual)
             settling = self.settling * abs(final - start) or band
-            targets.append(Target(start, final, time, settling, self.recovery_from, band, steady))
+            targets.append(Target(rest + start, rest + final, time, settling, self.recovery_from, band, steady))
         return loop.records.Targets(*targets)
 
 
@@ -124,17 +125,27 @@ def sample_plant_scenarios(
         starts=to_lanes([start for _, start in rows]),
         disturbances=to_lanes([_disturbances(spec, loop, times, root, stream, i) for i in indices]),
         noises=to_lanes([_noises(spec, loop, len(times), root, stream, i) for i in indices]),
-        references=references_of(spec, loop, times),
-        targets=spec.targets_of(loop),
+        references=references_of(spec, loop, times, parameters),
+        targets=spec.targets_of(loop, parameters),
         count=len(indices),
     )
 
 
-def references_of(spec: PlantScenario, loop: PlantLoop, times: Array) -> Array:
-    """Return the references of all channels at times (K,) [s]: (K, 3 channels); inner ones, which nobody reads, are 0."""
+def references_of(spec: PlantScenario, loop: PlantLoop, times: Array, parameters: Any) -> Array:
+    """Return the references of all channels at times (K,) [s]: (K, 3 channels); nobody reads those of inner ones.
+
+    They count from where a plant of the nominal parameters rests: a controller does not know those that are drawn.
+    """
     still = np.random.default_rng(0)
     columns = [spec.references.get(name, Constant()).values(times, still) for name in loop.plan.names]
-    return np.ascontiguousarray(np.concatenate(columns, axis=0).T)
+    places = [np.array([[rest], [0.0], [0.0]]) for rest in outputs_at_rest(loop, parameters)]
+    return np.ascontiguousarray(np.concatenate([c + p for c, p in zip(columns, places, strict=True)], axis=0).T)
+
+
+def outputs_at_rest(loop: PlantLoop, parameters: Any) -> list[float]:
+    """Return what each channel's output shows of a plant of these parameters at rest, in its unit."""
+    _, _, shown = loop.plant.at_rest(parameters)
+    return [getattr(shown, channel.output) for channel in loop.plan.channels]
 
 
 def _plant(spec: PlantScenario, loop: PlantLoop, parameters: Any, draw: np.random.Generator) -> tuple[Array, Array]:

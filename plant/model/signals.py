@@ -1,7 +1,7 @@
 """Signals of one number over time: what a channel is asked to follow, and what disturbs a plant.
 
-A reference has a value, a rate and an acceleration, all in closed form. A disturbance is such a signal, or noise shaped by a
-forming filter that is sampled exactly (`plant.air.linear_process`), drawn anew for every flight.
+A reference has a value, counted from the output at rest, a rate and an acceleration, all in closed form. A disturbance is such a
+signal, or noise shaped by a forming filter that is sampled exactly (`plant.air.linear_process`), drawn anew for every flight.
 """
 
 from abc import ABC, abstractmethod

@@ -22,6 +22,8 @@ STREAM, FLIGHTS = "plant step", 8
 LARGEST = 0.1
 """Largest error [standard errors] that is not warned of."""
 RICHARDSON = 16.0 / 15.0
+# Scores that differ by less, relative to their size, are those of one flight flown again, but for rounding.
+ALIKE = 1e-9
 
 
 @dataclass(frozen=True)
@@ -77,8 +79,10 @@ def mean_errors(coarse: Array, fine: Array, counted: Array, held_out: int) -> Ar
     for i, flights in enumerate(counted):
         if flights.sum() > 1:
             change = np.mean(coarse[i][:, flights] - fine[i][:, flights], axis=1)
-            standard = np.std(fine[i][:, flights], axis=1, ddof=1) / held_out**0.5
-            np.divide(RICHARDSON * np.abs(change), standard, out=errors[i], where=standard > 0.0)
+            seen = fine[i][:, flights]
+            spread = np.std(seen, axis=1, ddof=1)
+            differ = spread > ALIKE * np.abs(seen).max(axis=1)
+            np.divide(RICHARDSON * np.abs(change), spread / held_out**0.5, out=errors[i], where=differ)
     return errors.max(axis=0)
 
 

@@ -11,11 +11,11 @@ from plant.airframes.derived import quantities
 from plant.errors import InputError
 from plant.fmu.description import INPUT, OUTPUT, PARAMETER
 from plant.fmu.fmu_model import looked_at
-from tuner.analysis.judging.judge import check_batches, controller_to_judge, judge_gains, judgement_document
+from tuner.analysis.judging.judge import check_batches, judge_gains, judgement_document, row_to_judge
 from tuner.api.frames import Documented, frame, shown
 from tuner.api.gains import Gains
 from tuner.api.margins import announce_compilation
-from tuner.api.studies import StudyLike, tuning_study
+from tuner.api.studies import StudyLike, gains_study
 from tuner.documents.judgement import JudgementDocument
 from tuner.experiments.planning.preview import Preview, preview
 from tuner.experiments.planning.study_preview import StudyPreview, is_hopeless
@@ -214,7 +214,7 @@ def judge(
 
     Args:
         gains: Gains, or a gains.json.
-        study: A tuning study, a file, or the name of a shipped study.
+        study: A tuning study, of a plant of your own too, a file, or the name of a shipped study.
         flights: Flights of each scenario; by default the study's held_out.
         watcher: Callbacks that hear of progress.
         threads: Threads, by default one for each core.
@@ -223,7 +223,7 @@ def judge(
         A verdict on each limit.
 
     Raises:
-        InputError: The study limits nothing, or is about other laws or another airframe.
+        InputError: The study limits nothing, or is about other laws, other loops or another airframe.
 
     Examples:
         >>> tuner.judge("results/first/gains.json", study, flights=16).table.index[0]
@@ -231,11 +231,11 @@ def judge(
 
     """
     watcher = watcher or Watcher()
-    asked = tuning_study(study, "tuner check --requirements")
+    asked = gains_study(study, "tuner check --requirements")
     with gains.file() if isinstance(gains, Gains) else nullcontext(Path(gains)) as file:
-        controller = controller_to_judge(file, asked)
+        row = row_to_judge(file, asked)
     problem, batches = problem_of(asked, threads, None), check_batches(asked, flights)
     warm_up(problem, asked, watcher)
     watcher.on_stage("Judging", sum(batch.count for batch in batches))
-    rows = judge_gains(controller, asked, problem, batches, watcher.on_flights_done)
+    rows = judge_gains(row, asked, problem, batches, watcher.on_flights_done)
     return Judgement(judgement_document(file, asked, rows, batches))

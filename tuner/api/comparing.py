@@ -6,7 +6,7 @@ from pathlib import Path
 from plant.errors import InputError
 from tuner.api.gains import Gains
 from tuner.api.results import ComparisonResults, Results
-from tuner.api.studies import StudyLike, tuning_study
+from tuner.api.studies import StudyLike, gains_study
 from tuner.experiments.compare import run as comparing
 from tuner.search.watcher import Watcher
 
@@ -43,7 +43,7 @@ def compare(
         'first'
 
     """
-    given = None if study is None else tuning_study(study, "tuner compare --study")
+    given = None if study is None else gains_study(study, "tuner compare --study")
     folder = None if out is None else Path(out)
     paths = [path_of(entrant) for entrant in entrants]
     return ComparisonResults(folder, comparing.compare(paths, given, flights, folder, watcher, threads))

@@ -11,13 +11,14 @@ from typing import TYPE_CHECKING, Any, TypeAlias
 from plant.airframes import load
 from tuner.api.frames import Documented, frame, json_text, shown
 from tuner.api.gains import Gains, GainsLike, gains_of, taken, write_new
-from tuner.api.plants import export_run, is_plant_gains
+from tuner.api.plants import export_run
 from tuner.documents.export import ExportDocument
 from tuner.exchange.registry import exporter as find_exporter
 from tuner.exchange.registry import importer as find_importer
 from tuner.exchange.registry import settings_of
 from tuner.exchange.run import Export, export_gains
 from tuner.exchange.verification import FLIGHTS
+from tuner.gains.plant_document import is_plant_gains
 from tuner.search.watcher import Watcher
 
 if TYPE_CHECKING:

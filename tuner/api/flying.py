@@ -1,25 +1,33 @@
 """Fly given gains through turbulence."""
 
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, singledispatch
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from objectives.decisions import DecisionSpace
-from objectives.metrics import METRICS, parse
+from objectives.metrics import METRICS, MetricAddress, check, parse
+from objectives.plant_system import PlantSystem
 from objectives.problem import FlightBatch, Objective, Problem, System
 from objectives.risk import Risk
 from plant.errors import InputError
-from plant.scenarios import HELD_OUT, ScenarioSpec, sample_scenarios
-from tuner.analysis.responses import LIMITS, SCENARIO, Responses, fan_table, fly_responses, system_of
+from plant.model.scenario import PlantScenario
+from plant.scenarios import HELD_OUT, ScenarioSpec
+from tuner.analysis.responses import LIMITS, SCENARIO, Responses, fan_table, responses_of, system_of
 from tuner.api.frames import Documented, figures, frame, shown
-from tuner.api.gains import GainsLike, as_gains
+from tuner.api.gains import Gains, GainsLike, as_gains
+from tuner.api.plant_margins import plant_study
+from tuner.api.plants import study_of
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.gains import Controller
+from tuner.gains.plant_document import is_plant_gains
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.document import DocumentPart
+from tuner.study.plant_study import check_bounds
+from tuner.study.study import TuningStudy
+from tuner.study.tuned_loops import read_plant_row
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -32,12 +40,13 @@ FAN_FLIGHTS = 64
 
 @dataclass(frozen=True)
 class Sortie:
-    """A system, its gains row, a scenario and the root seed of the draws."""
+    """A system, its gains row, a scenario, the root seed of the draws, and the laws in words."""
 
-    system: System
+    system: Any
     gains: np.ndarray
-    spec: ScenarioSpec
+    spec: Any
     root: int
+    laws: str
 
 
 class MetricRow(DocumentPart):
@@ -93,7 +102,7 @@ class Flights(Documented):
     @cached_property
     def recorded(self) -> Responses:
         """The same flights with a recorder on, 64 of them at most."""
-        return responses_of(self.problem, self.sortie, min(self.count, FAN_FLIGHTS))
+        return recorded_flights(self.problem, self.sortie, min(self.count, FAN_FLIGHTS))
 
     @cached_property
     def responses(self) -> "pd.DataFrame":
@@ -145,11 +154,12 @@ def fly(
     watcher: Watcher | None = None,
     threads: int | None = None,
 ) -> Flights:
-    """Fly gains through turbulence.
+    """Fly gains through turbulence, or those of a plant of your own through a scenario of its study.
 
     Args:
-        gains: Gains, or a gains.json.
-        study: Study whose scenario, limits and seed are flown; by default one metre steps in a fresh breeze.
+        gains: Gains, or a gains.json; of a plant of your own where its code has been named with `use`, or with its study.
+        study: Study whose scenario, limits and seed are flown; by default one metre steps in a fresh breeze, or the study of the
+            results folder where a plant's gains lie in one.
         scenario: Which scenario of the study, from 0.
         flights: Number of flights, each in its own turbulence.
         seed: Root seed where no study gives one.
@@ -168,7 +178,10 @@ def fly(
         0.0
 
     """
-    sortie = prepare(as_gains(gains).controller, study, scenario, seed)
+    if not isinstance(gains, Gains) and is_plant_gains(Path(gains)):
+        sortie = plant_sortie(Path(gains), study, scenario)
+    else:
+        sortie = prepare(as_gains(gains).controller, study, scenario, seed)
     problem = problem_of(sortie, threads)
     if not problem.flyer.cached:
         with compilation(watcher or Watcher()):
@@ -181,27 +194,46 @@ def fly(
 def prepare(controller: Controller, study: StudyLike | None, scenario: int, seed: int) -> Sortie:
     """Return what to fly: the study's scenario and limits where a study is given, the usual ones else."""
     row = np.array(controller.gains)
+    laws = f"{controller.cascade.position.name} / {controller.cascade.attitude.name}"
     if study is None:
-        return Sortie(system_of(controller, LIMITS), row, SCENARIO, seed)
+        return Sortie(system_of(controller, LIMITS), row, SCENARIO, seed, laws)
     asked = tuning_study(study, "tuner fly --study")
-    if scenario >= len(asked.scenarios):
+    return Sortie(system_of(controller, asked.system.limits), row, spec_of(asked, scenario), asked.seed, laws)
+
+
+def plant_sortie(gains: Path, study: StudyLike | None, scenario: int) -> Sortie:
+    """Return what a plant's gains.json is to fly: a scenario of the study given, or of that of its results folder."""
+    asked = study_of(gains) if study is None else plant_study(study, "tuner fly --study")
+    row, laws = read_plant_row(gains, asked.system), dict(asked.about)["laws"]
+    return Sortie(asked.system, row, spec_of(asked, scenario), asked.seed, laws)
+
+
+def spec_of(study: TuningStudy, scenario: int) -> Any:
+    """Return a scenario of a study by its number from 0; InputError where there is none."""
+    if scenario >= len(study.scenarios):
         raise InputError(
-            f"given scenario {scenario}; allowed: 0 to {len(asked.scenarios) - 1}", file=asked.path, key="--scenario"
+            f"given scenario {scenario}; allowed: 0 to {len(study.scenarios) - 1}", file=study.path, key="--scenario"
         )
-    return Sortie(system_of(controller, asked.system.limits), row, asked.scenarios[scenario].spec, asked.seed)
+    return study.scenarios[scenario].spec
 
 
 def problem_of(sortie: Sortie, threads: int | None) -> Problem:
     """Return the problem that has every metric of a sortie as an objective."""
     return Problem(
         sortie.system, DecisionSpace((), (), tuple(sortie.gains.tolist())),
-        tuple(Objective(parse(address), Risk("mean")) for address in shown_addresses(sortie)), (), sortie.root, threads,
+        tuple(Objective(metric, Risk("mean")) for metric in shown_metrics(sortie.system, sortie.spec)), (), sortie.root, threads,
     )  # fmt: skip
 
 
-def shown_addresses(sortie: Sortie) -> list[str]:
-    """Return the metrics that a flight of this scenario can be judged by, position and attitude."""
-    track = sortie.spec.track(sortie.system.timing)
+@singledispatch
+def shown_metrics(system: Any, spec: Any) -> list[MetricAddress]:
+    """Return the metrics that flights of a system through a scenario can be judged by."""
+    raise TypeError(f"nothing judges {type(system).__name__} in {spec.name}")
+
+
+@shown_metrics.register
+def _(system: System, spec: ScenarioSpec) -> list[MetricAddress]:
+    track = spec.track(system.timing)
     steps = track.start != track.final
     stepping = {"position": steps[:3].any(), "attitude": steps[3:].any()}
     addresses = []
@@ -210,7 +242,27 @@ def shown_addresses(sortie: Sortie) -> list[str]:
             addresses.append(metric.name)
         else:
             addresses += [f"{metric.name}.{g}" for g in SHOWN_GROUPS if stepping[g] or not metric.needs_step]
-    return addresses
+    return [parse(address) for address in addresses]
+
+
+@shown_metrics.register
+def _(system: PlantSystem, spec: PlantScenario) -> list[MetricAddress]:
+    names = [
+        [metric.name] if metric.scope == "flight" else [f"{metric.name}.{name}" for name in system.plan.names]
+        for metric in METRICS.values()
+    ]
+    found = [parse(address, system.axes) for group in names for address in group]
+    return [metric for metric in found if _is_judged(system, metric, spec)]
+
+
+def _is_judged(system: PlantSystem, metric: MetricAddress, spec: PlantScenario) -> bool:
+    """Return whether a metric means something on flights of a plant: steps, windows and limits are there that it needs."""
+    try:
+        check(metric, system.targets(spec), spec.duration)
+        check_bounds(system, [metric])
+    except InputError:
+        return False
+    return True
 
 
 def statistics(objectives: tuple[Objective, ...], scores: np.ndarray) -> list[MetricRow]:
@@ -229,8 +281,7 @@ def statistics(objectives: tuple[Objective, ...], scores: np.ndarray) -> list[Me
     return rows
 
 
-def responses_of(problem: Problem, sortie: Sortie, count: int) -> Responses:
+def recorded_flights(problem: Problem, sortie: Sortie, count: int) -> Responses:
     """Fly again with a recorder on."""
-    system = sortie.system
-    inputs = sample_scenarios(sortie.spec, system.vehicle, system.timing, sortie.root, HELD_OUT, range(count))
-    return fly_responses(problem.flyer, sortie.gains, system.nominal, inputs, system.timing.control_period)
+    inputs = sortie.system.sample(sortie.spec, sortie.root, HELD_OUT, range(count))
+    return responses_of(sortie.system, problem.flyer, sortie.gains, inputs)

@@ -16,6 +16,7 @@ from objectives.theory import THEOREMS, Setting, Theorem
 from objectives.theory.disturbance_rate import worst_rates
 from objectives.theory.guarantee import Guarantee, law_of, loop_of
 from plant.cascade import AXES
+from plant.errors import InputError
 from plant.laws import LAWS
 from plant.loop import Timing
 from plant.nominal import nominal
@@ -32,12 +33,12 @@ from tuner.api.flying import prepare
 from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import Gains, GainsLike, as_gains, default_gains
 from tuner.api.plant_margins import check_at_rest, plant_margins_of
-from tuner.api.plants import is_plant_gains
 from tuner.api.studies import StudyLike, tuning_study
 from tuner.documents.margins import CertificateRow, MarginsDocument
 from tuner.documents.parts import NumberWithUnit
 from tuner.exchange.processor_cost.measure import measure_cost
 from tuner.gains import Controller
+from tuner.gains.plant_document import is_plant_gains
 from tuner.search.watcher import Watcher
 from tuner.store.document import DocumentPart
 from tuner.store.folder import Folder
@@ -262,13 +263,19 @@ def theory(gains: GainsLike, *, study: StudyLike | None = None, level: float = 0
         A row for each axis and theorem that speaks of its law.
 
     Raises:
-        InputError: The gains or the study are wrong.
+        InputError: The gains or the study are wrong, or the gains are those of a plant of your own.
 
     Examples:
         >>> tuner.theory(gains).document.level
         0.99
 
     """
+    if not isinstance(gains, Gains) and is_plant_gains(Path(gains)):
+        raise InputError(
+            "holds gains of a plant of one's own, and theorems speak of a quadrotor's axes; `tuner margins` with --certificates "
+            "tells what is proved of a plant",
+            file=gains,
+        )
     controller = as_gains(gains).controller
     if study is None:
         sortie = prepare(controller, None, 0, SEED)

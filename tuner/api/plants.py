@@ -11,22 +11,18 @@ from objectives.plant_system import PlantSystem
 from plant.errors import InputError
 from plant.input_files import read_input, read_input_text
 from plant.laws import LAWS
-from plant.loop import Timing
+from plant.model.modes import check_plant_step
 from plant.model.plan import Actuator, Channel, plan_loop
 from plant.model.plant_model import plant_from
 from tuner.api.frames import Documented
 from tuner.exchange.c99.plant_export import export_plant
-from tuner.gains.plant_document import read_plant_row
-from tuner.gains.sections import PLANT_FORMAT
 from tuner.store.advice import RECORD
 from tuner.store.inputs import read_record
 from tuner.study.kinds import load_any, of_another_kind
-from tuner.study.plant_study import PlantStudy
+from tuner.study.plant_study import PlantStudy, plant_timing
+from tuner.study.tuned_loops import read_plant_row
 
 __all__ = ["LAWS", "Actuator", "Channel", "PlantSystem", "export_plant", "plant_system"]
-
-# Plant steps in a control period, where nothing else is asked for; a margin of stability for poles near the control rate.
-STEPS = 4
 
 
 def plant_system(
@@ -38,7 +34,7 @@ def plant_system(
     control_period: float,
     plant_step: float | None = None,
 ) -> PlantSystem:
-    """Close the loops of the plant that names describe.
+    """Close the loops of the plant that names describe, as a study would; `make_study` makes a study of tables beside them.
 
     Args:
         names: State, Input, Parameters, Output, derivative and output, such as `globals()` of a notebook.
@@ -46,19 +42,14 @@ def plant_system(
         channels: Its loops.
         actuators: Limits, rate, delay and lag of its inputs.
         control_period: [s].
-        plant_step: [s], by default a quarter of the control period.
+        plant_step: [s], by default the control period.
 
     Raises:
         InputError: The plant or its loops do not fit together; the message has the line.
 
     """
-    timing = Timing(control_period, plant_step or control_period / STEPS)
-    if not timing.plant_step > 0.0 or abs(timing.steps * timing.plant_step - control_period) > 1e-9 * control_period:
-        raise InputError(
-            f"given {timing.plant_step:g} s; a whole number of plant steps must make the control period of {control_period:g} s",
-            key="plant_step",
-        )
-    plant = plant_from(names, name, str(names.get("__file__", "")))
+    timing, plant = plant_timing(control_period, plant_step), plant_from(names, name, str(names.get("__file__", "")))
+    check_plant_step(plant, plant.parameters, timing)
     return PlantSystem(plant, plan_loop(plant, channels, actuators), plant.parameters, timing)
 
 
@@ -83,14 +74,6 @@ class ExportedPlant(Documented):
     def document(self) -> dict[str, Any]:
         """Everything as data."""
         return {"folder": str(self.folder), "files": list(self.files), "precision": self.precision}
-
-
-def is_plant_gains(file: Path) -> bool:
-    """Return whether a file holds gains of a plant of the user's own."""
-    try:
-        return json.loads(read_input_text(file)).get("format") == PLANT_FORMAT
-    except (OSError, ValueError, AttributeError):
-        return False
 
 
 def study_of(gains: Path) -> PlantStudy:

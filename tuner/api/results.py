@@ -17,6 +17,7 @@ from tuner.documents.tuning import TuningFolder
 from tuner.experiments import registry
 from tuner.experiments.compare.entrants import rows_of, study_of
 from tuner.store.document import read_text
+from tuner.study.study import Study
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -277,6 +278,7 @@ class TuningResults(Results):
             names = [row.name for row in self.document.variables]
             return {**self.documents.resolved.gains, **dict(zip(names, searched.tolist(), strict=True))}
         study = study_of(self.home)
+        assert isinstance(study, Study), "a plant of one's own has no rotors"
         (row,) = rows_of(study, searched[None])
         return gains_of(study.controller(row), {"study": study.origin(point)})
 

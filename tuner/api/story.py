@@ -21,7 +21,7 @@ from tuner.documents.summary import PickedOn, TableRow
 from tuner.documents.tuning import TuningFolder
 from tuner.experiments.registry import folder_kind
 from tuner.report.words import laws_of
-from tuner.store.advice import CONTEST, RECORD, RESUMED, TRIALS, mend, whole
+from tuner.store.advice import CONTEST, RECORD, TRIALS, can_be_resumed, mend, whole
 from tuner.store.document import DocumentPart, Scale
 from tuner.store.inputs import read_record
 from tuner.store.manifest import read_manifest, refuse_damage, unfinished
@@ -193,7 +193,7 @@ def unfinished_story(folder: Path) -> UnfinishedRun | UnfinishedContest:
     """Return how far a run came that has left no summary yet; StoreError where the folder is none of a run."""
     record = read_record(folder)
     title = title_of(folder / record.study)
-    commands = [f"tuner resume {whole(folder)}"] if record.kind in RESUMED else []
+    commands = [f"tuner resume {whole(folder)}"] if can_be_resumed(folder) else []
     if record.kind == TRIALS:
         commands = [f"tuner ask {folder / 'study.toml'} --out {folder}"]
     if record.kind == CONTEST:

@@ -50,7 +50,7 @@ def print_version(asked: bool) -> None:
 app = typer.Typer(
     name="tuner",
     cls=GroupedCommands,
-    help="Tune quadrotor controllers so that their gains hold in turbulence.\n\nExample: tuner run quickstart",
+    help="Tune controllers of quadrotors and of plants of your own, so that their gains hold.\n\nExample: tuner run quickstart",
     no_args_is_help=True,
     pretty_exceptions_enable=False,
     rich_markup_mode=None,

@@ -24,7 +24,7 @@ from tuner.cli.app import (
     target_options,
 )
 from tuner.cli.judge import answer_validity
-from tuner.text.errors import BROKEN
+from tuner.text.errors import BROKEN, USER_ERROR
 
 
 @app.command("list")
@@ -122,7 +122,7 @@ def check(
     """Check a file without flying, or judge gains by hard limits: exit code 0 fine, 1 hopeless or broken, 2 bad input.
 
     Of a study it tells thrust-to-weight, trim in the mean wind, the default's margins and limits that nothing can reach; of a law
-    of your own, everything that it breaks, with the function's line.
+    or a plant of your own, everything that it breaks, with the function's line, and ends with 2 like a study that names it.
 
     Example: tuner check quickstart
 
@@ -143,7 +143,8 @@ def check(
         if not as_json:
             print(f"Judge it by the limits of a study: tuner check {file} --requirements STUDY")
         return
-    answer(found, as_json, BROKEN if found.hopeless else 0)
+    wrong = USER_ERROR if "breaches" in found.content else BROKEN
+    answer(found, as_json, wrong if found.hopeless else 0)
 
 
 @app.command()

@@ -35,8 +35,10 @@ def fly(
     """Fly gains through turbulence and print their metrics and a plot.
 
     Example: tuner fly --law hybrid --seeds 256 --plot hybrid.png
+
+    Example: tuner fly results/motor/gains.json --code motor.py
     """
-    given = gains_or_law(gains, law, position_law, airframe, "tuner fly --law hybrid")
+    given = gains_file_or_law(gains, law, position_law, airframe, "tuner fly --law hybrid")
     with progress(as_json) as watcher:
         flown = tuner.fly(
             given, study=study, scenario=scenario, flights=seeds, seed=seed, watcher=watcher, threads=threads
@@ -83,9 +85,7 @@ def margins(
 
     Example: tuner margins results/motor/gains.json --code motor.py
     """
-    # Gains of a plant go as a file, for their code is named with them.
-    alone = law is None and airframe is None
-    given = gains if gains and alone else gains_or_law(gains, law, position_law, airframe, "tuner margins --law hybrid")
+    given = gains_file_or_law(gains, law, position_law, airframe, "tuner margins --law hybrid")
     found = tuner.margins(
         given, study=study, yaw=radians(yaw), speed=speed, wind=wind, hold_position=not attitude_only,
         certificates=certificates, out=out, watcher=Messages(),
@@ -133,6 +133,15 @@ def answer_validity(found: "Checked", as_json: bool) -> None:
             print(f"Error: {problem}", file=sys.stderr)
     if found.hopeless:
         raise typer.Exit(USER_ERROR)
+
+
+def gains_file_or_law(
+    gains: Path | None, law: str | None, position_law: str, airframe: str | None, example: str
+) -> "Path | tuner.Gains":
+    """Return a file as it is where nothing else is given, for the code of a plant is named with it; else as `gains_or_law`."""
+    if gains is not None and law is None and airframe is None:
+        return gains
+    return gains_or_law(gains, law, position_law, airframe, example)
 
 
 def gains_or_law(

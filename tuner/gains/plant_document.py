@@ -1,15 +1,14 @@
 """gains.json of a plant of the user's own: its loops as data, and their gains, each with its unit."""
 
-from math import isfinite
+import json
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from objectives.plant_system import PlantSystem
-from plant.errors import InputError
+from plant.input_files import read_input_text
 from plant.records import flatten, paths
-from tuner.gains.parsing import parsed
 from tuner.gains.quantities import code_or_note, quantity
 from tuner.gains.sections import PLANT_FORMAT
 
@@ -37,22 +36,12 @@ def plant_gains_document(system: PlantSystem, gains: np.ndarray, digest: str) ->
     }
 
 
-def read_plant_row(file: Path, system: PlantSystem) -> np.ndarray:
-    """Return the gains row (g,) that a gains.json of a plant holds for its channels; InputError names file and gain."""
-    given = parsed(file).get("gains")
-    return np.array([_gain(given, gain.address, file) for gain in system.gains])
-
-
-def _gain(given: Any, address: str, file: Path) -> float:
-    entry = given.get(address) if isinstance(given, dict) else None
-    value = entry.get("value") if isinstance(entry, dict) else None
-    if isinstance(value, bool) or not isinstance(value, int | float) or not isfinite(value):
-        raise InputError(
-            "no finite number is given for this gain of the study's channels; give the gains.json of a run with these channels",
-            file=file,
-            key=f"gains.{address}",
-        )
-    return float(value)
+def is_plant_gains(file: Path) -> bool:
+    """Return whether a file holds gains of a plant of the user's own."""
+    try:
+        return json.loads(read_input_text(file)).get("format") == PLANT_FORMAT
+    except (OSError, ValueError, AttributeError):
+        return False
 
 
 def stated(value: float, unit: str) -> dict[str, Any]:

@@ -35,18 +35,20 @@ def check_value(key: str, gain: GainAddress, value: float, control_period: float
 MULTIPLE = 1e-9
 # Shortest and longest period [s]: beyond either a digit slipped.
 SHORTEST, LONGEST = 1e-5, 0.1
+# Longest of a plant of one's own [s]: kilns and basins are sampled by the minute.
+LONGEST_OF_PLANTS = 3600.0
 
 
-def check_period(key: str, value: float) -> None:
+def check_period(key: str, value: float, longest: float = LONGEST) -> None:
     """Refuse a period [s] that is out of range; key: its name."""
-    if not SHORTEST <= value <= LONGEST:
-        raise InputError(f"given {value:g} s; allowed: {SHORTEST:g} s to {LONGEST:g} s", key=key)
+    if not SHORTEST <= value <= longest:
+        raise InputError(f"given {value:g} s; allowed: {SHORTEST:g} s to {longest:g} s", key=key)
 
 
-def timing_of(control_period: float, plant_step: float) -> Timing:
+def timing_of(control_period: float, plant_step: float, longest: float = LONGEST) -> Timing:
     """Return the periods [s]; InputError with the key where one is out of range or the first no multiple of the second."""
-    check_period("control_period", control_period)
-    check_period("plant_step", plant_step)
+    check_period("control_period", control_period, longest)
+    check_period("plant_step", plant_step, longest)
     check_multiple(control_period, plant_step, "control_period", "plant_step")
     return Timing(control_period, plant_step)
 

@@ -149,11 +149,9 @@ def flown_figure(responses: "Responses", scenario: str) -> Figure:
 
 def fans_of(responses: "Responses", scenario: str) -> list[Fan]:
     """Return the fans of recorded responses in shown units."""
-    from tuner.analysis.responses import SIGNALS, UNITS
-
     reference = responses.reference.mean(axis=0)
     found = []
-    for i, (signal, unit) in enumerate(zip(SIGNALS, UNITS, strict=True)):
+    for i, (signal, unit) in enumerate(zip(responses.signals, responses.units, strict=True)):
         shown, factor = in_degrees(unit)
         asked, low, median, high = (np.asarray(part[:, i]) * factor for part in (reference, *responses.fans()))
         found.append(Fan(TUNED, scenario, signal, shown, responses.time, asked, low, median, high))

@@ -29,6 +29,16 @@ def kind_of(path: Path) -> str | None:
     return kind if isinstance(kind, str) else None
 
 
+def is_codeless(path: Path) -> bool:
+    """Return whether a folder is of the run of a plant that no file holds, such as that of a notebook's cell."""
+    return kind_of(path) == PLANT and all(file.suffix == ".toml" for file in (path / "inputs").glob("*"))
+
+
+def can_be_resumed(path: Path) -> bool:
+    """Return whether `tuner resume` goes on with a folder."""
+    return kind_of(path) in RESUMED and not is_codeless(path)
+
+
 def whole(path: Path) -> Path:
     """Return the folder that is gone on with: that of the contest for the run of a contender."""
     above = path.parent.parent
@@ -38,7 +48,7 @@ def whole(path: Path) -> Path:
 def go_on(path: Path, made: bool = False) -> str:
     """Return what brings an unfinished folder to its end, as the end of a sentence; made: by the command that failed."""
     asked = whole(path)
-    if kind_of(asked) in RESUMED:
+    if can_be_resumed(asked):
         return f"go on with `tuner resume {shlex.quote(str(asked))}`"
     if kind_of(asked) == TRIALS:
         return "give the command again"
@@ -50,7 +60,7 @@ def mend(path: Path, name: str) -> str:
     if name == RECORD or name.startswith("inputs/"):
         return again(path)
     asked = whole(path)
-    if kind_of(asked) in RESUMED:
+    if can_be_resumed(asked):
         return f"`tuner resume {shlex.quote(str(asked))}` writes it again"
     drawn = name == "report.html" or name.startswith("figures/")
     if drawn and ((path / "comparison.json").exists() or kind_of(path) == JUDGEMENT):

@@ -16,7 +16,7 @@ from typing import Any
 
 from plant.errors import StoreError
 from tuner.store import manifest
-from tuner.store.advice import RESUMED, go_on, kind_of
+from tuner.store.advice import can_be_resumed, go_on
 from tuner.store.document import Document, json_text
 from tuner.store.lock import Lock
 from tuner.store.manifest import Manifest, digest_at, digest_of, manifest_of, read_manifest
@@ -58,7 +58,7 @@ class Folder:
         empty: whether an empty folder may be there.
         """
         if path.exists() and not (empty and path.is_dir() and not any(path.iterdir())):
-            resume = f"continue it with `tuner resume {path}`, " if kind_of(path) in RESUMED else ""
+            resume = f"continue it with `tuner resume {path}`, " if can_be_resumed(path) else ""
             raise StoreError(
                 f"{path} exists already and nothing in it was touched; {resume}choose another folder with --out, or remove it"
             )

@@ -81,9 +81,9 @@ def load_tuning(path: Path, command: str, overrides: Overrides | None = None) ->
     return found
 
 
-def load_gains_study(path: Path, command: str) -> TuningStudy:
+def load_gains_study(path: Path, command: str, overrides: Overrides | None = None) -> TuningStudy:
     """Read and check a study that searches gains, of a quadrotor or of a plant; InputError where the file is of another kind."""
-    found = load_one(path, command, (Study.kind, PlantStudy.kind))
+    found = load_one(path, command, (Study.kind, PlantStudy.kind), overrides)
     assert isinstance(found, TuningStudy)
     return found
 

@@ -21,13 +21,14 @@ from plant.fmu.fmu_model import FmuModel, read_fmu
 from plant.gains import GainAddress
 from plant.laws import law
 from plant.loop import Timing
+from plant.model.modes import check_plant_step
 from plant.model.plan import Actuator, Channel, LoopPlan, plan_loop
-from plant.model.plant_model import PlantRecords, plant_from
+from plant.model.plant_model import PlantModel, PlantRecords, check_rest, plant_from
 from plant.model.scenario import PlantScenario, SensorNoise
 from plant.model.signals import Signal, signal_from
 from plant.own_code import in_results_folder, run_own_code
 from plant.records import flatten, paths
-from tuner.gains.ranges import check_multiple, check_period, check_value, timing_of
+from tuner.gains.ranges import LONGEST_OF_PLANTS, check_multiple, check_value, timing_of
 from tuner.study.judged_reading import constraint_of, listed, objective_of, pick_rule, unique
 from tuner.study.margins import MarginValues, check_amplitude, margin_limit
 from tuner.study.own_code import use_files_of
@@ -41,6 +42,8 @@ from tuner.text.input_errors import located
 
 # Keys of [plant] that name files, and those that only an FMU has.
 PATHS, FMU_KEYS = ("file", "fmu"), ("disturbances", "states", "units", "patience")
+# Units of gains that have no sign whatever the plant's is: times, frequencies, ratios.
+SIGNLESS = ("s", "Hz", "rad/s", "1")
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,6 +60,11 @@ class PlantStudy(TuningStudy):
     def fixes_plant_step(self) -> bool:
         """Whether the study writes the plant step."""
         return self.table.plant.plant_step is not None
+
+    @property
+    def is_in_files(self) -> bool:
+        """Whether a file holds the plant, and not the cell of a notebook."""
+        return self.table.plant.file is not None or self.table.plant.fmu is not None
 
     @property
     def flown(self) -> str:
@@ -106,14 +114,17 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
         use_files_of(path, {"law": table.law, "metric": table.metric})
         plant, digest = _plant(path, table.plant) if plant is None else (plant, identity(plant))
         with located(path, "plant"):
-            timing = _timing(table.plant)
+            timing = plant_timing(table.plant.control_period, table.plant.plant_step)
             parameters = _parameters(plant, table.plant.parameters)
-        channels = tuple(listed("channel", path, table.channel, _channel))
+            if isinstance(plant, PlantModel):
+                check_rest(plant, parameters)
+                check_plant_step(plant, parameters, timing)
+        channels = tuple(listed("channel", path, table.channel, channel_of))
         actuators = tuple(listed("actuator", path, table.actuator, lambda entry: _actuator(entry.model_dump(), timing)))
         plan = plan_loop(plant, channels, actuators)
         system = _system(plant, plan, parameters, timing, table.plant.patience)
         with located(path, "gains"):
-            space = plant_space(table.gains, system.gains, timing.control_period)
+            space = plant_space(table.gains, system)
         scenarios = tuple(listed("scenario", path, table.scenario, lambda entry: _scenario(entry, system)))
         unique("scenario", [entry.spec.name for entry in scenarios], ".name")
         objectives = tuple(
@@ -126,7 +137,7 @@ def _build(path: Path, table: PlantStudyTable, plant: PlantRecords | None) -> Pl
         unique("constraint", [entry.objective.label for entry in constraints])
         judged = [entry.metric for entry in (*objectives, *(each.objective for each in constraints))]
         system = metering(system, judged)
-        _check_bounds(system, judged)
+        check_bounds(system, judged)
         margins = margins_asked(table.margin, path, system)
         unique("margin", [entry.label for entry in margins])
         with located(path, "search"):
@@ -173,11 +184,9 @@ def _system(plant: PlantRecords, plan: LoopPlan, parameters: Any, timing: Timing
     return PlantSystem(plant, plan, parameters, timing)
 
 
-def _timing(table: PlantTable) -> Timing:
-    if table.plant_step is None:
-        check_period("control_period", table.control_period)
-        return Timing(table.control_period, table.control_period)
-    return timing_of(table.control_period, table.plant_step)
+def plant_timing(control_period: float, plant_step: float | None = None) -> Timing:
+    """Return the periods [s] of a plant, whose step is the control period unless it is given; InputError with the key."""
+    return timing_of(control_period, control_period if plant_step is None else plant_step, LONGEST_OF_PLANTS)
 
 
 def _parameters(plant: PlantRecords, given: Mapping[str, float]) -> Any:
@@ -190,7 +199,8 @@ def _parameters(plant: PlantRecords, given: Mapping[str, float]) -> Any:
     return plant.parameters._replace(**given)
 
 
-def _channel(table: ChannelTable) -> Channel:
+def channel_of(table: ChannelTable) -> Channel:
+    """Return a loop as a [[channel]] table describes it; InputError with the key inside the table."""
     try:
         chosen = law(table.law)
     except UnknownNameError as error:
@@ -220,10 +230,9 @@ def _or_infinite(low: float | None, high: float | None) -> tuple[float, float]:
     return (-inf if low is None else low, inf if high is None else high)
 
 
-def plant_space(
-    table: Mapping[str, float | PlantGainTable], known: tuple[GainAddress, ...], control_period: float
-) -> DecisionSpace:
+def plant_space(table: Mapping[str, float | PlantGainTable], system: PlantSystem) -> DecisionSpace:
     """Return the decision space of a [gains] table of a plant, which names every gain; InputError with the key inside it."""
+    known = system.gains
     by_address = {gain.address: gain for gain in known}
     for key in table:
         if key not in by_address:
@@ -237,31 +246,49 @@ def plant_space(
                 key=gain.address,
             )
         if isinstance(entry, PlantGainTable):
-            variable, base[gain.column] = _variable(entry, gain, control_period)
+            variable, base[gain.column] = _variable(entry, gain, system)
             variables.append(variable)
             columns.append((gain.column,))
         else:
-            check_value(gain.address, gain, entry, control_period)
+            _check_gain(gain, entry, system)
             base[gain.column] = entry
     return DecisionSpace(tuple(variables), tuple(columns), tuple(base))
 
 
-def _variable(entry: PlantGainTable, gain: GainAddress, control_period: float) -> tuple[Variable, float]:
+def _variable(entry: PlantGainTable, gain: GainAddress, system: PlantSystem) -> tuple[Variable, float]:
     if entry.tie is not None:
         raise InputError("gains of channels are not tied; give a range or a number", key=f"{gain.address}.tie")
     if entry.low is None or entry.high is None:
         raise InputError(
             f"needs low and high [{gain.unit}]; the usual ranges are those of quadrotors", key=gain.address
         )
+    _check_sign(gain, entry.low, system)
     variable = Variable(gain.address, (gain.address,), entry.low, entry.high, entry.scale or gain.info.scale)
     default = variable.middle() if entry.default is None else entry.default
     for value in (entry.low, entry.high, default):
-        check_value(gain.address, gain, value, control_period)
+        check_value(gain.address, gain, value, system.timing.control_period)
     if not entry.low <= default <= entry.high:
         raise InputError(
             f"given {default:g}, outside its range of {entry.low:g} to {entry.high:g}", key=f"{gain.address}.default"
         )
     return variable, default
+
+
+def _check_gain(gain: GainAddress, value: float, system: PlantSystem) -> None:
+    """Refuse a value that a gain cannot have."""
+    _check_sign(gain, value, system)
+    check_value(gain.address, gain, value, system.timing.control_period)
+
+
+def _check_sign(gain: GainAddress, value: float, system: PlantSystem) -> None:
+    """Refuse a gain that is negative because the plant is, and say where its sign belongs."""
+    b0 = system.plan.channel(gain.axis).b0
+    if value < 0.0 < b0 and (gain.info.integrals is not None or gain.unit not in SIGNLESS):
+        raise InputError(
+            f"given {value:g} {gain.unit}; gains are not negative: where more command lowers the output, write b0 = {-b0:g} for "
+            f"channel '{gain.axis}' and the gain without its sign",
+            key=gain.address,
+        )
 
 
 def _scenario(table: PlantScenarioTable, system: PlantSystem) -> StudyScenario:
@@ -285,7 +312,7 @@ def _signals(key: str, tables: Mapping[str, Mapping[str, Any]]) -> dict[str, Sig
     return found
 
 
-def _check_bounds(system: PlantSystem, metrics: list[Any]) -> None:
+def check_bounds(system: PlantSystem, metrics: list[Any]) -> None:
     """Refuse metrics whose cost of a failure would be infinite: an error without a limit, a command without a range."""
     bounds = system.metric_limits()
     for metric in metrics:

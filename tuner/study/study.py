@@ -280,6 +280,11 @@ class TuningStudy:
         raise NotImplementedError
 
     @property
+    def is_in_files(self) -> bool:
+        """Whether all that flies can be read again from files, so that a run can be gone on with."""
+        return True
+
+    @property
     def fixes_plant_step(self) -> bool:
         """Whether the study writes the plant step."""
         raise NotImplementedError

@@ -22,3 +22,22 @@ def counted(number: int, noun: str) -> str:
 def limit_text(limit: float, unit: str, sense: str = "most") -> str:
     """Return "at most 0.05 m", or "at least 0.05 m"."""
     return f"at {sense} {significant(limit)} {unit}".rstrip()
+
+
+# Relative difference of numbers below which they are the same.
+SAME = 1e-9
+
+
+def differing(pairs: Iterable[tuple[str, object, object]]) -> list[str]:
+    """Return which of named pairs differ, each as "NAME 'one' instead of 'other'"; numbers are alike within rounding."""
+    return [f"{name} {_told(one)} instead of {_told(other)}" for name, one, other in pairs if not _alike(one, other)]
+
+
+def _told(value: object) -> str:
+    return f"{value:.6g}" if isinstance(value, float) else repr(value)
+
+
+def _alike(one: object, other: object) -> bool:
+    if isinstance(one, float) and isinstance(other, float):
+        return one == other or abs(one - other) <= SAME * abs(other)
+    return one == other

@@ -17,7 +17,8 @@ from plant.records import flatten, pack
 
 ROOT = Path(__file__).parents[3]
 FILES = {path.stem: path for path in (ROOT / "studies").glob("*.py")}
-FILES["pendulum"] = Path(__file__).with_name("pendulum.py")
+for name in ("pendulum", "kiln"):
+    FILES[name] = Path(__file__).with_name(f"{name}.py")
 
 
 def read(file: Path) -> PlantModel:

@@ -72,10 +72,10 @@ class Independent:
         goals = drawn().references[:, 0]
         seen = np.array(state) + noise[0]
         memory = {
-            "angle": self.laws["angle"].law.start(self.constants["angle"], Measured(seen[0], 0.0), 8.0 * state.speed),
+            "angle": self.laws["angle"].law.start(self.constants["angle"], Measured(seen[0], 0.0), 8.0 * seen[1]),
             "speed": self.laws["speed"].law.start(self.constants["speed"], Measured(seen[1], 0.0), 50.0 * torque),
         }
-        wanted_speed, outer_excess, inner_excess = state.speed, 0.0, 0.0
+        wanted_speed, outer_excess, inner_excess = seen[1], 0.0, 0.0
         asked, queue, in_force, bodies = torque, [torque] * 3, torque, []
         for k in range(steps):
             bodies.append([x[0], x[1], x[2], x[0], x[1]])
@@ -158,7 +158,7 @@ def test_bits_do_not_depend_on_lane_or_batch():
 def test_flights_start_where_the_drawn_plant_rests():
     """Without a disturbance and with the reference where it hangs, it stays there, whatever its weight."""
     system = cascade()
-    spec = PlantScenario("still", 0.2, {"angle": Step(0.3, 0.0)}, spread={"weight": 0.5, "inertia": 0.5})
+    spec = PlantScenario("still", 0.2, spread={"weight": 0.5, "inertia": 0.5})
     still = system.sample(spec, 1, "search", range(16))
     traced = range(*rows(system.loop.Flight, "body").indices(1000))
     trace = Flyer(system.loop, system.limits, system.timing, 1).trace(
@@ -208,7 +208,7 @@ def test_a_channel_may_have_any_name(name, below):
     outer, inner = system.plan.channels
     outer, inner = replace(outer, name=name, to=below), replace(inner, name=below)
     renamed = replace(system, plan=plan_loop(system.plant, [outer, inner], system.plan.actuators))
-    spec = replace(SPEC, references={name: Step(0.8, 0.05)})
+    spec = replace(SPEC, references={name: SPEC.references["angle"]})
     inputs = renamed.sample(spec, 7, "search", range(3))
     flown = stepped(renamed, CASCADE_GAINS, inputs)[0]
     assert np.array_equal(flown, stepped(system, CASCADE_GAINS, drawn())[0])

@@ -58,7 +58,9 @@ def test_the_mean_is_off_by_its_change_over_its_standard_error():
     coarse[0, 2, 7] = 1e6
     counted = np.ones((2, 40), dtype=bool)
     counted[0, 7] = False
+    # Flights of one scenario without noise are one flight, but for rounding.
     fine[:, 1] = 3.0
+    fine[:, 1, ::2] = np.nextafter(3.0, 4.0)
     errors = mean_errors(coarse, fine, counted, 100)
     assert errors[0] == pytest.approx(RICHARDSON * 0.01 / (fine[0, 0][counted[0]].std(ddof=1) / 10.0), rel=1e-9)
     assert errors[1] == 0.0 and errors[2] == 0.0

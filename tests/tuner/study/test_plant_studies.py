@@ -118,3 +118,38 @@ def test_a_misspelt_key_is_told_with_those_of_its_table(key, said):
     with pytest.raises(InputError, match="unknown key") as told:
         load_study(FOLDER / "dc_motor.toml", {key: 1.0})
     assert said in str(told.value) and "airframe" not in str(told.value)
+
+
+@pytest.mark.parametrize("given", [-3.0, {"low": -20.0, "high": -0.05}])
+def test_gains_of_a_plant_that_falls_with_its_command_are_told_where_the_sign_belongs(given):
+    with pytest.raises(InputError) as told:
+        load_study(FOLDER / "dc_motor.toml", {"gains": gains_with("angle.kp", given)})
+    assert told.value.key == "gains.angle.kp"
+    assert "write b0 = -1 for channel 'angle'" in told.value.message
+
+
+@pytest.mark.parametrize(("gain", "b0"), [("angle.t_f", 1.0), ("angle.kp", -1.0)])
+def test_no_sign_is_advised_where_it_would_not_help(gain, b0):
+    with pytest.raises(InputError, match="it must be") as told:
+        load_study(FOLDER / "dc_motor.toml", {"channel.0.b0": b0, "gains": gains_with(gain, -0.5)})
+    assert "b0" not in told.value.message
+
+
+def gains_with(address, value):
+    table = tomllib.loads((FOLDER / "dc_motor.toml").read_text(encoding="utf-8"))["gains"]
+    return {**table, address: value}
+
+
+def test_parameters_of_a_study_are_held_against_the_equations_at_rest():
+    with pytest.raises(InputError, match=r"dc_motor.py:\d+: derivative: fails at rest: ZeroDivisionError"):
+        load_study(FOLDER / "dc_motor.toml", {"plant.parameters": {"resistance": 0.0}})
+
+
+def test_a_broken_plant_ends_a_check_as_a_study_that_names_it_does(tuner, tmp_path):
+    text = (FOLDER / "dc_motor.py").read_text(encoding="utf-8")
+    (tmp_path / "dc_motor.py").write_text(text.replace(" = 4.0", " = 0.0"), encoding="utf-8")
+    (tmp_path / "dc_motor.toml").write_bytes((FOLDER / "dc_motor.toml").read_bytes())
+    codes = [tuner(*command).returncode for command in (
+        ("check", tmp_path / "dc_motor.py"), ("check", tmp_path / "dc_motor.toml"), ("run", tmp_path / "dc_motor.toml"),
+    )]  # fmt: skip
+    assert codes == [2, 2, 2]

@@ -1,6 +1,7 @@
 """Judge a gains file by the hard limits of a study, on scenarios of a sealed stream that no search and no tuning has seen."""
 
 from collections.abc import Callable
+from functools import singledispatch
 from math import degrees
 from pathlib import Path
 
@@ -11,40 +12,60 @@ from plant.errors import InputError
 from tuner.analysis.judging.rows import judged_rows, overall
 from tuner.documents.judgement import JudgedRow, JudgementDocument
 from tuner.gains import Controller, read_gains
-from tuner.study.study import Study
+from tuner.study.plant_study import PlantStudy
+from tuner.study.study import Study, TuningStudy
+from tuner.study.tuned_loops import read_plant_row
+from tuner.text.sentences import differing
 
 CHECK = "check"
 
 
-def controller_to_judge(gains: Path, study: Study) -> Controller:
-    """Read a gains file; InputError where it is none, the study is about something else or has nothing to judge by."""
+def row_to_judge(gains: Path, study: TuningStudy) -> np.ndarray:
+    """Return the gains row (g,) of a file; InputError where it is of another controller, or the study has nothing to judge by."""
     if all(entry.floor for entry in study.constraints) and not study.requirements:
+        limits = "a [[guarantee]] or a [[margin]]" if isinstance(study, Study) else "or a [[margin]]"
         raise InputError(
             'nothing here limits anything; write at least one [[constraint]], for instance metric = "failure" with most = 0.01, '
-            "a [[guarantee]] or a [[margin]]",
+            f"{limits}",
             file=study.path,
         )
+    return row_for(study, gains)
+
+
+@singledispatch
+def row_for(study: TuningStudy, gains: Path) -> np.ndarray:
+    """Return the gains row (g,) of a file whose controller is that of a study; InputError names all that differs."""
+    raise TypeError(f"no gains of {study.kind} in {gains}")
+
+
+@row_for.register
+def _(study: Study, gains: Path) -> np.ndarray:
     controller = read_gains(gains)
     check_agreement(controller, gains, study)
-    return controller
+    return np.array(controller.gains)
 
 
-def check_batches(study: Study, seeds: int | None) -> tuple[FlightBatch, ...]:
+@row_for.register
+def _(study: PlantStudy, gains: Path) -> np.ndarray:
+    return read_plant_row(gains, study.system)
+
+
+def check_batches(study: TuningStudy, seeds: int | None) -> tuple[FlightBatch, ...]:
     """Return the flights to judge by: so many of each scenario, by default as many as the study's held-out check."""
     return tuple(FlightBatch(entry.spec, CHECK, seeds or entry.held_out) for entry in study.scenarios)
 
 
 def judge_gains(
-    controller: Controller, study: Study, problem: Problem, batches: tuple[FlightBatch, ...],
+    row: np.ndarray, study: TuningStudy, problem: Problem, batches: tuple[FlightBatch, ...],
     on_flights_done: Callable[[int], None] | None = None,
 ) -> list[JudgedRow]:  # fmt: skip
-    """Fly a controller, whatever it breaks without flying, and return a row for each limit and objective."""
-    evaluation = problem.evaluate_gains(np.array([controller.gains]), batches, on_flights_done, fly_all=True)
+    """Fly a gains row (g,), whatever it breaks without flying, and return a row for each limit and objective."""
+    evaluation = problem.evaluate_gains(row[None], batches, on_flights_done, fly_all=True)
     return judged_rows(study, problem, evaluation)
 
 
 def judgement_document(
-    gains: Path, study: Study, rows: list[JudgedRow], batches: tuple[FlightBatch, ...]
+    gains: Path, study: TuningStudy, rows: list[JudgedRow], batches: tuple[FlightBatch, ...]
 ) -> JudgementDocument:  # fmt: skip
     """Return the whole judgement."""
     return JudgementDocument(
@@ -57,10 +78,6 @@ def judgement_document(
         flights=sum(batch.count for batch in batches),
         rows=rows,
     )
-
-
-# Relative difference of periods and angles below which they are the same number.
-SAME = 1e-9
 
 
 def check_agreement(controller: Controller, gains: Path, study: Study) -> None:
@@ -89,19 +106,9 @@ def differences(controller: Controller, study: Study) -> list[str]:
             if key != "tilt_limit"
         ],
     ]
-    found = [f"{name} {_told(mine)} instead of {_told(its)}" for name, mine, its in pairs if not _same(mine, its)]
+    found = differing(pairs)
     if controller.airframe.name == study.airframe.name and controller.airframe.vehicle != study.airframe.vehicle:
         found.insert(
             0, f"airframe '{study.airframe.name}' has other numbers in the study's file than in the gains file"
         )
     return found
-
-
-def _told(value: object) -> str:
-    return f"{value:.6g}" if isinstance(value, float) else repr(value)
-
-
-def _same(mine: object, its: object) -> bool:
-    if isinstance(mine, float) and isinstance(its, float):
-        return abs(mine - its) <= SAME * abs(its)
-    return mine == its

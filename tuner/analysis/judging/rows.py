@@ -15,7 +15,7 @@ from objectives.requirements import Requirement
 from objectives.risk import bootstrap_interval
 from plant.seeds import generator
 from tuner.documents.judgement import JudgedRow
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 Array = np.ndarray
 REPLICATES, TAIL = 2000, 0.025
@@ -25,7 +25,7 @@ REPORTED, KEPT, MISSED = "reported", "target kept", "target missed"
 HARD, SOFT = (PASS, FAIL), (KEPT, MISSED)
 
 
-def judged_rows(study: Study, problem: Problem, evaluation: Evaluation) -> list[JudgedRow]:
+def judged_rows(study: TuningStudy, problem: Problem, evaluation: Evaluation) -> list[JudgedRow]:
     """Return constraints, requirements and objectives of an evaluation of one candidate, in this order.
 
     The mission floor is no limit here: what is judged need not beat anybody.

@@ -5,7 +5,6 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from tuner.analysis.responses import SIGNALS, UNITS
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console, digits
 from tuner.study.processor_cost.cost import CONTROL_PERIOD
@@ -28,8 +27,7 @@ def print_flights(flown: "Flights", console: Console) -> None:
 def metrics_table(flown: "Flights") -> TerminalTable:
     """Return the metrics."""
     sortie, seeds = flown.sortie, flown.count
-    laws = f"{sortie.system.cascade.position.name} / {sortie.system.cascade.attitude.name}"
-    table = TerminalTable(f"{laws}: {sortie.spec.name}, {seeds} flights of {sortie.spec.duration:g} s", keys=2)
+    table = TerminalTable(f"{sortie.laws}: {sortie.spec.name}, {seeds} flights of {sortie.spec.duration:g} s", keys=2)
     table.columns_of("metric", "unit", "mean +- 95 %", "median", "95 % of them", "worst", left=("metric", "unit"))
     for row in flown.document.metrics:
         half = 0.5 * (row.high - row.low)
@@ -46,13 +44,18 @@ def print_sparks(flown: "Flights", console: Console) -> None:
     _, median, _ = flown.recorded.fans()
     blocks = min(max(console.width - BESIDE, 16), 64)
     columns = np.linspace(0, len(median) - 1, blocks).astype(int)
-    for i, name in enumerate(SIGNALS[:6]):
-        unit, factor = ("deg", degrees(1.0)) if UNITS[i] == "rad" else (UNITS[i], 1.0)
+    flights = flown.recorded
+    # Commands follow nothing.
+    following = [i for i in range(len(flights.signals)) if not np.isnan(flights.reference[..., i]).all()]
+    width = max(6, *[len(flights.signals[i]) for i in following])
+    for i in following:
+        name, given = flights.signals[i], flights.units[i]
+        unit, factor = ("deg", degrees(1.0)) if given == "rad" else (given, 1.0)
         # The range is that of the whole response, whatever part of it there is room to draw.
         low, high = factor * float(median[:, i].min()), factor * float(median[:, i].max())
         line = median[columns, i] * factor
         level = np.zeros(len(line), dtype=int) if high <= low else ((line - low) / (high - low) * 7.999).astype(int)
-        print(f"{name:>6} {''.join(SPARKS[k] for k in level)}  {low:.2f} to {high:.2f} {unit} (median)")
+        print(f"{name:>{width}} {''.join(SPARKS[k] for k in level)}  {low:.2f} to {high:.2f} {unit} (median)")
 
 
 def print_theory(theory: "Theory", console: Console) -> None:

@@ -120,8 +120,12 @@ def shown(entry: NotedValue, digits: int) -> str:
 
 
 def number_text(value: float | None, digits: int) -> str:
-    """Return a number as text; None, which has no end, as "inf"."""
-    return "inf" if value is None else f"{value:.{digits if abs(value) < 100.0 else 0}f}"
+    """Return a number as text, a small one with two digits that count; None, which has no end, as "inf"."""
+    if value is None:
+        return "inf"
+    if 0.0 < abs(value) < 10.0 ** (1 - digits):
+        return f"{value:.2g}"
+    return f"{value:.{digits if abs(value) < 100.0 else 0}f}"
 
 
 def short(case: str | None) -> str:

@@ -15,6 +15,7 @@ from plant.backends.tracing_routines import Routine
 from plant.errors import InputError
 from plant.model.controller import PlantController
 from plant.model.plan import LoopPlan
+from plant.model.units import per_time
 from plant.records import pack, paths, record_type, unit_of
 from tuner.exchange.c99.routines import Style, loops
 from tuner.exchange.c99.sources import entry_function, source_text
@@ -96,12 +97,6 @@ def tuned_plant(system: PlantSystem, gains: Sequence[float]) -> TunedPlant:
 def _setpoint(name: str, unit: str) -> Any:
     units = {"value": unit, "rate": per_time(unit), "acceleration": per_time(per_time(unit))}
     return record_type(f"Setpoint_{name}", {field: Annotated[float, unit] for field, unit in units.items()})
-
-
-def per_time(unit: str) -> str:
-    """Return the unit of the derivative: rad/s of rad, m/s2 of m/s."""
-    found = re.fullmatch(r"(.*)/s(\d?)", unit)
-    return f"{found[1]}/s{int(found[2] or 1) + 1}" if found else f"{unit}/s"
 
 
 def plant_code(tuned: TunedPlant, real: str, prefix: str, digest: str) -> PlantCode:

@@ -9,13 +9,13 @@ from tuner.engines.cuda import engine_again
 from tuner.experiments.again.resume import recorded_study
 from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed
 from tuner.experiments.tuning.problem import problem_of
-from tuner.experiments.tuning.run import JudgementRun
+from tuner.experiments.tuning.run import JudgementRun, judgement_of
 from tuner.experiments.tuning.search import flight_store, replayed
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.store.inputs import as_recorded, check_model
-from tuner.study.kinds import load_tuning
-from tuner.study.study import Study
+from tuner.study.kinds import load_gains_study
+from tuner.study.study import TuningStudy
 
 # What a second judgement may differ in.
 FREE = ("objective", "constraint", "metric", "mission", "guarantee", "margin", "pick", "title", "description")
@@ -37,20 +37,18 @@ def rejudge(
     watcher = watcher or Watcher()
     first, asked = judging_study(path, study, overrides or {})
     folder = Folder.create(out)
-    watcher.on_start(asked, folder.path, JudgementRun.notes(asked))
+    watcher.on_start(asked, folder.path, judgement_of(asked).notes(asked))
     return completed(judgement(path, first, asked, folder, watcher, threads), EXPERIMENTS[JudgementRun.kind])
 
 
-def judging_study(path: Path, study: Path | None, overrides: Mapping[str, Any]) -> tuple[Study, Study]:
+def judging_study(path: Path, study: Path | None, overrides: Mapping[str, Any]) -> tuple[TuningStudy, TuningStudy]:
     """Return the study of a results folder and the one to judge it by; InputError where that asks for other flights."""
     first, record = recorded_study(path)
-    if not isinstance(first, Study):
-        raise InputError(f"{path} is the run of a plant; quadrotor runs alone are judged anew", file=path)
     check_model(path, record)
     if not (path / "summary.json").exists():
         raise StoreError(f"the run in {path} is not finished; go on with it by `tuner resume {path}` first")
     file = study or path / record.study
-    asked = load_tuning(file, "tuner rejudge", as_recorded(record, file) | dict(overrides))
+    asked = load_gains_study(file, "tuner rejudge", as_recorded(record, file) | dict(overrides))
     mine, theirs = first.comparable(FREE), asked.comparable(FREE)
     for key in mine | theirs:
         if mine.get(key) != theirs.get(key):
@@ -60,11 +58,11 @@ def judging_study(path: Path, study: Path | None, overrides: Mapping[str, Any]) 
 
 
 def judgement(
-    path: Path, first: Study, asked: Study, folder: Folder, watcher: Watcher, threads: int | None
+    path: Path, first: TuningStudy, asked: TuningStudy, folder: Folder, watcher: Watcher, threads: int | None
 ) -> JudgementRun:
     """Return the experiment that judges the results folder `path`, of the study `first`, by another study."""
     engine = engine_again(path, first.system, first.seed)
-    experiment = JudgementRun(asked, folder, watcher, engine, threads=threads, reuse=(path,))
+    experiment = judgement_of(asked)(asked, folder, watcher, engine, threads=threads, reuse=(path,))
     problem = problem_of(first, threads, flight_store(first, None, (path,)), engine)
     experiment.candidates = [record.points for record in replayed(path, first, problem, first.search.budget)]
     return experiment

@@ -11,7 +11,7 @@ from plant.errors import InputError, StoreError, UnnamedCodeError
 from tuner.experiments.options import ResumeOptions
 from tuner.experiments.registry import EXPERIMENTS, CompletedRun, completed, refuse_options
 from tuner.search.watcher import Watcher
-from tuner.store.advice import FLOWN_AGAIN, RECORD, RESUMED, TRIALS
+from tuner.store.advice import FLOWN_AGAIN, RECORD, RESUMED, TRIALS, is_codeless
 from tuner.store.folder import Folder
 from tuner.store.inputs import RunRecord, as_recorded, check_model, check_unchanged, compute_as_recorded, read_record
 from tuner.study.kinds import AnyStudy, load_any
@@ -72,6 +72,10 @@ def _refuse_others(path: Path, record: RunRecord, kinds: tuple[str, ...]) -> Non
     if record.kind == TRIALS:
         raise StoreError(
             f"another program makes the trials of {path}; `tuner ask {path / 'study.toml'} --out {path}` prints what is lacking"
+        )
+    if is_codeless(path):
+        raise StoreError(
+            f"no file holds the plant that was run into {path}, as in a notebook; run it there again, or write it to a file first"
         )
     if record.kind not in kinds:
         raise StoreError(

@@ -1,6 +1,7 @@
 """Entrants of a comparison: a results folder brings its recommended point and its front, a gains file its one controller."""
 
 from dataclasses import dataclass
+from functools import singledispatch
 from pathlib import Path
 
 import numpy as np
@@ -11,10 +12,13 @@ from tuner.documents.summary import GAINS as GAINS_FILE
 from tuner.documents.summary import INFEASIBLE, is_recommended
 from tuner.documents.tuning import TUNED, TuningFolder
 from tuner.gains import Controller, read_gains
-from tuner.store.advice import JUDGEMENT, TUNING
+from tuner.gains.plant_document import is_plant_gains
+from tuner.store.advice import JUDGEMENT, PLANT, TUNING
 from tuner.store.inputs import as_recorded, read_record
-from tuner.study import load_study
-from tuner.study.study import Study
+from tuner.study.kinds import load_gains_study
+from tuner.study.plant_study import PlantStudy
+from tuner.study.study import Study, TuningStudy
+from tuner.study.tuned_loops import TunedLoops, loops_of, read_tuned_loops
 
 GAINS = "gains"
 """Name of the point of a gains file."""
@@ -22,17 +26,18 @@ GAINS = "gains"
 
 @dataclass(frozen=True)
 class Entrant:
-    """One controller to compare. name: unique; source: as given; point: what `controller` is called in its own run.
+    """One controller to compare. name: unique; source: as given; point: what it is called in its own run.
 
-    study: that of the run, None for a gains file. points, rows (n, gains), picked (n, objectives): the front of the run and its
-    held-out values, none for a gains file. feasible: whether its run recommends the controller.
+    controller: of a quadrotor, or the loops of a plant of the user's own. study: that of the run, None for a gains file. points,
+    rows (n, gains), picked (n, objectives): the front of the run and its held-out values, none for a gains file. feasible:
+    whether its run recommends the controller.
     """
 
     name: str
     source: Path
-    controller: Controller
+    controller: Controller | TunedLoops
     point: str
-    study: Study | None
+    study: TuningStudy | None
     points: tuple[str, ...]
     rows: np.ndarray
     picked: np.ndarray
@@ -76,7 +81,7 @@ def _short(path: Path) -> str:
 
 def read_file(path: Path, name: str) -> Entrant:
     """Read a gains file."""
-    controller = read_gains(path)
+    controller = read_tuned_loops(path) if is_plant_gains(path) else read_gains(path)
     none = np.empty((0, len(controller.gains)))
     return Entrant(name, path, controller, GAINS, None, (), none, np.empty((0, 0)), is_recommended(path))
 
@@ -94,22 +99,33 @@ def read_folder(path: Path, name: str) -> Entrant:
     if known is None:
         raise StoreError(f"{path}: the run is not finished; go on with it: tuner resume {path}")
     results = TuningFolder(path)
-    results = TuningFolder(path)
     front = results.front
     tuned = front.of(TUNED)[0]
     rows = rows_of(study, front.gains)
     best = np.flatnonzero(front.non_dominated & front.feasible)
-    timing = study.system.timing
-    controller = Controller(
-        study.airframe, study.system.cascade, study.options, timing.control_period, timing.plant_step,
-        tuple(rows[tuned].tolist()),
-    )  # fmt: skip
     points = tuple(front.points[k] for k in best)
-    row, picked = front.points[tuned], front.held_out[best]
-    return Entrant(name, path, controller, row, study, points, rows[best], picked, results.feasible)
+    picked = front.held_out[best]
+    controller, point = controller_of(study, rows[tuned]), front.points[tuned]
+    return Entrant(name, path, controller, point, study, points, rows[best], picked, results.feasible)
 
 
-def rows_of(study: Study, values: np.ndarray) -> np.ndarray:
+@singledispatch
+def controller_of(study: TuningStudy, row: np.ndarray) -> Controller | TunedLoops:
+    """Return the controller of a study with a gains row (g,)."""
+    raise TypeError(f"no controller of {study.kind} with {len(row)} gains")
+
+
+@controller_of.register
+def _(study: Study, row: np.ndarray) -> Controller:
+    return study.controller(row)
+
+
+@controller_of.register
+def _(study: PlantStudy, row: np.ndarray) -> TunedLoops:
+    return loops_of(study.system, row)
+
+
+def rows_of(study: TuningStudy, values: np.ndarray) -> np.ndarray:
     """Return the gains rows (n, gains) of values of the study's variables (n, variables)."""
     rows = np.tile(study.default_row, (len(values), 1))
     for i, columns in enumerate(study.space.columns):
@@ -117,13 +133,13 @@ def rows_of(study: Study, values: np.ndarray) -> np.ndarray:
     return rows
 
 
-def study_of(path: Path) -> Study:
+def study_of(path: Path) -> TuningStudy:
     """Return the study that a results folder keeps; which version of the model flew it does not matter here."""
     record = read_record(path)
-    if record.kind not in (TUNING, JUDGEMENT):
+    if record.kind not in (TUNING, PLANT, JUDGEMENT):
         raise StoreError(f"{path} is the folder of a {record.kind}; give that of a tuning run")
     try:
-        return load_study(path / record.study, as_recorded(record, path / record.study))
+        return load_gains_study(path / record.study, "tuner compare", as_recorded(record, path / record.study))
     except UnnamedCodeError:
         raise
     except InputError as error:

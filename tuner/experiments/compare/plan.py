@@ -6,22 +6,30 @@ check and no confirmation has seen.
 
 from collections import Counter
 from dataclasses import dataclass, replace
+from functools import singledispatch
 
 import numpy as np
 
 from objectives.decisions import DecisionSpace
+from objectives.plant_system import PlantSystem
 from objectives.problem import System
 from objectives.risk import minimum_samples
 from plant.errors import InputError
 from plant.loop import Timing
+from plant.model.plan import Channel, plan_loop
 from plant.nominal import nominal
 from tuner.experiments.compare.entrants import Entrant
 from tuner.experiments.contest.flying import ContestPoint, comparison_problem
 from tuner.experiments.contest.tuning import Prepared
 from tuner.experiments.tuning.ending import contender_ending
+from tuner.gains import Controller
 from tuner.study.contest import Contender, Contest
 from tuner.study.contest_reading import slug_of
-from tuner.study.study import Study
+from tuner.study.plant_study import PlantStudy
+from tuner.study.study import Study, TuningStudy
+from tuner.study.tuned_loops import TunedLoops
+from tuner.text.input_errors import located
+from tuner.text.sentences import listing
 
 COMPARE = "compare"
 """Name of the stream of scenarios."""
@@ -51,7 +59,7 @@ class ComparisonPlan:
         return self.contest.flights_each * sum(1 + len(own.offered or ()) for own in self.contenders)
 
 
-def plan_comparison(entrants: list[Entrant], base: Study) -> ComparisonPlan:
+def plan_comparison(entrants: list[Entrant], base: TuningStudy) -> ComparisonPlan:
     """Check entrants against the scenarios of a study; InputError names one that cannot fly them."""
     contest = contest_of(entrants, base)
     warnings = differences(entrants, base)
@@ -64,9 +72,11 @@ def plan_comparison(entrants: list[Entrant], base: Study) -> ComparisonPlan:
     return ComparisonPlan(contest, entrants, contenders, warnings)
 
 
-def _prepared(entrant: Entrant, shown: Entrant | None, contender: Contender, contest: Contest, base: Study) -> Prepared:
+def _prepared(
+    entrant: Entrant, shown: Entrant | None, contender: Contender, contest: Contest, base: TuningStudy
+) -> Prepared:
     """Return an entrant at its gains; shown: with the points of its front that are flown, None where it has none here."""
-    row = np.array(entrant.controller.gains)
+    row = row_in(contender.study, entrant)
     entry = ContestPoint(contender, entrant.point, row, comparison_problem(contest, contender))
     # Who has no front of its own in these objectives is one point among the fronts of the others.
     front = [] if shown is None else entries_of(shown, entry, same_flights(entrant, base))
@@ -74,7 +84,7 @@ def _prepared(entrant: Entrant, shown: Entrant | None, contender: Contender, con
     return Prepared(entry, entrant.why, front or None, None, 0, [], ending)
 
 
-def base_study(entrants: list[Entrant], given: Study | None, seeds: int | None) -> Study:
+def base_study(entrants: list[Entrant], given: TuningStudy | None, seeds: int | None) -> TuningStudy:
     """Return the study whose scenarios are flown: the one given, else that of the first results folder.
 
     seeds: flights of each scenario, by default the study's held_out. InputError where there is no study at all.
@@ -91,7 +101,7 @@ def base_study(entrants: list[Entrant], given: Study | None, seeds: int | None) 
     return replace(found, scenarios=tuple(replace(entry, held_out=seeds) for entry in found.scenarios))
 
 
-def contest_of(entrants: list[Entrant], base: Study) -> Contest:
+def contest_of(entrants: list[Entrant], base: TuningStudy) -> Contest:
     """Return the contest of all entrants on the scenarios of a study; InputError names an entrant that cannot fly them."""
     contenders = tuple(
         Contender(entrant.name, f"{i + 1}-{slug_of(entrant.name)}", entrant_study(entrant, base), {})
@@ -101,29 +111,84 @@ def contest_of(entrants: list[Entrant], base: Study) -> Contest:
     return Contest(base.path, title, "", base.seed, contenders, (), (), {}, COMPARE)
 
 
-def entrant_study(entrant: Entrant, base: Study) -> Study:
-    """Return the base study with an entrant's controller and airframe in it."""
-    controller, own = entrant.controller, entrant.study or base
-    period, shared = controller.control_period, base.system.timing.control_period
+def entrant_study(entrant: Entrant, base: TuningStudy) -> TuningStudy:
+    """Return the base study with an entrant's controller in it, and its airframe; InputError where it is for another kind."""
+    if isinstance(base, PlantStudy) != isinstance(entrant.controller, TunedLoops):
+        kinds = ("a plant of one's own", "a quadrotor")
+        mine, its = kinds if isinstance(entrant.controller, TunedLoops) else kinds[::-1]
+        raise InputError(
+            f"controls {mine}, and {base.path} flies {its}; compare controllers of one kind", file=entrant.source
+        )
+    period, shared = entrant.controller.control_period, base.system.timing.control_period
     if abs(period - shared) > SAME * shared:
         raise InputError(
             f"given a control period of {period:g} s; the scenarios of {base.path} are drawn at {shared:g} s, and air is the "
             "same for all only at one period; choose another --study",
-            file=entrant.source, key="controller.control_period",
+            file=entrant.source, key=f"{'' if isinstance(base, PlantStudy) else 'controller.'}control_period",
         )  # fmt: skip
-    vehicle = controller.airframe.vehicle
-    knowledge = nominal(vehicle, controller.options, period)
-    timing = Timing(shared, controller.plant_step)
-    return replace(
-        base,
-        airframe=controller.airframe,
-        options=controller.options,
-        system=System(vehicle, controller.cascade, knowledge, base.system.limits, timing),
-        space=DecisionSpace((), (), controller.gains) if entrant.study is None else own.space,
-        search=own.search,
-        pick=own.pick,
-        screens=(),
+    own, found = entrant.study or base, under(base, entrant)
+    space = DecisionSpace((), (), tuple(row_in(found, entrant).tolist())) if entrant.study is None else own.space
+    return replace(found, space=space, search=own.search, pick=own.pick, screens=())
+
+
+def row_in(study: TuningStudy, entrant: Entrant) -> np.ndarray:
+    """Return the gains row (g,) of an entrant in the columns of a study under its controller."""
+    controller = entrant.controller
+    return (
+        controller.row(study.system, entrant.source)
+        if isinstance(controller, TunedLoops)
+        else np.array(controller.gains)
     )
+
+
+@singledispatch
+def under(base: TuningStudy, entrant: Entrant) -> TuningStudy:
+    """Return a study under the controller of an entrant."""
+    raise TypeError(f"no {base.kind} under {entrant.name}")
+
+
+@under.register
+def _(base: Study, entrant: Entrant) -> Study:
+    controller = entrant.controller
+    assert isinstance(controller, Controller)
+    vehicle, period = controller.airframe.vehicle, controller.control_period
+    knowledge = nominal(vehicle, controller.options, period)
+    timing = Timing(base.system.timing.control_period, controller.plant_step)
+    system = System(vehicle, controller.cascade, knowledge, base.system.limits, timing)
+    return replace(base, airframe=controller.airframe, options=controller.options, system=system)
+
+
+@under.register
+def _(base: PlantStudy, entrant: Entrant) -> PlantStudy:
+    loops = entrant.controller
+    assert isinstance(loops, TunedLoops)
+    with located(entrant.source, ""):
+        return replace(base, system=system_under(loops, base))
+
+
+def system_under(loops: TunedLoops, base: PlantStudy) -> PlantSystem:
+    """Return the plant of a study under other loops, lost at the errors of the study's own; InputError where they do not fit."""
+    system = base.system
+    limits = {(each.name, each.output): each.limit for each in system.plan.outer}
+    channels = [replace(each, limit=limits.get((each.name, each.output), each.limit)) for each in loops.channels]
+    plan = plan_loop(system.plant, channels, system.plan.actuators)
+    asked = {
+        axis
+        for quantity in (*base.objectives, *[each.objective for each in base.constraints])
+        for axis in quantity.metric.axes
+    }
+    missing = sorted(asked - set(plan.names))
+    if {(each.name, each.output) for each in plan.outer} != set(limits) or missing:
+        raise InputError(
+            f"its loops follow references in {_words(plan.outer)}, those of {base.path} in {_words(system.plan.outer)}"
+            f"{f', and it judges {listing(missing)}' if missing else ''}; compare loops for the same outputs",
+            key="channels",
+        )
+    return replace(system, plan=plan)
+
+
+def _words(channels: tuple[Channel, ...]) -> str:
+    return listing(f"{each.name} (output {each.output})" for each in channels)
 
 
 def thinned(entrant: Entrant, objective: np.ndarray) -> Entrant:
@@ -154,14 +219,14 @@ def entries_of(entrant: Entrant, at: ContestPoint, same_flights: bool) -> list[C
     ]
 
 
-def same_objectives(entrant: Entrant, base: Study) -> bool:
+def same_objectives(entrant: Entrant, base: TuningStudy) -> bool:
     """Return whether an entrant has a front in the objectives of a study."""
     if entrant.study is None or not entrant.points:
         return False
     return [entry.label for entry in entrant.study.objectives] == [entry.label for entry in base.objectives]
 
 
-def differences(entrants: list[Entrant], base: Study) -> list[str]:
+def differences(entrants: list[Entrant], base: TuningStudy) -> list[str]:
     """Return what a reader must know of entrants that were not made for these flights, and of too few flights."""
     warnings = []
     for entrant in entrants:
@@ -169,7 +234,10 @@ def differences(entrants: list[Entrant], base: Study) -> list[str]:
             warnings.append(f"{entrant.name} was tuned on other scenarios than those flown here.")
         if entrant.study is not None and entrant.points and not same_objectives(entrant, base):
             warnings.append(f"{entrant.name} was tuned for other objectives, so its front is not laid over the others.")
-    frames = Counter(entrant.controller.airframe.name for entrant in entrants)
+        if entrant.study is not None and _plant(entrant.study) != _plant(base):
+            warnings.append(f"{entrant.name} was tuned on another plant, or other actuators, than those flown here.")
+    controllers = [entrant.controller for entrant in entrants]
+    frames = Counter(each.airframe.name for each in controllers if isinstance(each, Controller))
     if len(frames) > 1:
         warnings.append(
             f"The airframes differ ({', '.join(frames)}): what differs is not due to the controllers alone."
@@ -177,17 +245,23 @@ def differences(entrants: list[Entrant], base: Study) -> list[str]:
     return [*warnings, *_few_flights(base)]
 
 
-def same_flights(entrant: Entrant, base: Study) -> bool:
+def same_flights(entrant: Entrant, base: TuningStudy) -> bool:
     """Return whether the run of an entrant flew scenarios of the kind that a study flies, however many."""
     return entrant.study is not None and _flown(entrant.study) == _flown(base)
 
 
-def _flown(study: Study) -> list[dict[str, object]]:
+def _flown(study: TuningStudy) -> list[dict[str, object]]:
     scenarios = study.comparable()["scenario"]
     return [{key: value for key, value in entry.items() if key not in ("search", "held_out")} for entry in scenarios]
 
 
-def _few_flights(base: Study) -> list[str]:
+def _plant(study: TuningStudy) -> object:
+    """Return what flies under the loops of a study of a plant of the user's own; nothing for a quadrotor's airframe."""
+    values = study.comparable() if isinstance(study, PlantStudy) else {}
+    return [values.get("plant"), values.get("actuator")]
+
+
+def _few_flights(base: TuningStudy) -> list[str]:
     warnings = []
     for objective in base.objectives:
         have = sum(entry.held_out for entry in base.scenarios if objective.scenario in (None, entry.spec.name))

@@ -12,7 +12,7 @@ from tuner.experiments.contest.tuning import Prepared
 from tuner.report.contest import write_comparison_figures
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
-from tuner.study.study import Study
+from tuner.study.study import TuningStudy
 
 
 class ComparisonRun(ContestRun):
@@ -49,7 +49,7 @@ class ComparisonRun(ContestRun):
 
 def compare(
     paths: list[Path],
-    study: Study | None = None,
+    study: TuningStudy | None = None,
     seeds: int | None = None,
     out: Path | None = None,
     watcher: Watcher | None = None,

@@ -63,7 +63,7 @@ class TuningRun(Experiment[Any, FlightOutcome]):
         check_searched(study)
 
     @classmethod
-    def notes(cls, study: Study) -> list[str]:
+    def notes(cls, study: Any) -> list[str]:
         """Say which search it is, how late rotors are, what a steady wind takes and which limits the study does not write."""
         specs, system = [entry.spec for entry in study.scenarios], study.system
         return [
@@ -241,3 +241,12 @@ class JudgementRun(TuningRun):
     def algorithm(self) -> tuple[Search, list[str]]:
         """Return the recorded search."""
         return Recorded(iter(self.candidates)), []
+
+
+class PlantJudgementRun(JudgementRun, PlantRun):
+    """A judgement of the run of a plant of the user's own."""
+
+
+def judgement_of(study: TuningStudy) -> type[JudgementRun]:
+    """Return the experiment that judges recorded candidates by a study."""
+    return PlantJudgementRun if isinstance(study, PlantStudy) else JudgementRun

@@ -125,7 +125,7 @@ GUARDS = {
         AFTER, "a search that ended before its front had come to rest",
         lambda outcome: after.still_rising(
             [entry.hypervolume for entry in outcome.generations], [entry.flights for entry in outcome.generations],
-            isinstance(outcome.study, TuningStudy),
+            isinstance(outcome.study, TuningStudy) and outcome.study.is_in_files,
         ),
     ),
 }  # fmt: skip

@@ -1,0 +1,257 @@
+"""What a candidate is judged by, and how one is: requirements first, then scores of its flights, then risks over them.
+
+`objectives.problem` makes the flights; scores may also come from elsewhere.
+"""
+
+from abc import ABC, abstractmethod
+from collections.abc import Callable
+from dataclasses import dataclass
+from time import perf_counter
+
+import numpy as np
+
+from objectives.decisions import DecisionSpace
+from objectives.memory import FlightMemory
+from objectives.metrics import MetricAddress
+from objectives.requirements import (
+    Requirement,
+    Screen,
+    hard_excess,
+    known_values,
+    known_violations,
+    requirements_of,
+    worth_flying,
+)
+from objectives.risk import Risk
+from objectives.system import FlightBatch
+
+
+@dataclass(frozen=True)
+class Objective:
+    """A metric's risk over the flights of some scenarios, to be made small. scenario: a name, or None for all pooled."""
+
+    metric: MetricAddress
+    risk: Risk
+    scenario: str | None = None
+
+    @property
+    def label(self) -> str:
+        """Short name, unique within a study."""
+        level = "" if self.risk.level is None else f"{100 * self.risk.level:g}"
+        where = "" if self.scenario is None else f"@{self.scenario}"
+        return f"{self.risk.name}{level}({self.metric}){where}"
+
+
+@dataclass(frozen=True)
+class Constraint:
+    """An objective's value that must not exceed `most`.
+
+    floor: key of the study that moves a limit which no study writes, see `objectives.mission`; "" for a study's own limit.
+    """
+
+    objective: Objective
+    most: float
+    floor: str = ""
+
+
+@dataclass(frozen=True)
+class Evaluation:
+    """values (n, objectives) in the metrics' units; violations (n, constraints + requirements), 0 where kept; failures
+    (n,): share of flights that did not complete; scores (n, quantities, flights): the per-flight metrics that all of it
+    came from; origin (flights,): name of the scenario of each flight; requirements (n, requirements): their values, known
+    without flying; flown (n,): false where those spared the flights, whose scores are then those of failures at t = 0;
+    counted (n,): number of flights of each candidate where a race ended some early (`objectives.racing`), None where everyone
+    flew all; screening_seconds, flight_seconds: how long asking for the requirements and flying took.
+    """
+
+    values: np.ndarray
+    violations: np.ndarray
+    failures: np.ndarray
+    scores: np.ndarray
+    origin: np.ndarray
+    requirements: np.ndarray
+    flown: np.ndarray
+    counted: np.ndarray | None = None
+    screening_seconds: float = 0.0
+    flight_seconds: float = 0.0
+
+    @property
+    def flights_each(self) -> np.ndarray:
+        """Number of flights of each candidate (n,)."""
+        return self.flown * self.scores.shape[-1] if self.counted is None else self.counted
+
+    @property
+    def flights(self) -> int:
+        """Number of flights made."""
+        return int(self.flights_each.sum(axis=0))
+
+    @property
+    def flights_saved(self) -> int:
+        """Number of flights that the requirements spared."""
+        return int(np.sum(~self.flown, axis=0)) * self.scores.shape[-1]
+
+    @property
+    def flights_raced(self) -> int:
+        """Number of flights that ending races early spared."""
+        return int(self.flown.sum(axis=0)) * self.scores.shape[-1] - self.flights
+
+    @property
+    def lost(self) -> np.ndarray:
+        """Number of flights of each candidate (n,) that were made and did not complete."""
+        return np.rint(self.failures * self.flights_each).astype(int)
+
+    @property
+    def complete(self) -> np.ndarray:
+        """Mask (n,) of the candidates that flew through every scenario."""
+        return self.flown & (self.flights_each == self.scores.shape[-1])
+
+    def samples(self, index: int, scenario: str | None) -> np.ndarray:
+        """Return one quantity of the flights that count for it (n, flights); scenario: a name, or None for all."""
+        return seen_scores(self.scores, index, self.origin, scenario)
+
+
+def seen_scores(scores: np.ndarray, index: int, origin: np.ndarray, scenario: str | None) -> np.ndarray:
+    """Return scores (n, flights) of one quantity on the flights of a scenario, or of all for None.
+
+    Contiguous, because numpy sums in another order along other layouts: a candidate's bits must not depend on its batch.
+    """
+    return scores[:, index] if scenario is None else np.ascontiguousarray(scores[:, index][:, origin == scenario])
+
+
+class Evaluator(ABC):
+    """Evaluates points of the unit cube: requirements, every candidate worth it through every scenario, metrics, risks.
+
+    A subclass gives the scores, by flights of a system (`Problem`) or from elsewhere. spared(n) is called in place of
+    on_flights_done, if set, for flights that are known or not made at all. memory: of flights already flown; flights_made counts
+    those that it did not know. now: seconds, of which differences are noted as the time that an evaluation took.
+    """
+
+    spared: Callable[[int], None] | None = None
+    memory: FlightMemory | None = None
+    flights_made = 0
+    now: Callable[[], float] = staticmethod(perf_counter)
+
+    def __init__(
+        self,
+        space: DecisionSpace,
+        objectives: tuple[Objective, ...],
+        constraints: tuple[Constraint, ...],
+        screens: tuple[Screen, ...] = (),
+    ) -> None:
+        self.space = space
+        self.objectives = objectives
+        self.constraints = constraints
+        self.screens = screens
+
+    @property
+    def quantities(self) -> tuple[Objective, ...]:
+        """Objectives first, then what is constrained."""
+        return (*self.objectives, *(constraint.objective for constraint in self.constraints))
+
+    @property
+    def requirements(self) -> tuple[Requirement, ...]:
+        """Requirements that need no flight, in the order of their columns."""
+        return requirements_of(self.screens)
+
+    def worth_flying(self, points: np.ndarray) -> np.ndarray:
+        """Return which points (n, d) of the unit cube keep every hard requirement (n,)."""
+        return worth_flying(self.requirements, known_values(self.screens, self.space.gains(points)))
+
+    def excess(self, points: np.ndarray) -> np.ndarray:
+        """Return by how much points (n, d) exceed each hard requirement (n, h), relative to its limit; below 0 where kept."""
+        return hard_excess(self.requirements, known_values(self.screens, self.space.gains(points)))
+
+    def evaluate(
+        self,
+        points: np.ndarray,
+        batches: tuple[FlightBatch, ...],
+        on_flights_done: Callable[[int], None] | None = None,
+        fly_all: bool | np.ndarray = False,
+    ) -> Evaluation:
+        """Evaluate candidates that are points of the unit cube.
+
+        Args:
+            points: Coordinates (n, variables) in [0, 1].
+            batches: The flights that every candidate makes.
+            on_flights_done: Called with n as n more flights have ended or been spared.
+            fly_all: Fly what breaks a hard requirement too; a mask (n,) says so for single candidates.
+
+        Returns:
+            Scores, risks, violations and requirement values of the candidates.
+        """
+        return self.evaluate_gains(self.space.gains(points), batches, on_flights_done, fly_all)
+
+    def evaluate_gains(
+        self,
+        gains: np.ndarray,
+        batches: tuple[FlightBatch, ...],
+        on_flights_done: Callable[[int], None] | None = None,
+        fly_all: bool | np.ndarray = False,
+    ) -> Evaluation:
+        """Evaluate gains rows (n, gains), else as `evaluate`; scores are ordered by batch, then by scenario index."""
+        begin = self.now()
+        known = known_values(self.screens, gains)
+        screened = self.now()
+        flown = worth_flying(self.requirements, known) | fly_all
+        scores, failed, origin = [], [], []
+        for batch in batches:
+            for first, last in self.chunks(batch):
+                part, status = self.scored(gains, flown, batch, first, last, on_flights_done)
+                scores.append(part)
+                failed.append(status)
+                origin += [batch.spec.name] * (last - first)
+        all_scores, names = np.concatenate(scores, axis=-1), np.array(origin)
+        risks = self.risks(all_scores, names)
+        n = len(self.objectives)
+        return Evaluation(
+            values=risks[:, :n],
+            violations=np.concatenate([self.broken(risks), known_violations(self.requirements, known)], axis=1),
+            failures=np.concatenate(failed, axis=-1).mean(axis=-1),
+            scores=all_scores,
+            origin=names,
+            requirements=known,
+            flown=flown,
+            screening_seconds=screened - begin,
+            flight_seconds=self.now() - screened,
+        )
+
+    def broken(self, risks: np.ndarray) -> np.ndarray:
+        """Return by how much the risks (n, quantities) exceed the constraints (n, constraints), 0 where kept."""
+        most = np.array([constraint.most for constraint in self.constraints])
+        return np.maximum(risks[:, len(self.objectives) :] - most, 0.0)
+
+    def risks(self, scores: np.ndarray, origin: np.ndarray) -> np.ndarray:
+        """Return the risk of every quantity (n, quantities) of scores (n, quantities, flights)."""
+        risks = np.empty(scores.shape[:2])
+        for i, quantity in enumerate(self.quantities):
+            risks[:, i] = quantity.risk.apply(seen_scores(scores, i, origin, quantity.scenario))
+        return risks
+
+    def spare(self, flights: int, on_flights_done: Callable[[int], None] | None) -> None:
+        """Tell whoever hears of landings of flights that need not be made."""
+        told = on_flights_done and (self.spared or on_flights_done)
+        if told is not None and flights:
+            told(flights)
+
+    @abstractmethod
+    def scored(
+        self,
+        gains: np.ndarray,
+        flown: np.ndarray,
+        batch: FlightBatch,
+        first: int,
+        last: int,
+        on_flights_done: Callable[[int], None] | None = None,
+    ) -> tuple[np.ndarray, np.ndarray]:
+        """Return scores (n, quantities, last - first) and failures (n, last - first) of gains rows (n, g).
+
+        Those that are not `flown` (n,) count as lost at t = 0.
+        """
+
+    @abstractmethod
+    def unflown(self, batch: FlightBatch, flights: int) -> tuple[np.ndarray, np.ndarray]:
+        """Return scores (1, quantities, flights) and failures (1, flights) of one that was not worth a flight: lost at t = 0."""
+
+    def chunks(self, batch: FlightBatch) -> list[tuple[int, int]]:
+        """Return the ranges of flights that a batch is flown in, one after the other; by default all of it at once."""
+        return [(batch.start, batch.count)]
