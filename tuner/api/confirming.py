@@ -2,7 +2,7 @@
 
 import hashlib
 from contextlib import nullcontext
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from pathlib import Path
 from tempfile import TemporaryDirectory
@@ -26,6 +26,7 @@ from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.run import bundle_of, check_laws
 from tuner.exchange.target import Bundle, Request
 from tuner.experiments.compare.entrants import Entrant, read_folder
+from tuner.gains import Controller
 from tuner.report.confirmation_page import confirmation_page, verdicts
 from tuner.search.watcher import Watcher, compilation
 from tuner.store.folder import Folder
@@ -128,7 +129,7 @@ def confirm(
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
     with folder or nullcontext():
         rows = _spread(entrant, finalists)
-        bundles = [_bundle(entrant, chosen, entrant.rows[row]) for row in rows]
+        bundles = [_bundle(study.controller(entrant.rows[row]), chosen) for row in rows]
         begin = perf_counter()
         flown = _flown(study, chosen, program, [entrant.points[row] for row in rows], bundles, flights, threads, told)
         document = ConfirmationDocument(
@@ -182,10 +183,9 @@ def _spread(entrant: Entrant, count: int) -> list[int]:
     return rows
 
 
-def _bundle(entrant: Entrant, firmware: Firmware, row: np.ndarray) -> Bundle:
+def _bundle(controller: Controller, firmware: Firmware) -> Bundle:
     """Return what our exporter makes of a finalist."""
     target = exporter(firmware.target)
-    controller = replace(entrant.controller, gains=tuple(row.tolist()))
     request = Request(controller, NO_DIGEST, settings_of(target, []), None)
     check_laws(target, request)
     return bundle_of(target, request)
