@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 from objectives.metrics.address import MetricAddress
 from objectives.metrics.metric import Accumulator
 from objectives.metrics.over_inputs import ROTORS, over_inputs
+from plant.errors import InputError
 from plant.loop import MeterModel
 from plant.model.functions import written
 from plant.records import record_type
@@ -34,7 +35,19 @@ def metering(system: Any, addresses: Iterable[MetricAddress]) -> Any:
     """Return a system whose flights hold all that some metrics need, the system itself where they do already."""
     known = {each.text: each for each in system.metered}
     asked = {each.text: each for each in addresses if each.metric.accumulator is not None}
+    for each in asked.values():
+        _check_rate(each, system.timing.control_period)
     return system if asked.keys() <= known.keys() else replace(system, metered=tuple((known | asked).values()))
+
+
+def _check_rate(address: MetricAddress, h: float) -> None:
+    slowest = 0.0 if address.metric.accumulator is None else address.metric.accumulator.counts_above
+    if 2.0 * h * slowest >= 1.0:
+        raise InputError(
+            f"given '{address}', which counts above {slowest:g} Hz; a control period of {h:g} s shows less than {0.5 / h:g} Hz: "
+            "judge by travel, or take a shorter period",
+            key="metric",
+        )
 
 
 def with_accumulators(

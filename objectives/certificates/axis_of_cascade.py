@@ -18,7 +18,9 @@ def rotor_lag(nominal: Nominal, timing: Timing, order: int = 1) -> RotorLag:
     """Return the rotors as an actuator: mean lag of the vehicle, half a period of hold, computing and dead time."""
     vehicle, h = nominal.vehicle, timing.control_period
     lag = 0.5 * (vehicle.lag_up + vehicle.lag_down)
-    return RotorLag(lag, (0.5 + nominal.delay + late_periods(vehicle, h)) * h, nominal.position_achieved > 0.5, order)
+    late = late_periods(vehicle, h)
+    # Of the first order the approximant lags too little where a dead time of whole periods is added.
+    return RotorLag(lag, (0.5 + nominal.delay + late) * h, nominal.position_achieved > 0.5, order + (late > 0))
 
 
 def yaw_actuator(nominal: Nominal, timing: Timing, order: int = 1) -> RotorLag:

@@ -34,12 +34,14 @@ class Accumulator(NamedTuple):
     control period h [s]; of a metric of the whole flight start(sample, targets) and update(kept, sample, targets, h).
     each_input: a metric of the whole flight has one record for every input of the loop, and start(command) and
     update(kept, command, h) see its command, of a rotor in hover thrusts, of another input in its scale.
+    counts_above: frequency [Hz] of the slowest that it counts, 0 for all.
     """
 
     Record: Any
     start: Callable[..., Any]
     update: Callable[..., Any]
     each_input: bool = False
+    counts_above: float = 0.0
 
 
 class AxisView(NamedTuple):

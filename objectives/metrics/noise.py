@@ -48,5 +48,5 @@ NOISE = Metric(
     value=lambda view: np.sqrt(mean_square(view)),
     # A low-pass of first order stays among the commands that it has seen, none of which is further from 0 than the peak.
     bound=lambda view: 2.0 * view.context.limits.command_peak,
-    accumulator=Accumulator(Noise, start, update, each_input=True),
+    accumulator=Accumulator(Noise, start, update, each_input=True, counts_above=CUTOFF),
 )

@@ -5,6 +5,7 @@ from functools import cached_property
 from pathlib import Path
 from typing import TYPE_CHECKING
 
+from objectives.system import System
 from plant.airframes import load
 from plant.errors import InputError
 from tuner.analysis.identification.document import log_row
@@ -111,6 +112,10 @@ def compare_logs(
 def _predicted(gains: GainsLike, study: StudyLike | None, log: FlightLog, watcher: Watcher | None) -> dict[str, float]:
     """Return what 95 % of flights stay below, by the names of measures that are metrics too."""
     flown = fly(gains, study=study, flights=FLIGHTS, watcher=watcher)
+    if not isinstance(flown.sortie.system, System):
+        raise InputError(
+            "these are gains of a plant of one's own; a flight log is predicted by a quadrotor's", key="--gains"
+        )
     period = flown.sortie.system.timing.control_period
     if log.period > 1.2 * period:
         raise InputError(

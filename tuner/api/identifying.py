@@ -4,6 +4,7 @@ import re
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property
+from itertools import combinations
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -128,6 +129,8 @@ def identify(
     for key, value in (("mass", mass), ("arm", arm)):
         if not 0.0 < value <= LARGEST_DEVIATION:
             raise InputError(f"given {value:g}; a relative deviation is above 0, up to {LARGEST_DEVIATION:g}", key=key)
+    if update is not None and (mass, arm) != (MASS, ARM):
+        raise InputError("takes mass and arm as the earlier logs left them; leave --mass and --arm out", key="update")
     target = None if out is None else new_airframe_file(Path(out))
     page = None if report is None else _new_page(Path(report))
     prior, heard = load(airframe), watcher or Watcher()
@@ -198,8 +201,7 @@ def _earlier(
         ) from None
     before = [*document.before, *document.logs]
     for log in logs:
-        begin, end = float(log.time[0]), float(log.time[-1])
-        if any(log.digest == row.sha256 and begin < row.end and row.begin < end for row in before):
+        if any(log.digest == row.sha256 and _overlaps(log, row.begin, row.end) for row in before):
             raise InputError(f"is in {file.name} already, and would count twice; give the logs after it", file=log.name)
     return known_from(document, airframe, file), before
 
@@ -238,12 +240,17 @@ def read_logs(logs: LogLike | Sequence[LogLike], mapping: str | Path | None) -> 
     if not given:
         raise InputError("no log given; give at least one")
     found = [_log(str(entry), None if mapping is None else Path(mapping)) for entry in given]
-    digests = [(log.digest, log.time[0]) for log in found]
-    if len(set(digests)) < len(digests):
-        raise InputError(
-            "is given twice, which would make its intervals too narrow; leave one out", file=found[-1].name
-        )
+    for first, second in combinations(found, 2):
+        if first.digest == second.digest and _overlaps(first, float(second.time[0]), float(second.time[-1])):
+            raise InputError(
+                "is given twice, in parts that overlap, which would make its intervals too narrow; leave one out",
+                file=second.name,
+            )
     return found
+
+
+def _overlaps(log: FlightLog, begin: float, end: float) -> bool:
+    return float(log.time[0]) < end and begin < float(log.time[-1])
 
 
 def _log(given: str, mapping: Path | None) -> FlightLog:

@@ -1,5 +1,6 @@
 """Accumulators that metrics bring along, in flights of a quadrotor and of a plant, beside meters that the tool has."""
 
+from dataclasses import replace
 from typing import NamedTuple
 
 import numpy as np
@@ -14,6 +15,8 @@ from objectives.problem import FlightBatch, Objective, Problem
 from objectives.risk import Risk
 from objectives.system import System
 from plant.backends.flyer import Flyer
+from plant.errors import InputError
+from plant.loop import Timing
 from plant.own_code import run_own_code
 from plant.primitives import absolute, maximum
 from plant.records import paths
@@ -103,3 +106,11 @@ def test_workers_take_an_accumulator_by_the_name_of_its_metric(monkeypatch):
     system = metering(SYSTEM, [parse("own_iae.position")])
     brief = brief_of(system, 7, BATCH)
     assert scenario_key(system_of(brief), 7, BATCH) == brief.key
+
+
+def test_a_metric_above_what_samples_show_is_refused():
+    """Noise counts above 20 Hz; a control period of 25 ms shows less than that."""
+    slow = replace(SYSTEM, timing=Timing(0.025, 0.025))
+    with pytest.raises(InputError, match="counts above 20 Hz; a control period of 0.025 s shows less than 20 Hz"):
+        metering(slow, [parse("noise")])
+    assert metering(replace(SYSTEM, timing=Timing(0.024, 0.024)), [parse("noise")]).metered

@@ -5,11 +5,15 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from objectives.margins.period import NO_METERS
 from objectives.metrics.noise import CUTOFF
 from objectives.problem import FlightBatch
+from plant.cascade import close_cascade
+from plant.closed_loop import close_loop
+from plant.laws import LAWS
 from plant.laws.filters import stage_share
 from plant.scenarios import HELD_OUT
-from tuner.analysis.spectrum import command_spectrum, spectrum
+from tuner.analysis.spectrum import _recorded, command_spectrum, spectrum
 from tuner.experiments.tuning.problem import problem_of
 from tuner.study import load_study
 
@@ -34,11 +38,24 @@ def test_a_tone_stands_where_it_is():
     assert found.frequency[np.argmax(found.density, axis=0)] == pytest.approx(90.0, rel=0.04)
 
 
-def test_flights_that_are_not_known_are_left_out():
-    lost = WHITE.copy()
-    lost[3, 100:] = np.nan
-    known = np.delete(WHITE, 3, axis=0)
-    assert np.array_equal(spectrum(lost, H).density, spectrum(known, H).density)
+def test_nothing_is_said_of_no_flights_or_of_a_few_samples():
+    assert spectrum(WHITE[:0], H) is None
+    assert spectrum(WHITE[:, :10], H) is None and spectrum(WHITE, 0.1) is None
+
+
+def test_flights_that_are_lost_are_left_out():
+    """One of four flights ends; commands after it are not the controller's any more."""
+
+    class Recorder:
+        loop = close_loop(close_cascade(LAWS["pid"], LAWS["pid"]), NO_METERS)
+
+        def trace(self, gains, nominal, inputs, every, traced):
+            status = np.zeros((4, 5000, 1))
+            status[2, 1000:] = 1.0
+            return np.concatenate([WHITE[:4], status], axis=2)
+
+    found = _recorded(Recorder(), np.zeros(1), None, None, "pending")
+    assert np.array_equal(found, WHITE[[0, 1, 3]])
 
 
 @pytest.mark.slow

@@ -46,6 +46,7 @@ def test_a_second_log_narrows_the_first_and_is_not_counted_twice(tmp_path):
         ([f"{LOG}@78:85", "--airframe", "f450", "--update", first], "with the same airframe"),
         ([f"{LOG}@78:85", *PRIOR, "--update", bad], "is not what `tuner identify --json` prints"),
         ([f"{LOG}@78:85", *PRIOR, "--update", tmp_path / "spoilt.json"], "identify the first log again"),
+        ([f"{LOG}@78:85", *PRIOR, "--update", first, "--mass", "0.02"], "leave --mass and --arm out"),
     ):
         code, _, told = called("identify", *arguments)
         assert code == USER_ERROR and message in told and len(told.strip().splitlines()) == 1
@@ -71,6 +72,7 @@ def test_a_check_that_fails_says_so_by_its_exit_code(tmp_path):
     [
         (["no_such_log", *PRIOR], "cannot be read"),
         ([str(LOG), str(LOG), *PRIOR], "is given twice"),
+        ([f"{LOG}@70:78", f"{LOG}@75:85", *PRIOR], "in parts that overlap"),
         ([f"{LOG}@1:2", *PRIOR], "it goes from 70.0 to 85.0 s"),
         ([str(LOG), *PRIOR, "--out", "mine.json"], "ends in .toml"),
         ([str(LOG), *PRIOR, "--out", "no_folder/mine.toml"], "make it first"),

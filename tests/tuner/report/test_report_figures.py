@@ -8,6 +8,7 @@ import pytest
 
 from plant.errors import InputError, StoreError
 from tests.tuner.report.fabricate import fabricate
+from tuner.analysis.responses import SIGNALS, UNITS
 from tuner.documents.tuning import TuningFolder
 from tuner.report import write_figures
 from tuner.report.figures import fans_of, front_figure, scenario_names, write_responses
@@ -80,6 +81,8 @@ def responses():
         actual=actual,
         reference=np.full_like(actual, 2.0),
         fans=lambda: np.quantile(actual, (0.05, 0.5, 0.95), axis=0),
+        signals=SIGNALS,
+        units=UNITS,
     )
     return quantiles
 

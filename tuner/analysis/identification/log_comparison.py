@@ -55,16 +55,17 @@ class Spread(NamedTuple):
 
 def measured(log: FlightLog) -> dict[str, Spread]:
     """Return every measure of a flight; InputError where it is too short."""
-    count = int(log.duration / BLOCK)
-    if count < LEAST_BLOCKS:
+    parts = [part for part in log.stretches() if part.duration >= BLOCK]
+    lasts = sum(int(part.duration / BLOCK) * BLOCK for part in parts)
+    if lasts < LEAST_BLOCKS * BLOCK:
         raise InputError(
-            f"its flight lasts {log.duration:.1f} s; at least {LEAST_BLOCKS * BLOCK:g} s are compared", file=log.name
+            f"its flight lasts {lasts:.1f} s without pauses; at least {LEAST_BLOCKS * BLOCK:g} s are compared",
+            file=log.name,
         )
-    block = np.minimum((log.time - log.time[0]) // BLOCK, count - 1).astype(int)
-    series = _series(log)
+    blocks = [_blocks(part, log) for part in parts]
     return {
-        name: _spread(np.bincount(block, values, count) / np.bincount(block, minlength=count), MEASURES[name].root)
-        for name, values in series.items()
+        name: _spread(np.concatenate([part[name] for part in blocks]), measure.root)
+        for name, measure in MEASURES.items()
     }
 
 
@@ -75,14 +76,22 @@ def ratio_of(after: Spread, before: Spread) -> tuple[float, float, float]:
     return ratio, ratio * float(np.exp(-wide)), ratio * float(np.exp(wide))
 
 
-def _series(log: FlightLog) -> Mapping[str, Array]:
-    """Return what is averaged of each measure (n,)."""
-    thrust = log.command**2 / np.mean(log.command**2)
-    rates = log.gyro - log.gyro.mean(axis=0)
-    lift = log.acceleration[:, 2] - log.acceleration[:, 2].mean()
-    moved = np.abs(np.diff(thrust, axis=0, prepend=thrust[:1])).sum(axis=1) / log.period
+def _blocks(part: FlightLog, whole: FlightLog) -> Mapping[str, Array]:
+    """Return the mean of each measure over the blocks of a part without pauses; the last block takes what is left."""
+    count = int(part.duration / BLOCK)
+    block = np.minimum((part.time - part.time[0]) // BLOCK, count - 1).astype(int)
+    samples = np.bincount(block, minlength=count)
+    return {name: np.bincount(block, values, count) / samples for name, values in _series(part, whole).items()}
+
+
+def _series(part: FlightLog, whole: FlightLog) -> Mapping[str, Array]:
+    """Return what is averaged of each measure (n,) in a part, about the means of the whole log."""
+    thrust = part.command**2 / np.mean(whole.command**2)
+    rates = part.gyro - whole.gyro.mean(axis=0)
+    lift = part.acceleration[:, 2] - whole.acceleration[:, 2].mean()
+    moved = np.abs(np.diff(thrust, axis=0, prepend=thrust[:1])).sum(axis=1) / part.period
     squares = {f"rate.{axis}": rates[:, k] ** 2 for k, axis in enumerate(("roll", "pitch", "yaw"))}
-    return {"noise": np.mean(_fast(thrust, log.period) ** 2, axis=1), "travel": moved, **squares, "lift": lift**2}
+    return {"noise": np.mean(_fast(thrust, part.period) ** 2, axis=1), "travel": moved, **squares, "lift": lift**2}
 
 
 def _fast(thrust: Array, period: float) -> Array:

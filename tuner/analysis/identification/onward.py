@@ -57,10 +57,13 @@ def _hover_weights(found: Identified, numbers: Numbers) -> Array:
     return shares * numbers.thrust / float(shares @ numbers.thrust)
 
 
-def identified_values(found: Identified) -> dict[str, Sourced]:
-    """Return every number of the airframe: what was identified with its logs as source, the rest as it was."""
+def identified_values(found: Identified, read: Sequence[tuple[str, str]]) -> dict[str, Sourced]:
+    """Return every number of the airframe: what was identified with its logs as source, the rest as it was.
+
+    read: name and digest of every log.
+    """
     numbers, vehicle = found.space.numbers(found.fit.point), found.airframe.vehicle
-    told = f"identified from {', '.join(f'{_stem(log.name)} (sha256 {log.digest[:12]})' for log in found.logs)}"
+    told = f"identified from {', '.join(f'{_stem(name)} (sha256 {digest[:12]})' for name, digest in read)}"
     full = float(numbers.thrust[-1])
     values = {
         "inertia.x": numbers.inertia.x,
@@ -91,7 +94,7 @@ def identified_text(found: Identified, title: str, before: Sequence[LogRow] = ()
     read = [(row.file, row.sha256) for row in before] + [(log.name, log.digest) for log in found.logs]
     logs = ", ".join(f"{_stem(name)} (sha256 {digest})" for name, digest in read)
     source = f"identified from {logs}"
-    return airframe_text(title, airframe.frame, spin, identified_values(found), uncertainty_of(found), source)
+    return airframe_text(title, airframe.frame, spin, identified_values(found, read), uncertainty_of(found), source)
 
 
 def _stem(name: str) -> str:

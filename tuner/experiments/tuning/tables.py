@@ -256,6 +256,8 @@ def scenario_parts(outcome: FlightOutcome, spec: ScenarioSpec, count: int) -> li
 
 # Held-out flights that a spectrum is averaged over, each recorded at every control instant.
 SPECTRUM_FLIGHTS = 16
+# Control instants of the longest flight that is recorded: all lanes of a block take 130 MB then.
+SPECTRUM_INSTANTS = 50_000
 
 
 def spectrum_table(outcome: FlightOutcome) -> Any:
@@ -269,11 +271,14 @@ def spectrum_table(outcome: FlightOutcome) -> Any:
         return None
     parts = []
     for entry in study.scenarios:
+        if entry.spec.steps(study.system.timing) > SPECTRUM_INSTANTS:
+            continue
         inputs = drawn(outcome, entry.spec, range(min(SPECTRUM_FLIGHTS, entry.held_out)))
         for row in (0, outcome.tuned):
             found = command_spectrum(study.system, outcome.problem.flyer, outcome.gains(row), inputs)
-            parts.append(data_frame({"point": outcome.names[row], "scenario": entry.spec.name, **found._asdict()}))
-    return stacked(parts)
+            if found is not None:
+                parts.append(data_frame({"point": outcome.names[row], "scenario": entry.spec.name, **found._asdict()}))
+    return stacked(parts) if parts else None
 
 
 def worst_flights(outcome: Outcome, scenario: str) -> np.ndarray:

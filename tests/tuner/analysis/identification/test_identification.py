@@ -193,8 +193,8 @@ def test_what_the_first_log_told_stays_told_where_the_second_is_silent(flown):
     at = first.space.names.index("inertia.y")
     assert "inertia.y" not in second.reasons
     assert second.fit.point[at] == pytest.approx(first.fit.point[at])
-    assert identified_values(second)["inertia.y"].value == pytest.approx(
-        identified_values(first)["inertia.y"].value, rel=1e-4
+    assert identified_values(second, ())["inertia.y"].value == pytest.approx(
+        identified_values(first, ())["inertia.y"].value, rel=1e-4
     )
 
 

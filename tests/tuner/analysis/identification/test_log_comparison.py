@@ -1,5 +1,7 @@
 """Two logs side by side: measures with a closed form, the filter of the flights' own metric, and what intervals promise."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -72,3 +74,15 @@ def test_a_short_flight_is_refused():
 
 def test_measures_that_are_metrics_have_their_names():
     assert {"noise", "travel"} <= set(METRICS) & set(MEASURES)
+
+
+def test_a_pause_is_no_part_of_the_flight():
+    """Blocks lie within what was logged, and nothing is a difference across the pause."""
+    whole = log_of(np.random.default_rng(5), 10.0)
+    early = whole.time < 5.0
+    paused = replace(whole, time=np.where(early, whole.time, whole.time + 3.4))
+    found = measured(paused)
+    assert all(np.isfinite(spread).all() for spread in found.values())
+    assert found["rate.roll"].value == pytest.approx(measured(whole)["rate.roll"].value, rel=1e-9)
+    with pytest.raises(InputError, match="without pauses"):
+        measured(replace(whole, time=whole.time + 2.0 * np.floor(whole.time / 0.9)))

@@ -13,14 +13,18 @@ from typing import Any
 import numpy as np
 import pytest
 
+from plant.airframes import load as load_airframe
+from plant.airframes.actuation import actuation
 from plant.attitude import euler_angles
 from plant.backends.instants import Instant
 from plant.errors import InputError
 from plant.vectors import Quaternion
 from tests.clients import program
 from tuner.engines.firmware.betaflight import board, command_line
+from tuner.engines.firmware.betaflight.bench import install
 from tuner.engines.firmware.betaflight.board import BetaflightBoard, Sticks, attitude, shim_in
 from tuner.engines.firmware.betaflight.command_line import load
+from tuner.engines.firmware.firmware import Bench
 
 STICKS = Sticks(30.0, 100.0)
 LEVEL = Instant((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
@@ -136,3 +140,16 @@ def test_the_library_that_keeps_step_warns_of_nothing(tmp_path):
     source = board.__file__.replace("board.py", "lockstep.c")
     command = [program("gcc"), "-shared", "-fPIC", "-Wall", "-Wextra", "-Werror", "-o", str(tmp_path / "l.so"), source]
     subprocess.run([*command, "-ldl"], check=True)
+
+
+def test_a_path_that_no_loader_takes_is_refused(tmp_path):
+    folder = tmp_path / "a b"
+    folder.mkdir()
+    with pytest.raises(InputError, match="set TMPDIR to another"):
+        shim_in(folder)
+
+
+def test_rotors_in_a_plus_are_refused(tmp_path):
+    bench = Bench(tmp_path / "program", tmp_path / "bench", actuation(load_airframe("hummingbird").vehicle), 0.001)
+    with pytest.raises(InputError, match="stand in a plus"):
+        install(bench, b"set angle_limit = 30\n")

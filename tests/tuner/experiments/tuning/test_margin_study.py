@@ -11,7 +11,7 @@ import pandas as pd
 import pytest
 from scipy.integrate import quad
 
-import objectives.problem
+import objectives.evaluator
 from objectives.margins.describing import DEFAULT_CASES, constants_of
 from objectives.margins.margins import MarginModel
 from objectives.margins.period import terms_of
@@ -80,7 +80,7 @@ def ran(tmp_path_factory):
     ("factor", "differs"), [(1.0 + 3e-14, ""), (1.0 + 1e-5, "phase_margin"), (1.0 - 1e-5, "phase_margin")]
 )
 def test_margins_may_move_in_their_last_digits_when_a_run_is_verified(ran, monkeypatch, factor, differs):
-    for module in (objectives.problem, finals):
+    for module in (objectives.evaluator, finals):
         monkeypatch.setattr(module, "known_values", lambda screens, gains: known_values(screens, gains) * factor)
     found = verify(ran[1], 2, 2, Watcher())
     assert found.same is not bool(differs) and not found.identical
@@ -378,7 +378,7 @@ def settled(stepper, system, gains):
     constants = system.cascade.prepare(pack(system.cascade.Gains, gains.tolist()), system.timing.control_period)
     noise, targets = pack(Noise, [0.0] * size(Noise)), pack(Targets, [0.0] * size(Targets))
     flight = stepper.loop.start(body, constants, system.nominal, reference, noise, targets)
-    state = np.array(flatten(stepper.state(flight.body, flight.in_force, flight.pending, flight.control)))
+    state = np.array(flatten(stepper.state(flight.body, flight.queue, flight.in_force, flight.pending, flight.control)))
     clipped = ["excess" in name for name in paths(stepper.state)]
     following = np.where(clipped, 0.0, stepper.injected(state, gains, np.zeros(6))[: len(state)])
     np.testing.assert_allclose(following, np.where(clipped, 0.0, state), atol=1e-9)

@@ -1,5 +1,6 @@
 """A plant of one's own from the page of the documentation: run, verified, resumed, and refused where its code is not named."""
 
+import json
 import shutil
 import subprocess
 
@@ -68,9 +69,17 @@ def test_its_controller_is_c_with_the_bits_that_flew(run, written, monkeypatch, 
 
 
 def test_gains_of_a_plant_are_refused_where_a_quadrotor_flies(run, monkeypatch, capsys):
-    code, _, err = tuner(monkeypatch, capsys, "fly", run / "gains.json")
+    code, _, err = tuner(monkeypatch, capsys, "fly", run / "gains.json", "--study", "quickstart")
     assert code == 2
-    assert "holds gains of a plant of one's own" in err
+    assert "this is a study of a quadrotor, and the gains are those of a plant" in err and err.count("\n") == 1
+
+
+def test_a_plant_flies_with_its_study_where_its_code_is_named(run, written, monkeypatch, capsys):
+    assert tuner(monkeypatch, capsys, "fly", run / "gains.json", "--seeds", "4")[:1] == (2,)
+    code, out, _ = tuner(
+        monkeypatch, capsys, "fly", run / "gains.json", "--seeds", "4", "--code", written / "motor.py", "--json"
+    )
+    assert code == 0 and json.loads(out)["flights"] == 4
 
 
 def test_a_longer_budget_gives_what_the_longer_run_gives(run, written, monkeypatch, capsys, tmp_path):

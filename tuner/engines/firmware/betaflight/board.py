@@ -160,6 +160,10 @@ def shim_in(folder: Path) -> Path:
     if compiler is None:
         raise InputError("no C compiler (cc, gcc) is installed; it builds the firmware and what keeps step with it")
     shim = folder / "lockstep.so"
+    if any(mark in str(shim) for mark in " :"):
+        raise InputError(
+            "has a blank or a colon in its path, which ends LD_PRELOAD; set TMPDIR to another", file=folder
+        )
     source = Path(__file__).with_name("lockstep.c")
     command = [compiler, "-shared", "-fPIC", "-O2", "-o", str(shim), str(source), "-ldl", "-lpthread"]
     done = subprocess.run(command, capture_output=True, text=True, check=False)
@@ -172,9 +176,10 @@ def powered_up(
     binary: Path, folder: Path, shim: Path, places: dict[str, str], kept: list[socket.socket]
 ) -> subprocess.Popen[bytes]:
     """Start the program in a folder, with sockets of ours; raises InputError where it cannot be run."""
+    before = " ".join(filter(None, (str(shim), os.environ.get("LD_PRELOAD"))))
     try:
         return subprocess.Popen(
-            [str(binary.resolve())], cwd=folder, env={**os.environ, "LD_PRELOAD": str(shim), **places},
+            [str(binary.resolve())], cwd=folder, env={**os.environ, "LD_PRELOAD": before, **places},
             pass_fds=[end.fileno() for end in kept], stdin=subprocess.DEVNULL, stdout=subprocess.DEVNULL,
             stderr=subprocess.DEVNULL,
         )  # fmt: skip

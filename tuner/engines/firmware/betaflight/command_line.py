@@ -3,7 +3,7 @@
 import re
 import socket
 import time
-from contextlib import suppress
+from contextlib import ExitStack, suppress
 from pathlib import Path
 
 from plant.errors import InputError, shortened
@@ -23,20 +23,23 @@ class CommandLine:
     def __init__(self, binary: Path, folder: Path, shim: Path) -> None:
         """Power up; raises InputError where no command line answers."""
         self._binary, self._folder, self._shim = binary, folder, shim
-        for _ in range(STARTS):
-            self._start()
-            if self._opened():
-                return
+        self._on = ExitStack()
+        try:
+            for _ in range(STARTS):
+                self._start()
+                if self._opened():
+                    return
+                self.close()
+        except BaseException:
             self.close()
+            raise
         raise InputError(
             f"no command line answers after {STARTS} starts; docs/how_to/confirm.md says how to build it", file=binary
         )
 
     def close(self) -> None:
         """Power off."""
-        self._process.kill()
-        self._process.wait()
-        self._line.close()
+        self._on.close()
 
     def _start(self) -> None:
         with socket.socket() as door:
@@ -46,7 +49,9 @@ class CommandLine:
             door.setblocking(False)
             places = {"LOCKSTEP_LINE": str(door.fileno())}
             self._process = powered_up(self._binary, self._folder, self._shim, places, [door])
-            self._line = socket.create_connection(door.getsockname())
+            self._on.callback(self._process.wait)
+            self._on.callback(self._process.kill)
+            self._line = self._on.enter_context(socket.create_connection(door.getsockname()))
 
     def _opened(self) -> bool:
         until, heard = time.monotonic() + OPENING, ""
