@@ -43,6 +43,7 @@ def written(log, file):
     np.savetxt(file, rows, delimiter=",", header="t,p,q,r,ax,ay,az,m1,m2,m3,m4", comments="", fmt="%.9g")
 
 
+@pytest.mark.slow
 def test_a_log_becomes_gains_and_a_prediction_that_the_vehicle_behind_it_keeps(
     flight, tmp_path, monkeypatch, few_golden_vectors
 ):

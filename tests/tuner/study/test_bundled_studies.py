@@ -26,7 +26,11 @@ NAMES = (
     "ardupilot", "autopilot_pid", "betaflight", "crazyflie", "crazyflie_firmware", "f450", "figure_eight", "gust_rejection", "motor_lag",
     "payload_and_battery", "px4", "quickstart", "step_response",
 )  # fmt: skip
+# Studies whose laws no other study flies: their kernels take 20 s of compilation each, so they are slow proofs.
+OWN_KERNELS = ("ardupilot", "betaflight", "crazyflie_firmware")
+FLOWN = [pytest.param(name, marks=pytest.mark.slow) if name in OWN_KERNELS else name for name in NAMES]
 each = pytest.mark.parametrize("name", NAMES)
+flown = pytest.mark.parametrize("name", FLOWN)
 # Draws of each scenario that the default flies, and random candidates of which this share at least must keep the margins: the
 # first generation replaces those that do not, and finds enough where 3 % do.
 FEW, RANDOM, SHARE = 4, 128, 0.03
@@ -93,7 +97,7 @@ def test_it_asks_for_margins_for_no_lost_flight_and_for_a_budget_of_a_minute(nam
     assert seconds * study.search.population * study.search.generations * 1000 / 4e7 < 60.0
 
 
-@each
+@flown
 def test_the_default_flies_every_scenario_and_margins_leave_a_choice(name):
     study = study_of(name)
     problem = problem_of(study)
@@ -104,7 +108,7 @@ def test_the_default_flies_every_scenario_and_margins_leave_a_choice(name):
     assert SHARE <= problem.worth_flying(points).mean() <= 0.9
 
 
-@pytest.mark.parametrize("name", [name for name in NAMES if name != "quickstart"])
+@pytest.mark.parametrize("name", [name for name in FLOWN if name != "quickstart"])
 def test_shortened_it_runs_to_a_complete_folder(name, tmp_path, monkeypatch):
     scenarios = len(study_of(name).scenarios)
     few = {f"scenario.{i}.{key}": count for i in range(scenarios) for key, count in (("search", 4), ("held_out", 8))}

@@ -101,6 +101,7 @@ def test_its_controller_is_c_with_the_bits_that_flew(run, written, monkeypatch, 
         assert "the same bits" in made.stdout
 
 
+@pytest.mark.slow
 def test_a_crash_costs_the_candidate_and_not_the_run(written, tmp_path):
     write_motor(tmp_path, 2, "-DFAULT=CRASH")
     (tmp_path / "crash.toml").write_text(STUDY, encoding="utf-8")

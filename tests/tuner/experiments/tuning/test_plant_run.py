@@ -154,6 +154,7 @@ def test_a_channel_that_commands_itself_in_a_ring_is_refused(written, tmp_path):
         load_any(tmp_path / "ring.toml")
 
 
+@pytest.mark.slow
 def test_a_cascade_of_two_rates_is_tuned_within_margins(written, tmp_path, monkeypatch, capsys):
     plant = PLANT.replace(
         '    angle: Annotated[float, "rad"]\n\n\ndef',
