@@ -1,6 +1,7 @@
 """Spectra of commands, against closed forms, and against the metric that counts the same noise."""
 
 from pathlib import Path
+from typing import Any, cast
 
 import numpy as np
 import pytest
@@ -25,6 +26,7 @@ WHITE = np.random.default_rng(4).normal(0.0, 0.3, (24, 5000, 4))
 def test_white_noise_is_flat():
     """Its one-sided power density is twice its variance over the rate; a band is known to some 2 % of 24 x 4 x 9 segments."""
     found = spectrum(WHITE, H)
+    assert found is not None
     assert found.density == pytest.approx(0.3 * np.sqrt(2.0 * H), rel=0.1)
     assert np.sqrt(np.mean(found.density**2, axis=0)) == pytest.approx(0.3 * np.sqrt(2.0 * H), rel=0.02)
     assert np.all(np.diff(found.frequency) > 0.0) and found.frequency[-1] == pytest.approx(0.5 / H, rel=0.05)
@@ -35,6 +37,7 @@ def test_a_tone_stands_where_it_is():
     t = H * np.arange(5000)
     tone = np.broadcast_to(0.2 * np.sin(2.0 * np.pi * 90.0 * t)[None, :, None], (2, 5000, 4))
     found = spectrum(tone, H)
+    assert found is not None
     assert found.frequency[np.argmax(found.density, axis=0)] == pytest.approx(90.0, rel=0.04)
 
 
@@ -54,7 +57,8 @@ def test_flights_that_are_lost_are_left_out():
             status[2, 1000:] = 1.0
             return np.concatenate([WHITE[:4], status], axis=2)
 
-    found = _recorded(Recorder(), np.zeros(1), None, None, "pending")
+    recorder, drawn = cast("Any", Recorder()), cast("Any", None)
+    found = _recorded(recorder, np.zeros(1), None, drawn, "pending")
     assert np.array_equal(found, WHITE[[0, 1, 3]])
 
 
@@ -65,6 +69,7 @@ def test_the_spectrum_holds_what_the_metric_counts():
     system, spec = study.system, study.scenarios[0].spec
     problem, row = problem_of(study, 2, None), np.array(study.space.base)
     found = command_spectrum(system, problem.flyer, row, system.sample(spec, study.seed, HELD_OUT, range(16)))
+    assert found is not None
     h = system.timing.control_period
     s = stage_share(CUTOFF, h)
     z = np.exp(2j * np.pi * found.frequency * h)
