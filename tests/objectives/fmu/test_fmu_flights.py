@@ -178,6 +178,7 @@ def test_an_fmu_that_refuses_its_derivatives_is_differentiated():
     assert np.array_equal(found, known)
 
 
+@pytest.mark.slow
 def test_outcomes_with_a_lag_go_to_those_of_the_plant_with_the_square_of_the_step():
     lagging = (Actuator("voltage", -12.0, 12.0, delay=0.001, lag=0.002),)
     known = flown(native(lagging, Timing(0.001, 0.000125)), 4)

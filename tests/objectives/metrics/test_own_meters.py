@@ -71,6 +71,7 @@ def scores(system, addresses, batch, row):
     return problem.evaluate_gains(row[None], (batch,)).scores[0]
 
 
+@pytest.mark.slow
 def test_a_quadrotor_and_a_plant_hold_what_the_bundled_meters_hold():
     addresses = (*ASKED[:2], parse("iae.position"), parse("command_peak"))
     own, peak, bundled, highest = scores(METERED, addresses, BATCH, gains())

@@ -46,7 +46,7 @@ def test_a_second_log_narrows_the_first_and_is_not_counted_twice(tmp_path):
         ([f"{LOG}@78:85", "--airframe", "f450", "--update", first], "with the same airframe"),
         ([f"{LOG}@78:85", *PRIOR, "--update", bad], "is not what `tuner identify --json` prints"),
         ([f"{LOG}@78:85", *PRIOR, "--update", tmp_path / "spoilt.json"], "identify the first log again"),
-        ([f"{LOG}@78:85", *PRIOR, "--update", first, "--mass", "0.02"], "leave --mass and --arm out"),
+        ([f"{LOG}@78:85", *PRIOR, "--update", first, "--mass", "0.03"], "leave --mass and --arm out"),
     ):
         code, _, told = called("identify", *arguments)
         assert code == USER_ERROR and message in told and len(told.strip().splitlines()) == 1
