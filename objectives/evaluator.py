@@ -1,4 +1,4 @@
-"""What a candidate is judged by, and how one is: requirements first, then scores of its flights, then risks over them.
+"""Judgement of candidates: requirements first, then scores of its flights, then risks over them.
 
 `objectives.problem` makes the flights; scores may also come from elsewhere.
 """

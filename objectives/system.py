@@ -40,9 +40,17 @@ class System:
     @cached_property
     def loop(self) -> ClosedLoop:
         """The closed loop with the meters of this package, and those of `metered`."""
-        h = self.timing.control_period
-        bundled = MeterModel(meters.Meters, meters.start, meters.update)
-        return close_loop(self.cascade, with_accumulators(bundled, self.metered), late_periods(self.vehicle, h))
+        return close_loop(self.cascade, self.meter, self.late)
+
+    @cached_property
+    def meter(self) -> MeterModel:
+        """The meters that judge its flights."""
+        return with_accumulators(MeterModel(meters.Meters, meters.start, meters.update), self.metered)
+
+    @property
+    def late(self) -> int:
+        """Control periods by which rotors feel a command late."""
+        return late_periods(self.vehicle, self.timing.control_period)
 
     def flyer(self, threads: int | None = None) -> Flyer:
         """Return what flies it: the compiled lanes on so many threads, by default one for each core."""

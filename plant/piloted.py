@@ -22,7 +22,7 @@ from plant.vectors import Rotors, Vec3
 
 
 class Asked(NamedTuple):
-    """What a pilot asks of an axis: the rate at which the angle error is to be made good [y/s]."""
+    """The wish of a pilot for an axis: the rate at which the angle error is to be made good [y/s]."""
 
     rate: float
 

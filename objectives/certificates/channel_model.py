@@ -120,7 +120,7 @@ class AxisLoop:
 
 
 class Loop(Protocol):
-    """What a certificate is asked about: the name of a law, its gains, and the loop that it closes."""
+    """The subject of a certificate: the name of a law, its gains, and the loop that it closes."""
 
     @property
     def law(self) -> str:

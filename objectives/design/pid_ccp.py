@@ -105,7 +105,7 @@ class ConeProgram:
 
 @dataclass(frozen=True)
 class PidTask:
-    """What the procedure is given; gains are (kp, ki, kd).
+    """Terms of the convex-concave procedure; gains are (kp, ki, kd).
 
     parts (k, 3): responses that the gains make L of, at k frequencies. discs: (centre, radius) that L keeps out of. noise (2, 2):
     its product with (kp, kd) is at most one long. damping: largest ratio of the PD part, infinite for none. low, high: ranges.

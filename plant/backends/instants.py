@@ -46,7 +46,7 @@ def run(gains, nominal_row, dynamics_row, start_row, disturbances, noises, refer
 
 @dataclass(frozen=True)
 class Instant:
-    """What the outside is asked at a control instant.
+    """The question to the outside at a control instant.
 
     angles, rate: measured roll, pitch, yaw [rad] and body rates FLU [rad/s]; tilt: roll and pitch asked for [rad]; yaw_rate asked
     for [rad/s], about z up; lift: thrust asked of one rotor [N].
@@ -110,7 +110,7 @@ class SteppedFlight:
 
     @property
     def asked(self) -> Instant:
-        """What is measured and asked for now."""
+        """The question of the instant that waits for thrusts."""
         seen = self._state[self._stepper._asked].tolist()
         lift = 0.25 * float(np.sum(self._state[self._stepper._lift], axis=0))
         return Instant((seen[0], seen[1], seen[2]), (seen[3], seen[4], seen[5]), (seen[6], seen[7]), seen[8], lift)

@@ -1,6 +1,7 @@
 """What flights in a firmware and our own, through the same scenarios, say of each other."""
 
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -34,17 +35,20 @@ class PairedFlights:
     again: np.ndarray | None
     root: int
 
+    @cached_property
+    def drawn(self) -> np.ndarray:
+        """Resampled scenarios (replicates, flights), the same for every number of the confirmation."""
+        return resampled_scenarios(generator(self.root, "bootstrap/confirm", 0), REPLICATES, self.origin)
+
 
 def confirmed_quantities(flown: PairedFlights) -> list[ConfirmedQuantity]:
     """Return correlation, gap and jitter of every quantity, with 95 % intervals over resampled scenarios."""
-    drawn = _drawn(flown)
-    return [_quantity(flown, i, drawn) for i in range(len(flown.quantities))]
+    return [_quantity(flown, i) for i in range(len(flown.quantities))]
 
 
 def confirmed_points(flown: PairedFlights) -> list[ConfirmedPoint]:
     """Return every finalist with both values of each quantity and their paired difference."""
-    drawn = _drawn(flown)
-    columns = [_values(flown, i, drawn) for i in range(len(flown.quantities))]
+    columns = [_values(flown, i) for i in range(len(flown.quantities))]
     return [
         ConfirmedPoint(
             point=point,
@@ -71,10 +75,6 @@ def _ranks(values: np.ndarray) -> np.ndarray:
     return below + 0.5 * (same + 1.0)
 
 
-def _drawn(flown: PairedFlights) -> np.ndarray:
-    return resampled_scenarios(generator(flown.root, "bootstrap/confirm", 0), REPLICATES, flown.origin)
-
-
 def _seen(flown: PairedFlights, i: int) -> tuple[np.ndarray, np.ndarray]:
     scenario = flown.quantities[i].scenario
     return (
@@ -83,9 +83,9 @@ def _seen(flown: PairedFlights, i: int) -> tuple[np.ndarray, np.ndarray]:
     )
 
 
-def _quantity(flown: PairedFlights, i: int, drawn: np.ndarray) -> ConfirmedQuantity:
+def _quantity(flown: PairedFlights, i: int) -> ConfirmedQuantity:
     quantity = flown.quantities[i]
-    part = within(drawn, flown.origin, quantity.scenario)
+    part = within(flown.drawn, flown.origin, quantity.scenario)
     both = _seen(flown, i)
     firmware, model = (quantity.risk.apply(scores) for scores in both)
     often = [replicates_on(scores, quantity.risk, part) for scores in both]
@@ -117,10 +117,10 @@ def _ends(found: np.ndarray) -> tuple[float, float]:
     return float(low), float(high)
 
 
-def _values(flown: PairedFlights, i: int, drawn: np.ndarray) -> list[ConfirmedValue]:
+def _values(flown: PairedFlights, i: int) -> list[ConfirmedValue]:
     quantity = flown.quantities[i]
     firmware, model = _seen(flown, i)
-    apart = paired_difference_on(firmware, model, quantity.risk, within(drawn, flown.origin, quantity.scenario))
+    apart = paired_difference_on(firmware, model, quantity.risk, within(flown.drawn, flown.origin, quantity.scenario))
     risks = zip(quantity.risk.apply(firmware), quantity.risk.apply(model), *apart, strict=True)
     return [
         ConfirmedValue(firmware=float(there), model=float(here), gap=Estimate(*map(float, gap)))

@@ -12,7 +12,6 @@ import numpy as np
 
 from objectives.problem import Problem
 from objectives.system import System
-from plant.vehicle import late_periods
 from tuner.documents.parts import PlantStep
 from tuner.study.study import Study, TuningStudy
 from tuner.text.sentences import counted
@@ -105,9 +104,8 @@ def plant_step_warnings(found: PlantStep, key: str = Study.plant_step_key) -> li
 def dead_time_texts(system: System) -> list[str]:
     """Return a sentence on the dead time of the rotors, nothing where there is none."""
     time, h = system.vehicle.dead_time, system.timing.control_period
-    late = late_periods(system.vehicle, h)
     if not time:
         return []
     return [
-        f"Dead time of the rotors: {1e3 * time:.3g} ms, flown as {counted(late, 'control period')} of {1e3 * h:.3g} ms."
+        f"Dead time of the rotors: {1e3 * time:.3g} ms, flown as {counted(system.late, 'control period')} of {1e3 * h:.3g} ms."
     ]

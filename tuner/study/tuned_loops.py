@@ -16,7 +16,8 @@ from plant.errors import InputError
 from plant.model.plan import Channel
 from plant.texts import check_texts
 from tuner.gains.parsing import parsed
-from tuner.gains.plant_document import VERSION, is_plant_gains
+from tuner.gains.plant_document import VERSION
+from tuner.gains.sections import PLANT_FORMAT
 from tuner.study.messages import translated
 from tuner.study.plant_schema import ChannelTable
 from tuner.study.plant_study import channel_of
@@ -79,7 +80,7 @@ def loops_of(system: PlantSystem, row: np.ndarray) -> TunedLoops:
 def read_tuned_loops(file: Path) -> TunedLoops:
     """Read the gains.json of a plant; InputError names file and key."""
     document = parsed(file)
-    if not is_plant_gains(file):
+    if document.get("format") != PLANT_FORMAT:
         raise InputError(
             "holds no gains of a plant of one's own; give the gains.json of a run of one", file=file, key="format"
         )

@@ -6,8 +6,6 @@ from math import isfinite, sqrt
 
 import numpy as np
 
-from objectives import meters
-from objectives.own_meters import with_accumulators
 from objectives.system import FlightBatch, System
 from plant.airframes.actuation import Actuation, actuation
 from plant.backends.flyer import FlightInputs
@@ -15,9 +13,7 @@ from plant.backends.instants import Stepper
 from plant.backends.lanes import LANES
 from plant.backends.stepping import lane_of
 from plant.errors import InputError
-from plant.loop import MeterModel
 from plant.piloted import close_piloted, pilot_of
-from plant.vehicle import late_periods
 from tuner.engines.firmware.firmware import Board, Firmware
 
 OnFlight = Callable[[int], None]
@@ -31,10 +27,8 @@ class FirmwareFlights:
     def __init__(self, system: System, firmware: Firmware, root: int, threads: int = 1) -> None:
         firmware.check(system.timing.control_period)
         self._system, self._firmware, self._root, self._threads = system, firmware, root, threads
-        bundled = MeterModel(meters.Meters, meters.start, meters.update)
         pilot = pilot_of(system.cascade.attitude, firmware.heading)
-        late = late_periods(system.vehicle, system.timing.control_period)
-        loop = close_piloted(system.cascade, pilot, with_accumulators(bundled, system.metered), late)
+        loop = close_piloted(system.cascade, pilot, system.meter, system.late)
         self._stepper = Stepper(loop, loop.ask, system.limits, system.timing)
         self._rotors = actuation(system.nominal.vehicle)
 
