@@ -21,9 +21,13 @@ def read_input(file: Path, most: int = MOST_TEXT) -> bytes:
     Raises OSError, with a reason for people, where it cannot be opened, is a folder, a pipe or a device, or is larger.
     """
     with open(file, "rb", opener=opened_at_once) as source:
-        _check(os.fstat(source.fileno()), file, most)
-        content = source.read(most + 1)
-    # It may have grown.
+        state = os.fstat(source.fileno())
+        _check(state, file, most)
+        # A read takes as much memory as it may return.
+        content = source.read(state.st_size + 1)
+        # It may have grown.
+        if len(content) > state.st_size:
+            content += source.read(most + 1 - len(content))
     _check_size(len(content), file, most)
     return content
 

@@ -1,6 +1,7 @@
 """Logs of PX4 (ULog), read by the package pyulog."""
 
-from io import BytesIO
+from contextlib import redirect_stdout
+from io import BytesIO, StringIO
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,28 @@ OUTPUTS = {"actuator_motors": ("control", 0.0, 1.0), "actuator_outputs": ("outpu
 """Topics of motor commands -> field, idle and full; the first that is there counts."""
 
 
+class EndlessError(Exception):
+    """A file that the reader goes through again and again."""
+
+
+class ReadOnce(BytesIO):
+    """A file for pyulog 1.3, which may step back for ever in front of a damaged message at the end.
+
+    A message of four bytes or more takes two reads, so no sound file asks for more reads than it has bytes.
+    """
+
+    def __init__(self, content: bytes) -> None:
+        super().__init__(content)
+        self._left = len(content)
+
+    def read(self, size: int | None = -1, /) -> bytes:
+        """Read as every file; EndlessError after as many reads as there are bytes."""
+        self._left -= 1
+        if self._left < 0:
+            raise EndlessError
+        return super().read(size)
+
+
 def is_ulog(content: bytes) -> bool:
     """Return whether a file begins as a ULog."""
     return content[: len(MAGIC)] == MAGIC
@@ -26,8 +49,12 @@ def read_ulog(content: bytes, name: str, digest: str) -> FlightLog:
     from pyulog import ULog
 
     try:
-        found = ULog(BytesIO(content), [SENSORS, *OUTPUTS])
+        # It prints what it finds damaged.
+        with redirect_stdout(StringIO()):
+            found = ULog(ReadOnce(content), [SENSORS, *OUTPUTS])
         topics = {entry.name: entry.data for entry in reversed(found.data_list) if entry.multi_id == 0}
+    except EndlessError:
+        raise InputError("is damaged so that reading it does not end; copy it from the vehicle again", file=name) from None
     # The reader meets whatever a damaged file holds, and raises as many kinds of errors.
     except Exception as error:
         raise InputError(f"is no ULog that can be read ({type(error).__name__})", file=name) from None
@@ -57,4 +84,6 @@ def _fields(topic: Any, fields: list[str], name: str) -> Array:
     missing = [field for field in fields if field not in topic]
     if missing:
         raise InputError(f"lacks the field {missing[0]}; it is damaged or of another format", file=name)
-    return np.column_stack([np.asarray(topic[field], float) for field in fields])
+    # A damaged number may be a signalling NaN.
+    with np.errstate(invalid="ignore"):
+        return np.column_stack([np.asarray(topic[field], float) for field in fields])

@@ -1,6 +1,7 @@
 """Every kind of log is read in SI units, FLU and our order of rotors, and hostile files end in one line."""
 
 import importlib.util
+import tracemalloc
 from time import monotonic
 
 import numpy as np
@@ -15,8 +16,8 @@ from tuner.logs.reading import READERS, read_log
 # Steps of the motor commands in the formats: 16 bits, 12 bits, pulses of 1 us.
 STEP = 1e-3
 PACKAGES = {"PX4 ULog": "pyulog"}
-LONGEST = 20.0
-"""Longest time that any file of these sizes may take [s]; each takes a hundredth of it."""
+LONGEST, MOST_MEMORY = 20.0, 50e6
+"""Longest time [s] and most memory [bytes] that any file of these sizes, 20 to 100 kB, may take; each takes a hundredth of the time."""
 
 
 @pytest.fixture
@@ -115,6 +116,19 @@ def test_a_missing_package_is_told_with_the_line_that_installs_it(monkeypatch, t
         read_log(file)
 
 
+def test_a_damaged_message_at_the_end_of_a_ulog_is_refused_at_once(tmp_path, mapping, capsys):
+    # pyulog steps back further than it could read, and so for ever.
+    with pytest.raises(InputError, match="reading it does not end"):
+        read("PX4 ULog", ulog.MAGIC + bytes(9) + b"\xff\xff\0" + bytes(40), tmp_path, mapping)
+    assert capsys.readouterr().out == ""
+
+
+def test_the_first_row_of_a_table_may_be_cut(tmp_path, mapping):
+    head, first, rest = WRITERS["Betaflight blackbox as CSV"](truth()).split(b"\n", 2)
+    log = read("Betaflight blackbox as CSV", b"\n".join((head, first[:40], rest)), tmp_path, mapping)
+    assert len(log.time) == 599
+
+
 def mutated(content, draw):
     """A file that is cut, has bits turned, a part doubled or a part of another kind in it."""
     data, how, place = bytearray(content), draw.integers(5), int(draw.integers(len(content)))
@@ -134,11 +148,20 @@ def mutated(content, draw):
     return bytes(data)
 
 
+@pytest.fixture
+def traced_memory():
+    """Python's and NumPy's memory, counted while a test runs."""
+    tracemalloc.start()
+    yield
+    tracemalloc.stop()
+
+
 @pytest.mark.parametrize("kind", WRITERS)
 @pytest.mark.parametrize("count", [40, pytest.param(400, marks=pytest.mark.slow)])
-def test_damaged_files_are_read_or_refused_in_a_line(kind, count, tmp_path, mapping):
+def test_damaged_files_are_read_or_refused_in_a_line(kind, count, tmp_path, mapping, traced_memory):
     content = WRITERS[kind](truth(300))
     for i in range(count):
+        tracemalloc.reset_peak()
         begin = monotonic()
         try:
             log = read(kind, mutated(content, np.random.default_rng((count, i))), tmp_path, mapping)
@@ -147,3 +170,4 @@ def test_damaged_files_are_read_or_refused_in_a_line(kind, count, tmp_path, mapp
         else:
             assert np.all(np.isfinite(log.gyro)) and np.all(np.diff(log.time) > 0.0)
         assert monotonic() - begin < LONGEST
+        assert tracemalloc.get_traced_memory()[1] < MOST_MEMORY
