@@ -33,8 +33,8 @@ def read_columns(content: bytes, name: str, columns: list[str], separator: str =
     places = [head.index(column) for column in columns]
     try:
         frame = pd.read_csv(
-            StringIO(text), sep=separator, header=None, names=range(len(head)), index_col=False, skiprows=1, usecols=sorted(set(places)),
-            on_bad_lines="skip", dtype=str, engine="c", quoting=3,
+            StringIO(text), sep=separator, header=None, names=range(len(head)), index_col=False, skiprows=1,
+            usecols=sorted(set(places)), on_bad_lines="skip", dtype=str, engine="c", quoting=3,
         )  # fmt: skip
     except (pd.errors.ParserError, pd.errors.EmptyDataError, ValueError) as error:
         raise InputError(f"is no table of numbers ({str(error).splitlines()[0]})", file=name) from None

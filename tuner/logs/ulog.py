@@ -54,7 +54,9 @@ def read_ulog(content: bytes, name: str, digest: str) -> FlightLog:
             found = ULog(ReadOnce(content), [SENSORS, *OUTPUTS])
         topics = {entry.name: entry.data for entry in reversed(found.data_list) if entry.multi_id == 0}
     except EndlessError:
-        raise InputError("is damaged so that reading it does not end; copy it from the vehicle again", file=name) from None
+        raise InputError(
+            "is damaged so that reading it does not end; copy it from the vehicle again", file=name
+        ) from None
     # The reader meets whatever a damaged file holds, and raises as many kinds of errors.
     except Exception as error:
         raise InputError(f"is no ULog that can be read ({type(error).__name__})", file=name) from None
