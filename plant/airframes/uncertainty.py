@@ -28,9 +28,9 @@ if TYPE_CHECKING:
 
 POSITIVE = (
     "mass", "arm", "inertia.x", "inertia.y", "inertia.z", "thrust_coefficient", "torque_ratio", "lag_up", "lag_down",
-    "drag_linear.z",
+    "drag_linear.z", "rate_damping",
 )  # fmt: skip
-"""Numbers with relative deviations; `arm` is a factor on the places of all rotors."""
+"""Numbers with relative deviations; `arm` is a factor on the places of all rotors, `rate_damping` one on x and y."""
 CENTRE = ("centre.x", "centre.y")
 """Places of the centre of mass in the frame of the rotors, 0 as the file has it [m]."""
 NAMES = (*POSITIVE, *CENTRE)
@@ -81,7 +81,7 @@ class Uncertainty:
         """Return the vehicle moved by (n,): logarithms of factors, and places [m]."""
         step = dict.fromkeys(NAMES, 0.0) | dict(zip(self.names, by.tolist(), strict=True))
         f = {name: exp(step[name]) for name in POSITIVE}
-        inertia, drag = vehicle.inertia, vehicle.drag_linear
+        inertia, drag, damping = vehicle.inertia, vehicle.drag_linear, vehicle.rate_damping
         x, y = step["centre.x"], step["centre.y"]
         return vehicle._replace(
             mass=vehicle.mass * f["mass"],
@@ -93,6 +93,7 @@ class Uncertainty:
             lag_up=vehicle.lag_up * f["lag_up"],
             lag_down=vehicle.lag_down * f["lag_down"],
             drag_linear=drag._replace(z=drag.z * f["drag_linear.z"]),
+            rate_damping=damping._replace(x=damping.x * f["rate_damping"], y=damping.y * f["rate_damping"]),
         )
 
 

@@ -12,6 +12,7 @@ from plant.records import flatten, paths
 from plant.rigid_body import Dynamics
 from plant.scenarios import HELD_OUT, SEARCH, ScenarioSpec, Spread, sample_scenarios
 from plant.seeds import generator
+from plant.vectors import Vec3
 
 VEHICLE = load("hummingbird").vehicle
 TWO = Uncertainty(("mass", "lag_up"), (0.05, 0.2), ((1.0, -0.6), (-0.6, 1.0)))
@@ -124,6 +125,6 @@ def test_numbers_that_no_three_can_share_are_refused(file):
 
 
 def test_every_name_moves_the_vehicle():
+    vehicle = VEHICLE._replace(rate_damping=Vec3(1e-3, 1e-3, 0.0))
     for name in NAMES:
-        found = Uncertainty((name,), (0.1,), ((1.0,),)).moved(VEHICLE, np.array([0.1]))
-        assert (found != VEHICLE) or (name == "drag_linear.z" and VEHICLE.drag_linear.z == 0.0)
+        assert Uncertainty((name,), (0.1,), ((1.0,),)).moved(vehicle, np.array([0.1])) != vehicle

@@ -85,8 +85,9 @@ def turning(samples: Samples, lagged: Array, numbers: Numbers, vehicle: Vehicle)
     p, q, r = samples.gyro.T
     momentum = -heavy * (speed @ spin)
     spun = heavy * (np.gradient(speed, samples.period, axis=0) @ spin)
-    roll = thrust @ y - q * momentum - (inertia.z - inertia.y) * q * r
-    pitch = -(thrust @ x) + p * momentum - (inertia.x - inertia.z) * r * p
+    damping = numbers.rate_damping
+    roll = thrust @ y - q * momentum - (inertia.z - inertia.y) * q * r - damping * p
+    pitch = -(thrust @ x) + p * momentum - (inertia.x - inertia.z) * r * p - damping * q
     yaw = (
         numbers.torque_ratio * (thrust @ spin) + spun - (inertia.y - inertia.x) * p * q + numbers.yaw_bias[samples.log]
     )

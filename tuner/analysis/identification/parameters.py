@@ -46,8 +46,8 @@ class Numbers(NamedTuple):
     """Physical numbers of a point, SI units.
 
     mass; arm: factor on the places of the rotors; inertia; thrust (3,) at `NODES`; lag_up, lag_down; dead_time; centre: of mass
-    in the frame of the rotors, x and y; torque_ratio; climb_drag: of a climb, along z; lift_bias (logs,) of the accelerometer
-    along z; yaw_bias (logs,): constant torque; sag (logs,): share of the thrust that is lost from begin to end.
+    in the frame of the rotors, x and y; torque_ratio; climb_drag: of a climb, along z; rate_damping: of roll and pitch;
+    lift_bias (logs,) of the accelerometer along z; yaw_bias (logs,): constant torque; sag (logs,): share of the thrust that is lost from begin to end.
     """
 
     mass: float
@@ -60,6 +60,7 @@ class Numbers(NamedTuple):
     centre: tuple[float, float]
     torque_ratio: float
     climb_drag: float
+    rate_damping: float
     lift_bias: Array
     yaw_bias: Array
     sag: Array
@@ -164,7 +165,7 @@ class Space:
         biases = np.array(v[self.physical :]).reshape(self.logs, NUISANCES)
         return Numbers(
             v[0], v[1], Vec3(v[2], v[3], v[4] * (v[2] + v[3])), np.array(v[5:8]), v[8], v[9], v[10], (v[11], v[12]), v[13], v[14],
-            *biases.T,
+            v[15], *biases.T,
         )  # fmt: skip
 
 
@@ -173,6 +174,7 @@ def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: flo
     full = vehicle.thrust_coefficient * vehicle.speed_max**2
     lever = hypot(vehicle.rotor_x.r1, vehicle.rotor_y.r1)
     torque = vehicle.mass * vehicle.gravity * vehicle.torque_ratio
+    climb_drag = max(vehicle.drag_linear.z, LEAST_DRAG * vehicle.mass)
     inertia = vehicle.inertia._asdict()
     entries = [
         Parameter("mass", "kg", vehicle.mass, mass, True, "mass in flight"),
@@ -200,10 +202,19 @@ def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: flo
         Parameter(
             "drag_linear.z",
             "N s/m",
-            max(vehicle.drag_linear.z, LEAST_DRAG * vehicle.mass),
+            climb_drag,
             LAG,
             True,
             "drag of a climb",
+        ),
+        # A rotor loses thrust to a climb of its own, whether the vehicle climbs or rolls.
+        Parameter(
+            "rate_damping",
+            "N m s",
+            max(vehicle.rate_damping.x, vehicle.rate_damping.y, 0.5 * climb_drag * lever**2),
+            LAG,
+            True,
+            "damping of roll and pitch",
         ),
     ]
     for name in logs:

@@ -26,6 +26,8 @@ PRIOR = AIRFRAME.vehicle
 AXES = ("roll", "pitch", "yaw", "lift")
 GYRO, LIFT = 0.02, 0.4
 """RMS of the sensors' noise: [rad/s], [m/s2]."""
+DAMPING = PRIOR.drag_linear.z * PRIOR.rotor_y.r1**2
+"""Of roll and pitch by rotors that climb as the vehicle turns [N m s]: each has a quarter of the drag of a climb."""
 
 
 class KnownFlight(NamedTuple):
@@ -38,15 +40,17 @@ class KnownFlight(NamedTuple):
 
 def drawn_vehicle(draw):
     """A vehicle about the prior: what people weigh and measure to 2 %, the rest to tens of per cent."""
-    factor = np.exp(draw.normal(size=8) * [0.02, 0.02, 0.2, 0.2, 0.1, 0.15, 0.3, 0.2])
+    factor = np.exp(draw.normal(size=9) * [0.02, 0.02, 0.2, 0.2, 0.1, 0.15, 0.3, 0.2, 0.5])
     lag = 0.04 * factor[6]
     x, y = (float(PRIOR.inertia[k] * factor[2 + k]) for k in (0, 1))
     # A share of 0.775 as the prior, below 1.
     inertia = Vec3(x, y, min(0.775 * float(factor[4]), 0.98) * (x + y))
+    damping = float(DAMPING * factor[8])
     return PRIOR._replace(
         mass=PRIOR.mass * factor[0], inertia=inertia, thrust_coefficient=PRIOR.thrust_coefficient * factor[5],
         rotor_x=Rotors(*[factor[1] * x for x in PRIOR.rotor_x]), rotor_y=Rotors(*[factor[1] * y for y in PRIOR.rotor_y]),
         lag_up=lag, lag_down=lag * 1.3, torque_ratio=PRIOR.torque_ratio * factor[7],
+        rate_damping=Vec3(damping, damping, 0.0),
     )  # fmt: skip
 
 
@@ -138,6 +142,7 @@ def truth_of(flight):
         "inertia_share": z / (x + y), "thrust.30": 0.09 * full, "thrust.65": 0.4225 * full, "thrust.100": full,
         "lag_up": vehicle.lag_up, "lag_down": vehicle.lag_down, "dead_time": flight.dead_time, "centre.x": 0.0, "centre.y": 0.0,
         "torque_ratio": vehicle.torque_ratio, "drag_linear.z": vehicle.drag_linear.z,
+        "rate_damping": vehicle.rate_damping.x,
     }  # fmt: skip
 
 
