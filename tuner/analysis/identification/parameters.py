@@ -47,7 +47,8 @@ class Numbers(NamedTuple):
 
     mass; arm: factor on the places of the rotors; inertia; thrust (3,) at `NODES`; lag_up, lag_down; dead_time; centre: of mass
     in the frame of the rotors, x and y; torque_ratio; climb_drag: of a climb, along z; rate_damping: of roll and pitch;
-    lift_bias (logs,) of the accelerometer along z; yaw_bias (logs,): constant torque; sag (logs,): share of the thrust that is lost from begin to end.
+    lift_bias (logs,) of the accelerometer along z; yaw_bias (logs,): constant torque; sag (logs,): share of the thrust that is
+    lost from begin to end.
     """
 
     mass: float
