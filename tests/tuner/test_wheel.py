@@ -59,6 +59,7 @@ def use(unpacked, tmp_path):
     return call
 
 
+@pytest.mark.slow
 def test_the_wheel_holds_every_study_once(wheel):
     held = [Path(name) for name in zipfile.ZipFile(wheel).namelist() if name.endswith(".toml")]
     assert sorted(path.name for path in held if path.parent == Path("studies")) == sorted(
@@ -69,6 +70,7 @@ def test_the_wheel_holds_every_study_once(wheel):
     assert code and code <= set(zipfile.ZipFile(wheel).namelist())
 
 
+@pytest.mark.slow
 def test_the_shipped_studies_are_known_by_name(use, unpacked):
     rows = {row["study"]: row for row in json.loads(use("list", "studies", "--json").stdout)}
     assert set(rows) == STUDIES
@@ -77,6 +79,7 @@ def test_the_shipped_studies_are_known_by_name(use, unpacked):
     assert figures["search_flights"] == 8 * 17 * 8
 
 
+@pytest.mark.slow
 def test_the_examples_of_the_help_name_what_there_is(use):
     example = use("--help").stdout.partition("Example: ")[2].split("\n")[0]
     assert example == "tuner run quickstart"
@@ -85,6 +88,7 @@ def test_the_examples_of_the_help_name_what_there_is(use):
     assert done.returncode == 2 and "search.populaton" in done.stderr
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("study", ["paper_inference", "own_law"])
 def test_a_copy_of_a_study_with_a_base_or_with_code_asks_the_same(study, use):
     assert use("new", "mine", "--from", study).returncode == 0

@@ -85,6 +85,7 @@ def test_a_quadrotor_and_a_plant_hold_what_the_bundled_meters_hold():
     assert np.array_equal(own, bundled) and (own > 0.0).all()
 
 
+@pytest.mark.slow
 def test_the_way_that_an_axis_goes_is_that_of_its_trajectory():
     (found,) = scores(METERED, ASKED[2:], BATCH, gains())
     row = paths(loop().Flight).index("body.position.x")

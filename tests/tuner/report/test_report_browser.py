@@ -486,6 +486,7 @@ def big(tmp_path_factory):
     return folder
 
 
+@pytest.mark.slow
 def test_five_objectives_five_thousand_candidates_two_hundred_finalists(browser, big):
     assert (big / "report.html").stat().st_size < 15e6
     reader = Reader(browser, big)

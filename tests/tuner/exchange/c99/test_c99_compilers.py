@@ -77,8 +77,15 @@ def test_the_header_is_cpp(folder):
     assert done.returncode == 0, done.stderr[-2000:]
 
 
-@pytest.mark.parametrize("compiler", ["g++", "clang++"])
-@pytest.mark.parametrize("real", ["float", "double"])
+@pytest.mark.parametrize(
+    ("real", "compiler"),
+    [
+        ("float", "g++"),
+        ("double", "clang++"),
+        pytest.param("float", "clang++", marks=pytest.mark.slow),
+        pytest.param("double", "g++", marks=pytest.mark.slow),
+    ],
+)
 def test_the_source_is_cpp(folder, compiler, real):
     """Names of a C unit and of a C++ unit are the same: the header asks for C linkage."""
     target = compile_all(
