@@ -6,8 +6,8 @@
     deviations = [0.02, 0.034, 0.034]
     correlation = [[1.0, 0.6, 0.6], [0.6, 1.0, 0.9], [0.6, 0.9, 1.0]]
 
-Deviations are standard deviations: of a positive number relative, of a place of the centre of mass in m. Logarithms of positive
-numbers are normal, so none is drawn below zero. NumPy is imported where there is an uncertainty: loading an airframe
+Deviations are standard deviations: of a positive number relative, of a place of the centre of mass in m, of the damping of roll
+and pitch in N m s. Logarithms of positive numbers are normal, so none is drawn below zero; neither is a damping. NumPy is imported where there is an uncertainty: loading an airframe
 needs none.
 """
 
@@ -28,12 +28,14 @@ if TYPE_CHECKING:
 
 POSITIVE = (
     "mass", "arm", "inertia.x", "inertia.y", "inertia.z", "thrust_coefficient", "torque_ratio", "lag_up", "lag_down",
-    "drag_linear.z", "rate_damping",
+    "drag_linear.z",
 )  # fmt: skip
-"""Numbers with relative deviations; `arm` is a factor on the places of all rotors, `rate_damping` one on x and y."""
+"""Numbers with relative deviations; `arm` is a factor on the places of all rotors."""
 CENTRE = ("centre.x", "centre.y")
 """Places of the centre of mass in the frame of the rotors, 0 as the file has it [m]."""
-NAMES = (*POSITIVE, *CENTRE)
+DAMPING = "rate_damping"
+"""Damping of roll and pitch alike [N m s]."""
+NAMES = (*POSITIVE, *CENTRE, DAMPING)
 KEYS = ("source", "names", "deviations", "correlation")
 LARGEST_RELATIVE, LARGEST_PLACE = 1.0, 1.0
 MOST_TRIES = 1000
@@ -78,7 +80,7 @@ class Uncertainty:
         return tuple(entry for entry in ends if can_exist(entry))
 
     def moved(self, vehicle: Vehicle, by: "np.ndarray") -> Vehicle:
-        """Return the vehicle moved by (n,): logarithms of factors, and places [m]."""
+        """Return the vehicle moved by (n,): logarithms of factors, places [m], damping [N m s]."""
         step = dict.fromkeys(NAMES, 0.0) | dict(zip(self.names, by.tolist(), strict=True))
         f = {name: exp(step[name]) for name in POSITIVE}
         inertia, drag, damping = vehicle.inertia, vehicle.drag_linear, vehicle.rate_damping
@@ -93,7 +95,7 @@ class Uncertainty:
             lag_up=vehicle.lag_up * f["lag_up"],
             lag_down=vehicle.lag_down * f["lag_down"],
             drag_linear=drag._replace(z=drag.z * f["drag_linear.z"]),
-            rate_damping=damping._replace(x=damping.x * f["rate_damping"], y=damping.y * f["rate_damping"]),
+            rate_damping=damping._replace(x=max(damping.x + step[DAMPING], 0.0), y=max(damping.y + step[DAMPING], 0.0)),
         )
 
 

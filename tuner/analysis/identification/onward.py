@@ -74,8 +74,8 @@ def identified_values(found: Identified, read: Sequence[tuple[str, str]]) -> dic
         "lag_down": numbers.lag_down,
         "torque_ratio": numbers.torque_ratio,
         "drag_linear.z": numbers.climb_drag,
-        "rate_damping.x": numbers.rate_damping,
-        "rate_damping.y": numbers.rate_damping,
+        "rate_damping.x": max(numbers.rate_damping, 0.0),
+        "rate_damping.y": max(numbers.rate_damping, 0.0),
         "speed_max": sqrt(full / vehicle.thrust_coefficient),
     }
     notes = {

@@ -176,6 +176,8 @@ def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: flo
     lever = hypot(vehicle.rotor_x.r1, vehicle.rotor_y.r1)
     torque = vehicle.mass * vehicle.gravity * vehicle.torque_ratio
     climb_drag = max(vehicle.drag_linear.z, LEAST_DRAG * vehicle.mass)
+    # A rotor loses thrust to a climb of its own, whether the vehicle climbs or rolls.
+    damping = max(vehicle.rate_damping.x, vehicle.rate_damping.y, 0.5 * climb_drag * lever**2)
     inertia = vehicle.inertia._asdict()
     entries = [
         Parameter("mass", "kg", vehicle.mass, mass, True, "mass in flight"),
@@ -208,15 +210,7 @@ def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: flo
             True,
             "drag of a climb",
         ),
-        # A rotor loses thrust to a climb of its own, whether the vehicle climbs or rolls.
-        Parameter(
-            "rate_damping",
-            "N m s",
-            max(vehicle.rate_damping.x, vehicle.rate_damping.y, 0.5 * climb_drag * lever**2),
-            LAG,
-            True,
-            "damping of roll and pitch",
-        ),
+        Parameter("rate_damping", "N m s", damping, damping, False, "damping of roll and pitch"),
     ]
     for name in logs:
         entries += [
