@@ -6,8 +6,8 @@
     deviations = [0.02, 0.034, 0.034]
     correlation = [[1.0, 0.6, 0.6], [0.6, 1.0, 0.9], [0.6, 0.9, 1.0]]
 
-Deviations are standard deviations: of a positive number relative, of a place of the centre of mass in m, of the damping of roll
-and pitch in N m s. Logarithms of positive numbers are normal, so none is drawn below zero; neither is a damping. NumPy is imported where there is an uncertainty: loading an airframe
+Deviations are standard deviations: of a positive number relative, of a place of the centre of mass in m. Logarithms of positive
+numbers are normal, so none is drawn below zero. NumPy is imported where there is an uncertainty: loading an airframe
 needs none.
 """
 
@@ -28,14 +28,12 @@ if TYPE_CHECKING:
 
 POSITIVE = (
     "mass", "arm", "inertia.x", "inertia.y", "inertia.z", "thrust_coefficient", "torque_ratio", "lag_up", "lag_down",
-    "drag_linear.z",
+    "drag_linear.z", "rate_damping", "rotor_inertia",
 )  # fmt: skip
-"""Numbers with relative deviations; `arm` is a factor on the places of all rotors."""
+"""Numbers with relative deviations; `arm` is a factor on the places of all rotors, `rate_damping` one on x and y."""
 CENTRE = ("centre.x", "centre.y")
 """Places of the centre of mass in the frame of the rotors, 0 as the file has it [m]."""
-DAMPING = "rate_damping"
-"""Damping of roll and pitch alike [N m s]."""
-NAMES = (*POSITIVE, *CENTRE, DAMPING)
+NAMES = (*POSITIVE, *CENTRE)
 KEYS = ("source", "names", "deviations", "correlation")
 LARGEST_RELATIVE, LARGEST_PLACE = 1.0, 1.0
 MOST_TRIES = 1000
@@ -80,7 +78,7 @@ class Uncertainty:
         return tuple(entry for entry in ends if can_exist(entry))
 
     def moved(self, vehicle: Vehicle, by: "np.ndarray") -> Vehicle:
-        """Return the vehicle moved by (n,): logarithms of factors, places [m], damping [N m s]."""
+        """Return the vehicle moved by (n,): logarithms of factors, and places [m]."""
         step = dict.fromkeys(NAMES, 0.0) | dict(zip(self.names, by.tolist(), strict=True))
         f = {name: exp(step[name]) for name in POSITIVE}
         inertia, drag, damping = vehicle.inertia, vehicle.drag_linear, vehicle.rate_damping
@@ -92,10 +90,11 @@ class Uncertainty:
             rotor_y=Rotors(*[f["arm"] * place - y for place in vehicle.rotor_y]),
             thrust_coefficient=vehicle.thrust_coefficient * f["thrust_coefficient"],
             torque_ratio=vehicle.torque_ratio * f["torque_ratio"],
+            rotor_inertia=vehicle.rotor_inertia * f["rotor_inertia"],
             lag_up=vehicle.lag_up * f["lag_up"],
             lag_down=vehicle.lag_down * f["lag_down"],
             drag_linear=drag._replace(z=drag.z * f["drag_linear.z"]),
-            rate_damping=damping._replace(x=max(damping.x + step[DAMPING], 0.0), y=max(damping.y + step[DAMPING], 0.0)),
+            rate_damping=damping._replace(x=damping.x * f["rate_damping"], y=damping.y * f["rate_damping"]),
         )
 
 

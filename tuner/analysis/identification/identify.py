@@ -21,8 +21,13 @@ from tuner.logs.flight_log import FlightLog
 Array = NDArray[np.float64]
 Told = Callable[[int, int], None]
 
-GIVEN = ("mass", "arm")
-"""What no log tells: these are weighed and measured."""
+GIVEN = {
+    "mass": "given: no log tells it",
+    "arm": "given: no log tells it",
+    "rate_damping": "given, of the rotors' inflow: a log tells it badly from lags",
+    "rotor_inertia": "given: a log tells it badly from the torque of the rotors",
+}
+"""What is not asked of a log, with the reason; errors of these go into the intervals of all others."""
 EXPLAINED = 0.7
 """Share of an output's variance that the model must explain before its numbers are believed. Where air alone moves a
 vehicle, what the controller answers explains up to 0.65 of made flights; shaken axes of the same flights have 0.8 and more.
@@ -130,7 +135,7 @@ def unexcited(fit: Fit, seen: Windows) -> dict[str, str]:
     those before it held. A ratio that the data tell, as of yaw torque to inertia, is left to the better known of the two.
     """
     space = fit.space
-    reasons: dict[str, str] = dict.fromkeys(GIVEN, "given: no log tells it")
+    reasons = dict(GIVEN)
     for output, share in zip(OUTPUTS, seen.explained.tolist(), strict=True):
         if share < EXPLAINED:
             said = f"{output} hardly moves as commanded: {100.0 * max(share, 0.0):.0f} % of it explained"

@@ -81,7 +81,7 @@ def turning(samples: Samples, lagged: Array, numbers: Numbers, vehicle: Vehicle)
     speed = lagged * np.sqrt(numbers.thrust[-1] / vehicle.thrust_coefficient)
     x = numbers.arm * np.array(vehicle.rotor_x) - numbers.centre[0]
     y = numbers.arm * np.array(vehicle.rotor_y) - numbers.centre[1]
-    spin, heavy = np.array(vehicle.spin), vehicle.rotor_inertia
+    spin, heavy = np.array(vehicle.spin), numbers.rotor * vehicle.rotor_inertia
     p, q, r = samples.gyro.T
     momentum = -heavy * (speed @ spin)
     spun = heavy * (np.gradient(speed, samples.period, axis=0) @ spin)

@@ -15,7 +15,7 @@ from tuner.analysis.identification.parameters import NODES, Numbers
 from tuner.documents.identification import LogRow
 
 Array = NDArray[np.float64]
-INFLOW = "estimated: the drag of a climb at the places of the rotors, or the airframe's own where larger; the logs do not tell it"
+INFLOW = "estimated: the drag of a climb at the places of the rotors, or the airframe's own where larger; no log is asked for it"
 
 
 def uncertainty_of(found: Identified) -> Uncertainty:
@@ -74,16 +74,15 @@ def identified_values(found: Identified, read: Sequence[tuple[str, str]]) -> dic
         "lag_down": numbers.lag_down,
         "torque_ratio": numbers.torque_ratio,
         "drag_linear.z": numbers.climb_drag,
-        "rate_damping.x": max(numbers.rate_damping, 0.0),
-        "rate_damping.y": max(numbers.rate_damping, 0.0),
+        "rate_damping.x": numbers.rate_damping,
+        "rate_damping.y": numbers.rate_damping,
         "speed_max": sqrt(full / vehicle.thrust_coefficient),
     }
     notes = {
         "inertia.z": f"{told}: its share of x + y" + (" as before" if "inertia_share" in found.reasons else ""),
         "speed_max": f"{told}: thrust of {full:.4g} N at full command, at the thrust_coefficient given",
+        **dict.fromkeys(("rate_damping.x", "rate_damping.y"), INFLOW),
     }
-    if "rate_damping" in found.reasons:
-        notes |= dict.fromkeys(("rate_damping.x", "rate_damping.y"), INFLOW)
     kept = [key for key in values if key in found.reasons]
     return found.airframe.sources | {
         key: Sourced(rounded(value), found.airframe.sources[key].unit, notes.get(key, told))

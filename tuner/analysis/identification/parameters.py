@@ -47,8 +47,8 @@ class Numbers(NamedTuple):
 
     mass; arm: factor on the places of the rotors; inertia; thrust (3,) at `NODES`; lag_up, lag_down; dead_time; centre: of mass
     in the frame of the rotors, x and y; torque_ratio; climb_drag: of a climb, along z; rate_damping: of roll and pitch;
-    lift_bias (logs,) of the accelerometer along z; yaw_bias (logs,): constant torque; sag (logs,): share of the thrust that is
-    lost from begin to end.
+    rotor: factor on the inertia of a rotor; lift_bias (logs,) of the accelerometer along z; yaw_bias (logs,): constant torque;
+    sag (logs,): share of the thrust that is lost from begin to end.
     """
 
     mass: float
@@ -62,6 +62,7 @@ class Numbers(NamedTuple):
     torque_ratio: float
     climb_drag: float
     rate_damping: float
+    rotor: float
     lift_bias: Array
     yaw_bias: Array
     sag: Array
@@ -74,6 +75,8 @@ class Numbers(NamedTuple):
 
 MASS, ARM = 0.02, 0.02
 """Usual standard deviations of what people measure themselves, relative."""
+ROTOR, INFLOW = 0.3, 0.5
+"""Of the inertia of a rotor, and of the damping of roll and pitch by rotors that climb as the vehicle turns, relative."""
 WIDE, LAG, SHARE = 0.5, 1.0, 0.12
 """Prior standard deviations of inertias and thrusts, of lags, and of the inertia about z over the sum of the others, which is
 between 0.6 and 1: logarithms; 1 is a factor of e either way.
@@ -166,7 +169,7 @@ class Space:
         biases = np.array(v[self.physical :]).reshape(self.logs, NUISANCES)
         return Numbers(
             v[0], v[1], Vec3(v[2], v[3], v[4] * (v[2] + v[3])), np.array(v[5:8]), v[8], v[9], v[10], (v[11], v[12]), v[13], v[14],
-            v[15], *biases.T,
+            v[15], v[16], *biases.T,
         )  # fmt: skip
 
 
@@ -210,7 +213,8 @@ def space_of(vehicle: Vehicle, logs: Sequence[str], mass: float = MASS, arm: flo
             True,
             "drag of a climb",
         ),
-        Parameter("rate_damping", "N m s", damping, damping, False, "damping of roll and pitch"),
+        Parameter("rate_damping", "N m s", damping, INFLOW, True, "damping of roll and pitch"),
+        Parameter("rotor_inertia", "1", 1.0, ROTOR, True, "factor on the inertia of a rotor"),
     ]
     for name in logs:
         entries += [

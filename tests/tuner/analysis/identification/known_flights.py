@@ -40,7 +40,7 @@ class KnownFlight(NamedTuple):
 
 def drawn_vehicle(draw):
     """A vehicle about the prior: what people weigh and measure to 2 %, the rest to tens of per cent."""
-    factor = np.exp(draw.normal(size=9) * [0.02, 0.02, 0.2, 0.2, 0.1, 0.15, 0.3, 0.2, 0.5])
+    factor = np.exp(draw.normal(size=10) * [0.02, 0.02, 0.2, 0.2, 0.1, 0.15, 0.3, 0.2, 0.5, 0.3])
     lag = 0.04 * factor[6]
     x, y = (float(PRIOR.inertia[k] * factor[2 + k]) for k in (0, 1))
     # A share of 0.775 as the prior, below 1.
@@ -50,7 +50,7 @@ def drawn_vehicle(draw):
         mass=PRIOR.mass * factor[0], inertia=inertia, thrust_coefficient=PRIOR.thrust_coefficient * factor[5],
         rotor_x=Rotors(*[factor[1] * x for x in PRIOR.rotor_x]), rotor_y=Rotors(*[factor[1] * y for y in PRIOR.rotor_y]),
         lag_up=lag, lag_down=lag * 1.3, torque_ratio=PRIOR.torque_ratio * factor[7],
-        rate_damping=Vec3(damping, damping, 0.0),
+        rate_damping=Vec3(damping, damping, 0.0), rotor_inertia=PRIOR.rotor_inertia * factor[9],
     )  # fmt: skip
 
 
@@ -137,12 +137,16 @@ def truth_of(flight):
     """The numbers behind a flight by the names of the coordinates."""
     vehicle, full = flight.vehicle, flight.vehicle.thrust_coefficient * PRIOR.speed_max**2
     x, y, z = vehicle.inertia
+    # An identified airframe keeps its thrust coefficient, so its rotors turn the faster the more they lift.
+    turned = (
+        vehicle.rotor_inertia / PRIOR.rotor_inertia * np.sqrt(PRIOR.thrust_coefficient / vehicle.thrust_coefficient)
+    )
     return {
         "mass": vehicle.mass, "arm": vehicle.rotor_x.r1 / PRIOR.rotor_x.r1, "inertia.x": x, "inertia.y": y,
         "inertia_share": z / (x + y), "thrust.30": 0.09 * full, "thrust.65": 0.4225 * full, "thrust.100": full,
         "lag_up": vehicle.lag_up, "lag_down": vehicle.lag_down, "dead_time": flight.dead_time, "centre.x": 0.0, "centre.y": 0.0,
         "torque_ratio": vehicle.torque_ratio, "drag_linear.z": vehicle.drag_linear.z,
-        "rate_damping": vehicle.rate_damping.x,
+        "rate_damping": vehicle.rate_damping.x, "rotor_inertia": turned,
     }  # fmt: skip
 
 
