@@ -91,7 +91,8 @@ def fly(firmware: Any, vehicle, monkeypatch):
         monkeypatch.setattr(board, "AT_REST", (felt[0], -felt[1], -felt[2]))
         rate = np.array(body.rate) + GYRO * draw.normal(size=3)
         throttle = hover / vehicle.speed_max * (1.0 + lift[k] - 0.06 * body.velocity.z - 0.02 * body.position.z)
-        instant = Instant(tuple(euler_angles(body.attitude)), tuple(rate), (roll[k], pitch[k]), yaw[k], 0.0)
+        p, q, r = rate.tolist()
+        instant = Instant(tuple(euler_angles(body.attitude)), (p, q, r), (roll[k], pitch[k]), yaw[k], 0.0)
         share = firmware.step(instant, float(throttle))
         body = runge_kutta_step(body, Rotors(*(x * vehicle.speed_max for x in share)), pushed, numbers, PERIOD)
     for _ in range(round(0.5 / PERIOD)):
@@ -103,7 +104,7 @@ def test_the_vehicle_that_betaflight_flew_lies_within_the_intervals(tmp_path, mo
     vehicle, firmware = flown_vehicle(), powered(tmp_path / "board")
     try:
         fly(firmware, vehicle, monkeypatch)
-        ask("betaflight", DECODE, Path(firmware._own.name) / "LOG00001.BF", tmp_path / "log.csv")
+        ask("betaflight", DECODE, f"{firmware._own.name}/LOG00001.BF", str(tmp_path / "log.csv"))
     finally:
         firmware.close()
     found = identify_vehicle([read_log(tmp_path / "log.csv")], AIRFRAME)

@@ -78,7 +78,7 @@ def distances(folder, seed):
     """Distances of what is identified of one log from RotorPy's numbers, in standard deviations, by name."""
     log, mapping = folder / f"{seed}.csv", folder / "mapping.toml"
     mapping.write_text(MAPPING)
-    truth = ask("rotorpy", FLY, log, seed)
+    truth = ask("rotorpy", FLY, str(log), str(seed))
     found = identify_vehicle([read_log(log, mapping)], weighed(truth))
     space, deviations = found.space, np.sqrt(np.diag(found.fit.covariance))
     told = {
