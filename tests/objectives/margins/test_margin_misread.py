@@ -30,7 +30,9 @@ from tuner.analysis.margins.limits import LIMITS
 H, LAG, ROLL = 0.00025, 0.010, 3
 # The racer with small propellers, which follow in a third of the time.
 VEHICLE = load("racer5").vehicle._replace(lag_up=LAG, lag_down=LAG)
+# Filters, level gain and no attenuation by throttle.
 FILTERS = {
+    "tpa_rate": 0.0,
     "gyro_lpf1": 500.0,
     "gyro_lpf2": 500.0,
     "d_lpf1": 100.0,
