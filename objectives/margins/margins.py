@@ -15,11 +15,12 @@ from objectives.margins.assembly import Assembly
 from objectives.margins.block import EVERY, MULTILOOP, read_block
 from objectives.margins.describing import DEFAULT_CASES, Case, constants_of, term_gains
 from objectives.margins.frequency import POINTS, frequency_grid
-from objectives.margins.linearise import LinearLoops, Plant, Surroundings, close_terms
+from objectives.margins.linearise import LinearLoops, PeriodStep, Plant, Surroundings, close_terms
 from objectives.margins.period import CHANNELS, PeriodMap, Term
 from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import LoopResponse, Margins, Realisation, joined
 from objectives.margins.sheet import Sheet
+from objectives.margins.slow_position import SlowBlock, SlowPosition, slow_blocks
 from objectives.margins.structure import Block, blocks_of, coordinates, with_images, with_terms
 from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, level_body, setting_of
 from plant.cascade import ATTITUDE_AXES, Cascade
@@ -89,6 +90,7 @@ class _Situation:
     plant: Plant
     blocks: tuple[Block, ...]
     assemblies: tuple[Assembly, ...]
+    slow: tuple[SlowBlock, ...] = ()
 
     def parts(self, channels: frozenset[int]) -> list[tuple[Block, Assembly]]:
         """Return the blocks of some channels, and those of which they may be images, with their assemblies, small ones first."""
@@ -101,8 +103,8 @@ class _Situation:
 class MarginModel:
     """Margins of a cascade on a vehicle in a trim, as the controller with this `nominal` and timing flies it.
 
-    Position loops that step less often than the attitude loops are taken as if they stepped as often: what they wait, half of
-    their period on average, is not in their margins.
+    Position loops that step less often than the attitude loops have the margins of `slow_position`, exactly; the attitude loops,
+    and the disk of all inputs at once, are read with the position loops around them taken as if they stepped as often.
 
     others: further vehicles, such as `spread_corners`, that the worst is taken over. cases: amplitudes of the nonlinear terms
     that it is taken over; loops without such terms ignore them. skew: sigma of the disk margins. points: of the frequency grid.
@@ -125,7 +127,9 @@ class MarginModel:
         self.trim = trim or Trim()
         self.vehicles = (vehicle, *others)
         self.skew = skew
-        self._map = PeriodMap(cascade.at_one_rate, timing, late_periods(vehicle, timing.control_period))
+        late = late_periods(vehicle, timing.control_period)
+        self._map = PeriodMap(cascade.at_one_rate, timing, late)
+        self._slow = SlowPosition(cascade, timing, late, points) if cascade.position_every > 1 else None
         self.cases = tuple(cases) if self._map.terms else (Case(0.0),)
         self._grid = frequency_grid(timing.control_period, points)
         self._body = level_body(self.trim, nominal)
@@ -191,9 +195,11 @@ class MarginModel:
         term, undecided = self._term_gains(gains, self.cases), np.ones(len(gains), dtype=bool)
         for i, situation in enumerate(self._situations):
             point = self._trimmed(situation.setting, situation.plant, gains)
+            phases, steady = self._phases(situation.setting, situation.plant, gains) if situation.slow else (None, True)
+            steady = steady & point.steady
             for block, assembly in situation.parts(scope.channels):
                 sheet.sweep(block)
-                rows = point.steady & undecided
+                rows = steady & undecided
                 if block.image is not None:
                     original = situation.blocks[block.image]
                     alike = self._alike(gains, block, original)
@@ -205,11 +211,18 @@ class MarginModel:
                         inputs = [j for j, channel in enumerate(block.channels) if channel in PLANT_INPUTS]
                         read = read_block(closed, self._grid, self.period, self.skew, inputs, scope.asked)
                         sheet.enter(i, block, rows, cases, read)
+                        stable = read.modes.stable
+                        for slow in situation.slow if phases else ():
+                            if slow.channel in block.channels:
+                                own = slow.read(slow.closed(phases, rows, term[rows][:, cases]), self.skew, scope.asked)
+                                sheet.destabilise(i, block, rows, cases, own.modes.stable)
+                                sheet.enter(i, slow.own, rows, cases, own)
+                                stable = stable & own.modes.stable
                         if not scope.decisive.isdisjoint(block.channels):
-                            stable = read.modes.stable.reshape(np.count_nonzero(rows), -1).all(axis=1)
+                            stable = stable.reshape(np.count_nonzero(rows), -1).all(axis=1)
                             undecided[np.nonzero(rows)[0][~stable]] = False
                             rows &= undecided
-            sheet.discard(i, ~point.steady)
+            sheet.discard(i, ~steady)
         return sheet
 
     def _rounds(self, n: int, block: Block, scope: Scope) -> list[list[int]]:
@@ -237,6 +250,8 @@ class MarginModel:
         block = next((block for block in situation.blocks if index in block.channels), None)
         if block is None:
             return Realisation(np.zeros((0, 0)), np.zeros(0), np.zeros(0), self.period)
+        if slow := next((slow for slow in situation.slow if slow.channel == index), None):
+            return self._slow_realisation(situation, slow, row, case)
         point = self._trimmed(situation.setting, situation.plant, row)
         loops = _closed(block, point.step.loops, self._term_gains(row, (case,)))
         j = block.channels.index(index)
@@ -248,6 +263,18 @@ class MarginModel:
         """Response of one loop under a gains row (g,), at frequencies (f,) [rad/s], by default the grid."""
         w = self._grid[0, 1:] if frequency is None else np.asarray(frequency, dtype=float)
         return self.realisation(gains, channel, case, vehicle).response(w)
+
+    def _phases(self, setting: Surroundings, plant: Plant, gains: Array) -> tuple[tuple[PeriodStep, PeriodStep], Mask]:
+        """Return both kinds of control period of position loops that wait, and which candidates are steady in them."""
+        assert self._slow is not None
+        point = self._slow.trimmed(gains, setting, plant, self._body, self._term_gains(gains, MIDDLE)[:, 0])
+        return self._slow.phases(point, gains, setting, plant), point.steady
+
+    def _slow_realisation(self, situation: _Situation, slow: SlowBlock, row: Array, case: Case) -> Realisation:
+        """Return the state space of a position loop that waits; it is sampled at its own period."""
+        phases, _ = self._phases(situation.setting, situation.plant, row)
+        loops = slow.closed(phases, np.ones(1, dtype=bool), self._term_gains(row, (case,)))
+        return Realisation(loops.a[0], loops.b[0, :, 0], loops.c[0, 0], slow.period)
 
     def curves(self, gains: Array, cases: NDArray[np.intp], frequency: Array) -> NDArray[np.complex128]:
         """Loop transfer functions (n, channels, f) of the first vehicle under gains rows (n, g) at frequencies (f,) [rad/s].
@@ -268,6 +295,10 @@ class MarginModel:
                 closed = _closed(block, loops.of(~same), terms[rows, cases[rows, channel]][:, None])
                 for row, a, b, c in zip(rows, closed.a, closed.b[:, :, j], closed.c[:, j], strict=True):
                     found[row, channel] = Realisation(a, b, c, self.period).response(frequency).loop
+        for slow in situation.slow:
+            for row, own in enumerate(gains):
+                case = self.cases[cases[row, slow.channel]]
+                found[row, slow.channel] = self.loop(own, CHANNELS[slow.channel], case, frequency).loop
         return found
 
     def _situation(self, nominal: Nominal, vehicle: Vehicle) -> _Situation:
@@ -289,7 +320,18 @@ class MarginModel:
         blocks = with_images(blocks, tuple(_closed(block, loops, term) for block in blocks))
         decide = self._map.decide
         assemblies = [Assembly(block, plant, len(self.terms), decide.where, decide.shape) for block in blocks]
-        return _Situation(setting, plant, blocks, tuple(assemblies))
+        slow = () if self._slow is None else self._slow_blocks(nominal, setting, plant)
+        return _Situation(setting, plant, blocks, tuple(assemblies), slow)
+
+    def _slow_blocks(self, nominal: Nominal, setting: Surroundings, plant: Plant) -> tuple[SlowBlock, ...]:
+        """Return the blocks with a position loop that waits."""
+        assert self._slow is not None
+        gains = self._probes()
+        gains = gains[self._phases(setting, plant, gains)[1]]
+        if not len(gains):
+            raise InputError("no steady flight is found under any of a few gains from their search ranges", key="trim")
+        phases, _ = self._phases(setting, plant, gains)
+        return slow_blocks(self._slow, phases, self._term_gains(gains, MIDDLE)[:, 0], nominal, plant)
 
     def _probes(self) -> Array:
         """Gains rows spread over the search ranges."""
