@@ -15,12 +15,12 @@ from objectives.margins.assembly import Assembly
 from objectives.margins.block import EVERY, MULTILOOP, read_block
 from objectives.margins.describing import DEFAULT_CASES, Case, constants_of, term_gains
 from objectives.margins.frequency import POINTS, frequency_grid
-from objectives.margins.linearise import LinearLoops, PeriodStep, Plant, Surroundings, close_terms
+from objectives.margins.linearise import LinearLoops, Plant, Surroundings, close_terms
 from objectives.margins.period import CHANNELS, PeriodMap, Term
 from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import LoopResponse, Margins, Realisation, joined
 from objectives.margins.sheet import Sheet
-from objectives.margins.slow_position import SlowBlock, SlowPosition, slow_blocks
+from objectives.margins.slow_position import Paced, SlowLoop, SlowPosition
 from objectives.margins.structure import Block, blocks_of, coordinates, with_images, with_terms
 from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, level_body, setting_of
 from plant.cascade import ATTITUDE_AXES, Cascade
@@ -44,6 +44,7 @@ CHUNK = 100
 # the amplitudes that most often decide before the others.
 LARGE_CHUNK, MANY = 250, 16
 SMALL = Case(0.0)
+NOT_STEADY = "no steady flight is found under any of a few gains from their search ranges"
 # Channels that are inputs of the plant itself; x and y are demands inside the controller.
 PLANT_INPUTS = tuple(CHANNELS.index(name) for name in ("z", *ATTITUDE_AXES))
 
@@ -90,7 +91,7 @@ class _Situation:
     plant: Plant
     blocks: tuple[Block, ...]
     assemblies: tuple[Assembly, ...]
-    slow: tuple[SlowBlock, ...] = ()
+    slow: tuple[SlowLoop, ...] = ()
 
     def parts(self, channels: frozenset[int]) -> list[tuple[Block, Assembly]]:
         """Return the blocks of some channels, and those of which they may be images, with their assemblies, small ones first."""
@@ -98,6 +99,10 @@ class _Situation:
         originals = {block.image for block, here in zip(self.blocks, asked, strict=True) if here}
         pairs = enumerate(zip(self.blocks, self.assemblies, strict=True))
         return sorted((pair for i, pair in pairs if asked[i] or i in originals), key=lambda pair: len(pair[0].into))
+
+    def slow_in(self, block: Block) -> list[SlowLoop]:
+        """Return the position loops of a block that wait."""
+        return [slow for slow in self.slow if slow.channel in block.channels]
 
 
 class MarginModel:
@@ -195,8 +200,8 @@ class MarginModel:
         term, undecided = self._term_gains(gains, self.cases), np.ones(len(gains), dtype=bool)
         for i, situation in enumerate(self._situations):
             point = self._trimmed(situation.setting, situation.plant, gains)
-            phases, steady = self._phases(situation.setting, situation.plant, gains) if situation.slow else (None, True)
-            steady = steady & point.steady
+            paced = self._paced(situation.setting, situation.plant, gains) if situation.slow else None
+            steady = point.steady if paced is None else point.steady & paced.steady
             for block, assembly in situation.parts(scope.channels):
                 sheet.sweep(block)
                 rows = steady & undecided
@@ -212,12 +217,12 @@ class MarginModel:
                         read = read_block(closed, self._grid, self.period, self.skew, inputs, scope.asked)
                         sheet.enter(i, block, rows, cases, read)
                         stable = read.modes.stable
-                        for slow in situation.slow if phases else ():
-                            if slow.channel in block.channels:
-                                own = slow.read(slow.closed(phases, rows, term[rows][:, cases]), self.skew, scope.asked)
-                                sheet.destabilise(i, block, rows, cases, own.modes.stable)
-                                sheet.enter(i, slow.own, rows, cases, own)
-                                stable = stable & own.modes.stable
+                        for slow in situation.slow_in(block):
+                            assert paced is not None
+                            own = slow.read(slow.closed(paced, rows, term[rows][:, cases]), self.skew, scope.asked)
+                            sheet.destabilise(i, block, rows, cases, own.modes.stable)
+                            sheet.enter(i, slow.own, rows, cases, own)
+                            stable = stable & own.modes.stable
                         if not scope.decisive.isdisjoint(block.channels):
                             stable = stable.reshape(np.count_nonzero(rows), -1).all(axis=1)
                             undecided[np.nonzero(rows)[0][~stable]] = False
@@ -264,16 +269,15 @@ class MarginModel:
         w = self._grid[0, 1:] if frequency is None else np.asarray(frequency, dtype=float)
         return self.realisation(gains, channel, case, vehicle).response(w)
 
-    def _phases(self, setting: Surroundings, plant: Plant, gains: Array) -> tuple[tuple[PeriodStep, PeriodStep], Mask]:
-        """Return both kinds of control period of position loops that wait, and which candidates are steady in them."""
+    def _paced(self, setting: Surroundings, plant: Plant, gains: Array) -> Paced:
+        """Return both kinds of control period of position loops that wait."""
         assert self._slow is not None
-        point = self._slow.trimmed(gains, setting, plant, self._body, self._term_gains(gains, MIDDLE)[:, 0])
-        return self._slow.phases(point, gains, setting, plant), point.steady
+        return self._slow.paced(gains, setting, plant, self._body, self._term_gains(gains, MIDDLE)[:, 0])
 
-    def _slow_realisation(self, situation: _Situation, slow: SlowBlock, row: Array, case: Case) -> Realisation:
+    def _slow_realisation(self, situation: _Situation, slow: SlowLoop, row: Array, case: Case) -> Realisation:
         """Return the state space of a position loop that waits; it is sampled at its own period."""
-        phases, _ = self._phases(situation.setting, situation.plant, row)
-        loops = slow.closed(phases, np.ones(1, dtype=bool), self._term_gains(row, (case,)))
+        paced = self._paced(situation.setting, situation.plant, row)
+        loops = slow.closed(paced, np.ones(1, dtype=bool), self._term_gains(row, (case,)))
         return Realisation(loops.a[0], loops.b[0, :, 0], loops.c[0, 0], slow.period)
 
     def curves(self, gains: Array, cases: NDArray[np.intp], frequency: Array) -> NDArray[np.complex128]:
@@ -307,7 +311,7 @@ class MarginModel:
         gains = self._probes()
         steady = self._trimmed(setting, plant, gains).steady
         if not steady.any():
-            raise InputError("no steady flight is found under any of a few gains from their search ranges", key="trim")
+            raise InputError(NOT_STEADY, key="trim")
         gains = gains[steady]
         term, point = self._term_gains(gains, MIDDLE), self._trimmed(setting, plant, gains)
         blocks = blocks_of(
@@ -323,15 +327,16 @@ class MarginModel:
         slow = () if self._slow is None else self._slow_blocks(nominal, setting, plant)
         return _Situation(setting, plant, blocks, tuple(assemblies), slow)
 
-    def _slow_blocks(self, nominal: Nominal, setting: Surroundings, plant: Plant) -> tuple[SlowBlock, ...]:
-        """Return the blocks with a position loop that waits."""
+    def _slow_blocks(self, nominal: Nominal, setting: Surroundings, plant: Plant) -> tuple[SlowLoop, ...]:
+        """Return the position loops that wait."""
         assert self._slow is not None
         gains = self._probes()
-        gains = gains[self._phases(setting, plant, gains)[1]]
+        gains = gains[self._paced(setting, plant, gains).steady]
         if not len(gains):
-            raise InputError("no steady flight is found under any of a few gains from their search ranges", key="trim")
-        phases, _ = self._phases(setting, plant, gains)
-        return slow_blocks(self._slow, phases, self._term_gains(gains, MIDDLE)[:, 0], nominal, plant)
+            raise InputError(NOT_STEADY, key="trim")
+        paced = self._paced(setting, plant, gains)
+        blocks = self._slow.blocks(paced, self._term_gains(gains, MIDDLE)[:, 0], nominal)
+        return tuple(loop for block in blocks for loop in self._slow.loops(block, plant))
 
     def _probes(self) -> Array:
         """Gains rows spread over the search ranges."""

@@ -6,7 +6,8 @@ its margins are the classical ones of a loop sampled at that period, exactly, an
 loops are read elsewhere, at their own rate, with the position loops around them taken as if they stepped as often.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,7 +19,7 @@ from objectives.margins.lifting import Rate, lifted
 from objectives.margins.linearise import LinearLoops, PeriodStep, Plant, Surroundings, close_terms, one_period
 from objectives.margins.period import CHANNELS, PeriodMap
 from objectives.margins.structure import Block, blocks_of, coordinates, with_terms
-from objectives.margins.trim import TrimPoint, find_trim
+from objectives.margins.trim import find_trim
 from plant.cascade import POSITION_AXES, Cascade, close_cascade
 from plant.laws.slower import always_due
 from plant.loop import Timing
@@ -28,6 +29,14 @@ from plant.records import paths
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
 PLACES = tuple(CHANNELS.index(axis) for axis in POSITION_AXES)
+
+
+class Paced(NamedTuple):
+    """The control period in which position loops step and one in which they wait, and which candidates (n,) are steady."""
+
+    due: PeriodStep
+    waiting: PeriodStep
+    steady: Mask
 
 
 class SlowPosition:
@@ -49,15 +58,10 @@ class SlowPosition:
         }
         self._demand = [names.index(f"control.acceleration.{axis}") for axis in POSITION_AXES]
 
-    def trimmed(self, gains: Array, setting: Surroundings, plant: Plant, body: Array, secant: Array) -> TrimPoint:
-        """Find the steady flight of gains rows (n, g), as `find_trim` does."""
-        return find_trim(self._resting, gains, setting, plant, body, lambda: secant)
-
-    def phases(
-        self, point: TrimPoint, gains: Array, setting: Surroundings, plant: Plant
-    ) -> tuple[PeriodStep, PeriodStep]:
-        """Return the period in which the position loops step, and one in which they wait, in steady flight."""
-        state = np.zeros((len(gains), self._from_rest.shape[0]))
+    def paced(self, gains: Array, setting: Surroundings, plant: Plant, body: Array, secant: Array) -> Paced:
+        """Return both kinds of control period in steady flight of gains rows (n, g); see `find_trim`."""
+        point = find_trim(self._resting, gains, setting, plant, body, lambda: secant)
+        state = np.zeros((len(gains), len(self._from_rest)))
         known = self._from_rest >= 0
         state[:, known] = point.state[:, self._from_rest[known]]
         state[:, self._index["command"]] = state[:, self._demand]
@@ -65,48 +69,49 @@ class SlowPosition:
         waiting = one_period(self.flown, first.state, point.w, gains, setting, plant)
         state[:, self._index["count"]] = self.every - 1.0
         state[:, self._index["effect"]] = (self.every - 1.0) * waiting.state[:, self._index["effect"]]
-        return one_period(self.flown, state, point.w, gains, setting, plant), waiting
+        return Paced(one_period(self.flown, state, point.w, gains, setting, plant), waiting, point.steady)
 
-    def blocks(self, phases: tuple[PeriodStep, PeriodStep], term: Array, nominal: Nominal) -> tuple[Block, ...]:
-        """Return the blocks with a position loop, common to both kinds of period.
-
-        phases: of probes, with term gains (n, terms).
-        """
-        closed = [close_terms(step.loops, term) for step in phases]
+    def blocks(self, paced: Paced, term: Array, nominal: Nominal) -> tuple[Block, ...]:
+        """Return the blocks with a position loop, common to both kinds of period; of probes with term gains (n, terms)."""
+        closed = [close_terms(step.loops, term) for step in (paced.due, paced.waiting)]
         both = replace(closed[0], **{name: np.concatenate([getattr(each, name) for each in closed]) for name in "abcd"})
-        found = blocks_of(both, coordinates(self.flown, nominal.vehicle, phases[0].state[0]))
+        found = blocks_of(both, coordinates(self.flown, nominal.vehicle, paced.due.state[0]))
         return tuple(block for block in found if not set(PLACES).isdisjoint(block.channels))
 
-    def assembled(self, block: Block, plant: Plant) -> Assembly:
-        """Return the matrices of a block under any gains."""
+    def loops(self, block: Block, plant: Plant) -> list["SlowLoop"]:
+        """Return the position loops of a block."""
         decide = self.flown.decide
-        return Assembly(block, plant, len(self.flown.terms), decide.where, decide.shape)
+        assembly = Assembly(block, plant, len(self.flown.terms), decide.where, decide.shape)
+        return [SlowLoop(self, block, channel, assembly) for channel in block.channels if channel in PLACES]
 
 
-class SlowBlock:
-    """A block with a position loop of a vehicle in its trim."""
+@dataclass(frozen=True)
+class SlowLoop:
+    """A position loop of a vehicle in its trim; its block may hold others, which stay closed."""
 
-    def __init__(self, slow: SlowPosition, block: Block, plant: Plant) -> None:
-        self._slow, self.block, self._assembly = slow, block, slow.assembled(block, plant)
-        (self.channel,) = (channel for channel in block.channels if channel in PLACES)
+    slow: SlowPosition
+    block: Block
+    channel: int
+    assembly: Assembly
 
-    def closed(self, phases: tuple[PeriodStep, PeriodStep], rows: Mask, term: Array) -> LinearLoops:
+    def closed(self, paced: Paced, rows: Mask, term: Array) -> LinearLoops:
         """Return the position loop over a common period; term (n, cases, terms) of the rows: they are candidates, then cases."""
         j = self.block.channels.index(self.channel)
-        due, waiting = (_only(with_terms(self.block, self._assembly(step, rows), term), j) for step in phases)
-        loops = lifted([due, *[waiting] * (self._slow.every - 1)], [Rate(self._slow.every, 0)])
+        steps = (paced.due, paced.waiting)
+        due, waiting = (_only(with_terms(self.block, self.assembly(step, rows), term), j) for step in steps)
+        loops = lifted([due, *[waiting] * (self.slow.every - 1)], [Rate(self.slow.every, 0)])
         return replace(loops, a=moved(without_idle(loops.a, loops.b[..., loops.injected])))
 
     def read(self, loops: LinearLoops, skew: float, asked: frozenset[str]) -> BlockReadings:
         """Read the margins of closed loops; growth counts by control period."""
-        slow = self._slow
+        slow = self.slow
         read = read_block(loops, slow.grid, slow.period, skew, [], asked - {MULTILOOP})
         return replace(read, modes=replace(read.modes, size=read.modes.size ** (1.0 / slow.every)))
 
     @property
     def period(self) -> float:
         """Period of the loop [s]."""
-        return self._slow.period
+        return self.slow.period
 
     @property
     def own(self) -> Block:
@@ -133,10 +138,3 @@ def _only(loops: LinearLoops, channel: int) -> LinearLoops:
     k, w = loops.n_channels, loops.n_terms
     spot = channel + np.array([0, k + w, k + w + k])
     return LinearLoops(loops.a, loops.b[..., spot], loops.c[..., spot, :], loops.d[..., spot[:, None], spot], 1, 0)
-
-
-def slow_blocks(
-    slow: SlowPosition, phases: tuple[PeriodStep, PeriodStep], term: Array, nominal: Nominal, plant: Plant
-) -> tuple[SlowBlock, ...]:
-    """Return the blocks with a position loop of a vehicle; phases and term as in `SlowPosition.blocks`."""
-    return tuple(SlowBlock(slow, block, plant) for block in slow.blocks(phases, term, nominal))

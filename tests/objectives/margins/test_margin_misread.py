@@ -12,7 +12,7 @@ from typing import Any
 import control
 import numpy as np
 import pytest
-from scipy.signal import cont2discrete
+from scipy import signal
 
 from objectives.margins.margins import MarginModel
 from objectives.margins.quantities import QUANTITIES
@@ -27,6 +27,8 @@ from plant.nominal import ControlOptions, nominal
 from tests.objectives.margins.python_control import Loop, classical
 from tuner.analysis.margins.limits import LIMITS
 
+# scipy tells pyright less than it knows.
+discrete: Any = signal.cont2discrete
 H, LAG, ROLL = 0.00025, 0.010, 3
 # The racer with small propellers, which follow in a third of the time.
 VEHICLE = load("racer5").vehicle._replace(lag_up=LAG, lag_down=LAG)
@@ -44,8 +46,8 @@ FLOWN = {"p": 112.0, "i": 39.0, "d": 55.0}
 RECOMMENDED = {"p": 246.0, "i": 86.0, "d": 55.0}
 """P and I 2.2 times as large, D as it was."""
 GRID = np.geomspace(2.0, np.pi / H, 3000)
-ONE = control.tf([1.0], [1.0], H)
-BACK = control.tf([1.0], [1.0, 0.0], H)
+ONE: Any = control.tf([1.0], [1.0], H)
+BACK: Any = control.tf([1.0], [1.0, 0.0], H)
 
 
 def stage(cutoff: float) -> Any:
@@ -57,7 +59,7 @@ def moved(order: int) -> Any:
     """Rate (order 1) [deg/s] or angle (order 2) [deg] for a command that acts one period late, held."""
     a, b = np.diag(np.ones(order), -1), np.zeros((order + 1, 1))
     a[0, 0], b[0, 0] = -1.0 / LAG, 1.0 / LAG
-    ad, bd, *_ = cont2discrete((a, b, np.eye(order + 1), 0.0 * b), H)
+    ad, bd, *_ = discrete((a, b, np.eye(order + 1), 0.0 * b), H)
     authority = degrees(airframe_gains(model().cascade, VEHICLE)["roll.authority"])
     return control.ss2tf(control.ss(ad, bd, [[*[0.0] * order, authority]], [[0.0]], H)) * BACK
 

@@ -157,3 +157,16 @@ def test_without_the_place_held_nothing_waits_but_the_height() -> None:
     found, usual = model.evaluate(row), prompt.evaluate(row)
     assert found.phase.value[0, 3:].tolist() == usual.phase.value[0, 3:].tolist()
     assert found.phase.value[0, Z] < usual.phase.value[0, Z]
+
+
+def test_turned_by_yaw_the_loops_are_the_same() -> None:
+    """Off the axes of the world x and y are one block, each with the other closed around it."""
+    inertia = VEHICLE.inertia
+    round_one = VEHICLE._replace(inertia=inertia._replace(y=inertia.x))
+    cascade, known = close_cascade(LAWS["pid"], LAWS["pid"], 5), nominal(round_one, ControlOptions(), 0.002)
+    ahead, turned = (MarginModel(cascade, known, Timing(0.002, 0.002), round_one, Trim(yaw=yaw)) for yaw in (0.0, 0.6))
+    assert ("x", "pitch") in ahead.blocks and ("x", "y", "roll", "pitch") in turned.blocks
+    row = gains_with(ahead)[None]
+    for what in ("phase", "gain_up", "sensitivity", "delay"):
+        one, two = (getattr(model.evaluate(row), what).value[0, :2] for model in (ahead, turned))
+        np.testing.assert_allclose(two, one, rtol=1e-6)

@@ -98,7 +98,8 @@ def own_settings(controller: Controller, rotors: Actuation) -> dict[str, float]:
 def own_switches(controller: Controller) -> dict[str, tuple[str, str]]:
     """Return setting -> what is set, the default; raises InputError naming a gain where the firmware has no such choice."""
     gains = own_gains(controller, OWN.law)
-    relaxing = tuple(gains[axis]["relax"] > 0.0 for axis in ATTITUDE_AXES)
+    roll, pitch, yaw = (gains[axis]["relax"] > 0.0 for axis in ATTITUDE_AXES)
+    relaxing = roll, pitch, yaw
     if relaxing not in RELAXING:
         given = ", ".join(f"{gains[axis]['relax']:g} for {axis}" for axis in ATTITUDE_AXES)
         raise InputError(

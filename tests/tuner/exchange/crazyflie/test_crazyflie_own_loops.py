@@ -36,8 +36,8 @@ TUNED = {
 }  # fmt: skip
 
 
-def own(airframe="crazyflie-pybullet", **changes):
-    frame = load(airframe, allow_unphysical=True) if isinstance(airframe, str) else airframe
+def own(airframe="crazyflie-pybullet", changed=None, **changes):
+    frame = changed or load(airframe, allow_unphysical=True)
     cascade = close_cascade(law("pid"), law("crazyflie"), 5)
     row = default_row(cascade, frame.vehicle)
     chosen = {**TUNED, **{name.replace("__", "."): value for name, value in changes.items()}}
@@ -77,7 +77,7 @@ def turned(vehicle, counts, axis, full):
 def test_the_firmwares_loops_answer_as_ours(axis, airframe, full):
     """Sample by sample, from random angles, rates and angles asked for, through degrees, signs, counts and mixing."""
     name = AXES[axis]
-    given = own(airframe, **dict.fromkeys([f"{each}__gyro_cutoff" for each in AXES], 0.0))
+    given = own(airframe, roll__gyro_cutoff=0.0, pitch__gyro_cutoff=0.0, yaw__gyro_cutoff=0.0)
     values, vehicle = written(given, full_thrust=full), given.airframe.vehicle
     most = vehicle.thrust_coefficient * vehicle.speed_max**2 if full == "airframe" else float(full)
     gains = getattr(pack(given.cascade.Gains, given.gains), name)._replace(i_limit=1e9)
@@ -105,7 +105,8 @@ def test_margins_of_what_the_vehicle_holds_are_those_of_the_file(d_cutoff):
     vehicle = frame.vehicle._replace(
         drag_linear=none, drag_quadratic=none, rate_damping=none, drag_height=0.0, lag_up=LAG, lag_down=LAG, rotor_inertia=0.0
     )  # fmt: skip
-    given = own(replace(frame, vehicle=vehicle), **{f"{axis}__d_cutoff": d_cutoff for axis in AXES})
+    frame = replace(frame, vehicle=vehicle)
+    given = own(changed=frame, roll__d_cutoff=d_cutoff, pitch__d_cutoff=d_cutoff, yaw__d_cutoff=d_cutoff)
     bundle = TARGET.export(request(given))
     values, held = {one.name: one.held for one in bundle.parameters}, bundle.held
     model = MarginModel(held.cascade, nominal(vehicle, held.options, H), Timing(H, H), vehicle, Trim(hold=False))
@@ -123,7 +124,7 @@ def test_margins_of_what_the_vehicle_holds_are_those_of_the_file(d_cutoff):
 
 
 def test_one_switch_filters_d_of_all_axes():
-    assert written(own(**{f"{axis}__d_cutoff": 40.0 for axis in AXES}))["pid_rate.omyFiltCut"] == 40.0
+    assert written(own(roll__d_cutoff=40.0, pitch__d_cutoff=40.0, yaw__d_cutoff=40.0))["pid_rate.omyFiltCut"] == 40.0
     with pytest.raises(InputError, match="pid_rate.rateFiltEn switches the filter of all three axes"):
         written(own(roll__d_cutoff=40.0))
 
