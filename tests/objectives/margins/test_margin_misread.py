@@ -45,7 +45,7 @@ FILTERS = {
 FLOWN = {"p": 112.0, "i": 39.0, "d": 55.0}
 RECOMMENDED = {"p": 246.0, "i": 86.0, "d": 55.0}
 """P and I 2.2 times as large, D as it was."""
-GRID = np.geomspace(2.0, np.pi / H, 3000)
+GRID = np.geomspace(2.0, np.pi / H, 800)
 ONE: Any = control.tf([1.0], [1.0], H)
 BACK: Any = control.tf([1.0], [1.0, 0.0], H)
 

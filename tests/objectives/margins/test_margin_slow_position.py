@@ -93,14 +93,14 @@ def loop_of(model: MarginModel, row: np.ndarray, channel: int, every: int) -> An
     )
 
 
-@pytest.mark.parametrize(("h", "every"), [(0.002, 5), (0.0025, 8), (0.004, 25)])
+@pytest.mark.parametrize(("h", "every"), [(0.002, 5), (0.004, 25)])
 @pytest.mark.parametrize("channel", [X, Z], ids=["x", "z"])
 def test_margins_are_those_of_python_control_at_their_own_period(h: float, every: int, channel: int) -> None:
     model = model_of(h, every)
     row = gains_with(model, x__kp=1.2, x__ki=0.2)
     found = model.evaluate(row[None])
     top = np.pi / (every * h)
-    loop = Loop(loop_of(model, row, channel, every), every * h, np.geomspace(1e-2, top, 2000))
+    loop = Loop(loop_of(model, row, channel, every), every * h, np.geomspace(1e-2, top, 500))
     assert found.stable[0, channel]
     for what, wanted in classical(loop).items():
         assert getattr(found, what).value[0, channel] == pytest.approx(wanted, rel=2e-6), what
@@ -133,9 +133,9 @@ def test_a_loop_that_its_wait_makes_unstable_has_no_margin_and_nor_has_the_attit
     assert found.growth[0, X] == pytest.approx(growth, rel=1e-6)
 
 
-@pytest.mark.parametrize("name", ["ladrc", "px4_position", "hybrid"])
+@pytest.mark.parametrize("name", ["px4_position", "hybrid"])
 def test_waiting_costs_phase_as_a_delay_does(name: str) -> None:
-    """Half of what it waits longer, to first order in the wait, for laws with observers, filters and nonlinear terms."""
+    """Half of what it waits longer, to first order in the wait, for laws with filters, observers and nonlinear terms."""
     h, every = 0.0005, 4
     prompt, late = (model_of(h, n, name) for n in (1, every))
     row = gains_with(prompt)
