@@ -68,7 +68,7 @@ def airframe_gains(cascade: Cascade, vehicle: Vehicle) -> dict[str, float]:
     known = {law.name: law.on_airframe(vehicle) for law in (cascade.position, cascade.attitude) if law.on_airframe}
     laws = {axis: cascade.position if axis in POSITION_AXES else cascade.attitude for axis in AXES}
     return {
-        gain.address: known[laws[gain.axis].name].get(gain.axis, gain.default)
+        gain.address: known[laws[gain.axis].name].get(gain.info.name, {}).get(gain.axis, gain.default)
         for gain in gain_addresses(cascade)
         if gain.info.airframe and laws[gain.axis].name in known
     }

@@ -20,6 +20,7 @@ from objectives.margins.period import CHANNELS, PeriodMap, Term
 from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import LoopResponse, Margins, Realisation, joined
 from objectives.margins.sheet import Sheet
+from objectives.margins.slow_position import Paced, SlowLoop, SlowPosition
 from objectives.margins.structure import Block, blocks_of, coordinates, with_images, with_terms
 from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, level_body, setting_of
 from plant.cascade import ATTITUDE_AXES, Cascade
@@ -43,6 +44,7 @@ CHUNK = 100
 # the amplitudes that most often decide before the others.
 LARGE_CHUNK, MANY = 250, 16
 SMALL = Case(0.0)
+NOT_STEADY = "no steady flight is found under any of a few gains from their search ranges"
 # Channels that are inputs of the plant itself; x and y are demands inside the controller.
 PLANT_INPUTS = tuple(CHANNELS.index(name) for name in ("z", *ATTITUDE_AXES))
 
@@ -89,6 +91,7 @@ class _Situation:
     plant: Plant
     blocks: tuple[Block, ...]
     assemblies: tuple[Assembly, ...]
+    slow: tuple[SlowLoop, ...] = ()
 
     def parts(self, channels: frozenset[int]) -> list[tuple[Block, Assembly]]:
         """Return the blocks of some channels, and those of which they may be images, with their assemblies, small ones first."""
@@ -97,12 +100,16 @@ class _Situation:
         pairs = enumerate(zip(self.blocks, self.assemblies, strict=True))
         return sorted((pair for i, pair in pairs if asked[i] or i in originals), key=lambda pair: len(pair[0].into))
 
+    def slow_in(self, block: Block) -> list[SlowLoop]:
+        """Return the position loops of a block that wait."""
+        return [slow for slow in self.slow if slow.channel in block.channels]
+
 
 class MarginModel:
     """Margins of a cascade on a vehicle in a trim, as the controller with this `nominal` and timing flies it.
 
-    Position loops that step less often than the attitude loops are taken as if they stepped as often: what they wait, half of
-    their period on average, is not in their margins.
+    Position loops that step less often than the attitude loops have the margins of `slow_position`, exactly; the attitude loops,
+    and the disk of all inputs at once, are read with the position loops around them taken as if they stepped as often.
 
     others: further vehicles, such as `spread_corners`, that the worst is taken over. cases: amplitudes of the nonlinear terms
     that it is taken over; loops without such terms ignore them. skew: sigma of the disk margins. points: of the frequency grid.
@@ -125,7 +132,9 @@ class MarginModel:
         self.trim = trim or Trim()
         self.vehicles = (vehicle, *others)
         self.skew = skew
-        self._map = PeriodMap(cascade.at_one_rate, timing, late_periods(vehicle, timing.control_period))
+        late = late_periods(vehicle, timing.control_period)
+        self._map = PeriodMap(cascade.at_one_rate, timing, late)
+        self._slow = SlowPosition(cascade, timing, late, points) if cascade.position_every > 1 else None
         self.cases = tuple(cases) if self._map.terms else (Case(0.0),)
         self._grid = frequency_grid(timing.control_period, points)
         self._body = level_body(self.trim, nominal)
@@ -191,9 +200,11 @@ class MarginModel:
         term, undecided = self._term_gains(gains, self.cases), np.ones(len(gains), dtype=bool)
         for i, situation in enumerate(self._situations):
             point = self._trimmed(situation.setting, situation.plant, gains)
+            paced = self._paced(situation.setting, situation.plant, gains) if situation.slow else None
+            steady = point.steady if paced is None else point.steady & paced.steady
             for block, assembly in situation.parts(scope.channels):
                 sheet.sweep(block)
-                rows = point.steady & undecided
+                rows = steady & undecided
                 if block.image is not None:
                     original = situation.blocks[block.image]
                     alike = self._alike(gains, block, original)
@@ -205,11 +216,18 @@ class MarginModel:
                         inputs = [j for j, channel in enumerate(block.channels) if channel in PLANT_INPUTS]
                         read = read_block(closed, self._grid, self.period, self.skew, inputs, scope.asked)
                         sheet.enter(i, block, rows, cases, read)
+                        stable = read.modes.stable
+                        for slow in situation.slow_in(block):
+                            assert paced is not None
+                            own = slow.read(slow.closed(paced, rows, term[rows][:, cases]), self.skew, scope.asked)
+                            sheet.destabilise(i, block, rows, cases, own.modes.stable)
+                            sheet.enter(i, slow.own, rows, cases, own)
+                            stable = stable & own.modes.stable
                         if not scope.decisive.isdisjoint(block.channels):
-                            stable = read.modes.stable.reshape(np.count_nonzero(rows), -1).all(axis=1)
+                            stable = stable.reshape(np.count_nonzero(rows), -1).all(axis=1)
                             undecided[np.nonzero(rows)[0][~stable]] = False
                             rows &= undecided
-            sheet.discard(i, ~point.steady)
+            sheet.discard(i, ~steady)
         return sheet
 
     def _rounds(self, n: int, block: Block, scope: Scope) -> list[list[int]]:
@@ -237,6 +255,8 @@ class MarginModel:
         block = next((block for block in situation.blocks if index in block.channels), None)
         if block is None:
             return Realisation(np.zeros((0, 0)), np.zeros(0), np.zeros(0), self.period)
+        if slow := next((slow for slow in situation.slow if slow.channel == index), None):
+            return self._slow_realisation(situation, slow, row, case)
         point = self._trimmed(situation.setting, situation.plant, row)
         loops = _closed(block, point.step.loops, self._term_gains(row, (case,)))
         j = block.channels.index(index)
@@ -248,6 +268,17 @@ class MarginModel:
         """Response of one loop under a gains row (g,), at frequencies (f,) [rad/s], by default the grid."""
         w = self._grid[0, 1:] if frequency is None else np.asarray(frequency, dtype=float)
         return self.realisation(gains, channel, case, vehicle).response(w)
+
+    def _paced(self, setting: Surroundings, plant: Plant, gains: Array) -> Paced:
+        """Return both kinds of control period of position loops that wait."""
+        assert self._slow is not None
+        return self._slow.paced(gains, setting, plant, self._body, self._term_gains(gains, MIDDLE)[:, 0])
+
+    def _slow_realisation(self, situation: _Situation, slow: SlowLoop, row: Array, case: Case) -> Realisation:
+        """Return the state space of a position loop that waits; it is sampled at its own period."""
+        paced = self._paced(situation.setting, situation.plant, row)
+        loops = slow.closed(paced, np.ones(1, dtype=bool), self._term_gains(row, (case,)))
+        return Realisation(loops.a[0], loops.b[0, :, 0], loops.c[0, 0], slow.period)
 
     def curves(self, gains: Array, cases: NDArray[np.intp], frequency: Array) -> NDArray[np.complex128]:
         """Loop transfer functions (n, channels, f) of the first vehicle under gains rows (n, g) at frequencies (f,) [rad/s].
@@ -268,6 +299,10 @@ class MarginModel:
                 closed = _closed(block, loops.of(~same), terms[rows, cases[rows, channel]][:, None])
                 for row, a, b, c in zip(rows, closed.a, closed.b[:, :, j], closed.c[:, j], strict=True):
                     found[row, channel] = Realisation(a, b, c, self.period).response(frequency).loop
+        for slow in situation.slow:
+            for row, own in enumerate(gains):
+                case = self.cases[cases[row, slow.channel]]
+                found[row, slow.channel] = self.loop(own, CHANNELS[slow.channel], case, frequency).loop
         return found
 
     def _situation(self, nominal: Nominal, vehicle: Vehicle) -> _Situation:
@@ -276,7 +311,7 @@ class MarginModel:
         gains = self._probes()
         steady = self._trimmed(setting, plant, gains).steady
         if not steady.any():
-            raise InputError("no steady flight is found under any of a few gains from their search ranges", key="trim")
+            raise InputError(NOT_STEADY, key="trim")
         gains = gains[steady]
         term, point = self._term_gains(gains, MIDDLE), self._trimmed(setting, plant, gains)
         blocks = blocks_of(
@@ -289,7 +324,19 @@ class MarginModel:
         blocks = with_images(blocks, tuple(_closed(block, loops, term) for block in blocks))
         decide = self._map.decide
         assemblies = [Assembly(block, plant, len(self.terms), decide.where, decide.shape) for block in blocks]
-        return _Situation(setting, plant, blocks, tuple(assemblies))
+        slow = () if self._slow is None else self._slow_blocks(nominal, setting, plant)
+        return _Situation(setting, plant, blocks, tuple(assemblies), slow)
+
+    def _slow_blocks(self, nominal: Nominal, setting: Surroundings, plant: Plant) -> tuple[SlowLoop, ...]:
+        """Return the position loops that wait."""
+        assert self._slow is not None
+        gains = self._probes()
+        gains = gains[self._paced(setting, plant, gains).steady]
+        if not len(gains):
+            raise InputError(NOT_STEADY, key="trim")
+        paced = self._paced(setting, plant, gains)
+        blocks = self._slow.blocks(paced, self._term_gains(gains, MIDDLE)[:, 0], nominal)
+        return tuple(loop for block in blocks for loop in self._slow.loops(block, plant))
 
     def _probes(self) -> Array:
         """Gains rows spread over the search ranges."""

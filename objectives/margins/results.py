@@ -111,12 +111,13 @@ class Realisation:
         return np.linalg.eigvals(self.a).astype(complex)
 
     def response(self, frequency: Array) -> LoopResponse:
-        """Response at frequencies (f,) [rad/s]."""
+        """Response at frequencies (f,) [rad/s]; 0 for those that a loop of this period cannot have."""
         z = np.exp(1j * frequency * self.period)[:, None, None]
         state = np.linalg.solve(
             z * np.eye(len(self.a)) - self.a, np.broadcast_to(self.b[:, None], (len(z), len(self.b), 1))
         )
-        return LoopResponse(frequency, (self.c @ state)[:, 0].astype(complex))
+        answer = (self.c @ state)[:, 0].astype(complex)
+        return LoopResponse(frequency, np.where(frequency <= np.pi / self.period * (1.0 + 1e-12), answer, 0.0))
 
 
 def joined(parts: Sequence[Margins]) -> Margins:

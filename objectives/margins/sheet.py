@@ -62,6 +62,17 @@ class Sheet:
         self._together_at[spot] = np.where(value < before, by_case(read.together.frequency), self._together_at[spot])
         self._together[spot] = np.minimum(value, before)
 
+    def destabilise(self, vehicle: int, block: Block, rows: Mask, cases: list[int], stable: Mask) -> None:
+        """Take the margins from the channels of a block where a loop that they are part of is not stable; rows as in `enter`."""
+        chosen = np.nonzero(rows)[0]
+        lost = np.broadcast_to(~stable.reshape(len(chosen), -1), (len(chosen), len(cases)))
+        for candidate, case in zip(*np.nonzero(lost), strict=True):
+            spot = (chosen[candidate], vehicle, cases[case], list(block.channels))
+            for entry in self._asked:
+                self._value[entry.field][spot], self._frequency[entry.field][spot] = entry.unstable, 0.0
+            self._stable[spot] = False
+            self._together[spot[:3]] = 0.0
+
     def copy(self, vehicle: int, block: Block, rows: Mask, original: Block) -> None:
         """Enter for some candidates what another block has, channel by channel."""
         kept = [table[entry.field] for table in (self._value, self._frequency) for entry in self._asked]

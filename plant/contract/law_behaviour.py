@@ -5,6 +5,7 @@ the same ones.
 """
 
 from collections.abc import Callable, Iterator
+from inspect import signature
 from itertools import product
 from math import isfinite
 from typing import Any, NamedTuple
@@ -319,7 +320,7 @@ def amplitude_counts_only_as_told(law: Law) -> Iterator[Breach]:
 def _responder(law: Law, case: Case) -> Callable[[Array, bool], Array]:
     """Return the commands (K,) for y, rate and effect (K, 3) about rest, unsaturated; linear: with k s for each nonlinearity."""
     constants = law.prepare(case.gains, H)
-    unlimited: dict[Callable[..., Any], Callable[..., Any]] = {part: lambda s, constants: s for part in law.limits}  # noqa: ARG005
+    unlimited: dict[Callable[..., Any], Callable[..., Any]] = {part: lambda s, *_: s for part in law.limits}
     stand_ins = {part.function: lambda s, constants, k=k: k * s for k, part in enumerate(law.nonlinear, 2)}
     steps = {
         linear: Rebinder(PRIMITIVES, stand_ins={**unlimited, **(stand_ins if linear else {})})(law.step)
@@ -345,16 +346,22 @@ def nonlinearities_are_odd(law: Law) -> Iterator[Breach]:
 
 
 def limits_take_away_from_large_signals_alone(law: Law) -> Iterator[Breach]:
-    """Each limit is odd, passes what is small, and never makes a signal larger."""
+    """Each limit is odd, passes what is small, and never makes a signal larger; a second signal beside it grows with it."""
     sizes = np.geomspace(1e-9, 1e6, 200)
     for part, loop in product(law.limits, LOOPS):
         constants = law.prepare(defaults(law, loop), H)
-        passed, mirrored = (np.array([part(sign * s, constants) for s in sizes.tolist()]) for sign in (1.0, -1.0))
+        passed, mirrored = (
+            np.array([_passed(part, sign * s, constants) for s in sizes.tolist()]) for sign in (1.0, -1.0)
+        )
         small = passed[:20] / sizes[:20]
-        if not np.array_equal(mirrored, -passed) or not np.allclose(small, 1.0, rtol=0.0, atol=1e-9):
+        if not np.array_equal(mirrored, -passed) or not np.allclose(small, 1.0, rtol=0.0, atol=1e-6):
             yield Breach("limits", f"'{part.__name__}' is not odd with a slope of 1 at 0, in the {loop} loop")
         elif not ((np.abs(passed) <= sizes).all() and (np.abs(passed) < 0.5 * sizes).any()):
             yield Breach("limits", f"'{part.__name__}' takes nothing away, or adds to a signal, in the {loop} loop")
+
+
+def _passed(part: Callable[..., Any], s: float, constants: Any) -> float:
+    return part(*[s] * (len(signature(part).parameters) - 1), constants)
 
 
 def _nonlinearity_problem(law: Law, part: Nonlinearity, loop: str) -> str:

@@ -109,13 +109,14 @@ class Law:
     promises: "tracks": a reference that the channel can fly is flown without error; "rejects": a constant disturbance leaves
     no error. nonlinear: all that makes the feedback depend on amplitude; empty for a linear law. limits: odd functions
     f(s, constants) of slope 1 at 0, never larger than s, that take away from large signals alone, such as the limit of an
-    integral: `step` reaches them by their global names, flights meet them, and margins speak of the loop inside of them.
+    integral; f(s, beside, constants) takes away where a second signal is large. `step` reaches them by their global names,
+    flights meet them, and margins speak of the loop inside of them.
 
     What a firmware's law tells of itself and of its gains:
     winds_up: it hears nothing of saturation, and limits alone bound its integrals.
     shared: axes that have one number between them, by gain, as one parameter is.
     axes: default and range of gains that are other ones on an axis, by axis and gain.
-    on_airframe(vehicle) -> value by axis of the gain that is a fact of the airframe.
+    on_airframe(vehicle) -> values of the gains that are facts of the airframe, by gain and axis.
 
     What proofs and designs ask for, which decides no flight; a law without an entry is left to flights and margins:
     family: name of the equations that designs before the search and theorems are stated for, such as `pid.FAMILY`. Laws of a
@@ -142,7 +143,7 @@ class Law:
     sampling: str = field(compare=False)
     promises: frozenset[str] = PROMISES
     nonlinear: tuple[Nonlinearity, ...] = ()
-    limits: tuple[Callable[[Any, Any], Any], ...] = ()
+    limits: tuple[Callable[..., Any], ...] = ()
     family: str = field(default="", compare=False)
     observer: Callable[[Any], tuple[Any, Any, Any]] | None = field(default=None, compare=False)
     continuous: Callable[[Any, bool], ContinuousForm] | None = field(default=None, compare=False)
@@ -151,7 +152,7 @@ class Law:
     winds_up: bool = field(default=False, compare=False)
     shared: Mapping[str, tuple[str, ...]] = field(default_factory=dict[str, tuple[str, ...]], compare=False)
     axes: Mapping[str, Mapping[str, Span]] = field(default_factory=dict[str, Mapping[str, Span]], compare=False)
-    on_airframe: Callable[[Vehicle], Mapping[str, float]] | None = field(default=None, compare=False)
+    on_airframe: Callable[[Vehicle], Mapping[str, Mapping[str, float]]] | None = field(default=None, compare=False)
     every: int = 1
     plain: "Law | None" = field(default=None, compare=False)
     origin: Origin | None = field(default=None, compare=False)

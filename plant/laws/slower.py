@@ -47,3 +47,18 @@ def slower(law: Law, every: int) -> Law:
         )
 
     return replace(law, Memory=Memory, prepare=prepare, start=start, step=step, every=every, plain=law)
+
+
+def always_due(law: Law, every: int) -> Law:
+    """Return a law that steps in every control period as if it were so many of them long: at rest it is what a slower law is."""
+    law_prepare, law_step = law.prepare, law.step
+
+    def prepare(gains: Any, h: float) -> Any:
+        return law_prepare(gains, every * h)
+
+    def step(
+        memory: Any, constants: Any, channel: Channel, setpoint: Setpoint, measured: Measured, applied: Applied, h: float
+    ) -> tuple[float, Any]:  # fmt: skip
+        return law_step(memory, constants, channel, setpoint, measured, applied, every * h)
+
+    return replace(law, prepare=prepare, step=step)

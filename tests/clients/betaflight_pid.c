@@ -33,6 +33,7 @@ static pidProfile_t profile;
 static pt1Filter_t first[3], second[3];
 static biquadFilter_t notch[3];
 static bool notched;
+static float throttle;
 
 float getSetpointRate(int axis) { return asked[axis]; }
 float getMaxRcRate(int axis) { (void)axis; return profile.angle_limit; }
@@ -65,14 +66,16 @@ void betaflight_step(const double *setpoint, const double *rate, const int *angl
         asked[axis] = (float)setpoint[axis];
         attitude.raw[axis] = angle[axis];
     }
+    pidUpdateTpaFactor(throttle);
     pidController(&profile, 0);
     for (int axis = 0; axis < 3; axis++) {
         sum[axis] = pidData[axis].Sum;
     }
 }
 
-/* gains: p, i, d of roll, pitch, yaw, then angle_p_gain; filters [Hz]: gyro 1 and 2, notch and its cut-off, D 1 and 2, yaw. */
-void betaflight_start(const int *gains, const int *filters, int microseconds, int angle_mode)
+/* gains: p, i, d of roll, pitch, yaw, then angle_p_gain; filters [Hz]: gyro 1 and 2, notch and its cut-off, D 1 and 2, yaw;
+ * large: throttle [%], tpa_rate, tpa_breakpoint, tpa_mode, iterm_relax, iterm_relax_cutoff. */
+void betaflight_start(const int *gains, const int *filters, const int *large, int microseconds, int angle_mode)
 {
     double sum[3];
 
@@ -90,8 +93,11 @@ void betaflight_start(const int *gains, const int *filters, int microseconds, in
     profile.pid[PID_LEVEL].P = gains[9];
     profile.pid[PID_LEVEL].F = 0;
     profile.anti_gravity_gain = 0;
-    profile.tpa_rate = 0;
-    profile.iterm_relax = 0;
+    profile.tpa_rate = large[1];
+    profile.tpa_breakpoint = large[2];
+    profile.tpa_mode = large[3];
+    profile.iterm_relax = large[4];
+    profile.iterm_relax_cutoff = large[5];
     profile.angle_earth_ref = 0;
     profile.angle_limit = 80;
     profile.dterm_lpf1_dyn_min_hz = 0;
@@ -101,9 +107,11 @@ void betaflight_start(const int *gains, const int *filters, int microseconds, in
     pidConfigMutable()->pid_process_denom = 1;
     gyro.targetLooptime = microseconds;
     flightModeFlags = angle_mode ? ANGLE_MODE : 0;
+    /* Twice, as the firmware does while it starts: the first finds I-term relax still off and leaves its filter out. */
+    pidInit(&profile);
     pidInit(&profile);
     pidStabilisationState(PID_STABILISATION_ON);
-    pidUpdateTpaFactor(0.3f);
+    throttle = 0.01f * large[0];
     notched = filters[2] && filters[3];
     for (int axis = 0; axis < 3; axis++) {
         pt1FilterInit(&first[axis], filters[0] ? pt1FilterGain(filters[0], 1e-6f * microseconds) : 1.0f);

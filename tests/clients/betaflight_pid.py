@@ -2,6 +2,7 @@
 
 import ctypes
 import subprocess
+from collections.abc import Sequence
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +16,10 @@ Array = NDArray[np.float64]
 SOURCES = ("flight/pid.c", "flight/pid_init.c", "common/filter.c", "common/maths.c")
 PLACES = ("main", "main/target", "platform/SIMULATOR", "platform/SIMULATOR/include", "platform/SIMULATOR/target/SITL")
 SYMBOLS = ("SITL", "TARGET=SITL", '__TARGET__="SITL"', "SIMULATOR_BUILD", "USE_SITL", "FLASH_SIZE=2048", "_GNU_SOURCE")
+
+
+NEITHER = (30, 0, 1350, 1, 0, 15)
+"""Throttle and settings without TPA and without I-term relax."""
 
 
 class RateController:
@@ -38,16 +43,18 @@ class RateController:
         setpoint: Array,
         rate: Array,
         angle: Array | None = None,
+        large: Sequence[int] = NEITHER,
     ) -> Array:
         """Return the PID sums (n, 3) of setpoints and rates (n, 3) [deg/s]; with angles (n, 3) [0.1 deg] setpoints of roll and
         pitch are angles [deg].
 
         gains: P, I, D of roll, pitch and yaw, then the level gain. filters [Hz]: gyro 1 and 2, notch and its cut-off, D 1 and 2,
-        yaw. period [us].
+        yaw. period [us]. large: throttle [%], tpa_rate, tpa_breakpoint, tpa_mode, iterm_relax, iterm_relax_cutoff.
         """
-        whole = ctypes.c_int * 10
         self._code.betaflight_start(
-            whole(*gains), (ctypes.c_int * 7)(*filters), ctypes.c_int(period), ctypes.c_int(angle is not None)
+            *((ctypes.c_int * len(each))(*each) for each in (gains, filters, large)),
+            ctypes.c_int(period),
+            ctypes.c_int(angle is not None),
         )
         sums, out, numbers = np.empty_like(rate), (ctypes.c_double * 3)(), ctypes.c_double * 3
         angles = np.zeros(rate.shape, dtype=int) if angle is None else angle.astype(int)

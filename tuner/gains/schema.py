@@ -192,7 +192,7 @@ def controller_schema(laws: list[str]) -> Row:
 def vehicle_schema() -> Row:
     """Return the schema of "vehicle"."""
     plain = {"type": "string", "pattern": "^[A-Za-z0-9 ._-]{1,128}(?!\n)$"}
-    name = {"type": "string", "pattern": "^[A-Za-z][A-Za-z0-9_]{0,31}(?!\n)$"}
+    name = {"type": "string", "pattern": "^[A-Za-z][A-Za-z0-9_.]{0,31}(?!\n)$"}
     return closed(
         {
             **dict.fromkeys(("target", "target_version", "file"), plain),

@@ -117,10 +117,10 @@ def step(
     return constants.authority * output / channel.b0, Memory(integral, target, error, derivative, kept_gyro)
 
 
-def on_airframe(vehicle: Vehicle) -> Mapping[str, float]:
+def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
     """Acceleration that a unit of normalised torque gives about each axis [rad/s2], with thrust linearised (MOT_THST_EXPO)."""
     rotors = actuation(vehicle)
-    return accelerations(rotors, ardupilot_factors(rotors), rotors.thrust_max, vehicle, "ArduPilot")
+    return {"authority": accelerations(rotors, ardupilot_factors(rotors), rotors.thrust_max, vehicle, "ArduPilot")}
 
 
 ATTITUDE = ("roll", "pitch", "yaw")

@@ -1,11 +1,13 @@
 """Betaflight: level gain around a rate PID in deg/s, D on the measurement, first-order low-passes, a notch, yaw's own filter.
 
     w_sp = LP3(angle_p/10 (r - y)) + r',    w = LP1(N(LP2(y'))),    w_d = LP_d2(LP_d1(w)),    e = w_sp - w
-    output = 0.032029 LP_p(p e) + I - 0.000529 d w_d',    I' = 0.244381 i e,    |I| <= i_limit,    |output| <= limit
+    output = 0.032029 LP_p(t_p p e) + I - 0.000529 t d w_d',    I' = 0.244381 i x e,    |I| <= i_limit,    |output| <= limit
+    t = 1 - tpa_rate (throttle - b)/(1 - b) above the breakpoint b,    x = max(0, 1 - |w_sp - LP_x(w_sp)|/relax)
 
 in degrees; p, i, d and angle_p are the integers of the settings and yaw's I counts 2.5 times. I is in force in the period in
-which it is formed, and nothing but its limit keeps it from winding up. `authority` is the acceleration that a unit of output
-gives. What acts on sticks, throttle and large motions alone is not here: feed-forward, I-term relax, D max, TPA, anti-gravity.
+which it is formed; its limit and I-term relax, which stops it while the set point moves, keep it from winding up. t is the
+attenuation by throttle (TPA), of D and with tpa_p of P, at the throttle that hovers, as `authority`, the acceleration that a
+unit of output gives, is. What acts on sticks and large motions alone is not here: feed-forward, D max, anti-gravity.
 Betaflight 2025.12: src/main/flight/pid.c, pid_init.c, src/main/sensors/gyro_filter_impl.c, src/main/common/filter.c.
 """
 
@@ -13,7 +15,7 @@ from collections.abc import Mapping
 from typing import NamedTuple
 
 from plant.airframes.actuation import actuation
-from plant.airframes.scales import accelerations, betaflight_factors, command_slope
+from plant.airframes.scales import accelerations, betaflight_factors, command_slope, hover_share
 from plant.laws.autopilots.windup import bounded
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.filters import (
@@ -30,7 +32,7 @@ from plant.laws.filters import (
     step_stages,
 )
 from plant.laws.law import GainInfo, Law, Span
-from plant.primitives import maximum, select
+from plant.primitives import absolute, maximum, minimum, select
 from plant.vehicle import Vehicle
 
 SOURCE = "Betaflight 2025.12, src/main/flight/pid.c and src/main/cli/settings.c"
@@ -42,7 +44,9 @@ FULL = 1000.0
 
 class Gains(NamedTuple):
     """angle_p [0.1/s]; p, i, d [1]: integers of the settings; i_factor [1]; i_limit, limit [1]: of the integral and the sum;
-    angle_cutoff, p_cutoff, gyro_lpf1, gyro_lpf2, notch, notch_cutoff, d_lpf1, d_lpf2 [Hz], 0 for none; authority [y/s2].
+    angle_cutoff, p_cutoff, gyro_lpf1, gyro_lpf2, notch, notch_cutoff, d_lpf1, d_lpf2 [Hz], 0 for none; authority [y/s2];
+    relax [deg/s], 0 for none; relax_cutoff [Hz]; tpa_rate [%], tpa_breakpoint [us], tpa_p [1]: 1 where TPA acts on P too;
+    throttle [1] at hover.
     """
 
     angle_p: float
@@ -60,11 +64,19 @@ class Gains(NamedTuple):
     notch_cutoff: float
     d_lpf1: float
     d_lpf2: float
+    relax: float
+    relax_cutoff: float
+    tpa_rate: float
+    tpa_breakpoint: float
+    tpa_p: float
+    throttle: float
     authority: float
 
 
 class Constants(NamedTuple):
-    """Gains per rad, and filters as shares of a new sample and a section; order: stages of the filter behind the level gain."""
+    """Gains per rad, attenuated by throttle, and filters as shares of a new sample and a section; order: stages of the filter
+    behind the level gain; relax [1/(y/s)]: share of the integral that a moving set point takes away.
+    """
 
     outer: float
     p: float
@@ -80,11 +92,13 @@ class Constants(NamedTuple):
     notch: Section
     d1: float
     d2: float
+    relax: float
+    relax_share: float
     authority: float
 
 
 class Memory(NamedTuple):
-    """integral [1]; what the filters keep [y/s]; derivative: rate behind the filters of D."""
+    """integral [1]; what the filters keep [y/s]; derivative: rate behind the filters of D; asked: set point behind its own."""
 
     integral: float
     angle: Stages
@@ -94,18 +108,26 @@ class Memory(NamedTuple):
     notch: Delays
     d1: float
     derivative: float
+    asked: float
+
+
+def attenuation(rate: float, breakpoint_: float, throttle: float) -> float:
+    """Factor [1] of TPA at a throttle [1] for its rate [%] and its breakpoint [us], 1000 to 2000."""
+    begins = minimum(maximum(0.001 * breakpoint_ - 1.0, 0.0), 0.99)
+    return 1.0 - 0.01 * rate * maximum(throttle - begins, 0.0) / (1.0 - begins)
 
 
 def prepare(gains: Gains, h: float) -> Constants:
     """Sample the filters; the quality of the notch is that of its lower cut-off."""
+    t = attenuation(gains.tpa_rate, gains.tpa_breakpoint, gains.throttle)
     below = maximum(gains.notch * gains.notch - gains.notch_cutoff * gains.notch_cutoff, 0.0)
     there = below > 0.0
     quality = select(there, gains.notch * gains.notch_cutoff / select(there, below, 1.0), 0.0)
     return Constants(
         0.1 * gains.angle_p,
-        DEGREES * P_SCALE * gains.p,
+        DEGREES * P_SCALE * gains.p * select(gains.tpa_p > 0.5, t, 1.0),
         DEGREES * I_SCALE * gains.i_factor * gains.i,
-        DEGREES * D_SCALE * gains.d,
+        DEGREES * D_SCALE * gains.d * t,
         gains.i_limit,
         gains.limit,
         stages_share(gains.angle_cutoff, 3.0, h),
@@ -116,6 +138,8 @@ def prepare(gains: Gains, h: float) -> Constants:
         notch_by_q(gains.notch, quality, h),
         stage_share(gains.d_lpf1, h),
         stage_share(gains.d_lpf2, h),
+        select(gains.relax > 0.0, DEGREES / select(gains.relax > 0.0, gains.relax, 1.0), 0.0),
+        stage_share(gains.relax_cutoff, h),
         gains.authority,
     )
 
@@ -132,7 +156,13 @@ def start(constants: Constants, measured: Measured, held: float) -> Memory:
         settled_section(rate, constants.notch),
         rate,
         rate,
+        0.0,
     )
+
+
+def relaxed(error: float, motion: float, constants: Constants) -> float:
+    """The error that the integral takes in while the set point is off its low-pass by a motion [y/s]."""
+    return error * maximum(1.0 - constants.relax * absolute(motion), 0.0)
 
 
 def limited(integral: float, constants: Constants) -> float:
@@ -162,19 +192,25 @@ def step(
     derivative = step_stage(memory.derivative, d1, constants.d2)
     level = constants.outer * (setpoint.value - measured.value)
     asked, kept_angle = step_stages(memory.angle, level, constants.angle, constants.order)
-    error = asked + setpoint.rate - rate
+    wanted = asked + setpoint.rate
+    usual = step_stage(memory.asked, wanted, constants.relax_share)
+    error = wanted - rate
     proportional = step_stage(memory.p, constants.p * error, constants.p_share)
-    integral = limited(memory.integral + h * constants.i * error, constants)
+    integral = limited(memory.integral + h * constants.i * relaxed(error, wanted - usual, constants), constants)
     output = limited_sum(proportional + integral - constants.d * (derivative - memory.derivative) / h, constants)
     return constants.authority * output / channel.b0, Memory(
-        integral, kept_angle, proportional, rate, gyro2, kept_notch, d1, derivative
+        integral, kept_angle, proportional, rate, gyro2, kept_notch, d1, derivative, usual
     )
 
 
-def on_airframe(vehicle: Vehicle) -> Mapping[str, float]:
-    """Acceleration that a unit of output gives about each axis [rad/s2]: the slope of thrust over command at hover counts."""
+def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
+    """Throttle at hover [1], and the acceleration that a unit of output gives there about each axis [rad/s2]."""
     rotors = actuation(vehicle)
-    return accelerations(rotors, betaflight_factors(rotors), command_slope(rotors, 0.0) / FULL, vehicle, "Betaflight")
+    slope = command_slope(rotors, 0.0) / FULL
+    return {
+        "authority": accelerations(rotors, betaflight_factors(rotors), slope, vehicle, "Betaflight"),
+        "throttle": dict.fromkeys(ATTITUDE, hover_share(rotors, 0.0)),
+    }
 
 
 ATTITUDE = ("roll", "pitch", "yaw")
@@ -250,6 +286,31 @@ LAW = Law(
             "cut-off of the second low-pass on D, first order, 0 for none", resolution=1.0,
         ),
         GainInfo(
+            "relax", "iterm_relax", "1", Span(8.0, 0.0, 8.0), Span(8.0, 0.0, 8.0), "linear", SOURCE,
+            "motion of the rate asked for, deg/s, at which the integral stands still: 8 in angle mode, 0 for never",
+            resolution=8.0,
+        ),
+        GainInfo(
+            "relax_cutoff", "iterm_relax_cutoff", "Hz", Span(15.0, 1.0, 50.0), Span(15.0, 1.0, 50.0), "log", SOURCE,
+            "cut-off of the low-pass that this motion is told from", exclusive=True, resolution=1.0,
+        ),
+        GainInfo(
+            "tpa_rate", "tpa_rate", "%", Span(65.0, 0.0, 100.0), Span(0.0, 0.0, 100.0), "linear", SOURCE,
+            "what D loses up to full throttle", resolution=1.0,
+        ),
+        GainInfo(
+            "tpa_breakpoint", "tpa_breakpoint", "us", Span(1350.0, 1000.0, 2000.0), Span(1350.0, 1000.0, 2000.0), "linear",
+            SOURCE, "throttle from which on D loses, 1000 to 2000", resolution=1.0,
+        ),
+        GainInfo(
+            "tpa_p", "tpa_mode", "1", Span(0.0, 0.0, 1.0), Span(0.0, 0.0, 1.0), "linear", SOURCE,
+            "1 where P loses as D does (PD), 0 for D alone", resolution=1.0,
+        ),
+        GainInfo(
+            "throttle", "throttle", "1", Span(0.4, 0.05, 1.0), Span(0.4, 0.05, 1.0), "linear", SOURCE,
+            "throttle at hover, of 1", exclusive=True, airframe=True,
+        ),
+        GainInfo(
             "authority", "authority", "{y} s^-2", Span(0.3, 0.01, 5.0), Span(0.03, 0.01, 0.1), "log", SOURCE,
             "angular acceleration that a unit of output gives", exclusive=True, airframe=True,
         ),
@@ -257,11 +318,15 @@ LAW = Law(
     sampling="low-passes: backward Euler; notch: bilinear, centre exact; D: backward difference; integral: forward Euler, in "
     "force at once",
     promises=frozenset({"rejects"}),
-    limits=(limited, limited_sum),
+    limits=(relaxed, limited, limited_sum),
     winds_up=True,
     shared={
         "angle_p": ("roll", "pitch"),
-        **dict.fromkeys(("gyro_lpf1", "gyro_lpf2", "notch", "notch_cutoff", "d_lpf1", "d_lpf2"), ATTITUDE),
+        "relax": ("roll", "pitch"),
+        **dict.fromkeys(
+            ("gyro_lpf1", "gyro_lpf2", "notch", "notch_cutoff", "d_lpf1", "d_lpf2", "relax_cutoff", "tpa_rate",
+             "tpa_breakpoint", "tpa_p"), ATTITUDE,
+        ),
     },
     axes={
         "pitch": {"p": Span(47.0, 1.0, 250.0), "i": Span(84.0, 1.0, 250.0), "d": Span(34.0, 0.0, 250.0)},
@@ -273,6 +338,7 @@ LAW = Law(
             "angle_p": Span(20.0, 5.0, 100.0),
             "angle_cutoff": Span(0.0, 0.0, 100.0),
             "p_cutoff": Span(100.0, 0.0, 500.0),
+            "relax": Span(0.0, 0.0, 8.0),
         },
     },
     on_airframe=on_airframe,

@@ -146,12 +146,11 @@ def step(
     )
 
 
-def on_airframe(vehicle: Vehicle) -> Mapping[str, float]:
+def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
     """Acceleration that a count gives about each axis [rad/s2], with thrust proportional to counts (battery compensation)."""
     rotors = actuation(vehicle)
-    return accelerations(
-        rotors, crazyflie_factors(rotors), rotors.thrust_max / FULL, vehicle, "the Crazyflie's X mixing"
-    )
+    count = rotors.thrust_max / FULL
+    return {"authority": accelerations(rotors, crazyflie_factors(rotors), count, vehicle, "the Crazyflie's X mixing")}
 
 
 ATTITUDE = ("roll", "pitch", "yaw")

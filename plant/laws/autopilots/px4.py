@@ -132,10 +132,10 @@ def step(
     return command, Memory(integral, notched, kept_gyro, kept_derivative, kept_notch)
 
 
-def on_airframe(vehicle: Vehicle) -> Mapping[str, float]:
+def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
     """Acceleration that a unit of normalised torque gives about each axis [rad/s2], with thrust linearised (THR_MDL_FAC)."""
     rotors = actuation(vehicle)
-    return accelerations(rotors, px4_factors(rotors), rotors.thrust_max, vehicle, "PX4")
+    return {"authority": accelerations(rotors, px4_factors(rotors), rotors.thrust_max, vehicle, "PX4")}
 
 
 LAW = Law(

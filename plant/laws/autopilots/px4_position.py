@@ -90,9 +90,9 @@ def step(
     return constants.authority * demand / channel.b0, Memory(integral, measured.rate, acceleration)
 
 
-def on_airframe(vehicle: Vehicle) -> Mapping[str, float]:
+def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
     """Return what the vehicle accelerates by for 1 m/s2 of PX4's, with thrust linearised (THR_MDL_FAC) and its hover known."""
-    return dict.fromkeys(("x", "y", "z"), vehicle.gravity / GRAVITY)
+    return {"authority": dict.fromkeys(("x", "y", "z"), vehicle.gravity / GRAVITY)}
 
 
 LAW = Law(

@@ -72,7 +72,11 @@ def betaflight(gains: dict[str, float], w: Array, h: float) -> tuple[Complex, Co
     notch = filtered((np.array([1.0, turn, 1.0]), np.array([1.0 + alpha, turn, 1.0 - alpha])), w, h)
     gyro = stage(gains["gyro_lpf1"], w, h) * stage(gains["gyro_lpf2"], w, h) * notch
     on_error = degrees * (0.032029 * gains["p"] + 0.244381 * gains["i"] * h / (1.0 - 1.0 / z))
-    derivative = degrees * 0.000529 * gains["d"] * stage(gains["d_lpf1"], w, h) * stage(gains["d_lpf2"], w, h)
+    # Throttle that hovers, above the breakpoint: D is attenuated.
+    share = 0.01 * gains["tpa_rate"] * (gains["throttle"] - 0.3) / (1.0 - 0.3)
+    derivative = (
+        degrees * 0.000529 * gains["d"] * (1.0 - share) * stage(gains["d_lpf1"], w, h) * stage(gains["d_lpf2"], w, h)
+    )
     on_rate = gyro * (on_error + derivative * (1.0 - 1.0 / z) / h)
     level = 0.1 * gains["angle_p"] * stage(1.0 / np.sqrt(2.0 ** (1.0 / 3.0) - 1.0) * 50.0, w, h) ** 3
     return gains["authority"] * on_error * level, gains["authority"] * on_rate
@@ -97,7 +101,7 @@ FORMS: dict[str, Callable[..., tuple[Complex, Complex]]] = {
 }
 CHOSEN = {
     "ardupilot": {"ff": 0.01, "error_cutoff": 45.0, "gyro_cutoff": 35.0, "authority": 120.0, "d": 0.002},
-    "betaflight": {"notch": 100.0, "notch_cutoff": 80.0, "authority": 0.2},
+    "betaflight": {"notch": 100.0, "notch_cutoff": 80.0, "authority": 0.2, "tpa_breakpoint": 1300.0, "throttle": 0.7},
     "crazyflie": {"angle_d": 0.02, "d_cutoff": 40.0, "ff": 3.0, "authority": 1e-3},
     "px4": {"ff": 0.02, "notch": 90.0, "notch_width": 25.0, "d_cutoff": 45.0, "authority": 150.0},
 }

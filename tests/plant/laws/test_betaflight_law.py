@@ -1,6 +1,6 @@
 """The law against Betaflight's own rate controller, sample by sample: what differs is the rounding of its float32."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from math import radians
 
 import numpy as np
@@ -10,11 +10,14 @@ from numpy.typing import NDArray
 from plant.contract.axis import defaults
 from plant.laws import LAWS
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
-from tests.clients.betaflight_pid import RateController
+from tests.clients.betaflight_pid import NEITHER, RateController
 
 Array = NDArray[np.float64]
 LAW = LAWS["betaflight"]
 AXES = ("roll", "pitch", "yaw")
+# Numbers of the firmware's choices.
+PD, D = 0, 1
+RP, RPY = 1, 2
 # Largest difference over the largest sum of a run: float32 has 7 digits; the firmware's notch, in float32 with a sine and a cosine
 # that are approximations, loses one or two of them.
 ROUNDING, WITH_NOTCH = 4e-6, 1e-4
@@ -47,9 +50,14 @@ def motion(seed: int, count: int, scale: float) -> Array:
 
 
 def flown(
-    gains: list[int], filters: list[int], period: int, setpoint: Array, rate: Array, angle: Array | None
-) -> Array:
-    """Return the outputs of our law for the same signals, in units of the firmware's sum."""
+    gains: list[int], filters: list[int], period: int, setpoint: Array, rate: Array, angle: Array | None,
+    large: Sequence[int] = NEITHER,
+) -> Array:  # fmt: skip
+    """Return the outputs of our law for the same signals, in units of the firmware's sum; large: as the client takes it."""
+    throttle, tpa_rate, tpa_breakpoint, tpa_mode, relax, relax_cutoff = map(float, large)
+    # The firmware's threshold is 40 deg/s, a fifth of it in angle mode.
+    threshold = 40.0 if angle is None else 8.0
+    attenuated = {"tpa_rate": tpa_rate, "tpa_breakpoint": tpa_breakpoint, "tpa_p": 1.0 - tpa_mode}
     sums = np.empty_like(rate)
     h = 1e-6 * period
     for k, axis in enumerate(AXES):
@@ -61,6 +69,8 @@ def flown(
         chosen["p_cutoff"] = float(filters[6]) if axis == "yaw" else 0.0
         level = angle is not None and axis != "yaw"
         chosen["angle_p"] = gains[9] if level else 0.0
+        chosen |= {**attenuated, "throttle": 0.01 * throttle, "relax_cutoff": relax_cutoff}
+        chosen["relax"] = threshold if relax == RPY or (relax == RP and axis != "yaw") else 0.0
         constants = LAW.prepare(LAW.Gains(**chosen), h)
         # The firmware's filters begin at 0.
         memory = LAW.start(constants, Measured(0.0, 0.0), 0.0)
@@ -97,6 +107,26 @@ def test_angles_are_controlled_as_betaflight_does(firmware: RateController, seed
     angle = np.rint(10.0 * np.clip(motion(seed + 200, 400, 20.0), -40.0, 40.0))
     theirs = firmware.run(gains, filters, period, setpoint, rate, angle)
     check_same(flown(gains, filters, period, setpoint, rate, angle), theirs, filters)
+
+
+@pytest.mark.parametrize("seed", range(8))
+def test_throttle_attenuates_and_moving_set_points_relax_as_in_betaflight(firmware: RateController, seed: int) -> None:
+    """In both modes of TPA, below and above its breakpoint, with I-term relax of two axes and of three, in rate and angle mode."""
+    gains, filters, period = drawn(seed)
+    large = (
+        (70, 65, 1350, D, RP, 15),
+        (20, 80, 1350, PD, RPY, 7),
+        (95, 100, 1200, PD, RP, 30),
+        (100, 65, 1350, D, RPY, 15),
+    )[seed % 4]
+    setpoint, rate = motion(seed, 400, 60.0), motion(seed + 100, 400, 60.0)
+    angle = np.rint(10.0 * np.clip(motion(seed + 200, 400, 20.0), -40.0, 40.0)) if seed > 3 else None
+    setpoint = setpoint if angle is None else np.clip(setpoint, -40.0, 40.0)
+    theirs = firmware.run(gains, filters, period, setpoint, rate, angle, large)
+    check_same(flown(gains, filters, period, setpoint, rate, angle, large), theirs, filters)
+    # Both have a say.
+    without = flown(gains, filters, period, setpoint, rate, angle)
+    assert np.abs(theirs - without)[:, 0].max(axis=0) > 0.01 * np.abs(theirs)[:, 0].max(axis=0)
 
 
 def test_the_integral_is_limited_as_betaflights(firmware: RateController) -> None:

@@ -26,6 +26,7 @@ CONTROLLERS = {
     "ladrc": controller("ladrc", "ladrc", period=0.002, roll__zeta=1.0, pitch__zeta=1.0, yaw__zeta=1.0),
     "hybrid": controller("ladrc", "hybrid", period=0.002),
     "px4": controller("px4_position", "px4", period=0.002, every=4),
+    "crazyflie": controller("pid", "crazyflie", period=0.002, every=5),
 }
 # Resolution of a target in our gains: float32 is 6e-8; integers of a command line are coarse.
 RESOLUTION = {"betaflight": 0.2, "betaflight-adrc": 0.2}

@@ -9,11 +9,14 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from plant.gains import gain_addresses
 from tests.tuner.exchange.ardupilot.test_ardupilot import values_of as ardupilot_values
 from tests.tuner.exchange.px4.test_px4 import values_of
 from tests.tuner.exchange.reading import DIGEST, read, write
-from tests.tuner.exchange.vehicle_files import ardupilot_files, px4_files
+from tests.tuner.exchange.vehicle_files import ardupilot_files, crazyflie_files, px4_files
 from tuner.exchange.ardupilot import export as ardupilot
+from tuner.exchange.crazyflie import export as crazyflie
+from tuner.exchange.crazyflie import text as cflib_file
 from tuner.exchange.px4 import export as px4
 from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.run import bundle_of
@@ -145,8 +148,32 @@ def test_an_ardupilot_vehicle_is_what_it_was(case, tmp_path):
     assert made.held.gains == pytest.approx(controller.gains, rel=1e-6, abs=1e-12)
 
 
+# What the Crazyflie's own loops carry: all but feed-forward of angles and positions, D of velocities and I of positions.
+CRAZYFLIE_CARRIED = {
+    *(f"pid_rate.{axis}_{term}" for axis in ("roll", "pitch", "yaw") for term in ("kp", "ki", "kd", "kff")),
+    *(f"pid_attitude.{axis}_{term}" for axis in ("roll", "pitch", "yaw") for term in ("kp", "ki", "kd")),
+    *(f"velCtlPid.v{axis}{term}" for axis in "xyz" for term in ("Kp", "Ki")), *(f"posCtlPid.{axis}Kp" for axis in "xyz"),
+    "posCtlPid.rLimit", "posCtlPid.pLimit", "pid_rate.rateFiltEn", *(f"pid_rate.om{axis}FiltCut" for axis in "xyz"),
+}  # fmt: skip
+
+
+@pytest.mark.parametrize("case", crazyflie_files(), ids=lambda case: case.name)
+def test_a_crazyflie_is_what_it_was(case, tmp_path):
+    found, controller = imported("crazyflie", case, tmp_path)
+    assert controller.gains == found.controller.gains and controller.cascade.position_every == 5
+    made = exported("crazyflie", controller)
+    values = held_values(cflib_file.read(write(tmp_path, made.files[crazyflie.FILE], "back.yaml")))
+    check_untouched(case, found, made, values, CRAZYFLIE_CARRIED)
+    plain = [name for name in CRAZYFLIE_CARRIED & set(case.values) if name.startswith("pid_")]
+    assert {name: values[name] for name in plain} == {name: float(np.float32(case.values[name])) for name in plain}
+    assert made.held.gains == pytest.approx(
+        [0.0 if gain.info.name == "t_f" else controller.gains[gain.column] for gain in gain_addresses(controller.cascade)],
+        rel=1e-6, abs=1e-12,
+    )  # fmt: skip
+
+
 def test_there_are_twenty_files_of_each():
-    for files in (px4_files(), ardupilot_files()):
+    for files in (px4_files(), ardupilot_files(), crazyflie_files()):
         assert len(files) == len({case.text for case in files}) == 20
 
 

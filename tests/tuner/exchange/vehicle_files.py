@@ -152,6 +152,52 @@ def px4_files() -> list[VehicleFile]:
     return files
 
 
+# Generous ranges of the Crazyflie's parameters: it documents none.
+CRAZYFLIE_RANGES = {
+    **{f"pid_rate.{axis}_{term}": span for axis in ("roll", "pitch", "yaw") for term, span in
+       (("kp", (50.0, 900.0)), ("ki", (10.0, 1500.0)), ("kd", (0.0, 10.0)), ("kff", (0.0, 50.0)))},
+    **{f"pid_attitude.{axis}_{term}": span for axis in ("roll", "pitch", "yaw") for term, span in
+       (("kp", (2.0, 20.0)), ("ki", (0.0, 20.0)), ("kd", (0.0, 1.0)))},
+    **{f"velCtlPid.v{axis}{term}": span for axis in "xyz" for term, span in
+       (("Kp", (5.0, 40.0)), ("Ki", (0.1, 20.0)), ("Kd", (0.0, 2.0)))},
+    **{f"posCtlPid.{axis}Kp": (0.5, 4.0) for axis in "xyz"},
+    "posCtlPid.zKi": (0.0, 1.0), "pid_rate.omxFiltCut": (20.0, 120.0), "pid_rate.omyFiltCut": (20.0, 120.0),
+    "pid_rate.omzFiltCut": (20.0, 120.0),
+}  # fmt: skip
+CRAZYFLIE_OTHERS = {"stabilizer.controller": 1.0, "ring.effect": 7.0}
+# The firmware's own defaults, what a heavier vehicle sets, and integrals of position that are faster than its outer loop.
+CRAZYFLIE_TYPED = (
+    {"pid_rate.roll_kp": 250.0, "pid_attitude.yaw_kd": 0.35, "posCtlPid.zKi": 0.5},
+    {"pid_rate.roll_kp": 180.0, "pid_rate.pitch_kp": 180.0, "pid_attitude.roll_ki": 0.0, "pid_rate.yaw_kd": 1.5},
+    {"velCtlPid.vzKi": 60.0, "velCtlPid.vzKp": 10.0, "posCtlPid.zKp": 1.5},
+)
+
+
+def crazyflie_file(name: str, values: dict[str, float], block: bool, *settings: str) -> VehicleFile:
+    """A file of cflib; block: each parameter over four lines, as PyYAML writes them."""
+    lines = ["type: persistent_param_state", "version: '1'", "params:"]
+    for key, value in {**values, **CRAZYFLIE_OTHERS}.items():
+        fields = {"is_stored": "true", "default_value": "0.0", "stored_value": repr(value)}
+        parts = [f"{field}: {text}" for field, text in fields.items()]
+        lines += [f"  {key}:", *(f"    {part}" for part in parts)] if block else [f"  {key}: {{{', '.join(parts)}}}"]
+    return VehicleFile(
+        name, "\n".join(lines) + "\n", {**values, **CRAZYFLIE_OTHERS}, settings, frozenset(CRAZYFLIE_OTHERS)
+    )
+
+
+def crazyflie_files() -> list[VehicleFile]:
+    """Twenty: three typed, seventeen drawn; every third of those lacks half of its lines, every other one filters D."""
+    files = [crazyflie_file(f"typed-{i}", values, i == 1) for i, values in enumerate(CRAZYFLIE_TYPED)]
+    for i in range(17):
+        values = drawn(CRAZYFLIE_RANGES, "crazyflie files", i)
+        values = {name: value for name, value in values.items() if i % 2 or "FiltCut" not in name}
+        values |= {"pid_rate.rateFiltEn": float(i % 2)}
+        if i % 3 == 2:
+            values = {name: value for k, (name, value) in enumerate(values.items()) if k % 2 or "Filt" in name}
+        files.append(crazyflie_file(f"drawn-{i}", values, i % 4 == 1, *(("full_thrust=0.14",) if i % 5 == 4 else ())))
+    return files
+
+
 def ardupilot_file(
     name: str, values: dict[str, float], firmware: str, layout: int, *settings: str, banner: str = ""
 ) -> VehicleFile:

@@ -49,8 +49,8 @@ def test_a_target_gives_laws_rates_and_defaults(name: str, tmp_path: Path) -> No
     held = {gain.address: float(study.default_row[gain.column]) for gain in study.system.gains}
     facts = cascade.attitude.on_airframe
     assert facts is not None
-    for axis, value in facts(study.airframe.vehicle).items():
-        assert held[f"{axis}.authority"] == value
+    for fact, values in facts(study.airframe.vehicle).items():
+        assert {axis: held[f"{axis}.{fact}"] for axis in values} == values
     assert study.resolved()["target"] == name
 
 

@@ -36,12 +36,12 @@ from tuner.exchange.betaflight.map import (
     to_betaflight,
 )
 from tuner.exchange.betaflight.own_loops import (
-    OWN_SWITCHES,
     OWN_TABLE,
     is_own,
     own_differences,
     own_held,
     own_settings,
+    own_switches,
 )
 from tuner.exchange.betaflight.text import profile, read_cli, read_release, read_selected, whole, write_cli
 from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request
@@ -101,15 +101,15 @@ def own_export(request: Request, asked: Controller, rotors: Actuation) -> Bundle
     written = parameters(OWN_TABLE, wanted, nearest, NAME)
     check_rounding(written)
     values = {parameter.name: parameter.held for parameter in written}
-    held = own_held(asked, values, rotors)
+    held, switches = own_held(asked, values, rotors), own_switches(asked)
     about = (
         *heading(request, parameter_comment),
         f"For {NAME} to 2026.12. {LOADING}",
         f"Expected of the vehicle: {motors_text(rotors, MOTORS)}; yaw_motors_reversed = {reversed_yaw(rotors)}.",
     )
     return Bundle(
-        files={FILE: write_cli(settings(values, OWN_SWITCHES), profile(request.settings), about)},
-        rollback={FILE: rollback(request, OWN_TABLE, OWN_SWITCHES, values)},
+        files={FILE: write_cli(settings(values, switches), profile(request.settings), about)},
+        rollback={FILE: rollback(request, OWN_TABLE, switches, values)},
         held=replace(held, options=replace(asked.options, tilt_limit=tilt_limit(values))),
         differences=(*rate_sources(request.controller), *own_differences(asked)),
         target_version=NAME,

@@ -61,6 +61,8 @@ USUAL = "2025.12"
 OLDEST = RELEASES["4.3"].renamed
 MIXERS = ("QUADX", "QUADP")
 HEADING = Option("heading_gain", "angle loop around the yaw rate, which Betaflight has not, 1/s", default="2")
+# Kinds of I-term relax that our law has, the default first.
+KNOWN_RELAX = {"iterm_relax": ("RP", "RPY", "OFF"), "iterm_relax_type": ("SETPOINT",)}
 PROFILE = Option("profile", "PID profile that is read, 0 to 3", default="0")
 
 
@@ -111,18 +113,19 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     every = defaults(OWN_TABLE) | values
     every |= {name: whole(text, name, file) for name, text in texts.items() if name in OWN_TABLE}
     found = by_default(airframe, close_cascade(law("pid"), law(OWN.law), position_every(settings)), tilt, settings)
-    found = filled(own_read(found, every, rotors), {}, file)
+    found = filled(own_read(found, every, texts, rotors), {}, file)
     own_notes = (
         notes[0],
         *(note for note in (*_turning(texts, rotors), *_others(texts, release))),
         *_not_first_order(texts),
+        *_other_relax(texts),
     )
     return ImportedController(found, own_notes)
 
 
 def _not_first_order(texts: Mapping[str, str]) -> tuple[str, ...]:
     """Return a sentence on low-passes of another order than ours, and on notches that ours has not."""
-    kinds = {name: (usual,) for name, (_, usual) in OWN_SWITCHES.items() if name.endswith("_type")}
+    kinds = {name: (usual,) for name, (_, usual) in OWN_SWITCHES.items() if name.endswith(("lpf1_type", "lpf2_type"))}
     others = {"gyro_notch2_hz": ("0",), "dterm_notch_hz": ("0",)}
     there = [
         f"{name} = {texts[name]}" for name, usual in (kinds | others).items() if texts.get(name, usual[0]) != usual[0]
@@ -132,6 +135,12 @@ def _not_first_order(texts: Mapping[str, str]) -> tuple[str, ...]:
         if there
         else ()
     )
+
+
+def _other_relax(texts: Mapping[str, str]) -> tuple[str, ...]:
+    """Return a sentence on another kind of I-term relax than ours."""
+    there = [f"{name} = {texts[name]}" for name, known in KNOWN_RELAX.items() if texts.get(name, known[0]) not in known]
+    return (f"Our I-term relax is SETPOINT of RP or RPY: {', '.join(there)} flies otherwise.",) if there else ()
 
 
 def renamed(texts: Mapping[str, str], release: Release, stated: bool, file: Path) -> dict[str, str]:

@@ -15,13 +15,33 @@ from math import degrees, radians
 from plant.airframes.actuation import actuation
 from plant.airframes.scales import motors_text
 from plant.errors import InputError
-from tuner.exchange.aboard import rollback_request
+from tuner.exchange.aboard import Aboard, aboard, rollback_request, said_of_others
 from tuner.exchange.autopilot.parameters import defaults, single
-from tuner.exchange.autopilot.pid import axis_gains, rate_filters, rate_loop, rate_sources, setpoint_weights
+from tuner.exchange.autopilot.pid import (
+    axis_gains,
+    rate_filters,
+    rate_loop,
+    rate_sources,
+    setpoint_weights,
+    with_measured_rates,
+)
 from tuner.exchange.c99.sources import c_sources
 from tuner.exchange.crazyflie import text as param_file
-from tuner.exchange.crazyflie.map import ATTITUDE, ENTRIES, HORIZONTAL, MOTORS, check_mixing, held, parameters
-from tuner.exchange.target import Bundle, ExportTarget, Option, Request, number
+from tuner.exchange.crazyflie.import_ import FULL_THRUST, IMPORTER, full_thrust
+from tuner.exchange.crazyflie.map import (
+    ATTITUDE,
+    ENTRIES,
+    HORIZONTAL,
+    MOTORS,
+    TABLE,
+    check_mixing,
+    held,
+    parameters,
+    rounded,
+    units,
+)
+from tuner.exchange.crazyflie.own_loops import CARRIED, is_own, own_held, own_values
+from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request
 from tuner.exchange.texts import c_comment, filled, heading, markdown, parameter_comment
 from tuner.gains import Controller
 
@@ -34,15 +54,12 @@ CONTROLLER_FILES = (
 # Period of the firmware's stabilizer loop [s].
 TICK = 0.001
 BY_LAW, PARAMETERS, CONTROLLER = "by-law", "parameters", "controller"
-AIRFRAME = "airframe"
 FORM = Option(
     "form",
-    "parameters of the firmware's PID, or a controller to build in; by-law: parameters where both laws are pid",
+    "parameters of the firmware's PID, or a controller to build in; by-law: parameters where position is pid and attitude is pid "
+    "or crazyflie",
     (BY_LAW, PARAMETERS, CONTROLLER),
     BY_LAW,
-)
-FULL_THRUST = Option(
-    "full_thrust", "thrust of one motor at 65535 counts [N]; airframe: that of its largest speed", (), AIRFRAME
 )
 # The firmware's limit on the integral of a rate error [deg]; it is no parameter.
 INTEGRAL = {"roll": 33.3, "pitch": 33.3, "yaw": 166.7}
@@ -50,32 +67,27 @@ INTEGRAL = {"roll": 33.3, "pitch": 33.3, "yaw": 166.7}
 
 def export(request: Request) -> Bundle:
     """Write parameters or a controller, as the option `form` says; see `ExportTarget.export`."""
-    controller = request.controller
-    laws = {controller.cascade.position.name, controller.cascade.attitude.name}
-    form = request.settings[FORM.name]
-    if form == PARAMETERS and laws != {"pid"}:
-        others = ", ".join(sorted(laws - {"pid"}))
+    controller, form = request.controller, request.settings[FORM.name]
+    position, attitude = controller.cascade.position.name, controller.cascade.attitude.name
+    held_as_parameters = position == "pid" and (attitude == "pid" or is_own(controller))
+    if form == PARAMETERS and not held_as_parameters:
+        others = ", ".join(sorted({position, attitude} - {"pid"}))
         message = f"given '{form}', but the laws are {others}; the firmware's own loops are pid: leave the option out"
         raise InputError(message, key="--set form")
-    if form == CONTROLLER or laws != {"pid"}:
+    if form == CONTROLLER or not held_as_parameters:
         return as_controller(request)
-    return as_parameters(request)
+    return as_own_parameters(request) if is_own(controller) else as_parameters(request)
 
 
 def as_parameters(request: Request) -> Bundle:
     """Write a parameter file for cflib."""
     controller = request.controller
-    full = full_thrust(request)
+    full = full_thrust(controller.airframe.vehicle, request.settings)
     written = parameters(controller, full)
     values = {parameter.name: parameter.held for parameter in written}
     keeps = held(controller, full, values)
-    comments = (
-        *heading(request, parameter_comment),
-        f"65535 counts are {full:.6g} N of one motor; angles in degrees",
-        f"Expected of the vehicle: {motors_text(actuation(controller.airframe.vehicle), MOTORS)}",
-    )
     return Bundle(
-        files={FILE: param_file.text(comments, values)},
+        files={FILE: param_file.text(about(request, full), values)},
         rollback={FILE: rollback(request)},
         held=keeps,
         differences=parameter_differences(controller, keeps, full),
@@ -84,11 +96,56 @@ def as_parameters(request: Request) -> Bundle:
     )
 
 
-def full_thrust(request: Request) -> float:
-    """Return the thrust of one motor at 65535 counts [N]."""
-    if request.settings[FULL_THRUST.name] == AIRFRAME:
-        return actuation(request.controller.airframe.vehicle).thrust_max
-    return number(request.settings, FULL_THRUST.name, 0.01, 100.0, "N")
+def about(request: Request, full: float) -> tuple[str, ...]:
+    """Return the comments of a parameter file."""
+    rotors = actuation(request.controller.airframe.vehicle)
+    return (
+        *heading(request, parameter_comment),
+        f"65535 counts are {full:.6g} N of one motor; angles in degrees",
+        f"Expected of the vehicle: {motors_text(rotors, MOTORS)}",
+    )
+
+
+def as_own_parameters(request: Request) -> Bundle:
+    """Write a parameter file for cflib with the firmware's own attitude loops."""
+    asked, present = with_measured_rates(request.controller), aboard(request, TARGET.name, param_file.read)
+    full, before = full_thrust(asked.airframe.vehicle, request.settings), {} if present is None else present.values
+    written = rounded(own_values(asked, full, present), before)
+    values = {parameter.name: parameter.held for parameter in written}
+    complete = {**defaults(TABLE), **before, **values}
+    keeps = own_held(asked, units(asked, full), complete, dict.fromkeys((*HORIZONTAL, "z"), 0.0))
+    return Bundle(
+        files={FILE: param_file.text(about(request, full), values)},
+        rollback={FILE: own_rollback(request, written, present)},
+        held=keeps,
+        differences=own_differences(asked, keeps, full, present),
+        target_version=FIRMWARE,
+        parameters=written,
+    )
+
+
+def own_rollback(request: Request, written: tuple[HeldParameter, ...], present: Aboard | None) -> bytes:
+    """Return the file that restores the parameters written: what is on the vehicle, or the firmware's defaults."""
+    before: Mapping[str, float] = {} if present is None else present.values
+    usual = {parameter.name: before.get(parameter.name, TABLE[parameter.name].usual) for parameter in written}
+    origin = "the firmware's defaults" if present is None else f"{present.origin}, else the firmware's defaults"
+    return param_file.text((*heading(request, parameter_comment), f"Rollback: {origin}"), usual)
+
+
+def own_differences(asked: Controller, keeps: Controller, full: float, present: Aboard | None) -> tuple[str, ...]:
+    """Return what the firmware's loops add or lack beside the gains."""
+    axes = (*HORIZONTAL, "z")
+    before: Mapping[str, float] = {} if present is None else present.values
+    kept = {name: before[name] for name in TABLE if name in before and name not in CARRIED}
+    return (
+        setpoint_weights({axis: rate_loop(axis_gains(asked, axis), axis).setpoint_weight for axis in axes}),
+        f"Our rate filters of the position loops are absent ({rate_filters(asked, axes)}).",
+        "The gyro's filter of 80 Hz runs in the firmware at 1 kHz, ours with the loops; outputs are whole counts.",
+        "A low-pass on D (pid_rate.rateFiltEn) is read when the firmware starts: restart it after the file is stored.",
+        *_of_every_form(full, degrees(keeps.options.tilt_limit)),
+        *said_of_others(present, kept, {}),
+        *rate_sources(asked),
+    )
 
 
 def rollback(request: Request) -> bytes:
@@ -119,12 +176,18 @@ def parameter_differences(controller: Controller, keeps: Controller, full: float
         "the period they are formed in, ours one period later.",
         f"Integrals of the rate loops end at a torque of {limits}; ours end with the rotors. There is no back-calculation.",
         "Outputs are whole counts, limited to 32767 of 65535.",
+        *_of_every_form(full, tilt),
+        *rate_sources(controller),
+    )
+
+
+def _of_every_form(full: float, tilt: float) -> tuple[str, ...]:
+    return (
         f"65535 counts are taken as {full:.6g} N of one motor; thrust is proportional to counts only with its battery "
         "compensation.",
         "The position loops ask for at most 1.1 m/s (posCtlPid.xVelMax and others are not written).",
         f"Tilt is a/g, limited axis by axis to {tilt:.4g} deg; ours is atan(a/g), in a cone. Lift is not raised with tilt.",
         "Velocity and acceleration of the reference are not fed forward.",
-        *rate_sources(controller),
     )
 
 
@@ -182,7 +245,8 @@ def refuse_period(controller: Controller) -> None:
 
 TARGET = ExportTarget(
     name="crazyflie",
-    title="Crazyflie, parameters for cflib (PID) or an out-of-tree controller (any law)",
+    title="Crazyflie, parameters for cflib (PID, or its own loops) or an out-of-tree controller (any law)",
     export=export,
     options=(FORM, FULL_THRUST),
+    importer=IMPORTER,
 )

@@ -19,7 +19,7 @@ In legacy mode the motors get thrust -+ roll/2 +- pitch/2 +- yaw, in counts of w
 4 l/2 T/65535 N m for a count of roll, 4 k_m T/65535 for a count of yaw. Signs are those of body FRD.
 """
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from math import degrees, pi, radians, sqrt
 
@@ -29,8 +29,9 @@ from plant.airframes.actuation import Actuation, actuation
 from plant.airframes.scales import Motors, TorqueScale, torque_scale
 from plant.cascade import LEAST_LIFT
 from plant.errors import InputError
+from plant.laws.pid import Gains
 from tuner.exchange.autopilot.cascade import CascadeNames
-from tuner.exchange.autopilot.parameters import MOST, ParameterInfo, single
+from tuner.exchange.autopilot.parameters import MOST, NOTHING, ParameterInfo, Values, defaults, single
 from tuner.exchange.autopilot.parameters import parameters as held_against_table
 from tuner.exchange.autopilot.pid import RateLoop, axis_gains, parallel, rate_loop, with_gains, with_measured_rates
 from tuner.exchange.target import HeldParameter
@@ -102,8 +103,20 @@ NAMES = {
     **{axis: CascadeNames(f"posCtlPid.{axis}Kp", *(f"velCtlPid.v{axis}K{term}" for term in "pid")) for axis in "xyz"},
 }
 TILT = ("posCtlPid.rLimit", "posCtlPid.pLimit")
-# Held as uint16; all others are float32.
-INTEGERS = frozenset({"posCtlPid.thrustBase", "posCtlPid.thrustMin"})
+# Low-pass on the D terms of the rate loops, off by default: one switch, a cut-off for each axis. Read when the firmware starts.
+FILTER_SWITCH = "pid_rate.rateFiltEn"
+FILTER_CUTOFFS = {axis: f"pid_rate.om{letter}FiltCut" for axis, letter in zip(ATTITUDE, "xyz", strict=True)}
+FILTERS = {
+    FILTER_SWITCH: ParameterInfo(FILTER_SWITCH, "1", 0.0, 1.0, 0.0, "attitude.d_cutoff"),
+    **{
+        name: ParameterInfo(name, "Hz", 0.0, 0.5 * ATTITUDE_RATE, 30.0, f"{axis}.d_cutoff")
+        for axis, name in FILTER_CUTOFFS.items()
+    },
+}
+TABLE = {**ENTRIES, **FILTERS}
+"""Every parameter that acts in the loops."""
+# Held as whole numbers; all others are float32.
+INTEGERS = frozenset({"posCtlPid.thrustBase", "posCtlPid.thrustMin", FILTER_SWITCH})
 
 
 # The firmware's numbers of our rotors 1 to 4.
@@ -184,12 +197,20 @@ def units(controller: Controller, full: float) -> Units:
     )
 
 
-def values(controller: Controller, full: float) -> dict[str, float]:
-    """Return name -> value, unrounded; raises InputError naming gain or airframe where the firmware has no such loop."""
-    one = units(controller, full)
+def values(
+    controller: Controller, full: float, axes: Iterable[str] = NAMES, before: Values = NOTHING
+) -> dict[str, float]:
+    """Return name -> value, unrounded, our PID on some axes.
+
+    before: what is on the vehicle; of the two forms that one feedback has, the one nearer to that is taken. Raises InputError
+    naming gain or airframe where the firmware has no such loop.
+    """
+    one, present = units(controller, full), {**defaults(TABLE), **before}
     found = dict.fromkeys(ENTRIES, 0.0)
-    for axis, names in NAMES.items():
-        loop = rate_loop(axis_gains(controller, axis), axis)
+    for axis in axes:
+        names = NAMES[axis]
+        near = RateLoop(present[names.outer], *one.ours(axis, present[names.p], present[names.i])) if before else None
+        loop = rate_loop(axis_gains(controller, axis), axis, near)
         p, i = one.written(axis, loop.p, loop.i)
         found |= {names.outer: loop.outer, names.p: p, names.i: i}
     found |= dict.fromkeys(TILT, degrees(controller.options.tilt_limit))
@@ -198,22 +219,31 @@ def values(controller: Controller, full: float) -> dict[str, float]:
 
 def parameters(controller: Controller, full: float) -> tuple[HeldParameter, ...]:
     """Return every parameter as the vehicle holds it: uint16 or float32; raises InputError naming one that is out of range."""
-    asked = values(controller, full)
+    return rounded(values(controller, full))
+
+
+def rounded(asked: Values, before: Values = NOTHING) -> tuple[HeldParameter, ...]:
+    """Return parameters as the vehicle holds them; before: what is on it; raises InputError naming one that is out of range."""
     whole = {name: value for name, value in asked.items() if name in INTEGERS}
     real = {name: value for name, value in asked.items() if name not in INTEGERS}
     return (
-        *held_against_table(ENTRIES, real, single, NAME),
-        *held_against_table(ENTRIES, whole, lambda value: float(round(value)), NAME),
+        *held_against_table(TABLE, real, single, NAME, before),
+        *held_against_table(TABLE, whole, lambda value: float(round(value)), NAME, before),
     )
 
 
-def held(controller: Controller, full: float, written: Mapping[str, float]) -> Controller:
+def held(controller: Controller, full: float, written: Values) -> Controller:
     """Return the controller that the firmware flies with these parameters; rates come from its gyro and its estimator."""
-    one = units(controller, full)
+    filters = {axis: GYRO_FILTER if axis in ATTITUDE else 0.0 for axis in NAMES}
+    limited = replace(controller, options=replace(controller.options, tilt_limit=radians(written[TILT[0]])))
+    return with_measured_rates(with_gains(limited, pid_gains(units(controller, full), written, filters)))
+
+
+def pid_gains(one: Units, written: Values, filters: Mapping[str, float]) -> dict[str, Gains]:
+    """Return our PID's gains on the axes of filters, time constants t_f [s]."""
     gains = {}
-    for axis, names in NAMES.items():
+    for axis, t_f in filters.items():
+        names = NAMES[axis]
         p, i = one.ours(axis, written[names.p], written[names.i])
-        gains[axis] = parallel(RateLoop(written[names.outer], p, i), GYRO_FILTER if axis in ATTITUDE else 0.0)
-    tilt = radians(written[TILT[0]])
-    limited = replace(controller, options=replace(controller.options, tilt_limit=tilt))
-    return with_measured_rates(with_gains(limited, gains))
+        gains[axis] = parallel(RateLoop(written[names.outer], p, i), t_f)
+    return gains

@@ -11,7 +11,7 @@ from pathlib import Path
 
 from plant.errors import InputError
 from tuner.exchange.autopilot.parameters import as_bytes, enter, positional, read_lines, read_number
-from tuner.exchange.crazyflie.map import ENTRIES, INTEGERS
+from tuner.exchange.crazyflie.map import INTEGERS, TABLE
 
 TYPE, VERSION = "persistent_param_state", "1"
 _NAME = r"(\w+\.\w+):"
@@ -26,7 +26,7 @@ def text(comments: Iterable[str], values: Mapping[str, float]) -> bytes:
     lines = [f"# {line}" for line in comments]
     lines += [f"type: {TYPE}", f"version: '{VERSION}'", "params:"]
     for name, value in values.items():
-        usual = number(name, ENTRIES[name].usual)
+        usual = number(name, TABLE[name].usual)
         lines.append(f"  {name}: {{is_stored: true, default_value: {usual}, stored_value: {number(name, value)}}}")
     return as_bytes(lines)
 

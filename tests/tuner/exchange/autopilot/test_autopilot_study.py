@@ -1,4 +1,4 @@
-"""studies/autopilot_pid.toml keeps its word: whatever its ranges allow, PX4 and ArduPilot hold."""
+"""Studies of autopilots keep their word: whatever their ranges allow, the autopilot holds."""
 
 from itertools import product
 
@@ -13,11 +13,15 @@ from tuner.study import load_study
 
 
 @pytest.mark.parametrize(
-    ("target", "options"),
-    [("px4", ()), ("ardupilot", ("firmware=4.6",)), ("ardupilot", ("firmware=4.7",)), ("ros2", ())],
+    ("name", "target", "options"),
+    [
+        *(("autopilot_pid", target, ()) for target in ("px4", "ros2")),
+        *(("autopilot_pid", "ardupilot", (f"firmware={version}",)) for version in ("4.6", "4.7")),
+        ("crazyflie_firmware", "crazyflie", ("form=parameters",)),
+    ],
 )
-def test_every_corner_of_the_ranges_can_be_exported(target, options):
-    study = load_study(QUICKSTART.parent / "autopilot_pid.toml")
+def test_every_corner_of_the_ranges_can_be_exported(name, target, options):
+    study = load_study(QUICKSTART.parent / f"{name}.toml")
     timing, exporter = study.system.timing, EXPORTERS[target]
     corners = np.array(list(product((0.0, 1.0), repeat=len(study.space.variables))))
     for row in study.space.gains(corners):

@@ -12,7 +12,7 @@ from tests.tuner.exchange.flying_autopilots import by_address
 from tests.tuner.exchange.reading import read, same_flight, write
 from tuner.exchange.betaflight.export import FILE, TARGET
 from tuner.exchange.betaflight.map import SWITCHES
-from tuner.exchange.betaflight.own_loops import OWN_SWITCHES, OWN_TABLE
+from tuner.exchange.betaflight.own_loops import OWN_TABLE, own_switches
 from tuner.exchange.registry import settings_of
 from tuner.exchange.target import Request
 
@@ -53,11 +53,11 @@ def test_names_ranges_and_defaults_are_the_firmwares(firmware):
         found = re.search(rf"^{entry.name} = (\d+)$.*?^Allowed range: (\d+) - (\d+)$", answer, re.MULTILINE | re.DOTALL)
         assert found, answer
         assert tuple(map(float, found.groups())) == (entry.usual, entry.low, entry.high), answer
-    for name, (off, usual) in {**SWITCHES, **OWN_SWITCHES}.items():
+    for name, (off, usual) in {**SWITCHES, **own_switches(own_controller())}.items():
         answer = firmware.say(f"get {name}")
         found = re.search(rf"^{name} = (\w+)$.*?^Allowed values: (.*)$", answer, re.MULTILINE | re.DOTALL)
         assert found, answer
-        assert found[1] == usual and off in found[2].split(", "), answer
+        assert found[1] == usual and off in found[2].strip().split(", "), answer
 
 
 @pytest.mark.parametrize(("airframe", "profile"), [("iris", 0), ("f450", 2)])
@@ -75,7 +75,10 @@ def test_its_own_loops_are_taken_and_come_back(firmware, tmp_path):
         **{f"{axis}__{name}": value for axis in ("roll", "pitch") for name, value in (("p", 61), ("i", 70), ("d", 25))},
         **{f"{axis}__gyro_lpf1": 180 for axis in ("roll", "pitch", "yaw")},
         **{f"{axis}__d_lpf2": 140 for axis in ("roll", "pitch", "yaw")},
-        **{f"{axis}__{name}": value for axis in ("roll", "pitch", "yaw") for name, value in (("notch", 200), ("notch_cutoff", 150))},
+        **{f"{axis}__{name}": value for axis in ("roll", "pitch", "yaw") for name, value in (
+            ("notch", 200), ("notch_cutoff", 150), ("relax", 8), ("relax_cutoff", 9), ("tpa_rate", 40), ("tpa_breakpoint", 1400),
+            ("tpa_p", 1),
+        )},
     }  # fmt: skip
     given = own_controller(**changed)
     made = bundle(given)
