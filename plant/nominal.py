@@ -7,6 +7,7 @@ from typing import NamedTuple
 import numpy as np
 
 from plant.errors import InputError
+from plant.gyro import GyroPath, gyro_path
 from plant.vectors import Rotors, Vec3
 from plant.vehicle import Vehicle
 
@@ -30,7 +31,8 @@ class Nominal(NamedTuple):
     missing share over that period; tilt_tangent: tangent of the largest commanded tilt; attitude_observer,
     position_observer: 1 where that loop takes rates from its observer; position_achieved: 1 where the position observers
     are fed with the acceleration that the measured tilt and modelled thrust achieve, 0 for the one commanded; delay: 1 for
-    one period of compute delay; yaw_smoothing: share of a new yaw torque that a period of its low-pass takes over, 1 without.
+    one period of compute delay; yaw_smoothing: share of a new yaw torque that a period of its low-pass takes over, 1 without;
+    gyro: what the gyro hears, which flies with the vehicle and which no law is told.
     """
 
     vehicle: Vehicle
@@ -47,6 +49,7 @@ class Nominal(NamedTuple):
     position_achieved: float
     delay: float
     yaw_smoothing: float
+    gyro: GyroPath
 
 
 @dataclass(frozen=True)
@@ -130,6 +133,7 @@ def nominal(vehicle: Vehicle, options: ControlOptions, h: float) -> Nominal:
         position_achieved=float(options.lag_aware),
         delay=float(options.delay),
         yaw_smoothing=yaw_smoothing(options.yaw_torque_cutoff, h),
+        gyro=gyro_path(vehicle, h),
     )
 
 

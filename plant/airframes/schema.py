@@ -46,8 +46,18 @@ SCALARS: dict[str, NumberField] = {
     "drag_height": NumberField("m", "any"),
     "gravity": NumberField("m/s2", "positive"),
 }
-OPTIONAL: dict[str, NumberField] = {"dead_time": NumberField("s", "not negative")}
+OPTIONAL: dict[str, NumberField] = {
+    "dead_time": NumberField("s", "not negative"),
+    "vibration_1": NumberField("rad/s", "not negative"),
+    "vibration_2": NumberField("rad/s", "not negative"),
+    "vibration_3": NumberField("rad/s", "not negative"),
+    "gyro_cutoff": NumberField("Hz", "not negative"),
+    "mode_frequency": NumberField("Hz", "positive"),
+    "mode_damping": NumberField("1", "positive"),
+    "mode_gain": NumberField("1", "any"),
+}
 """Numbers that a file may leave out: 0."""
+MODE = ("mode_frequency", "mode_damping", "mode_gain")
 LENGTH = NumberField("m", "positive")
 HEADER = ("title", "frame", "spin", "allow_unphysical", "uncertainty")
 
@@ -71,6 +81,14 @@ def read_numbers(table: Mapping[str, object], lengths: tuple[str, ...], file: Pa
         if key not in fields:
             raise UnknownNameError("key", key, [*fields, *OPTIONAL, *HEADER], file=file, key=key)
     return {key: _read_number(leaves, key, field, file) for key, field in fields.items()}
+
+
+def check_mode(sources: Mapping[str, Sourced], file: Path) -> None:
+    """Raise InputError where a mode of the frame lacks one of its numbers."""
+    missing = [key for key in MODE if key not in sources]
+    if 0 < len(missing) < len(MODE):
+        message = f"is missing; a mode of the frame needs {', '.join(MODE)}: give all of them or none"
+        raise InputError(message, file=file, key=missing[0])
 
 
 def read_text(table: Mapping[str, object], key: str, file: Path, allowed: tuple[str, ...] = ()) -> str:

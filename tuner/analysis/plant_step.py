@@ -11,10 +11,8 @@ from typing import Any
 import numpy as np
 
 from objectives.problem import Problem
-from objectives.system import System
 from tuner.documents.parts import PlantStep
 from tuner.study.study import Study, TuningStudy
-from tuner.text.sentences import counted
 
 Array = np.ndarray
 STREAM, FLIGHTS = "plant step", 8
@@ -99,13 +97,3 @@ def plant_step_warnings(found: PlantStep, key: str = Study.plant_step_key) -> li
             f"{found.ended_otherwise} of {found.flights} flights end otherwise with a plant step half as long; {remedy}."
         )
     return said
-
-
-def dead_time_texts(system: System) -> list[str]:
-    """Return a sentence on the dead time of the rotors, nothing where there is none."""
-    time, h = system.vehicle.dead_time, system.timing.control_period
-    if not time:
-        return []
-    return [
-        f"Dead time of the rotors: {1e3 * time:.3g} ms, flown as {counted(system.late, 'control period')} of {1e3 * h:.3g} ms."
-    ]

@@ -28,7 +28,7 @@ class FirmwareFlights:
         firmware.check(system.timing.control_period)
         self._system, self._firmware, self._root, self._threads = system, firmware, root, threads
         pilot = pilot_of(system.cascade.attitude, firmware.heading)
-        loop = close_piloted(system.cascade, pilot, system.meter, system.late)
+        loop = close_piloted(system.cascade, pilot, system.meter, system.fitted)
         self._stepper = Stepper(loop, loop.ask, system.limits, system.timing)
         self._rotors = actuation(system.nominal.vehicle)
 

@@ -1,0 +1,59 @@
+"""What of a vehicle decides which states its closed loop has beside body and controller."""
+
+from typing import NamedTuple
+
+from plant.errors import InputError
+from plant.gyro import Gyro, gyro_of
+from plant.vehicle import Vehicle, late_periods
+
+# The bilinear transform of a mode keeps its frequency up to here, over the control rate.
+MOST_OF_RATE = 0.4
+
+
+class Fittings(NamedTuple):
+    """late: control periods by which rotors feel a command late. vibrates: whether the gyro hears rotors. flexes: whether the
+    frame has a mode. filters: whether the gyro has a low-pass below half the control rate.
+    """
+
+    late: int = 0
+    vibrates: bool = False
+    flexes: bool = False
+    filters: bool = False
+
+    @property
+    def gyro(self) -> Gyro:
+        """The gyro."""
+        return gyro_of(vibrates=self.vibrates, flexes=self.flexes, filters=self.filters)
+
+    @property
+    def feedback(self) -> "Fittings":
+        """The part that is feedback: lines of rotors add to what is measured and return nothing of a small signal."""
+        return self._replace(vibrates=False)
+
+    @property
+    def name(self) -> str:
+        """End of the names of kernels, "" for none of it."""
+        words = {"vibrates": self.vibrates, "flexes": self.flexes, "filters": self.filters}
+        late = f"_late{self.late}" if self.late else ""
+        return late + "".join(f"_{word}" for word, there in words.items() if there)
+
+
+BARE = Fittings()
+"""Of a vehicle whose file says nothing of it."""
+
+
+def hears_rotors(vehicle: Vehicle) -> bool:
+    """Return whether lines of the rotors are in what a vehicle's gyro measures."""
+    return any((vehicle.vibration_1, vehicle.vibration_2, vehicle.vibration_3))
+
+
+def fittings(vehicle: Vehicle, h: float) -> Fittings:
+    """Return the fittings of a vehicle at a control period h [s]; InputError where its loop cannot be sampled so slowly."""
+    flexes = vehicle.mode_gain != 0.0
+    if flexes and vehicle.mode_frequency * h > MOST_OF_RATE:
+        raise InputError(
+            f"given {vehicle.mode_frequency:g} Hz with a control period of {h:g} s; at most {MOST_OF_RATE:g} of the control "
+            f"rate, {MOST_OF_RATE / h:g} Hz, is sampled: take a shorter period, or leave mode_gain out",
+            key="mode_frequency",
+        )
+    return Fittings(late_periods(vehicle, h), hears_rotors(vehicle), flexes, 0.0 < vehicle.gyro_cutoff * h < 0.5)

@@ -1,0 +1,52 @@
+"""What a vehicle's file says of its rotors' dead time, of its gyro and of its frame, in words for whoever starts a study."""
+
+from math import pi
+
+from objectives.system import System
+from plant.airframes.rules import hover_speed
+from plant.vehicle import Vehicle
+from tuner.text.sentences import counted, listing
+
+
+def fitted_texts(system: System) -> list[str]:
+    """Return a sentence on each of the numbers that the vehicle's file gives beyond the usual ones."""
+    vehicle, h = system.vehicle, system.timing.control_period
+    return [*_dead_time(vehicle, system.fitted.late, h), *_lines(vehicle, h), *_low_pass(vehicle, h), *_mode(vehicle)]
+
+
+def _dead_time(vehicle: Vehicle, late: int, h: float) -> list[str]:
+    if not vehicle.dead_time:
+        return []
+    flown = f"{counted(late, 'control period')} of {1e3 * h:.3g} ms"
+    return [f"Dead time of the rotors: {1e3 * vehicle.dead_time:.3g} ms, flown as {flown}."]
+
+
+def _lines(vehicle: Vehicle, h: float) -> list[str]:
+    levels = (vehicle.vibration_1, vehicle.vibration_2, vehicle.vibration_3)
+    speed = hover_speed(vehicle) / (2.0 * pi)
+    there = [_line(n * speed, level, 1.0 / h) for n, level in enumerate(levels, 1) if level]
+    return [f"The gyro hears each rotor, at hover speed with {listing(there)}."] if there else []
+
+
+def _line(frequency: float, level: float, rate: float) -> str:
+    """One line in words; rate: at which the gyro is sampled [Hz]."""
+    beyond = frequency % rate
+    seen = min(beyond, rate - beyond)
+    folded = f" (sampled at {rate:.4g} Hz it is heard at {seen:.3g} Hz)" if frequency > 0.5 * rate else ""
+    return f"{level:.3g} rad/s at {frequency:.3g} Hz{folded}"
+
+
+def _low_pass(vehicle: Vehicle, h: float) -> list[str]:
+    if not vehicle.gyro_cutoff:
+        return []
+    beyond = "; the control rate is too low for it to delay the rate" if vehicle.gyro_cutoff * h >= 0.5 else ""
+    return [f"The gyro has a low-pass of its own at {vehicle.gyro_cutoff:.3g} Hz{beyond}."]
+
+
+def _mode(vehicle: Vehicle) -> list[str]:
+    if not vehicle.mode_gain:
+        return []
+    return [
+        f"The frame has a mode at {vehicle.mode_frequency:.3g} Hz, damping {vehicle.mode_damping:.3g}, gain "
+        f"{vehicle.mode_gain:.3g}, in what the gyro hears; flights and margins have it."
+    ]
