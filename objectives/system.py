@@ -50,8 +50,8 @@ class System:
 
     @property
     def fitted(self) -> Fittings:
-        """What its vehicle is fitted with."""
-        return fittings(self.vehicle, self.timing.control_period)
+        """What its vehicle and its controller are fitted with."""
+        return fittings(self.vehicle, self.timing.control_period, self.nominal.harmonics)
 
     def flyer(self, threads: int | None = None) -> Flyer:
         """Return what flies it: the compiled lanes on so many threads, by default one for each core."""

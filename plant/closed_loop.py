@@ -163,7 +163,7 @@ def advance(body: Body, speed: Rotors, disturbance: Disturbance, dynamics: Dynam
 
 def close_loop(cascade: Cascade, meter: MeterModel, fitted: Fittings = BARE) -> CascadeLoop:
     """Bind the closed loop to a cascade, to the meters that judge it and to what its vehicle is fitted with."""
-    line, gyro = rotor_line(fitted.late), fitted.gyro
+    line, gyro, notches = rotor_line(fitted.late), fitted.gyro, fitted.notches
     Flight = record_type(
         "Flight",
         {
@@ -173,6 +173,7 @@ def close_loop(cascade: Cascade, meter: MeterModel, fitted: Fittings = BARE) -> 
             "in_force": Rotors,
             "pending": Rotors,
             "gyro": gyro.Memory,
+            "notches": notches.Memory,
             "control": cascade.Memory,
             "meters": meter.Meters,
             "status": float,
@@ -184,6 +185,7 @@ def close_loop(cascade: Cascade, meter: MeterModel, fitted: Fittings = BARE) -> 
     meter_start, meter_update = meter.start, meter.update
     filled, passed = line.filled, line.passed
     gyro_start, hear = gyro.start, gyro.hear
+    notches_start, follow = notches.start, notches.follow
     keep_meters = selector(Meters)
 
     def start(
@@ -196,7 +198,8 @@ def close_loop(cascade: Cascade, meter: MeterModel, fitted: Fittings = BARE) -> 
         sample = sample_of(body, angles, reference, held.tilt, thrust, thrust, nominal, 0.0)
         speed = body.rotor_speed
         meters = meter_start(sample, targets)
-        return Flight(body, speed, filled(speed), thrust, thrust, gyro_start(body, nominal), control, meters, 0.0, 0.0)
+        gyro, notches = gyro_start(body, nominal), notches_start(speed)
+        return Flight(body, speed, filled(speed), thrust, thrust, gyro, notches, control, meters, 0.0, 0.0)
 
     def decide(
         flight: Any,
@@ -212,7 +215,7 @@ def close_loop(cascade: Cascade, meter: MeterModel, fitted: Fittings = BARE) -> 
         body = flight.body
         angles = euler_angles(body.attitude)
         rate, gyro = hear(flight.gyro, body, noise, nominal, h)
-        m = measure(body, angles, rate, noise)
+        m, notches = follow(flight.notches, measure(body, angles, rate, noise), body.rotor_speed, nominal, h)
         command, control = cascade_step(flight.control, constants, nominal, reference, m, flight.in_force, h)
         delayed = nominal.delay > 0.5
         in_force = select_rotors(delayed, flight.pending, command)
@@ -223,7 +226,7 @@ def close_loop(cascade: Cascade, meter: MeterModel, fitted: Fittings = BARE) -> 
         meters = keep_meters(alive, meter_update(flight.meters, sample, targets, h), flight.meters)
         end_time = select(alive, time + h, flight.end_time)
         speed, queue = passed(flight.queue, speed_commands(in_force, nominal))
-        return Flight(body, speed, queue, in_force, command, gyro, control, meters, status, end_time)
+        return Flight(body, speed, queue, in_force, command, gyro, notches, control, meters, status, end_time)
 
     records = LoopRecords(
         cascade.Gains,

@@ -1,9 +1,10 @@
-"""What of a vehicle decides which states its closed loop has beside body and controller."""
+"""What of a vehicle and its controller decides which states the closed loop has beside the body and the cascade's."""
 
 from typing import NamedTuple
 
 from plant.errors import InputError
 from plant.gyro import Gyro, gyro_of
+from plant.notches import Notches, notches_of
 from plant.vehicle import Vehicle, late_periods
 
 # The bilinear transform of a mode keeps its frequency up to here, over the control rate.
@@ -12,18 +13,25 @@ MOST_OF_RATE = 0.4
 
 class Fittings(NamedTuple):
     """late: control periods by which rotors feel a command late. vibrates: whether the gyro hears rotors. flexes: whether the
-    frame has a mode. filters: whether the gyro has a low-pass below half the control rate.
+    frame has a mode. filters: whether the gyro has a low-pass below half the control rate. harmonics: of the rotors' speed, at
+    each of which the controller has a notch.
     """
 
     late: int = 0
     vibrates: bool = False
     flexes: bool = False
     filters: bool = False
+    harmonics: int = 0
 
     @property
     def gyro(self) -> Gyro:
         """The gyro."""
         return gyro_of(vibrates=self.vibrates, flexes=self.flexes, filters=self.filters)
+
+    @property
+    def notches(self) -> Notches:
+        """The notches that follow the rotors."""
+        return notches_of(self.harmonics)
 
     @property
     def feedback(self) -> "Fittings":
@@ -35,7 +43,8 @@ class Fittings(NamedTuple):
         """End of the names of kernels, "" for none of it."""
         words = {"vibrates": self.vibrates, "flexes": self.flexes, "filters": self.filters}
         late = f"_late{self.late}" if self.late else ""
-        return late + "".join(f"_{word}" for word, there in words.items() if there)
+        notches = f"_notches{self.harmonics}" if self.harmonics else ""
+        return late + "".join(f"_{word}" for word, there in words.items() if there) + notches
 
 
 BARE = Fittings()
@@ -47,8 +56,11 @@ def hears_rotors(vehicle: Vehicle) -> bool:
     return any((vehicle.vibration_1, vehicle.vibration_2, vehicle.vibration_3))
 
 
-def fittings(vehicle: Vehicle, h: float) -> Fittings:
-    """Return the fittings of a vehicle at a control period h [s]; InputError where its loop cannot be sampled so slowly."""
+def fittings(vehicle: Vehicle, h: float, harmonics: float = 0.0) -> Fittings:
+    """Return the fittings of a vehicle and its controller, with notches at so many harmonics of the rotors, at a period h [s].
+
+    InputError where its loop cannot be sampled so slowly.
+    """
     flexes = vehicle.mode_gain != 0.0
     if flexes and vehicle.mode_frequency * h > MOST_OF_RATE:
         raise InputError(
@@ -56,4 +68,6 @@ def fittings(vehicle: Vehicle, h: float) -> Fittings:
             f"rate, {MOST_OF_RATE / h:g} Hz, is sampled: take a shorter period, or leave mode_gain out",
             key="mode_frequency",
         )
-    return Fittings(late_periods(vehicle, h), hears_rotors(vehicle), flexes, 0.0 < vehicle.gyro_cutoff * h < 0.5)
+    return Fittings(
+        late_periods(vehicle, h), hears_rotors(vehicle), flexes, 0.0 < vehicle.gyro_cutoff * h < 0.5, int(harmonics)
+    )

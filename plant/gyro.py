@@ -159,7 +159,7 @@ def vibrate(
     )
 
 
-def no_turns() -> Nothing:
+def keep_nothing() -> Nothing:
     """Keep nothing."""
     return Nothing()
 
@@ -198,7 +198,7 @@ def through(kept: Nothing, rate: Vec3, section: Section) -> tuple[Vec3, Nothing]
 
 def gyro_of(*, vibrates: bool, flexes: bool, filters: bool) -> Gyro:
     """Return the gyro of a vehicle whose rotors are heard, whose frame has a mode, and that has a low-pass of its own."""
-    turns, turns_start, shake = (Rotors, vibration_start, vibrate) if vibrates else (Nothing, no_turns, unshaken)
+    turns, turns_start, shake = (Rotors, vibration_start, vibrate) if vibrates else (Nothing, keep_nothing, unshaken)
     absent, present = (Nothing, through_start, through), (Filtered, filter_start, filter_rate)
     Bent, mode_start, bend = present if flexes else absent
     Smoothed, smooth_start, smooth = present if filters else absent

@@ -8,11 +8,14 @@ import numpy as np
 
 from plant.errors import InputError
 from plant.gyro import GyroPath, gyro_path
+from plant.notches import MOST_NOTCHES, RpmNotches, rpm_notches
 from plant.vectors import Rotors, Vec3
 from plant.vehicle import Vehicle
 
 # Cut-off of the low-pass on the yaw torque [Hz]; PX4's MC_YAW_TQ_CUTOFF goes from 0 to 10.
 LEAST_CUTOFF, MOST_CUTOFF = 0.1, 100.0
+NOTCH_RANGES = {"rpm_notches": (0, MOST_NOTCHES), "rpm_notch_q": (0.5, 30.0), "rpm_notch_min": (10.0, 1000.0)}
+"""Allowed numbers of the notches that follow the rotors; the last in Hz."""
 
 
 class Allocation(NamedTuple):
@@ -32,7 +35,8 @@ class Nominal(NamedTuple):
     position_observer: 1 where that loop takes rates from its observer; position_achieved: 1 where the position observers
     are fed with the acceleration that the measured tilt and modelled thrust achieve, 0 for the one commanded; delay: 1 for
     one period of compute delay; yaw_smoothing: share of a new yaw torque that a period of its low-pass takes over, 1 without;
-    gyro: what the gyro hears, which flies with the vehicle and which no law is told.
+    gyro: what the gyro hears, which flies with the vehicle and which no law is told; notches, harmonics: those that follow the
+    rotors, and at how many harmonics.
     """
 
     vehicle: Vehicle
@@ -50,6 +54,8 @@ class Nominal(NamedTuple):
     delay: float
     yaw_smoothing: float
     gyro: GyroPath
+    notches: RpmNotches
+    harmonics: float
 
 
 @dataclass(frozen=True)
@@ -60,6 +66,8 @@ class ControlOptions:
     modelled (lagged, clipped) actuator output instead of the clipped command. delay: the command acts one control period
     after its measurement. tilt_limit: largest commanded tilt [rad]. yaw_torque_cutoff: of the low-pass on the yaw torque asked
     for [Hz], 0 for none; where rotors are heavy their own angular momentum makes yaw lead, and this takes the lead back.
+    rpm_notches: harmonics of each rotor's measured speed that are taken out of the gyro (`plant.notches`), 0 for none;
+    rpm_notch_q: their quality; rpm_notch_min: frequency below which there is none [Hz].
     """
 
     attitude_rate: str = "measured"
@@ -68,6 +76,9 @@ class ControlOptions:
     delay: bool = False
     tilt_limit: float = 0.5236
     yaw_torque_cutoff: float = 0.0
+    rpm_notches: int = 0
+    rpm_notch_q: float = 5.0
+    rpm_notch_min: float = 100.0
 
     def __post_init__(self) -> None:
         for key in ("attitude_rate", "position_rate"):
@@ -80,6 +91,9 @@ class ControlOptions:
                 f"given {self.yaw_torque_cutoff} Hz; allowed: {LEAST_CUTOFF:g} to {MOST_CUTOFF:g} Hz, or 0 for no filter",
                 key="yaw_torque_cutoff",
             )
+        for key, (least, most) in NOTCH_RANGES.items():
+            if not least <= getattr(self, key) <= most:
+                raise InputError(f"given {getattr(self, key):g}; allowed: {least:g} to {most:g}", key=key)
 
 
 def yaw_lead(vehicle: Vehicle) -> float:
@@ -134,6 +148,8 @@ def nominal(vehicle: Vehicle, options: ControlOptions, h: float) -> Nominal:
         delay=float(options.delay),
         yaw_smoothing=yaw_smoothing(options.yaw_torque_cutoff, h),
         gyro=gyro_path(vehicle, h),
+        notches=rpm_notches(options.rpm_notch_q, options.rpm_notch_min, h),
+        harmonics=float(options.rpm_notches),
     )
 
 

@@ -126,7 +126,7 @@ class MarginModel:
         self.trim = trim or Trim()
         self.vehicles = (vehicle, *others)
         self.skew = skew
-        self._map = PeriodMap(cascade.at_one_rate, timing, fittings(vehicle, timing.control_period))
+        self._map = PeriodMap(cascade.at_one_rate, timing, fittings(vehicle, timing.control_period, nominal.harmonics))
         self.cases = tuple(cases) if self._map.terms else (Case(0.0),)
         self._grid = frequency_grid(timing.control_period, points)
         self._body = level_body(self.trim, nominal)

@@ -71,6 +71,7 @@ def state_type(cascade: Cascade, fitted: Fittings = BARE) -> Any:
         "in_force": Rotors,
         "pending": Rotors,
         "gyro": fitted.gyro.Memory,
+        "notches": fitted.notches.Memory,
         "control": cascade.Memory,
     }
     return record_type("SampledState", parts)
@@ -103,12 +104,12 @@ class PeriodMap:
             record_of(Body, body), constants, record_of(Nominal, nominal), record_of(Reference, reference), zeros(Noise),
             zeros(Targets),
         )  # fmt: skip
-        state = self.state(flight.body, flight.queue, flight.in_force, flight.pending, flight.gyro, flight.control)
+        state = self.state(**{part: getattr(flight, part) for part in self.state._fields})
         return Batch("rest", [body, gains, nominal, reference], [column_of(state)])
 
     @cached_property
     def decide(self) -> Derivative:
-        """Speeds, queue, in_force, pending, gyro, memory, then c, s, y, e, differentiated by state, v, w and r; and f(s)."""
+        """Speeds, the state behind the body, then c, s, y, e, differentiated by state, v, w and r; and f(s)."""
         state, v, w, r, gains, nominal, reference = columns(
             size(self.state),
             N_CHANNELS,
@@ -125,10 +126,7 @@ class PeriodMap:
         goal = injection.shifted(record_of(Reference, reference))
         after = self._instant(injection, before, constants, known, goal)
         seen = _readings(injection, before, after, known, goal)
-        memory = [
-            column_of(part)
-            for part in (after.speed, after.queue, after.in_force, after.pending, after.gyro, after.control)
-        ]
+        memory = [column_of(getattr(after, part)) for part in ("speed", *self.state._fields[1:])]
         outputs = ca.vertcat(*memory, seen.command, seen.signals, seen.output, seen.error)
         inputs = ca.vertcat(state, v, w, r)
         return Derivative("decide", inputs, [inputs, gains, nominal, reference], outputs, seen.values)
@@ -138,7 +136,8 @@ class PeriodMap:
         idle = Rotors(0.0, 0.0, 0.0, 0.0)
         control = _unclipped(before.control)
         flight = self._loop.Flight(
-            before.body, idle, before.queue, before.in_force, before.pending, before.gyro, control, NoMeters(), 0.0, 0.0
+            before.body, idle, before.queue, before.in_force, before.pending, before.gyro, before.notches, control, NoMeters(),
+            0.0, 0.0,
         )  # fmt: skip
         return symbolic.rebinder(injection.stand_ins())(self._loop.decide)(
             flight,

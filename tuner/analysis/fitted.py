@@ -4,6 +4,7 @@ from math import pi
 
 from objectives.system import System
 from plant.airframes.rules import hover_speed
+from plant.notches import RpmNotches, weight_of
 from plant.vehicle import Vehicle
 from tuner.text.sentences import counted, listing
 
@@ -11,7 +12,8 @@ from tuner.text.sentences import counted, listing
 def fitted_texts(system: System) -> list[str]:
     """Return a sentence on each of the numbers that the vehicle's file gives beyond the usual ones."""
     vehicle, h = system.vehicle, system.timing.control_period
-    return [*_dead_time(vehicle, system.fitted.late, h), *_lines(vehicle, h), *_low_pass(vehicle, h), *_mode(vehicle)]
+    told = [*_dead_time(vehicle, system.fitted.late, h), *_lines(vehicle, h), *_low_pass(vehicle, h), *_mode(vehicle)]
+    return [*told, *_notches(vehicle, system.fitted.harmonics, system.nominal.notches)]
 
 
 def _dead_time(vehicle: Vehicle, late: int, h: float) -> list[str]:
@@ -50,3 +52,11 @@ def _mode(vehicle: Vehicle) -> list[str]:
         f"The frame has a mode at {vehicle.mode_frequency:.3g} Hz, damping {vehicle.mode_damping:.3g}, gain "
         f"{vehicle.mode_gain:.3g}, in what the gyro hears; flights and margins have it."
     ]
+
+
+def _notches(vehicle: Vehicle, harmonics: int, notches: RpmNotches) -> list[str]:
+    if not harmonics:
+        return []
+    speed = hover_speed(vehicle) / (2.0 * pi)
+    there = [f"{n * speed:.3g} Hz ({weight_of(n * speed, notches.least):.0%})" for n in range(1, harmonics + 1)]
+    return [f"Notches follow the rotors; at hover speed they stand, with their share, at {listing(there)}."]

@@ -176,7 +176,8 @@ def _options(table: ControllerTable) -> ControlOptions:
         raise InputError(f"given {table.tilt_limit_deg} deg; allowed: 3 to 60 deg", key="tilt_limit_deg")
     tilt = radians(table.tilt_limit_deg)
     rates = (table.attitude_rate, table.position_rate)
-    return ControlOptions(*rates, table.lag_aware, table.delay, tilt, table.yaw_torque_cutoff)
+    notches = (table.rpm_notches, table.rpm_notch_q, table.rpm_notch_min)
+    return ControlOptions(*rates, table.lag_aware, table.delay, tilt, table.yaw_torque_cutoff, *notches)
 
 
 def _default(table: ControllerTable, cascade: Cascade, path: Path) -> Controller | None:

@@ -1,5 +1,7 @@
 """Margins of loops whose gyro hears a mode of the frame and has a low-pass, against python-control's sampled transfer functions."""
 
+from dataclasses import replace
+
 import control
 import numpy as np
 import pytest
@@ -7,7 +9,7 @@ from scipy import signal
 
 from objectives.margins.trim import Trim
 from plant.loop import Timing
-from tests.objectives.margins.designs import HUMMINGBIRD, gains_with, model_of
+from tests.objectives.margins.designs import HUMMINGBIRD, OPTIONS, gains_with, model_of
 
 H = 0.001
 TIMING = Timing(H, H)
@@ -16,8 +18,8 @@ W = np.geomspace(1.0, 2800.0, 60)
 FLEXIBLE = HUMMINGBIRD._replace(mode_frequency=FREQUENCY, mode_damping=DAMPING, mode_gain=GAIN, gyro_cutoff=CUTOFF)
 
 
-def model(vehicle):
-    return model_of("pid", "pid", trim=Trim(hold=False), vehicle=vehicle, timing=TIMING)
+def model(vehicle, options=OPTIONS["delayed"]):
+    return model_of("pid", "pid", options, trim=Trim(hold=False), vehicle=vehicle, timing=TIMING)
 
 
 def sampled_path():
@@ -39,6 +41,26 @@ def test_the_part_of_the_loop_that_is_rate_goes_through_them(channel):
     found = flexible.realisation(whole, channel).response(W).loop
     assert np.abs(sampled_path() - 1.0).max() > 1.0
     assert found == pytest.approx(of_angle + of_rate * sampled_path(), rel=1e-7, abs=1e-12)
+
+
+@pytest.mark.parametrize("channel", ["roll", "yaw"])
+def test_notches_stand_at_the_speed_of_the_trim(channel):
+    """At hover, where four rotors turn alike, the rate goes through the same notch four times at each harmonic."""
+    (whole,), (angle,) = (gains_with("pid", "pid", **change) for change in ({}, {f"{channel}__kd": 0.0}))
+    plain = model(HUMMINGBIRD)
+    notched = model(HUMMINGBIRD, replace(OPTIONS["delayed"], rpm_notches=2, rpm_notch_q=3.0, rpm_notch_min=30.0))
+    of_angle = plain.realisation(angle, channel).response(W).loop
+    of_rate = plain.realisation(whole, channel).response(W).loop - of_angle
+    hover = np.sqrt(0.25 * HUMMINGBIRD.mass * HUMMINGBIRD.gravity / HUMMINGBIRD.thrust_coefficient)
+    through = np.ones(len(W), dtype=complex)
+    for w in (hover, 2.0 * hover):
+        notch = control.tf([1.0, 0.0, w * w], [1.0, w / 3.0, w * w])
+        notch = control.sample_system(notch, H, method="bilinear", prewarp_frequency=w)
+        through *= notch(np.exp(1j * W * H)) ** 4
+    found = notched.realisation(whole, channel).response(W).loop
+    assert np.abs(through).min() < 0.1
+    # Poles that four notches share leave a realisation fewer digits.
+    assert found == pytest.approx(of_angle + of_rate * through, rel=1e-5, abs=1e-9)
 
 
 def test_lines_of_the_rotors_are_no_feedback():

@@ -21,3 +21,13 @@ def test_a_study_tells_what_its_vehicle_is_fitted_with():
         "The gyro has a low-pass of its own at 200 Hz; the control rate is too low for it to delay the rate.",
         "The frame has a mode at 60 Hz, damping 0.05, gain -0.3, in what the gyro hears; flights and margins have it.",
     ]
+
+
+def test_it_tells_where_notches_stand_and_which_are_too_low():
+    """At hover speed of 79 turns a second: below 100 Hz there is none, from 150 Hz on it is whole."""
+    system = tuner.load_study("quickstart", {"controller.rpm_notches": 2}).system
+    (said,) = fitted_texts(system)
+    assert (
+        said
+        == "Notches follow the rotors; at hover speed they stand, with their share, at 79 Hz (0%) and 158 Hz (100%)."
+    )

@@ -50,7 +50,9 @@ class Linear:
         self.nominal = nominal(controller.airframe.vehicle, controller.options, controller.control_period)
         timing = Timing(controller.control_period, controller.plant_step)
         self._map = PeriodMap(
-            controller.cascade.at_one_rate, timing, fittings(controller.airframe.vehicle, self.period)
+            controller.cascade.at_one_rate,
+            timing,
+            fittings(controller.airframe.vehicle, self.period, self.nominal.harmonics),
         )
         self._row = np.array([controller.gains])
         self.cases = DEFAULT_CASES if self._map.terms else (Case(0.0),)
