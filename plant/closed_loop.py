@@ -163,7 +163,7 @@ def advance(body: Body, speed: Rotors, disturbance: Disturbance, dynamics: Dynam
 
 def close_loop(cascade: Cascade, meter: MeterModel, fitted: Fittings = BARE) -> CascadeLoop:
     """Bind the closed loop to a cascade, to the meters that judge it and to what its vehicle is fitted with."""
-    line, gyro, notches = rotor_line(fitted.late), fitted.gyro, fitted.notches
+    line, gyro, notches, supply = rotor_line(fitted.late), fitted.gyro, fitted.notches, fitted.supply
     Flight = record_type(
         "Flight",
         {
@@ -174,6 +174,7 @@ def close_loop(cascade: Cascade, meter: MeterModel, fitted: Fittings = BARE) -> 
             "pending": Rotors,
             "gyro": gyro.Memory,
             "notches": notches.Memory,
+            "battery": supply.Memory,
             "control": cascade.Memory,
             "meters": meter.Meters,
             "status": float,
@@ -186,6 +187,7 @@ def close_loop(cascade: Cascade, meter: MeterModel, fitted: Fittings = BARE) -> 
     filled, passed = line.filled, line.passed
     gyro_start, hear = gyro.start, gyro.hear
     notches_start, follow = notches.start, notches.follow
+    supply_start, feed = supply.start, supply.feed
     keep_meters = selector(Meters)
 
     def start(
@@ -198,8 +200,8 @@ def close_loop(cascade: Cascade, meter: MeterModel, fitted: Fittings = BARE) -> 
         sample = sample_of(body, angles, reference, held.tilt, thrust, thrust, nominal, 0.0)
         speed = body.rotor_speed
         meters = meter_start(sample, targets)
-        gyro, notches = gyro_start(body, nominal), notches_start(speed)
-        return Flight(body, speed, filled(speed), thrust, thrust, gyro, notches, control, meters, 0.0, 0.0)
+        gyro, notches, battery = gyro_start(body, nominal), notches_start(speed), supply_start(speed, nominal)
+        return Flight(body, speed, filled(speed), thrust, thrust, gyro, notches, battery, control, meters, 0.0, 0.0)
 
     def decide(
         flight: Any,
@@ -225,8 +227,10 @@ def close_loop(cascade: Cascade, meter: MeterModel, fitted: Fittings = BARE) -> 
         sample = sample_of(body, angles, reference, control.tilt, command, flight.pending, nominal, time)
         meters = keep_meters(alive, meter_update(flight.meters, sample, targets, h), flight.meters)
         end_time = select(alive, time + h, flight.end_time)
-        speed, queue = passed(flight.queue, speed_commands(in_force, nominal))
-        return Flight(body, speed, queue, in_force, command, gyro, notches, control, meters, status, end_time)
+        asked = speed_commands(in_force, nominal)
+        turned_to, battery = feed(flight.battery, asked, body.rotor_speed, nominal, h)
+        speed, queue = passed(flight.queue, turned_to)
+        return Flight(body, speed, queue, in_force, command, gyro, notches, battery, control, meters, status, end_time)
 
     records = LoopRecords(
         cascade.Gains,

@@ -2,6 +2,7 @@
 
 from typing import NamedTuple
 
+from plant.battery import DRAINING, HELD, MAINS, Supply, has_battery
 from plant.errors import InputError
 from plant.gyro import Gyro, gyro_of
 from plant.notches import Notches, notches_of
@@ -14,7 +15,7 @@ MOST_OF_RATE = 0.4
 class Fittings(NamedTuple):
     """late: control periods by which rotors feel a command late. vibrates: whether the gyro hears rotors. flexes: whether the
     frame has a mode. filters: whether the gyro has a low-pass below half the control rate. harmonics: of the rotors' speed, at
-    each of which the controller has a notch.
+    each of which the controller has a notch. supply: of the rotors.
     """
 
     late: int = 0
@@ -22,6 +23,7 @@ class Fittings(NamedTuple):
     flexes: bool = False
     filters: bool = False
     harmonics: int = 0
+    supply: Supply = MAINS
 
     @property
     def gyro(self) -> Gyro:
@@ -35,13 +37,14 @@ class Fittings(NamedTuple):
 
     @property
     def feedback(self) -> "Fittings":
-        """The part that is feedback: lines of rotors add to what is measured and return nothing of a small signal."""
-        return self._replace(vibrates=False)
+        """The part that is feedback: lines of rotors return nothing of a small signal, and charge goes too slowly to."""
+        return self._replace(vibrates=False, supply=MAINS if self.supply is MAINS else HELD)
 
     @property
     def name(self) -> str:
         """End of the names of kernels, "" for none of it."""
-        words = {"vibrates": self.vibrates, "flexes": self.flexes, "filters": self.filters}
+        sags = self.supply is not MAINS
+        words = {"vibrates": self.vibrates, "flexes": self.flexes, "filters": self.filters, "sags": sags}
         late = f"_late{self.late}" if self.late else ""
         notches = f"_notches{self.harmonics}" if self.harmonics else ""
         return late + "".join(f"_{word}" for word, there in words.items() if there) + notches
@@ -68,6 +71,6 @@ def fittings(vehicle: Vehicle, h: float, harmonics: float = 0.0) -> Fittings:
             f"rate, {MOST_OF_RATE / h:g} Hz, is sampled: take a shorter period, or leave mode_gain out",
             key="mode_frequency",
         )
-    return Fittings(
-        late_periods(vehicle, h), hears_rotors(vehicle), flexes, 0.0 < vehicle.gyro_cutoff * h < 0.5, int(harmonics)
-    )
+    filters = 0.0 < vehicle.gyro_cutoff * h < 0.5
+    supply = DRAINING if has_battery(vehicle) else MAINS
+    return Fittings(late_periods(vehicle, h), hears_rotors(vehicle), flexes, filters, int(harmonics), supply)

@@ -86,8 +86,8 @@ def close_piloted(cascade: Cascade, pilot: Law, meter: MeterModel, fitted: Fitti
         lift, control = own_step(memory.own, constants, nominal, reference, m, flight.in_force, h)
         asked = Memory(control, lift, memory.outside, control.tilt, m.angles, m.rate)
         return Flight(
-            flight.body, flight.speed, flight.queue, flight.in_force, flight.pending, flight.gyro, flight.notches, asked,
-            flight.meters, flight.status, flight.end_time,
+            flight.body, flight.speed, flight.queue, flight.in_force, flight.pending, flight.gyro, flight.notches,
+            flight.battery, asked, flight.meters, flight.status, flight.end_time,
         )  # fmt: skip
 
     return PilotedLoop(**{field.name: getattr(loop, field.name) for field in fields(loop)}, ask=ask)

@@ -21,6 +21,9 @@ class Vehicle(NamedTuple):
     What the gyro hears (`plant.gyro`), 0 for none: vibration_1 to vibration_3, amplitude of the lines at 1, 2 and 3 times the
     speed of a rotor, of each at hover speed [rad/s]; gyro_cutoff of its own low-pass [Hz]; mode_frequency [Hz], mode_damping [1]
     and mode_gain [1] of the frame's mode.
+    Of its battery (`plant.battery`), 0 for one whose voltage never changes: battery_full, battery_empty, voltages at rest [V];
+    battery_resistance [ohm]; battery_capacity and battery_used, the charge that is gone when a flight begins [A s]; hover_power,
+    electrical, in hover [W].
     """
 
     mass: float
@@ -48,6 +51,12 @@ class Vehicle(NamedTuple):
     mode_frequency: float = 0.0
     mode_damping: float = 0.0
     mode_gain: float = 0.0
+    battery_full: float = 0.0
+    battery_empty: float = 0.0
+    battery_resistance: float = 0.0
+    battery_capacity: float = 0.0
+    battery_used: float = 0.0
+    hover_power: float = 0.0
 
 
 def late_periods(vehicle: Vehicle, h: float) -> int:

@@ -72,6 +72,7 @@ def state_type(cascade: Cascade, fitted: Fittings = BARE) -> Any:
         "pending": Rotors,
         "gyro": fitted.gyro.Memory,
         "notches": fitted.notches.Memory,
+        "battery": fitted.supply.Memory,
         "control": cascade.Memory,
     }
     return record_type("SampledState", parts)
@@ -136,8 +137,8 @@ class PeriodMap:
         idle = Rotors(0.0, 0.0, 0.0, 0.0)
         control = _unclipped(before.control)
         flight = self._loop.Flight(
-            before.body, idle, before.queue, before.in_force, before.pending, before.gyro, before.notches, control, NoMeters(),
-            0.0, 0.0,
+            before.body, idle, before.queue, before.in_force, before.pending, before.gyro, before.notches, before.battery,
+            control, NoMeters(), 0.0, 0.0,
         )  # fmt: skip
         return symbolic.rebinder(injection.stand_ins())(self._loop.decide)(
             flight,

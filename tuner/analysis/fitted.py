@@ -1,9 +1,10 @@
-"""What a vehicle's file says of its rotors' dead time, of its gyro and of its frame, in words for whoever starts a study."""
+"""What a vehicle's file says of its dead time, gyro, frame and battery, and notches, in words for whoever starts a study."""
 
 from math import pi
 
 from objectives.system import System
 from plant.airframes.rules import hover_speed
+from plant.battery import Battery, has_battery, voltage_of
 from plant.notches import RpmNotches, weight_of
 from plant.vehicle import Vehicle
 from tuner.text.sentences import counted, listing
@@ -13,7 +14,8 @@ def fitted_texts(system: System) -> list[str]:
     """Return a sentence on each of the numbers that the vehicle's file gives beyond the usual ones."""
     vehicle, h = system.vehicle, system.timing.control_period
     told = [*_dead_time(vehicle, system.fitted.late, h), *_lines(vehicle, h), *_low_pass(vehicle, h), *_mode(vehicle)]
-    return [*told, *_notches(vehicle, system.fitted.harmonics, system.nominal.notches)]
+    told += _notches(vehicle, system.fitted.harmonics, system.nominal.notches)
+    return [*told, *_battery(vehicle, system.nominal.battery)]
 
 
 def _dead_time(vehicle: Vehicle, late: int, h: float) -> list[str]:
@@ -60,3 +62,15 @@ def _notches(vehicle: Vehicle, harmonics: int, notches: RpmNotches) -> list[str]
     speed = hover_speed(vehicle) / (2.0 * pi)
     there = [f"{n * speed:.3g} Hz ({weight_of(n * speed, notches.least):.0%})" for n in range(1, harmonics + 1)]
     return [f"Notches follow the rotors; at hover speed they stand, with their share, at {listing(there)}."]
+
+
+def _battery(vehicle: Vehicle, battery: Battery) -> list[str]:
+    if not has_battery(vehicle):
+        return []
+    voltage = voltage_of(battery.used, vehicle.hover_power, battery)
+    share = (voltage / battery.reference) ** 2
+    made_good = f", of which {battery.compensation:.0%} is made good" if battery.compensation else ""
+    return [
+        f"The battery gives {voltage:.3g} V in hover when a flight begins, {battery.reference:.3g} V when it is full: "
+        f"{share:.0%} of a command's thrust{made_good}."
+    ]

@@ -42,6 +42,8 @@ class ResolvedController(DocumentPart):
     rpm_notches: int = 0
     rpm_notch_q: float | None = None
     rpm_notch_min: float | None = None
+    battery_compensation: float = 0.0
+    battery_cutoff: float | None = None
     default: Json = None
 
 

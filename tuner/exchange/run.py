@@ -101,7 +101,8 @@ def bundle_of(target: ExportTarget, request: Request) -> Bundle:
                 f"{parameter.high:g} {parameter.unit}",
                 key=parameter.name,
             )
-    return replace(bundle, differences=(*bundle.differences, *notch_texts(controller.options)))
+    by_hand = (*notch_texts(controller.options), *battery_texts(controller.options))
+    return replace(bundle, differences=(*bundle.differences, *by_hand))
 
 
 def notch_texts(options: ControlOptions) -> tuple[str, ...]:
@@ -114,4 +115,14 @@ def notch_texts(options: ControlOptions) -> tuple[str, ...]:
         "before the laws and are not written; flights and margins have them, so set them: in Betaflight rpm_filter_harmonics = "
         f"{harmonics}, rpm_filter_q = {100.0 * quality:.0f}, rpm_filter_min_hz = {least:.0f}, rpm_filter_fade_range_hz = "
         f"{0.5 * least:.0f}, elsewhere its own.",
+    )
+
+
+def battery_texts(options: ControlOptions) -> tuple[str, ...]:
+    """Return what is to be set by hand for the compensation of a battery's sag, nothing where there is none."""
+    if not options.battery_compensation:
+        return ()
+    return (
+        f"The compensation of the battery's sag, {options.battery_compensation:.0%} of it, is not written; flights and margins "
+        "have it, so set the target's: MC_BAT_SCALE_EN in PX4, MOT_BAT_VOLT_MAX and MOT_BAT_VOLT_MIN in ArduPilot.",
     )

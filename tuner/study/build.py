@@ -177,7 +177,8 @@ def _options(table: ControllerTable) -> ControlOptions:
     tilt = radians(table.tilt_limit_deg)
     rates = (table.attitude_rate, table.position_rate)
     notches = (table.rpm_notches, table.rpm_notch_q, table.rpm_notch_min)
-    return ControlOptions(*rates, table.lag_aware, table.delay, tilt, table.yaw_torque_cutoff, *notches)
+    battery = (table.battery_compensation, table.battery_cutoff)
+    return ControlOptions(*rates, table.lag_aware, table.delay, tilt, table.yaw_torque_cutoff, *notches, *battery)
 
 
 def _default(table: ControllerTable, cascade: Cascade, path: Path) -> Controller | None:

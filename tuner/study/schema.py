@@ -96,6 +96,10 @@ class ControllerTable(StrictTable):
     """Quality of these notches: frequency over width."""
     rpm_notch_min: float = 100.0
     """Frequency below which there are none [Hz]; from half of it above they act in full."""
+    battery_compensation: float = 0.0
+    """Share of the sag of the airframe's battery, 0 to 1, that commands are raised by."""
+    battery_cutoff: float = 5.0
+    """Cutoff of the low-pass on the voltage that this goes by [Hz]."""
     default: str | None = None
     """A gains.json whose gains stand in for the laws' defaults."""
 

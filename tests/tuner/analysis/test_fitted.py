@@ -3,6 +3,7 @@
 from dataclasses import replace
 
 import tuner
+from plant.nominal import ControlOptions, nominal
 from tuner.analysis.fitted import fitted_texts
 
 
@@ -31,3 +32,17 @@ def test_it_tells_where_notches_stand_and_which_are_too_low():
         said
         == "Notches follow the rotors; at hover speed they stand, with their share, at 79 Hz (0%) and 158 Hz (100%)."
     )
+
+
+def test_it_tells_what_is_left_of_the_thrust():
+    """90 W at 0.06 ohm: 12.6 V at rest are 12.16 V under load, 11.03 V are 10.51 V, and the square of their ratio is 75 %."""
+    system = tuner.load_study("quickstart").system
+    worn = system.vehicle._replace(
+        battery_full=12.6, battery_empty=10.5, battery_resistance=0.06, battery_capacity=7200.0, battery_used=5400.0,
+        hover_power=90.0,
+    )  # fmt: skip
+    known = nominal(worn, ControlOptions(battery_compensation=0.5), system.timing.control_period)
+    assert fitted_texts(replace(system, vehicle=worn, nominal=known)) == [
+        "The battery gives 10.5 V in hover when a flight begins, 12.2 V when it is full: 75% of a command's thrust, of which 50% "
+        "is made good."
+    ]
