@@ -141,10 +141,14 @@ def test_errors_of_sensors_are_those_of_a_quiet_vehicle() -> None:
 
 @pytest.mark.slow
 def test_lanes_hear_what_python_hears() -> None:
-    """Kernels and plain Python agree on a flight with lines, mode and low-pass."""
-    vehicle, timing = LOUD._replace(**MODE, gyro_cutoff=150.0), Timing(H, H)
-    loop = close_loop(close_cascade(LAWS["pid"], LAWS["pid"]), METER, fittings(vehicle, H))
-    know, noise = nominal(vehicle, ControlOptions(), H), np.zeros((2, 60, 16))
+    """Kernels and plain Python agree on a flight with all that a vehicle and its controller may be fitted with."""
+    pack_of_cells = {
+        "battery_full": 12.6, "battery_empty": 10.5, "battery_resistance": 0.06, "battery_capacity": 7200.0, "hover_power": 90.0,
+    }  # fmt: skip
+    vehicle, timing = LOUD._replace(**MODE, **pack_of_cells, gyro_cutoff=150.0, dead_time=2.0 * H), Timing(H, H)
+    loop = close_loop(close_cascade(LAWS["pid"], LAWS["pid"]), METER, fittings(vehicle, H, 2))
+    options = ControlOptions(rpm_notches=2, rpm_notch_min=40.0, battery_compensation=0.5)
+    know, noise = nominal(vehicle, options, H), np.zeros((2, 60, 16))
     noise[:, :, 12:] = np.random.default_rng(3).uniform(size=(2, 1, 4))
     inputs = batch([vehicle, vehicle], np.zeros((2, 60, 12)), noise, references(60, z=0.2))
     row = np.array(flatten(default_gains(loop)))
