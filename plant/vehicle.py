@@ -22,7 +22,7 @@ class Vehicle(NamedTuple):
     speed of a rotor, of each at hover speed [rad/s]; gyro_cutoff of its own low-pass [Hz]; mode_frequency [Hz], mode_damping [1]
     and mode_gain [1] of the frame's mode.
     Of its battery (`plant.battery`), 0 for one whose voltage never changes: battery_full, battery_empty, voltages at rest [V];
-    battery_resistance [ohm]; battery_capacity and battery_used, the charge that is gone when a flight begins [A s]; hover_power,
+    battery_resistance [Ohm]; battery_capacity and battery_used, the charge that is gone when a flight begins [A s]; hover_power,
     electrical, in hover [W].
     """
 

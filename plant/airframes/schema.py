@@ -57,7 +57,7 @@ OPTIONAL: dict[str, NumberField] = {
     "mode_gain": NumberField("1", "any"),
     "battery_full": NumberField("V", "positive"),
     "battery_empty": NumberField("V", "positive"),
-    "battery_resistance": NumberField("ohm", "not negative"),
+    "battery_resistance": NumberField("Ohm", "not negative"),
     "battery_capacity": NumberField("A s", "positive"),
     "battery_used": NumberField("A s", "not negative"),
     "hover_power": NumberField("W", "positive"),

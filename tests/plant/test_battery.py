@@ -102,7 +102,7 @@ def test_a_vehicle_without_a_battery_has_mains() -> None:
 def test_an_airframe_file_may_give_it(tmp_path: Path) -> None:
     """All numbers together, in their order, and no hover beyond what it can give."""
     text = load("f450").path.read_text(encoding="utf-8")
-    units = {"battery_resistance": "ohm", "battery_capacity": "A s", "battery_used": "A s", "hover_power": "W"}
+    units = {"battery_resistance": "Ohm", "battery_capacity": "A s", "battery_used": "A s", "hover_power": "W"}
 
     def written(**values: float) -> Path:
         lines = [
