@@ -5,7 +5,6 @@ from dataclasses import replace
 import control
 import numpy as np
 import pytest
-from scipy import signal
 
 from objectives.margins.trim import Trim
 from plant.loop import Timing
@@ -27,7 +26,9 @@ def sampled_path():
     w = 2.0 * np.pi * FREQUENCY
     mode = control.tf([1.0 + GAIN, 2.0 * DAMPING * w, w * w], [1.0, 2.0 * DAMPING * w, w * w])
     mode = control.sample_system(mode, H, method="bilinear", prewarp_frequency=w)
-    smooth = control.tf(*signal.butter(2, CUTOFF, fs=1.0 / H), H)
+    c = 2.0 * np.pi * CUTOFF
+    smooth = control.tf([c * c], [1.0, np.sqrt(2.0) * c, c * c])
+    smooth = control.sample_system(smooth, H, method="bilinear", prewarp_frequency=c)
     return (mode * smooth)(np.exp(1j * W * H))
 
 
