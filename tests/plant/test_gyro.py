@@ -99,7 +99,7 @@ def test_the_rate_goes_through_mode_and_low_pass() -> None:
     b, a = signal.bilinear([1.0 + g, 2.0 * z * w, w * w], [1.0, 2.0 * z * w, w * w], fs)
     bent = signal.lfilter(b, a, rates - rates[0], axis=0)
     smooth: Any = signal.butter(2, 150.0, fs=1.0 / H)
-    wanted = rates[0] + signal.lfilter(*smooth, bent, axis=0)
+    wanted = rates[0] + signal.lfilter(smooth[0], smooth[1], bent, axis=0)
     found = heard(HUMMINGBIRD._replace(**MODE, gyro_cutoff=150.0), rates, np.zeros((400, 4)))
     assert found == pytest.approx(wanted, rel=1e-9, abs=1e-9)
 

@@ -19,6 +19,7 @@ from plant.airframes.uncertainty import Uncertainty
 from plant.cascade import AXES, Cascade, close_cascade
 from plant.closed_loop import Limits
 from plant.errors import InputError, UnknownNameError
+from plant.fittings import fittings
 from plant.gains import default_row
 from plant.laws import law
 from plant.loop import Timing
@@ -84,7 +85,9 @@ def _build(path: Path, table: StudyTable) -> Study:
             default = _default(table.controller, cascade, path)
         with located(path, "limits"):
             limits = _limits(table.limits)
-        knowledge = nominal(airframe.vehicle, options, timing.control_period)
+        with located(path, "airframe"):
+            knowledge = nominal(airframe.vehicle, options, timing.control_period)
+            fittings(airframe.vehicle, timing.control_period)
         system = System(airframe.vehicle, cascade, knowledge, limits, timing)
         with located(path, "gains"):
             row = default_row(cascade, airframe.vehicle) if default is None else default.gains

@@ -2,7 +2,11 @@
 
 from dataclasses import replace
 
+import pytest
+
 import tuner
+from plant.airframes import load
+from plant.errors import InputError
 from plant.nominal import ControlOptions, nominal
 from tuner.analysis.fitted import fitted_texts
 
@@ -46,3 +50,14 @@ def test_it_tells_what_is_left_of_the_thrust():
         "The battery gives 10.5 V in hover when a flight begins, 12.2 V when it is full: 75% of a command's thrust, of which 50% "
         "is made good."
     ]
+
+
+def test_a_study_whose_rate_is_too_low_for_the_frame_is_refused(tmp_path):
+    """When it is read, at its airframe: 110 Hz are more than 0.4 of 250 Hz."""
+    numbers = {"frequency": (110, "Hz"), "damping": (0.05, "1"), "gain": (-0.3, "1")}
+    lines = [f'mode_{k} = {{ value = {v}, unit = "{unit}", source = "a test" }}\n' for k, (v, unit) in numbers.items()]
+    text = load("hummingbird").path.read_text(encoding="utf-8")
+    file = tmp_path / "soft.toml"
+    file.write_text(text.replace("[inertia]", "".join(lines) + "\n[inertia]", 1), encoding="utf-8")
+    with pytest.raises(InputError, match="airframe.mode_frequency: given 110 Hz with a control period of 0.004 s"):
+        tuner.load_study("quickstart", {"airframe": {"file": str(file)}})
