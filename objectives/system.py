@@ -13,6 +13,7 @@ from plant.backends.flyer import FlightInputs, Flyer
 from plant.backends.identity import identity
 from plant.cascade import Cascade
 from plant.closed_loop import Limits, close_loop
+from plant.fittings import Fittings, fittings
 from plant.gains import GainAddress, gain_addresses
 from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.nominal import Nominal
@@ -20,7 +21,7 @@ from plant.origin import origins
 from plant.records import flatten
 from plant.scenarios import ScenarioSpec, sample_scenarios
 from plant.targets import Targets
-from plant.vehicle import Vehicle, late_periods
+from plant.vehicle import Vehicle
 
 
 @dataclass(frozen=True)
@@ -40,7 +41,7 @@ class System:
     @cached_property
     def loop(self) -> ClosedLoop:
         """The closed loop with the meters of this package, and those of `metered`."""
-        return close_loop(self.cascade, self.meter, self.late)
+        return close_loop(self.cascade, self.meter, self.fitted)
 
     @cached_property
     def meter(self) -> MeterModel:
@@ -48,9 +49,9 @@ class System:
         return with_accumulators(MeterModel(meters.Meters, meters.start, meters.update), self.metered)
 
     @property
-    def late(self) -> int:
-        """Control periods by which rotors feel a command late."""
-        return late_periods(self.vehicle, self.timing.control_period)
+    def fitted(self) -> Fittings:
+        """What its vehicle and its controller are fitted with."""
+        return fittings(self.vehicle, self.timing.control_period, self.nominal.harmonics)
 
     def flyer(self, threads: int | None = None) -> Flyer:
         """Return what flies it: the compiled lanes on so many threads, by default one for each core."""

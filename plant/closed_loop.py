@@ -1,7 +1,7 @@
 """The closed loop of a quadrotor and its cascade. Written once; every backend runs these functions.
 
 With compute delay, the command decided at k comes into force at k + 1. Rotors with dead time feel it so many whole periods later
-(`plant.vehicle.late_periods`), which the controller does not know.
+(`plant.vehicle.late_periods`), and the gyro hears more than the body's rate (`plant.gyro`), which the controller does not know.
 """
 
 from collections.abc import Callable
@@ -13,6 +13,7 @@ from plant.allocation import saturated, speed_commands
 from plant.attitude import euler_angles, nearest_turn, thrust_direction
 from plant.cascade import Cascade, Held, Tilt
 from plant.disturbance import Disturbance
+from plant.fittings import BARE, Fittings
 from plant.integrator import runge_kutta_step
 from plant.loop import LARGEST_STATE, ClosedLoop, LoopRecords, MeterModel
 from plant.model.functions import written
@@ -160,9 +161,9 @@ def advance(body: Body, speed: Rotors, disturbance: Disturbance, dynamics: Dynam
     return runge_kutta_step(body, speed, disturbance, dynamics, plant_step)
 
 
-def close_loop(cascade: Cascade, meter: MeterModel, late: int = 0) -> CascadeLoop:
-    """Bind the closed loop to a cascade and to the meters that judge it; rotors feel a command so many periods late."""
-    line = rotor_line(late)
+def close_loop(cascade: Cascade, meter: MeterModel, fitted: Fittings = BARE) -> CascadeLoop:
+    """Bind the closed loop to a cascade, to the meters that judge it and to what its vehicle is fitted with."""
+    line, gyro, notches, supply = rotor_line(fitted.late), fitted.gyro, fitted.notches, fitted.supply
     Flight = record_type(
         "Flight",
         {
@@ -171,6 +172,9 @@ def close_loop(cascade: Cascade, meter: MeterModel, late: int = 0) -> CascadeLoo
             "queue": line.Queue,
             "in_force": Rotors,
             "pending": Rotors,
+            "gyro": gyro.Memory,
+            "notches": notches.Memory,
+            "battery": supply.Memory,
             "control": cascade.Memory,
             "meters": meter.Meters,
             "status": float,
@@ -181,6 +185,9 @@ def close_loop(cascade: Cascade, meter: MeterModel, late: int = 0) -> CascadeLoo
     cascade_start, cascade_step = cascade.start, cascade.step
     meter_start, meter_update = meter.start, meter.update
     filled, passed = line.filled, line.passed
+    gyro_start, hear = gyro.start, gyro.hear
+    notches_start, follow = notches.start, notches.follow
+    supply_start, feed = supply.start, supply.feed
     keep_meters = selector(Meters)
 
     def start(
@@ -189,11 +196,12 @@ def close_loop(cascade: Cascade, meter: MeterModel, late: int = 0) -> CascadeLoo
         angles = euler_angles(body.attitude)
         held = held_by(body, angles, nominal)
         thrust = held.thrust
-        control = cascade_start(constants, measure(body, angles, noise), nominal, held)
+        control = cascade_start(constants, measure(body, angles, body.rate, noise), nominal, held)
         sample = sample_of(body, angles, reference, held.tilt, thrust, thrust, nominal, 0.0)
         speed = body.rotor_speed
         meters = meter_start(sample, targets)
-        return Flight(body, speed, filled(speed), thrust, thrust, control, meters, 0.0, 0.0)
+        gyro, notches, battery = gyro_start(body, nominal), notches_start(speed), supply_start(speed, nominal)
+        return Flight(body, speed, filled(speed), thrust, thrust, gyro, notches, battery, control, meters, 0.0, 0.0)
 
     def decide(
         flight: Any,
@@ -208,7 +216,8 @@ def close_loop(cascade: Cascade, meter: MeterModel, late: int = 0) -> CascadeLoo
     ) -> Any:
         body = flight.body
         angles = euler_angles(body.attitude)
-        m = measure(body, angles, noise)
+        rate, gyro = hear(flight.gyro, body, noise, nominal, h)
+        m, notches = follow(flight.notches, measure(body, angles, rate, noise), body.rotor_speed, nominal, h)
         command, control = cascade_step(flight.control, constants, nominal, reference, m, flight.in_force, h)
         delayed = nominal.delay > 0.5
         in_force = select_rotors(delayed, flight.pending, command)
@@ -218,13 +227,23 @@ def close_loop(cascade: Cascade, meter: MeterModel, late: int = 0) -> CascadeLoo
         sample = sample_of(body, angles, reference, control.tilt, command, flight.pending, nominal, time)
         meters = keep_meters(alive, meter_update(flight.meters, sample, targets, h), flight.meters)
         end_time = select(alive, time + h, flight.end_time)
-        speed, queue = passed(flight.queue, speed_commands(in_force, nominal))
-        return Flight(body, speed, queue, in_force, command, control, meters, status, end_time)
+        asked = speed_commands(in_force, nominal)
+        turned_to, battery = feed(flight.battery, asked, body.rotor_speed, nominal, h)
+        speed, queue = passed(flight.queue, turned_to)
+        return Flight(body, speed, queue, in_force, command, gyro, notches, battery, control, meters, status, end_time)
 
     records = LoopRecords(
-        cascade.Gains, Nominal, Reference, Disturbance, Noise, Dynamics, Targets, Limits, rows(Disturbance, "wind").stop
+        cascade.Gains,
+        Nominal,
+        Reference,
+        Disturbance,
+        gyro.Noise,
+        Dynamics,
+        Targets,
+        Limits,
+        rows(Disturbance, "wind").stop,
     )
-    name = f"{cascade.position.name}_{cascade.attitude.name}" + (f"_late{late}" if late else "")
+    name = f"{cascade.position.name}_{cascade.attitude.name}" + fitted.name
     return CascadeLoop(
         name, records, cascade.Constants, Flight, cascade.prepare, place, start, decide, advance, cascade
     )

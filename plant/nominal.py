@@ -6,12 +6,19 @@ from typing import NamedTuple
 
 import numpy as np
 
+from plant.battery import Battery, battery_of
 from plant.errors import InputError
+from plant.gyro import GyroPath, gyro_path
+from plant.notches import MOST_NOTCHES, RpmNotches, rpm_notches
 from plant.vectors import Rotors, Vec3
 from plant.vehicle import Vehicle
 
 # Cut-off of the low-pass on the yaw torque [Hz]; PX4's MC_YAW_TQ_CUTOFF goes from 0 to 10.
 LEAST_CUTOFF, MOST_CUTOFF = 0.1, 100.0
+NOTCH_RANGES = {"rpm_notches": (0, MOST_NOTCHES), "rpm_notch_q": (0.5, 30.0), "rpm_notch_min": (10.0, 1000.0)}
+"""Allowed numbers of the notches that follow the rotors; the last in Hz."""
+BATTERY_RANGES = {"battery_compensation": (0.0, 1.0), "battery_cutoff": (0.05, 100.0)}
+"""Allowed numbers of the compensation of a battery's sag; the last in Hz."""
 
 
 class Allocation(NamedTuple):
@@ -30,7 +37,10 @@ class Nominal(NamedTuple):
     missing share over that period; tilt_tangent: tangent of the largest commanded tilt; attitude_observer,
     position_observer: 1 where that loop takes rates from its observer; position_achieved: 1 where the position observers
     are fed with the acceleration that the measured tilt and modelled thrust achieve, 0 for the one commanded; delay: 1 for
-    one period of compute delay; yaw_smoothing: share of a new yaw torque that a period of its low-pass takes over, 1 without.
+    one period of compute delay; yaw_smoothing: share of a new yaw torque that a period of its low-pass takes over, 1 without;
+    gyro: what the gyro hears, which flies with the vehicle and which no law is told; notches, harmonics: those that follow the
+    rotors, and at how many harmonics;
+    battery: the one that flies, and its compensation.
     """
 
     vehicle: Vehicle
@@ -47,6 +57,10 @@ class Nominal(NamedTuple):
     position_achieved: float
     delay: float
     yaw_smoothing: float
+    gyro: GyroPath
+    notches: RpmNotches
+    harmonics: float
+    battery: Battery
 
 
 @dataclass(frozen=True)
@@ -57,6 +71,9 @@ class ControlOptions:
     modelled (lagged, clipped) actuator output instead of the clipped command. delay: the command acts one control period
     after its measurement. tilt_limit: largest commanded tilt [rad]. yaw_torque_cutoff: of the low-pass on the yaw torque asked
     for [Hz], 0 for none; where rotors are heavy their own angular momentum makes yaw lead, and this takes the lead back.
+    rpm_notches: harmonics of each rotor's measured speed that are taken out of the gyro (`plant.notches`), 0 for none;
+    rpm_notch_q: their quality; rpm_notch_min: frequency below which there is none [Hz]. battery_compensation: share of the
+    sag of a battery that commands are raised by (`plant.battery`); battery_cutoff: of the low-pass on its voltage [Hz].
     """
 
     attitude_rate: str = "measured"
@@ -65,6 +82,11 @@ class ControlOptions:
     delay: bool = False
     tilt_limit: float = 0.5236
     yaw_torque_cutoff: float = 0.0
+    rpm_notches: int = 0
+    rpm_notch_q: float = 5.0
+    rpm_notch_min: float = 100.0
+    battery_compensation: float = 0.0
+    battery_cutoff: float = 5.0
 
     def __post_init__(self) -> None:
         for key in ("attitude_rate", "position_rate"):
@@ -77,6 +99,9 @@ class ControlOptions:
                 f"given {self.yaw_torque_cutoff} Hz; allowed: {LEAST_CUTOFF:g} to {MOST_CUTOFF:g} Hz, or 0 for no filter",
                 key="yaw_torque_cutoff",
             )
+        for key, (least, most) in {**NOTCH_RANGES, **BATTERY_RANGES}.items():
+            if not least <= getattr(self, key) <= most:
+                raise InputError(f"given {getattr(self, key):g}; allowed: {least:g} to {most:g}", key=key)
 
 
 def yaw_lead(vehicle: Vehicle) -> float:
@@ -130,6 +155,10 @@ def nominal(vehicle: Vehicle, options: ControlOptions, h: float) -> Nominal:
         position_achieved=float(options.lag_aware),
         delay=float(options.delay),
         yaw_smoothing=yaw_smoothing(options.yaw_torque_cutoff, h),
+        gyro=gyro_path(vehicle, h),
+        notches=rpm_notches(options.rpm_notch_q, options.rpm_notch_min, h),
+        harmonics=float(options.rpm_notches),
+        battery=battery_of(vehicle, options.battery_compensation, options.battery_cutoff, h),
     )
 
 

@@ -11,6 +11,7 @@ from typing import Any, NamedTuple
 from plant.attitude import euler_angles
 from plant.cascade import Cascade, Held, Tilt, close_cascade
 from plant.closed_loop import CascadeLoop, close_loop
+from plant.fittings import BARE, Fittings
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
 from plant.laws.law import Law
 from plant.loop import MeterModel
@@ -55,8 +56,8 @@ def pilot_of(law: Law, rate: Callable[[Any, Setpoint, Measured], float]) -> Law:
     return replace(law, name=f"{law.name}_pilot", Memory=Asked, start=start, step=step)
 
 
-def close_piloted(cascade: Cascade, pilot: Law, meter: MeterModel, late: int = 0) -> PilotedLoop:
-    """Close the loop of a cascade with a pilot in the place of its attitude loops; gains keep their columns, late: see
+def close_piloted(cascade: Cascade, pilot: Law, meter: MeterModel, fitted: Fittings = BARE) -> PilotedLoop:
+    """Close the loop of a cascade with a pilot in the place of its attitude loops; gains keep their columns, fitted: see
     `plant.closed_loop.close_loop`.
     """
     own = close_cascade(cascade.position, pilot)
@@ -75,17 +76,18 @@ def close_piloted(cascade: Cascade, pilot: Law, meter: MeterModel, late: int = 0
     ) -> tuple[Rotors, Any]:  # fmt: skip
         return memory.outside, memory
 
-    loop = close_loop(replace(own, Memory=Memory, start=start, step=step), meter, late)
-    Flight = loop.Flight
+    loop = close_loop(replace(own, Memory=Memory, start=start, step=step), meter, fitted)
+    Flight, hear = loop.Flight, fitted.gyro.hear
 
     def ask(flight: Any, constants: Any, nominal: Nominal, reference: Reference, noise: Noise, h: float) -> Any:
-        m = measure(flight.body, euler_angles(flight.body.attitude), noise)
+        rate, _ = hear(flight.gyro, flight.body, noise, nominal, h)
+        m = measure(flight.body, euler_angles(flight.body.attitude), rate, noise)
         memory = flight.control
         lift, control = own_step(memory.own, constants, nominal, reference, m, flight.in_force, h)
         asked = Memory(control, lift, memory.outside, control.tilt, m.angles, m.rate)
         return Flight(
-            flight.body, flight.speed, flight.queue, flight.in_force, flight.pending, asked, flight.meters, flight.status,
-            flight.end_time,
+            flight.body, flight.speed, flight.queue, flight.in_force, flight.pending, flight.gyro, flight.notches,
+            flight.battery, asked, flight.meters, flight.status, flight.end_time,
         )  # fmt: skip
 
     return PilotedLoop(**{field.name: getattr(loop, field.name) for field in fields(loop)}, ask=ask)

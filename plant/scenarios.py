@@ -12,7 +12,10 @@ import numpy as np
 from plant.air.air import AirSpec, sample_air, steady_wind
 from plant.airframes.uncertainty import Uncertainty
 from plant.backends.flyer import FlightInputs, to_lanes
+from plant.backends.lanes import LANES
 from plant.errors import InputError
+from plant.fittings import hears_rotors
+from plant.gyro import TURNS
 from plant.loop import Timing
 from plant.nominal import arm_of, off_centre, vary
 from plant.records import flatten
@@ -21,7 +24,7 @@ from plant.references.hover import Hover
 from plant.references.spec import HOLD
 from plant.rigid_body import dynamics
 from plant.seeds import generator
-from plant.sensors import SensorSpec, sample_noise
+from plant.sensors import NOISE_ROWS, SensorSpec, sample_noise
 from plant.targets import Target, Targets
 from plant.trim import steady_flight
 from plant.vehicle import Vehicle
@@ -172,6 +175,8 @@ def sample_scenarios(
     if not any(air[:, WIND_COLUMNS:].any() for air in airs):
         airs = [air[:, :WIND_COLUMNS] for air in airs]
     noises = [_noise(spec, steps, generator(root, f"{stream}/{spec.name}/sensors", i)) for i in indices]
+    if hears_rotors(vehicle):
+        noises = [_with_turns(noise, _turns(spec, root, stream, i)) for noise, i in zip(noises, indices, strict=True)]
     references = np.ascontiguousarray(spec.track(timing).samples)
     bodies, starts = _vehicles(spec, vehicle, references, root, stream, indices)
     return FlightInputs(
@@ -189,8 +194,14 @@ def for_vehicle(
     inputs: FlightInputs, spec: ScenarioSpec, vehicle: Vehicle, root: int, stream: str, indices: Iterable[int]
 ) -> FlightInputs:
     """Return drawn scenarios with another vehicle in them: same air, noise and relative spread, as if drawn for it."""
-    bodies, starts = _vehicles(spec, vehicle, inputs.references, root, stream, list(indices))
-    return replace(inputs, dynamics=to_lanes(bodies), starts=to_lanes(starts))
+    chosen = list(indices)
+    bodies, starts = _vehicles(spec, vehicle, inputs.references, root, stream, chosen)
+    noises = np.ascontiguousarray(inputs.noises[:, :, :NOISE_ROWS])
+    if hears_rotors(vehicle):
+        errors = [noises[i // LANES, ..., i % LANES] for i in range(len(chosen))]
+        turns = [_turns(spec, root, stream, i) for i in chosen]
+        noises = to_lanes([_with_turns(*pair) for pair in zip(errors, turns, strict=True)])
+    return replace(inputs, dynamics=to_lanes(bodies), starts=to_lanes(starts), noises=noises)
 
 
 def draw_vehicle(spread: Spread, vehicle: Vehicle, draw: np.random.Generator) -> Vehicle:
@@ -209,6 +220,18 @@ def _drawn(spec: ScenarioSpec, vehicle: Vehicle, draw: np.random.Generator) -> V
 def _noise(spec: ScenarioSpec, steps: int, draw: np.random.Generator) -> np.ndarray:
     """Draw the sensor errors of a flight (steps, 12); without columns where all sensors are perfect."""
     return np.empty((steps, 0)) if spec.sensors.silent() else sample_noise(spec.sensors, steps, draw)
+
+
+def _turns(spec: ScenarioSpec, root: int, stream: str, index: int) -> np.ndarray:
+    """Draw how far each rotor has turned when a flight begins [turns]."""
+    return generator(root, f"{stream}/{spec.name}/rotors", index).uniform(size=TURNS)
+
+
+def _with_turns(noise: np.ndarray, turns: np.ndarray) -> np.ndarray:
+    """Return sensor errors (steps, 0 or 12) with the turns of the rotors behind them, (steps, 16)."""
+    steps = len(noise)
+    errors = noise if noise.shape[1] else np.zeros((steps, NOISE_ROWS))
+    return np.hstack([errors, np.broadcast_to(turns, (steps, TURNS))])
 
 
 def _vehicles(

@@ -38,8 +38,8 @@ class Measurement(NamedTuple):
     heading: Vec3
 
 
-def measure(body: Body, angles: Vec3, noise: Noise) -> Measurement:
-    """Add the sensor errors to the true state; angles: its roll, pitch, yaw [rad].
+def measure(body: Body, angles: Vec3, rate: Vec3, noise: Noise) -> Measurement:
+    """Add the sensor errors to the true state; angles: its roll, pitch, yaw [rad]; rate: the one that the gyro hears [rad/s].
 
     The angle errors turn the two directions to first order. At 2 mrad and level, that leaves both right to 1e-5; leaning by t,
     the thrust direction takes yaw and roll errors as if level, which is off by some 2 mrad times sin t.
@@ -51,7 +51,7 @@ def measure(body: Body, angles: Vec3, noise: Noise) -> Measurement:
         axpy3(body.position, 1.0, noise.position),
         axpy3(body.velocity, 1.0, noise.velocity),
         axpy3(angles, 1.0, n),
-        axpy3(body.rate, 1.0, noise.rate),
+        axpy3(rate, 1.0, noise.rate),
         axpy3(thrust_direction(q), 1.0, ahead),
         Vec3(heading.x - n.z * heading.y, heading.y + n.z * heading.x, 0.0),
     )

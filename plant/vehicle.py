@@ -18,6 +18,12 @@ class Vehicle(NamedTuple):
     constants of rotor speed rising and falling [s]; speed_min, speed_max [rad/s]; drag_linear [N s/m] and drag_quadratic
     [N s2/m2] along body axes; drag_height: centre of pressure above the centre of mass [m]; rate_damping [N m s];
     gravity [m/s2]; dead_time from a command to the first change of rotor speed [s], see `late_periods`.
+    What the gyro hears (`plant.gyro`), 0 for none: vibration_1 to vibration_3, amplitude of the lines at 1, 2 and 3 times the
+    speed of a rotor, of each at hover speed [rad/s]; gyro_cutoff of its own low-pass [Hz]; mode_frequency [Hz], mode_damping [1]
+    and mode_gain [1] of the frame's mode.
+    Of its battery (`plant.battery`), 0 for one whose voltage never changes: battery_full, battery_empty, voltages at rest [V];
+    battery_resistance [Ohm]; battery_capacity and battery_used, the charge that is gone when a flight begins [A s]; hover_power,
+    electrical, in hover [W].
     """
 
     mass: float
@@ -38,6 +44,19 @@ class Vehicle(NamedTuple):
     rate_damping: Vec3
     gravity: float
     dead_time: float = 0.0
+    vibration_1: float = 0.0
+    vibration_2: float = 0.0
+    vibration_3: float = 0.0
+    gyro_cutoff: float = 0.0
+    mode_frequency: float = 0.0
+    mode_damping: float = 0.0
+    mode_gain: float = 0.0
+    battery_full: float = 0.0
+    battery_empty: float = 0.0
+    battery_resistance: float = 0.0
+    battery_capacity: float = 0.0
+    battery_used: float = 0.0
+    hover_power: float = 0.0
 
 
 def late_periods(vehicle: Vehicle, h: float) -> int:

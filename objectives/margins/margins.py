@@ -25,12 +25,13 @@ from objectives.margins.structure import Block, blocks_of, coordinates, with_ima
 from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, level_body, setting_of
 from plant.cascade import ATTITUDE_AXES, Cascade
 from plant.errors import InputError
+from plant.fittings import fittings
 from plant.gains import gain_addresses
 from plant.loop import Timing
 from plant.nominal import Nominal, vary
 from plant.scenarios import Spread
 from plant.seeds import generator
-from plant.vehicle import Vehicle, late_periods
+from plant.vehicle import Vehicle
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
@@ -132,9 +133,9 @@ class MarginModel:
         self.trim = trim or Trim()
         self.vehicles = (vehicle, *others)
         self.skew = skew
-        late = late_periods(vehicle, timing.control_period)
-        self._map = PeriodMap(cascade.at_one_rate, timing, late)
-        self._slow = SlowPosition(cascade, timing, late, points) if cascade.position_every > 1 else None
+        fitted = fittings(vehicle, timing.control_period, nominal.harmonics)
+        self._map = PeriodMap(cascade.at_one_rate, timing, fitted)
+        self._slow = SlowPosition(cascade, timing, fitted, points) if cascade.position_every > 1 else None
         self.cases = tuple(cases) if self._map.terms else (Case(0.0),)
         self._grid = frequency_grid(timing.control_period, points)
         self._body = level_body(self.trim, nominal)

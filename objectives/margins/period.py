@@ -18,6 +18,7 @@ from plant.backends import symbolic
 from plant.cascade import AXES, Cascade, commanded_torque
 from plant.closed_loop import Limits, close_loop, rotor_line
 from plant.disturbance import Disturbance
+from plant.fittings import BARE, Fittings
 from plant.integrator import runge_kutta_step
 from plant.loop import ClosedLoop, MeterModel, Timing
 from plant.nominal import Nominal
@@ -59,23 +60,26 @@ def _keep_nothing(*_: Any) -> NoMeters:
 NO_METERS = MeterModel(NoMeters, _keep_nothing, _keep_nothing)
 
 
-def state_type(cascade: Cascade, late: int = 0) -> Any:
+def state_type(cascade: Cascade, fitted: Fittings = BARE) -> Any:
     """Return the record of all that one control period hands to the next; meters and status are no part of it.
 
-    late: control periods by which rotors feel a command late.
+    fitted: what the vehicle is fitted with.
     """
     parts = {
         "body": Body,
-        "queue": rotor_line(late).Queue,
+        "queue": rotor_line(fitted.late).Queue,
         "in_force": Rotors,
         "pending": Rotors,
+        "gyro": fitted.gyro.Memory,
+        "notches": fitted.notches.Memory,
+        "battery": fitted.supply.Memory,
         "control": cascade.Memory,
     }
     return record_type("SampledState", parts)
 
 
 class PeriodMap:
-    """One control period of a cascade at a control period and plant step, with rotors that feel a command so many periods late.
+    """One control period of a cascade at a control period and plant step, of a vehicle fitted so.
 
     terms: its nonlinear terms. state: record type of the sampled state. Its parts are functions of batches:
 
@@ -84,12 +88,12 @@ class PeriodMap:
         fly(body, speeds and load, disturbance, dynamics) -> body one plant step later, derivative
     """
 
-    def __init__(self, cascade: Cascade, timing: Timing, late: int = 0) -> None:
+    def __init__(self, cascade: Cascade, timing: Timing, fitted: Fittings = BARE) -> None:
         self.cascade = cascade
         self.timing = timing
         self.terms = terms_of(cascade)
-        self.state = state_type(cascade, late)
-        self._loop: ClosedLoop = close_loop(cascade, NO_METERS, late)
+        self.state = state_type(cascade, fitted.feedback)
+        self._loop: ClosedLoop = close_loop(cascade, NO_METERS, fitted.feedback)
 
     @cached_property
     def at_rest(self) -> Batch:
@@ -101,12 +105,12 @@ class PeriodMap:
             record_of(Body, body), constants, record_of(Nominal, nominal), record_of(Reference, reference), zeros(Noise),
             zeros(Targets),
         )  # fmt: skip
-        state = self.state(flight.body, flight.queue, flight.in_force, flight.pending, flight.control)
+        state = self.state(**{part: getattr(flight, part) for part in self.state._fields})
         return Batch("rest", [body, gains, nominal, reference], [column_of(state)])
 
     @cached_property
     def decide(self) -> Derivative:
-        """Speeds, queue, in_force, pending, memory, then c, s, y, e, differentiated by state, v, w and r; and f(s)."""
+        """Speeds, the state behind the body, then c, s, y, e, differentiated by state, v, w and r; and f(s)."""
         state, v, w, r, gains, nominal, reference = columns(
             size(self.state),
             N_CHANNELS,
@@ -123,7 +127,7 @@ class PeriodMap:
         goal = injection.shifted(record_of(Reference, reference))
         after = self._instant(injection, before, constants, known, goal)
         seen = _readings(injection, before, after, known, goal)
-        memory = [column_of(part) for part in (after.speed, after.queue, after.in_force, after.pending, after.control)]
+        memory = [column_of(getattr(after, part)) for part in ("speed", *self.state._fields[1:])]
         outputs = ca.vertcat(*memory, seen.command, seen.signals, seen.output, seen.error)
         inputs = ca.vertcat(state, v, w, r)
         return Derivative("decide", inputs, [inputs, gains, nominal, reference], outputs, seen.values)
@@ -133,7 +137,8 @@ class PeriodMap:
         idle = Rotors(0.0, 0.0, 0.0, 0.0)
         control = _unclipped(before.control)
         flight = self._loop.Flight(
-            before.body, idle, before.queue, before.in_force, before.pending, control, NoMeters(), 0.0, 0.0
+            before.body, idle, before.queue, before.in_force, before.pending, before.gyro, before.notches, before.battery,
+            control, NoMeters(), 0.0, 0.0,
         )  # fmt: skip
         return symbolic.rebinder(injection.stand_ins())(self._loop.decide)(
             flight,

@@ -21,6 +21,7 @@ from objectives.margins.period import CHANNELS, PeriodMap
 from objectives.margins.structure import Block, blocks_of, coordinates, with_terms
 from objectives.margins.trim import find_trim
 from plant.cascade import POSITION_AXES, Cascade, close_cascade
+from plant.fittings import Fittings
 from plant.laws.slower import always_due
 from plant.loop import Timing
 from plant.nominal import Nominal
@@ -40,14 +41,14 @@ class Paced(NamedTuple):
 
 
 class SlowPosition:
-    """The control periods of a cascade whose position loops step every `every` of them, late as `PeriodMap` has it."""
+    """The control periods of a cascade whose position loops step every `every` of them, fitted as `PeriodMap` has it."""
 
-    def __init__(self, cascade: Cascade, timing: Timing, late: int, points: int) -> None:
+    def __init__(self, cascade: Cascade, timing: Timing, fitted: Fittings, points: int) -> None:
         plain = cascade.position.plain
         assert plain is not None
         self.every = cascade.position_every
-        self.flown = PeriodMap(cascade, timing, late)
-        self._resting = PeriodMap(close_cascade(always_due(plain, self.every), cascade.attitude), timing, late)
+        self.flown = PeriodMap(cascade, timing, fitted)
+        self._resting = PeriodMap(close_cascade(always_due(plain, self.every), cascade.attitude), timing, fitted)
         self.period = self.every * timing.control_period
         self.grid = frequency_grid(self.period, points)
         self._from_rest = _places(self._resting, self.flown)

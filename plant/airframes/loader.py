@@ -7,7 +7,16 @@ from typing import Any
 
 from plant.airframes.geometry import FRAMES, SPINS
 from plant.airframes.rules import broken_rules
-from plant.airframes.schema import GROUPS, OPTIONAL, SCALARS, Sourced, read_flag, read_numbers, read_text
+from plant.airframes.schema import (
+    GROUPS,
+    OPTIONAL,
+    SCALARS,
+    Sourced,
+    check_together,
+    read_flag,
+    read_numbers,
+    read_text,
+)
 from plant.airframes.uncertainty import Uncertainty, read_uncertainty
 from plant.errors import InputError, UnknownNameError, UnphysicalError
 from plant.input_files import read_input_text
@@ -65,6 +74,7 @@ def load(name_or_path: str | Path, *, allow_unphysical: bool = False) -> Airfram
     frame = read_text(table, "frame", path, tuple(FRAMES))
     spin = read_text(table, "spin", path, tuple(SPINS))
     sources = read_numbers(table, FRAMES[frame].lengths, path)
+    check_together(sources, path)
     vehicle = _vehicle({key: number.value for key, number in sources.items()}, frame, spin)
     _judge(vehicle, path, in_file=read_flag(table, "allow_unphysical", path), by_caller=allow_unphysical)
     return Airframe(path.stem, title, frame, vehicle, sources, path, read_uncertainty(table, path))

@@ -46,8 +46,28 @@ SCALARS: dict[str, NumberField] = {
     "drag_height": NumberField("m", "any"),
     "gravity": NumberField("m/s2", "positive"),
 }
-OPTIONAL: dict[str, NumberField] = {"dead_time": NumberField("s", "not negative")}
+OPTIONAL: dict[str, NumberField] = {
+    "dead_time": NumberField("s", "not negative"),
+    "vibration_1": NumberField("rad/s", "not negative"),
+    "vibration_2": NumberField("rad/s", "not negative"),
+    "vibration_3": NumberField("rad/s", "not negative"),
+    "gyro_cutoff": NumberField("Hz", "not negative"),
+    "mode_frequency": NumberField("Hz", "positive"),
+    "mode_damping": NumberField("1", "positive"),
+    "mode_gain": NumberField("1", "any"),
+    "battery_full": NumberField("V", "positive"),
+    "battery_empty": NumberField("V", "positive"),
+    "battery_resistance": NumberField("Ohm", "not negative"),
+    "battery_capacity": NumberField("A s", "positive"),
+    "battery_used": NumberField("A s", "not negative"),
+    "hover_power": NumberField("W", "positive"),
+}
 """Numbers that a file may leave out: 0."""
+TOGETHER = {
+    "a mode of the frame": ("mode_frequency", "mode_damping", "mode_gain"),
+    "a battery": ("battery_full", "battery_empty", "battery_resistance", "battery_capacity", "hover_power"),
+}
+"""Numbers of which a file gives all or none, by what they are of."""
 LENGTH = NumberField("m", "positive")
 HEADER = ("title", "frame", "spin", "allow_unphysical", "uncertainty")
 
@@ -71,6 +91,19 @@ def read_numbers(table: Mapping[str, object], lengths: tuple[str, ...], file: Pa
         if key not in fields:
             raise UnknownNameError("key", key, [*fields, *OPTIONAL, *HEADER], file=file, key=key)
     return {key: _read_number(leaves, key, field, file) for key, field in fields.items()}
+
+
+def check_together(sources: Mapping[str, Sourced], file: Path) -> None:
+    """Raise InputError where a mode or a battery lacks one of its numbers, or where a battery is charged beyond its ends."""
+    for whole, keys in TOGETHER.items():
+        missing = [key for key in keys if key not in sources]
+        if 0 < len(missing) < len(keys):
+            raise InputError(
+                f"is missing; {whole} needs {', '.join(keys)}: give all of them or none", file=file, key=missing[0]
+            )
+    for key, most in (("battery_empty", "battery_full"), ("battery_used", "battery_capacity")):
+        if key in sources and (most not in sources or sources[key].value > sources[most].value):
+            raise InputError(f"is {sources[key].value:g}; it needs {most}, and must not exceed it", file=file, key=key)
 
 
 def read_text(table: Mapping[str, object], key: str, file: Path, allowed: tuple[str, ...] = ()) -> str:

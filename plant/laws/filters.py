@@ -118,6 +118,17 @@ def _or_through(there: bool, section: Section) -> Section:
     )
 
 
+def mode(frequency: float, damping: float, gain: float, h: float) -> Section:
+    """1 + gain s^2/(s^2 + 2 damping w s + w^2), w = 2 pi frequency [Hz]; passes the signal through for a frequency of 0."""
+    there = both(frequency > 0.0, frequency * h < HALF)
+    turn = select(there, frequency * h, 0.25)
+    t = sin(PI * turn) / cos(PI * turn)
+    scale = 1.0 / (1.0 + 2.0 * damping * t + t * t)
+    a1, a2 = 2.0 * (t * t - 1.0) * scale, (1.0 - 2.0 * damping * t + t * t) * scale
+    push = gain * scale
+    return _or_through(there, Section(1.0 + push, a1 - 2.0 * push, a2 + push, a1, a2))
+
+
 def step_section(kept: Delays, x: float, section: Section) -> tuple[float, Delays]:
     """Output of a second-order section, and what it keeps."""
     y = section.b0 * x + kept.first

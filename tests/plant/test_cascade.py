@@ -33,7 +33,7 @@ def attitude(roll: float, pitch: float, yaw: float) -> Quaternion:
 def seen(know: Nominal, position: Vec3 = ZERO, q: Quaternion | None = None) -> Measurement:
     """What is measured without error at rest somewhere."""
     body = hover_body(know)._replace(position=position, attitude=q or Quaternion(1.0, 0.0, 0.0, 0.0))
-    return measure(body, euler_angles(body.attitude), NO_NOISE)
+    return measure(body, euler_angles(body.attitude), body.rate, NO_NOISE)
 
 
 def constants_of(cascade: Any) -> Any:
@@ -165,7 +165,7 @@ def test_a_world_turned_by_a_quarter_gives_the_same_commands(pair: tuple[str, st
             velocity=Vec3(*rng.normal(0.0, 0.1, 3).tolist()),
             attitude=q,
         )
-        m = measure(body, euler_angles(q), NO_NOISE)
+        m = measure(body, euler_angles(q), body.rate, NO_NOISE)
         reference = pack(Reference, [*rng.normal(0.0, 0.1, 9).tolist(), 0.0, 0.0, 0.2, 0.1, 1.0])
         other_m = m._replace(
             position=turned(m.position), velocity=turned(m.velocity), angles=m.angles._replace(z=m.angles.z + pi / 2),

@@ -12,6 +12,7 @@ from plant.backends.flyer import Flyer
 from plant.backends.stepping import fly_steps, unchanged
 from plant.closed_loop import CascadeLoop, close_loop
 from plant.errors import InputError
+from plant.fittings import Fittings
 from plant.loop import MeterModel
 from plant.nominal import ControlOptions, nominal
 from plant.records import flatten
@@ -35,7 +36,9 @@ PROMPT = nominal(HUMMINGBIRD, ControlOptions(), H)
 
 
 def late_loop(late: int) -> CascadeLoop:
-    return close_loop(loop_of("pid", "pid").cascade, MeterModel(meters.Meters, meters.start, meters.update), late)
+    return close_loop(
+        loop_of("pid", "pid").cascade, MeterModel(meters.Meters, meters.start, meters.update), Fittings(late)
+    )
 
 
 def flown(loop: CascadeLoop, know: Any, step: float) -> list[Any]:

@@ -351,7 +351,7 @@ def told_input_gains() -> list[float]:
     cascade = close_cascade(law, law)
     constants = cascade.prepare(loops_gains(cascade), H)
     body = hover_body(KNOW)
-    seen = measure(body, euler_angles(body.attitude), pack(Noise, [0.0] * 12))
+    seen = measure(body, euler_angles(body.attitude), body.rate, pack(Noise, [0.0] * 12))
     here = Reference(ZERO, ZERO, ZERO, 0.0, 0.0, 0.0, 0.0, 1.0)
     level = Rotors(*[KNOW.hover] * 4)
     cascade.step(cascade.start(constants, seen, KNOW, hovering(KNOW)), constants, KNOW, here, seen, level, H)

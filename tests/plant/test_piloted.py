@@ -13,6 +13,7 @@ from plant.backends.instants import Instant
 from plant.backends.stepping import fly_steps, lane_of, unchanged
 from plant.cascade import close_cascade
 from plant.closed_loop import Limits, close_loop
+from plant.fittings import Fittings
 from plant.gains import default_row
 from plant.laws import LAWS
 from plant.loop import MeterModel, Timing
@@ -43,7 +44,7 @@ def given(duration=0.04):
 
 
 def flown_outside(cascade, gains, known, inputs, late):
-    loop = close_piloted(cascade, pilot_of(cascade.attitude, heading_rate), METER, late)
+    loop = close_piloted(cascade, pilot_of(cascade.attitude, heading_rate), METER, Fittings(late))
     outside = AttitudeOutside(cascade.attitude, gains, known, TIMING.control_period)
 
     def decide(flight, constants, nominal, reference, noise, targets, limits, time, h):
@@ -66,7 +67,14 @@ def flown_outside(cascade, gains, known, inputs, late):
 def test_our_own_attitude_loops_outside_fly_our_own_flight(late):
     cascade, gains, known, inputs = given()
     own = fly_steps(
-        close_loop(cascade, METER, late), unchanged, gains, known, lane_of(inputs, 0), inputs.targets, LIMITS, TIMING
+        close_loop(cascade, METER, Fittings(late)),
+        unchanged,
+        gains,
+        known,
+        lane_of(inputs, 0),
+        inputs.targets,
+        LIMITS,
+        TIMING,
     )
     there = flown_outside(cascade, gains, known, inputs, late)
     assert max(abs(part) for part in own.body.rate) > 0.003

@@ -31,7 +31,7 @@ def some_body(q: Quaternion) -> Body:
 def test_without_noise_the_truth_is_measured() -> None:
     q = random_quaternion(np.random.default_rng(1))
     body, angles = some_body(q), euler_angles(q)
-    m = measure(body, angles, SILENT)
+    m = measure(body, angles, body.rate, SILENT)
     assert (m.position, m.velocity, m.angles, m.rate) == (body.position, body.velocity, angles, body.rate)
     np.testing.assert_allclose(m.thrust_direction, matrix_of(q)[:, 2], rtol=0.0, atol=1e-14)
     np.testing.assert_allclose(m.heading, [cos(angles.z), sin(angles.z), 0.0], rtol=0.0, atol=1e-14)
@@ -41,7 +41,7 @@ def test_each_error_is_added_to_its_own_quantity() -> None:
     q = random_quaternion(np.random.default_rng(2))
     body, angles = some_body(q), euler_angles(q)
     noise = pack(Noise, [0.001 * (i + 1) for i in range(12)])
-    m = measure(body, angles, noise)
+    m = measure(body, angles, body.rate, noise)
     for found, truth, error in (
         (m.position, body.position, noise.position),
         (m.velocity, body.velocity, noise.velocity),
@@ -65,7 +65,7 @@ def test_angle_errors_turn_the_directions_to_first_order(tilt: float, yaw: float
         turned = Rotation.from_euler("ZYX", angles + error[::-1]).as_matrix()
         x, y, z, w = Rotation.from_euler("ZYX", angles).as_quat().tolist()
         body = some_body(Quaternion(w, x, y, z))
-        m = measure(body, euler_angles(body.attitude), SILENT._replace(angles=vec3(error)))
+        m = measure(body, euler_angles(body.attitude), body.rate, SILENT._replace(angles=vec3(error)))
         assert np.linalg.norm(m.thrust_direction - turned[:, 2], axis=0) < bound
         heading = np.array([cos(yaw + error[2]), sin(yaw + error[2]), 0.0])
         assert np.linalg.norm(m.heading - heading, axis=0) < 4e-6  # n^2

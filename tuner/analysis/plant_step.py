@@ -1,4 +1,4 @@
-"""How a study steps its plant: error of the plant step, by flying a few flights with steps half as long, and dead time.
+"""How a study steps its plant: error of the plant step, by flying a few flights with steps half as long.
 
 Steps of RK4 half as long err 2^4 times less, so what halving changes is 15/16 of the error (Hairer, Norsett, Wanner, Solving
 Ordinary Differential Equations I, 2nd ed. 1993, section II.4). It is counted in standard errors of the held-out mean: an error of
@@ -11,10 +11,8 @@ from typing import Any
 import numpy as np
 
 from objectives.problem import Problem
-from objectives.system import System
 from tuner.documents.parts import PlantStep
 from tuner.study.study import Study, TuningStudy
-from tuner.text.sentences import counted
 
 Array = np.ndarray
 STREAM, FLIGHTS = "plant step", 8
@@ -99,13 +97,3 @@ def plant_step_warnings(found: PlantStep, key: str = Study.plant_step_key) -> li
             f"{found.ended_otherwise} of {found.flights} flights end otherwise with a plant step half as long; {remedy}."
         )
     return said
-
-
-def dead_time_texts(system: System) -> list[str]:
-    """Return a sentence on the dead time of the rotors, nothing where there is none."""
-    time, h = system.vehicle.dead_time, system.timing.control_period
-    if not time:
-        return []
-    return [
-        f"Dead time of the rotors: {1e3 * time:.3g} ms, flown as {counted(system.late, 'control period')} of {1e3 * h:.3g} ms."
-    ]

@@ -39,6 +39,11 @@ class ResolvedController(DocumentPart):
     delay: bool | None = None
     tilt_limit_deg: float | None = None
     yaw_torque_cutoff: float | None = None
+    rpm_notches: int = 0
+    rpm_notch_q: float | None = None
+    rpm_notch_min: float | None = None
+    battery_compensation: float = 0.0
+    battery_cutoff: float | None = None
     default: Json = None
 
 

@@ -2,7 +2,7 @@
 
 import json
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from math import isfinite
 from pathlib import Path
 from typing import Any
@@ -10,6 +10,7 @@ from typing import Any
 from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.input_files import read_input_text
+from plant.nominal import ControlOptions
 from tuner.documents.export import ExportDocument
 from tuner.exchange.aboard import remembered
 from tuner.exchange.autopilot.parameters import fits
@@ -19,6 +20,7 @@ from tuner.exchange.verification import FLIGHTS, Verification, verify_export
 from tuner.exchange.writing import check_free, export_document, export_records, write_export
 from tuner.gains import content_sha256, read_gains
 from tuner.search.watcher import Watcher
+from tuner.text.sentences import counted
 
 QUIET = Watcher()
 
@@ -99,4 +101,28 @@ def bundle_of(target: ExportTarget, request: Request) -> Bundle:
                 f"{parameter.high:g} {parameter.unit}",
                 key=parameter.name,
             )
-    return bundle
+    by_hand = (*notch_texts(controller.options), *battery_texts(controller.options))
+    return replace(bundle, differences=(*bundle.differences, *by_hand))
+
+
+def notch_texts(options: ControlOptions) -> tuple[str, ...]:
+    """Return what is to be set by hand for notches that follow the rotors, nothing where there are none."""
+    if not options.rpm_notches:
+        return ()
+    harmonics, quality, least = options.rpm_notches, options.rpm_notch_q, options.rpm_notch_min
+    return (
+        f"Notches at {counted(harmonics, 'harmonic')} of the speed of each rotor (Q {quality:g}, from {least:g} Hz on) stand "
+        "before the laws and are not written; flights and margins have them, so set them: in Betaflight rpm_filter_harmonics = "
+        f"{harmonics}, rpm_filter_q = {100.0 * quality:.0f}, rpm_filter_min_hz = {least:.0f}, rpm_filter_fade_range_hz = "
+        f"{0.5 * least:.0f}, elsewhere its own.",
+    )
+
+
+def battery_texts(options: ControlOptions) -> tuple[str, ...]:
+    """Return what is to be set by hand for the compensation of a battery's sag, nothing where there is none."""
+    if not options.battery_compensation:
+        return ()
+    return (
+        f"The compensation of the battery's sag, {options.battery_compensation:.0%} of it, is not written; flights and margins "
+        "have it, so set the target's: MC_BAT_SCALE_EN in PX4, MOT_BAT_VOLT_MAX and MOT_BAT_VOLT_MIN in ArduPilot.",
+    )

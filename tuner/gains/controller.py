@@ -59,6 +59,11 @@ class ControllerPart(NamedTuple):
     structure: Mapping[str, str]
     discretisation: Mapping[str, str]
     yaw_torque_cutoff: float = 0.0
+    rpm_notches: int = 0
+    rpm_notch_q: float = ControlOptions.rpm_notch_q
+    rpm_notch_min: float = ControlOptions.rpm_notch_min
+    battery_compensation: float = 0.0
+    battery_cutoff: float = ControlOptions.battery_cutoff
     position_every: int = 1
     code: Mapping[str, Any] = MappingProxyType({})
 

@@ -6,6 +6,7 @@ from math import nan
 
 from plant.gains import gain_addresses
 from plant.laws.law import Law
+from plant.nominal import BATTERY_RANGES, NOTCH_RANGES
 from tuner.gains.airframe_block import airframe_block
 from tuner.gains.controller import Controller, VehicleRecord
 from tuner.gains.hashing import content_hash
@@ -44,6 +45,8 @@ def controller_block(controller: Controller) -> Row:
     """Return laws, periods, options, structure and how the laws are sampled."""
     options = asdict(controller.options)
     tilt, cutoff = options.pop("tilt_limit"), options.pop("yaw_torque_cutoff")
+    notches = notches_block(*[options.pop(name) for name in NOTCH_RANGES])
+    battery = battery_block(*[options.pop(name) for name in BATTERY_RANGES])
     laws = {"position": controller.cascade.position, "attitude": controller.cascade.attitude}
     return {
         **{loop: law.name for loop, law in laws.items()},
@@ -51,12 +54,28 @@ def controller_block(controller: Controller) -> Row:
         "plant_step": quantity(controller.plant_step, "s"),
         "tilt_limit": quantity(tilt, "rad"),
         **({"yaw_torque_cutoff": quantity(cutoff, "Hz")} if cutoff else {}),
+        **notches,
+        **battery,
         **options,
         **({} if controller.cascade.position_every == 1 else {"position_every": controller.cascade.position_every}),
         "structure": STRUCTURE,
         "discretisation": {loop: law.discretisation for loop, law in laws.items()},
         **({"code": code} if (code := code_block(laws)) else {}),
     }
+
+
+def notches_block(harmonics: int, quality: float, least: float) -> Row:
+    """Return the notches that follow the rotors, nothing where there are none."""
+    if not harmonics:
+        return {}
+    numbers = (harmonics, quantity(quality, "1"), quantity(least, "Hz"))
+    return dict(zip(NOTCH_RANGES, numbers, strict=True))
+
+
+def battery_block(compensation: float, cutoff: float) -> Row:
+    """Return the compensation of a battery's sag, nothing where there is none."""
+    numbers = (quantity(compensation, "1"), quantity(cutoff, "Hz"))
+    return dict(zip(BATTERY_RANGES, numbers, strict=True)) if compensation else {}
 
 
 def code_block(laws: Mapping[str, Law]) -> Row:

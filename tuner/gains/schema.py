@@ -22,7 +22,7 @@ from plant.cascade import ATTITUDE_AXES, AXES, POSITION_AXES
 from plant.laws import LAWS
 from plant.laws.law import GainInfo, Law
 from plant.laws.slower import MOST_PERIODS
-from plant.nominal import LEAST_CUTOFF, MOST_CUTOFF, ControlOptions
+from plant.nominal import BATTERY_RANGES, LEAST_CUTOFF, MOST_CUTOFF, NOTCH_RANGES, ControlOptions
 from tuner.gains.airframe_block import airframe_schema
 from tuner.gains.quantities import UCUM, ucum
 from tuner.gains.ranges import LONGEST, SHORTEST
@@ -171,7 +171,16 @@ def controller_schema(laws: list[str]) -> Row:
         "tilt_limit": measured("rad", minimum=0.05, maximum=1.05),
         "yaw_torque_cutoff": measured("Hz", minimum=LEAST_CUTOFF, maximum=MOST_CUTOFF),
     }
-    assert {*options, *measures} == set(ControlOptions.__dataclass_fields__), "every option is in the file"
+    harmonics, quality, least = NOTCH_RANGES.values()
+    share, cutoff = BATTERY_RANGES.values()
+    present = {
+        "rpm_notches": {"type": "integer", "minimum": 1, "maximum": harmonics[1]},
+        "rpm_notch_q": measured("1", minimum=quality[0], maximum=quality[1]),
+        "rpm_notch_min": measured("Hz", minimum=least[0], maximum=least[1]),
+        "battery_compensation": measured("1", minimum=share[0], maximum=share[1]),
+        "battery_cutoff": measured("Hz", minimum=cutoff[0], maximum=cutoff[1]),
+    }
+    assert {*options, *measures, *present} == set(ControlOptions.__dataclass_fields__), "every option is in the file"
     return closed(
         {
             "position": {"enum": laws},
@@ -179,13 +188,14 @@ def controller_schema(laws: list[str]) -> Row:
             "control_period": period,
             "plant_step": period,
             **measures,
+            **present,
             **options,
             "position_every": {"type": "integer", "minimum": 2, "maximum": MOST_PERIODS},
             "structure": closed({key: {"const": text} for key, text in STRUCTURE.items()}),
             "discretisation": closed(texts("position", "attitude")),
             "code": closed(dict.fromkeys(LOOPS, closed(texts("file", "digest"))), optional=LOOPS),
         },
-        optional=["yaw_torque_cutoff", "position_every", "code"],
+        optional=["yaw_torque_cutoff", *present, "position_every", "code"],
     )
 
 

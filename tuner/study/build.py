@@ -19,6 +19,7 @@ from plant.airframes.uncertainty import Uncertainty
 from plant.cascade import AXES, Cascade, close_cascade
 from plant.closed_loop import Limits
 from plant.errors import InputError, UnknownNameError
+from plant.fittings import fittings
 from plant.gains import default_row
 from plant.laws import law
 from plant.loop import Timing
@@ -84,7 +85,9 @@ def _build(path: Path, table: StudyTable) -> Study:
             default = _default(table.controller, cascade, path)
         with located(path, "limits"):
             limits = _limits(table.limits)
-        knowledge = nominal(airframe.vehicle, options, timing.control_period)
+        with located(path, "airframe"):
+            knowledge = nominal(airframe.vehicle, options, timing.control_period)
+            fittings(airframe.vehicle, timing.control_period)
         system = System(airframe.vehicle, cascade, knowledge, limits, timing)
         with located(path, "gains"):
             row = default_row(cascade, airframe.vehicle) if default is None else default.gains
@@ -176,7 +179,9 @@ def _options(table: ControllerTable) -> ControlOptions:
         raise InputError(f"given {table.tilt_limit_deg} deg; allowed: 3 to 60 deg", key="tilt_limit_deg")
     tilt = radians(table.tilt_limit_deg)
     rates = (table.attitude_rate, table.position_rate)
-    return ControlOptions(*rates, table.lag_aware, table.delay, tilt, table.yaw_torque_cutoff)
+    notches = (table.rpm_notches, table.rpm_notch_q, table.rpm_notch_min)
+    battery = (table.battery_compensation, table.battery_cutoff)
+    return ControlOptions(*rates, table.lag_aware, table.delay, tilt, table.yaw_torque_cutoff, *notches, *battery)
 
 
 def _default(table: ControllerTable, cascade: Cascade, path: Path) -> Controller | None:

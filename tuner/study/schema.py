@@ -90,6 +90,16 @@ class ControllerTable(StrictTable):
     """Largest tilt that the position loop asks for [deg]."""
     yaw_torque_cutoff: float = 0.0
     """Cutoff of a low-pass on the yaw torque [Hz]; 0: none."""
+    rpm_notches: int = 0
+    """Harmonics of the rotors' measured speed, up to 3, at each of which a notch takes each rotor out of the gyro; 0: none."""
+    rpm_notch_q: float = 5.0
+    """Quality of these notches: frequency over width."""
+    rpm_notch_min: float = 100.0
+    """Frequency below which there are none [Hz]; from half of it above they act in full."""
+    battery_compensation: float = 0.0
+    """Share of the sag of the airframe's battery, 0 to 1, that commands are raised by."""
+    battery_cutoff: float = 5.0
+    """Cutoff of the low-pass on the voltage that this goes by [Hz]."""
     default: str | None = None
     """A gains.json whose gains stand in for the laws' defaults."""
 

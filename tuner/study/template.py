@@ -32,6 +32,8 @@ position = "ladrc"              # law of x, y, z
 # lag_aware = true              # observers are fed with the modelled actuator output
 # delay = false                 # true: the command acts one period after its measurement
 # tilt_limit_deg = 30
+# rpm_notches = 0               # harmonics of the rotors' measured speed that notches take out of the gyro, up to 3
+# battery_compensation = 0      # share of the sag of the airframe's battery that commands are raised by, up to 1
 # yaw_torque_cutoff = 0         # Hz, low-pass on the yaw torque; 0: none, `tuner check` says where heavy rotors want one
 
 # [limits]                      # a flight that leaves these has failed

@@ -81,7 +81,7 @@ class Stepper:
         if self.gain is not None:
             stand_ins |= {term.nonlinearity.function: self._straight(constants, term) for term in self.terms}
         flight = self.loop.Flight(
-            before.body, before.in_force, before.queue, before.in_force, before.pending, before.control, NoMeters(), 0.0, 0.0
+            before.body, before.in_force, before.queue, before.in_force, before.pending, before.gyro, before.notches, before.battery, before.control, NoMeters(), 0.0, 0.0
         )  # fmt: skip
         after = Rebinder(self._names, stand_ins=stand_ins)(self.loop.decide)(
             flight, constants, self.nominal, reference or self.reference(), pack(Noise, [0.0] * size(Noise)),
@@ -99,7 +99,18 @@ class Stepper:
                 thrust = axpy_rotors(thrust, amount, column)
             speed = self._plain(speed_commands)(thrust, self.nominal)
             body = self._plain(self.loop.advance)(body, speed, self.disturbance, self.dynamics, plant_step)
-        following = flatten(self.state(body, after.queue, after.in_force, after.pending, after.control))
+        following = flatten(
+            self.state(
+                body,
+                after.queue,
+                after.in_force,
+                after.pending,
+                after.gyro,
+                after.notches,
+                after.battery,
+                after.control,
+            )
+        )
         seen = [*before.body.position, *self._plain(euler_angles)(before.body.attitude)]
         return np.array(following), np.array([demand.x, demand.y, lift, *torque]), np.array(seen)
 

@@ -1,6 +1,7 @@
 """gains.json of a run: what is written is read back; what is wrong is named; what was edited is told."""
 
 import json
+from dataclasses import replace
 
 import pytest
 
@@ -208,3 +209,15 @@ def test_the_same_result_is_told_from_another():
     assert not same_result(other, made) and not same_result({}, made) and not same_result({**made, "study": {}}, made)
     old = {"version": "0.1", "gains": {address: {"value": gain["value"]} for address, gain in made["gains"].items()}}
     assert same_result(old, made) and not same_result({"version": "0.1", "gains": 3}, made)
+
+
+def test_notches_that_follow_the_rotors_are_kept(tmp_path, document):
+    """They are options of the controller: written where there are some, and read as they were."""
+    controller = read_gains(written(tmp_path, document))
+    assert "rpm_notches" not in document["controller"]
+    notched = replace(
+        controller, options=replace(controller.options, rpm_notches=2, rpm_notch_q=4.0, rpm_notch_min=60.0)
+    )
+    again = to_document(notched, {})
+    assert again["controller"]["rpm_notch_min"] == {"value": 60.0, "unit": "Hz"}
+    assert read_gains(written(tmp_path, again)).options == notched.options

@@ -19,9 +19,10 @@ from objectives.margins.quantities import LOOP_QUANTITIES
 from objectives.margins.structure import Block, blocks_of, coordinates
 from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, level_body, setting_of
 from plant.errors import InputError
+from plant.fittings import fittings
 from plant.loop import Timing
 from plant.nominal import nominal
-from plant.vehicle import Vehicle, late_periods
+from plant.vehicle import Vehicle
 from tuner.gains import Controller
 
 Array = np.ndarray
@@ -48,8 +49,11 @@ class Linear:
         self.period = controller.control_period
         self.nominal = nominal(controller.airframe.vehicle, controller.options, controller.control_period)
         timing = Timing(controller.control_period, controller.plant_step)
-        late = late_periods(controller.airframe.vehicle, self.period)
-        self._map = PeriodMap(controller.cascade.at_one_rate, timing, late)
+        self._map = PeriodMap(
+            controller.cascade.at_one_rate,
+            timing,
+            fittings(controller.airframe.vehicle, self.period, self.nominal.harmonics),
+        )
         self._row = np.array([controller.gains])
         self.cases = DEFAULT_CASES if self._map.terms else (Case(0.0),)
         self._grid = frequency_grid(self.period)

@@ -28,7 +28,8 @@ class FirmwareFlights:
         firmware.check(system.timing.control_period)
         self._system, self._firmware, self._root, self._threads = system, firmware, root, threads
         pilot = pilot_of(system.cascade.attitude, firmware.heading)
-        loop = close_piloted(system.cascade, pilot, system.meter, system.late)
+        # Notches are the firmware's own business.
+        loop = close_piloted(system.cascade, pilot, system.meter, system.fitted._replace(harmonics=0))
         self._stepper = Stepper(loop, loop.ask, system.limits, system.timing)
         self._rotors = actuation(system.nominal.vehicle)
 

@@ -68,7 +68,7 @@ def typical_inputs(controller: Controller) -> list[Instant]:
 
     def watch(k: int, flight: Any) -> None:
         body, reference = flight.body, pack(Reference, lane.references[k].tolist())
-        measurement = measure(body, euler_angles(body.attitude), pack(Noise, lane.noises[k].tolist()))
+        measurement = measure(body, euler_angles(body.attitude), body.rate, pack(Noise, lane.noises[k].tolist()))
         tilt, yaw = flight.control.tilt, flight.control.yaw_seen
         goal = (tilt.roll, tilt.pitch, nearest_turn(reference.yaw, yaw))
         angles = (measurement.angles.x, measurement.angles.y, yaw)

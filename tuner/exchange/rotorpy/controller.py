@@ -110,7 +110,7 @@ def measured(state: Mapping[str, Any]) -> Measurement:
     x, y, z, w = map(float, state["q"])
     attitude = Quaternion(w, x, y, z)
     body = Body(vector(state["x"]), vector(state["v"]), attitude, vector(state["w"]), _NO_SPEED)
-    return measure(body, euler_angles(attitude), _NO_NOISE)
+    return measure(body, euler_angles(attitude), body.rate, _NO_NOISE)
 
 
 def wanted(flat_output: Mapping[str, Any]) -> Reference:

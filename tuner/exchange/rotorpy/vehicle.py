@@ -7,6 +7,8 @@ are therefore put at our centre of pressure. S. Folk, J. Paulos, V. Kumar, Rotor
 
 from math import sqrt
 
+from plant.battery import has_battery
+from plant.fittings import hears_rotors
 from plant.vectors import Vec3
 from plant.vehicle import Vehicle
 
@@ -78,6 +80,10 @@ def differences(vehicle: Vehicle) -> tuple[str, ...]:
         )
     if vehicle.dead_time > 0.0:
         said.append(f"The dead time of the rotors, {vehicle.dead_time:g} s, is absent.")
+    if hears_rotors(vehicle) or vehicle.mode_gain or vehicle.gyro_cutoff:
+        said.append("Lines of the rotors, the mode of the frame and the low-pass in what the gyro hears are absent.")
+    if has_battery(vehicle):
+        said.append("The battery is absent: its voltage does not fall.")
     if vehicle.gravity != GRAVITY:
         said.append(
             f"RotorPy's gravity is {GRAVITY:g} m/s2, that of the airframe {vehicle.gravity:g} m/s2: it hovers off."

@@ -8,7 +8,8 @@ import numpy as np
 from plant.airframes.derived import quantities
 from plant.seeds import generator
 from plant.vehicle import Vehicle
-from tuner.analysis.plant_step import dead_time_texts, estimated_plant_step, plant_step_of, plant_step_warnings
+from tuner.analysis.fitted import fitted_texts
+from tuner.analysis.plant_step import estimated_plant_step, plant_step_of, plant_step_warnings
 from tuner.documents.parts import NumberWithUnit, PlantStep
 from tuner.documents.plan import AutomaticLimit
 from tuner.documents.summary import ObstacleRow
@@ -194,7 +195,7 @@ def study_preview(asked: Study) -> StudyPreview:
         out_of_reach=[unreached(entry) for entry in beyond],
         problems=[*trim_problems(trims), *obstacle_texts(beyond)],
         warnings=[*warnings_before_run(asked), *plant_step_warnings(plant_step)],
-        told=[*search_texts(asked), *dead_time_texts(asked.system), *automatic_limit_texts(asked.automatic_limits)],
+        told=[*search_texts(asked), *fitted_texts(asked.system), *automatic_limit_texts(asked.automatic_limits)],
     )
 
 

@@ -19,7 +19,7 @@ from plant.scenarios import CONFIRMATION, HELD_OUT
 from plant.threads import use_threads
 from tuner import report
 from tuner.analysis.finals import draw_ahead
-from tuner.analysis.plant_step import dead_time_texts
+from tuner.analysis.fitted import fitted_texts
 from tuner.documents.summary import gains_name
 from tuner.engines.cluster.connect import engine_at
 from tuner.engines.cuda import LANES, engine_again, engine_named
@@ -67,7 +67,7 @@ class TuningRun(Experiment[Any, FlightOutcome]):
         """Say which search it is, how late rotors are, what a steady wind takes and which limits the study does not write."""
         specs, system = [entry.spec for entry in study.scenarios], study.system
         return [
-            study.search.text, *dead_time_texts(system), *trim_texts(specs, system),
+            study.search.text, *fitted_texts(system), *trim_texts(specs, system),
             *automatic_limit_texts(study.automatic_limits),
         ]  # fmt: skip
 

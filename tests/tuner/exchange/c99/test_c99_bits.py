@@ -100,7 +100,7 @@ def test_measurement_from_a_quaternion(library, real):
     for row in rows:
         q = Quaternion(*row[6:10].tolist())
         body = Body(Vec3(*row[:3]), Vec3(*row[3:6]), q, Vec3(*row[10:]), Rotors(0.0, 0.0, 0.0, 0.0))
-        wanted = np.array(flatten(measure(body, euler_angles(q), nothing)))
+        wanted = np.array(flatten(measure(body, euler_angles(q), body.rate, nothing)))
         status, found = compiled.measure(row)
         assert status == 0
         # Near the poles heading and angles amplify rounding by 1/cos(pitch).

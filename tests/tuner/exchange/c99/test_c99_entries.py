@@ -60,7 +60,7 @@ def flown(given):
 
     def watch(k, flight):
         body, reference = flight.body, pack(Reference, references[k].tolist())
-        m = measure(body, euler_angles(body.attitude), pack(Noise, noises[k].tolist()))
+        m = measure(body, euler_angles(body.attitude), body.rate, pack(Noise, noises[k].tolist()))
         seen.append((reference, m, flight))
 
     targets = pack(Targets, [0.0] * len(flatten(pack(Targets, [0.0] * 100))))

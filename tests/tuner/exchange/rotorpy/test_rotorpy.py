@@ -209,7 +209,7 @@ def test_the_package_computes_our_bits(load_package, law, delay):
     in_force = pending = Rotors(*[knows.hover] * 4)
     memory = None
     for k, (position, velocity, rate, q, goal, yaw) in enumerate(random_flight(30)):
-        m = measure(Body(position, velocity, q, rate, still), euler_angles(q), Noise(ZERO, ZERO, ZERO, ZERO))
+        m = measure(Body(position, velocity, q, rate, still), euler_angles(q), rate, Noise(ZERO, ZERO, ZERO, ZERO))
         memory = cascade.start(constants, m, knows, hovering(knows)) if memory is None else memory
         wanted = Reference(Vec3(*goal), rate, velocity, 0.0, 0.0, yaw, 0.3, 1.0)
         command, memory = cascade.step(memory, constants, knows, wanted, m, in_force, H)

@@ -1,0 +1,161 @@
+"""Notches that follow the rotors: what an autopilot takes out of the gyro before any law hears it.
+
+For every rotor, at 1 to 3 times its measured speed, a notch of quality Q on all three axes, one behind the other. The speed is
+that of telemetry behind a first-order low-pass. Below a least frequency there is no notch; half of it above, a notch is whole,
+and in between its share grows: the rest of the signal stays as it came. A notch stops at 0.48 of the control rate.
+
+The rpm filter of Betaflight 2025.12 has this form (src/main/flight/rpm_filter.c: Q 5, from 100 Hz, whole at 150 Hz, telemetry
+at 150 Hz) and moves each notch within 1 ms; here all of them move with every period. ArduPilot's harmonic notch (INS_HNTCH_*)
+with one notch a motor and PX4's (IMU_GYRO_DNF_*) differ at the ends: the former stays at its least frequency, the latter keeps
+its width instead of Q.
+"""
+
+from collections.abc import Callable
+from typing import Any, NamedTuple
+
+from plant.gyro import Filtered, Nothing, keep_nothing
+from plant.laws.filters import Delays, Section, notch_by_q, stage_share, step_section, step_stage
+from plant.primitives import clip, minimum
+from plant.records import record_type
+from plant.sensors import Measurement
+from plant.vectors import Rotors, Vec3
+
+MOST_NOTCHES = 3
+# Cut-off of the low-pass on measured speeds [Hz], and highest notch over the control rate.
+TELEMETRY, HIGHEST = 150.0, 0.48
+TURN = 6.283185307179586
+
+
+class RpmNotches(NamedTuple):
+    """quality [1]; least: frequency from which on notches begin [Hz]; share of a new speed that a period takes over [1]."""
+
+    quality: float
+    least: float
+    share: float
+
+
+class Harmonic(NamedTuple):
+    """What the notches at one harmonic keep, a rotor each."""
+
+    one: Filtered
+    two: Filtered
+    three: Filtered
+    four: Filtered
+
+
+class Notches(NamedTuple):
+    """Notches as model functions.
+
+    Memory: what they keep. start(speed) -> Memory of a vehicle that does not turn. follow(memory, m, speed, nominal, h) ->
+    (Measurement, Memory). speed: of the rotors [rad/s].
+    """
+
+    Memory: Any
+    start: Callable[..., Any]
+    follow: Callable[..., Any]
+
+
+def rpm_notches(quality: float, least: float, h: float) -> RpmNotches:
+    """Return notches of a quality, from a least frequency [Hz] on, at a control period h [s]."""
+    return RpmNotches(quality, least, stage_share(TELEMETRY, h))
+
+
+def weight_of(frequency: float, least: float) -> float:
+    """Weight [1] of a notch at a frequency [Hz]: 0 up to the least one, 1 from half of that above it."""
+    return clip(2.0 * (frequency - least) / least, 0.0, 1.0)
+
+
+def step_weighted(kept: Any, x: float, section: Section, weight: float) -> tuple[float, Any]:
+    """A signal of which a share goes through a section, and what that keeps."""
+    y, after = step_section(kept, x, section)
+    return x + weight * (y - x), after
+
+
+def notch_rotor(
+    kept: Filtered, rate: Vec3, speed: float, harmonic: float, numbers: RpmNotches, h: float
+) -> tuple[Vec3, Filtered]:
+    """A rate [rad/s] behind the notch at a harmonic of a rotor's speed [rad/s], and what it keeps."""
+    frequency = minimum(harmonic * speed / TURN, HIGHEST / h)
+    section, weight = notch_by_q(frequency, numbers.quality, h), weight_of(frequency, numbers.least)
+    x, kept_x = step_weighted(kept.x, rate.x, section, weight)
+    y, kept_y = step_weighted(kept.y, rate.y, section, weight)
+    z, kept_z = step_weighted(kept.z, rate.z, section, weight)
+    return Vec3(x, y, z), Filtered(kept_x, kept_y, kept_z)
+
+
+def notch_all(
+    kept: Harmonic, rate: Vec3, speed: Rotors, harmonic: float, numbers: RpmNotches, h: float
+) -> tuple[Vec3, Harmonic]:
+    """A rate behind the notches at a harmonic of all rotors, and what they keep."""
+    past_one, one = notch_rotor(kept.one, rate, speed.r1, harmonic, numbers, h)
+    past_two, two = notch_rotor(kept.two, past_one, speed.r2, harmonic, numbers, h)
+    past_three, three = notch_rotor(kept.three, past_two, speed.r3, harmonic, numbers, h)
+    past_four, four = notch_rotor(kept.four, past_three, speed.r4, harmonic, numbers, h)
+    return past_four, Harmonic(one, two, three, four)
+
+
+def empty() -> Harmonic:
+    """What notches keep of no rate at all."""
+    none = Delays(0.0, 0.0)
+    still = Filtered(none, none, none)
+    return Harmonic(still, still, still, still)
+
+
+def told(kept: Rotors, speed: Rotors, share: float) -> Rotors:
+    """Speeds of the rotors as telemetry tells them, behind its low-pass."""
+    return Rotors(
+        step_stage(kept.r1, speed.r1, share),
+        step_stage(kept.r2, speed.r2, share),
+        step_stage(kept.r3, speed.r3, share),
+        step_stage(kept.r4, speed.r4, share),
+    )
+
+
+def skip(
+    kept: Nothing, rate: Vec3, speed: Rotors, harmonic: float, numbers: RpmNotches, h: float  # noqa: ARG001
+) -> tuple[Vec3, Nothing]:  # fmt: skip
+    """Leave a rate as it is."""
+    return rate, kept
+
+
+def with_rate(m: Measurement, rate: Vec3) -> Measurement:
+    """Return a measurement with another rate."""
+    return Measurement(m.position, m.velocity, m.angles, rate, m.thrust_direction, m.heading)
+
+
+def no_notches() -> Notches:
+    """Return what leaves measurements as they are and keeps nothing."""
+
+    def start(speed: Rotors) -> Nothing:  # noqa: ARG001
+        return Nothing()
+
+    def follow(
+        kept: Nothing, m: Measurement, speed: Rotors, nominal: Any, h: float  # noqa: ARG001
+    ) -> tuple[Measurement, Nothing]:  # fmt: skip
+        return m, kept
+
+    return Notches(Nothing, start, follow)
+
+
+def notches_of(harmonics: int) -> Notches:
+    """Return the notches at so many harmonics of each rotor, 0 to 3."""
+    if harmonics == 0:
+        return no_notches()
+    there, absent = (Harmonic, empty, notch_all), (Nothing, keep_nothing, skip)
+    First, first_start, first_step = there
+    Second, second_start, second_step = there if harmonics > 1 else absent
+    Third, third_start, third_step = there if harmonics > 2 else absent
+    Memory = record_type("NotchMemory", {"speed": Rotors, "first": First, "second": Second, "third": Third})
+
+    def start(speed: Rotors) -> Any:
+        return Memory(speed, first_start(), second_start(), third_start())
+
+    def follow(kept: Any, m: Measurement, speed: Rotors, nominal: Any, h: float) -> tuple[Measurement, Any]:
+        numbers = nominal.notches
+        seen = told(kept.speed, speed, numbers.share)
+        past_first, first = first_step(kept.first, m.rate, seen, 1.0, numbers, h)
+        past_second, second = second_step(kept.second, past_first, seen, 2.0, numbers, h)
+        past_third, third = third_step(kept.third, past_second, seen, 3.0, numbers, h)
+        return with_rate(m, past_third), Memory(seen, first, second, third)
+
+    return Notches(Memory, start, follow)
