@@ -8,6 +8,8 @@ import pytest
 from plant.airframes import load
 from tests.tuner.in_process import called
 from tests.tuner.logs.written import crazyflie, truth
+from tuner.analysis.flight_plan import choosing
+from tuner.documents.flight_plan import FlightPlanDocument
 from tuner.text.errors import BROKEN, USER_ERROR
 
 LOG = Path(__file__).parents[1] / "logs" / "crazyflie" / "log15_70_to_85"
@@ -85,3 +87,42 @@ def test_what_cannot_be_used_is_told_in_a_line(arguments, message):
     code, _, told = called("identify", *arguments)
     assert code == USER_ERROR
     assert message in told and len(told.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([LOG, "--plan", "f450"], "leave logs, --check and --update out"),
+        ([LOG], "give a log and --airframe, or --plan AIRFRAME"),
+        (["--airframe", "f450"], "give a log and --airframe, or --plan AIRFRAME"),
+        (["--plan", "f45"], "unknown airframe"),
+        (["--plan", "f450", "--within", "much"], "give a share, 5% or 0.05"),
+        (["--plan", "f450", "--within", "200%"], "allowed: 0.001 to 1"),
+        (["--plan", "f450", "--tilt", "90"], "allowed: 1 to 60"),
+        (["--plan", "f450", "--arm", "0"], "up to 0.5"),
+        (["--plan", "f450", "--to", "px4"], "MC_AT_SYSID_AMP"),
+        (["--plan", "f450", "--numbers", "arm"], "which no flight tells"),
+        (["--plan", "f450", "--numbers", "lag"], "unknown number that a flight tells 'lag'"),
+        (["--plan", "f450", "--tilt", "1", "--rate", "5"], "air and noise alone take the rate to"),
+        (["--plan", "f450", "--report", "plan.pdf"], "ends in .html"),
+    ],
+)
+def test_what_cannot_be_planned_is_told_in_a_line(arguments, message):
+    code, _, told = called("identify", *arguments)
+    assert code == USER_ERROR and message in told
+    assert len([line for line in told.strip().splitlines() if not line.startswith("Planning")]) == 1
+
+
+def test_a_plan_is_printed_written_and_shown(tmp_path, monkeypatch):
+    monkeypatch.setattr(choosing, "BANDS", ((1.0, 12.0),))
+    out, page = tmp_path / "experiment", tmp_path / "plan.html"
+    given = ("--plan", "f450", "--numbers", "lag_up", "--within", "10%", "--to", "ardupilot")
+    code, said, _ = called("identify", *given, "--out", out, "--report", page)
+    assert code == 0 and "lag_up" in said and "as wide as foreseen" in said
+    document = FlightPlanDocument.read(out / "plan.json")
+    (asked,) = [row for row in document.numbers if row.asked is not None]
+    assert asked.name == "lag_up" and asked.foreseen <= asked.asked == pytest.approx(0.1)
+    assert {path.name for path in out.glob("*.param")} == set(document.files)
+    assert document.verdict in page.read_text() and all(
+        row.limit is None or row.peak <= row.limit for row in document.peaks
+    )
