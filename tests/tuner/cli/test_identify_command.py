@@ -8,8 +8,6 @@ import pytest
 from plant.airframes import load
 from tests.tuner.in_process import called
 from tests.tuner.logs.written import crazyflie, truth
-from tuner.analysis.flight_plan import choosing
-from tuner.documents.flight_plan import FlightPlanDocument
 from tuner.text.errors import BROKEN, USER_ERROR
 
 LOG = Path(__file__).parents[1] / "logs" / "crazyflie" / "log15_70_to_85"
@@ -111,18 +109,3 @@ def test_what_cannot_be_planned_is_told_in_a_line(arguments, message):
     code, _, told = called("identify", *arguments)
     assert code == USER_ERROR and message in told
     assert len([line for line in told.strip().splitlines() if not line.startswith("Planning")]) == 1
-
-
-def test_a_plan_is_printed_written_and_shown(tmp_path, monkeypatch):
-    monkeypatch.setattr(choosing, "BANDS", ((1.0, 12.0),))
-    out, page = tmp_path / "experiment", tmp_path / "plan.html"
-    given = ("--plan", "f450", "--numbers", "lag_up", "--within", "10%", "--to", "ardupilot")
-    code, said, _ = called("identify", *given, "--out", out, "--report", page)
-    assert code == 0 and "lag_up" in said and "as wide as foreseen" in said
-    document = FlightPlanDocument.read(out / "plan.json")
-    (asked,) = [row for row in document.numbers if row.asked is not None]
-    assert asked.name == "lag_up" and asked.foreseen <= asked.asked == pytest.approx(0.1)
-    assert {path.name for path in out.glob("*.param")} == set(document.files)
-    assert document.verdict in page.read_text() and all(
-        row.limit is None or row.peak <= row.limit for row in document.peaks
-    )
