@@ -64,7 +64,7 @@ def excitation_panels(made: Experiment) -> list[Panel]:
     found = []
     for entry, begin in zip(made.excitations, begins(made.excitations), strict=True):
         first, last = round(begin / period), round((begin + entry.duration) / period)
-        time = period * np.arange(first, last)
+        time = period * np.arange(float(first), float(last))
         unit, factor = in_degrees(UNITS[entry.quantity])
         lines = [
             Line(name="asked", look=ASKED, x=time, y=factor * entry.values(time - begin)),

@@ -101,7 +101,7 @@ def references(excitations: Sequence[Excitation], period: float) -> Array:
 
 def _excite(samples: Array, entry: Excitation, begin: float, period: float) -> None:
     """Add an excitation that begins at a time [s] to a reference."""
-    time = period * np.arange(len(samples)) - begin
+    time = period * np.arange(float(len(samples))) - begin
     values = entry.values(time)
     if entry.axis == "lift":
         climb = _centred(np.cumsum(values) * period, entry.envelope(time))

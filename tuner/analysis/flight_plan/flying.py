@@ -125,7 +125,7 @@ class Flown:
         acceleration = np.column_stack([np.zeros((len(body), 2)), lift])
         gyro, command = body[:, rows(Body, "rate")] + noise[:, rows(Noise, "rate")], self.command[flight]
         digest = sha256(np.column_stack([gyro, lift, command]).tobytes()).hexdigest()
-        return FlightLog(name, "simulated", digest, period * np.arange(len(body)), gyro, acceleration, command)
+        return FlightLog(name, "simulated", digest, period * np.arange(float(len(body))), gyro, acceleration, command)
 
     def _draw(self, name: str, flight: int) -> np.random.Generator:
         return generator(self.craft.root, f"{name}/accelerometer", flight)
@@ -134,9 +134,9 @@ class Flown:
         """Return the sensor errors of a flight (instants, 12)."""
         return _whole(lane_of(self.inputs, flight).noises, size(Noise))
 
-    def angles(self, flight: int) -> Vec3:
-        """Return roll, pitch and yaw (instants,) of a flight [rad]."""
-        return rebinder()(euler_angles)(Quaternion(*self.trace[flight, :, rows(Body, "attitude")].T))
+    def angles(self, flight: int) -> Array:
+        """Return roll, pitch and yaw (3, instants) of a flight [rad]."""
+        return np.array(rebinder()(euler_angles)(Quaternion(*self.trace[flight, :, rows(Body, "attitude")].T)))
 
     def lift(self, flight: int) -> Array:
         """Return the specific force along the body's z (instants,) [m/s2]."""

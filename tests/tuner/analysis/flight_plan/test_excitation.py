@@ -10,7 +10,7 @@ from plant.references.spec import HOLD, PITCH, ROLL, YAW, YAW_RATE
 from tuner.analysis.flight_plan.excitation import LEAD, PAUSE, TAIL, Excitation, Shape, begins, length_of, references
 
 PERIOD = 0.004
-TIME = PERIOD * np.arange(2500)
+TIME = PERIOD * np.arange(2500.0)
 ROLLING = Excitation("roll", "angle", 0.2, 1.0, 12.0, 10.0)
 PLAIN = Shape(dwell=0.0, fade_in=0.0, fade_out=0.0, cosine=True)
 
@@ -21,7 +21,7 @@ def test_without_dwell_and_fades_it_is_the_exponential_chirp_of_scipy():
 
 
 def test_it_dwells_for_two_periods_then_sweeps_to_its_last_frequency_and_fades():
-    fine = np.linspace(0.0, 10.0, 200_001)
+    fine = 5e-5 * np.arange(200_001.0)
     values = ROLLING.values(fine)
     crossings = fine[1:][np.diff(np.sign(values)) != 0]
     assert 0.5 / np.diff(crossings[crossings < 1.9]) == pytest.approx(1.0, rel=1e-3)
@@ -49,7 +49,7 @@ def test_a_flight_excites_one_axis_after_the_other_with_consistent_references():
     assert length_of(made) == LEAD + 38.0 + 4 * PAUSE + TAIL
     columns = (ROLL, PITCH, YAW_RATE, 8)
     for entry, begin, column in zip(made, begins(made), columns, strict=True):
-        time = PERIOD * np.arange(len(samples))
+        time = PERIOD * np.arange(float(len(samples)))
         inside = (time >= begin) & (time <= begin + entry.duration)
         assert np.abs(samples[inside, column]).max() > 0.0 and not np.any(samples[time < begin, column])
     # Rates and angles, climb and height belong together, and a rate's angle swings about zero.
