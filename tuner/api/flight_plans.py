@@ -16,8 +16,8 @@ from plant.errors import InputError
 from plant.scenarios import ScenarioSpec
 from tuner.analysis.flight_plan.document import flight_plan_document
 from tuner.analysis.flight_plan.flying import Craft
-from tuner.analysis.flight_plan.planning import Experiment, Question, plan_experiment
-from tuner.analysis.identification.parameters import ARM, MASS
+from tuner.analysis.flight_plan.planning import Experiment, Question, check_names, plan_experiment
+from tuner.analysis.identification.parameters import ARM, MASS, space_of
 from tuner.analysis.responses import system_of
 from tuner.api.flying import prepare
 from tuner.api.frames import Documented, figures, frame, shown
@@ -121,6 +121,9 @@ def plan_flight(
         StoreError: The folder holds something already, or cannot be written.
 
     Examples:
+        >>> tuner.plan_flight("crazyflie-pybullet", numbers=["mass"])
+        Traceback (most recent call last):
+        plant.errors.InputError: --numbers: given mass, which no flight tells; weigh or measure it, and say how well with --mass
         >>> planned = tuner.plan_flight("crazyflie-pybullet", numbers=["lag_up"], within=0.05)  # doctest: +SKIP
         >>> planned.table.loc["lag_up", "foreseen"] < 0.05  # doctest: +SKIP
         True
@@ -137,6 +140,7 @@ def plan_flight(
             )
     target, page = exciter(to), None if report is None else new_page(Path(report))
     heard, prior = watcher or Watcher(), load(airframe)
+    check_names(numbers, space_of(prior.vehicle, []))
     question = Question(tuple(numbers), within, radians(tilt_deg), radians(rate_deg), mass, arm)
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
     with folder or nullcontext():
