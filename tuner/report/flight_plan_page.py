@@ -19,7 +19,7 @@ ASKED, FLOWN = Look("default"), Look("tuned")
 AXES = {"roll": 0, "pitch": 1, "yaw": 2}
 AIDS = {
     "excitations": "One after the other, with hover between them.",
-    "flown": "What is asked for, and what the nominal vehicle does in one of the simulated flights.",
+    "flown": "What is asked for, and what the vehicle does in one of the simulated flights.",
     "numbers": "Half-widths of 95 % intervals: before the flight, as asked, as foreseen from the information in it, and as "
     "obtained when the vehicle was identified from a simulated log.",
     "peaks": "The most of all simulated flights, with vehicles from the airframe's uncertainty where it has one.",
