@@ -28,7 +28,7 @@ from tuner.analysis.flight_plan.choosing import (
 from tuner.analysis.flight_plan.excitation import Excitation
 from tuner.analysis.flight_plan.flying import FLIGHTS, Craft, Flown
 from tuner.analysis.flight_plan.foresight import Foresight, foresee
-from tuner.analysis.identification.identify import GIVEN, NARROWED, Identified, identify_vehicle
+from tuner.analysis.identification.identify import GIVEN, NARROWED, OF_OUTPUT, Identified, identify_vehicle
 from tuner.analysis.identification.parameters import Space, space_of
 
 Array = NDArray[np.float64]
@@ -99,6 +99,7 @@ def plan_experiment(
     space = space_of(airframe.vehicle, ["1"], question.mass, question.arm)
     limits = {name: MARGIN * limit for name, limit in question.limits.items()}
     told("Planning an experiment; this takes half a minute.")
+    craft = as_known(craft, space)
     task = Task(craft, airframe, space, truth_of(space, craft), ability, limits, _still(craft, question.limits))
     trials = {axis: trials_of(task, axis) for axis in ability.quantities}
     wish = wish_of(task, question, trials)
@@ -108,6 +109,17 @@ def plan_experiment(
     log = craft.alone.flown(excitations, f"{STREAM}/proof", 1).log(0, "simulated flight")
     proof = identify_vehicle([log], airframe, mass=question.mass, arm=question.arm)
     return Experiment(task, question, excitations, wish, checked, foresight, proof)
+
+
+def as_known(craft: Craft, space: Space) -> Craft:
+    """Return the craft with the vehicle in the middle of what is known, which has a drag and a damping that its file may lack."""
+    numbers, vehicle = space.numbers(space.centre), craft.system.vehicle
+    drag, damping = vehicle.drag_linear, vehicle.rate_damping
+    known = vehicle._replace(
+        drag_linear=drag._replace(z=numbers.climb_drag),
+        rate_damping=damping._replace(x=numbers.rate_damping, y=numbers.rate_damping),
+    )
+    return replace(craft, system=replace(craft.system, vehicle=known))
 
 
 def truth_of(space: Space, craft: Craft) -> Array:
@@ -214,13 +226,29 @@ def _settled(
             continue
         log = task.craft.alone.flown(excitations, f"{STREAM}/check", 1).log(0, STREAM)
         kept = excitations, checked, foresee(log, task.airframe, task.space, task.truth)
-        excess = float(np.max(wish.excess(kept[2].fit.covariance)))
-        if excess <= 1.0 or all(entry.duration >= LONGEST for entry in excitations):
+        longer = _longer(task, wish, excitations, kept[2])
+        if longer == excitations:
             break
-        excitations = tuple(replace(entry, duration=_lengthened(entry.duration, excess)) for entry in excitations)
+        excitations = longer
     if kept is None:
         raise InputError("no excitation was found that keeps the limits; raise them (--tilt, --rate)", key="--tilt")
     return kept
+
+
+def _longer(
+    task: Task, wish: Wish, excitations: tuple[Excitation, ...], foresight: Foresight
+) -> tuple[Excitation, ...]:
+    """Return excitations as long as what is still too wide asks for: of its axis, of all where it belongs to none."""
+    excess = wish.excess(foresight.fit.covariance)
+    short = {task.space.names[place] for place in wish.places[excess > 1.0]}
+    if not short:
+        return excitations
+    axes = {axis for axis, names in OF_OUTPUT.items() if short & set(names)} or set(OF_OUTPUT)
+    factor = float(np.max(excess))
+    return tuple(
+        replace(entry, duration=_lengthened(entry.duration, factor)) if entry.axis in axes else entry
+        for entry in excitations
+    )
 
 
 def _lengthened(duration: float, excess: float) -> float:
