@@ -29,7 +29,7 @@ from tuner.analysis.flight_plan.excitation import Excitation
 from tuner.analysis.flight_plan.flying import FLIGHTS, Craft, Flown
 from tuner.analysis.flight_plan.foresight import Foresight, foresee
 from tuner.analysis.identification.identify import GIVEN, NARROWED, OF_OUTPUT, Identified, identify_vehicle
-from tuner.analysis.identification.parameters import Space, space_of
+from tuner.analysis.identification.parameters import Parameter, Space, space_of
 
 Array = NDArray[np.float64]
 
@@ -151,7 +151,9 @@ def check_names(numbers: Sequence[str], space: Space) -> None:
 def wish_of(task: Task, question: Question, trials: Mapping[str, list[Trial]]) -> Wish:
     """Return what is to be known; InputError where a number that is asked for cannot be known so well."""
     space, names = task.space, task.space.names[: task.space.physical]
-    largest = np.array([_largest(name, question.within, task.airframe) for name in names])
+    largest = np.array(
+        [_largest(entry, question.within, task.airframe) for entry in space.parameters[: space.physical]]
+    )
     longest = best_mix(trials, space, Wish(np.arange(len(names)), largest), task.ability)
     length = LONGEST if question.numbers else USUAL
     least = np.sqrt(np.diag(longest.covariance(dict.fromkeys(trials, length))))[: len(names)]
@@ -167,12 +169,14 @@ def wish_of(task: Task, question: Question, trials: Mapping[str, list[Trial]]) -
     return Wish(places, largest[places])
 
 
-def _largest(name: str, within: float, airframe: Airframe) -> float:
-    """Return the largest standard deviation of a coordinate that is to be known within a share."""
+def _largest(entry: Parameter, within: float, airframe: Airframe) -> float:
+    """Return the largest standard deviation of a coordinate whose number is to be known within a share."""
+    if entry.positive:
+        return float(np.log1p(within)) / QUANTILE
     vehicle = airframe.vehicle
     scales = {"dead_time": 0.5 * (vehicle.lag_up + vehicle.lag_down)}
     scales |= dict.fromkeys(("centre.x", "centre.y"), hypot(vehicle.rotor_x.r1, vehicle.rotor_y.r1))
-    return within * scales[name] / QUANTILE if name in scales else float(np.log1p(within)) / QUANTILE
+    return within * scales.get(entry.name, abs(entry.value)) / QUANTILE
 
 
 def _out_of_reach(name: str, excess: float, question: Question, mix: Mix) -> str:
