@@ -64,8 +64,8 @@ def identify(
     Example: tuner identify log15 --airframe crazyflie-pybullet --out mine.toml --report mine.html
     """
     if plan is not None:
-        if logs or check or update is not None:
-            raise InputError("a plan is made before there are logs; leave logs, --check and --update out", key="--plan")
+        if logs or check or force or not (airframe is update is mapping is None):
+            raise InputError("a plan is made before there are logs; leave out what belongs to them", key="--plan")
         with progress(as_json) as watcher:
             planned = tuner.plan_flight(
                 plan,
@@ -84,6 +84,8 @@ def identify(
             )
         answer(planned, as_json)
         return
+    if not (numbers is gains is study is None):
+        raise InputError("--numbers, --gains and --study belong to a plan; give --plan AIRFRAME, or leave them out")
     if not logs or airframe is None:
         raise InputError("give a log and --airframe, or --plan AIRFRAME for the flight to make first")
     if check:

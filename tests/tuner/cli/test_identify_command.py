@@ -90,7 +90,9 @@ def test_what_cannot_be_used_is_told_in_a_line(arguments, message):
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        ([LOG, "--plan", "f450"], "leave logs, --check and --update out"),
+        ([LOG, "--plan", "f450"], "leave out what belongs to them"),
+        (["--airframe", "f450", "--plan", "f450"], "leave out what belongs to them"),
+        ([LOG, *PRIOR, "--numbers", "lag_up"], "belong to a plan; give --plan AIRFRAME"),
         ([LOG], "give a log and --airframe, or --plan AIRFRAME"),
         (["--airframe", "f450"], "give a log and --airframe, or --plan AIRFRAME"),
         (["--plan", "f45"], "unknown airframe"),
