@@ -148,7 +148,7 @@ def _leaning(information):
 def test_plans_keep_their_word_in_flight_after_flight():
     """Eight flights through other air with other noise: widths as foreseen, and the truth where the intervals have it.
 
-    The two lags are told apart less well than their intervals of 1.5 % say; what is certain is their mean, to 1.5 %.
+    The two lags are told apart less well than their intervals of 2.3 % say; what is certain is their mean, to 1.5 %.
     """
     question = replace(ASKED, numbers=(), within=0.15)
     craft = craft_of(AIRFRAME, NAME, None, None)
