@@ -212,6 +212,16 @@ def draw_vehicle(spread: Spread, vehicle: Vehicle, draw: np.random.Generator) ->
     return off_centre(vary(vehicle, mass, inertia, thrust, lag), x, y)
 
 
+def drawn_numbers(spec: ScenarioSpec, vehicle: Vehicle, root: int, stream: str, indices: Iterable[int]) -> np.ndarray:
+    """Return how far the vehicles of scenarios are from the nominal one (n, names of the uncertainty), in standard deviations."""
+    assert spec.uncertainty is not None, "asked of a scenario that draws from an airframe's uncertainty"
+    found = []
+    for i in indices:
+        draw = generator(root, f"{stream}/{spec.name}/vehicle", i)
+        found.append(spec.uncertainty.step(draw_vehicle(spec.spread, vehicle, draw), draw))
+    return np.array(found) / np.array(spec.uncertainty.deviations)
+
+
 def _drawn(spec: ScenarioSpec, vehicle: Vehicle, draw: np.random.Generator) -> Vehicle:
     varied = draw_vehicle(spec.spread, vehicle, draw)
     return varied if spec.uncertainty is None else spec.uncertainty.draw(varied, draw)

@@ -25,6 +25,7 @@ if TYPE_CHECKING:
     from tuner.api.designing import design
     from tuner.api.estimating import estimate_airframe
     from tuner.api.exporting import export, import_gains
+    from tuner.api.flight_plans import plan_flight
     from tuner.api.flying import fly
     from tuner.api.gains import Gains, default_gains, read_gains
     from tuner.api.identifying import check_logs, identify
@@ -50,8 +51,8 @@ __all__ = [
     "ComparisonResults", "ContestResults", "Gains", "InferenceResults", "InputError", "Results", "StoreError", "Study",
     "ToolError", "TuningResults", "UnknownNameError", "Watcher", "approach", "ask", "catalogue", "check", "check_logs",
     "compare", "compare_logs", "confirm", "cost", "default_gains", "design", "estimate_airframe", "export", "fly", "identify",
-    "import_gains", "judge", "load_study", "make_study", "margins", "open_results", "plan", "read_gains", "rejudge",
-    "resume", "run", "sensitivity", "tell", "theory", "use", "validate", "verify",
+    "import_gains", "judge", "load_study", "make_study", "margins", "open_results", "plan", "plan_flight", "read_gains",
+    "rejudge", "resume", "run", "sensitivity", "tell", "theory", "use", "validate", "verify",
 ]  # fmt: skip
 
 _HOMES = {
@@ -65,6 +66,7 @@ _HOMES = {
     "tuner.api.designing": ("design",),
     "tuner.api.estimating": ("estimate_airframe",),
     "tuner.api.exporting": ("export", "import_gains"),
+    "tuner.api.flight_plans": ("plan_flight",),
     "tuner.api.flying": ("fly",),
     "tuner.api.gains": ("Gains", "default_gains", "read_gains"),
     "tuner.api.identifying": ("check_logs", "identify"),

@@ -23,8 +23,8 @@ OUTSIDE = {
 NAVIGATION = {
     "": ("installation", "tutorial", "tune_in_a_notebook"),
     "How to": (
-        "reading_the_report", "identify", "log_to_gains", "own_plant", "fmu_plant", "ask_and_tell", "how_to/limits",
-        "how_to/compare", "how_to/noise_and_battery", "exports", "how_to/confirm", "cluster",
+        "reading_the_report", "how_to/plan_a_flight", "identify", "log_to_gains", "own_plant", "fmu_plant", "ask_and_tell",
+        "how_to/limits", "how_to/compare", "how_to/noise_and_battery", "exports", "how_to/confirm", "cluster",
         "how_to/add_a_law", "how_to/add_a_metric", "how_to/add_an_export_target", "how_to/add_a_number",
     ),
     "Examples": (

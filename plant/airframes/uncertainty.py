@@ -61,10 +61,14 @@ class Uncertainty:
         return (vectors * signs * np.sqrt(np.maximum(values, 0.0)))[:, ::-1]
 
     def draw(self, vehicle: Vehicle, generator: "np.random.Generator") -> Vehicle:
-        """Return a vehicle about the given one, drawn again until it can exist; InputError where none of many can."""
+        """Return a vehicle about the given one; InputError where none of many that are drawn can exist."""
+        return self.moved(vehicle, self.step(vehicle, generator))
+
+    def step(self, vehicle: Vehicle, generator: "np.random.Generator") -> "np.ndarray":
+        """Return how far such a vehicle is moved (n,), drawn again until it can exist; InputError where none of many can."""
         for _ in range(MOST_TRIES):
-            found = self.moved(vehicle, self.axes @ generator.standard_normal(len(self.names)))
-            if can_exist(found):
+            found = self.axes @ generator.standard_normal(len(self.names))
+            if can_exist(self.moved(vehicle, found)):
                 return found
         raise InputError(
             f"none of {MOST_TRIES} vehicles drawn from it can exist, for the inertia about z exceeds the sum of the others, or "

@@ -12,12 +12,14 @@ from tuner.documents.tuning import TuningFolder
 from tuner.report.charts.paper import Figure, style
 from tuner.report.contest.figures import FIGURES, values_figure
 from tuner.report.figures import flown_figure, front_figure, progress_figure, scenario_figures
+from tuner.report.flight_plan_page import excitation_figure
 from tuner.report.identification_charts import prediction_figure
 from tuner.report.inference_figure import inference_figure
 from tuner.report.margin_figures import bode_figure, loops_of, nichols_figure, nyquist_figure
 from tuner.report.sensitivity_figure import sensitivity_figure
 
 if TYPE_CHECKING:
+    from tuner.analysis.flight_plan.planning import Experiment
     from tuner.analysis.identification.identify import Identified
     from tuner.analysis.responses import Responses
     from tuner.analysis.sensitivity.analysis import Analysis
@@ -93,8 +95,13 @@ def of_identification(found: "Identified") -> Drawers:
     return {"prediction": lambda: prediction_figure(found)}
 
 
+def of_flight_plan(made: "Experiment") -> Drawers:
+    """Return the figures of an experiment to fly."""
+    return {"excitations": lambda: excitation_figure(made)}
+
+
 DRAWN: dict[str, Callable[..., Drawers]] = {
     "tuning": of_tuning, "contest": of_contest, "comparison": of_comparison, "inference": of_inference, "margins": of_margins,
-    "flights": of_flights, "sensitivity": of_sensitivity, "identification": of_identification,
+    "flights": of_flights, "sensitivity": of_sensitivity, "identification": of_identification, "flight plan": of_flight_plan,
 }  # fmt: skip
 """Kind of results -> their figures."""

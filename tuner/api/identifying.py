@@ -132,7 +132,7 @@ def identify(
     if update is not None and (mass, arm) != (MASS, ARM):
         raise InputError("takes mass and arm as the earlier logs left them; leave --mass and --arm out", key="update")
     target = None if out is None else new_airframe_file(Path(out))
-    page = None if report is None else _new_page(Path(report))
+    page = None if report is None else new_page(Path(report))
     prior, heard = load(airframe), watcher or Watcher()
     read = read_logs(logs, mapping)
     known, before = _earlier(update, prior, read)
@@ -206,7 +206,8 @@ def _earlier(
     return known_from(document, airframe, file), before
 
 
-def _new_page(page: Path) -> Path:
+def new_page(page: Path) -> Path:
+    """Return the file of a page that is to be written; InputError where it is there already, or is no HTML."""
     if page.suffix not in (".html", ".htm"):
         raise InputError("the page is HTML; give a name that ends in .html", file=page)
     if page.exists():

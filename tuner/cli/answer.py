@@ -21,6 +21,7 @@ PRINTERS = {
     "EstimatedAirframe": "identification:print_estimate",
     "Exported": "export:print_export",
     "ExportedPlant": "export:print_export_of_plant",
+    "FlightPlan": "flight_plan:print_flight_plan",
     "Flights": "gains:print_flights",
     "Identification": "identification:print_identification",
     "Imported": "export:print_import",

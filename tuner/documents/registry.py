@@ -8,6 +8,7 @@ from tuner.documents.confirmation import ConfirmationDocument
 from tuner.documents.contest_document import ComparisonDocument, ContestDocument
 from tuner.documents.estimate import EstimateDocument
 from tuner.documents.export import ExportDocument
+from tuner.documents.flight_plan import FlightPlanDocument
 from tuner.documents.identification import IdentificationDocument, LogCheckDocument
 from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.judgement import JudgementDocument
@@ -37,6 +38,7 @@ DOCUMENTS: dict[str, type[Document]] = {
     "contest-plan": ContestPlanDocument,
     "airframe-estimate": EstimateDocument,
     "identification": IdentificationDocument,
+    "flight-plan": FlightPlanDocument,
     "log-check": LogCheckDocument,
     "log-comparison": LogComparisonDocument,
     "judgement": JudgementDocument,

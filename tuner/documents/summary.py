@@ -222,12 +222,48 @@ class AirRow(DocumentPart):
 TableRow = Annotated[ComparedRow | RequiredRow, Field(discriminator="kind")]
 
 
+class NumberWorth(DocumentPart):
+    """A number of the vehicle: by how much an objective's mean falls where it is known, and whether by more than chance.
+
+    share: of the variance of the objective at the point shown that the number explains, shows: whether by more than chance.
+    """
+
+    name: str
+    value: float
+    told: bool
+    share: float
+    shows: bool
+
+
+class UncertaintyCost(DocumentPart):
+    """What an objective loses because the vehicle is not known better, over the finalists that made all held-out flights.
+
+    mean: of the best of them over the vehicles; known: where the best was chosen for each vehicle. told: whether they differ by
+    more than chance. share: of the variance at the point shown that all numbers explain. numbers: the most valuable first.
+    """
+
+    label: str
+    unit: str
+    finalists: int
+    flights: int
+    mean: float
+    known: float
+    told: bool
+    share: float
+    numbers: list[NumberWorth]
+
+    @property
+    def next(self) -> NumberWorth:
+        """The number to measure better next."""
+        return self.numbers[0]
+
+
 class Summary(Document):
     """Content of summary.json.
 
     tuned: the recommended point, null where nothing is feasible; nearest: then the nearest to it. search: which search it was,
     why, and what survived it where candidates first made few flights. settled: finalists that made a part of their held-out
-    flights only.
+    flights only. uncertainty: what each objective loses where vehicles are drawn from what an airframe's file leaves open.
     """
 
     feasible: bool | None = None
@@ -257,6 +293,7 @@ class Summary(Document):
     table: list[TableRow]
     air: list[AirRow] = []
     plant_step: PlantStep | None = None
+    uncertainty: list[UncertaintyCost] = []
 
     @model_validator(mode="after")
     def _names_a_point(self) -> Self:

@@ -5,9 +5,14 @@ from tuner.documents.summary import RelaxedLimit
 from tuner.documents.tuning import TuningFolder
 from tuner.report.choice_section import choice_section
 from tuner.report.page import aid, wide
+from tuner.report.words import uncertainty_words
 from tuner.text.markup import Markup, element, join, table
 from tuner.text.numbers import count, estimate, per_cent, significant
 from tuner.text.units import marked_up
+
+MOST_NUMBERS = 4
+"""Numbers of the vehicle that are shown of each objective."""
+CHANCE = "no more than chance"
 
 
 def trust_section(results: TuningFolder, charts: Markup) -> Markup:
@@ -19,6 +24,7 @@ def trust_section(results: TuningFolder, charts: Markup) -> Markup:
             charts,
             _saved(results),
             _prices(results),
+            _uncertainty(results),
             _conflict(results),
             _sensitivity(results),
         )
@@ -77,6 +83,41 @@ def _prices(results: TuningFolder) -> Markup:
             element("ul", *notes, class_="notes") if notes else Markup(),
         )
     )
+
+
+def _uncertainty(results: TuningFolder) -> Markup:
+    """Return what is lost because the vehicle is not known better, and what each of its numbers is worth."""
+    costs = results.summary.uncertainty
+    if not costs:
+        return Markup()
+    rows = [
+        [
+            element("code", cost.label),
+            element("code", entry.name),
+            _of_mean(entry.value, cost.mean, entry.told),
+            element("span", per_cent(entry.share) if entry.shows else CHANCE, class_="number"),
+        ]
+        for cost in costs
+        for entry in cost.numbers[:MOST_NUMBERS]
+    ]
+    text = (
+        "Worth: by how much the mean of an objective would fall if the number were known when one of the finalists is chosen, "
+        "from their held-out flights, each with a vehicle of its own. It tells of these finalists only: gains tuned to what is "
+        "then known can gain more."
+    )
+    notes = [element("li", uncertainty_words(cost)) for cost in costs]
+    return join(
+        (
+            element("h3", "What not knowing the vehicle costs"),
+            aid(text),
+            wide(table(("Objective", "Number", "Worth", "Share of the spread"), rows, class_="stacked")),
+            element("ul", *notes, class_="notes"),
+        )
+    )
+
+
+def _of_mean(value: float, mean: float, told: bool) -> Markup:
+    return element("span", per_cent(value / abs(mean)) if told else CHANCE, class_="number")
 
 
 def _conflict(results: TuningFolder) -> Markup:

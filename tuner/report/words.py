@@ -6,7 +6,7 @@ from objectives.margins.quantities import QUANTITIES
 from plant.laws import LAWS
 from tuner.documents.parts import Estimate
 from tuner.documents.resolved import Resolved
-from tuner.documents.summary import PickedOn
+from tuner.documents.summary import PickedOn, UncertaintyCost
 from tuner.text.numbers import per_cent, significant
 
 NOUNS = {
@@ -79,4 +79,23 @@ def gap_words(picked: PickedOn, gap: Estimate) -> str:
         "the search was pessimistic"
         if gap.high is not None and gap.high < 0.0
         else "no optimism of the search to be told"
+    )
+
+
+def uncertainty_words(row: UncertaintyCost) -> str:
+    """Return what an objective loses because the vehicle is not known better, and which number to measure next."""
+    first, whole = row.next, abs(row.mean)
+    spread = (
+        f"{first.name} explains {per_cent(first.share)} of the spread"
+        if first.shows
+        else "no number shows in the spread"
+    )
+    if not row.told:
+        return (
+            f"{row.label}: knowing the vehicle better would change no choice among {row.finalists} finalists; {spread}."
+        )
+    worth = f"it alone is worth {per_cent(first.value / whole)}" if first.told else "none is worth much alone"
+    return (
+        f"{row.label}: not knowing the vehicle better costs {per_cent((row.mean - row.known) / whole)} of its mean among "
+        f"{row.finalists} finalists. Measure {first.name} next: {worth}; {spread}."
     )

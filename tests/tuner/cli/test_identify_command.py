@@ -85,3 +85,29 @@ def test_what_cannot_be_used_is_told_in_a_line(arguments, message):
     code, _, told = called("identify", *arguments)
     assert code == USER_ERROR
     assert message in told and len(told.strip().splitlines()) == 1
+
+
+@pytest.mark.parametrize(
+    ("arguments", "message"),
+    [
+        ([LOG, "--plan", "f450"], "leave out what belongs to them"),
+        (["--airframe", "f450", "--plan", "f450"], "leave out what belongs to them"),
+        ([LOG, *PRIOR, "--numbers", "lag_up"], "belong to a plan; give --plan AIRFRAME"),
+        ([LOG], "give a log and --airframe, or --plan AIRFRAME"),
+        (["--airframe", "f450"], "give a log and --airframe, or --plan AIRFRAME"),
+        (["--plan", "f45"], "unknown airframe"),
+        (["--plan", "f450", "--within", "much"], "give a share, 5% or 0.05"),
+        (["--plan", "f450", "--within", "200%"], "allowed: 0.001 to 1"),
+        (["--plan", "f450", "--tilt", "90"], "allowed: 1 to 60"),
+        (["--plan", "f450", "--arm", "0"], "up to 0.5"),
+        (["--plan", "f450", "--to", "px4"], "MC_AT_SYSID_AMP"),
+        (["--plan", "f450", "--numbers", "arm"], "which no flight tells"),
+        (["--plan", "f450", "--numbers", "lag"], "unknown number that a flight tells 'lag'"),
+        (["--plan", "f450", "--tilt", "1", "--rate", "5"], "air and noise alone take the rate to"),
+        (["--plan", "f450", "--report", "plan.pdf"], "ends in .html"),
+    ],
+)
+def test_what_cannot_be_planned_is_told_in_a_line(arguments, message):
+    code, _, told = called("identify", *arguments)
+    assert code == USER_ERROR and message in told
+    assert len([line for line in told.strip().splitlines() if not line.startswith("Planning")]) == 1

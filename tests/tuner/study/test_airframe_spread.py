@@ -7,7 +7,7 @@ from plant.airframes import load
 from plant.errors import InputError
 from plant.records import paths
 from plant.rigid_body import Dynamics
-from plant.scenarios import SEARCH, sample_scenarios
+from plant.scenarios import SEARCH, drawn_numbers, sample_scenarios
 from tests.tuner.study.study_text import changed
 from tuner.study.build import load_study
 
@@ -47,6 +47,16 @@ def test_the_vehicles_that_fly_are_drawn_from_the_airframe(study):
     assert np.corrcoef(np.log(x), np.log(y))[0, 1] > 0.95
     # Nothing else is spread: not the lag, which a study spreads by itself.
     assert len(set(rows[:, paths(Dynamics).index("rise")].ravel().tolist())) == 1
+
+
+def test_the_numbers_that_were_drawn_are_those_of_the_vehicles_that_fly(study):
+    found = study()
+    spec, system = found.scenarios[0].spec, found.system
+    drawn = drawn_numbers(spec, system.vehicle, found.seed, SEARCH, range(16))
+    flown = sample_scenarios(spec, system.vehicle, system.timing, found.seed, SEARCH, range(16)).dynamics
+    at = paths(Dynamics).index("inverse_inertia.x")
+    moved = np.log(1.0 / flown[:, at].ravel()[:16] / system.vehicle.inertia.x)
+    assert 0.1 * drawn[:, 1] == pytest.approx(moved, abs=1e-12) and np.ptp(moved) > 0.1
 
 
 def test_the_uncertainty_is_part_of_what_a_study_is(study):

@@ -103,9 +103,21 @@ def fitted(
             break
     left, slopes = problem.sensitivities(point, everything)
     information, scores = _information(problem, left, slopes, noise)
-    return Fit(
-        problem.space, point, free, _covariance(problem.space, information, scores, prior, free), information, noise
-    )
+    covariance = _covariance(problem.space, information, _middle(scores, free), free)
+    return Fit(problem.space, point, free, covariance, information, noise)
+
+
+def foreseen(problem: Problem, point: Array, free: NDArray[np.bool_]) -> Fit:
+    """Return the fit to be expected of flights of the vehicle at a point, where what is left over is noise (Cramer and Rao)."""
+    noise = noise_of(problem, point)
+    left, slopes = problem.sensitivities(point, list(range(len(point))))
+    information, _ = _information(problem, left, slopes, noise)
+    return Fit(problem.space, point, free, foreseen_covariance(problem.space, information, free), information, noise)
+
+
+def foreseen_covariance(space: Space, information: Array, free: NDArray[np.bool_]) -> Array:
+    """Return the covariance (n, n) of all coordinates that data of this information leave."""
+    return _covariance(space, information, information[np.ix_(free, free)], free)
 
 
 def noise_of(problem: Problem, point: Array) -> Noise:
@@ -174,15 +186,20 @@ def _information(problem: Problem, left: list[Array], slopes: list[Array], noise
     return information, np.array([row for row in scores if row.any()])
 
 
-def _covariance(space: Space, information: Array, scores: Array, prior: Array, free: NDArray[np.bool_]) -> Array:
+def _middle(scores: Array, free: NDArray[np.bool_]) -> Array:
+    """Return the sum of the squared scores (blocks, n) of the free coordinates, for as many blocks as are not used up by them."""
+    blocks = len(scores)
+    return scores[:, free].T @ scores[:, free] * (blocks / max(blocks - np.count_nonzero(free), 1))
+
+
+def _covariance(space: Space, information: Array, middle: Array, free: NDArray[np.bool_]) -> Array:
     """Return the covariance (n, n) of all coordinates: what the data tell of the free ones, and the prior of the others.
 
-    A free coordinate leans on those that are held: an error of the prior there moves it by the sensitivity of the optimum.
+    middle: covariance of the scores of the free ones. A free coordinate leans on those that are held: an error of the prior there
+    moves it by the sensitivity of the optimum.
     """
-    n, held = len(free), ~free
+    n, held, prior = len(free), ~free, space.precision
     inner = np.linalg.inv(information[np.ix_(free, free)] + prior[np.ix_(free, free)])
-    blocks = len(scores)
-    middle = scores[:, free].T @ scores[:, free] * (blocks / max(blocks - np.count_nonzero(free), 1))
     spread = np.zeros((n, n))
     spread[np.ix_(free, free)] = inner @ (middle + prior[np.ix_(free, free)]) @ inner
     lean = np.zeros((n, n))

@@ -1,6 +1,6 @@
 """From logs and an airframe to a vehicle: regression, a fit that keeps windows back, what is excited, and a fit to all of it."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import ceil
 
@@ -15,7 +15,7 @@ from tuner.analysis.identification.judging import Judged, judged
 from tuner.analysis.identification.parameters import ARM, MASS, Known, Space, space_of
 from tuner.analysis.identification.prediction import Windows, fit_masks, windowed
 from tuner.analysis.identification.regression import TwoWays, both_ways, start_of
-from tuner.analysis.identification.samples import OUTPUTS, gridded
+from tuner.analysis.identification.samples import OUTPUTS, Samples, gridded
 from tuner.logs.flight_log import FlightLog
 
 Array = NDArray[np.float64]
@@ -91,9 +91,7 @@ def identify_vehicle(
     told(step, steps) hears of progress. Raises InputError where no log holds a flight.
     """
     flights = [airborne(log, airframe) for log in logs]
-    samples = tuple(
-        gridded(part, i, float(log.time[0]), log.duration) for i, log in enumerate(flights) for part in log.stretches()
-    )
+    samples = gridded_stretches(flights)
     vehicle, space = airframe.vehicle, space_of(airframe.vehicle, [str(i + 1) for i in range(len(logs))], mass, arm)
     space = space if known is None else space.after(known)
     masks = fit_masks(samples)
@@ -103,9 +101,7 @@ def identify_vehicle(
     early = fitted(part, start, free, _share(told, 0))
     seen = windowed(part, early.point, held_out=False)
     reasons = {**unexcited(early, seen), **impossible(early)}
-    # An output whose numbers all stay at the prior would only push the others.
-    outputs = tuple(not set(OF_OUTPUT[name]) <= set(reasons) for name in OUTPUTS)
-    part, whole = replace(part, outputs=outputs), replace(whole, outputs=outputs)
+    part, whole = counted_outputs(part, reasons), counted_outputs(whole, reasons)
     free &= np.array([name not in reasons for name in space.names])
     start = np.where(free | np.array([name in GIVEN for name in space.names]), early.point, space.centre)
     early = fitted(part, start, free, _share(told, 1))
@@ -120,6 +116,18 @@ def identify_vehicle(
         both_ways(space, fit.point, samples, vehicle),
         {name: why for name, why in reasons.items() if name in GIVEN or name not in told_before(space)},
     )
+
+
+def gridded_stretches(flights: Sequence[FlightLog]) -> tuple[Samples, ...]:
+    """Return the stretches of flights on their grids."""
+    return tuple(
+        gridded(part, i, float(log.time[0]), log.duration) for i, log in enumerate(flights) for part in log.stretches()
+    )
+
+
+def counted_outputs(problem: Problem, reasons: Mapping[str, str]) -> Problem:
+    """Return the problem without outputs whose numbers all stay at the prior: these would only push the others."""
+    return replace(problem, outputs=tuple(not set(OF_OUTPUT[name]) <= set(reasons) for name in OUTPUTS))
 
 
 def told_before(space: Space) -> set[str]:

@@ -16,7 +16,7 @@ from tuner.documents.inference_document import InferenceDocument
 from tuner.documents.parts import in_shown_units
 from tuner.documents.summary import PickedObjective, PickedOn, TableRow
 from tuner.report.charts.text import front_lines, place_bar
-from tuner.report.words import gap_words
+from tuner.report.words import gap_words, uncertainty_words
 from tuner.store.manifest import NONE_YET
 
 if TYPE_CHECKING:
@@ -82,7 +82,7 @@ def tell_tuning(story: TuningStory, results: "TuningFolder", console: Console) -
     tell_front(story, results, console)
     section(console, "How far to trust it", trust_texts(story))
     console.warn(story.warnings)
-    for text in story.remarks:
+    for text in (*story.remarks, *map(uncertainty_words, results.summary.uncertainty)):
         say(console, text)
     section(console, "What to fly" if story.feasible else "What to look at; nothing to fly", story.commands)
 

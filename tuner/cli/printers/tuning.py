@@ -7,6 +7,7 @@ from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, estimate, limit_text, unit_text
 from tuner.documents.parts import in_shown_units
 from tuner.documents.summary import Summary, gains_name
+from tuner.report.words import uncertainty_words
 
 if TYPE_CHECKING:
     from tuner.api.results import TuningResults
@@ -27,7 +28,7 @@ def print_tuning(results: "TuningResults", console: Console) -> None:
     if results.feasible:
         console.print(f"Recommended: {summary.tuned}: {summary.pick.why}.")
     console.warn(summary.warnings)
-    for text in summary.remarks:
+    for text in (*summary.remarks, *map(uncertainty_words, summary.uncertainty)):
         console.print(text)
     if summary.search:
         console.print(summary.search)

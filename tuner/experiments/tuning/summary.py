@@ -27,6 +27,7 @@ from tuner.experiments.tuning.conclusion import default_candidate, remarks
 from tuner.experiments.tuning.conflicts import Conflict, Limit, LimitPrice, Relaxation, limits_of
 from tuner.experiments.tuning.ending import ending_of
 from tuner.experiments.tuning.outcome import Outcome
+from tuner.experiments.tuning.uncertainty import uncertainty_costs
 from tuner.search.loop import point_name
 from tuner.study.study import SearchedStudy, Study
 from tuner.study.trim import trim_entry
@@ -70,6 +71,7 @@ def summary_document(outcome: Outcome) -> Summary:
         table=[*outcome.table, *outcome.known],
         air=air_rows(study),
         plant_step=outcome.plant_step,
+        **({"uncertainty": rows} if (rows := uncertainty_costs(outcome)) else {}),
     )
 
 

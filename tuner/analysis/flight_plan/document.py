@@ -1,0 +1,99 @@
+"""A planned experiment as its document."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from tuner.analysis.flight_plan.excitation import UNITS, Excitation, begins, length_of
+from tuner.analysis.flight_plan.flying import FLIGHTS
+from tuner.analysis.flight_plan.planning import Experiment, half_widths
+from tuner.documents.flight_plan import FlightPlanDocument, PlannedExcitation, PlannedNumber, PlannedPeak
+from tuner.documents.parts import LawNames
+from tuner.text.numbers import per_cent
+from tuner.text.sentences import counted, listing
+
+PEAKS = {
+    "tilt": ("tilt", "rad"),
+    "rate": ("largest body rate", "rad/s"),
+    "height": ("off the hover height", "m"),
+    "motors": ("motors, of the way from hover to idle or full", "1"),
+    "drift": ("drift over ground, with nobody holding against it", "m"),
+}
+"""Name of a peak -> meaning, unit."""
+
+
+def flight_plan_document(
+    made: Experiment, target: str, notes: Sequence[str], files: Sequence[str]
+) -> FlightPlanDocument:  # fmt: skip
+    """Return the document; notes: of the target; files: names of those that are written."""
+    cascade, rows = made.task.craft.system.cascade, numbers_of(made)
+    return FlightPlanDocument(
+        airframe=made.task.airframe.name, laws=LawNames(position=cascade.position.name, attitude=cascade.attitude.name),
+        scenario=made.task.craft.spec.name, target=target, duration=length_of(made.excitations), flights=FLIGHTS,
+        excitations=[
+            _excitation(entry, begin) for entry, begin in zip(made.excitations, begins(made.excitations), strict=True)
+        ],
+        numbers=rows, peaks=peaks_of(made), notes=list(notes), files=list(files), verdict=verdict(rows),
+    )  # fmt: skip
+
+
+def _excitation(entry: Excitation, begin: float) -> PlannedExcitation:
+    return PlannedExcitation(
+        axis=entry.axis, wave=entry.wave, quantity=entry.quantity, unit=UNITS[entry.quantity], amplitude=entry.amplitude,
+        first=entry.first, last=entry.last, begin=begin, duration=entry.duration,
+    )  # fmt: skip
+
+
+def numbers_of(made: Experiment) -> list[PlannedNumber]:
+    """Return the numbers of the vehicle with their intervals before and after."""
+    space, fit = made.task.space, made.proof.fit
+    before, foreseen, obtained = (
+        half_widths(space, deviations)
+        for deviations in (space.deviations, made.foresight.deviations, np.sqrt(np.diag(fit.covariance)))
+    )
+    asked = {name: width for name, width in zip(space.names, _asked(made).tolist(), strict=True) if name in made.wanted}
+    off = fit.point - made.task.truth
+    return [
+        PlannedNumber(
+            name=entry.name, meaning=entry.meaning, unit=entry.unit, value=entry.number(float(made.task.truth[k])),
+            relative=entry.positive, asked=asked.get(entry.name), before=float(before[k]), foreseen=float(foreseen[k]),
+            obtained=float(obtained[k]), error=float(np.expm1(off[k]) if entry.positive else off[k]),
+            reason=made.foresight.reasons.get(entry.name, ""),
+        )
+        for k, entry in enumerate(space.parameters[: space.physical])
+    ]  # fmt: skip
+
+
+def _asked(made: Experiment) -> np.ndarray:
+    """Return the half-widths that are asked for (n,), 0 of numbers that nobody asks for."""
+    found = np.zeros(len(made.task.space.names))
+    found[made.wish.places] = made.wish.deviations
+    return half_widths(made.task.space, found)
+
+
+def peaks_of(made: Experiment) -> list[PlannedPeak]:
+    """Return what the checked flights come close to."""
+    limits = made.question.limits
+    return [
+        PlannedPeak(name=name, meaning=PEAKS[name][0], unit=PEAKS[name][1], peak=peak, limit=limits.get(name))
+        for name, peak in made.checked.peaks.items()
+    ]
+
+
+def verdict(rows: Sequence[PlannedNumber]) -> str:
+    """Return in words what the flight is to tell, what it misses, and what a simulated one told."""
+    asked = [(row, row.asked) for row in rows if row.asked is not None]
+    missed = [row.name for row, width in asked if row.foreseen > width]
+    said = [f"The flight is to tell {counted(len(asked) - len(missed), 'number')} as narrowly as asked."]
+    if missed:
+        said.append(f"A little wider than asked: {listing(missed)}.")
+    ratio = float(np.median([row.obtained / row.foreseen for row, _ in asked]))
+    said.append(
+        f"Identified from a simulated log of it, intervals were {per_cent(ratio)} as wide as foreseen in the median."
+    )
+    off = [row.name for row, _ in asked if abs(row.error) > 1.5 * row.obtained]
+    if off:
+        said.append(
+            f"Of {listing(off)} the truth lay outside by more than half: at that width the sampling of the log counts."
+        )
+    return " ".join(said)

@@ -1,0 +1,120 @@
+"""Excitations of single axes, and the reference of a flight that makes one after the other.
+
+A chirp dwells at its first frequency, then sweeps exponentially to its last; doublets are the signs of a chirp. Exponential
+sweeps are what ArduPilot's SYSTEMID mode and Betaflight's CHIRP mode fly.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from plant.references.spec import HOLD, PITCH, ROLL, YAW, YAW_RATE, blank
+
+Array = NDArray[np.float64]
+
+AXES = ("roll", "pitch", "yaw", "lift")
+UNITS = {"angle": "rad", "rate": "rad/s", "acceleration": "m/s2"}
+"""What is excited -> unit of its amplitude."""
+WAVES = ("chirp", "doublets")
+LEAD, PAUSE, TAIL = 3.0, 2.0, 2.0
+"""Hover before the first excitation, between two, and after the last [s]."""
+_ANGLES = {"roll": ROLL, "pitch": PITCH, "yaw": YAW}
+
+
+class Shape(NamedTuple):
+    """How a chirp begins and ends: periods at the first frequency, fades [s], and whether it begins at its top."""
+
+    dwell: float = 2.0
+    fade_in: float = 1.0
+    fade_out: float = 0.5
+    cosine: bool = False
+
+
+@dataclass(frozen=True)
+class Excitation:
+    """An excitation of one axis.
+
+    axis: of `AXES`. quantity: what of it is excited, of `UNITS`, and amplitude in its unit. first, last: frequencies [Hz].
+    duration: of the whole, dwell and fades included [s]. wave: of `WAVES`.
+    """
+
+    axis: str
+    quantity: str
+    amplitude: float
+    first: float
+    last: float
+    duration: float
+    wave: str = "chirp"
+    shape: Shape = Shape()
+
+    def values(self, time: Array) -> Array:
+        """Return the excitation at times from its begin (n,) [s]; zero before and after."""
+        phase = self._phase(time)
+        wave = np.cos(phase) if self.shape.cosine else np.sin(phase)
+        wave = np.copysign(1.0, wave) if self.wave == "doublets" else wave
+        return self.amplitude * self.envelope(time) * wave
+
+    @property
+    def angle(self) -> float:
+        """Largest angle that is asked for [rad]; 0 of a lift."""
+        return {"angle": self.amplitude, "rate": self.amplitude / (2.0 * np.pi * self.first)}.get(self.quantity, 0.0)
+
+    def envelope(self, time: Array) -> Array:
+        """Return the share of the amplitude that is in force (n,): it fades in and out, and is zero before and after."""
+        inside = (time >= 0.0) & (time <= self.duration)
+        return inside * _faded(time, self.shape.fade_in) * _faded(self.duration - time, self.shape.fade_out)
+
+    def _phase(self, time: Array) -> Array:
+        begin = 2.0 * np.pi * self.first
+        dwell = self.shape.dwell / self.first
+        sweep, growth = self.duration - dwell, np.log(self.last / self.first)
+        late = np.clip(time - dwell, 0.0, sweep)
+        return np.where(time < dwell, begin * (time - dwell), begin * sweep / growth * np.expm1(growth * late / sweep))
+
+
+def _faded(time: Array, fade: float) -> Array:
+    return 0.5 - 0.5 * np.cos(np.pi * np.clip(time / fade, 0.0, 1.0)) if fade > 0.0 else np.ones_like(time)
+
+
+def begins(excitations: Sequence[Excitation]) -> list[float]:
+    """Return when each of the excitations of a flight begins [s]."""
+    lengths = [entry.duration + PAUSE for entry in excitations]
+    return [LEAD + sum(lengths[:k]) for k in range(len(lengths))]
+
+
+def length_of(excitations: Sequence[Excitation]) -> float:
+    """Return how long a flight through all of them lasts [s]."""
+    return LEAD + sum(entry.duration + PAUSE for entry in excitations) + TAIL
+
+
+def references(excitations: Sequence[Excitation], period: float) -> Array:
+    """Return the reference (steps, 14) of a flight in attitude mode through one excitation after the other; period [s]."""
+    samples = blank(round(length_of(excitations) / period))
+    samples[:, HOLD] = 0.0
+    for entry, begin in zip(excitations, begins(excitations), strict=True):
+        _excite(samples, entry, begin, period)
+    return samples
+
+
+def _excite(samples: Array, entry: Excitation, begin: float, period: float) -> None:
+    """Add an excitation that begins at a time [s] to a reference."""
+    time = period * np.arange(float(len(samples))) - begin
+    values = entry.values(time)
+    if entry.axis == "lift":
+        climb = _centred(np.cumsum(values) * period, entry.envelope(time))
+        samples[:, 2] += np.cumsum(climb) * period
+        samples[:, 5] += climb
+        samples[:, 8] += values
+        return
+    angle = values if entry.quantity == "angle" else np.cumsum(values) * period
+    samples[:, _ANGLES[entry.axis]] += angle
+    if entry.axis == "yaw":
+        samples[:, YAW_RATE] += values if entry.quantity == "rate" else np.gradient(angle, period)
+
+
+def _centred(series: Array, envelope: Array) -> Array:
+    """Return a series (n,) about its mean inside an envelope, and zero outside."""
+    return envelope * (series - np.sum(envelope * series) / np.sum(envelope))

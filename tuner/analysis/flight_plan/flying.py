@@ -1,0 +1,154 @@
+"""Flights through excitations in simulation: what they come close to, and the logs that they would leave."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from hashlib import sha256
+
+import numpy as np
+from numpy.typing import NDArray
+
+from objectives.system import System
+from plant.attitude import euler_angles, thrust_direction
+from plant.backends.array import rebinder
+from plant.backends.flyer import FlightInputs, Flyer
+from plant.backends.stepping import lane_of
+from plant.disturbance import Disturbance
+from plant.records import pack, rows, size
+from plant.references.level import Level
+from plant.rigid_body import Body, Dynamics, body_rate
+from plant.scenarios import ScenarioSpec
+from plant.seeds import generator
+from plant.sensors import Noise
+from plant.vectors import Quaternion, Rotors, Vec3, to_body
+from tuner.analysis.flight_plan.excitation import Excitation, length_of, references
+from tuner.logs.flight_log import FlightLog
+
+Array = NDArray[np.float64]
+
+ACCELEROMETER = 0.4
+"""RMS of the noise of an accelerometer on a vehicle in flight [m/s2], of vibration above all."""
+FLIGHTS = 16
+"""Flights that limits are checked in."""
+
+
+@dataclass(frozen=True)
+class Craft:
+    """What flies an experiment: a system, its gains (n,), a scenario with its air, sensors and vehicles, and a root seed."""
+
+    system: System
+    gains: Array
+    spec: ScenarioSpec
+    root: int
+
+    @cached_property
+    def flyer(self) -> Flyer:
+        """The compiled loop."""
+        return self.system.flyer()
+
+    @property
+    def alone(self) -> "Craft":
+        """The same with the nominal vehicle in every flight."""
+        plain = replace(self.spec, uncertainty=None, spread=type(self.spec.spread)())
+        return replace(self, spec=plain)
+
+    def flown(self, excitations: Sequence[Excitation], stream: str, count: int) -> "Flown":
+        """Fly through excitations, in air of a stream of its own."""
+        period = self.system.timing.control_period
+        spec = replace(self.spec, reference=Level(), duration=length_of(excitations))
+        drawn = self.system.sample(spec, self.root, stream, range(count))
+        inputs = replace(drawn, references=references(excitations, period))
+        kind = self.flyer.loop.Flight
+        wanted = np.r_[*[rows(kind, part) for part in ("body", "speed", "in_force", "status")]]
+        trace = self.flyer.trace(self.gains, self.system.nominal, inputs, 1, wanted)
+        return Flown(self, inputs, trace)
+
+
+@dataclass(frozen=True, eq=False)
+class Flown:
+    """Flights side by side; trace (flights, instants, 26): body, speeds asked for, thrusts in force, status."""
+
+    craft: Craft
+    inputs: FlightInputs
+    trace: Array
+
+    @property
+    def completed(self) -> bool:
+        """Whether every flight lasted to its end."""
+        return bool(np.all(self.trace[:, -1, -1] < 0.5))
+
+    @cached_property
+    def tilt(self) -> Array:
+        """Tilt (flights, instants) [rad]."""
+        attitude = Quaternion(*np.moveaxis(self.trace[..., rows(Body, "attitude")], -1, 0))
+        return np.arccos(np.clip(rebinder()(thrust_direction)(attitude).z, -1.0, 1.0))
+
+    @property
+    def rates(self) -> Array:
+        """Body rates (flights, instants, 3) [rad/s]."""
+        return self.trace[..., rows(Body, "rate")]
+
+    @property
+    def command(self) -> Array:
+        """Rotor commands (flights, instants, 4), shares of full."""
+        vehicle = self.craft.system.nominal.vehicle
+        thrust = self.trace[..., 21:25]
+        return np.sqrt(np.maximum(thrust, 0.0) / vehicle.thrust_coefficient) / vehicle.speed_max
+
+    @property
+    def peaks(self) -> dict[str, float]:
+        """What the flights come to at most.
+
+        tilt [rad], rate [rad/s]; height [m]: off the hover; motors: share of the way from hover to idle or to full command;
+        drift [m]: without a pilot or a position loop.
+        """
+        position = self.trace[..., rows(Body, "position")]
+        return {
+            "tilt": float(self.tilt.max()),
+            "rate": float(np.abs(self.rates).max()),
+            "height": float(np.abs(position[..., 2]).max()),
+            "motors": float(self._reserve_used.max()),
+            "drift": float(np.hypot(position[..., 0], position[..., 1]).max()),
+        }
+
+    @property
+    def _reserve_used(self) -> Array:
+        nominal = self.craft.system.nominal
+        hover = np.sqrt(nominal.hover / nominal.thrust_max)
+        return np.maximum((self.command - hover) / (1.0 - hover), (hover - self.command) / hover)
+
+    def log(self, flight: int, name: str) -> FlightLog:
+        """Return the log of a flight: gyro as the controller had it, an accelerometer, and the commands in force."""
+        period = self.craft.system.timing.control_period
+        body, noise = self.trace[flight, :, : size(Body)], self._noise(flight)
+        lift = self.lift(flight) + ACCELEROMETER * self._draw(name, flight).standard_normal(len(body))
+        acceleration = np.column_stack([np.zeros((len(body), 2)), lift])
+        gyro, command = body[:, rows(Body, "rate")] + noise[:, rows(Noise, "rate")], self.command[flight]
+        digest = sha256(np.column_stack([gyro, lift, command]).tobytes()).hexdigest()
+        return FlightLog(name, "simulated", digest, period * np.arange(float(len(body))), gyro, acceleration, command)
+
+    def _draw(self, name: str, flight: int) -> np.random.Generator:
+        return generator(self.craft.root, f"{name}/accelerometer", flight)
+
+    def _noise(self, flight: int) -> Array:
+        """Return the sensor errors of a flight (instants, 12)."""
+        return _whole(lane_of(self.inputs, flight).noises, size(Noise))
+
+    def angles(self, flight: int) -> Array:
+        """Return roll, pitch and yaw (3, instants) of a flight [rad]."""
+        return np.array(rebinder()(euler_angles)(Quaternion(*self.trace[flight, :, rows(Body, "attitude")].T)))
+
+    def lift(self, flight: int) -> Array:
+        """Return the specific force along the body's z (instants,) [m/s2]."""
+        inputs = lane_of(self.inputs, flight)
+        bind, dynamics = rebinder(), pack(Dynamics, inputs.dynamics)
+        body = pack(Body, self.trace[flight, :, : size(Body)].T)
+        speed = Rotors(*self.trace[flight, :, 17:21].T)
+        air = pack(Disturbance, _whole(inputs.disturbances, size(Disturbance)).T)
+        moved = bind(body_rate)(body, speed, air, dynamics).velocity
+        return bind(to_body)(body.attitude, Vec3(moved.x, moved.y, moved.z + dynamics.gravity)).z
+
+
+def _whole(columns: Array, width: int) -> Array:
+    """Return columns (n, few) with zeros for those that are left out (n, width)."""
+    return np.pad(columns, [(0, 0), (0, width - columns.shape[1])])

@@ -1,0 +1,48 @@
+"""An experiment as a table of set points (CSV): for a Crazyflie, PX4 in offboard mode, and all that takes angles and height."""
+
+from collections.abc import Mapping, Sequence
+
+import numpy as np
+
+from plant.references.spec import PITCH, ROLL, YAW, YAW_RATE
+from tuner.analysis.flight_plan.choosing import Ability
+from tuner.analysis.flight_plan.excitation import WAVES, Excitation, references
+from tuner.analysis.flight_plan.flying import Craft
+from tuner.exchange.excitation_target import ExcitationTarget
+
+DEGREES = 180.0 / np.pi
+COLUMNS = {
+    "roll_deg": (ROLL, DEGREES),
+    "pitch_deg": (PITCH, DEGREES),
+    "yaw_deg": (YAW, DEGREES),
+    "yaw_rate_deg_s": (YAW_RATE, DEGREES),
+    "height_m": (2, 1.0),
+    "climb_m_s": (5, 1.0),
+    "climb_m_s2": (8, 1.0),
+}
+"""Column -> its place in a reference, and its unit over that of SI."""
+
+
+def files(excitations: Sequence[Excitation], craft: Craft) -> Mapping[str, bytes]:
+    """Return the table, a row for each control period."""
+    period = craft.system.timing.control_period
+    samples = references(excitations, period)
+    table = np.column_stack(
+        [period * np.arange(len(samples)), *[scale * samples[:, k] for k, scale in COLUMNS.values()]]
+    )
+    rows = [",".join(("time_s", *COLUMNS)), *[",".join(f"{value:.5g}" for value in row) for row in table.tolist()]]
+    return {"excitation.csv": ("\n".join(rows) + "\n").encode()}
+
+
+EXCITATIONS = ExcitationTarget(
+    "csv",
+    Ability(
+        {"roll": "angle", "pitch": "angle", "yaw": "rate", "lift": "acceleration"},
+        waves=WAVES,
+    ),
+    files,
+    (
+        "excitation.csv holds set points in FLU: roll right, pitch down and yaw left are positive; height counts from hover.",
+        "Send either yaw or its rate, and of height, climb and its acceleration what your vehicle takes.",
+    ),
+)

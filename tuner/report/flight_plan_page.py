@@ -1,0 +1,89 @@
+"""The page of an experiment to fly: its excitations, what it is to tell, and what the vehicle does in simulation."""
+
+import numpy as np
+
+from tuner.analysis.flight_plan.excitation import UNITS, Excitation, begins
+from tuner.analysis.flight_plan.planning import Experiment
+from tuner.documents.flight_plan import FlightPlanDocument
+from tuner.report.charts.chart import Array, Axis, Line, Panel
+from tuner.report.charts.look import Look, sample
+from tuner.report.charts.paper import Figure, figure_of
+from tuner.report.charts.web import Arrays, grid, to_web
+from tuner.report.flight_plan_words import EXCITATIONS, NUMBERS, PEAKS, excitation_rows, number_row, peak_rows
+from tuner.report.page import Page, Section, aid, wide
+from tuner.text.markup import Markup, element, join, table
+from tuner.text.units import in_degrees
+
+HEIGHT = 3.0
+ASKED, FLOWN = Look("default"), Look("tuned")
+AXES = {"roll": 0, "pitch": 1, "yaw": 2}
+AIDS = {
+    "excitations": "One after the other, with hover between them.",
+    "flown": "What is asked for, and what the vehicle does in one of the simulated flights.",
+    "numbers": "Half-widths of 95 % intervals: before the flight, as asked, as foreseen from the information in it, and as "
+    "obtained when the vehicle was identified from a simulated log.",
+    "peaks": "The most of all simulated flights, with vehicles from the airframe's uncertainty where it has one.",
+}
+
+
+def flight_plan_page(made: Experiment, document: FlightPlanDocument) -> Page:
+    """Return the page."""
+    arrays, panels = Arrays(), excitation_panels(made)
+    asked = [row for row in document.numbers if row.asked is not None]
+    others = [row for row in document.numbers if row.asked is None]
+    legend = element(
+        "p", join((join((sample(look, marked=False), f" {name} ")) for name, look in LEGEND)), class_="aid"
+    )
+    return Page(
+        kind="flight-plan",
+        title=f"An experiment to fly with {document.airframe}",
+        lead=element("p", document.verdict, class_="lead"),
+        opening=join(element("p", note) for note in document.notes),
+        sections=[
+            Section("excitations", "What is flown", _table("excitations", EXCITATIONS, excitation_rows(document))),
+            Section("flown", "Asked and flown", join((aid(AIDS["flown"]), legend, grid(panels, "axis-grid")))),
+            Section("numbers", "What it is to tell", _table("numbers", NUMBERS, [number_row(row) for row in asked])),
+            Section("others", "The other numbers", wide(table(NUMBERS, [number_row(row) for row in others]))),
+            Section("peaks", "Limits", _table("peaks", PEAKS, peak_rows(document))),
+        ],
+        data={"charts": {panel.key: to_web(panel, arrays) for panel in panels}, "arrays": arrays.packed},
+    )
+
+
+LEGEND = (("asked", ASKED), ("flown", FLOWN))
+
+
+def excitation_figure(made: Experiment) -> Figure:
+    """Return the chart for paper, a panel for each excitation."""
+    return figure_of(excitation_panels(made), 2, HEIGHT, titled=True)
+
+
+def excitation_panels(made: Experiment) -> list[Panel]:
+    """Return a panel for each excitation: what is asked for and what is flown."""
+    period = made.task.craft.system.timing.control_period
+    found = []
+    for entry, begin in zip(made.excitations, begins(made.excitations), strict=True):
+        first, last = round(begin / period), round((begin + entry.duration) / period)
+        time = period * np.arange(float(first), float(last))
+        unit, factor = in_degrees(UNITS[entry.quantity])
+        lines = [
+            Line(name="asked", look=ASKED, x=time, y=factor * entry.values(time - begin)),
+            Line(name="flown", look=FLOWN, x=time, y=factor * _flown(made, entry)[first:last]),
+        ]
+        found.append(
+            Panel(f"excitation-{entry.axis}", entry.axis, Axis("time [s]"), Axis(f"{entry.quantity} [{unit}]"), lines)
+        )
+    return found
+
+
+def _flown(made: Experiment, entry: Excitation) -> Array:
+    """Return what is excited as the first flight has it (instants,), in SI units."""
+    if entry.quantity == "acceleration":
+        return made.checked.lift(0) - made.task.craft.system.vehicle.gravity
+    if entry.quantity == "rate":
+        return made.checked.rates[0, :, AXES[entry.axis]]
+    return made.checked.angles(0)[AXES[entry.axis]]
+
+
+def _table(key: str, head: tuple[str, ...], rows: list[tuple[str, ...]]) -> Markup:
+    return join((aid(AIDS[key]), wide(table(head, rows))))
