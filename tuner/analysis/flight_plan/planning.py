@@ -37,10 +37,14 @@ QUANTILE = 1.96
 """Of a 95 % interval, in standard deviations."""
 HEIGHT, MOTORS = 1.0, 0.9
 """Largest excursion of the height [m], and share of the way from hover to idle or full command that motors may go."""
+MOVED = {"tilt": ("roll", "pitch"), "rate": ("roll", "pitch", "yaw"), "height": ("lift",), "motors": tuple(OF_OUTPUT)}
+"""Axes whose excitation moves what has a limit."""
 ROUNDS, GROWTH = 8, 1.3
 """Times that a whole flight is flown and mended, and the least that its excitations grow by."""
 STILL = 0.5
 """Share of a limit that air and noise alone may take."""
+NEARLY = 1.25
+"""Room that is left to the narrowest interval where nobody asks for a number that stays wider than the others may."""
 FORGIVEN = 0.8
 """Share of an interval that is left by what is weighed and measured beyond which a longer flight is no advice."""
 
@@ -165,8 +169,8 @@ def wish_of(task: Task, question: Question, trials: Mapping[str, list[Trial]]) -
         place = missed[0] if missed else int(np.argmin(np.where(told, least / largest, np.inf)))
         text = _out_of_reach(names[place], float(least[place] / largest[place]), question, longest)
         raise InputError(text, key="--numbers" if missed else "--within")
-    places = np.array(asked or np.flatnonzero(reached).tolist())
-    return Wish(places, largest[places])
+    places = np.array(asked or np.flatnonzero(told).tolist())
+    return Wish(places, np.maximum(largest, NEARLY * least)[places])
 
 
 def _largest(entry: Parameter, within: float, airframe: Airframe) -> float:
@@ -222,11 +226,9 @@ def _settled(
     kept = None
     for _ in range(ROUNDS):
         checked = task.craft.flown(excitations, f"{STREAM}/check", FLIGHTS)
-        over = max(checked.peaks[name] / limit for name, limit in question.limits.items())
-        if over > 1.0 or not checked.completed:
-            excitations = tuple(
-                coarse(replace(entry, amplitude=MARGIN / max(over, 1.0) * entry.amplitude)) for entry in excitations
-            )
+        shares = {name: checked.peaks[name] / limit for name, limit in question.limits.items()}
+        if max(shares.values()) > 1.0 or not checked.completed:
+            excitations = tuple(_weaker(entry, shares) for entry in excitations)
             continue
         log = task.craft.alone.flown(excitations, f"{STREAM}/check", 1).log(0, STREAM)
         kept = excitations, checked, foresee(log, task.airframe, task.space, task.truth)
@@ -237,6 +239,14 @@ def _settled(
     if kept is None:
         raise InputError("no excitation was found that keeps the limits; raise them (--tilt, --rate)", key="--tilt")
     return kept
+
+
+def _weaker(excitation: Excitation, shares: Mapping[str, float]) -> Excitation:
+    """Return an excitation that is weaker by what exceeds a limit, if it moves that; shares: of the limits that are taken."""
+    over = {name: share for name, share in shares.items() if share > 1.0 and excitation.axis in MOVED[name]}
+    if not over and max(shares.values()) > 1.0:
+        return excitation
+    return coarse(replace(excitation, amplitude=MARGIN / max(1.0, *over.values()) * excitation.amplitude))
 
 
 def _longer(

@@ -73,6 +73,7 @@ def identified_values(found: Identified, read: Sequence[tuple[str, str]]) -> dic
         "lag_up": numbers.lag_up,
         "lag_down": numbers.lag_down,
         "torque_ratio": numbers.torque_ratio,
+        "rotor_inertia": numbers.rotor * vehicle.rotor_inertia,
         "drag_linear.z": numbers.climb_drag,
         "rate_damping.x": numbers.rate_damping,
         "rate_damping.y": numbers.rate_damping,

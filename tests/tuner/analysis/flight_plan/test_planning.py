@@ -161,7 +161,7 @@ def test_plans_keep_their_word_in_flight_after_flight():
         found = identify_vehicle([log], AIRFRAME)
         ratios.append(np.sqrt(np.diag(found.fit.covariance))[at] / plan.foresight.deviations[at])
         errors.append((found.fit.point - plan.task.truth)[at])
-    assert np.median(ratios, axis=0) == pytest.approx(np.ones(6), abs=0.15)
+    assert np.median(ratios, axis=0) == pytest.approx(np.ones(6), abs=0.25)
     off, widths = np.array(errors), 1.96 * plan.foresight.deviations[at]
     told = [0, 1, 2, 5]
     assert np.all(np.abs(off[:, told]) < widths[told]) and np.abs(off[:, 3:5].mean(axis=1)).max() < 0.015

@@ -59,6 +59,11 @@ def flown_vehicle():
     )  # fmt: skip
 
 
+def turned(body):
+    """Roll, pitch and yaw [rad]."""
+    return euler_angles(body.attitude)
+
+
 def powered(folder):
     """The board with a log of its own, set up as a person does it."""
     site = Path(client("betaflight")).parents[1]
@@ -92,7 +97,7 @@ def fly(firmware: Any, vehicle, monkeypatch):
         rate = np.array(body.rate) + GYRO * draw.normal(size=3)
         throttle = hover / vehicle.speed_max * (1.0 + lift[k] - 0.06 * body.velocity.z - 0.02 * body.position.z)
         p, q, r = rate.tolist()
-        instant = Instant(tuple(euler_angles(body.attitude)), (p, q, r), (roll[k], pitch[k]), yaw[k], 0.0)
+        instant = Instant(turned(body), (p, q, r), (roll[k], pitch[k]), yaw[k], 0.0)
         share = firmware.step(instant, float(throttle))
         body = runge_kutta_step(body, Rotors(*(x * vehicle.speed_max for x in share)), pushed, numbers, PERIOD)
     for _ in range(round(0.5 / PERIOD)):
