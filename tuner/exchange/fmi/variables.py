@@ -13,8 +13,10 @@ from plant.nominal import nominal
 from tuner.gains import Controller
 
 BASE = ("kg", "m", "s", "rad")
-DERIVED = {"N": {"kg": 1, "m": 1, "s": -2}, "Hz": {"s": -1}, "1": {}}
-FACTOR = re.compile(r"(/?)\s*([A-Za-z]+|1)(?:\^(?:\((-?\d+(?:/\d+)?)\)|(-?\d+)))?\s*")
+DERIVED = {"N": {"kg": 1, "m": 1, "s": -2}, "Hz": {"s": -1}, "us": {"s": 1}, "%": {}, "1": {}}
+SCALES = {"us": 1e-6, "%": 0.01}
+"""Units that are a multiple of one of the base units or of 1, with the multiple; they stand alone."""
+FACTOR = re.compile(r"(/?)\s*([A-Za-z]+|1|%)(?:\^(?:\((-?\d+(?:/\d+)?)\)|(-?\d+)))?\s*")
 
 
 def exponents(unit: str) -> dict[str, Fraction]:
@@ -34,12 +36,16 @@ def exponents(unit: str) -> dict[str, Fraction]:
     return {base: power for base, power in total.items() if power}
 
 
-def base_unit(unit: str) -> dict[str, int] | None:
-    """Return the exponents as whole numbers; None where one is a fraction, which FMI 2.0 and SSP cannot say."""
+def base_unit(unit: str) -> dict[str, float] | None:
+    """Return the exponents as whole numbers, and the factor if there is one, by the names of attributes of a BaseUnit.
+
+    None where an exponent is a fraction, which FMI 2.0 and SSP cannot say.
+    """
     found = exponents(unit)
     if any(power.denominator != 1 for power in found.values()):
         return None
-    return {base: int(found[base]) for base in BASE if base in found}
+    factor = {"factor": SCALES[unit]} if unit in SCALES else {}
+    return {base: int(found[base]) for base in BASE if base in found} | factor
 
 
 VECTOR = ("x", "y", "z")

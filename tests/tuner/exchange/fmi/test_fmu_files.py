@@ -101,6 +101,10 @@ def test_units_as_exponents(unit, parts):
     assert exponents(unit) == parts
 
 
+def test_a_multiple_of_a_base_unit_has_a_factor():
+    assert base_unit("us") == {"s": 1, "factor": 1e-6} and base_unit("%") == {"factor": 0.01}
+
+
 def test_every_gain_of_every_law_has_a_unit_that_can_be_taken_apart():
     for law in LAWS.values():
         for gain in law.gains:

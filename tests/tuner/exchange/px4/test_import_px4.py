@@ -137,7 +137,7 @@ def test_options_reach_the_controller(tmp_path):
 
 
 def test_importers_by_name():
-    assert set(IMPORTERS) == {"px4", "ardupilot", "betaflight"}
+    assert set(IMPORTERS) == {"px4", "ardupilot", "betaflight", "crazyflie"}
     assert all(importer(name).name == name for name in IMPORTERS)
     with pytest.raises(UnknownNameError, match="--from: unknown source 'px5'; did you mean 'px4'"):
         importer("px5")
