@@ -118,12 +118,12 @@ class Experiment:
 
 
 CASES = {
-    "inner": (("ladrc", "hybrid"), ControlOptions(delay=True), Timing(0.004, 0.001), ("z", "roll", "yaw"), 6.0),
     "position": (("ladrc", "hybrid"), ControlOptions(delay=True), Timing(0.008, 0.008), ("x", "y"), 8.0),
 }
 
 
 SLOW = {
+    "inner": (("ladrc", "hybrid"), ControlOptions(delay=True), Timing(0.004, 0.001), ("z", "roll", "yaw"), 6.0),
     "without delay": (
         ("pid", "ladrc"),
         ControlOptions(attitude_rate="observer"),

@@ -93,6 +93,7 @@ def test_the_way_that_an_axis_goes_is_that_of_its_trajectory():
     assert found == pytest.approx(np.abs(np.diff(trace[..., 0], axis=1)).sum(axis=1), rel=1e-12)
 
 
+@pytest.mark.slow
 def test_flights_without_an_accumulator_are_those_of_before():
     assert metering(SYSTEM, [parse("iae.x")]) is SYSTEM and metering(METERED, ASKED) is METERED
     assert scenario_key(METERED, 7, BATCH) != scenario_key(SYSTEM, 7, BATCH)
