@@ -22,12 +22,12 @@ from tuner.analysis.responses import system_of
 from tuner.api.flying import prepare
 from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import GainsLike, as_gains, default_gains
-from tuner.api.identifying import LARGEST_DEVIATION, new_page
+from tuner.api.identifying import check_deviation, new_page
 from tuner.api.studies import StudyLike
 from tuner.documents.flight_plan import FlightPlanDocument
 from tuner.exchange.excitations import USUAL, exciter
 from tuner.search.watcher import Watcher, compilation
-from tuner.store.folder import Folder, put
+from tuner.store.folder import Folder
 
 if TYPE_CHECKING:
     import pandas as pd
@@ -133,11 +133,8 @@ def plan_flight(
         low, high = SPANS[name]
         if not low <= value <= high:
             raise InputError(f"given {value:g}; allowed: {low:g} to {high:g}", key=f"--{name}")
-    for name, value in (("mass", mass), ("arm", arm)):
-        if not 0.0 < value <= LARGEST_DEVIATION:
-            raise InputError(
-                f"given {value:g}; a relative deviation is above 0, up to {LARGEST_DEVIATION:g}", key=f"--{name}"
-            )
+    check_deviation(mass, "--mass")
+    check_deviation(arm, "--arm")
     target, page = exciter(to), None if report is None else new_page(Path(report))
     heard, prior = watcher or Watcher(), load(airframe)
     check_names(numbers, space_of(prior.vehicle, []))
@@ -155,7 +152,11 @@ def plan_flight(
             folder.write_together(files)
             folder.write_json("plan.json", document)
     if page is not None:
-        _write_page(page, made, document)
+        # The library that draws its charts takes a second to import.
+        from tuner.report.flight_plan_page import flight_plan_page
+        from tuner.report.page import put_page
+
+        put_page(page.parent, flight_plan_page(made, document), page.name)
     return FlightPlan(document, made, None if folder is None else folder.path)
 
 
@@ -173,10 +174,3 @@ def craft_of(prior: Airframe, airframe: str | Path, gains: GainsLike | None, stu
         )
     spec = replace(spec, uncertainty=prior.uncertainty)
     return Craft(system_of(controller), np.array(controller.gains), spec, seed)
-
-
-def _write_page(page: Path, made: Experiment, document: FlightPlanDocument) -> None:
-    # The library that draws its charts takes a second to import.
-    from tuner.report.flight_plan_page import flight_plan_page
-
-    put(page.parent, page.name, flight_plan_page(made, document).text().encode())

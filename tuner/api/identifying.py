@@ -126,9 +126,8 @@ def identify(
         >>> found.table  # doctest: +SKIP
 
     """
-    for key, value in (("mass", mass), ("arm", arm)):
-        if not 0.0 < value <= LARGEST_DEVIATION:
-            raise InputError(f"given {value:g}; a relative deviation is above 0, up to {LARGEST_DEVIATION:g}", key=key)
+    check_deviation(mass, "mass")
+    check_deviation(arm, "arm")
     if update is not None and (mass, arm) != (MASS, ARM):
         raise InputError("takes mass and arm as the earlier logs left them; leave --mass and --arm out", key="update")
     target = None if out is None else new_airframe_file(Path(out))
@@ -148,7 +147,11 @@ def identify(
         title = f"{prior.title}, identified from flight logs"
         put(target.parent, target.name, identified_text(found, title, before).encode())
     if page is not None:
-        _write_page(page, found, document)
+        # The library that draws its charts takes a second to import.
+        from tuner.report.identification_page import identification_page
+        from tuner.report.page import put_page
+
+        put_page(page.parent, identification_page(found, document), page.name)
     return Identification(document, found)
 
 
@@ -206,6 +209,12 @@ def _earlier(
     return known_from(document, airframe, file), before
 
 
+def check_deviation(value: float, key: str) -> None:
+    """Refuse a relative standard deviation of what is weighed or measured that nobody has; InputError naming the key."""
+    if not 0.0 < value <= LARGEST_DEVIATION:
+        raise InputError(f"given {value:g}; a relative deviation is above 0, up to {LARGEST_DEVIATION:g}", key=key)
+
+
 def new_page(page: Path) -> Path:
     """Return the file of a page that is to be written; InputError where it is there already, or is no HTML."""
     if page.suffix not in (".html", ".htm"):
@@ -213,13 +222,6 @@ def new_page(page: Path) -> Path:
     if page.exists():
         raise InputError("is there already; give another name", file=page)
     return page
-
-
-def _write_page(page: Path, found: Identified, document: IdentificationDocument) -> None:
-    # The library that draws its charts takes a second to import.
-    from tuner.report.identification_page import identification_page
-
-    put(page.parent, page.name, identification_page(found, document).text().encode())
 
 
 class _Steps:

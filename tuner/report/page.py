@@ -59,9 +59,9 @@ class Page(NamedTuple):
         )
 
 
-def put_page(folder: Path, page: Page) -> Path:
-    """Write report.html whole or not at all and return its path; StoreError where that cannot be done."""
-    return put(folder, "report.html", page.text().encode())
+def put_page(folder: Path, page: Page, name: str = "report.html") -> Path:
+    """Write a page whole or not at all and return its path; StoreError where that cannot be done."""
+    return put(folder, name, page.text().encode())
 
 
 @cache

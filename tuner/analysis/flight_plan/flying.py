@@ -118,7 +118,10 @@ class Flown:
         return np.maximum((self.command - hover) / (1.0 - hover), (hover - self.command) / hover)
 
     def log(self, flight: int, name: str) -> FlightLog:
-        """Return the log of a flight: gyro as the controller had it, an accelerometer, and the commands in force."""
+        """Return the log of a flight: gyro, an accelerometer, and the commands in force.
+
+        Of rotors, frame and low-pass in the path of the gyro the log knows nothing.
+        """
         period = self.craft.system.timing.control_period
         body, noise = self.trace[flight, :, : size(Body)], self._noise(flight)
         lift = self.lift(flight) + ACCELEROMETER * self._draw(name, flight).standard_normal(len(body))
@@ -132,7 +135,8 @@ class Flown:
 
     def _noise(self, flight: int) -> Array:
         """Return the sensor errors of a flight (instants, 12)."""
-        return _whole(lane_of(self.inputs, flight).noises, size(Noise))
+        # Behind them may stand the turns of the rotors.
+        return _whole(lane_of(self.inputs, flight).noises[:, : size(Noise)], size(Noise))
 
     def angles(self, flight: int) -> Array:
         """Return roll, pitch and yaw (3, instants) of a flight [rad]."""

@@ -28,7 +28,7 @@ from tuner.analysis.flight_plan.choosing import (
 from tuner.analysis.flight_plan.excitation import Excitation
 from tuner.analysis.flight_plan.flying import FLIGHTS, Craft, Flown
 from tuner.analysis.flight_plan.foresight import Foresight, foresee
-from tuner.analysis.identification.identify import GIVEN, NARROWED, OF_OUTPUT, Identified, identify_vehicle
+from tuner.analysis.identification.identify import GIVEN, NARROWED, OF_OUTPUT, WEIGHED, Identified, identify_vehicle
 from tuner.analysis.identification.parameters import Parameter, Space, space_of
 
 Array = NDArray[np.float64]
@@ -144,10 +144,12 @@ def check_names(numbers: Sequence[str], space: Space) -> None:
     told = [name for name in space.names[: space.physical] if name not in GIVEN]
     for name in numbers:
         if name in GIVEN:
-            raise InputError(
-                f"given {name}, which no flight tells; weigh or measure it, and say how well with --{name}",
-                key="--numbers",
+            instead = (
+                f"weigh or measure it, and say how well with --{name}"
+                if name in WEIGHED
+                else "what the airframe says of it counts"
             )
+            raise InputError(f"given {name}, which no flight tells; {instead}", key="--numbers")
         if name not in told:
             raise UnknownNameError("number that a flight tells", name, told, key="--numbers")
 
@@ -228,7 +230,7 @@ def _settled(
         checked = task.craft.flown(excitations, f"{STREAM}/check", FLIGHTS)
         shares = {name: checked.peaks[name] / limit for name, limit in question.limits.items()}
         if max(shares.values()) > 1.0 or not checked.completed:
-            excitations = tuple(_weaker(entry, shares) for entry in excitations)
+            excitations = weaker(excitations, shares)
             continue
         log = task.craft.alone.flown(excitations, f"{STREAM}/check", 1).log(0, STREAM)
         kept = excitations, checked, foresee(log, task.airframe, task.space, task.truth)
@@ -241,12 +243,19 @@ def _settled(
     return kept
 
 
-def _weaker(excitation: Excitation, shares: Mapping[str, float]) -> Excitation:
-    """Return an excitation that is weaker by what exceeds a limit, if it moves that; shares: of the limits that are taken."""
-    over = {name: share for name, share in shares.items() if share > 1.0 and excitation.axis in MOVED[name]}
-    if not over and max(shares.values()) > 1.0:
-        return excitation
-    return coarse(replace(excitation, amplitude=MARGIN / max(1.0, *over.values()) * excitation.amplitude))
+def weaker(excitations: Sequence[Excitation], shares: Mapping[str, float]) -> tuple[Excitation, ...]:
+    """Return excitations weaker by what exceeds a limit that they move, or all of them where none moves it.
+
+    shares: of the limits that are taken; where none exceeds 1, a flight was lost, and all are weaker by the margin.
+    """
+    over = {axis: max(share for name, share in shares.items() if axis in MOVED[name]) for axis in OF_OUTPUT}
+    if not any(over[entry.axis] > 1.0 for entry in excitations):
+        return tuple(_by(entry, MARGIN / max(1.0, *shares.values())) for entry in excitations)
+    return tuple(_by(entry, MARGIN / over[entry.axis]) if over[entry.axis] > 1.0 else entry for entry in excitations)
+
+
+def _by(excitation: Excitation, factor: float) -> Excitation:
+    return coarse(replace(excitation, amplitude=factor * excitation.amplitude))
 
 
 def _longer(

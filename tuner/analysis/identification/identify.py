@@ -21,9 +21,10 @@ from tuner.logs.flight_log import FlightLog
 Array = NDArray[np.float64]
 Told = Callable[[int, int], None]
 
+WEIGHED = ("mass", "arm")
+"""What people weigh and measure themselves."""
 GIVEN = {
-    "mass": "given: no log tells it",
-    "arm": "given: no log tells it",
+    **dict.fromkeys(WEIGHED, "given: no log tells it"),
     "rate_damping": "given, of the rotors' inflow: a log tells it badly from lags",
 }
 """What is not asked of a log, with the reason; errors of these go into the intervals of all others."""

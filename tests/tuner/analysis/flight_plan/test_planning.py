@@ -13,7 +13,7 @@ from tuner.analysis.flight_plan import choosing, planning
 from tuner.analysis.flight_plan.choosing import LEAST, LONGEST, Ability, Mix, Task, Trial, Wish, lengths_for
 from tuner.analysis.flight_plan.excitation import Excitation
 from tuner.analysis.flight_plan.flying import ACCELEROMETER
-from tuner.analysis.flight_plan.planning import Question, check_names, plan_experiment, wish_of
+from tuner.analysis.flight_plan.planning import Question, check_names, plan_experiment, weaker, wish_of
 from tuner.analysis.identification.checks import check_flight
 from tuner.analysis.identification.document import gyro_noise
 from tuner.analysis.identification.identify import identify_vehicle
@@ -96,6 +96,20 @@ def fabricated(information):
     return Mix(SPACE, trials)
 
 
+def test_turns_of_rotors_that_the_gyro_hears_are_no_errors_of_a_sensor(made):
+    drawn, flown = made.checked.inputs, made.checked
+    turned = np.concatenate([drawn.noises, np.full((*drawn.noises.shape[:2], 4, drawn.noises.shape[3]), 0.3)], axis=2)
+    heard = replace(flown, inputs=replace(drawn, noises=turned))
+    np.testing.assert_array_equal(heard.log(0, "flight").gyro, flown.log(0, "flight").gyro)
+
+
+def test_excitations_that_move_what_exceeds_its_limit_are_weakened_or_all_where_none_does():
+    roll, lift = (Excitation(axis, "angle", 0.2, 1.0, 6.0, 8.0, "chirp") for axis in ("roll", "lift"))
+    shares = {"tilt": 0.5, "rate": 0.5, "height": 2.0, "motors": 0.5}
+    assert [entry.amplitude for entry in weaker((roll, lift), shares)] == pytest.approx([0.2, 0.09], abs=0.002)
+    assert [entry.amplitude for entry in weaker((roll,), shares)] == pytest.approx([0.09], abs=0.002)
+
+
 def test_lengths_are_those_that_the_information_asks_for():
     """One coordinate an axis: 1 / deviation^2 = prior + rate time, in closed form."""
     mix, deviation = fabricated({"roll": ("lag_up", 40.0), "pitch": ("lag_down", 4.0)}), 0.05
@@ -123,6 +137,10 @@ def test_what_no_flight_tells_is_refused_with_what_to_do():
         check_names(["lag_up", "mass"], SPACE)
     with pytest.raises(UnknownNameError, match="number that a flight tells 'thrust_offset'"):
         check_names(["thrust_offset"], SPACE)
+    with pytest.raises(
+        InputError, match=r"given rate_damping, which no flight tells; what the airframe says of it counts$"
+    ):
+        check_names(["rate_damping"], SPACE)
 
 
 def test_what_mass_and_lengths_leave_open_is_refused_with_the_best_that_can_be_had():

@@ -151,9 +151,13 @@ def truth_of(flight):
 
 
 def misses(found, flight):
-    """Distances of what was identified from the truth, in its standard deviations, by name."""
+    """Distances of what was identified from the truth of a flight, in its standard deviations, by name."""
+    return distances(found, truth_of(flight))
+
+
+def distances(found, truth):
+    """Distances of what was identified from true numbers by name, in its standard deviations, by name."""
     deviations = np.sqrt(np.diag(found.fit.covariance))
-    truth = truth_of(flight)
     return {
         entry.name: (value - (np.log(truth[entry.name]) if entry.positive else truth[entry.name])) / deviation
         for entry, value, deviation in zip(

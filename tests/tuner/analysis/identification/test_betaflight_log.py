@@ -16,7 +16,7 @@ from plant.records import zeros
 from plant.rigid_body import Body, body_rate, dynamics
 from plant.vectors import Quaternion, Rotors, Vec3, to_body
 from tests.clients import ask, client
-from tests.tuner.analysis.identification.known_flights import GYRO, LIFT
+from tests.tuner.analysis.identification.known_flights import GYRO, LIFT, distances
 from tuner.analysis.identification.identify import identify_vehicle
 from tuner.engines.firmware.betaflight import board
 from tuner.engines.firmware.betaflight.bench import install
@@ -119,10 +119,10 @@ def test_the_vehicle_that_betaflight_flew_lies_within_the_intervals(tmp_path, mo
         "lag_up": vehicle.lag_up, "lag_down": vehicle.lag_down, "torque_ratio": vehicle.torque_ratio, "rate_damping": 0.004, "rotor_inertia": 1.1**-0.5,
     }  # fmt: skip
     deviations = dict(zip(found.space.names, np.sqrt(np.diag(found.fit.covariance)), strict=True))
-    for entry, value in zip(found.space.parameters, found.fit.point.tolist(), strict=True):
-        if entry.name in truth:
-            told = np.log(truth[entry.name]) if entry.positive else truth[entry.name]
-            # Commands answer the noise of the gyro within the means that are compared, which takes 5 % off the lags.
-            extra = 0.08 if entry.name.startswith("lag") else 0.0
-            assert abs(value - told) < 3.5 * deviations[entry.name] + extra, entry.name
+    told = distances(found, truth)
+    assert told.keys() == truth.keys()
+    for name, distance in told.items():
+        # Commands answer the noise of the gyro within the means that are compared, which takes 5 % off the lags.
+        extra = 0.08 if name.startswith("lag") else 0.0
+        assert abs(distance) * deviations[name] < 3.5 * deviations[name] + extra, name
     assert max(deviations[name] for name in ("inertia.x", "inertia.y", "lag_up", "lag_down")) < 0.1
