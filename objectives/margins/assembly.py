@@ -57,9 +57,10 @@ class Assembly:
 
     def __call__(self, step: PeriodStep, chosen: NDArray[np.bool_]) -> LinearLoops:
         """Loops of some of the candidates of a step, terms left open."""
-        entries = step.entries if chosen.all() else step.entries[chosen]
-        whole = np.empty((len(entries), *self._fixed.shape))
-        assemble(entries, self._entry, self._place, self._weight, self._fixed.ravel(), whole.reshape(len(entries), -1))
+        rows = np.flatnonzero(chosen)
+        whole = np.empty((len(rows), *self._fixed.shape))
+        places = whole.reshape(len(rows), -1)
+        assemble(step.entries, rows, self._entry, self._place, self._weight, self._fixed.ravel(), places)
         b = self._states
         return LinearLoops(
             whole[:, :b, :b], whole[:, :b, b:], whole[:, b:, :b], whole[:, b:, b:],
@@ -78,14 +79,15 @@ def _shares(
 
 
 def assemble(
-    entries: Array, entry: NDArray[np.intp], place: NDArray[np.intp], weight: Array, fixed: Array, whole: Array
-) -> None:
-    """Fill whole (n, places) with what is fixed (places,) and the shares of entries (n, m)."""
-    for i in range(len(entries)):
+    entries: Array, rows: NDArray[np.intp], entry: NDArray[np.intp], place: NDArray[np.intp], weight: Array, fixed: Array,
+    whole: Array,
+) -> None:  # fmt: skip
+    """Fill whole (n, places) with what is fixed (places,) and the shares of some rows (n,) of entries (..., m)."""
+    for i in range(len(rows)):
         for j in range(len(fixed)):
             whole[i, j] = fixed[j]
         for j in range(len(entry)):
-            whole[i, place[j]] += weight[j] * entries[i, entry[j]]
+            whole[i, place[j]] += weight[j] * entries[rows[i], entry[j]]
 
 
 assemble = keep_file(numba.njit(**OPTIONS, nogil=True)(assemble), Path(__file__))

@@ -7,7 +7,7 @@ from numpy.typing import NDArray
 
 from objectives.margins import classical, curve, disk, rejection, tracking
 from objectives.margins.classical import At
-from objectives.margins.frequency import SHARE, Complex, Modes, modes_of, without_idle
+from objectives.margins.frequency import SHARE, STABLE, Complex, Modes, modes_of, without_idle
 from objectives.margins.linearise import LinearLoops
 from objectives.margins.multiloop import multiloop_margin
 from objectives.margins.quantities import LOOP_QUANTITIES
@@ -39,10 +39,13 @@ class BlockReadings:
 
 
 def modes_of_loops(loops: LinearLoops, asked: Asked = EVERY) -> Modes:
-    """Return the modes of loops whose terms are closed, a (n, b, b), with the inputs and outputs that margins are read from."""
+    """Return the modes of loops whose terms are closed, a (n, b, b), with the inputs and outputs that margins are read from.
+
+    Of loops that are not stable, of which no curve tells anything, there are only the poles.
+    """
     inputs, outputs = (slice(None), slice(None)) if asked & TRACKING else (loops.injected, loops.command)
     a = without_idle(loops.a, loops.b[..., loops.injected])
-    return modes_of(a, loops.b[..., inputs], loops.c[..., outputs, :])
+    return modes_of(a, loops.b[..., inputs], loops.c[..., outputs, :], STABLE)
 
 
 def read_block(

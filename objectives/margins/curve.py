@@ -32,8 +32,9 @@ Complex = NDArray[np.complex128]
 # What a root is sought of: the imaginary part, the real part plus a level, the slope of the distance from minus a level, the
 # square of the modulus less a level.
 IMAGINARY, REAL, PEAK, SQUARE = 0, 1, 2, 3
-# Relative change of w at which a root is found, and steps that surely get there by halving.
-CLOSE, STEPS = 1e-13, 60
+# Relative change of w by which Newton's method comes to a root for good, for the next one is its square; and steps that surely
+# get there by halving.
+CLOSE, STEPS = 1e-8, 60
 # A resonance whose half-width is less than this share of its frequency may slip through the grid: it gets points of its own, in
 # half-widths from its middle.
 NARROW = 0.05
@@ -75,29 +76,40 @@ def value_and_slopes(w: float, poles: Complex, residues: Complex, h: float) -> t
 @inlined
 def sought(
     w: float, poles: Complex, residues: Complex, h: float, kind: int, level: float
-) -> tuple[float, float, complex]:
-    """Function whose root is sought, its derivative by w, and T."""
+) -> tuple[float, float, complex, complex]:
+    """Function whose root is sought, its derivative by w, and T and its derivative."""
     t, first, second = value_and_slopes(w, poles, residues, h)
     if kind == IMAGINARY:
-        return t.imag, first.imag, t
+        return t.imag, first.imag, t, first
     if kind == REAL:
-        return t.real + level, first.real, t
+        return t.real + level, first.real, t, first
     along = (t.real + level) * first.real + t.imag * first.imag
     if kind == PEAK:
         bend = (t.real + level) * second.real + t.imag * second.imag
-        return along, first.real * first.real + first.imag * first.imag + bend, t
-    return t.real * t.real + t.imag * t.imag - level, 2.0 * along, t
+        return along, first.real * first.real + first.imag * first.imag + bend, t, first
+    return t.real * t.real + t.imag * t.imag - level, 2.0 * along, t, first
 
 
 @inlined
 def root(
-    low: float, high: float, rising: bool, poles: Complex, residues: Complex, h: float, kind: int, level: float
+    low: float,
+    high: float,
+    rising: bool,
+    start: float,
+    poles: Complex,
+    residues: Complex,
+    h: float,
+    kind: int,
+    level: float,
 ) -> tuple[float, complex]:
-    """Root in (low, high), and T there, by Newton's method, halving where it would leave; rising: the sign goes from - to +."""
-    w = 0.5 * (low + high)
+    """Root in (low, high), and T there, by Newton's method, halving where it would leave; rising: the sign goes from - to +.
+
+    start: where to look first, the middle where that is not between.
+    """
+    w = start if low < start < high else 0.5 * (low + high)
     t = 0.0j
     for _ in range(STEPS):
-        f, slope, t = sought(w, poles, residues, h, kind, level)
+        f, slope, t, by_w = sought(w, poles, residues, h, kind, level)
         if (f > 0.0) == rising:
             high = w
         else:
@@ -105,9 +117,10 @@ def root(
         following = w - f / slope if slope != 0.0 else low
         if not low < following < high:
             following = 0.5 * (low + high)
-        done = abs(following - w) <= CLOSE * high
+        step = following - w
         w = following
-        if done:
+        if abs(step) <= CLOSE * high:
+            t += step * by_w
             break
     return w, t
 
@@ -194,10 +207,11 @@ def highest(points: Array, t: Array, poles: Complex, residues: Complex, h: float
         if square[i] >= rival:
             left, right = max(i - 1, 0), min(i + 1, n - 1)
             if square[i] >= square[left] and square[i] >= square[right]:
-                slope, _, _ = sought(w[i], poles, residues, h, PEAK, level)
+                slope, bend, _, _ = sought(w[i], poles, residues, h, PEAK, level)
                 low, high = (w[i], w[right]) if slope > 0.0 else (w[left], w[i])
                 if low < high:
-                    peak, top = root(low, high, False, poles, residues, h, PEAK, level)
+                    start = w[i] - slope / bend
+                    peak, top = root(low, high, False, start, poles, residues, h, PEAK, level)
                     height = (top.real + level) ** 2 + top.imag**2
                     if height > best:
                         best, best_w = height, peak
@@ -213,7 +227,8 @@ def crossings(
     for i in range(len(w) - 1):
         rising = part[i + 1] > -level
         if (part[i] > -level) != rising and count < len(found):
-            at, t = root(w[i], w[i + 1], rising, poles, residues, h, kind, level)
+            start = w[i] - (part[i] + level) * (w[i + 1] - w[i]) / (part[i + 1] - part[i])
+            at, t = root(w[i], w[i + 1], rising, start, poles, residues, h, kind, level)
             found[count, 0], found[count, 1] = at, t.real if kind == IMAGINARY else t.imag
             count += 1
 
@@ -273,7 +288,8 @@ def highest_level(grid: Array, poles: Complex, residues: Complex, h: float, squa
         if t[0, i] ** 2 + t[1, i] ** 2 >= square:
             if i == points.shape[1] - 1:
                 return points[0, i]
-            return root(points[0, i], points[0, i + 1], False, poles, residues, h, SQUARE, square)[0]
+            middle = 0.5 * (points[0, i] + points[0, i + 1])
+            return root(points[0, i], points[0, i + 1], False, middle, poles, residues, h, SQUARE, square)[0]
     return 0.0
 
 

@@ -24,6 +24,7 @@ LOWEST, POINTS = 1e-2, 400
 SHARE = 16
 # A pole at this distance from the unit circle or beyond counts as not stable.
 ON_CIRCLE = 1e-10
+STABLE = 1.0 - ON_CIRCLE
 # An inverse of eigenvectors of length 1 larger than this has no digits left; the entries of a matrix are then moved by this share
 # of the largest. Up to there T was right to 4e-9 on six thousand loops of all laws.
 DEPENDENT, MOVED = 1e12, 1e-13
@@ -51,7 +52,7 @@ class Modes:
     @property
     def stable(self) -> Mask:
         """Return the mask (n,) of loops with all poles inside the unit circle."""
-        return self.size < 1.0 - ON_CIRCLE
+        return self.size < STABLE
 
     @property
     def growth(self) -> Array:
@@ -72,24 +73,27 @@ class Modes:
         return Modes(self.poles[rows], self.shown[rows], self.driven[rows], self.size[rows])
 
 
-def modes_of(a: Array, b: Array, c: Array) -> Modes:
-    """Modes of state matrices a (n, b, b) with inputs b (n, b, u) and outputs c (n, o, b)."""
-    poles, driven, shown, spread = _split(a, b, c)
+def modes_of(a: Array, b: Array, c: Array, radius: float = np.inf) -> Modes:
+    """Modes of state matrices a (n, b, b) with inputs b (n, b, u) and outputs c (n, o, b).
+
+    radius: of matrices with a pole that is not inside this circle only the poles are found; shown and driven are 0.
+    """
+    poles, driven, shown, spread = _split(a, b, c, radius)
     size = np.max(np.abs(poles), axis=-1)
     poor = ~(spread < DEPENDENT)
     if poor.any():
-        poles[poor], driven[poor], shown[poor], _ = _split(moved(a[poor]), b[poor], c[poor])
+        poles[poor], driven[poor], shown[poor], _ = _split(moved(a[poor]), b[poor], c[poor], radius)
     return Modes(poles, shown, driven, size)
 
 
-def _split(a: Array, b: Array, c: Array) -> tuple[Complex, Complex, Complex, Array]:
+def _split(a: Array, b: Array, c: Array, radius: float) -> tuple[Complex, Complex, Complex, Array]:
     """The findings of `schur.split`."""
     (n, states), inputs, outputs = a.shape[:2], b.shape[-1], c.shape[-2]
     poles, spread = np.empty((n, states), complex), np.empty(n)
-    driven, shown = np.empty((n, states, inputs), complex), np.empty((n, outputs, states), complex)
+    driven, shown = np.zeros((n, states, inputs), complex), np.zeros((n, outputs, states), complex)
     a, b, c = (np.ascontiguousarray(part) for part in (a, b, c))
     side_by_side(
-        lambda rows: split(a[rows], b[rows], c[rows], poles[rows], driven[rows], shown[rows], spread[rows]),
+        lambda rows: split(a[rows], b[rows], c[rows], radius, poles[rows], driven[rows], shown[rows], spread[rows]),
         shares(n, SHARE),
     )
     return poles, driven, shown, spread

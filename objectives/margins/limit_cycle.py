@@ -16,8 +16,9 @@ from typing import Any, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
+from objectives.margins.closing import close_terms
 from objectives.margins.describing import describing_function
-from objectives.margins.linearise import LinearLoops, close_terms
+from objectives.margins.linearise import LinearLoops
 from objectives.margins.period import Term
 from objectives.margins.structure import Block
 

@@ -192,24 +192,3 @@ def one_period(
     entries[:, of_speed] *= (speed / plant.body[-ROTORS:])[:, row[of_speed]]
     following = np.concatenate([plant.after(body, speed), outputs[:, memory]], axis=1)
     return PeriodStep(period, plant, following, outputs[:, memory.stop :], values, entries)
-
-
-def close_terms(loops: LinearLoops, gain: Array) -> LinearLoops:
-    """Close the nonlinear terms as w = gain s, gains (..., terms); the result keeps w as an input that is added to them.
-
-    Leading axes of the loops and of the gains broadcast.
-    """
-    if not loops.n_terms:
-        return loops
-    w = s = loops.terms
-    diagonal = gain[..., :, None] * np.eye(loops.n_terms)
-    feedback = np.linalg.solve(np.eye(loops.n_terms) - diagonal @ loops.d[..., s, w], diagonal)
-    on_states, on_inputs = feedback @ loops.c[..., s, :], feedback @ loops.d[..., s, :]
-    b_w, d_w = loops.b[..., :, w], loops.d[..., :, w]
-    return replace(
-        loops,
-        a=loops.a + b_w @ on_states,
-        b=loops.b + b_w @ on_inputs,
-        c=loops.c + d_w @ on_states,
-        d=loops.d + d_w @ on_inputs,
-    )

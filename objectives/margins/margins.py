@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from objectives.margins.assembly import Assembly
 from objectives.margins.block import EVERY, MULTILOOP, read_block
+from objectives.margins.closing import close_terms
 from objectives.margins.describing import DEFAULT_CASES, Case, constants_of, term_gains
 from objectives.margins.frequency import POINTS, frequency_grid
-from objectives.margins.linearise import LinearLoops, Plant, Surroundings, close_terms
+from objectives.margins.linearise import LinearLoops, Plant, Surroundings
 from objectives.margins.period import CHANNELS, PeriodMap, Term
 from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import LoopResponse, Margins, Realisation, joined

@@ -8,10 +8,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins.block import BlockReadings, read_block
+from objectives.margins.closing import close_terms
 from objectives.margins.describing import Case, term_gains_of
 from objectives.margins.frequency import frequency_grid, moved, without_idle
 from objectives.margins.lifting import instants_of, lifted, rates_of
-from objectives.margins.linearise import LinearLoops, close_terms
+from objectives.margins.linearise import LinearLoops
 from objectives.margins.multirate import Lifting, fundamental, read_lifted
 from objectives.margins.plant_period import PlantPeriod
 from objectives.margins.results import Realisation

@@ -234,12 +234,15 @@ def left_of(t: Complex, k: int, least: float, y: Complex) -> float:
     return square
 
 
-def split(a: Array, b: Array, c: Array, poles: Complex, driven: Complex, shown: Complex, spread: Array) -> None:
+def split(
+    a: Array, b: Array, c: Array, radius: float, poles: Complex, driven: Complex, shown: Complex, spread: Array
+) -> None:
     """Split matrices a (m, n, n) with inputs b (m, n, u) and outputs c (m, o, n) into modes.
 
     poles (m, n); driven (m, n, u): left eigenvectors times b; shown (m, o, n): c times right eigenvectors; a left times its right
     eigenvector is 1, and what belongs to conjugate poles is conjugate. spread (m,): norm of the inverse of the matrix of right
-    eigenvectors of length 1, infinite for a matrix that could not be split.
+    eigenvectors of length 1, infinite for a matrix that could not be split. Of a matrix with a pole on or outside a circle of
+    some radius only the poles are found; driven and shown stay as they are, and spread is 0.
     """
     n, u, o = a.shape[1], b.shape[2], c.shape[1]
     h, inputs, outputs = np.empty((n, n)), np.empty((u, n)), np.empty((o, n))
@@ -264,9 +267,14 @@ def split(a: Array, b: Array, c: Array, poles: Complex, driven: Complex, shown: 
             for j in range(o):
                 seen[j, i] = outputs[j, i]
         triangle(h, t, sent, seen)
-        total = 0.0
+        total, inside = 0.0, True
         for k in range(n):
             poles[row, k] = t[k, k]
+            inside = inside and abs(t[k, k]) < radius
+        if done and not inside:
+            spread[row] = 0.0
+            continue
+        for k in range(n):
             if t[k, k].imag >= 0.0:
                 square = right_of(t, k, NEGLIGIBLE * largest, x) * left_of(t, k, NEGLIGIBLE * largest, y)
                 for j in range(u):

@@ -14,9 +14,10 @@ from numpy.typing import NDArray
 
 from objectives.margins.assembly import Assembly
 from objectives.margins.block import MULTILOOP, BlockReadings, read_block
+from objectives.margins.closing import close_terms
 from objectives.margins.frequency import frequency_grid, moved, without_idle
 from objectives.margins.lifting import Rate, lifted
-from objectives.margins.linearise import LinearLoops, PeriodStep, Plant, Surroundings, close_terms, one_period
+from objectives.margins.linearise import LinearLoops, PeriodStep, Plant, Surroundings, one_period
 from objectives.margins.period import CHANNELS, PeriodMap
 from objectives.margins.structure import Block, blocks_of, coordinates, with_terms
 from objectives.margins.trim import find_trim

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
 from scipy.sparse.csgraph import connected_components
 
-from objectives.margins.linearise import LinearLoops, close_terms
+from objectives.margins.closing import close_terms
+from objectives.margins.linearise import LinearLoops
 from objectives.margins.period import BODY, CHANNELS, PeriodMap
 from plant.nominal import mixer_matrix
 from plant.records import paths, rows

@@ -11,7 +11,8 @@ from math import atan, cos, degrees, sin, sqrt
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.margins.linearise import PeriodStep, Plant, Surroundings, close_terms, one_period, plant_about
+from objectives.margins.closing import close_terms
+from objectives.margins.linearise import PeriodStep, Plant, Surroundings, one_period, plant_about
 from objectives.margins.period import BODY, ROTORS, PeriodMap
 from plant.cascade import LEAST_LIFT
 from plant.closed_loop import hover_body

@@ -3,8 +3,8 @@
 import numpy as np
 import pytest
 
+from objectives.margins.closing import close_terms
 from objectives.margins.describing import Case, term_gains
-from objectives.margins.linearise import close_terms
 from objectives.margins.period import PeriodMap
 from objectives.margins.structure import blocks_of, coordinates
 from objectives.margins.trim import (

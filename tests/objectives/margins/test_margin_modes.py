@@ -53,6 +53,17 @@ def test_a_matrix_has_its_bits_whatever_the_others_are():
             np.testing.assert_array_equal(getattr(alone, name)[0], getattr(whole, name)[i], err_msg=name)
 
 
+def test_beyond_a_radius_there_are_poles_and_nothing_else():
+    loops = random_loops(60, 7, 3)
+    whole, within = modes_of(*loops), modes_of(*loops, 1.0)
+    stable = whole.size < 1.0
+    assert 10 < stable.sum() < 50
+    np.testing.assert_array_equal(within.poles, whole.poles)
+    for name in ("shown", "driven"):
+        np.testing.assert_array_equal(getattr(within, name)[stable], getattr(whole, name)[stable], err_msg=name)
+        assert not getattr(within, name)[~stable].any()
+
+
 @pytest.mark.parametrize("pole", [0.0, 0.9])
 @pytest.mark.parametrize("length", [2, 3])
 def test_a_chain_of_equal_poles_keeps_its_response(pole, length):

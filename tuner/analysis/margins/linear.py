@@ -11,9 +11,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from objectives.margins.block import BlockReadings, modes_of_loops, read_block
+from objectives.margins.closing import close_terms
 from objectives.margins.describing import DEFAULT_CASES, Case, term_gains
 from objectives.margins.frequency import frequency_grid
-from objectives.margins.linearise import LinearLoops, close_terms
+from objectives.margins.linearise import LinearLoops
 from objectives.margins.period import CHANNELS, PeriodMap
 from objectives.margins.quantities import LOOP_QUANTITIES
 from objectives.margins.structure import Block, blocks_of, coordinates
