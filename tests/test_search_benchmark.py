@@ -10,11 +10,9 @@ import pytest
 import benchmarks.search.__main__ as command
 from benchmarks.search.contestants import AUTO, CONTESTANTS, Contestant
 from benchmarks.search.peer import PEERS, Peer, Start
-from benchmarks.search.problems import thinned
 from benchmarks.search.process import PeerFailed, PeerProcess
 from benchmarks.search.race import GOALS, Run, Step, judged
 from benchmarks.search.table import best_known, curves, markdown
-from tuner.search.front import hypervolume
 
 NOWHERE = Path("never used: the toy needs no environment of its own")
 
@@ -160,16 +158,6 @@ def test_the_verdict_names_peers_that_are_ahead_of_the_default():
     assert "Ahead of it: Optuna TPE at 500 flights" in text and "pymoo NSGA-II at" not in text
     assert "Ended by their processor budget: Optuna TPE before 3,000 flights." in text
     assert "| Optuna TPE | - | 0.95 | 0.96 | (0.96) |" in text
-
-
-def test_a_thinned_front_keeps_more_than_one_spread_evenly():
-    angle = np.linspace(0.0, np.pi / 2.0, 60) ** 2 / (np.pi / 2.0)
-    front = 1.0 - 0.9 * np.stack([np.cos(angle), np.sin(angle)], axis=1)
-    evenly = np.linspace(0, 59, 6).round().astype(int)
-    base = np.ones(2)
-    picked = thinned(front, 6)
-    assert len(set(picked)) == 6
-    assert hypervolume(front[picked], base) > hypervolume(front[evenly], base)
 
 
 class Course:

@@ -13,7 +13,7 @@ from plant.seeds import generator
 from tuner.experiments.tuning.problem import batches, problem_of
 from tuner.experiments.tuning.starts import starting_points
 from tuner.search.first_generation import first_generation
-from tuner.search.front import feasible_front, hypervolume
+from tuner.search.front import feasible_front, hypervolume, thinned
 from tuner.study import Study, load_study
 
 ROOT = Path(__file__).resolve().parents[2]
@@ -115,16 +115,4 @@ def finalists(points: np.ndarray, values: np.ndarray, violations: np.ndarray) ->
         feasible = np.flatnonzero(np.all(violations <= 0.0, axis=1))
         return points[feasible[np.argsort(values[feasible, 0], kind="stable")[: FINALISTS[1]]]]
     front = feasible_front(values, violations)
-    return points[front[thinned(values[front] / values[0], FINALISTS[values.shape[1]])]]
-
-
-def thinned(front: np.ndarray, most: int) -> np.ndarray:
-    """Return up to `most` rows of a front (n, m), in values of the default, that add most hypervolume one after the other."""
-    if len(front) <= most:
-        return np.arange(len(front))
-    picked: list[int] = []
-    base = np.ones(front.shape[1])
-    for _ in range(most):
-        gains = [-1.0 if i in picked else hypervolume(front[[*picked, i]], base) for i in range(len(front))]
-        picked.append(int(np.argmax(gains)))
-    return np.array(picked)
+    return points[front[thinned(values[front], values[0], FINALISTS[values.shape[1]], ends=False)]]

@@ -55,6 +55,28 @@ def hypervolume(front: np.ndarray, baseline: np.ndarray) -> float:
     return float(volume(scaled, ref=np.full(front.shape[1], REFERENCE))) / REFERENCE ** front.shape[1]
 
 
+def thinned(front: np.ndarray, baseline: np.ndarray, most: int, ends: bool = True) -> np.ndarray:
+    """Return rows, at most so many, of a front (n, m) that add most hypervolume one after the other, in that order.
+
+    ends: whether those that are best in one objective come first. baseline (m,): see `hypervolume`.
+    """
+    if len(front) <= most:
+        return np.arange(len(front))
+    picked = [int(row) for row in dict.fromkeys(front.argmin(axis=0).tolist())][:most] if ends else []
+    # What a row adds shrinks with every row picked: the best of those found anew is the best of all.
+    adds, fresh = np.full(len(front), np.inf), np.zeros(len(front), dtype=bool)
+    while len(picked) < most:
+        adds[picked] = -np.inf
+        best = int(np.argmax(adds))
+        if fresh[best]:
+            picked.append(best)
+            fresh[:] = False
+        else:
+            adds[best] = hypervolume(front[[*picked, best]], baseline) - hypervolume(front[picked], baseline)
+            fresh[best] = True
+    return np.array(picked, dtype=int)
+
+
 def normalised(values: np.ndarray) -> np.ndarray:
     """Scale each objective of a front (n, m) to [0, 1] between its smallest and largest value."""
     low, high = values.min(axis=0), values.max(axis=0)

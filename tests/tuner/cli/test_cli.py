@@ -69,7 +69,7 @@ def test_list_of_nothing_known_names_the_nearest(tuner):
 
 def test_check_says_what_a_study_would_fly(tuner):
     figures = json.loads(tuner("check", QUICKSTART, "--json").stdout)
-    assert figures["search_flights"] == 8 * 17 * 8
+    assert figures["search_flights"] == 12 * 12 * 8
 
 
 def test_new_writes_a_study_that_loads_and_never_overwrites(tmp_path, tuner, monkeypatch):
@@ -106,7 +106,7 @@ def test_run_fly_report_one_after_the_other(tmp_path, tuner):
 
 def test_bad_input_is_one_line_on_stderr(tmp_path, tuner):
     broken = tmp_path / "broken.toml"
-    broken.write_text(QUICKSTART.read_text().replace("population = 8", "populaton = 8"))
+    broken.write_text(QUICKSTART.read_text().replace("population = 12", "populaton = 12"))
     message = refused(tuner("run", broken, "--out", tmp_path / "never"))
     assert message.count("\n") == 1
     assert "search.populaton" in message and "did you mean 'population'" in message and str(broken) in message

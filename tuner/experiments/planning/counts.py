@@ -7,7 +7,7 @@ are counted as flown, and the front as long as it may get.
 from typing import Any
 
 from tuner.documents.plan import PlannedFlights
-from tuner.experiments.tuning.conclusion import MOST_FINALISTS
+from tuner.experiments.tuning.conclusion import most_finalists
 from tuner.experiments.tuning.survivors import MOST_SURVIVORS
 from tuner.study.contest import Contender, Contest
 from tuner.study.study import SearchedStudy
@@ -35,7 +35,7 @@ def survivors_at_most(study: SearchedStudy) -> int:
 def flights_of(study: SearchedStudy) -> PlannedFlights:
     """Return how many flights a run makes at most."""
     search, each = search_flights(study), sum(entry.held_out for entry in study.scenarios)
-    finalists = min(study.search.candidates, MOST_FINALISTS)
+    finalists = min(study.search.candidates, most_finalists(len(study.objectives)))
     held_out = judged_at_most(finalists) * each
     return PlannedFlights(
         search_at_most=search,

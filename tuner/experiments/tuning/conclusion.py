@@ -24,14 +24,15 @@ from tuner.experiments.tuning.guards import warnings_after_run, warnings_before_
 from tuner.experiments.tuning.outcome import Outcome, P, S, finalist_gains
 from tuner.experiments.tuning.problem import batches
 from tuner.experiments.tuning.survivors import Survivors, survivors_of
-from tuner.search.front import evenly, non_dominated, pick
+from tuner.search.front import non_dominated, pick, thinned
 from tuner.search.infeasible import nothing_feasible
 from tuner.search.loop import Archive, Generation, archive
 from tuner.search.watcher import CHECKING, Watcher
 from tuner.study.study import SearchedStudy, TuningStudy
 
-# Finalists re-flown at most; a longer front is thinned evenly along its first objective.
-MOST_FINALISTS = 48
+# Finalists re-flown at most. Of 41 to 47 points of a front of two objectives, the 24 that add most dominate held out 99.0 to
+# 99.5 % of what all of them dominate; of three, 16 points dominate 93 to 96 % and 48 99 %.
+MOST_FINALISTS, MOST_OF_TWO = 48, 24
 
 
 def conclude(
@@ -129,8 +130,14 @@ def finalists_of(survivors: Survivors, found: Archive, study: SearchedStudy) -> 
     if len(found.front()) == 0:
         least, why = nothing_feasible(found, study.requirements)
         return np.array([least]), [*warnings, why]
-    rows = survivors.finalists()
-    return survivors.candidates[rows[evenly(survivors.evaluation.values[rows, 0], MOST_FINALISTS)]], warnings
+    rows, values = survivors.finalists(), survivors.evaluation.values
+    kept = rows[thinned(values[rows], values[rows].max(axis=0), most_finalists(len(study.objectives)))]
+    return survivors.candidates[kept[np.argsort(values[kept, 0], kind="stable")]], warnings
+
+
+def most_finalists(objectives: int) -> int:
+    """Return how many candidates fly held-out scenarios at most, the default aside."""
+    return MOST_OF_TWO if objectives <= 2 else MOST_FINALISTS
 
 
 def recommend(study: SearchedStudy, finalists: Finalists) -> tuple[int, str]:
