@@ -101,7 +101,7 @@ def bundle_of(target: ExportTarget, request: Request) -> Bundle:
                 f"{parameter.high:g} {parameter.unit}",
                 key=parameter.name,
             )
-    by_hand = (*notch_texts(controller.options), *battery_texts(controller.options))
+    by_hand = (*(() if bundle.notches else notch_texts(controller.options)), *battery_texts(controller.options))
     return replace(bundle, differences=(*bundle.differences, *by_hand))
 
 

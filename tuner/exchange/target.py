@@ -86,7 +86,7 @@ class Bundle:
     gains, or the target's defaults. held: the controller that the target holds after rounding, as one of ours, with which
     margins and metrics are worked out again. differences: one sentence for each thing that the target adds or lacks.
     parameters: every number written, for targets that take parameters. target_version: e.g. "PX4 1.16". gyro: low-pass of the
-    target between the gyro and these loops, where it has one.
+    target between the gyro and these loops, where it has one. notches: whether the files set those that follow the rotors.
     """
 
     files: Mapping[str, bytes]
@@ -96,6 +96,7 @@ class Bundle:
     target_version: str
     parameters: tuple[HeldParameter, ...] = ()
     gyro: GyroFilter | None = None
+    notches: bool = False
 
 
 @dataclass(frozen=True)

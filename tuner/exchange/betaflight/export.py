@@ -43,6 +43,7 @@ from tuner.exchange.betaflight.own_loops import (
     own_settings,
     own_switches,
 )
+from tuner.exchange.betaflight.rpm_filter import with_notches
 from tuner.exchange.betaflight.text import profile, read_cli, read_release, read_selected, whole, write_cli
 from tuner.exchange.target import Bundle, ExportTarget, HeldParameter, Option, Request
 from tuner.exchange.texts import heading, parameter_comment
@@ -102,6 +103,7 @@ def own_export(request: Request, asked: Controller, rotors: Actuation) -> Bundle
     check_rounding(written)
     values = {parameter.name: parameter.held for parameter in written}
     held, switches = own_held(asked, values, rotors), own_switches(asked)
+    options = with_notches(asked.options, values) if asked.options.rpm_notches else asked.options
     about = (
         *heading(request, parameter_comment),
         f"For {NAME} to 2026.12. {LOADING}",
@@ -110,10 +112,11 @@ def own_export(request: Request, asked: Controller, rotors: Actuation) -> Bundle
     return Bundle(
         files={FILE: write_cli(settings(values, switches), profile(request.settings), about)},
         rollback={FILE: rollback(request, OWN_TABLE, switches, values)},
-        held=replace(held, options=replace(asked.options, tilt_limit=tilt_limit(values))),
+        held=replace(held, options=replace(options, tilt_limit=tilt_limit(values))),
         differences=(*rate_sources(request.controller), *own_differences(asked)),
         target_version=NAME,
         parameters=written,
+        notches=True,
     )
 
 

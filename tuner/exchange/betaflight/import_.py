@@ -5,6 +5,7 @@ Betaflight has no heading loop and no position loops of this form: the former is
 
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from math import degrees
 from pathlib import Path
 
@@ -51,6 +52,7 @@ from tuner.exchange.betaflight.map import (
     tilt_limit,
 )
 from tuner.exchange.betaflight.own_loops import OWN, OWN_SWITCHES, OWN_TABLE, own_read
+from tuner.exchange.betaflight.rpm_filter import rpm_read
 from tuner.exchange.betaflight.text import profile, read_cli, read_mixer, read_release, whole
 from tuner.exchange.target import ImportedController, Importer, Option, number
 
@@ -114,13 +116,15 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     every |= {name: whole(text, name, file) for name, text in texts.items() if name in OWN_TABLE}
     found = by_default(airframe, close_cascade(law("pid"), law(OWN.law), position_every(settings)), tilt, settings)
     found = filled(own_read(found, every, texts, rotors), {}, file)
+    options, notch_notes = rpm_read(found.options, every, texts)
     own_notes = (
         notes[0],
         *(note for note in (*_turning(texts, rotors), *_others(texts, release))),
         *_not_first_order(texts),
         *_other_relax(texts),
+        *notch_notes,
     )
-    return ImportedController(found, own_notes)
+    return ImportedController(replace(found, options=options), own_notes)
 
 
 def _not_first_order(texts: Mapping[str, str]) -> tuple[str, ...]:

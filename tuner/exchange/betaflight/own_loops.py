@@ -1,7 +1,8 @@
 """Betaflight's own loops as settings: the integers of a profile are the gains, and its filters are set to what flies.
 
 Low-passes that follow the throttle are set to a fixed cut-off, and terms that our law has not (D max, anti-gravity, feed-forward
-of angle mode) are switched off. I-term relax and TPA are of the loops. RPM and dynamic notches stay as they are on the vehicle.
+of angle mode) are switched off. I-term relax and TPA are of the loops. Dynamic notches stay as they are on the vehicle, as does
+the RPM filter where the controller has no notches that follow the rotors.
 """
 
 from collections.abc import Mapping
@@ -13,6 +14,7 @@ from tuner.exchange.autopilot.own_loops import OwnLaw, own_gains, with_authoriti
 from tuner.exchange.autopilot.parameters import ParameterInfo
 from tuner.exchange.autopilot.pid import with_gains
 from tuner.exchange.betaflight.map import NAMES, OFF, TABLE, betaflight_torque
+from tuner.exchange.betaflight.rpm_filter import RPM_TABLE, rpm_differences, rpm_settings
 from tuner.gains import Controller
 
 # Low-pass that acts at rest: the one that follows the throttle begins at its least cut-off, unless that is 0.
@@ -29,6 +31,7 @@ LARGE = {"relax_cutoff": "iterm_relax_cutoff", "tpa_rate": "tpa_rate", "tpa_brea
 """Parameters of I-term relax and TPA."""
 OWN_TABLE = {
     **TABLE,
+    **RPM_TABLE,
     **{
         entry.name: entry
         for entry in (
@@ -92,7 +95,11 @@ def units(controller: Controller, rotors: Actuation) -> dict[str, float]:
 
 def own_settings(controller: Controller, rotors: Actuation) -> dict[str, float]:
     """Return the settings of the loops, unrounded; raises InputError naming a gain that axes must share."""
-    return {**OWN.to_parameters(controller, units(controller, rotors)), **dict.fromkeys(SILENT, 0.0)}
+    return {
+        **OWN.to_parameters(controller, units(controller, rotors)),
+        **dict.fromkeys(SILENT, 0.0),
+        **rpm_settings(controller.options),
+    }
 
 
 def own_switches(controller: Controller) -> dict[str, tuple[str, str]]:
@@ -120,11 +127,13 @@ def own_held(controller: Controller, values: Mapping[str, float], rotors: Actuat
 def own_differences(controller: Controller) -> tuple[str, ...]:
     """Return what Betaflight adds to its loops as we fly them, or lacks."""
     period = 1000.0 * controller.control_period
+    stays = "dynamic notches" if controller.options.rpm_notches else "RPM and dynamic notches"
     return (
         "The position loops and the heading loop of yaw are not carried: in Betaflight the pilot, or a computer that takes the "
         "pilot's place, gives tilt, yaw rate and throttle; what is verified flies them as tuned.",
-        "The low-passes of gyro and D terms are set to fixed cut-offs, first order each; RPM and dynamic notches stay as they "
-        "are on the vehicle, and what phase they take is not in the margins.",
+        f"The low-passes of gyro and D terms are set to fixed cut-offs, first order each; {stays} stay as they are on the "
+        "vehicle, and what phase they take is not in the margins.",
+        *rpm_differences(controller.options),
         "D max, feed-forward, anti-gravity and the sliders are switched off, for they act on sticks, throttle and large motions "
         "alone, or move the gains.",
         "TPA follows the throttle; what is verified has it at hover. I-term relax is that of angle mode; the threshold of rate "

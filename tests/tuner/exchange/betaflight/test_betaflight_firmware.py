@@ -2,10 +2,12 @@
 
 import re
 from dataclasses import replace
+from pathlib import Path
 
 import pytest
 
 from plant.gains import default_row, gain_addresses
+from tests.clients import client
 from tests.clients.betaflight import Firmware
 from tests.tuner.exchange.controllers import controller, pid
 from tests.tuner.exchange.flying_autopilots import by_address
@@ -13,6 +15,7 @@ from tests.tuner.exchange.reading import read, same_flight, write
 from tuner.exchange.betaflight.export import FILE, TARGET
 from tuner.exchange.betaflight.map import SWITCHES
 from tuner.exchange.betaflight.own_loops import OWN_TABLE, own_switches
+from tuner.exchange.betaflight.rpm_filter import FIXED, RPM_TABLE
 from tuner.exchange.registry import settings_of
 from tuner.exchange.target import Request
 
@@ -48,7 +51,8 @@ def flown(vehicle, profile=0):
 
 
 def test_names_ranges_and_defaults_are_the_firmwares(firmware):
-    for entry in OWN_TABLE.values():
+    # Motors of the simulator do not tell their speed, so it has no RPM filter.
+    for entry in [entry for name, entry in OWN_TABLE.items() if name not in RPM_TABLE]:
         answer = firmware.say(f"get {entry.name}")
         found = re.search(rf"^{entry.name} = (\d+)$.*?^Allowed range: (\d+) - (\d+)$", answer, re.MULTILINE | re.DOTALL)
         assert found, answer
@@ -58,6 +62,18 @@ def test_names_ranges_and_defaults_are_the_firmwares(firmware):
         found = re.search(rf"^{name} = (\w+)$.*?^Allowed values: (.*)$", answer, re.MULTILINE | re.DOTALL)
         assert found, answer
         assert found[1] == usual and off in found[2].strip().split(", "), answer
+
+
+def test_the_rpm_filters_ranges_and_defaults_are_those_of_its_source():
+    (source,) = Path(client("betaflight")).parents[1].glob("lib/python*/site-packages/betaflight/firmware/src/main")
+    ranges, usual = (source / "cli/settings.c").read_text(), (source / "pg/rpm_filter.c").read_text()
+    for name, entry in RPM_TABLE.items():
+        low, high = re.search(rf"PARAM_NAME_{name.upper()},.*minmaxUnsigned = \{{ (\d+), (\d+) \}}", ranges).groups()
+        (default,) = re.search(rf"\.{name} = (\d+),", usual).groups()
+        assert (float(default), float(low), float(high)) == (entry.usual, entry.low, entry.high), name
+    for name, text in FIXED.items():
+        (default,) = re.search(rf"\.{name} = (.*),", usual).groups()
+        assert default.strip("{ }").replace(" ", "") == text
 
 
 @pytest.mark.parametrize(("airframe", "profile"), [("iris", 0), ("f450", 2)])
