@@ -48,14 +48,14 @@ def run(gains, nominal_row, dynamics_row, start_row, disturbances, noises, refer
 class Instant:
     """The question to the outside at a control instant.
 
-    angles, rate: measured roll, pitch, yaw [rad] and body rates FLU [rad/s]; tilt: roll and pitch asked for [rad]; yaw_rate asked
-    for [rad/s], about z up; lift: thrust asked of one rotor [N].
+    angles, rate: measured roll, pitch, yaw [rad] and body rates FLU [rad/s]; tilt: roll and pitch asked for [rad]; yaw: what
+    the pilot asks for about z up, a rate [rad/s] or an angle [rad]; lift: thrust asked of one rotor [N].
     """
 
     angles: tuple[float, float, float]
     rate: tuple[float, float, float]
     tilt: tuple[float, float]
-    yaw_rate: float
+    yaw: float
     lift: float
 
 
@@ -71,7 +71,7 @@ class Stepper:
         self._asked = [
             paths(loop.Flight).index(f"{control}.{path}")
             for path in (
-                "angles.x", "angles.y", "angles.z", "rate.x", "rate.y", "rate.z", "tilt.roll", "tilt.pitch", "own.yaw.rate",
+                "angles.x", "angles.y", "angles.z", "rate.x", "rate.y", "rate.z", "tilt.roll", "tilt.pitch", "own.yaw.wish",
             )
         ]  # fmt: skip
         self._lift = rows(loop.Flight, f"{control}.lift")

@@ -49,8 +49,9 @@ class Firmware:
 
     name, title: short, and as people say it. target: of the export whose file it takes, file: that file. law: of the attitude
     loops that it flies as they are. heading: model function (constants of the law, Setpoint, Measured) -> rate of yaw that the
-    pilot asks for. check(control_period) raises InputError naming a period at which its loops cannot run. install(bench, content
-    of the file) -> what powers a board up; it raises InputError naming what the firmware refuses. lockstep: whether equal flights
+    pilot asks for; None where the firmware closes the heading itself and is given the angle. curve: of thrust over its motor
+    commands, see `plant.airframes.actuation.Actuation`. check(control_period) raises InputError naming a period at which its loops cannot run. program(what
+    --binary names) -> the file of it that is run, whose digest is told. install(bench, content of the file) -> what powers a board up; it raises InputError naming what the firmware refuses. lockstep: whether equal flights
     are equal to the last bit. loses: sentences on what is rounded on the way in and out.
     """
 
@@ -59,8 +60,10 @@ class Firmware:
     target: str
     file: str
     law: str
-    heading: Callable[[Any, Setpoint, Measured], float]
+    heading: Callable[[Any, Setpoint, Measured], float] | None
+    curve: float
     check: Callable[[float], None]
+    program: Callable[[Path], Path]
     install: Callable[[Bench, bytes], Callable[[], Board]]
     lockstep: bool
     loses: tuple[str, ...]

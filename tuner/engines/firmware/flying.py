@@ -13,7 +13,7 @@ from plant.backends.instants import Stepper
 from plant.backends.lanes import LANES
 from plant.backends.stepping import lane_of
 from plant.errors import InputError
-from plant.piloted import close_piloted, pilot_of
+from plant.piloted import angle, close_piloted, pilot_of
 from tuner.engines.firmware.firmware import Board, Firmware
 
 OnFlight = Callable[[int], None]
@@ -27,11 +27,11 @@ class FirmwareFlights:
     def __init__(self, system: System, firmware: Firmware, root: int, threads: int = 1) -> None:
         firmware.check(system.timing.control_period)
         self._system, self._firmware, self._root, self._threads = system, firmware, root, threads
-        pilot = pilot_of(system.cascade.attitude, firmware.heading)
+        pilot = pilot_of(system.cascade.attitude, firmware.heading or angle)
         # Notches are the firmware's own business.
         loop = close_piloted(system.cascade, pilot, system.meter, system.fitted._replace(harmonics=0))
         self._stepper = Stepper(loop, loop.ask, system.limits, system.timing)
-        self._rotors = actuation(system.nominal.vehicle)
+        self._rotors = actuation(system.nominal.vehicle, firmware.curve)
 
     def fly(
         self, gains: np.ndarray, power_up: Callable[[], Board], batch: FlightBatch, done: OnFlight | None = None

@@ -47,7 +47,7 @@ class OwnBoard:
 
     def step(self, asked, throttle):
         lift = self.rotors.thrust_max * throttle**2
-        self.process.stdin.write(IN.pack(*asked.angles, *asked.rate, *asked.tilt, asked.yaw_rate, lift))
+        self.process.stdin.write(IN.pack(*asked.angles, *asked.rate, *asked.tilt, asked.yaw, lift))
         self.process.stdin.flush()
         thrusts = OUT.unpack(self.process.stdout.read(OUT.size))
         return tuple(sqrt(thrust / self.rotors.thrust_max) for thrust in thrusts)

@@ -43,7 +43,7 @@ class Sticks:
     def channels(self, asked: Instant, throttle: float) -> tuple[int, int, int, int]:
         """Return roll, pitch, throttle and yaw [us]; right, nose down and clockwise are positive."""
         roll, pitch = (self._stick(math.degrees(angle) / self.tilt) for angle in asked.tilt)
-        yaw = self._stick(-math.degrees(asked.yaw_rate) / self.yaw_rate)
+        yaw = self._stick(-math.degrees(asked.yaw) / self.yaw_rate)
         return roll, pitch, min(1000 + round(1000.0 * throttle), MOST), yaw
 
     @staticmethod
