@@ -75,6 +75,7 @@ class Stepper:
             )
         ]  # fmt: skip
         self._lift = rows(loop.Flight, f"{control}.lift")
+        self._outside = rows(loop.Flight, f"{control}.outside")
         self._result = lanes.result_rows(loop)
 
     def begin(self, gains: np.ndarray, nominal: Any, inputs: Inputs, targets: Any) -> "SteppedFlight":
@@ -114,6 +115,12 @@ class SteppedFlight:
         seen = self._state[self._stepper._asked].tolist()
         lift = 0.25 * float(np.sum(self._state[self._stepper._lift], axis=0))
         return Instant((seen[0], seen[1], seen[2]), (seen[3], seen[4], seen[5]), (seen[6], seen[7]), seen[8], lift)
+
+    @property
+    def held(self) -> tuple[float, float, float, float]:
+        """The thrusts that were last decided [N]; before the first, those that hold the vehicle where the flight begins."""
+        first, second, third, fourth = self._state[self._stepper._outside].tolist()
+        return first, second, third, fourth
 
     def fly(self, thrusts: tuple[float, float, float, float]) -> None:
         """Fly one control period with the thrusts that were decided now [N], in our order of the rotors."""

@@ -14,15 +14,22 @@ from plant.backends.instants import Instant
 from plant.laws.channel import Measured, Setpoint
 
 
+Commands = tuple[float, float, float, float]
+"""Motor commands (0 to 1) in our order of the rotors."""
+
+
 class Board(Protocol):
     """A firmware that runs; it is powered up when it is made."""
 
-    def arm(self, throttle: float) -> None:
-        """Arm it on the bench: level, at rest, set points level, with the throttle (0 to 1) that the flight begins with."""
+    def arm(self, asked: Instant, throttle: float, held: Commands) -> None:
+        """Arm it on the bench, at rest, for a flight that begins with this instant and throttle (0 to 1).
+
+        held: motor commands that hold the vehicle there, in its mean wind, to which a board brings its integrals if it can.
+        """
         ...
 
-    def step(self, asked: Instant, throttle: float) -> tuple[float, float, float, float]:
-        """Run one control period; return the motor commands (0 to 1) in our order of the rotors."""
+    def step(self, asked: Instant, throttle: float) -> Commands:
+        """Run one control period; return the motor commands."""
         ...
 
     def close(self) -> None:

@@ -83,8 +83,8 @@ class BetaflightBoard:
         places = {name: str(end.fileno()) for name, end in zip(names, theirs, strict=True)}
         return {**places, "LOCKSTEP_PERIOD": str(round(1e9 * self._period))}
 
-    def arm(self, throttle: float) -> None:
-        """Wait until its sensors are calibrated, arm it, and let it settle; raises InputError where it does not arm."""
+    def arm(self, asked: Instant, throttle: float, held: tuple[float, float, float, float]) -> None:  # noqa: ARG002
+        """Wait until its sensors are calibrated, arm it level, and let it settle; raises InputError where it does not arm."""
         for low, switch, duration in ((True, OFF, WAKING), (True, ON, SETTLING), (False, ON, SETTLING)):
             for _ in range(round(duration / self._period)):
                 sticks = self._sticks.channels(LEVEL, throttle)

@@ -8,18 +8,23 @@ import math
 import socket
 import subprocess
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
+
+import numpy as np
 
 from plant.backends.instants import Instant
 from plant.errors import InputError, shortened
-from tuner.engines.firmware.crazyflie.stabilizer import IN, OUT
+from tuner.engines.firmware.crazyflie.stabilizer import ATTITUDE_RATE, IN, OUT
 
 # Longest wait for an answer [s], and for the end of a program that has closed its line [s]; longest first answer [bytes].
 PATIENCE, ENDING, LONGEST = 20.0, 0.5, 10_000
 STABILIZER = Path(__file__).with_name("stabilizer.py")
 # Counts of full thrust; places of the motors 1 to 4 at our rotors: front left, front right, rear left, rear right.
 FULL, PLACES = 65535.0, (3, 0, 2, 1)
-LEVEL = Instant((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
+# Control periods in which it is turned by hand and then held, until the gyro's filter has settled; outputs as counts of the motors.
+TURNS, STILL = 100, 50
+ROLL, PITCH, YAW = (-0.5, -0.5, 0.5, 0.5), (0.5, -0.5, -0.5, 0.5), (-0.25, 0.25, -0.25, 0.25)
 BUILT = "docs/how_to/confirm.md says how to build it"
 
 
@@ -28,7 +33,7 @@ class CrazyflieBoard:
 
     def __init__(self, interpreter: Path, module: Path, parameters: Mapping[str, float]) -> None:
         """Power up with parameters; raises InputError where the module is none or refuses one."""
-        self._module = module
+        self._module, self._parameters = module, parameters
         self._line, theirs = socket.socketpair()
         self._line.settimeout(PATIENCE)
         with theirs:
@@ -45,12 +50,16 @@ class CrazyflieBoard:
             self.close()
             raise
 
-    def arm(self, throttle: float) -> None:  # noqa: ARG002
-        """Let it stand level without thrust, which resets its integrals; raises InputError where motors turn."""
-        found = self.step(LEVEL, 0.0)
+    def arm(self, asked: Instant, throttle: float, held: tuple[float, float, float, float]) -> None:
+        """Reset it by no thrust, then turn it by hand until its integrals hold it; raises InputError where motors turn at none."""
+        still = replace(asked, rate=(0.0, 0.0, 0.0), tilt=asked.angles[:2], yaw=asked.angles[2])
+        found = self.step(still, 0.0)
         if any(found):
             given = ", ".join(f"{command:g}" for command in found)
             raise self._wrong(f"turns its motors at no thrust ({given})")
+        turned = replace(still, rate=turning(held, self._parameters))
+        for begin in (*[turned] * TURNS, *[still] * STILL):
+            self.step(begin, throttle)
 
     def step(self, asked: Instant, throttle: float) -> tuple[float, float, float, float]:
         """Run one control period."""
@@ -105,6 +114,16 @@ class CrazyflieBoard:
 
     def _wrong(self, said: str) -> InputError:
         return InputError(f"{said}; {BUILT}", file=self._module, key="--binary")
+
+
+def turning(held: tuple[float, float, float, float], parameters: Mapping[str, float]) -> tuple[float, float, float]:
+    """Return rates [rad/s, our axes] that over `TURNS` periods fill the integrals with the outputs of motor commands."""
+    counts = [FULL * held[place] for place in np.argsort(PLACES)]
+    filled = []
+    for axis, mixing, sign in zip(("roll", "pitch", "yaw"), (ROLL, PITCH, YAW), (-1.0, 1.0, -1.0), strict=True):
+        output, gain = float(np.dot(mixing, counts)), parameters.get(f"pid_rate.{axis}_ki", 0.0)
+        filled.append(sign * math.radians(output / gain) * ATTITUDE_RATE / TURNS if gain else 0.0)
+    return filled[0], filled[1], filled[2]
 
 
 def frame(asked: Instant, throttle: float) -> tuple[float, ...]:
