@@ -13,7 +13,6 @@ from plant.airframes.actuation import Actuation
 from plant.backends.instants import Instant
 from plant.laws.channel import Measured, Setpoint
 
-
 Commands = tuple[float, float, float, float]
 """Motor commands (0 to 1) in our order of the rotors."""
 
@@ -57,9 +56,10 @@ class Firmware:
     name, title: short, and as people say it. target: of the export whose file it takes, file: that file. law: of the attitude
     loops that it flies as they are. heading: model function (constants of the law, Setpoint, Measured) -> rate of yaw that the
     pilot asks for; None where the firmware closes the heading itself and is given the angle. curve: of thrust over its motor
-    commands, see `plant.airframes.actuation.Actuation`. check(control_period) raises InputError naming a period at which its loops cannot run. program(what
-    --binary names) -> the file of it that is run, whose digest is told. install(bench, content of the file) -> what powers a board up; it raises InputError naming what the firmware refuses. lockstep: whether equal flights
-    are equal to the last bit. loses: sentences on what is rounded on the way in and out.
+    commands, see `plant.airframes.actuation.Actuation`. check(control_period) raises InputError naming a period at which its
+    loops cannot run. program(what --binary names) -> the file of it whose digest is told. install(bench, content of the file) -> what
+    powers a board up; it raises InputError naming what the firmware refuses. lockstep: whether equal flights are equal to the
+    last bit. loses: sentences on what is rounded on the way in and out.
     """
 
     name: str

@@ -114,7 +114,7 @@ def test_a_program_that_does_not_arm_is_told(tmp_path, shim):
     made = BetaflightBoard(speaks(tmp_path, 16), tmp_path, shim, STICKS, 0.00025)
     try:
         with pytest.raises(InputError, match="does not arm"):
-            made.arm(0.5)
+            made.arm(LEVEL, 0.5, (0.5, 0.5, 0.5, 0.5))
     finally:
         made.close()
 

@@ -42,8 +42,8 @@ class OwnBoard:
             stdout=subprocess.PIPE,
         )
 
-    def arm(self, throttle):
-        assert 0.0 < throttle < 1.0
+    def arm(self, asked, throttle, held):
+        assert 0.0 < throttle < 1.0 and all(0.0 < command < 1.0 for command in held)
 
     def step(self, asked, throttle):
         lift = self.rotors.thrust_max * throttle**2

@@ -1,6 +1,6 @@
 """The Crazyflie's controllers on the bench: where the module and its Python are, and what the file of the gains sets in it.
 
-Facts of crazyflie-firmware of 2026: src/modules/src/controller/attitude_pid_controller.c, position_controller_pid.c, stabilizer.c.
+Facts of crazyflie-firmware of 2026: bindings/setup.py, src/modules/src/stabilizer.c and controller/attitude_pid_controller.c.
 """
 
 import re
@@ -63,7 +63,7 @@ def check_period(control_period: float) -> None:
 
 
 def parameters_of(content: bytes) -> dict[str, float]:
-    """Return what an exported file stores, without the position loops; raises InputError naming what the module cannot be given."""
+    """Return what an exported file stores, without the position loops; raises InputError naming what cannot be set."""
     found: dict[str, float] = {}
     for line in content.decode("ascii").splitlines():
         entry = VALUE.fullmatch(line)

@@ -17,13 +17,15 @@ from plant.backends.instants import Instant
 from plant.errors import InputError, shortened
 from tuner.engines.firmware.crazyflie.stabilizer import ATTITUDE_RATE, IN, OUT
 
-# Longest wait for an answer [s], and for the end of a program that has closed its line [s]; longest first answer [bytes].
-PATIENCE, ENDING, LONGEST = 20.0, 0.5, 10_000
+# Longest waits for an answer and for the end of a process that has closed its line [s]; longest first answer [bytes], and what of
+# it is told.
+PATIENCE, ENDING, LONGEST, SAID = 20.0, 0.5, 10_000, 300
 STABILIZER = Path(__file__).with_name("stabilizer.py")
 # Counts of full thrust; places of the motors 1 to 4 at our rotors: front left, front right, rear left, rear right.
 FULL, PLACES = 65535.0, (3, 0, 2, 1)
-# Control periods in which it is turned by hand and then held, until the gyro's filter has settled; outputs as counts of the motors.
+# Control periods in which it is turned by hand, and in which it is then held until the gyro's filter has settled.
 TURNS, STILL = 100, 50
+# Outputs of roll, pitch and yaw's control as sums over the counts of motors 1 to 4.
 ROLL, PITCH, YAW = (-0.5, -0.5, 0.5, 0.5), (0.5, -0.5, -0.5, 0.5), (-0.25, 0.25, -0.25, 0.25)
 BUILT = "docs/how_to/confirm.md says how to build it"
 
@@ -39,7 +41,9 @@ class CrazyflieBoard:
         with theirs:
             command = [str(interpreter), str(STABILIZER), str(module.parent.resolve())]
             try:
-                self._process = subprocess.Popen(command, stdin=theirs, stdout=theirs, stderr=subprocess.DEVNULL)
+                self._process = subprocess.Popen(
+                    command, stdin=theirs.fileno(), stdout=theirs.fileno(), stderr=subprocess.DEVNULL
+                )
             except OSError as error:
                 self._line.close()
                 raise InputError(f"cannot be run: {error.strerror}", file=interpreter, key="--binary") from None
@@ -51,7 +55,7 @@ class CrazyflieBoard:
             raise
 
     def arm(self, asked: Instant, throttle: float, held: tuple[float, float, float, float]) -> None:
-        """Reset it by no thrust, then turn it by hand until its integrals hold it; raises InputError where motors turn at none."""
+        """Reset it by no thrust, then turn it by hand until its integrals hold it; raises InputError where its motors turn."""
         still = replace(asked, rate=(0.0, 0.0, 0.0), tilt=asked.angles[:2], yaw=asked.angles[2])
         found = self.step(still, 0.0)
         if any(found):
@@ -80,7 +84,7 @@ class CrazyflieBoard:
         except (ValueError, KeyError, TypeError):
             raise self._wrong(f"answers with nonsense ({shortened(repr(answer))})") from None
         if refused:
-            raise self._wrong(f"cannot be run: {shortened(' '.join(refused.split()))}")
+            raise self._wrong(f"cannot be run: {shortened(' '.join(refused.split()), SAID)}")
 
     def _say(self, content: bytes) -> None:
         try:

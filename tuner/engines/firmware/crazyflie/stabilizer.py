@@ -1,8 +1,8 @@
 """The Crazyflie's stabilizer around its own controllers, in a process of its own: `python stabilizer.py FOLDER`.
 
-Runs under the Python for which the module `cffirmware` in the folder was built, and imports nothing of this tool. First a line of
-JSON comes in, parameter -> value, and one goes out: what is refused, empty where nothing is. Then frames: `IN`, in the firmware's own units,
-are answered by `OUT`, counts of motors 1 to 4.
+Runs under the Python for which the module `cffirmware` in the folder was built, and imports nothing of this tool. First a line
+of JSON comes in, parameter -> value, and one goes out: what is refused, empty where nothing is. Then frames come in (`IN`, in the
+firmware's own units), and each is answered by the counts of motors 1 to 4 (`OUT`).
 bitcraze/crazyflie-firmware: src/modules/src/stabilizer.c, src/hal/src/sensors_bmi088_bmp3xx.c, src/modules/src/controller/.
 """
 
@@ -12,6 +12,7 @@ import json
 import os
 import struct
 import sys
+from typing import Any  # noqa: UP035  that Python may be an old one
 
 # Gyro x, y, z [deg/s]; roll, pitch, yaw measured and asked for [deg, pitch nose up]; thrust [counts].
 IN, OUT = struct.Struct("<10d"), struct.Struct("<4H")
@@ -34,9 +35,9 @@ SETTABLE = frozenset({*SETTERS, *FILTERS, FILTER_SWITCH})
 
 
 class Stabilizer:
-    """The loop of 1 kHz: gyro's filter, controller, mixing, limits; between two frames it runs as often as the controller waits."""
+    """The loop of 1 kHz: gyro's filter, controller, mixing, limits; it runs once more before the controller is due again."""
 
-    def __init__(self, firmware, parameters):
+    def __init__(self, firmware: Any, parameters: dict[str, float]) -> None:
         """Set the parameters, as stored ones are when a vehicle starts."""
         self.firmware, self.tick = firmware, 0
         library = ctypes.CDLL(firmware._cffirmware.__file__)
@@ -56,7 +57,7 @@ class Stabilizer:
         mode.x = mode.y = mode.z = firmware.modeDisable
         mode.roll = mode.pitch = mode.yaw = firmware.modeAbs
 
-    def run(self, numbers):
+    def run(self, numbers: tuple[float, ...]) -> tuple[int, int, int, int]:
         """Run until the controller is due again; return the counts of the motors."""
         seen, goal, setpoint = self.state.attitude, self.setpoint.attitude, self.setpoint
         seen.roll, seen.pitch, seen.yaw, goal.roll, goal.pitch, goal.yaw, setpoint.thrust = numbers[3:]
@@ -65,21 +66,21 @@ class Stabilizer:
         found = self.motors.motors
         return found.m1, found.m2, found.m3, found.m4
 
-    def _step(self, rates):
+    def _step(self, rates: tuple[float, ...]) -> None:
         gyro, firmware = self.sensors.gyro, self.firmware
-        gyro.x, gyro.y, gyro.z = [self.pass_gyro(kept, rate) for kept, rate in zip(self.filters, rates)]
+        gyro.x, gyro.y, gyro.z = map(self.pass_gyro, self.filters, rates)
         firmware.controllerPid(self.control, self.setpoint, self.sensors, self.state, self.tick)
         firmware.powerDistribution(self.control, self.asked)
         firmware.powerDistributionCap(self.asked, self.motors)
         self.tick += 1
 
 
-def address(library, name):
+def address(library: Any, name: str) -> Any:
     """Return where an object of the library lies."""
     return ctypes.byref(ctypes.c_char.in_dll(library, name))
 
 
-def set_gains(library, parameters):
+def set_gains(library: Any, parameters: dict[str, float]) -> None:
     """Set gains by the firmware's own functions."""
     for name, value in parameters.items():
         if name in SETTERS:
@@ -87,7 +88,7 @@ def set_gains(library, parameters):
             getattr(library, setter)(address(library, thing), ctypes.c_float(value))
 
 
-def set_filters(library, parameters):
+def set_filters(library: Any, parameters: dict[str, float]) -> None:
     """Switch the low-passes on D on, where the parameters do, as the start of a vehicle does."""
     if parameters.get(FILTER_SWITCH):
         for name, thing in FILTERS.items():
@@ -95,7 +96,7 @@ def set_filters(library, parameters):
             library.filterReset(address(library, thing), ctypes.c_float(ATTITUDE_RATE), cutoff, ctypes.c_bool(True))
 
 
-def main():
+def main() -> None:
     """Answer until nothing more comes."""
     # What the module prints must not reach the answers.
     heard, told = os.fdopen(os.dup(0), "rb"), os.dup(1)
