@@ -22,6 +22,7 @@ from plant.rigid_body import rotor_torque
 from plant.vectors import Rotors
 from tests.clients import program
 from tests.clients.crazyflie_firmware import build
+from tests.tuner.engines.firmware.played import PLAYED, played_in
 from tests.tuner.exchange.crazyflie.test_crazyflie_own_loops import own
 from tests.tuner.exchange.crazyflie.test_crazyflie_parameters import request
 from tuner.engines.firmware.crazyflie import board
@@ -33,27 +34,16 @@ from tuner.engines.firmware.flying import thrusts_of
 from tuner.exchange.crazyflie.export import FILE, TARGET
 from tuner.exchange.crazyflie.map import TABLE
 
-PLAYED = Path(__file__).with_name("played")
 AIRFRAME, PERIOD, AXES = "crazyflie-pybullet", 0.002, ("roll", "pitch", "yaw")
 LEVEL = Instant((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0), 0.0, 0.0)
 HOVER = (0.5, 0.5, 0.5, 0.5)
 UNFILTERED: dict[str, Any] = {f"{axis}__gyro_cutoff": 0.0 for axis in AXES}
 
 
-@pytest.fixture(scope="module")
-def compiled(tmp_path_factory):
-    """The library of the played module."""
-    made = tmp_path_factory.mktemp("played") / "_cffirmware.so"
-    subprocess.run([program("gcc"), "-shared", "-fPIC", "-O2", "-o", str(made), str(PLAYED / "played.c")], check=True)
-    return made
-
-
 @pytest.fixture
-def module(tmp_path, compiled):
+def module(tmp_path):
     """A folder with the played module, as a build leaves its own."""
-    shutil.copy(compiled, tmp_path)
-    shutil.copy(PLAYED / "cffirmware.py", tmp_path)
-    return tmp_path / compiled.name
+    return played_in(tmp_path)
 
 
 @pytest.fixture(autouse=True)
