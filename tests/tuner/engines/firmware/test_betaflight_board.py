@@ -67,11 +67,16 @@ def fake(folder, text):
     return file
 
 
+def compiled(folder, name, *options):
+    """A program in C that stands for the firmware, with settings to copy."""
+    made, source = fake(folder, ""), Path(__file__).with_name(name)
+    subprocess.run([program("gcc"), *options, "-o", str(made), str(source), "-lpthread"], check=True)
+    return made
+
+
 def speaks(folder, size):
     """A program with the firmware's sockets and threads, that answers with so many bytes."""
-    made, source = fake(folder, ""), Path(__file__).with_name("speaks.c")
-    subprocess.run([program("gcc"), f"-DSIZE={size}", "-o", str(made), str(source), "-lpthread"], check=True)
-    return made
+    return compiled(folder, "speaks.c", f"-DSIZE={size}")
 
 
 def left_behind():
@@ -108,6 +113,17 @@ def test_a_program_that_dies_in_flight_is_told(tmp_path, shim):
                 made.step(LEVEL, 0.5)
     finally:
         made.close()
+
+
+def test_sticks_count_in_the_period_that_they_were_given_for(tmp_path, shim):
+    """On a busy machine too: a packet that a thread has in hand, but is not done with, is waited for."""
+    made = BetaflightBoard(compiled(tmp_path, "slow_sticks.c", "-rdynamic"), tmp_path, shim, STICKS, 0.00025)
+    throttles = (0.2, 0.7, 0.3, 0.9)
+    try:
+        found = [made.step(LEVEL, throttle)[0] for throttle in throttles]
+    finally:
+        made.close()
+    assert found == pytest.approx(throttles, abs=1e-6)
 
 
 def test_a_program_that_does_not_arm_is_told(tmp_path, shim):
