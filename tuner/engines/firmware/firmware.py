@@ -58,8 +58,8 @@ class Firmware:
     pilot asks for; None where the firmware closes the heading itself and is given the angle. curve: of thrust over its motor
     commands, see `plant.airframes.actuation.Actuation`. check(control_period) raises InputError naming a period at which its
     loops cannot run. program(what --binary names) -> the file of it whose digest is told. install(bench, content of the file)
-    -> what powers a board up; it raises InputError naming what the firmware refuses. lockstep: whether equal flights are equal
-    to the last bit. loses: sentences on what is rounded on the way in and out.
+    -> what powers a board up; it raises InputError naming what the firmware refuses. lockstep: whether it is in step with
+    the plant, so that equal flights should be equal to the last bit. loses: sentences on what is rounded on the way in and out.
     """
 
     name: str

@@ -113,7 +113,7 @@ def test_a_firmware_that_dies_leaves_nothing(small, tmp_path, monkeypatch):
     monkeypatch.setitem(registry.FIRMWARES, "dead", replace(FIRMWARES["betaflight"], name="dead", install=install))
     with pytest.raises(InputError, match="exit code 3"):
         tuner.confirm(small, "dead", sys.executable, flights=2, out=tmp_path / "out")
-    assert not (tmp_path / "out").exists() or not list((tmp_path / "out").glob("*.json"))
+    assert not (tmp_path / "out").exists()
 
 
 @pytest.mark.slow

@@ -206,7 +206,7 @@ def test_a_line_that_stores_nothing_is_refused():
 
 WAYS = {
     "absent": ("raise ModuleNotFoundError('No module named numpy')", "cannot be run: ModuleNotFoundError: No module named numpy"),
-    "dies": ("raise SystemExit(3)", "ended by itself, with exit code 3"),
+    "dies": ("raise SystemExit(3)", f"ended by itself, with exit code 3, under {re.escape(sys.executable)}"),
     "killed": ("import os; os.kill(os.getpid(), 9)", "ended by itself, with exit code -9"),
     "silent": ("import threading; threading.Event().wait()", "does not answer within 2 s"),
     "another": ("_cffirmware = __import__('os')", "cannot be run: "),

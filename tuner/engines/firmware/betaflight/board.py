@@ -1,7 +1,8 @@
 """Betaflight's simulator build as a process in lockstep: it runs one control period for each state that it is sent.
 
 A small library of ours is loaded before the program (lockstep.c): it hands it sockets that lead here alone, and a clock that
-stands still until a state has arrived. So equal flights are equal to the last bit, however fast or busy the machine is.
+stands still until a state has arrived. So equal flights do not depend on how fast or busy the machine is; docs/how_to/confirm.md
+says how often they were equal to the last bit.
 """
 
 import math

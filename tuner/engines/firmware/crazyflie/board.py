@@ -35,7 +35,7 @@ class CrazyflieBoard:
 
     def __init__(self, interpreter: Path, module: Path, parameters: Mapping[str, float]) -> None:
         """Power up with parameters; raises InputError where the module is none or refuses one."""
-        self._module, self._parameters = module, parameters
+        self._module, self._interpreter, self._parameters = module, interpreter, parameters
         self._line, theirs = socket.socketpair()
         self._line.settimeout(PATIENCE)
         with theirs:
@@ -112,7 +112,8 @@ class CrazyflieBoard:
 
     def _silent(self) -> InputError:
         try:
-            return self._wrong(f"ended by itself, with exit code {self._process.wait(ENDING)}")
+            code = self._process.wait(ENDING)
+            return self._wrong(f"ended by itself, with exit code {code}, under {self._interpreter}")
         except subprocess.TimeoutExpired:
             return self._wrong(f"does not answer within {PATIENCE:g} s")
 
