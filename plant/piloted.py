@@ -23,9 +23,9 @@ from plant.vectors import Rotors, Vec3
 
 
 class Asked(NamedTuple):
-    """The wish of a pilot for an axis: the rate at which the angle error is to be made good [y/s]."""
+    """The wish of a pilot for an axis: the rate at which the angle error is to be made good [y/s], or the angle itself [y]."""
 
-    rate: float
+    wish: float
 
 
 @dataclass(frozen=True)
@@ -38,10 +38,15 @@ class PilotedLoop(CascadeLoop):
     ask: Callable[..., Any]
 
 
-def pilot_of(law: Law, rate: Callable[[Any, Setpoint, Measured], float]) -> Law:
-    """Return the law of a pilot above a firmware that flies `law`: no torque of its own, and the rate that it asks for.
+def angle(constants: Any, setpoint: Setpoint, measured: Measured) -> float:  # noqa: ARG001
+    """The angle itself, for a firmware that closes the loop on it."""
+    return setpoint.value
 
-    rate(constants, setpoint, measured) is a model function, the outer loop that the firmware leaves to its pilot.
+
+def pilot_of(law: Law, wish: Callable[[Any, Setpoint, Measured], float]) -> Law:
+    """Return the law of a pilot above a firmware that flies `law`: no torque of its own, and what it asks for.
+
+    wish(constants, setpoint, measured) is a model function: the outer loop that the firmware leaves to its pilot, or `angle`.
     """
 
     def start(constants: Any, measured: Measured, held: float) -> Asked:  # noqa: ARG001
@@ -51,7 +56,7 @@ def pilot_of(law: Law, rate: Callable[[Any, Setpoint, Measured], float]) -> Law:
         memory: Asked, constants: Any, channel: Channel, setpoint: Setpoint, measured: Measured, applied: Applied,  # noqa: ARG001
         h: float,  # noqa: ARG001
     ) -> tuple[float, Asked]:  # fmt: skip
-        return 0.0, Asked(rate(constants, setpoint, measured))
+        return 0.0, Asked(wish(constants, setpoint, measured))
 
     return replace(law, name=f"{law.name}_pilot", Memory=Asked, start=start, step=step)
 

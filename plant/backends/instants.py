@@ -48,14 +48,14 @@ def run(gains, nominal_row, dynamics_row, start_row, disturbances, noises, refer
 class Instant:
     """The question to the outside at a control instant.
 
-    angles, rate: measured roll, pitch, yaw [rad] and body rates FLU [rad/s]; tilt: roll and pitch asked for [rad]; yaw_rate asked
-    for [rad/s], about z up; lift: thrust asked of one rotor [N].
+    angles, rate: measured roll, pitch, yaw [rad] and body rates FLU [rad/s]; tilt: roll and pitch asked for [rad]; yaw: what
+    the pilot asks for about z up, a rate [rad/s] or an angle [rad]; lift: thrust asked of one rotor [N].
     """
 
     angles: tuple[float, float, float]
     rate: tuple[float, float, float]
     tilt: tuple[float, float]
-    yaw_rate: float
+    yaw: float
     lift: float
 
 
@@ -71,10 +71,11 @@ class Stepper:
         self._asked = [
             paths(loop.Flight).index(f"{control}.{path}")
             for path in (
-                "angles.x", "angles.y", "angles.z", "rate.x", "rate.y", "rate.z", "tilt.roll", "tilt.pitch", "own.yaw.rate",
+                "angles.x", "angles.y", "angles.z", "rate.x", "rate.y", "rate.z", "tilt.roll", "tilt.pitch", "own.yaw.wish",
             )
         ]  # fmt: skip
         self._lift = rows(loop.Flight, f"{control}.lift")
+        self._outside = rows(loop.Flight, f"{control}.outside")
         self._result = lanes.result_rows(loop)
 
     def begin(self, gains: np.ndarray, nominal: Any, inputs: Inputs, targets: Any) -> "SteppedFlight":
@@ -114,6 +115,12 @@ class SteppedFlight:
         seen = self._state[self._stepper._asked].tolist()
         lift = 0.25 * float(np.sum(self._state[self._stepper._lift], axis=0))
         return Instant((seen[0], seen[1], seen[2]), (seen[3], seen[4], seen[5]), (seen[6], seen[7]), seen[8], lift)
+
+    @property
+    def held(self) -> tuple[float, float, float, float]:
+        """The thrusts that were last decided [N]; before the first, those that hold the vehicle where the flight begins."""
+        first, second, third, fourth = self._state[self._stepper._outside].tolist()
+        return first, second, third, fourth
 
     def fly(self, thrusts: tuple[float, float, float, float]) -> None:
         """Fly one control period with the thrusts that were decided now [N], in our order of the rotors."""

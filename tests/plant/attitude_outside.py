@@ -23,7 +23,7 @@ class AttitudeOutside:
             self.memory = {
                 axis: self.law.start(self.constants[axis], seen, 0.0) for axis, seen in zip(AXES, measured, strict=True)
             }
-        goals = (*(Setpoint(tilt, 0.0, 0.0) for tilt in asked.tilt), Setpoint(0.0, asked.yaw_rate, 0.0))
+        goals = (*(Setpoint(tilt, 0.0, 0.0) for tilt in asked.tilt), Setpoint(0.0, asked.yaw, 0.0))
         torque = []
         for axis, seen, goal, inertia in zip(AXES, measured, goals, self.nominal.vehicle.inertia, strict=True):
             found, self.memory[axis] = self.law.step(

@@ -51,7 +51,7 @@ def flown_outside(cascade, gains, known, inputs, late):
         flight = loop.ask(flight, constants, nominal, reference, noise, h)
         seen = flight.control
         asked = Instant(
-            tuple(seen.angles), tuple(seen.rate), tuple(seen.tilt), seen.own.yaw.rate, 0.25 * sum(seen.lift)
+            tuple(seen.angles), tuple(seen.rate), tuple(seen.tilt), seen.own.yaw.wish, 0.25 * sum(seen.lift)
         )
         control = seen._replace(outside=outside.thrusts(asked))
         return loop.decide(

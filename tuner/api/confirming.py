@@ -96,7 +96,8 @@ def confirm(
     Args:
         results: Folder of a tuning run whose attitude law is the firmware's own, such as one of the study betaflight.
         firmware: Name of a firmware; see `docs/how_to/confirm.md`.
-        binary: The firmware's program, built by you from its source.
+        binary: The firmware's program, built by you from its source; of the Crazyflie its module,
+            or the folder that holds it.
         finalists: How many points of the front fly, the recommended one among them.
         flights: Flights of each scenario and finalist.
         out: New folder for confirm.json and confirm.md.
@@ -120,10 +121,11 @@ def confirm(
         plant.errors.InputError: not_built: --binary: cannot be read: No such file or directory
 
     """
-    chosen, program, told = firmware_of(firmware), Path(binary), watcher or Watcher()
+    chosen, told = firmware_of(firmware), watcher or Watcher()
     if flights < LEAST_FLIGHTS or finalists < 1:
         message = f"given {finalists} finalists and {flights} flights; allowed: at least 1 and {LEAST_FLIGHTS}"
         raise InputError(message, key="--flights")
+    program = chosen.program(Path(binary))
     digest = _digest(program)
     entrant, study = _entrant(Path(results), chosen)
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
@@ -208,7 +210,10 @@ def _flown(
     with TemporaryDirectory(prefix="holdfast-") as place:
         for k, bundle in enumerate(bundles):
             bench = Bench(
-                program, Path(place) / str(k), actuation(system.nominal.vehicle), system.timing.control_period
+                program,
+                Path(place) / str(k),
+                actuation(system.nominal.vehicle, firmware.curve),
+                system.timing.control_period,
             )
             power_up = firmware.install(bench, bundle.files[firmware.file])
             for to in (known, again) if k == 0 else (known,):

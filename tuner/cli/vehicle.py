@@ -48,8 +48,8 @@ def export(
 @app.command()
 def confirm(
     results: Annotated[Path, typer.Argument(help="Folder of a tuning run.", show_default=False)],
-    firmware: Annotated[str, typer.Option(help="Firmware: betaflight.", show_default=False)],
-    binary: Annotated[Path, typer.Option(help="The firmware's program, built by you.", show_default=False)],
+    firmware: Annotated[str, typer.Option(help="Firmware: betaflight or crazyflie.", show_default=False)],
+    binary: Annotated[Path, typer.Option(help="The firmware's program or module, built by you.", show_default=False)],
     finalists: Annotated[int, typer.Option(help="Points of the front that fly.", min=1)] = 8,
     flights: Annotated[int, typer.Option(help="Flights of each scenario and finalist.", min=2)] = 16,
     out: Annotated[Path | None, typer.Option(help="New folder for confirm.json and confirm.md.")] = None,

@@ -18,6 +18,7 @@ from plant.errors import StoreError
 from tuner.store import manifest
 from tuner.store.advice import can_be_resumed, go_on
 from tuner.store.document import Document, json_text
+from tuner.store.lock import NAME as LOCK
 from tuner.store.lock import Lock
 from tuner.store.manifest import Manifest, digest_at, digest_of, manifest_of, read_manifest
 
@@ -29,7 +30,7 @@ class Folder:
     """A results folder that this process, and no other, writes.
 
     As a context manager it lets go of the folder at the end, and an error that leaves it unfinished carries a note on what
-    goes on with it.
+    goes on with it. A new folder that is still empty then is removed.
     """
 
     def __init__(self, path: Path, lock: Lock, former: Manifest | None = None, made: bool = False) -> None:
@@ -44,12 +45,24 @@ class Folder:
         return self
 
     def __exit__(self, kind: object, error: BaseException | None, trace: object) -> None:
+        if error is not None and self._removed():
+            return
         if error is not None and not isinstance(error, StoreError):
             note = go_on(self.path, self._made)
             # The run of a contender lies in the folder of its contest: both say the same.
             if note not in getattr(error, "__notes__", ()):
                 error.add_note(note)
         self.close()
+
+    def _removed(self) -> bool:
+        """Let go of a new folder that holds the lock alone, and remove it; return whether it is gone."""
+        if not self._made or [path.name for path in self.path.iterdir()] != [LOCK]:
+            return False
+        with suppress(OSError):
+            (self.path / LOCK).unlink()
+            self.close()
+            self.path.rmdir()
+        return not self.path.exists()
 
     @classmethod
     def create(cls, path: Path, inside: str = "generations", empty: bool = False) -> "Folder":

@@ -1,11 +1,12 @@
 """The Crazyflie's firmware: a PID on the angle around a PID on the rate, in degrees, D of both on the measurement.
 
-    w_sp = angle_p e + angle_i int e - angle_d y' + r',    w = LP(y')
+    w_sp = angle_p e + angle_i int e - angle_d y',    w = LP(y')
     output = p (w_sp - w) + i int (w_sp - w) - d LP_d(w') + ff w_sp,    |output| <= 32767
 
-output counts, 65535 of which are the full thrust of a motor; `authority` is the angular acceleration that a count gives. The
-integrals, in deg s and deg, are bounded by limits of their own and by nothing else, and in force in the period in which they are
-formed. The gyro's filter is sampled with the loop at 500 Hz, the firmware's with the gyro at 1 kHz.
+output counts, 65535 of which are the full thrust of a motor; `authority` is the angular acceleration that a count gives. The rate
+of a reference is not heard, so a heading that turns is followed late. The integrals, in deg s and deg, are bounded by limits of
+their own and by nothing else, and in force in the period in which they are formed. The gyro's filter is sampled with the loop at
+500 Hz, the firmware's with the gyro at 1 kHz.
 bitcraze/crazyflie-firmware: src/utils/src/pid.c, src/modules/src/controller/attitude_pid_controller.c, platform_defaults_cf2.h.
 """
 
@@ -127,12 +128,7 @@ def step(
     error = DEGREES * (setpoint.value - measured.value)
     angle_integral = limited_angle(memory.angle_integral + h * error, constants)
     turning = DEGREES * (measured.value - memory.angle) / h
-    asked = (
-        constants.angle_p * error
-        + constants.angle_i * angle_integral
-        - constants.angle_d * turning
-        + DEGREES * setpoint.rate
-    )
+    asked = constants.angle_p * error + constants.angle_i * angle_integral - constants.angle_d * turning
     rate_error = asked - DEGREES * rate
     integral = limited(memory.integral + h * rate_error, constants)
     derivative, kept_derivative = step_section(

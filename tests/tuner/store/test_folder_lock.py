@@ -8,7 +8,7 @@ import time
 
 import pytest
 
-from plant.errors import StoreError
+from plant.errors import InputError, StoreError
 from tuner.store.folder import ASIDE, Folder
 
 
@@ -51,6 +51,21 @@ def test_an_existing_folder_is_never_begun_again(tmp_path):
     (tmp_path / "run.json").write_text('{"kind": "tuning"}')
     with pytest.raises(StoreError, match="tuner resume"):
         Folder.create(tmp_path)
+
+
+def test_an_error_before_anything_is_written_leaves_no_folder(tmp_path):
+    path = tmp_path / "out"
+    with pytest.raises(InputError), Folder.create(path, inside="", empty=True):
+        raise InputError("the firmware is none")
+    assert not path.exists()
+
+
+def test_an_error_after_something_was_written_leaves_it(tmp_path):
+    path = tmp_path / "out"
+    with pytest.raises(InputError), Folder.create(path, inside="", empty=True) as folder:
+        folder.write_text("notes.txt", "kept")
+        raise InputError("the firmware died")
+    assert (path / "notes.txt").read_text() == "kept"
 
 
 def test_there_must_be_a_folder_to_open(tmp_path):

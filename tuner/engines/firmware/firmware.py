@@ -13,16 +13,22 @@ from plant.airframes.actuation import Actuation
 from plant.backends.instants import Instant
 from plant.laws.channel import Measured, Setpoint
 
+Commands = tuple[float, float, float, float]
+"""Motor commands (0 to 1) in our order of the rotors."""
+
 
 class Board(Protocol):
     """A firmware that runs; it is powered up when it is made."""
 
-    def arm(self, throttle: float) -> None:
-        """Arm it on the bench: level, at rest, set points level, with the throttle (0 to 1) that the flight begins with."""
+    def arm(self, asked: Instant, throttle: float, held: Commands) -> None:
+        """Arm it on the bench, at rest, for a flight that begins with this instant and throttle (0 to 1).
+
+        held: motor commands that hold the vehicle there, in its mean wind, to which a board brings its integrals if it can.
+        """
         ...
 
-    def step(self, asked: Instant, throttle: float) -> tuple[float, float, float, float]:
-        """Run one control period; return the motor commands (0 to 1) in our order of the rotors."""
+    def step(self, asked: Instant, throttle: float) -> Commands:
+        """Run one control period; return the motor commands."""
         ...
 
     def close(self) -> None:
@@ -49,9 +55,11 @@ class Firmware:
 
     name, title: short, and as people say it. target: of the export whose file it takes, file: that file. law: of the attitude
     loops that it flies as they are. heading: model function (constants of the law, Setpoint, Measured) -> rate of yaw that the
-    pilot asks for. check(control_period) raises InputError naming a period at which its loops cannot run. install(bench, content
-    of the file) -> what powers a board up; it raises InputError naming what the firmware refuses. lockstep: whether equal flights
-    are equal to the last bit. loses: sentences on what is rounded on the way in and out.
+    pilot asks for; None where the firmware closes the heading itself and is given the angle. curve: of thrust over its motor
+    commands, see `plant.airframes.actuation.Actuation`. check(control_period) raises InputError naming a period at which its
+    loops cannot run. program(what --binary names) -> the file of it whose digest is told. install(bench, content of the file)
+    -> what powers a board up; it raises InputError naming what the firmware refuses. lockstep: whether it is in step with
+    the plant, so that equal flights should be equal to the last bit. loses: sentences on what is rounded on the way in and out.
     """
 
     name: str
@@ -59,8 +67,10 @@ class Firmware:
     target: str
     file: str
     law: str
-    heading: Callable[[Any, Setpoint, Measured], float]
+    heading: Callable[[Any, Setpoint, Measured], float] | None
+    curve: float
     check: Callable[[float], None]
+    program: Callable[[Path], Path]
     install: Callable[[Bench, bytes], Callable[[], Board]]
     lockstep: bool
     loses: tuple[str, ...]

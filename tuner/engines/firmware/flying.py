@@ -13,8 +13,8 @@ from plant.backends.instants import Stepper
 from plant.backends.lanes import LANES
 from plant.backends.stepping import lane_of
 from plant.errors import InputError
-from plant.piloted import close_piloted, pilot_of
-from tuner.engines.firmware.firmware import Board, Firmware
+from plant.piloted import angle, close_piloted, pilot_of
+from tuner.engines.firmware.firmware import Board, Commands, Firmware
 
 OnFlight = Callable[[int], None]
 # Motor commands beyond their range by this much are rounding.
@@ -27,11 +27,11 @@ class FirmwareFlights:
     def __init__(self, system: System, firmware: Firmware, root: int, threads: int = 1) -> None:
         firmware.check(system.timing.control_period)
         self._system, self._firmware, self._root, self._threads = system, firmware, root, threads
-        pilot = pilot_of(system.cascade.attitude, firmware.heading)
+        pilot = pilot_of(system.cascade.attitude, firmware.heading or angle)
         # Notches are the firmware's own business.
         loop = close_piloted(system.cascade, pilot, system.meter, system.fitted._replace(harmonics=0))
         self._stepper = Stepper(loop, loop.ask, system.limits, system.timing)
-        self._rotors = actuation(system.nominal.vehicle)
+        self._rotors = actuation(system.nominal.vehicle, firmware.curve)
 
     def fly(
         self, gains: np.ndarray, power_up: Callable[[], Board], batch: FlightBatch, done: OnFlight | None = None
@@ -59,7 +59,9 @@ class FirmwareFlights:
         flight = self._stepper.begin(gains, self._system.nominal, lane, inputs.targets)
         board = power_up()
         try:
-            board.arm(throttle_for(flight.asked.lift, self._rotors))
+            first, second, third, fourth = (throttle_for(thrust, self._rotors) for thrust in flight.held)
+            begin = flight.asked
+            board.arm(begin, throttle_for(begin.lift, self._rotors), (first, second, third, fourth))
             while not flight.over and not flight.lost:
                 asked = flight.asked
                 commands = board.step(asked, throttle_for(asked.lift, self._rotors))
@@ -75,9 +77,7 @@ def throttle_for(lift: float, rotors: Actuation) -> float:
     return share if f <= ROUNDING else (f - 1.0 + sqrt((1.0 - f) ** 2 + 4.0 * f * share)) / (2.0 * f)
 
 
-def thrusts_of(
-    commands: tuple[float, float, float, float], rotors: Actuation, firmware: Firmware
-) -> tuple[float, float, float, float]:
+def thrusts_of(commands: Commands, rotors: Actuation, firmware: Firmware) -> tuple[float, float, float, float]:
     """Return the rotor thrusts [N] of motor commands; raises InputError where they are none."""
     if not all(isfinite(command) and -ROUNDING <= command <= 1.0 + ROUNDING for command in commands):
         given = ", ".join(f"{command:g}" for command in commands)

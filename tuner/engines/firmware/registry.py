@@ -2,9 +2,10 @@
 
 from plant.errors import UnknownNameError
 from tuner.engines.firmware.betaflight.bench import BETAFLIGHT
+from tuner.engines.firmware.crazyflie.bench import CRAZYFLIE
 from tuner.engines.firmware.firmware import Firmware
 
-FIRMWARES: dict[str, Firmware] = {BETAFLIGHT.name: BETAFLIGHT}
+FIRMWARES: dict[str, Firmware] = {entry.name: entry for entry in (BETAFLIGHT, CRAZYFLIE)}
 
 
 def firmware_of(name: str) -> Firmware:

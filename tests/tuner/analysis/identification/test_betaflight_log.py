@@ -84,7 +84,12 @@ def fly(firmware: Any, vehicle, monkeypatch):
     hover = float(np.sqrt(0.25 * vehicle.mass * vehicle.gravity / vehicle.thrust_coefficient))
     body = Body(still, still, Quaternion(1.0, 0.0, 0.0, 0.0), still, Rotors(*[hover] * 4))
     keep, air = np.exp(-PERIOD / 0.3), np.zeros(6)
-    firmware.arm(hover / vehicle.speed_max)
+    throttle = hover / vehicle.speed_max
+    firmware.arm(
+        Instant((0.0, 0.0, 0.0), (0.0, 0.0, 0.0), (0.0, 0.0), 0.0, 0.0),
+        throttle,
+        (throttle, throttle, throttle, throttle),
+    )
     for k in range(steps):
         air = keep * air + np.sqrt(1.0 - keep**2) * draw.normal(size=6) * [1.0, 1.0, 0.5, 0.2, 0.2, 0.1]
         pushed = Disturbance(still, still, Vec3(*air[3:]), Vec3(*air[:3]))

@@ -1,6 +1,7 @@
 """What every firmware promises; a new entry of the registry is tested by all of this."""
 
 import inspect
+from contextlib import suppress
 
 import numpy as np
 import pytest
@@ -11,8 +12,8 @@ from plant.backends.lanes import compiled
 from plant.errors import InputError, UnknownNameError
 from plant.gains import default_row
 from plant.laws import law
-from plant.laws.channel import Measured, Setpoint
-from plant.piloted import pilot_of
+from plant.laws.channel import Applied, Channel, Measured, Setpoint
+from plant.piloted import angle, pilot_of
 from tests.tuner.exchange.controllers import controller
 from tuner.engines.firmware.firmware import Bench
 from tuner.engines.firmware.flying import throttle_for, thrusts_of
@@ -20,12 +21,26 @@ from tuner.engines.firmware.registry import FIRMWARES, firmware_of
 from tuner.exchange.registry import exporter, settings_of
 from tuner.exchange.run import bundle_of, check_laws
 from tuner.exchange.target import Request
+from tuner.study.targets import TARGETS
 
+AIRFRAMES = ("racer5", "crazyflie-pybullet")
 EVERY = pytest.mark.parametrize("entry", FIRMWARES.values(), ids=FIRMWARES)
 
 
-def exported(entry, period=0.00025):
-    plain = controller("pid", entry.law, "racer5", period=period, every=16)
+def flown(entry):
+    """The first airframe that the target's mixing takes, at the rates of a study for it."""
+    usual = TARGETS[entry.target]
+    for name in AIRFRAMES:
+        plain = controller("pid", entry.law, name, period=usual.control_period, every=usual.position_every)
+        with suppress(InputError):
+            exported(entry, plain)
+            return plain
+    raise AssertionError(f"{entry.name}: no airframe")
+
+
+def exported(entry, plain=None):
+    plain = plain or flown(entry)
+    period = plain.control_period
     row = tuple(default_row(plain.cascade, plain.airframe.vehicle))
     request = Request(
         type(plain)(plain.airframe, plain.cascade, plain.options, period, period, row), "0" * 64,
@@ -50,8 +65,10 @@ def test_it_says_what_is_lost(entry):
 @EVERY
 def test_its_pilot_closes_the_heading_loop_of_the_law(entry):
     """A pilot asks for no rate where the heading is right, for more the further it is off, and the kernel asks for the same."""
-    own = law(entry.law)
-    constants = own.prepare(own.Gains(*[own.span(gain, "yaw", "attitude").default for gain in own.gains]), 0.00025)
+    own, period = law(entry.law), TARGETS[entry.target].control_period
+    constants = own.prepare(own.Gains(*[own.span(gain, "yaw", "attitude").default for gain in own.gains]), period)
+    if entry.heading is None:
+        pytest.skip("it closes the heading itself")
     asked = [entry.heading(constants, Setpoint(goal, 0.0, 0.0), Measured(0.1, 0.0)) for goal in (0.1, 0.2, 0.3)]
     assert asked[0] == 0.0 and 0.0 < asked[1] < asked[2]
     assert entry.heading(constants, Setpoint(0.1, 0.7, 0.0), Measured(0.1, 0.0)) == pytest.approx(0.7)
@@ -61,16 +78,32 @@ def test_its_pilot_closes_the_heading_loop_of_the_law(entry):
 
 
 @EVERY
+def test_who_closes_the_heading_is_who_the_law_says(entry):
+    """Without a pilot's rate, the law itself turns the vehicle towards a heading just where the firmware does."""
+    own, period = law(entry.law), TARGETS[entry.target].control_period
+    gains = own.Gains(*[own.span(gain, "yaw", "attitude").default for gain in own.gains])
+    constants, seen = own.prepare(gains, period), Measured(0.1, 0.0)
+    goal = Setpoint(0.3, 0.0, 0.0)
+    wish = angle(constants, goal, seen) if entry.heading is None else entry.heading(constants, goal, seen)
+    assert (wish == 0.3) == (entry.heading is None)
+    turned, _ = own.step(
+        own.start(constants, seen, 0.0), constants, Channel(1.0, 0.0), goal, seen, Applied(0.0, 0.0), period
+    )
+    assert turned > 0.0
+
+
+@EVERY
 def test_a_period_of_its_loops_is_named_where_it_is_impossible(entry):
-    entry.check(0.00025)
+    entry.check(TARGETS[entry.target].control_period)
     with pytest.raises(InputError, match="ms"):
         entry.check(0.0033333)
 
 
 @EVERY
 def test_a_program_that_is_none_is_refused_in_one_line(entry, tmp_path):
-    rotors = actuation(load("racer5").vehicle)
-    bench = Bench(tmp_path / "missing", tmp_path / "bench", rotors, 0.00025)
+    plain = flown(entry)
+    rotors = actuation(plain.airframe.vehicle, entry.curve)
+    bench = Bench(entry.program(tmp_path / "missing"), tmp_path / "bench", rotors, plain.control_period)
     with pytest.raises(InputError, match="cannot be run") as caught:
         entry.install(bench, exported(entry).files[entry.file])
     assert "\n" not in str(caught.value)
@@ -81,9 +114,9 @@ def test_an_unknown_name_is_told_with_those_that_are_known():
         firmware_of("betafligth")
 
 
-def test_the_thrust_curve_is_undone():
-    rotors = actuation(load("racer5").vehicle)
-    entry = FIRMWARES["betaflight"]
+@EVERY
+def test_the_thrust_curve_is_undone(entry):
+    rotors = actuation(load("racer5").vehicle, entry.curve)
     lifts = np.linspace(1.1 * rotors.thrust_min, 0.99 * rotors.thrust_max, 7)
     throttles = [throttle_for(lift, rotors) for lift in lifts.tolist()]
     back = [thrusts_of((u, u, u, u), rotors, entry)[0] for u in throttles]

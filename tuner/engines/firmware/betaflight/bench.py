@@ -6,6 +6,7 @@ Facts of Betaflight 2025.12: src/main/fc/rc.c, flight/pid.c, flight/mixer.c, src
 import re
 from collections.abc import Callable
 from functools import partial
+from pathlib import Path
 from typing import Any
 
 from plant.airframes.actuation import Actuation
@@ -83,7 +84,9 @@ BETAFLIGHT = Firmware(
     file="holdfast.betaflight.txt",
     law="betaflight",
     heading=heading_rate,
+    curve=1.0,
     check=check_period,
+    program=Path,
     install=install,
     lockstep=True,
     loses=(

@@ -1,7 +1,8 @@
 """Betaflight's simulator build as a process in lockstep: it runs one control period for each state that it is sent.
 
 A small library of ours is loaded before the program (lockstep.c): it hands it sockets that lead here alone, and a clock that
-stands still until a state has arrived. So equal flights are equal to the last bit, however fast or busy the machine is.
+stands still until a state has arrived. So equal flights do not depend on how fast or busy the machine is; docs/how_to/confirm.md
+says how often they were equal to the last bit.
 """
 
 import math
@@ -43,7 +44,7 @@ class Sticks:
     def channels(self, asked: Instant, throttle: float) -> tuple[int, int, int, int]:
         """Return roll, pitch, throttle and yaw [us]; right, nose down and clockwise are positive."""
         roll, pitch = (self._stick(math.degrees(angle) / self.tilt) for angle in asked.tilt)
-        yaw = self._stick(-math.degrees(asked.yaw_rate) / self.yaw_rate)
+        yaw = self._stick(-math.degrees(asked.yaw) / self.yaw_rate)
         return roll, pitch, min(1000 + round(1000.0 * throttle), MOST), yaw
 
     @staticmethod
@@ -83,8 +84,8 @@ class BetaflightBoard:
         places = {name: str(end.fileno()) for name, end in zip(names, theirs, strict=True)}
         return {**places, "LOCKSTEP_PERIOD": str(round(1e9 * self._period))}
 
-    def arm(self, throttle: float) -> None:
-        """Wait until its sensors are calibrated, arm it, and let it settle; raises InputError where it does not arm."""
+    def arm(self, asked: Instant, throttle: float, held: tuple[float, float, float, float]) -> None:  # noqa: ARG002
+        """Wait until its sensors are calibrated, arm it level, and let it settle; raises InputError where it does not arm."""
         for low, switch, duration in ((True, OFF, WAKING), (True, ON, SETTLING), (False, ON, SETTLING)):
             for _ in range(round(duration / self._period)):
                 sticks = self._sticks.channels(LEVEL, throttle)

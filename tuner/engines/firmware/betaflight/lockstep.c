@@ -32,7 +32,7 @@ static int line = -1, state = -1, sticks = -1, motors = -1, lockstep;
 static int64_t period, now, granted = BOOT;
 static char last[PACKET];
 static size_t last_size = MOTORS_SIZE;
-static volatile int sticks_in_hand;
+static int sticks_in_hand;
 static __thread int state_in_hand;
 static pthread_t main_thread;
 static pthread_mutex_t lock = PTHREAD_MUTEX_INITIALIZER;
@@ -116,11 +116,12 @@ static void pass(int64_t length)
     pthread_mutex_unlock(&lock);
 }
 
-/* Called where the thread of the state comes back for more: what it had is taken in, and so are the sticks that were sent before. */
+/* Called where the thread of the state comes back for more: what it had is taken in, and so are the sticks that were sent before.
+   The queue is asked first: a packet that has left it is in hand already, but one that was not in hand may leave it meanwhile. */
 static void grant(void)
 {
     int waiting = 0;
-    while (sticks_in_hand || (ioctl(sticks, FIONREAD, &waiting) == 0 && waiting > 0))
+    while ((ioctl(sticks, FIONREAD, &waiting) == 0 && waiting > 0) || __atomic_load_n(&sticks_in_hand, __ATOMIC_SEQ_CST))
         sched_yield();
     pthread_mutex_lock(&lock);
     granted = now + period;
@@ -162,7 +163,7 @@ int select(int count, fd_set *in, fd_set *out, fd_set *bad, struct timeval *long
         grant();
     }
     if (lockstep && count == sticks + 1)
-        sticks_in_hand = 0;
+        __atomic_store_n(&sticks_in_hand, 0, __ATOMIC_SEQ_CST);
     return real(count, in, out, bad, longest);
 }
 
@@ -172,7 +173,7 @@ ssize_t recvfrom(int socket, void *data, size_t size, int flags, struct sockaddr
     if (!lockstep || (socket != state && socket != sticks))
         return real(socket, data, size, flags, from, length);
     if (socket == sticks)
-        sticks_in_hand = 1;
+        __atomic_store_n(&sticks_in_hand, 1, __ATOMIC_SEQ_CST);
     const ssize_t got = real(socket, data, size, flags, NULL, NULL);
     if (got == 0)
         _exit(0);

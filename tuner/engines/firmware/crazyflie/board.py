@@ -1,0 +1,139 @@
+"""The Crazyflie's own controllers as a process that is asked at every control instant (`stabilizer.py`).
+
+It is called and answers, so it is in step by itself: it has no clock, and equal flights are equal to the last bit.
+"""
+
+import json
+import math
+import socket
+import subprocess
+from collections.abc import Mapping
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+
+from plant.backends.instants import Instant
+from plant.errors import InputError, shortened
+from tuner.engines.firmware.crazyflie.stabilizer import ATTITUDE_RATE, IN, OUT
+
+# Longest waits for an answer and for the end of a process that has closed its line [s]; longest first answer [bytes], and what of
+# it is told.
+PATIENCE, ENDING, LONGEST, SAID = 20.0, 0.5, 10_000, 300
+STABILIZER = Path(__file__).with_name("stabilizer.py")
+# Counts of full thrust; places of the motors 1 to 4 at our rotors: front left, front right, rear left, rear right.
+FULL, PLACES = 65535.0, (3, 0, 2, 1)
+# Control periods in which it is turned by hand, and in which it is then held until the gyro's filter has settled.
+TURNS, STILL = 100, 50
+# Outputs of roll, pitch and yaw's control as sums over the counts of motors 1 to 4.
+ROLL, PITCH, YAW = (-0.5, -0.5, 0.5, 0.5), (0.5, -0.5, -0.5, 0.5), (-0.25, 0.25, -0.25, 0.25)
+BUILT = "docs/how_to/confirm.md says how to build it"
+
+
+class CrazyflieBoard:
+    """A board of the seam `tuner.engines.firmware.firmware.Board`."""
+
+    def __init__(self, interpreter: Path, module: Path, parameters: Mapping[str, float]) -> None:
+        """Power up with parameters; raises InputError where the module is none or refuses one."""
+        self._module, self._interpreter, self._parameters = module, interpreter, parameters
+        self._line, theirs = socket.socketpair()
+        self._line.settimeout(PATIENCE)
+        with theirs:
+            command = [str(interpreter), str(STABILIZER), str(module.parent.resolve())]
+            try:
+                self._process = subprocess.Popen(
+                    command, stdin=theirs.fileno(), stdout=theirs.fileno(), stderr=subprocess.DEVNULL
+                )
+            except OSError as error:
+                self._line.close()
+                raise InputError(f"cannot be run: {error.strerror}", file=interpreter, key="--binary") from None
+        try:
+            self._say(json.dumps(dict(parameters)).encode("ascii") + b"\n")
+            self._check(self._hear_line())
+        except BaseException:
+            self.close()
+            raise
+
+    def arm(self, asked: Instant, throttle: float, held: tuple[float, float, float, float]) -> None:
+        """Reset it by no thrust, then turn it by hand until its integrals hold it; raises InputError where its motors turn."""
+        still = replace(asked, rate=(0.0, 0.0, 0.0), tilt=asked.angles[:2], yaw=asked.angles[2])
+        found = self.step(still, 0.0)
+        if any(found):
+            given = ", ".join(f"{command:g}" for command in found)
+            raise self._wrong(f"turns its motors at no thrust ({given})")
+        turned = replace(still, rate=turning(held, self._parameters))
+        for begin in (*[turned] * TURNS, *[still] * STILL):
+            self.step(begin, throttle)
+
+    def step(self, asked: Instant, throttle: float) -> tuple[float, float, float, float]:
+        """Run one control period."""
+        self._say(IN.pack(*frame(asked, throttle)))
+        found = OUT.unpack(self._hear(OUT.size))
+        first, second, third, fourth = (found[place] / FULL for place in PLACES)
+        return first, second, third, fourth
+
+    def close(self) -> None:
+        """Power off."""
+        self._process.kill()
+        self._process.wait()
+        self._line.close()
+
+    def _check(self, answer: bytes) -> None:
+        try:
+            refused = str(json.loads(answer)["refused"])
+        except (ValueError, KeyError, TypeError):
+            raise self._wrong(f"answers with nonsense ({shortened(repr(answer))})") from None
+        if refused:
+            raise self._wrong(f"cannot be run: {shortened(' '.join(refused.split()), SAID)}")
+
+    def _say(self, content: bytes) -> None:
+        try:
+            self._line.sendall(content)
+        except OSError:
+            raise self._silent() from None
+
+    def _hear_line(self) -> bytes:
+        heard = b""
+        while not heard.endswith(b"\n") and len(heard) < LONGEST:
+            heard += self._hear(1)
+        return heard
+
+    def _hear(self, size: int) -> bytes:
+        heard = b""
+        while len(heard) < size:
+            try:
+                part = self._line.recv(size - len(heard))
+            except OSError:
+                raise self._silent() from None
+            if not part:
+                raise self._silent()
+            heard += part
+        return heard
+
+    def _silent(self) -> InputError:
+        try:
+            code = self._process.wait(ENDING)
+            return self._wrong(f"ended by itself, with exit code {code}, under {self._interpreter}")
+        except subprocess.TimeoutExpired:
+            return self._wrong(f"does not answer within {PATIENCE:g} s")
+
+    def _wrong(self, said: str) -> InputError:
+        return InputError(f"{said}; {BUILT}", file=self._module, key="--binary")
+
+
+def turning(held: tuple[float, float, float, float], parameters: Mapping[str, float]) -> tuple[float, float, float]:
+    """Return rates [rad/s, our axes] that over `TURNS` periods fill the integrals with the outputs of motor commands."""
+    counts = [FULL * held[place] for place in np.argsort(PLACES)]
+    filled = []
+    for axis, mixing, sign in zip(("roll", "pitch", "yaw"), (ROLL, PITCH, YAW), (-1.0, 1.0, -1.0), strict=True):
+        output, gain = float(np.dot(mixing, counts)), parameters.get(f"pid_rate.{axis}_ki", 0.0)
+        filled.append(sign * math.radians(output / gain) * ATTITUDE_RATE / TURNS if gain else 0.0)
+    return filled[0], filled[1], filled[2]
+
+
+def frame(asked: Instant, throttle: float) -> tuple[float, ...]:
+    """Return an instant in the firmware's units: degrees, angles of pitch nose up, gyro about our axes, thrust in counts."""
+    x, y, z = map(math.degrees, asked.rate)
+    roll, pitch, yaw = map(math.degrees, asked.angles)
+    to_roll, to_pitch, to_yaw = map(math.degrees, (*asked.tilt, asked.yaw))
+    return x, y, z, roll, -pitch, yaw, to_roll, -to_pitch, to_yaw, FULL * throttle
