@@ -34,9 +34,12 @@ def write_all(folder: Path) -> list[Path]:
 
 
 def make_ready() -> None:
-    """Import what reads tables, and draw a word, so that fonts are read: a second that `draw_all` takes less."""
+    """Import what reads tables and documents, and draw a word, so that fonts are read: a second that `draw_all` takes less."""
+    # A table's numbers are cast by the former.
+    import pyarrow.compute
     import pyarrow.parquet  # noqa: F401
 
+    TuningFolder.model.model_rebuild()
     with style():
         printed(grid(1, 1, 1.0)[0])
 
