@@ -32,6 +32,7 @@ from tuner.search.front import feasible_front, hypervolume
 from tuner.study.contest import Contest
 from tuner.study.kinds import load_any
 from tuner.study.study import Study
+from tuner.text.errors import NOTHING_FEASIBLE
 
 VARIANTS = ("before", "its search", "now")
 Run = dict[str, Any]
@@ -116,7 +117,8 @@ def run(root: Path, name: str, out: Path, changes: dict[str, Any], counts: bool 
         command, cwd=root, env={**os.environ, "PYTHONPATH": str(root)}, capture_output=True, text=True, check=False
     )
     wall, end = perf_counter() - wall, resource.getrusage(resource.RUSAGE_CHILDREN)
-    if done.returncode and counts:
+    # A contender that keeps no limits is a finding, too.
+    if counts and done.returncode not in (0, NOTHING_FEASIBLE):
         sys.exit(f"{' '.join(command)}\n{done.stdout}{done.stderr}")
     return Spent(wall, end.ru_utime + end.ru_stime - begin.ru_utime - begin.ru_stime)
 

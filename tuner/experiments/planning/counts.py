@@ -35,7 +35,7 @@ def survivors_at_most(study: SearchedStudy) -> int:
 def flights_of(study: SearchedStudy) -> PlannedFlights:
     """Return how many flights a run makes at most."""
     search, each = search_flights(study), sum(entry.held_out for entry in study.scenarios)
-    finalists = min(study.search.candidates, most_finalists(len(study.objectives)))
+    finalists = min(study.search.candidates, most_finalists(study))
     held_out = judged_at_most(finalists) * each
     return PlannedFlights(
         search_at_most=search,

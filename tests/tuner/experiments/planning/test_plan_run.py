@@ -88,7 +88,7 @@ def test_counts_drive_the_costs(study, pilot):
     assert same.search - plain[1].search == pytest.approx(drawn, rel=1e-9)
     assert plain[0] == 96 + (24 + 3) * 32
     longer = costs(search__generations=30)
-    assert longer[0] == 960 + (24 + 3) * 32
+    assert longer[0] == 960 + (40 + 3) * 32
     assert longer[1].search > 8.0 * (plain[1].search - drawn) and longer[3] > plain[3]
     many = costs(scenario__0__held_out=1024)
     assert many[2] > plain[2] and many[1].held_out_at_most == pytest.approx(32 * plain[1].held_out_at_most, rel=1e-9)
