@@ -5,6 +5,7 @@ import os
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
@@ -58,13 +59,20 @@ def test_every_link_points_at_something(path):
     assert [file for file in files if not (path.parent / file).exists()] == []
 
 
+@cache
+def help_of(*words):
+    """The exit code and help of a command; pages name each a dozen times."""
+    result = CliRunner().invoke(app, [*words, "--help"], terminal_width=200)
+    return result.exit_code, result.output
+
+
 @pytest.mark.parametrize("command", TUNER)
 def test_every_command_and_option_exists(command):
     words = command.split()[1:]
-    result = CliRunner().invoke(app, [words[0], "--help"], terminal_width=200)
-    assert result.exit_code == 0, command
+    code, told = help_of(words[0])
+    assert code == 0, command
     # Options of the program itself may stand behind a command.
-    known = result.output + CliRunner().invoke(app, ["--help"], terminal_width=200).output
+    known = told + help_of()[1]
     for option in (word for word in words if word.startswith("--")):
         assert re.search(rf"{option}\b", known), option
 
