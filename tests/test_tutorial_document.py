@@ -1,7 +1,7 @@
 """The pages of docs/ that show commands hold: links, commands, the airframe, the law and the metric that they show."""
 
+import contextlib
 import json
-import os
 import re
 import subprocess
 import sys
@@ -12,8 +12,9 @@ import pytest
 from typer.testing import CliRunner
 
 from plant.airframes import load
+from tests.plant.own_files import forget
 from tests.tuner.conftest import NoDrawing
-from tests.tuner.in_process import tuner
+from tests.tuner.in_process import called, tuner
 from tests.tuner.report.fabricate import fabricate
 from tuner import report
 from tuner.cli.main import app
@@ -156,13 +157,12 @@ def test_code_of_ones_own_keeps_its_contract_and_is_listed_where_it_is_named(tmp
 
 
 def run_there(folder, *arguments):
-    """Run a command in a folder, in a process of its own, for what it names stays known, and return what it prints."""
-    done = subprocess.run(
-        [sys.executable, "-m", "tuner", *arguments],
-        cwd=folder, capture_output=True, text=True, timeout=300, check=False, env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    """Run a command in a folder, forget the code that it named, and return what it prints."""
+    with contextlib.chdir(folder):
+        code, out, err = called(*arguments)
+    forget()
+    assert code == 0, out + err
+    return out
 
 
 def test_the_report_has_the_sections_that_are_explained(tmp_path):
