@@ -121,6 +121,7 @@ def test_no_worker_left_and_no_scheduler_left(tmp_path):
         assert time.monotonic() - begin < 30.0
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_lost_is_told_in_one_line(tmp_path):
     with scheduler(tmp_path) as (head, address), worker(tmp_path, address):
         folder = tmp_path / "r"
