@@ -42,7 +42,9 @@ def close_terms(loops: LinearLoops, gain: Array) -> LinearLoops:
         to_read(part.reshape(*_two(part.shape[:-2]), *part.shape[-2:])) for part in (loops.a, loops.b, loops.c, loops.d)
     ]
     found = [np.empty((*rows, *part.shape[-2:])) for part in given]
-    close_all(tuple(given), to_read(gain.reshape(*_two(gain.shape[:-1]), -1)), loops.terms.start, tuple(found))
+    close_all(
+        tuple(given), to_read(gain.reshape(*_two(gain.shape[:-1]), loops.n_terms)), loops.terms.start, tuple(found)
+    )
     a, b, c, d = (part.reshape(*leading, *part.shape[2:]) for part in found)
     return replace(loops, a=a, b=b, c=c, d=d)
 
