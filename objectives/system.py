@@ -50,7 +50,7 @@ class System:
 
     @property
     def fitted(self) -> Fittings:
-        """What its vehicle and its controller are fitted with."""
+        """The fittings of its vehicle and its controller."""
         return fittings(self.vehicle, self.timing.control_period, self.nominal.harmonics)
 
     def flyer(self, threads: int | None = None) -> Flyer:

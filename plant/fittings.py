@@ -1,4 +1,4 @@
-"""What of a vehicle and its controller decides which states the closed loop has beside the body and the cascade's."""
+"""Fittings of a vehicle and its controller: they decide which states the closed loop has beside the body and the cascade's."""
 
 from typing import NamedTuple
 

@@ -1,4 +1,4 @@
-"""What a gyro hears: the body's rate through a mode of the frame, lines of the turning rotors, and the gyro's own low-pass.
+"""The gyro: the body's rate through a mode of the frame, lines of the turning rotors, and the gyro's own low-pass.
 
     heard = L(M(rate)) + sum over rotors i and n = 1, 2, 3 of |L(n w_i)| a_n (w_i/w_hover)^2 (forces that turn n times a turn)
 
@@ -45,7 +45,7 @@ class Lines(NamedTuple):
 
 
 class GyroPath(NamedTuple):
-    """What stands between the body's rate and its samples, as kernels read it; slowness: 1/(2 pi cut-off) of its low-pass [s]."""
+    """The way from the body's rate to its samples, as kernels read it; slowness: 1/(2 pi cut-off) of its low-pass [s]."""
 
     lines: Lines
     slowness: float
@@ -54,7 +54,7 @@ class GyroPath(NamedTuple):
 
 
 class Filtered(NamedTuple):
-    """What a section keeps of each body axis."""
+    """Memory of a section, for each body axis."""
 
     x: Delays
     y: Delays
@@ -72,13 +72,13 @@ class NoiseAndTurns(NamedTuple):
 
 
 class Nothing(NamedTuple):
-    """What a part that is not there keeps."""
+    """Memory of a part that is not there."""
 
 
 class Gyro(NamedTuple):
     """A gyro as model functions.
 
-    Memory: what it keeps. Noise: type of the errors of an instant that it takes. start(body, nominal) -> Memory at rest.
+    Memory: type of its state. Noise: type of the errors of an instant that it takes. start(body, nominal) -> Memory at rest.
     hear(memory, body, noise, nominal, h) -> (rate [rad/s] to which its errors add, Memory).
     """
 
@@ -89,7 +89,7 @@ class Gyro(NamedTuple):
 
 
 def gyro_path(vehicle: Vehicle, h: float) -> GyroPath:
-    """Return what stands between the rate of a vehicle and its samples at a control period h [s]."""
+    """Return the way from the rate of a vehicle to its samples at a control period h [s]."""
     hover = 0.25 * vehicle.mass * vehicle.gravity / vehicle.thrust_coefficient
     cutoff = vehicle.gyro_cutoff
     return GyroPath(
@@ -172,7 +172,7 @@ def unshaken(
 
 
 def filter_start(rate: Vec3, section: Section) -> Filtered:
-    """What a section keeps that a constant rate has gone through for long."""
+    """Memory of a section that a constant rate has gone through for long."""
     return Filtered(
         settled_section(rate.x, section), settled_section(rate.y, section), settled_section(rate.z, section)
     )

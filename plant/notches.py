@@ -1,4 +1,4 @@
-"""Notches that follow the rotors: what an autopilot takes out of the gyro before any law hears it.
+"""Notches that follow the rotors: an autopilot takes their lines out of the gyro before any law hears it.
 
 For every rotor, at 1 to 3 times its measured speed, a notch of quality Q on all three axes, one behind the other. The speed is
 that of telemetry behind a first-order low-pass. Below a least frequency there is no notch; half of it above, a notch is whole,
@@ -35,7 +35,7 @@ class RpmNotches(NamedTuple):
 
 
 class Harmonic(NamedTuple):
-    """What the notches at one harmonic keep, a rotor each."""
+    """Memory of the notches at one harmonic, a rotor each."""
 
     one: Filtered
     two: Filtered
@@ -46,7 +46,7 @@ class Harmonic(NamedTuple):
 class Notches(NamedTuple):
     """Notches as model functions.
 
-    Memory: what they keep. start(speed) -> Memory of a vehicle that does not turn. follow(memory, m, speed, nominal, h) ->
+    Memory: type of their state. start(speed) -> Memory of a vehicle that does not turn. follow(memory, m, speed, nominal, h) ->
     (Measurement, Memory). speed: of the rotors [rad/s].
     """
 
@@ -95,7 +95,7 @@ def notch_all(
 
 
 def empty() -> Harmonic:
-    """What notches keep of no rate at all."""
+    """Memory of notches that have heard no rate."""
     none = Delays(0.0, 0.0)
     still = Filtered(none, none, none)
     return Harmonic(still, still, still, still)
@@ -124,7 +124,7 @@ def with_rate(m: Measurement, rate: Vec3) -> Measurement:
 
 
 def no_notches() -> Notches:
-    """Return what leaves measurements as they are and keeps nothing."""
+    """Return notches that leave measurements as they are and keep nothing."""
 
     def start(speed: Rotors) -> Nothing:  # noqa: ARG001
         return Nothing()

@@ -1,18 +1,20 @@
 """The pages of docs/ that show commands hold: links, commands, the airframe, the law and the metric that they show."""
 
+import contextlib
 import json
-import os
 import re
 import subprocess
 import sys
+from functools import cache
 from pathlib import Path
 
 import pytest
 from typer.testing import CliRunner
 
 from plant.airframes import load
+from tests.plant.own_files import forget
 from tests.tuner.conftest import NoDrawing
-from tests.tuner.in_process import tuner
+from tests.tuner.in_process import called, tuner
 from tests.tuner.report.fabricate import fabricate
 from tuner import report
 from tuner.cli.main import app
@@ -58,13 +60,20 @@ def test_every_link_points_at_something(path):
     assert [file for file in files if not (path.parent / file).exists()] == []
 
 
+@cache
+def help_of(*words):
+    """The exit code and help of a command; pages name each a dozen times."""
+    result = CliRunner().invoke(app, [*words, "--help"], terminal_width=200)
+    return result.exit_code, result.output
+
+
 @pytest.mark.parametrize("command", TUNER)
 def test_every_command_and_option_exists(command):
     words = command.split()[1:]
-    result = CliRunner().invoke(app, [words[0], "--help"], terminal_width=200)
-    assert result.exit_code == 0, command
+    code, told = help_of(words[0])
+    assert code == 0, command
     # Options of the program itself may stand behind a command.
-    known = result.output + CliRunner().invoke(app, ["--help"], terminal_width=200).output
+    known = told + help_of()[1]
     for option in (word for word in words if word.startswith("--")):
         assert re.search(rf"{option}\b", known), option
 
@@ -148,13 +157,12 @@ def test_code_of_ones_own_keeps_its_contract_and_is_listed_where_it_is_named(tmp
 
 
 def run_there(folder, *arguments):
-    """Run a command in a folder, in a process of its own, for what it names stays known, and return what it prints."""
-    done = subprocess.run(
-        [sys.executable, "-m", "tuner", *arguments],
-        cwd=folder, capture_output=True, text=True, timeout=300, check=False, env={**os.environ, "PYTHONPATH": str(ROOT)},
-    )  # fmt: skip
-    assert done.returncode == 0, done.stdout + done.stderr
-    return done.stdout
+    """Run a command in a folder, forget the code that it named, and return what it prints."""
+    with contextlib.chdir(folder):
+        code, out, err = called(*arguments)
+    forget()
+    assert code == 0, out + err
+    return out
 
 
 def test_the_report_has_the_sections_that_are_explained(tmp_path):

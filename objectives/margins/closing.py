@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins.linearise import LinearLoops
+from objectives.margins.reading import to_read
 from plant.backends.cache import keep_file
 
 Array = NDArray[np.float64]
@@ -37,11 +38,20 @@ def close_terms(loops: LinearLoops, gain: Array) -> LinearLoops:
         return loops
     leading = np.broadcast_shapes(loops.a.shape[:-2], gain.shape[:-1])
     rows = (*(1,) * (2 - len(leading)), *leading)
-    given = [np.broadcast_to(part, (*rows, *part.shape[-2:])) for part in (loops.a, loops.b, loops.c, loops.d)]
-    found = [np.empty(part.shape) for part in given]
-    close_all(tuple(given), np.broadcast_to(gain, (*rows, loops.n_terms)), loops.terms.start, tuple(found))
+    given = [
+        to_read(part.reshape(*_two(part.shape[:-2]), *part.shape[-2:])) for part in (loops.a, loops.b, loops.c, loops.d)
+    ]
+    found = [np.empty((*rows, *part.shape[-2:])) for part in given]
+    close_all(
+        tuple(given), to_read(gain.reshape(*_two(gain.shape[:-1]), loops.n_terms)), loops.terms.start, tuple(found)
+    )
     a, b, c, d = (part.reshape(*leading, *part.shape[2:]) for part in found)
     return replace(loops, a=a, b=b, c=c, d=d)
+
+
+def _two(leading: tuple[int, ...]) -> tuple[int, ...]:
+    """Return leading axes as two, ones in front."""
+    return (*(1,) * (2 - len(leading)), *leading)
 
 
 @inlined
@@ -86,29 +96,38 @@ def add_product(given: Array, of_terms: Array, answers: Array, start: int, found
 def close_all(given: tuple[Array, ...], gain: Array, first: int, found: tuple[Array, ...]) -> None:
     """Fill found with the loops given, both a, b, c and d (n, cases, ...), their terms closed by gain (n, cases, t).
 
-    first: channel from which on the terms stand.
+    first: channel from which on the terms stand. What is given once stands for every n, or for every case.
     """
-    a, b, c, d = given
+    whole_a, whole_b, whole_c, whole_d = given
     new_a, new_b, new_c, new_d = found
-    size, states, inputs = gain.shape[2], a.shape[3], b.shape[3]
+    size, states, inputs = gain.shape[2], whole_a.shape[3], whole_b.shape[3]
     last = first + size
     returned, answers = np.empty((size, size)), np.empty((size, states + inputs))
-    for n in range(a.shape[0]):
-        for case in range(a.shape[1]):
+    for n in range(new_a.shape[0]):
+        for case in range(new_a.shape[1]):
+            a, b = (
+                whole_a[n % len(whole_a), case % whole_a.shape[1]],
+                whole_b[n % len(whole_b), case % whole_b.shape[1]],
+            )
+            c, d = (
+                whole_c[n % len(whole_c), case % whole_c.shape[1]],
+                whole_d[n % len(whole_d), case % whole_d.shape[1]],
+            )
+            gains = gain[n % len(gain), case % gain.shape[1]]
             for k in range(size):
-                g = gain[n, case, k]
+                g = gains[k]
                 for j in range(size):
-                    returned[k, j] = (1.0 if j == k else 0.0) - g * d[n, case, first + k, first + j]
+                    returned[k, j] = (1.0 if j == k else 0.0) - g * d[first + k, first + j]
                 for j in range(states):
-                    answers[k, j] = g * c[n, case, first + k, j]
+                    answers[k, j] = g * c[first + k, j]
                 for j in range(inputs):
-                    answers[k, states + j] = g * d[n, case, first + k, j]
+                    answers[k, states + j] = g * d[first + k, j]
             solve(returned, answers)
-            on_states, on_outputs = b[n, case, :, first:last], d[n, case, :, first:last]
-            add_product(a[n, case], on_states, answers, 0, new_a[n, case])
-            add_product(b[n, case], on_states, answers, states, new_b[n, case])
-            add_product(c[n, case], on_outputs, answers, 0, new_c[n, case])
-            add_product(d[n, case], on_outputs, answers, states, new_d[n, case])
+            on_states, on_outputs = b[:, first:last], d[:, first:last]
+            add_product(a, on_states, answers, 0, new_a[n, case])
+            add_product(b, on_states, answers, states, new_b[n, case])
+            add_product(c, on_outputs, answers, 0, new_c[n, case])
+            add_product(d, on_outputs, answers, states, new_d[n, case])
 
 
 close_all = keep_file(numba.njit(**OPTIONS, nogil=True)(close_all), Path(__file__))

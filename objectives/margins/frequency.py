@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from objectives.margins.reading import to_read
 from objectives.margins.schur import split
 from plant.seeds import generator
 from plant.threads import shares, side_by_side
@@ -91,7 +92,7 @@ def _split(a: Array, b: Array, c: Array, radius: float) -> tuple[Complex, Comple
     (n, states), inputs, outputs = a.shape[:2], b.shape[-1], c.shape[-2]
     poles, spread = np.empty((n, states), complex), np.empty(n)
     driven, shown = np.zeros((n, states, inputs), complex), np.zeros((n, outputs, states), complex)
-    a, b, c = (np.ascontiguousarray(part) for part in (a, b, c))
+    a, b, c = (to_read(part) for part in (a, b, c))
     side_by_side(
         lambda rows: split(a[rows], b[rows], c[rows], radius, poles[rows], driven[rows], shown[rows], spread[rows]),
         shares(n, SHARE),

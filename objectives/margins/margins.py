@@ -311,14 +311,12 @@ class MarginModel:
         setting = setting_of(self.trim, nominal, vehicle)
         plant = balanced_plant(self._map, self.trim, nominal, setting)
         gains = self._probes()
-        steady = self._trimmed(setting, plant, gains).steady
-        if not steady.any():
+        point = self._trimmed(setting, plant, gains)
+        if not point.steady.any():
             raise InputError(NOT_STEADY, key="trim")
-        gains = gains[steady]
-        term, point = self._term_gains(gains, MIDDLE), self._trimmed(setting, plant, gains)
-        blocks = blocks_of(
-            close_terms(point.step.loops, term[:, 0]), coordinates(self._map, nominal.vehicle, point.state[0])
-        )
+        gains = gains[point.steady]
+        closed = close_terms(point.step.loops.of(point.steady), self._term_gains(gains, MIDDLE)[:, 0])
+        blocks = blocks_of(closed, coordinates(self._map, nominal.vehicle, point.state[point.steady][0]))
         # The same probes with the gains of x in y and of pitch in roll.
         for axis, like in (("y", "x"), ("roll", "pitch")):
             gains[:, self._columns[axis]] = gains[:, self._columns[like]]
@@ -333,11 +331,10 @@ class MarginModel:
         """Return the position loops that wait."""
         assert self._slow is not None
         gains = self._probes()
-        gains = gains[self._paced(setting, plant, gains).steady]
-        if not len(gains):
-            raise InputError(NOT_STEADY, key="trim")
         paced = self._paced(setting, plant, gains)
-        blocks = self._slow.blocks(paced, self._term_gains(gains, MIDDLE)[:, 0], nominal)
+        if not paced.steady.any():
+            raise InputError(NOT_STEADY, key="trim")
+        blocks = self._slow.blocks(paced, self._term_gains(gains[paced.steady], MIDDLE)[:, 0], nominal)
         return tuple(loop for block in blocks for loop in self._slow.loops(block, plant))
 
     def _probes(self) -> Array:

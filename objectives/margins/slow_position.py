@@ -74,10 +74,11 @@ class SlowPosition:
         return Paced(one_period(self.flown, state, point.w, gains, setting, plant), waiting, point.steady)
 
     def blocks(self, paced: Paced, term: Array, nominal: Nominal) -> tuple[Block, ...]:
-        """Return the blocks with a position loop, common to both kinds of period; of probes with term gains (n, terms)."""
-        closed = [close_terms(step.loops, term) for step in (paced.due, paced.waiting)]
+        """Return the blocks with a position loop, common to both kinds of period; term (n, terms): gains of the steady probes."""
+        steady = paced.steady
+        closed = [close_terms(step.loops.of(steady), term) for step in (paced.due, paced.waiting)]
         both = replace(closed[0], **{name: np.concatenate([getattr(each, name) for each in closed]) for name in "abcd"})
-        found = blocks_of(both, coordinates(self.flown, nominal.vehicle, paced.due.state[0]))
+        found = blocks_of(both, coordinates(self.flown, nominal.vehicle, paced.due.state[steady][0]))
         return tuple(block for block in found if not set(PLACES).isdisjoint(block.channels))
 
     def loops(self, block: Block, plant: Plant) -> list["SlowLoop"]:

@@ -72,7 +72,7 @@ def step_stages(kept: Stages, x: float, share: float, order: float) -> tuple[flo
 
 
 def settled_stages(x: float) -> Stages:
-    """What stages keep that a constant has gone through for long."""
+    """Memory of stages that a constant has gone through for long."""
     return Stages(x, x, x)
 
 
@@ -136,5 +136,5 @@ def step_section(kept: Delays, x: float, section: Section) -> tuple[float, Delay
 
 
 def settled_section(x: float, section: Section) -> Delays:
-    """What a section keeps that a constant has gone through for long; its gain at rest is 1."""
+    """Memory of a section that a constant has gone through for long; its gain at rest is 1."""
     return Delays(x - section.b0 * x, (section.b2 - section.a2) * x)

@@ -1,4 +1,4 @@
-"""What a gyro hears of its rotors and of its frame, against closed forms, SciPy's filters and a hub on a spring."""
+"""The rate that a gyro hears through its rotors and its frame, against closed forms, SciPy's filters and a hub on a spring."""
 
 from pathlib import Path
 from typing import Any

@@ -1,4 +1,4 @@
-"""What a vehicle's file says of its dead time, gyro, frame and battery, and notches, in words for whoever starts a study."""
+"""A vehicle's dead time, gyro, frame, battery and notches in words, for whoever starts a study."""
 
 from math import pi
 

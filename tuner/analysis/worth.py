@@ -1,4 +1,4 @@
-"""What it would be worth to know the numbers of a vehicle better: the value of information over the points at hand.
+"""Worth of knowing the numbers of a vehicle better: the value of information over the points at hand.
 
 Points fly the same flights, each with a vehicle of its own, drawn from what is not known. The mean of an objective, given a
 number, is a regression on it; choosing the best point for what the number turns out to be, instead of the best one on average, is

@@ -236,7 +236,7 @@ class NumberWorth(DocumentPart):
 
 
 class UncertaintyCost(DocumentPart):
-    """What an objective loses because the vehicle is not known better, over the finalists that made all held-out flights.
+    """Loss of an objective because the vehicle is not known better, over the finalists that made all held-out flights.
 
     mean: of the best of them over the vehicles; known: where the best was chosen for each vehicle. told: whether they differ by
     more than chance. share: of the variance at the point shown that all numbers explain. numbers: the most valuable first.

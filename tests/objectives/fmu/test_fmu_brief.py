@@ -54,6 +54,7 @@ def test_a_law_of_a_file_is_read_from_it_again(tmp_path):
         loop_of(pickle.loads(told))
 
 
+@pytest.mark.slow
 def test_accumulators_of_a_metric_of_a_file_run_in_workers_too(tmp_path):
     """Its number is that of the plant in Python; a worker whose loop were without it would be refused."""
     study = (STUDIES / "dc_motor.toml").read_text(encoding="utf-8").replace("lag = 0.001 ", "lag = 0.0 ")

@@ -77,6 +77,7 @@ def test_inputs_of_a_plant_count_in_their_scales():
     assert whole.start(Sample(), None) == (start(1.5), start(-2.0))
 
 
+@pytest.mark.slow
 def test_a_plant_is_judged_by_it():
     study = load_study("dc_motor")
     batch = FlightBatch(study.scenarios[0].spec, "search", FLIGHTS)

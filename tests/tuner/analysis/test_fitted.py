@@ -1,4 +1,4 @@
-"""What is said of a vehicle's dead time, gyro and frame before a study flies."""
+"""Sentences on a vehicle's dead time, gyro and frame before a study flies."""
 
 from dataclasses import replace
 

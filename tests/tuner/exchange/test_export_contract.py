@@ -49,7 +49,8 @@ CARRIED = [
 ]
 BUNDLES = {}
 PAIRS = [pytest.param(entry, CONTROLLERS[name], id=f"{entry.name}-{name}") for entry, name in CARRIED]
-pytestmark = pytest.mark.usefixtures("few_golden_vectors")
+# Compilers take 2 s a mock-up unit; tests/tuner/exchange/fmi has the same bytes of compiled ones.
+pytestmark = pytest.mark.usefixtures("few_golden_vectors", "uncompiled")
 
 
 def exported(entry, given):

@@ -56,6 +56,12 @@ SECTIONS = {
 }  # fmt: skip
 
 
+def neighbour(law: str) -> str:
+    """Return the law behind one in the registry; behind the last stands the first."""
+    names = list(LAWS)
+    return names[(names.index(law) + 1) % len(names)]
+
+
 @cache
 def airframe(name="hummingbird"):
     return load(name, allow_unphysical=True)

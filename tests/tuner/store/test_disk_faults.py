@@ -118,7 +118,7 @@ def test_a_disk_that_is_full_sooner_or_later(room, namespace, undisturbed, tmp_p
     ("largest", "name"),
     [
         pytest.param(30_000, "flights/search-0000", marks=pytest.mark.slow),
-        (60_000, "flights/held-out-"),
+        pytest.param(60_000, "flights/held-out-", marks=pytest.mark.slow),
         pytest.param(300_000, "responses.parquet", marks=pytest.mark.slow),
         pytest.param(1_000_000, "report.html", marks=pytest.mark.slow),
     ],

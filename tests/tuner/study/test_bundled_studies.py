@@ -26,8 +26,8 @@ NAMES = (
     "ardupilot", "autopilot_pid", "betaflight", "crazyflie", "crazyflie_firmware", "f450", "figure_eight", "gust_rejection", "motor_lag",
     "payload_and_battery", "px4", "quickstart", "step_response",
 )  # fmt: skip
-# Studies whose laws no other study flies: their kernels take 20 s of compilation each, so they are slow proofs.
-OWN_KERNELS = ("ardupilot", "betaflight", "crazyflie_firmware", "px4")
+# Studies whose laws the others do not fly: each pair of laws takes 10 to 20 s of compilation, so they are slow proofs.
+OWN_KERNELS = ("ardupilot", "betaflight", "crazyflie_firmware", "f450", "motor_lag", "px4")
 FLOWN = [pytest.param(name, marks=pytest.mark.slow) if name in OWN_KERNELS else name for name in NAMES]
 each = pytest.mark.parametrize("name", NAMES)
 flown = pytest.mark.parametrize("name", FLOWN)

@@ -23,6 +23,10 @@ NAMES = sorted(
     file.stem for file in FOLDER.glob("*.toml") if "plant" in tomllib.loads(file.read_text(encoding="utf-8"))
 )
 each = pytest.mark.parametrize("name", NAMES)
+# One plant flies in the usual run: kernels of the others take 3 s of compilation each, so they are slow proofs.
+flown = pytest.mark.parametrize(
+    "name", [name if name == "dc_motor" else pytest.param(name, marks=pytest.mark.slow) for name in NAMES]
+)
 # Draws of each scenario that the default flies; random candidates of which this share at least must keep the margins.
 FEW, RANDOM, SHARE = 4, 128, 0.03
 
@@ -46,18 +50,19 @@ def test_the_header_asks_a_question_and_tells_how_to_run_it(name):
     assert max(map(len, lines)) <= 130
 
 
-@each
+@flown
 def test_the_default_flies_every_scenario_and_limits_leave_a_choice(name):
     study = study_of(name)
     problem = Problem(study.system, study.space, study.objectives, study.constraints, study.seed, 2, study.screens)
     batches = tuple(FlightBatch(entry.spec, SEARCH, FEW) for entry in study.scenarios)
-    flown = problem.evaluate_gains(study.default_row[None], batches, fly_all=True)
-    assert flown.failures.tolist() == [0.0]
+    default = problem.evaluate_gains(study.default_row[None], batches, fly_all=True)
+    assert default.failures.tolist() == [0.0]
     points = generator(0, "bundled studies", 0).uniform(size=(RANDOM, len(study.space.variables)))
     if study.requirements:
         assert SHARE <= problem.worth_flying(points).mean() <= 0.95
 
 
+@pytest.mark.slow
 def test_the_motor_is_also_tuned_by_active_disturbance_rejection(tmp_path):
     """What the header of the study offers, typed in as it says."""
     text = (FOLDER / "dc_motor.toml").read_text(encoding="utf-8")
@@ -70,8 +75,8 @@ def test_the_motor_is_also_tuned_by_active_disturbance_rejection(tmp_path):
     (tmp_path / "dc_motor.py").write_bytes((FOLDER / "dc_motor.py").read_bytes())
     study = load_study(tmp_path / "adrc.toml")
     problem = Problem(study.system, study.space, study.objectives, study.constraints, study.seed, 2, study.screens)
-    flown = problem.evaluate_gains(study.default_row[None], (FlightBatch(study.scenarios[0].spec, SEARCH, FEW),))
-    assert flown.failures.tolist() == [0.0] and flown.flown.all()
+    default = problem.evaluate_gains(study.default_row[None], (FlightBatch(study.scenarios[0].spec, SEARCH, FEW),))
+    assert default.failures.tolist() == [0.0] and default.flown.all()
 
 
 @pytest.mark.slow

@@ -43,7 +43,7 @@ ENOUGH = 0.1
 
 @dataclass(frozen=True)
 class Ability:
-    """What a target can fly.
+    """The excitations that a target can fly.
 
     quantities: axis -> what of it can be excited. waves: that it has. shape: of its chirps. alike: whether band and length are
     the same on all axes. least: lowest frequency [Hz].
@@ -63,7 +63,7 @@ class Ability:
 
 @dataclass(frozen=True, eq=False)
 class Task:
-    """What a plan is made for.
+    """The task of a plan: vehicle, numbers to find, target and limits.
 
     truth (n,): coordinates of the nominal vehicle. limits: by the names of `Flown.peaks`; still: what flights without excitation
     come to.

@@ -17,7 +17,7 @@ Array = NDArray[np.float64]
 
 AXES = ("roll", "pitch", "yaw", "lift")
 UNITS = {"angle": "rad", "rate": "rad/s", "acceleration": "m/s2"}
-"""What is excited -> unit of its amplitude."""
+"""Excited quantity -> unit of its amplitude."""
 WAVES = ("chirp", "doublets")
 LEAD, PAUSE, TAIL = 3.0, 2.0, 2.0
 """Hover before the first excitation, between two, and after the last [s]."""
@@ -25,7 +25,7 @@ _ANGLES = {"roll": ROLL, "pitch": PITCH, "yaw": YAW}
 
 
 class Shape(NamedTuple):
-    """How a chirp begins and ends: periods at the first frequency, fades [s], and whether it begins at its top."""
+    """Beginning and end of a chirp: periods at the first frequency, fades [s], and whether it begins at its top."""
 
     dwell: float = 2.0
     fade_in: float = 1.0

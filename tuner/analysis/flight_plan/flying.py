@@ -34,7 +34,7 @@ FLIGHTS = 16
 
 @dataclass(frozen=True)
 class Craft:
-    """What flies an experiment: a system, its gains (n,), a scenario with its air, sensors and vehicles, and a root seed."""
+    """The craft of an experiment: a system, its gains (n,), a scenario with its air, sensors and vehicles, and a root seed."""
 
     system: System
     gains: Array
@@ -74,7 +74,7 @@ class Flown:
 
     @property
     def completed(self) -> bool:
-        """Whether every flight lasted to its end."""
+        """True where every flight lasted to its end."""
         return bool(np.all(self.trace[:, -1, -1] < 0.5))
 
     @cached_property
@@ -97,7 +97,7 @@ class Flown:
 
     @property
     def peaks(self) -> dict[str, float]:
-        """What the flights come to at most.
+        """The most that the flights come to.
 
         tilt [rad], rate [rad/s]; height [m]: off the hover; motors: share of the way from hover to idle or to full command;
         drift [m]: without a pilot or a position loop.

@@ -1,4 +1,4 @@
-"""What a flight will tell of a vehicle: intervals that identification would give, from the information of its own model.
+"""Foresight of a flight: the intervals that identification would give of a vehicle, from the information of its own model.
 
 The flight is simulated; sensitivities, noise model and the rules by which a number is left at its prior are those of
 `tuner.analysis.identification`.

@@ -51,7 +51,7 @@ FORGIVEN = 0.8
 
 @dataclass(frozen=True)
 class Question:
-    """What a flight is to tell, and within which limits.
+    """The numbers that a flight is to tell, and the limits that it keeps.
 
     numbers: names, empty for all that such a flight can tell so well. within: largest half-width of a 95 % interval, relative; of
     the dead time over the mean lag, of the centre of mass over the arm. tilt [rad], rate [rad/s]: limits. mass, arm: relative

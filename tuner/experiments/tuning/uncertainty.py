@@ -1,4 +1,4 @@
-"""What a run's objectives lose because the vehicle is not known better, and which number to measure next.
+"""Loss of a run's objectives because the vehicle is not known better, and the number to measure next.
 
 From the held-out flights that the finalists have made: each has a vehicle of its own, drawn from the airframe's uncertainty.
 """

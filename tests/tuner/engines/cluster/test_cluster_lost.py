@@ -99,6 +99,7 @@ def test_a_worker_without_the_package_is_named(monkeypatch):
     assert "and 2 more" not in str(told.value) and "docs/cluster.md" in str(told.value)
 
 
+@pytest.mark.slow
 def test_no_worker_left_and_no_scheduler_left(tmp_path):
     study = small_study(scenario__0__duration=60.0)
     gains, batch = some_gains(study, 64), some_batch(study, 64)
@@ -121,6 +122,7 @@ def test_no_worker_left_and_no_scheduler_left(tmp_path):
         assert time.monotonic() - begin < 30.0
 
 
+@pytest.mark.slow
 def test_a_scheduler_that_is_lost_is_told_in_one_line(tmp_path):
     with scheduler(tmp_path) as (head, address), worker(tmp_path, address):
         folder = tmp_path / "r"

@@ -32,6 +32,7 @@ def brief(file) -> Brief:
     return brief_of(study.system, study.seed, FlightBatch(study.scenarios[0].spec, "search", 4))
 
 
+@pytest.mark.slow
 def test_processes_of_this_machine_leave_what_none_leave(motor, tmp_path, monkeypatch, capsys, no_figures):
     for name, options in (("alone", ()), ("there", ("--dask", "local:2"))):
         code, out, err = tuner(monkeypatch, capsys, "run", motor, "--out", tmp_path / name, *SHORT, *options)

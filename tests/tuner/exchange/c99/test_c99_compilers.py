@@ -43,7 +43,7 @@ def symbols(nm, folder):
     return [line.split()[-2:] for line in lines.splitlines() if len(line.split()) >= 2]
 
 
-@pytest.mark.parametrize("real", ["float", "double"])
+@pytest.mark.parametrize("real", ["float", pytest.param("double", marks=pytest.mark.slow)])
 def test_gcc_has_nothing_to_say(folder, real):
     target = compile_all(folder, "gcc", *FLAGS, *STRICT, "-Wshadow", "-pedantic", real=real, into=f"gcc_{real}")
     undefined = {name for kind, name in symbols("nm", target) if kind == "U"}
@@ -80,7 +80,7 @@ def test_the_header_is_cpp(folder):
 @pytest.mark.parametrize(
     ("real", "compiler"),
     [
-        ("float", "g++"),
+        pytest.param("float", "g++", marks=pytest.mark.slow),
         ("double", "clang++"),
         pytest.param("float", "clang++", marks=pytest.mark.slow),
         pytest.param("double", "g++", marks=pytest.mark.slow),

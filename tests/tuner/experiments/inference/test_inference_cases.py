@@ -73,6 +73,7 @@ def test_an_inferred_study_still_finds_its_files(tmp_path, paper):
     assert load_contest(folder.path / "inferred.toml").base.system.vehicle == asked.contest.base.system.vehicle
 
 
+@pytest.mark.slow
 def test_same_bits_for_another_thread_count_and_others_for_another_seed(tmp_path, paper):
     text = STUDY + published_medians(paper)
     results = {}

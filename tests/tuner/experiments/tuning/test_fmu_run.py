@@ -69,6 +69,7 @@ def test_what_flew_is_on_record(run):
     assert (run / "inputs/motor.fmu").exists()
 
 
+@pytest.mark.slow
 def test_it_is_flown_again_to_the_same_bits(run, written, monkeypatch, capsys):
     code, out, err = tuner(monkeypatch, capsys, "verify", run, "--code", written / "motor_fmu.toml")
     assert code == 0, err

@@ -1,4 +1,4 @@
-"""What a run says of the vehicle that it flew draws of: the number that dominates is found, and told wherever results are."""
+"""A run's word on the vehicle that it flew draws of: the number that dominates is found, and told wherever results are."""
 
 import pytest
 
