@@ -45,7 +45,7 @@ def modes_of_loops(loops: LinearLoops, asked: Asked = EVERY) -> Modes:
     """
     inputs, outputs = (slice(None), slice(None)) if asked & TRACKING else (loops.injected, loops.command)
     a = without_idle(loops.a, loops.b[..., loops.injected])
-    return modes_of(a, loops.b[..., inputs], loops.c[..., outputs, :], STABLE)
+    return modes_of(a, loops.b[..., inputs], loops.c[..., outputs, :], radius=STABLE)
 
 
 def read_block(

@@ -74,7 +74,7 @@ class Modes:
         return Modes(self.poles[rows], self.shown[rows], self.driven[rows], self.size[rows])
 
 
-def modes_of(a: Array, b: Array, c: Array, radius: float = np.inf) -> Modes:
+def modes_of(a: Array, b: Array, c: Array, *, radius: float = np.inf) -> Modes:
     """Modes of state matrices a (n, b, b) with inputs b (n, b, u) and outputs c (n, o, b).
 
     radius: of matrices with a pole that is not inside this circle only the poles are found; shown and driven are 0.

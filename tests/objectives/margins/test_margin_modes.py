@@ -55,7 +55,7 @@ def test_a_matrix_has_its_bits_whatever_the_others_are():
 
 def test_beyond_a_radius_there_are_poles_and_nothing_else():
     loops = random_loops(60, 7, 3)
-    whole, within = modes_of(*loops), modes_of(*loops, 1.0)
+    whole, within = modes_of(*loops), modes_of(*loops, radius=1.0)
     stable = whole.size < 1.0
     assert 10 < stable.sum() < 50
     np.testing.assert_array_equal(within.poles, whole.poles)

@@ -68,11 +68,11 @@ def test_the_rpm_filters_ranges_and_defaults_are_those_of_its_source():
     (source,) = Path(client("betaflight")).parents[1].glob("lib/python*/site-packages/betaflight/firmware/src/main")
     ranges, usual = (source / "cli/settings.c").read_text(), (source / "pg/rpm_filter.c").read_text()
     for name, entry in RPM_TABLE.items():
-        low, high = re.search(rf"PARAM_NAME_{name.upper()},.*minmaxUnsigned = \{{ (\d+), (\d+) \}}", ranges).groups()
-        (default,) = re.search(rf"\.{name} = (\d+),", usual).groups()
-        assert (float(default), float(low), float(high)) == (entry.usual, entry.low, entry.high), name
+        (span,) = re.findall(rf"PARAM_NAME_{name.upper()},.*minmaxUnsigned = \{{ (\d+), (\d+) \}}", ranges)
+        (default,) = re.findall(rf"\.{name} = (\d+),", usual)
+        assert (float(default), *map(float, span)) == (entry.usual, entry.low, entry.high), name
     for name, text in FIXED.items():
-        (default,) = re.search(rf"\.{name} = (.*),", usual).groups()
+        (default,) = re.findall(rf"\.{name} = (.*),", usual)
         assert default.strip("{ }").replace(" ", "") == text
 
 

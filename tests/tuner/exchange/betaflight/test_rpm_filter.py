@@ -20,17 +20,16 @@ ON = {"dshot_bidir": "ON"}
 RPM = dict(zip(RPM_TABLE, ("2", "750", "120", "60"), strict=True))
 
 
-def imported(tmp_path, texts, **more):
+def imported(tmp_path, texts, *more):
     """What a vehicle's own loops are read as."""
     file = tmp_path / "vehicle.txt"
     file.write_text(HEAD + "".join(f"set {name} = {text}\n" for name, text in texts.items()))
-    settings = {option.name: option.default for option in IMPORTER.options} | {"loops": "own"} | more
-    return IMPORTER.read(file, load("racer5"), settings)
+    return IMPORTER.read(file, load("racer5"), settings_of(IMPORTER, ["loops=own", *more]))
 
 
 def exported(controller):
     """The settings that an export writes, by name, and the whole bundle."""
-    bundle = bundle_of(TARGET, Request(controller, "0" * 64, settings_of(TARGET, {}), None))
+    bundle = bundle_of(TARGET, Request(controller, "0" * 64, settings_of(TARGET, []), None))
     (text,) = [content.decode() for content in bundle.files.values()]
     lines = [line.removeprefix("set ").split(" = ") for line in text.splitlines() if line.startswith("set ")]
     return dict(lines), bundle
