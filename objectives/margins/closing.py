@@ -37,7 +37,7 @@ def close_terms(loops: LinearLoops, gain: Array) -> LinearLoops:
     if not loops.n_terms:
         return loops
     leading = np.broadcast_shapes(loops.a.shape[:-2], gain.shape[:-1])
-    rows = (*(1,) * (2 - len(leading)), *leading)
+    rows = _two(leading)
     given = [
         to_read(part.reshape(*_two(part.shape[:-2]), *part.shape[-2:])) for part in (loops.a, loops.b, loops.c, loops.d)
     ]
@@ -105,14 +105,10 @@ def close_all(given: tuple[Array, ...], gain: Array, first: int, found: tuple[Ar
     returned, answers = np.empty((size, size)), np.empty((size, states + inputs))
     for n in range(new_a.shape[0]):
         for case in range(new_a.shape[1]):
-            a, b = (
-                whole_a[n % len(whole_a), case % whole_a.shape[1]],
-                whole_b[n % len(whole_b), case % whole_b.shape[1]],
-            )
-            c, d = (
-                whole_c[n % len(whole_c), case % whole_c.shape[1]],
-                whole_d[n % len(whole_d), case % whole_d.shape[1]],
-            )
+            a = whole_a[n % len(whole_a), case % whole_a.shape[1]]
+            b = whole_b[n % len(whole_b), case % whole_b.shape[1]]
+            c = whole_c[n % len(whole_c), case % whole_c.shape[1]]
+            d = whole_d[n % len(whole_d), case % whole_d.shape[1]]
             gains = gain[n % len(gain), case % gain.shape[1]]
             for k in range(size):
                 g = gains[k]

@@ -288,8 +288,7 @@ def highest_level(grid: Array, poles: Complex, residues: Complex, h: float, squa
         if t[0, i] ** 2 + t[1, i] ** 2 >= square:
             if i == points.shape[1] - 1:
                 return points[0, i]
-            middle = 0.5 * (points[0, i] + points[0, i + 1])
-            return root(points[0, i], points[0, i + 1], False, middle, poles, residues, h, SQUARE, square)[0]
+            return root(points[0, i], points[0, i + 1], False, points[0, i], poles, residues, h, SQUARE, square)[0]
     return 0.0
 
 

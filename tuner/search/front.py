@@ -65,14 +65,15 @@ def thinned(front: np.ndarray, baseline: np.ndarray, most: int, ends: bool = Tru
     picked = [int(row) for row in dict.fromkeys(front.argmin(axis=0).tolist())][:most] if ends else []
     # What a row adds shrinks with every row picked: the best of those found anew is the best of all.
     adds, fresh = np.full(len(front), np.inf), np.zeros(len(front), dtype=bool)
+    reached = hypervolume(front[picked], baseline)
     while len(picked) < most:
         adds[picked] = -np.inf
         best = int(np.argmax(adds))
         if fresh[best]:
             picked.append(best)
-            fresh[:] = False
+            fresh[:], reached = False, hypervolume(front[picked], baseline)
         else:
-            adds[best] = hypervolume(front[[*picked, best]], baseline) - hypervolume(front[picked], baseline)
+            adds[best] = hypervolume(front[[*picked, best]], baseline) - reached
             fresh[best] = True
     return np.array(picked, dtype=int)
 

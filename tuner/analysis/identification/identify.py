@@ -22,7 +22,7 @@ Array = NDArray[np.float64]
 Told = Callable[[int, int], None]
 
 WEIGHED = ("mass", "arm")
-"""What people weigh and measure themselves."""
+"""Numbers that people weigh and measure themselves."""
 GIVEN = {
     **dict.fromkeys(WEIGHED, "given: no log tells it"),
     "rate_damping": "given, of the rotors' inflow: a log tells it badly from lags",

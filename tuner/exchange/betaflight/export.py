@@ -103,7 +103,6 @@ def own_export(request: Request, asked: Controller, rotors: Actuation) -> Bundle
     check_rounding(written)
     values = {parameter.name: parameter.held for parameter in written}
     held, switches = own_held(asked, values, rotors), own_switches(asked)
-    options = with_notches(asked.options, values) if asked.options.rpm_notches else asked.options
     about = (
         *heading(request, parameter_comment),
         f"For {NAME} to 2026.12. {LOADING}",
@@ -112,7 +111,7 @@ def own_export(request: Request, asked: Controller, rotors: Actuation) -> Bundle
     return Bundle(
         files={FILE: write_cli(settings(values, switches), profile(request.settings), about)},
         rollback={FILE: rollback(request, OWN_TABLE, switches, values)},
-        held=replace(held, options=replace(options, tilt_limit=tilt_limit(values))),
+        held=replace(held, options=replace(with_notches(asked.options, values), tilt_limit=tilt_limit(values))),
         differences=(*rate_sources(request.controller), *own_differences(asked)),
         target_version=NAME,
         parameters=written,

@@ -35,7 +35,9 @@ def rpm_settings(options: ControlOptions) -> dict[str, float]:
 
 
 def with_notches(options: ControlOptions, values: Mapping[str, float]) -> ControlOptions:
-    """Return options with the notches of settings; values: those of `RPM_TABLE` among others."""
+    """Return options with the notches of settings; values: those of `RPM_TABLE` among others, or none of them."""
+    if not RPM_TABLE.keys() <= values.keys():
+        return options
     harmonics, quality, least, _ = (values[name] for name in RPM_TABLE)
     return replace(options, rpm_notches=round(harmonics), rpm_notch_q=0.01 * quality, rpm_notch_min=least)
 

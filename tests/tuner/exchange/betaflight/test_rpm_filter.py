@@ -21,7 +21,7 @@ RPM = dict(zip(RPM_TABLE, ("2", "750", "120", "60"), strict=True))
 
 
 def imported(tmp_path, texts, *more):
-    """What a vehicle's own loops are read as."""
+    """The controller that a vehicle's own loops are read as, with its notes."""
     file = tmp_path / "vehicle.txt"
     file.write_text(HEAD + "".join(f"set {name} = {text}\n" for name, text in texts.items()))
     return IMPORTER.read(file, load("racer5"), settings_of(IMPORTER, ["loops=own", *more]))
