@@ -4,7 +4,6 @@ With s = C_s x + D_s u + D_sw w, the terms give w = (1 - g D_sw)^{-1} g (C_s x +
 of w. In NumPy the products of so many small matrices, and the memory between them, take three times as long.
 """
 
-from collections.abc import Callable
 from dataclasses import replace
 from pathlib import Path
 from typing import Any
@@ -14,18 +13,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from objectives.margins.linearise import LinearLoops
-from objectives.margins.reading import to_read
 from plant.backends.cache import keep_file
+from plant.backends.compiling import inliner, to_read
 
 Array = NDArray[np.float64]
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "nsz"}}
-INLINED = {**OPTIONS, "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-
-
-def inlined(function: Callable[..., Any]) -> Any:
-    """Compile a function into those that call it."""
-    return numba.njit(**INLINED)(function)
+inlined = inliner(OPTIONS)
 
 
 def close_terms(loops: LinearLoops, gain: Array) -> LinearLoops:

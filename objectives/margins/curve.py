@@ -25,6 +25,7 @@ from numpy.typing import NDArray
 
 from plant.backends import cache
 from plant.backends.cache import keep_file
+from plant.backends.compiling import inliner
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -43,12 +44,7 @@ OFFSETS = (-3.0, -1.0, -0.3, 0.0, 0.3, 1.0, 3.0)
 RIVAL = 0.5
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "arcp", "nsz", "afn"}}
-INLINED = {**OPTIONS, "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-
-
-def inlined(function: Callable[..., Any]) -> Any:
-    """Compile a function into those that call it."""
-    return numba.njit(**INLINED)(function)
+inlined = inliner(OPTIONS)
 
 
 def compiled(function: Callable[..., Any]) -> Any:

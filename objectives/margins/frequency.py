@@ -11,8 +11,8 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from objectives.margins.reading import to_read
 from objectives.margins.schur import split
+from plant.backends.compiling import to_read
 from plant.seeds import generator
 from plant.threads import shares, side_by_side
 

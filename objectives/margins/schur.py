@@ -9,7 +9,6 @@ LAPACK takes five times as long for a matrix of 14 states, and rounds as the pro
 """
 
 import math
-from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
@@ -18,6 +17,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from plant.backends.cache import keep_file
+from plant.backends.compiling import inliner
 
 Array = NDArray[np.float64]
 Complex = NDArray[np.complex128]
@@ -27,12 +27,7 @@ Complex = NDArray[np.complex128]
 NEGLIGIBLE, SWEEPS, STUCK = 2.3e-16, 30, 10
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "nsz"}}
-INLINED = {**OPTIONS, "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
-
-
-def inlined(function: Callable[..., Any]) -> Any:
-    """Compile a function into those that call it."""
-    return numba.njit(**INLINED)(function)
+inlined = inliner(OPTIONS)
 
 
 @inlined

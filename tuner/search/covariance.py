@@ -19,11 +19,12 @@ from numpy.typing import NDArray
 
 from plant.backends import cache
 from plant.backends.cache import keep_file
+from plant.backends.compiling import inliner
 
 Array = NDArray[np.float64]
 
 OPTIONS: dict[str, Any] = {"error_model": "numpy", "fastmath": {"contract", "reassoc", "arcp", "nsz"}}
-INLINED = {**OPTIONS, "forceinline": True, "no_cpython_wrapper": True, "no_cfunc_wrapper": True}
+inlined = inliner(OPTIONS)
 # Distance beyond which correlations no longer fall: e^{-40} is 4e-18. Taylor's series stands around half of a 256th of it.
 FURTHEST = 40.0
 CENTRE = FURTHEST / 512.0
@@ -33,11 +34,6 @@ C2, C3, C4, C5, C6, C7, C8, C9 = [1.0 / math.factorial(k) for k in range(2, 10)]
 COLUMNS = 64
 # Least square of a pivot: a matrix that rounding has made indefinite is factored as if its pivot were this.
 LEAST_PIVOT = 1e-10
-
-
-def inlined(function: Callable[..., Any]) -> Any:
-    """Compile a function into those that call it."""
-    return numba.njit(**INLINED)(function)
 
 
 def compiled(function: Callable[..., Any]) -> Any:

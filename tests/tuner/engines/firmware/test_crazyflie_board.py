@@ -109,11 +109,11 @@ def counts_of_torque(given, counts):
     return counts * actuation(vehicle).thrust_max / 65535.0 * np.array(lever)
 
 
-def test_a_played_module_turns_the_vehicle_as_our_law_does(module, tmp_path):
-    """Through file, degrees, signs, frames, counts, motors and rotors; what is left are whole counts of outputs and motors."""
+def assert_it_turns_as_our_law_does(program, bench, turning):
+    """Torques of a module beside those of our law, over wandering instants that turn so fast."""
     given = own(**UNFILTERED)
-    instants = wandering(turning=1e-3)
-    made = powered(module, tmp_path / "bench", given)
+    instants = wandering(turning=turning)
+    made = powered(program, bench, given)
     try:
         found = board_torques(made, given, instants)
     finally:
@@ -121,21 +121,17 @@ def test_a_played_module_turns_the_vehicle_as_our_law_does(module, tmp_path):
     expected = law_torques(given, instants)
     assert np.all(np.abs(found - expected).max(axis=0) < counts_of_torque(given, 12.0))
     assert np.all(np.abs(expected).max(axis=0) > counts_of_torque(given, 400.0))
+
+
+def test_a_played_module_turns_the_vehicle_as_our_law_does(module, tmp_path):
+    """Through file, degrees, signs, frames, counts, motors and rotors; what is left are whole counts of outputs and motors."""
+    assert_it_turns_as_our_law_does(module, tmp_path / "bench", turning=1e-3)
 
 
 @pytest.mark.slow
 def test_the_firmware_turns_the_vehicle_as_our_law_does(tmp_path):
     """As above at rates of 0, for its gyro is filtered."""
-    given = own(**UNFILTERED)
-    instants = wandering(turning=0.0)
-    made = powered(module_in(build()), tmp_path / "bench", given)
-    try:
-        found = board_torques(made, given, instants)
-    finally:
-        made.close()
-    expected = law_torques(given, instants)
-    assert np.all(np.abs(found - expected).max(axis=0) < counts_of_torque(given, 12.0))
-    assert np.all(np.abs(expected).max(axis=0) > counts_of_torque(given, 400.0))
+    assert_it_turns_as_our_law_does(module_in(build()), tmp_path / "bench", turning=0.0)
 
 
 @pytest.mark.slow
