@@ -9,9 +9,9 @@ from math import isfinite
 
 import numpy as np
 
-from plant.air.air import AirSpec, sample_air, steady_wind
+from plant.air.air import COLUMNS, WIND_COLUMNS, AirSpec, draw_air, steady_wind
 from plant.airframes.uncertainty import Uncertainty
-from plant.backends.flyer import FlightInputs, to_lanes
+from plant.backends.flyer import FlightInputs, filled_lanes, to_lanes
 from plant.backends.lanes import LANES
 from plant.errors import InputError
 from plant.fittings import hears_rotors
@@ -24,14 +24,12 @@ from plant.references.hover import Hover
 from plant.references.spec import HOLD
 from plant.rigid_body import dynamics
 from plant.seeds import generator
-from plant.sensors import NOISE_ROWS, SensorSpec, sample_noise
+from plant.sensors import NOISE_ROWS, SensorSpec, draw_noise
 from plant.targets import Target, Targets
 from plant.trim import steady_flight
 from plant.vehicle import Vehicle
 
 SEARCH, HELD_OUT, CONFIRMATION = "search", "held-out", "confirmation"
-# Columns of the air that are always there: the wind. Gust rates and injections come behind and are left out when all zero.
-WIND_COLUMNS = 3
 
 
 # What of a vehicle varies by a factor, in the order of `plant.nominal.vary`, and the least factor that is flown.
@@ -169,24 +167,17 @@ def sample_scenarios(
     Returns:
         The scenarios in blocks of lanes, in the order of the indices.
     """
-    steps, h = spec.steps(timing), timing.control_period
     indices = list(indices)
-    airs = [sample_air(spec.air, h, steps, generator(root, f"{stream}/{spec.name}/air", i)) for i in indices]
-    if not any(air[:, WIND_COLUMNS:].any() for air in airs):
-        airs = [air[:, :WIND_COLUMNS] for air in airs]
-    noises = [_noise(spec, steps, generator(root, f"{stream}/{spec.name}/sensors", i)) for i in indices]
-    if hears_rotors(vehicle):
-        noises = [_with_turns(noise, _turns(spec, root, stream, i)) for noise, i in zip(noises, indices, strict=True)]
     references = np.ascontiguousarray(spec.track(timing).samples)
     bodies, starts = _vehicles(spec, vehicle, references, root, stream, indices)
     return FlightInputs(
         dynamics=to_lanes(bodies),
         starts=to_lanes(starts),
-        disturbances=to_lanes(airs),
-        noises=to_lanes(noises),
+        disturbances=_airs(spec, timing, root, stream, indices),
+        noises=_noises(spec, vehicle, timing, root, stream, indices),
         references=references,
         targets=spec.targets(timing),
-        count=len(airs),
+        count=len(indices),
     )
 
 
@@ -227,9 +218,36 @@ def _drawn(spec: ScenarioSpec, vehicle: Vehicle, draw: np.random.Generator) -> V
     return varied if spec.uncertainty is None else spec.uncertainty.draw(varied, draw)
 
 
-def _noise(spec: ScenarioSpec, steps: int, draw: np.random.Generator) -> np.ndarray:
-    """Draw the sensor errors of a flight (steps, 12); without columns where all sensors are perfect."""
-    return np.empty((steps, 0)) if spec.sensors.silent() else sample_noise(spec.sensors, steps, draw)
+def _airs(spec: ScenarioSpec, timing: Timing, root: int, stream: str, indices: list[int]) -> np.ndarray:
+    """Draw the air of flights in blocks of lanes, its columns behind the wind only where one of them is not 0."""
+
+    def draw(k: int, out: np.ndarray) -> None:
+        draw_air(spec.air, timing.control_period, generator(root, f"{stream}/{spec.name}/air", indices[k]), out)
+
+    columns = WIND_COLUMNS if spec.air.only_wind else COLUMNS
+    airs = filled_lanes(len(indices), (spec.steps(timing), columns), draw)
+    return airs if airs[:, :, WIND_COLUMNS:].any() else np.ascontiguousarray(airs[:, :, :WIND_COLUMNS])
+
+
+def _noises(
+    spec: ScenarioSpec, vehicle: Vehicle, timing: Timing, root: int, stream: str, indices: list[int]
+) -> np.ndarray:
+    """Draw the sensor errors of flights in blocks of lanes, no column where all sensors are perfect.
+
+    Where the gyro hears the rotors, how far they have turned stands behind twelve columns of errors.
+    """
+    heard = hears_rotors(vehicle)
+    rows = NOISE_ROWS if heard or not spec.sensors.silent() else 0
+
+    def draw(k: int, out: np.ndarray) -> None:
+        if spec.sensors.silent():
+            out[:] = 0.0
+        else:
+            draw_noise(spec.sensors, generator(root, f"{stream}/{spec.name}/sensors", indices[k]), out[:, :rows])
+        if heard:
+            out[:, rows:] = _turns(spec, root, stream, indices[k])
+
+    return filled_lanes(len(indices), (spec.steps(timing), rows + TURNS * heard), draw)
 
 
 def _turns(spec: ScenarioSpec, root: int, stream: str, index: int) -> np.ndarray:

@@ -86,14 +86,19 @@ class SensorSpec:
 
 
 def sample_noise(spec: SensorSpec, steps: int, generator: np.random.Generator) -> np.ndarray:
-    """Draw the sensor errors of one flight: float64 (steps, 12), columns in the leaf order of `Noise`.
+    """Draw the sensor errors of one flight: float64 (steps, 12), columns in the leaf order of `Noise`."""
+    noise = np.empty((steps, NOISE_ROWS))
+    draw_noise(spec, generator, noise)
+    return noise
+
+
+def draw_noise(spec: SensorSpec, generator: np.random.Generator, out: np.ndarray) -> None:
+    """Draw the sensor errors of one flight into float64 (steps, 12).
 
     Everything is drawn at unit size and then scaled, so switching one sensor's noise off leaves the others' bits alone.
     """
     white = np.repeat([spec.position, spec.velocity, spec.attitude, spec.rate], 3)
     bias = np.repeat([spec.position_bias, spec.velocity_bias, spec.attitude_bias, spec.rate_bias], 3)
     offset = bias * generator.standard_normal(NOISE_ROWS)
-    noise = generator.standard_normal((steps, NOISE_ROWS))
-    noise *= white
-    noise += offset
-    return noise
+    np.multiply(generator.standard_normal(out.shape), white, out=out)
+    out += offset

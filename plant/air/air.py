@@ -27,11 +27,13 @@ from plant.air.linear_process import sample
 from plant.air.spec import AirSpec
 from plant.air.window import gate
 
-__all__ = ["AirSpec", "COLUMNS", "sample_air", "summary"]
+__all__ = ["COLUMNS", "WIND_COLUMNS", "AirSpec", "draw_air", "sample_air", "steady_wind", "summary"]
 
 Array = NDArray[np.float64]
 
 COLUMNS = 12
+# Those that are always there: the wind. Gust rates and injections come behind and are left out when all zero.
+WIND_COLUMNS = 3
 
 
 class _Plan(NamedTuple):
@@ -54,28 +56,34 @@ def sample_air(spec: AirSpec, dt: float, steps: int, generator: Generator) -> Ar
 
     The result is a function of the arguments alone when the generator is fresh: from `plant.seeds.generator`.
     """
-    assert dt > 0.0 and steps > 0, "dt and steps come from a checked study"
-    plan = _plan(spec, dt, steps)
+    out = np.empty((steps, COLUMNS))
+    draw_air(spec, dt, generator, out)
+    return out
+
+
+def draw_air(spec: AirSpec, dt: float, generator: Generator, out: Array) -> None:
+    """Write the air of one scenario into (steps, 12), or (steps, 3) where it is a wind alone."""
+    assert dt > 0.0 and len(out), "dt and steps come from a checked study"
+    plan = _plan(spec, dt, len(out))
     turbulence, rates, injection = generator.spawn(3)
     angle = _wind_direction(spec, turbulence)
-    out = np.zeros((steps, COLUMNS))
+    out[:, WIND_COLUMNS:] = 0.0
     wind = plan.along
     if plan.processes is not None:
         gusts, spin = _turbulence(plan, plan.processes, turbulence, rates if spec.angular_rates else None)
         wind = wind + gusts
         if spin is not None:
             out[:, 3:6] = _turned(spin, angle)
-    out[:, 0:3] = _turned(wind, angle) + plan.fixed
+    np.add(_turned(wind, angle), plan.fixed, out=out[:, :WIND_COLUMNS])
     if spec.injection is not None:
         out[:, 6:12] = sample_injection(spec.injection, dt, plan.gate, injection)
-    return out
 
 
 def steady_wind(spec: AirSpec, generator: Generator) -> Array:
     """Return the mean wind (3,) [m/s], world ENU, that `sample_air` would blow from the same fresh generator."""
     if not spec.mean_wind:
         return np.zeros(3)
-    angle = _wind_direction(spec, generator.spawn(3)[0])
+    angle = _wind_direction(spec, generator.spawn(1)[0])
     return spec.wind_speed * np.array([cos(angle), sin(angle), 0.0])
 
 

@@ -74,6 +74,11 @@ class AirSpec:
         return mean_wind_speed(wind_at_20_feet(self.intensity), self.altitude, self.roughness)
 
     @property
+    def only_wind(self) -> bool:
+        """Whether it has neither gust rates nor injections."""
+        return not self.angular_rates and self.injection is None
+
+    @property
     def field(self) -> TurbulenceField:
         """The turbulence that the vehicle meets: airspeed, lengths, intensities."""
         airspeed = effective_airspeed(self.vehicle_speed, self.wind_speed, self.minimum_airspeed)

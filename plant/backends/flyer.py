@@ -44,11 +44,24 @@ class FlightInputs:
 
 def to_lanes(per_scenario: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
     """Turn scenarios, arrays of one shape (...), into (blocks, ..., lanes), repeating the last one to fill the last block."""
-    blocks = -(-len(per_scenario) // LANES)
-    out = np.empty((blocks, *per_scenario[0].shape, LANES))
-    for block in range(blocks):
-        chosen = range(block * LANES, (block + 1) * LANES)
-        np.stack([per_scenario[min(i, len(per_scenario) - 1)] for i in chosen], axis=-1, out=out[block])
+    return filled_lanes(len(per_scenario), per_scenario[0].shape, lambda i, out: np.copyto(out, per_scenario[i]))
+
+
+def filled_lanes(count: int, shape: tuple[int, ...], fill: Callable[[int, np.ndarray], None]) -> np.ndarray:
+    """Return scenarios as (blocks, *shape, lanes), repeating the last one to fill the last block.
+
+    fill: writes the scenario of a number into an array of the shape; called in the order of the numbers.
+    """
+    # A block is filled scenario by scenario and turned at once: writing a lane at a time takes a cache line for each number.
+    out, block = np.empty((-(-count // LANES), *shape, LANES)), np.empty((LANES, *shape))
+    for number, lanes in enumerate(out):
+        for lane in range(LANES):
+            i = number * LANES + lane
+            if i < count:
+                fill(i, block[lane])
+            else:
+                block[lane] = block[lane - 1]
+        lanes[...] = np.moveaxis(block, 0, -1)
     return out
 
 
