@@ -22,7 +22,7 @@ from plant.references.steps import Steps
 from plant.scenarios import ScenarioSpec
 from plant.vectors import Quaternion
 from tuner.gains import Controller
-from tuner.store.folder import data_frame, stacked
+from tuner.store.columns import Columns, stacked
 
 SIGNALS = ("x", "y", "z", "roll", "pitch", "yaw", "rotor1", "rotor2", "rotor3", "rotor4")
 UNITS = ("m", "m", "m", "rad", "rad", "rad", "1", "1", "1", "1")
@@ -130,18 +130,16 @@ def _euler(q: np.ndarray) -> np.ndarray:
     return np.stack([angles.x, angles.y, np.unwrap(angles.z, axis=1)], axis=-1)
 
 
-def fan_table(responses: Responses, point: str, scenario: str) -> Any:
-    """Return the fans as a long table (pandas): one row for each signal and instant."""
+def fan_table(responses: Responses, point: str, scenario: str) -> Columns:
+    """Return the fans as a long table: one row for each signal and instant."""
     low, median, high = responses.fans()
     reference = responses.reference.mean(axis=0)
     n = len(responses.time)
     parts = [
-        data_frame(
-            {
+        {
                 "point": point, "scenario": scenario, "signal": signal, "unit": unit, "time": responses.time,
                 "reference": reference[:n, i], "low": low[:, i], "median": median[:, i], "high": high[:, i],
             }
-        )
         for i, (signal, unit) in enumerate(zip(responses.signals, responses.units, strict=True))
     ]  # fmt: skip
     return stacked(parts)

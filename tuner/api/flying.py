@@ -107,7 +107,9 @@ class Flights(Documented):
     @cached_property
     def responses(self) -> "pd.DataFrame":
         """Responses by signal and time [s]: reference, 5 %, 50 % and 95 % over flights."""
-        return fan_table(self.recorded, "gains", self.scenario)
+        import pandas as pd
+
+        return pd.DataFrame(fan_table(self.recorded, "gains", self.scenario))
 
     def figure(self) -> "Figure":
         """Draw the responses.

@@ -102,12 +102,16 @@ class Sensitivity(Documented):
     @cached_property
     def table(self) -> "pd.DataFrame":
         """Indices of each output and variable with 95 % intervals; columns as in indices.csv."""
-        return index_table(self.study, self.analysis)
+        import pandas as pd
+
+        return pd.DataFrame(index_table(self.study, self.analysis))
 
     @cached_property
     def variance(self) -> "pd.DataFrame":
         """Shares of gains and turbulence in the variance of each metric; columns as in variance.csv."""
-        return variance_table(self.study, self.analysis)
+        import pandas as pd
+
+        return pd.DataFrame(variance_table(self.study, self.analysis))
 
     def figure(self) -> "Figure":
         """Draw the indices.

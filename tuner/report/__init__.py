@@ -9,9 +9,7 @@ from tuner.report.drawing import Drawing
 
 
 def prepare() -> None:
-    """Import what tables and `write_report` take, and compress what draws on the page: 0.2 s each."""
-    import pandas  # noqa: F401, ICN001
-
+    """Import what `write_report` takes, and compress what draws on the page."""
     from tuner.report import tuning_page as tuning_page
     from tuner.report.page import library
 

@@ -15,7 +15,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-import pyarrow as pa
 import pyarrow.parquet as pq
 
 from objectives.meters import Meters
@@ -24,6 +23,7 @@ from plant.errors import StoreError
 from plant.input_files import MOST_TABLE, read_input
 from plant.records import paths
 from plant.scenarios import SEARCH
+from tuner.store.arrow import arrow_table, coded
 from tuner.store.folder import Folder
 
 Array = np.ndarray
@@ -178,7 +178,7 @@ def encoded(kept: list[Kept], columns: tuple[str, ...], names: tuple[str, ...] =
     blocks = [
         [part.key, part.first, n] for part, (k, n, _) in zip(kept, shapes, strict=True) for _ in range(k)
     ]  # fmt: skip
-    arrow = pa.table(table).replace_schema_metadata({"blocks": json.dumps(blocks)})
+    arrow = arrow_table(table, with_nulls=False).replace_schema_metadata({"blocks": json.dumps(blocks)})
     sink = io.BytesIO()
     # Meters hardly compress: dictionaries and statistics of them would take four times as long to write.
     same = [name for name in table if name not in names]
@@ -190,7 +190,7 @@ def _repeated(names: list[str], counts: list[int]) -> Any:
     """Return each name as often as its count says, as an Arrow dictionary: millions of texts would take their time."""
     known = list(dict.fromkeys(names))
     codes = np.repeat(np.array([known.index(name) for name in names], dtype=np.int32), counts)
-    return pa.DictionaryArray.from_arrays(pa.array(codes), pa.array(known))
+    return coded(codes, known)
 
 
 def blocks_of(

@@ -6,7 +6,6 @@ results/README.md. A file is on the disk before its name is, and its name before
 together are written side by side, for a disk takes some in the time of one.
 """
 
-import io
 import os
 from collections.abc import Mapping
 from concurrent.futures import ThreadPoolExecutor
@@ -17,6 +16,7 @@ from typing import Any
 from plant.errors import StoreError
 from tuner.store import manifest
 from tuner.store.advice import can_be_resumed, go_on
+from tuner.store.columns import Columns, csv_text
 from tuner.store.document import Document, json_text
 from tuner.store.lock import NAME as LOCK
 from tuner.store.lock import Lock
@@ -132,18 +132,13 @@ class Folder:
         """Write a document, or plain data, as a JSON file."""
         self.write_text(name, content.text() if isinstance(content, Document) else json_text(content))
 
-    def write_table(self, name: str, table: Any) -> None:
-        """Write a pandas table as .csv or .parquet, by the ending of the name."""
+    def write_table(self, name: str, table: Columns) -> None:
+        """Write a table of columns as .csv or .parquet, by the ending of the name."""
         self.write_tables({name: table})
 
-    def write_tables(self, tables: Mapping[str, Any]) -> None:
-        """Write pandas tables by name, side by side."""
-        self.write_together(
-            {
-                name: csv_text(table).encode() if name.endswith(".csv") else parquet_bytes(table)
-                for name, table in tables.items()
-            }
-        )
+    def write_tables(self, tables: Mapping[str, Columns]) -> None:
+        """Write tables of columns by name, side by side."""
+        self.write_together({name: table_bytes(name, table) for name, table in tables.items()})
 
     def keep(self, name: str) -> bool:
         """Take a file of an earlier session over as it is; False where it is missing or not what that session wrote."""
@@ -218,30 +213,14 @@ def put_together(folder: Path, files: Mapping[str, bytes], made: bool = False) -
         return list(pool.map(written, files))
 
 
-def data_frame(content: Any) -> Any:
-    """Return columns by name, or rows as mappings, as a pandas table; pandas takes 0.6 s to import, so it is imported late."""
-    import pandas as pd
+def table_bytes(name: str, table: Columns) -> bytes:
+    """Return a table as the bytes of a file, .csv or .parquet by the ending of its name."""
+    if name.endswith(".csv"):
+        return csv_text(table).encode()
+    # Not every folder has such a table: pyarrow takes 0.1 s to import.
+    from tuner.store.arrow import parquet_bytes
 
-    return pd.DataFrame(content)
-
-
-def stacked(tables: list[Any]) -> Any:
-    """Return pandas tables one below the other as one."""
-    import pandas as pd
-
-    return pd.concat(tables, ignore_index=True)
-
-
-def csv_text(table: Any) -> str:
-    """Return a pandas table as CSV; numbers with all their digits."""
-    return table.to_csv(index=False, float_format="%.17g", lineterminator="\n")
-
-
-def parquet_bytes(table: Any) -> bytes:
-    """Return a pandas table as the bytes of a Parquet file."""
-    sink = io.BytesIO()
-    table.to_parquet(sink, index=False)
-    return sink.getvalue()
+    return parquet_bytes(table)
 
 
 def _former(path: Path) -> Manifest | None:

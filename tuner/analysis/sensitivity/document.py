@@ -9,7 +9,7 @@ from tuner.analysis.sensitivity.indices import RANK, SCALES, VALUE, Spans
 from tuner.analysis.sensitivity.variance import Shares
 from tuner.documents.parts import SampledValue
 from tuner.documents.sensitivity import IndexRow, SensitivityDocument, SensitivityVariable, VarianceRow, VarianceShares
-from tuner.store.folder import data_frame
+from tuner.store.columns import Columns, columns_of
 from tuner.study.study import TuningStudy
 
 FAILURE = "share of flights lost"
@@ -123,8 +123,8 @@ def notes(study: TuningStudy, analysis: Analysis) -> list[str]:
     return said
 
 
-def index_table(study: TuningStudy, analysis: Analysis) -> Any:
-    """Return `index_rows` as a pandas table, the parts of an interval in columns of their own."""
+def index_table(study: TuningStudy, analysis: Analysis) -> Columns:
+    """Return `index_rows` as a table, the parts of an interval in columns of their own."""
     rows = []
     for row in index_rows(study, analysis):
         ends = {
@@ -133,11 +133,11 @@ def index_table(study: TuningStudy, analysis: Analysis) -> Any:
             for part, value in found.content().items()
         }
         rows.append({"scale": row.scale, "output": row.output, "variable": row.variable, **ends})
-    return data_frame(rows)
+    return columns_of(rows)
 
 
-def variance_table(study: TuningStudy, analysis: Analysis) -> Any:
-    """Return `variance_rows` as a pandas table; percentages in columns of their own."""
+def variance_table(study: TuningStudy, analysis: Analysis) -> Columns:
+    """Return `variance_rows` as a table; percentages in columns of their own."""
     rows = []
     for row in variance_rows(study, analysis):
         flat = row.model_dump(include={"objective", "metric", "unit", "candidates"})
@@ -145,15 +145,15 @@ def variance_table(study: TuningStudy, analysis: Analysis) -> Any:
             if shares is not None:
                 flat |= {f"{name}:{part}": share for part, share in shares.content().items()}
         rows.append(flat)
-    return data_frame(rows)
+    return columns_of(rows)
 
 
-def sample_table(study: TuningStudy, analysis: Analysis) -> Any:
-    """Return every sample as a pandas table: block A, B or AB of a variable, gains, objectives, share of flights lost."""
+def sample_table(study: TuningStudy, analysis: Analysis) -> Columns:
+    """Return every sample as a table: block A, B or AB of a variable, gains, objectives, share of flights lost."""
     names = [variable.name for variable in study.space.variables]
     blocks = ["A", "B", *[f"AB:{name}" for name in names]]
     gains = study.space.values(analysis.design.points)
     columns: dict[str, Any] = {"block": [block for block in blocks for _ in range(analysis.design.base)]}
     columns |= {f"gain:{name}": gains[:, i] for i, name in enumerate(names)}
     columns |= {f"objective:{o.label}": analysis.values[:, i] for i, o in enumerate(study.objectives)}
-    return data_frame(columns | {"failures": analysis.failures, "kept": analysis.kept})
+    return columns | {"failures": analysis.failures, "kept": analysis.kept}

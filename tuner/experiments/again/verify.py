@@ -40,9 +40,9 @@ from tuner.search.loop import Generation, archive, point_name
 from tuner.search.rest import Budget
 from tuner.search.watcher import CHECKING, Watcher
 from tuner.store.advice import CONTEST, FLOWN_AGAIN, TRIALS, TUNING, kind_of
+from tuner.store.columns import Columns, csv_text
 from tuner.store.environment import Environment, environment
 from tuner.store.flights import RESULTS, FlightStore
-from tuner.store.folder import csv_text
 from tuner.store.manifest import NONE_YET, Manifest, first_damage, read_manifest
 from tuner.store.start import read_start
 from tuner.study.study import TuningStudy
@@ -236,12 +236,12 @@ def margin_columns(study: TuningStudy) -> set[str]:
     return {f"{kind}:{entry.label}" for entry in study.requirements for kind in ("requirement", "violation")}
 
 
-def compare_tables(name: str, there: Any, here: Any, margins: set[str], moved: Moved) -> None:
-    """Raise the first difference of two pandas tables; margins: columns that need only be close."""
-    if list(there.columns) != list(here.columns) or len(there) != len(here):
+def compare_tables(name: str, there: Any, here: Columns, margins: set[str], moved: Moved) -> None:
+    """Raise the first difference of a pandas table from one made now; margins: columns that need only be close."""
+    if list(there.columns) != list(here) or any(len(values) != len(there) for values in here.values()):
         raise Different(f"{name} has other columns or rows")
-    for column in here.columns:
-        a, b = there[column].to_numpy(), here[column].to_numpy()
+    for column, b in here.items():
+        a = there[column].to_numpy()
         same = (a == b) | ((a != a) & (b != b))
         if column in margins:
             same[~same] = moved.near(a[~same], b[~same])

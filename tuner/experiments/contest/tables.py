@@ -16,11 +16,11 @@ from plant.scenarios import WIND_COLUMNS
 from tuner.analysis.responses import Responses, fan_table, responses_of
 from tuner.experiments.contest.result import Result
 from tuner.experiments.tuning.tables import FAN_SCENARIOS
+from tuner.store.columns import Columns, columns_of, stacked
 from tuner.store.document import DocumentPart
-from tuner.store.folder import data_frame, stacked
 
 
-def scores_table(result: Result) -> Any:
+def scores_table(result: Result) -> Columns:
     """Return every score of every flight, long: contender, quantity, scenario, flight (index in its scenario), value."""
     parts = []
     first = {entry.spec.name: 0 for entry in result.contest.scenarios}
@@ -32,17 +32,15 @@ def scores_table(result: Result) -> Any:
             wanted = quantity.objective.scenario
             seen = [n for n in range(len(origin)) if wanted in (None, origin[n])]
             parts.append(
-                data_frame(
-                    {
+                {
                         "contender": contender, "quantity": quantity.label, "scenario": origin[seen],
                         "flight": [n - first[origin[n]] for n in seen], "value": result.flown.scores[k, i, seen],
                     }
-                )
             )  # fmt: skip
     return stacked(parts)
 
 
-def fronts_table(result: Result) -> Any:
+def fronts_table(result: Result) -> Columns:
     """Return the points of all fronts; a gain that a contender's laws have not, or a value not picked by, is empty."""
     rows = []
     objectives = result.contest.base.objectives
@@ -60,13 +58,13 @@ def fronts_table(result: Result) -> Any:
                 row |= {f"picked_on:{o.label}": front.picked[n, i] for i, o in enumerate(objectives)}
             row |= {f"gain:{gain.address}": front.gains[n, gain.column] for gain in known}
             rows.append(row)
-    return data_frame(rows)
+    return columns_of(rows)
 
 
-def listed_table(rows: Sequence[DocumentPart]) -> Any:
+def listed_table(rows: Sequence[DocumentPart]) -> Columns:
     """Return a list of contest.json as a table; a list inside stands with semicolons."""
     content = [row.content() for row in rows]
-    return data_frame([{k: "; ".join(v) if isinstance(v, list) else v for k, v in row.items()} for row in content])
+    return columns_of([{k: "; ".join(v) if isinstance(v, list) else v for k, v in row.items()} for row in content])
 
 
 # Columns of the air in the order of `plant.air.air`, with units; world is ENU, body is FLU.
@@ -79,7 +77,7 @@ AIR = tuple(
 AIR_INSTANTS = 2000
 
 
-def response_tables(result: Result) -> tuple[Any, Any]:
+def response_tables(result: Result) -> tuple[Columns, Columns]:
     """Fly every contender again with a recorder on; return the fans over flights and the traces of flight 0."""
     contest, fans, traces = result.contest, [], []
     for scenario in contest.scenarios:
@@ -93,16 +91,14 @@ def response_tables(result: Result) -> tuple[Any, Any]:
     return stacked(fans), stacked(traces)
 
 
-def trace_table(flown: Responses, contender: str, scenario: str) -> Any:
+def trace_table(flown: Responses, contender: str, scenario: str) -> Columns:
     """Return flight 0 as a long table: one row for each signal and instant."""
     return stacked(
         [
-            data_frame(
-                {
+            {
                     "contender": contender, "scenario": scenario, "flight": 0, "signal": signal, "unit": unit,
                     "time": flown.time, "value": flown.actual[0, :, i], "reference": flown.reference[0, :, i],
                 }
-            )
             for i, (signal, unit) in enumerate(zip(flown.signals, flown.units, strict=True))
         ],
     )  # fmt: skip
@@ -125,7 +121,7 @@ def _(system: PlantSystem) -> tuple[tuple[tuple[str, str], ...], int]:
     return tuple((name, system.plant.unit(f"Disturbance.{name}")) for name in names), len(names)
 
 
-def wind_table(result: Result) -> Any:
+def wind_table(result: Result) -> Columns | None:
     """Return the air or the disturbance of flight 0 of every scenario as a long table.
 
     Columns that are zero throughout are left out, but the wind stays. None for a plant that nothing acts on.
@@ -141,11 +137,9 @@ def wind_table(result: Result) -> Any:
             if column < kept or air[:, column].any():
                 signal, unit = names[column]
                 parts.append(
-                    data_frame(
-                        {
+                    {
                             "scenario": scenario.spec.name, "flight": 0, "signal": signal, "unit": unit, "time": time,
                             "value": air[::every, column],
                         }
-                    )
                 )  # fmt: skip
     return stacked(parts) if parts else None

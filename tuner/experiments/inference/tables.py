@@ -8,15 +8,16 @@ import numpy as np
 
 from tuner.experiments.inference.findings import Findings
 from tuner.experiments.inference.misfit import EvaluatedSettings
-from tuner.store.folder import Folder, data_frame
+from tuner.store.columns import Columns
+from tuner.store.folder import Folder
 from tuner.study.contest_schema import INFERENCE_TABLES
 from tuner.study.inference import Inference
 from tuner.study.unknown_paths import put_at
 from tuner.text.toml_text import with_paths
 
 
-def settings_table(inference: Inference, settings: EvaluatedSettings, first: int) -> Any:
-    """Return settings as a pandas table, a row for each; first: number of the first of them.
+def settings_table(inference: Inference, settings: EvaluatedSettings, first: int) -> Columns:
+    """Return settings as a table, a row for each; first: number of the first of them.
 
     candidate; origin: number of the generation, -1 for those flown around the best; unknown:NAME; misfit:KIND and misfit
     (over all kinds); median:CELL and percentile:CELL of the published value among the flights; inside: number of cells
@@ -30,17 +31,16 @@ def settings_table(inference: Inference, settings: EvaluatedSettings, first: int
     columns |= {f"median:{cell.label}": settings.median[:, i] for i, cell in enumerate(inference.cells)}
     columns |= {f"percentile:{cell.label}": settings.percentile[:, i] for i, cell in enumerate(inference.cells)}
     columns |= {"inside": settings.inside.sum(axis=1), "failures": settings.failures.mean(axis=1)}
-    return data_frame(columns)
+    return columns
 
 
-def candidates_table(findings: Findings) -> Any:
+def candidates_table(findings: Findings) -> Columns:
     """Return all settings that were flown; role: "default", "inferred" or nothing; front: whether it was checked."""
     table = settings_table(findings.inference, findings.found, 0)
-    roles = np.full(len(table), "", dtype=object)
+    candidate = table.pop("candidate")
+    roles = np.full(len(candidate), "", dtype=object)
     roles[0], roles[findings.chosen] = "default", "inferred"
-    table.insert(1, "role", roles)
-    table.insert(2, "front", np.isin(np.arange(len(table)), findings.shown))
-    return table
+    return {"candidate": candidate, "role": roles, "front": np.isin(np.arange(len(roles)), findings.shown), **table}
 
 
 def with_values(inference: Inference, values: np.ndarray, folder: Folder) -> dict[str, Any]:

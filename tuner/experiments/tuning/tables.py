@@ -27,14 +27,15 @@ from tuner.analysis.spectrum import command_spectrum
 from tuner.documents.finalists import FINALIST_COLUMNS
 from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.search.loop import Generation
-from tuner.store.folder import data_frame, stacked
+from tuner.store.arrow import in_codes
+from tuner.store.columns import Columns, columns_of, stacked
 from tuner.study.margins import holds_place, nominal_margins
 from tuner.study.plant_study import PlantStudy, plant_margins
 from tuner.study.study import SearchedStudy, Study, TuningStudy
 
 
-def generation_table(study: SearchedStudy, generations: list[Generation], record: Generation) -> Any:
-    """Return one generation as a pandas table, a row for each candidate."""
+def generation_table(study: SearchedStudy, generations: list[Generation], record: Generation) -> Columns:
+    """Return one generation as a table, a row for each candidate."""
     before = sum(len(entry.points) for entry in generations) - len(record.points)
     values = study.space.values(record.points)
     evaluation = record.evaluation
@@ -48,10 +49,10 @@ def generation_table(study: SearchedStudy, generations: list[Generation], record
     columns |= requirement_columns(known, evaluation)
     columns |= {"flown": evaluation.flown}
     columns |= {"failures": evaluation.failures, "feasible": np.all(evaluation.violations <= 0.0, axis=1)}
-    return data_frame(columns)
+    return columns
 
 
-def requirement_columns(requirements: tuple[Requirement, ...], evaluation: Evaluation) -> dict[str, Any]:
+def requirement_columns(requirements: tuple[Requirement, ...], evaluation: Evaluation) -> Columns:
     """Return the values of the requirements as columns in SI units; an infinite value stands as inf."""
     return {
         f"requirement:{entry.label}": entry.in_file(evaluation.requirements[:, i])
@@ -59,27 +60,25 @@ def requirement_columns(requirements: tuple[Requirement, ...], evaluation: Evalu
     }
 
 
-def history_table(generations: list[Generation]) -> Any:
-    """Return the progress of a search as a pandas table, a row for each generation."""
-    return data_frame(
-        {
-            "generation": [entry.number for entry in generations],
-            "flights": [entry.flights for entry in generations],
-            "screened": [entry.screened for entry in generations],
-            "flights_saved": [entry.flights_saved for entry in generations],
-            "raced": [entry.raced for entry in generations],
-            "flights_raced": [entry.flights_raced for entry in generations],
-            "seconds": [entry.seconds for entry in generations],
-            "screening_seconds": np.cumsum([entry.evaluation.screening_seconds for entry in generations]),
-            "flight_seconds": np.cumsum([entry.evaluation.flight_seconds for entry in generations]),
-            "feasible_share": [entry.feasible_share for entry in generations],
-            "hypervolume": [entry.hypervolume for entry in generations],
-        }
-    )
+def history_table(generations: list[Generation]) -> Columns:
+    """Return the progress of a search as a table, a row for each generation."""
+    return {
+        "generation": [entry.number for entry in generations],
+        "flights": [entry.flights for entry in generations],
+        "screened": [entry.screened for entry in generations],
+        "flights_saved": [entry.flights_saved for entry in generations],
+        "raced": [entry.raced for entry in generations],
+        "flights_raced": [entry.flights_raced for entry in generations],
+        "seconds": [entry.seconds for entry in generations],
+        "screening_seconds": np.cumsum([entry.evaluation.screening_seconds for entry in generations]),
+        "flight_seconds": np.cumsum([entry.evaluation.flight_seconds for entry in generations]),
+        "feasible_share": [entry.feasible_share for entry in generations],
+        "hypervolume": [entry.hypervolume for entry in generations],
+    }
 
 
-def front_table(outcome: Outcome) -> Any:
-    """Return the finalists as a pandas table: default first, then the front of the search along its first objective."""
+def front_table(outcome: Outcome) -> Columns:
+    """Return the finalists as a table: default first, then the front of the search along its first objective."""
     study, finalists = outcome.study, outcome.finalists
     rows = [0, *[int(candidate) for candidate in outcome.candidates]]
     chosen = "tuned" if outcome.feasible else "nearest"
@@ -104,14 +103,14 @@ def front_table(outcome: Outcome) -> Any:
             )
         }  # fmt: skip
     columns |= requirement_columns(study.requirements, finalists.evaluation)
-    return data_frame(columns)
+    return columns
 
 
 COLUMNS = ("point", "label", "value", "low", "high", "difference", "difference_low", "difference_high")
 
 
-def constraint_table(outcome: Outcome) -> Any:
-    """Return the constrained quantities on held-out scenarios as a pandas table, a row for each finalist and constraint.
+def constraint_table(outcome: Outcome) -> Columns:
+    """Return the constrained quantities on held-out scenarios as a table, a row for each finalist and constraint.
 
     SI units, with intervals; difference: to the default, paired.
     """
@@ -121,15 +120,15 @@ def constraint_table(outcome: Outcome) -> Any:
         numbers = (*flown.estimate(i), *flown.difference_to(i, 0))
         label = constraint.objective.label
         rows += [(name, label, *values) for name, *values in zip(outcome.names, *numbers, strict=True)]
-    return data_frame([dict(zip(COLUMNS, row, strict=True)) for row in rows])
+    return columns_of([dict(zip(COLUMNS, row, strict=True)) for row in rows])
 
 
 # Frequencies of a curve, from so many rad/s up to Nyquist: 28 a decade, which a line through them does not show.
 POINTS, LOWEST = 120, 0.05
 
 
-def margin_table(outcome: FlightOutcome) -> Any:
-    """Return a pandas table, a row for each finalist and channel with a loop; None where no steady flight is found.
+def margin_table(outcome: FlightOutcome) -> Columns | None:
+    """Return a table, a row for each finalist and channel with a loop; None where no steady flight is found.
 
     Columns: point, channel, stable, those of `RECORDED` in SI units (empty where no crossing limits a margin, or where the loop
     is not stable), case (amplitude of the curve in words, empty for a linear loop), and the lists frequency [rad/s], real and
@@ -150,7 +149,7 @@ def margin_table(outcome: FlightOutcome) -> Any:
         for i, channel in enumerate(margins.channels)
         if channel in looped
     ]
-    return data_frame(rows)
+    return columns_of(rows)
 
 
 def margin_model(outcome: FlightOutcome) -> Any:
@@ -215,8 +214,8 @@ class PointFan(NamedTuple):
     units: tuple[str, ...]
 
 
-def response_table(outcome: FlightOutcome) -> Any:
-    """Fly every finalist through held-out scenarios and return the fans as one long pandas table.
+def response_table(outcome: FlightOutcome) -> Columns:
+    """Fly every finalist through held-out scenarios and return the fans as one long table.
 
     A row for each signal and instant: point, scenario, signal, unit, time [s], reference, low, median, high (5, 50, 95 %), worst,
     and worst_flight, the index of that flight among the held-out ones. Values are float32: 31 points take 3 MB a scenario.
@@ -228,10 +227,10 @@ def response_table(outcome: FlightOutcome) -> Any:
         for part in scenario_parts(outcome, entry.spec, min(FAN_SCENARIOS, entry.held_out))
     ]
     table = stacked(parts)
-    return table.astype({name: "category" for name in ("point", "scenario", "signal", "unit")})
+    return table | {name: in_codes(table[name]) for name in ("point", "scenario", "signal", "unit")}
 
 
-def scenario_parts(outcome: FlightOutcome, spec: ScenarioSpec, count: int) -> list[Any]:
+def scenario_parts(outcome: FlightOutcome, spec: ScenarioSpec, count: int) -> list[Columns]:
     """Return the tables of all points in one scenario, fans over so many flights."""
     worst = worst_flights(outcome, spec.name).tolist()
     beyond = sorted({index for index in worst if index >= count})
@@ -260,8 +259,8 @@ SPECTRUM_FLIGHTS = 16
 SPECTRUM_INSTANTS = 50_000
 
 
-def spectrum_table(outcome: FlightOutcome) -> Any:
-    """Return the spectra of what default and tuned gains ask of rotors or inputs as a pandas table; None without `noise`.
+def spectrum_table(outcome: FlightOutcome) -> Columns | None:
+    """Return the spectra of what default and tuned gains ask of rotors or inputs as a table; None without `noise`.
 
     A row for each point, scenario and frequency [Hz]: density [1/sqrt(Hz)]. Only studies that judge by the metric `noise` ask.
     """
@@ -277,7 +276,7 @@ def spectrum_table(outcome: FlightOutcome) -> Any:
         for row in (0, outcome.tuned):
             found = command_spectrum(study.system, outcome.problem.flyer, outcome.gains(row), inputs)
             if found is not None:
-                parts.append(data_frame({"point": outcome.names[row], "scenario": entry.spec.name, **found._asdict()}))
+                parts.append({"point": outcome.names[row], "scenario": entry.spec.name, **found._asdict()})
     return stacked(parts) if parts else None
 
 
@@ -298,13 +297,18 @@ def flight_of(outcome: FlightOutcome, row: int, inputs: Any) -> Responses:
     return responses_of(outcome.study.system, outcome.problem.flyer, outcome.gains(row), inputs)
 
 
-def point_table(fan: PointFan, point: str, scenario: str, worst_flight: int) -> Any:
-    """Return the fan of one point as a long table (pandas); worst_flight: index of the flight in which it did worst."""
+def point_table(fan: PointFan, point: str, scenario: str, worst_flight: int) -> Columns:
+    """Return the fan of one point as a long table; worst_flight: index of the flight in which it did worst."""
     time, *series, signals, units = fan
     columns: dict[str, Any] = {"point": point, "scenario": scenario}
-    columns |= {"signal": np.repeat(signals, len(time)), "unit": np.repeat(units, len(time))}
+    columns |= {"signal": each(signals, len(time)), "unit": each(units, len(time))}
     columns |= {"time": np.tile(time, len(signals))}
     columns |= {
         name: values.T.ravel().astype(np.float32) for name, values in zip(PointFan._fields[1:-2], series, strict=True)
     }
-    return data_frame({**columns, "worst_flight": np.int32(worst_flight)})
+    return {**columns, "worst_flight": np.int32(worst_flight)}
+
+
+def each(texts: tuple[str, ...], count: int) -> np.ndarray:
+    """Return each text so many times, as references to the one."""
+    return np.repeat(np.array(texts, dtype=object), count)

@@ -1,6 +1,9 @@
 """What a run keeps of every finalist: responses, constrained quantities, margins."""
 
+import io
+
 import numpy as np
+import pandas as pd
 import pytest
 
 from objectives.margins.margins import MarginModel
@@ -19,6 +22,7 @@ from tuner.experiments.tuning.tables import (
     scenario_parts,
     worst_flights,
 )
+from tuner.store.arrow import parquet_bytes
 
 
 @pytest.fixture(scope="module")
@@ -26,8 +30,13 @@ def outcome(small_run):
     return small_run[0]
 
 
+def written(table):
+    """A table as pandas reads its file."""
+    return pd.read_parquet(io.BytesIO(parquet_bytes(table)))
+
+
 def test_responses_of_every_finalist_with_the_flight_in_which_it_did_worst(outcome):
-    table = response_table(outcome)
+    table = written(response_table(outcome))
     assert list(table.point.unique()) == outcome.names
     assert np.all(table.low <= table["median"]) and np.all(table["median"] <= table.high)
     assert set(table.groupby(["point", "signal"], observed=True).size()) == {len(table) // (10 * len(outcome.names))}
@@ -46,8 +55,8 @@ def test_responses_of_every_finalist_with_the_flight_in_which_it_did_worst(outco
 def test_a_worst_flight_is_the_same_in_the_fan_and_beyond_it(outcome):
     entry = outcome.study.scenarios[0]
     for inside, beyond in zip(*[scenario_parts(outcome, entry.spec, n) for n in (entry.held_out, 1)], strict=True):
-        assert inside.worst_flight.tolist() == beyond.worst_flight.tolist()
-        np.testing.assert_array_equal(inside.worst, beyond.worst)
+        assert inside["worst_flight"] == beyond["worst_flight"]
+        np.testing.assert_array_equal(inside["worst"], beyond["worst"])
 
 
 @pytest.mark.parametrize("count", [1, 2, 21, 64])
@@ -64,7 +73,7 @@ def test_worst_flight_goes_by_the_first_objective_that_counts_there(outcome):
 
 
 def test_constraints_of_every_finalist_are_what_made_them_feasible(outcome):
-    table, study = constraint_table(outcome), outcome.study
+    table, study = pd.DataFrame(constraint_table(outcome)), outcome.study
     assert list(table.point.unique()) == outcome.names
     limits = {entry.objective.label: entry.most for entry in study.constraints}
     assert list(table.label.unique()) == list(limits)
@@ -78,7 +87,7 @@ def test_constraints_of_every_finalist_are_what_made_them_feasible(outcome):
 
 @pytest.fixture(scope="module")
 def margins(outcome):
-    return margin_table(outcome)
+    return written(margin_table(outcome))
 
 
 def test_margins_of_every_finalist_and_loop_are_read_off_the_curve_beside_them(outcome, margins):
