@@ -10,7 +10,7 @@ from typing import Protocol
 import numpy as np
 
 from objectives.system import FlightBatch, System
-from plant.backends.flyer import FlightInputs, Flyer
+from plant.backends.flyer import FlightInputs, Flyer, Recording
 from plant.scenarios import ScenarioSpec
 
 OnFlightsDone = Callable[[int], None]
@@ -47,6 +47,9 @@ class Engine(Protocol):
 
     def draw_ahead(self, batch: FlightBatch, first: int, last: int) -> None:
         """Draw the flights first..last of a batch, for which it is asked later; from a thread beside the one that flies."""
+
+    def record(self, batch: FlightBatch, recording: Recording) -> None:
+        """Record the first flights of a batch from now on, where an engine can and they are made in one range."""
 
     def warm_up(self, gains: np.ndarray, batch: FlightBatch) -> None:
         """Fly a gains row (g,) once, so that everything is compiled."""
@@ -98,6 +101,7 @@ class LocalEngine(Engine):
     def __init__(self, system: System, root: int, flyer: Flyer) -> None:
         self._system, self._flyer = system, flyer
         self._scenarios = Scenarios(system, root)
+        self._recordings: dict[tuple[ScenarioSpec, str], Recording] = {}
 
     @property
     def arithmetic(self) -> str:
@@ -113,8 +117,17 @@ class LocalEngine(Engine):
         if keeps(batch.count, batch.spec.steps(self._system.timing)):
             self._scenarios.inputs(batch, first, last)
 
+    def record(self, batch: FlightBatch, recording: Recording) -> None:
+        """Record the first flights of a batch wherever they are all in one range; an FMU's are not recorded."""
+        if isinstance(self._flyer, Flyer):
+            self._recordings[batch.spec, batch.stream] = recording
+
     def fly(
         self, gains: np.ndarray, batch: FlightBatch, first: int, last: int, on_flights_done: OnFlightsDone | None = None
     ) -> np.ndarray:
         """Fly; see `Engine`."""
-        return self._flyer.fly(gains, self._system.nominal, self._scenarios.inputs(batch, first, last), on_flights_done)
+        asked = gains, self._system.nominal, self._scenarios.inputs(batch, first, last), on_flights_done
+        recording = self._recordings.get((batch.spec, batch.stream))
+        if recording and first == 0 and last >= recording.flights:
+            return self._flyer.fly(*asked, recording)
+        return self._flyer.fly(*asked)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Sequence
 from concurrent.futures import ThreadPoolExecutor
 from copy import copy
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -35,11 +35,24 @@ class FlightInputs:
     targets: Any
     count: int
 
-    def block(self, number: int) -> "FlightInputs":
-        """Return the scenarios of one block."""
+    def blocks(self, first: int, last: int) -> "FlightInputs":
+        """Return the scenarios of the blocks from `first` to before `last`."""
         names = ("dynamics", "starts", "disturbances", "noises")
-        parts = {name: getattr(self, name)[number : number + 1] for name in names}
-        return replace(self, **parts, count=min(self.count - number * LANES, LANES))
+        parts = {name: getattr(self, name)[first:last] for name in names}
+        return replace(self, **parts, count=min(self.count, last * LANES) - first * LANES)
+
+
+class Recording(NamedTuple):
+    """A recorder of the first flights of each candidate, while they are made.
+
+    flights: how many. rows: of the workspace, in the order in which they are wanted; every: at each so many-th instant.
+    take: told gains (n,), trace (flights, instants, rows) and results (flights, rows) of a candidate, from the threads that fly.
+    """
+
+    flights: int
+    rows: Sequence[int] | np.ndarray
+    every: int
+    take: Callable[[np.ndarray, np.ndarray, np.ndarray], None]
 
 
 def to_lanes(per_scenario: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
@@ -63,6 +76,15 @@ def filled_lanes(count: int, shape: tuple[int, ...], fill: Callable[[int, np.nda
                 block[lane] = block[lane - 1]
         lanes[...] = np.moveaxis(block, 0, -1)
     return out
+
+
+NOTHING, UNTRACED = np.empty(0, dtype=np.intp), np.empty((1, 1, 1, 1, 1))
+"""Rows and memory of a trace of nothing."""
+
+
+def by_scenario(lanes: np.ndarray) -> np.ndarray:
+    """Turn blocks of lanes (blocks, ..., lanes) into scenarios (blocks * lanes, ...), spare ones included."""
+    return np.moveaxis(lanes, -1, 1).reshape(-1, *lanes.shape[1:-1])
 
 
 class Flyer:
@@ -99,6 +121,7 @@ class Flyer:
         nominal: Any,
         inputs: FlightInputs,
         on_flights_done: Callable[[int], None] | None = None,
+        recording: Recording | None = None,
     ) -> np.ndarray:
         """Fly every candidate through every scenario.
 
@@ -107,17 +130,24 @@ class Flyer:
             nominal: The controller's knowledge of the vehicle.
             inputs: The scenarios, see `plant.scenarios.sample_scenarios`.
             on_flights_done: Called with n as n more flights have ended, from the threads that fly.
+            recording: Records the first flights of each candidate, of which there must be as many.
 
         Returns:
             Results (candidates, scenarios, rows): meters in leaf order, status, end time [s]; see `result_parts`.
         """
         blocks = len(inputs.dynamics)
         out = np.empty((len(gains), blocks, self.rows, LANES))
-        nothing, empty = np.empty(0, dtype=np.intp), np.empty((1, 1, 1, 1, 1))
+        recorded = -(-recording.flights // LANES) if recording else 0
 
         def task(candidate: int) -> None:
-            one = slice(candidate, candidate + 1)
-            self._run(gains[one], nominal, inputs, out[one], nothing, empty, 0)
+            row, results = gains[candidate], out[candidate]
+            if recording:
+                first = inputs.blocks(0, recorded)
+                trace = self._traced(row, nominal, first, results[:recorded], recording.rows, recording.every)
+                n = recording.flights
+                recording.take(row, trace[:n], by_scenario(results[:recorded])[:n])
+            if recorded < blocks:
+                self._run(row, nominal, inputs.blocks(recorded, blocks), results[recorded:], NOTHING, UNTRACED, 0)
             if on_flights_done is not None:
                 on_flights_done(inputs.count)
 
@@ -131,18 +161,30 @@ class Flyer:
         nominal: Any,
         inputs: FlightInputs,
         every: int = 1,
-        traced: Sequence[int] | None = None,
+        traced: Sequence[int] | np.ndarray | None = None,
     ) -> np.ndarray:
         """Fly one candidate, gains (n,), and return every `every`-th instant: (scenarios, instants, rows).
 
         traced: rows of the workspace in the order they are wanted, by default all of them; a few take a twentieth of the memory.
         """
-        blocks, steps = len(inputs.dynamics), len(inputs.references)
-        chosen = np.arange(layout(self.loop).total) if traced is None else np.array(traced, dtype=np.intp)
-        out = np.empty((1, blocks, self.rows, LANES))
-        trace = np.empty((1, blocks, -(-steps // every), len(chosen), LANES))
-        self._run(gains[None], nominal, inputs, out, chosen, trace, every)
-        return np.moveaxis(trace[0], -1, 1).reshape(blocks * LANES, *trace.shape[2:4])[: inputs.count]
+        chosen = np.arange(layout(self.loop).total) if traced is None else traced
+        out = np.empty((len(inputs.dynamics), self.rows, LANES))
+        return self._traced(gains, nominal, inputs, out, chosen, every)[: inputs.count]
+
+    def _traced(
+        self,
+        gains: np.ndarray,
+        nominal: Any,
+        inputs: FlightInputs,
+        out: np.ndarray,
+        traced: Sequence[int] | np.ndarray,
+        every: int,
+    ) -> np.ndarray:
+        """Fly one candidate, write the results into out (blocks, rows, lanes) and return what is traced, for spare lanes too."""
+        chosen = np.array(traced, dtype=np.intp)
+        trace = np.empty((1, len(inputs.dynamics), -(-len(inputs.references) // every), len(chosen), LANES))
+        self._run(gains, nominal, inputs, out, chosen, trace, every)
+        return by_scenario(trace[0])
 
     def _run(
         self,
@@ -154,10 +196,11 @@ class Flyer:
         trace: np.ndarray,
         every: int,
     ) -> None:
+        """Fly one candidate, gains (n,), and write the results into out (blocks, rows, lanes)."""
         self._kernel(
-            np.ascontiguousarray(gains, dtype=float), np.array(flatten(nominal), dtype=float), inputs.dynamics,
+            np.ascontiguousarray(gains[None], dtype=float), np.array(flatten(nominal), dtype=float), inputs.dynamics,
             inputs.starts, inputs.disturbances, inputs.noises, inputs.references, np.array(flatten(inputs.targets), dtype=float),
-            self._limits, *self._timing, self._timing.steps, out, traced, trace, every,
+            self._limits, *self._timing, self._timing.steps, out[None], traced, trace, every,
         )  # fmt: skip
 
 

@@ -16,7 +16,7 @@ from plant.backends.array import rebinder
 from plant.backends.flyer import FlightInputs, Flyer
 from plant.closed_loop import Limits
 from plant.loop import Timing
-from plant.nominal import Nominal, nominal
+from plant.nominal import nominal
 from plant.records import paths, rows, size
 from plant.references.steps import Steps
 from plant.scenarios import ScenarioSpec
@@ -67,29 +67,64 @@ def quantiles(values: np.ndarray, levels: Sequence[float]) -> np.ndarray:
     return found
 
 
-@singledispatch
 def responses_of(system: Any, flyer: Flyer, gains: np.ndarray, inputs: FlightInputs) -> Responses:
     """Fly one candidate, gains (n,), through the scenarios and return what its axes and commands did."""
+    every = spacing(len(inputs.references))
+    trace = flyer.trace(gains, system.nominal, inputs, every, traced_rows(system, flyer.loop.Flight))
+    return responses_from(system, trace, inputs.references)
+
+
+def spacing(steps: int) -> int:
+    """Return each how many-th of so many control instants is an instant of the responses."""
+    return max(1, steps // INSTANTS)
+
+
+@singledispatch
+def traced_rows(system: Any, flight: Any) -> np.ndarray:
+    """Return the rows of a flight that responses are made of."""
     raise TypeError(f"nothing draws the responses of {type(system).__name__}")
 
 
-@responses_of.register
-def _(system: System, flyer: Flyer, gains: np.ndarray, inputs: FlightInputs) -> Responses:
-    return fly_responses(flyer, gains, system.nominal, inputs, system.timing.control_period)
+@traced_rows.register
+def _(system: System, flight: Any) -> np.ndarray:  # noqa: ARG001
+    return np.r_[*[rows(flight, part) for part in TRACED]]
 
 
-@responses_of.register
-def _(system: PlantSystem, flyer: Flyer, gains: np.ndarray, inputs: FlightInputs) -> Responses:
-    steps = len(inputs.references)
-    every, plant, plan = max(1, steps // INSTANTS), system.plant, system.plan
-    kind, names = flyer.loop.Flight, plan.names
-    traced = np.r_[*[rows(kind, part) for part in ("body.shown", "control.command", "control.commands")]]
-    trace = flyer.trace(gains, system.nominal, inputs, every, traced)
-    n, m = size(plant.Output), size(plant.Input)
+@traced_rows.register
+def _(system: PlantSystem, flight: Any) -> np.ndarray:  # noqa: ARG001
+    return np.r_[*[rows(flight, part) for part in ("body.shown", "control.command", "control.commands")]]
+
+
+@singledispatch
+def responses_from(system: Any, trace: np.ndarray, references: np.ndarray) -> Responses:
+    """Return the responses in flights of which `traced_rows` were recorded: trace (scenarios, instants, rows).
+
+    references (steps, ...): of `plant.backends.flyer.FlightInputs`.
+    """
+    raise TypeError(f"nothing draws the responses of {type(system).__name__}")
+
+
+@responses_from.register
+def _(system: System, trace: np.ndarray, references: np.ndarray) -> Responses:
+    every = spacing(len(references))
+    position, q, commands, tilt = np.split(trace, (3, 7, 11), axis=-1)
+    reference = np.full((*trace.shape[:2], len(SIGNALS)), np.nan)
+    asked = references[::every]
+    reference[..., 0:3] = asked[None, :, 0:3]
+    reference[..., 3:5] = tilt
+    reference[..., 5] = asked[None, :, 11]
+    actual = np.concatenate([position, _euler(q), commands / system.nominal.hover], axis=-1)
+    return Responses(np.arange(0, len(references), every) * system.timing.control_period, actual, reference)
+
+
+@responses_from.register
+def _(system: PlantSystem, trace: np.ndarray, references: np.ndarray) -> Responses:
+    every, plant, plan = spacing(len(references)), system.plant, system.plan
+    names, n, m = plan.names, size(plant.Output), size(plant.Input)
     shown, asked, commands = np.split(trace, (n, n + m), axis=-1)
     outputs, inputs_of = paths(plant.Output), paths(plant.Input)
     actual = [shown[..., outputs.index(channel.output)] for channel in plan.channels]
-    given = inputs.references[::every, ::3]
+    given = references[::every, ::3]
     reference = [
         commands[..., names.index(plan.commanded[name])]
         if name in plan.commanded
@@ -97,7 +132,7 @@ def _(system: PlantSystem, flyer: Flyer, gains: np.ndarray, inputs: FlightInputs
         for i, name in enumerate(names)
     ]
     return Responses(
-        np.arange(0, steps, every) * system.timing.control_period,
+        np.arange(0, len(references), every) * system.timing.control_period,
         np.concatenate([np.stack(actual, axis=-1), asked], axis=-1),
         np.concatenate([np.stack(reference, axis=-1), np.full_like(asked, np.nan)], axis=-1),
         (*names, *inputs_of),
@@ -106,23 +141,6 @@ def _(system: PlantSystem, flyer: Flyer, gains: np.ndarray, inputs: FlightInputs
             *[plant.unit(f"Input.{name}") for name in inputs_of],
         ),
     )
-
-
-def fly_responses(
-    flyer: Flyer, gains: np.ndarray, nominal: Nominal, inputs: FlightInputs, control_period: float
-) -> Responses:
-    """Fly one candidate, gains (n,), through the scenarios and return what its axes and rotors did."""
-    steps = len(inputs.references)
-    every = max(1, steps // INSTANTS)
-    trace = flyer.trace(gains, nominal, inputs, every, np.r_[*[rows(flyer.loop.Flight, part) for part in TRACED]])
-    position, q, commands, tilt = np.split(trace, (3, 7, 11), axis=-1)
-    reference = np.full((*trace.shape[:2], len(SIGNALS)), np.nan)
-    asked = inputs.references[::every]
-    reference[..., 0:3] = asked[None, :, 0:3]
-    reference[..., 3:5] = tilt
-    reference[..., 5] = asked[None, :, 11]
-    actual = np.concatenate([position, _euler(q), commands / nominal.hover], axis=-1)
-    return Responses(np.arange(0, steps, every) * control_period, actual, reference)
 
 
 def _euler(q: np.ndarray) -> np.ndarray:

@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 from plant.backends import array
-from plant.backends.flyer import Flyer, result_parts, to_lanes
+from plant.backends.flyer import Flyer, Recording, result_parts, to_lanes
 from plant.backends.lanes import LANES, layout, result_rows
 from plant.backends.scalar import scalar_kernel
 from plant.backends.stepping import Inputs, fly_steps, unchanged
@@ -51,6 +51,17 @@ def test_a_traced_flight_ends_where_the_untraced_one_does():
     assert np.array_equal(meters, flyer().fly(gains()[None], NOMINAL, batch)[0])
     few = flyer().trace(gains(), NOMINAL, batch, every=3, traced=[7, 0])
     assert np.array_equal(few, trace[:, ::3, [7, 0]])
+
+
+def test_flights_that_are_recorded_on_the_way_are_those_that_are_not():
+    batch, many, seen = inputs(range(2 * LANES + 3)), np.stack([gains(), 1.2 * gains()]), {}
+    recording = Recording(LANES + 2, [7, 0], 3, lambda row, *found: seen.update({row.tobytes(): found}))
+    flown = flyer(2).fly(many, NOMINAL, batch, None, recording)
+    assert np.array_equal(flown, flyer(2).fly(many, NOMINAL, batch))
+    for row, results in zip(many, flown, strict=True):
+        trace, found = seen[row.tobytes()]
+        assert np.array_equal(found, results[: LANES + 2])
+        assert np.array_equal(trace, flyer().trace(row, NOMINAL, inputs(range(LANES + 2)), 3, [7, 0]))
 
 
 def test_lanes_fly_what_plain_python_and_numpy_fly():

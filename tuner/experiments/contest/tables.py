@@ -15,7 +15,7 @@ from plant.records import paths
 from plant.scenarios import WIND_COLUMNS
 from tuner.analysis.responses import Responses, fan_table, responses_of
 from tuner.experiments.contest.result import Result
-from tuner.experiments.tuning.tables import FAN_SCENARIOS
+from tuner.experiments.tuning.fans import FAN_SCENARIOS
 from tuner.store.columns import Columns, columns_of, stacked
 from tuner.store.document import DocumentPart
 

@@ -27,12 +27,13 @@ from tuner.experiments.experiment import DRAWN, Experiment
 from tuner.experiments.options import Options, reused
 from tuner.experiments.tuning.conclusion import conclude
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
+from tuner.experiments.tuning.fans import Fans, response_table
 from tuner.experiments.tuning.gains_of_run import gains_document
 from tuner.experiments.tuning.outcome import FlightOutcome
 from tuner.experiments.tuning.problem import batches, check_searched, problem_of, warm_up
 from tuner.experiments.tuning.search import algorithm_of, first_points, flight_store, search
 from tuner.experiments.tuning.summary import summary_document
-from tuner.experiments.tuning.tables import constraint_table, front_table, margin_table, response_table, spectrum_table
+from tuner.experiments.tuning.tables import constraint_table, front_table, margin_table, spectrum_table
 from tuner.search.loop import Search
 from tuner.search.rest import Budget
 from tuner.search.watcher import Watcher
@@ -90,6 +91,7 @@ class TuningRun(Experiment[Any, FlightOutcome]):
         self.clock = Clock()
         self.store = flight_store(self.study, self.folder, reused(self.options))
         self.problem = problem_of(self.study, self.threads, self.store, self.engine)
+        self.fans = Fans(self.study, self.problem)
 
     @property
     def damaged(self) -> list[str]:
@@ -129,6 +131,7 @@ class TuningRun(Experiment[Any, FlightOutcome]):
             )
             # What earlier sessions took counts.
             self.begin -= max(generations[-1].seconds - self.seconds, 0.0)
+            self.fans.record()
             outcome = conclude(self.problem, self.study, generations, self.watcher, self.begin, warnings)
             self.store.commit(HELD_OUT)
         return outcome
@@ -182,7 +185,7 @@ class TuningRun(Experiment[Any, FlightOutcome]):
         spectra = spectrum_table(found)
         if spectra is not None:
             folder.write_table("spectra.parquet", spectra)
-        folder.write_table("responses.parquet", response_table(found))
+        folder.write_table("responses.parquet", response_table(found, self.fans))
         self.drawing.begin()
         if found.study.constraints:
             folder.write_table("constraints.csv", constraint_table(found))

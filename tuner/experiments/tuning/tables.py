@@ -8,7 +8,7 @@ value of the first objective that counts in the scenario.
 """
 
 from functools import singledispatch
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
@@ -18,16 +18,12 @@ from objectives.margins.results import Margins
 from objectives.metrics.noise import NOISE
 from objectives.problem import Evaluation
 from objectives.requirements import Requirement
-from plant.backends.lanes import LANES
 from plant.errors import InputError
-from plant.scenarios import HELD_OUT, ScenarioSpec
-from plant.threads import side_by_side
-from tuner.analysis.responses import Responses, responses_of
 from tuner.analysis.spectrum import command_spectrum
 from tuner.documents.finalists import FINALIST_COLUMNS
+from tuner.experiments.tuning.fans import drawn
 from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.search.loop import Generation
-from tuner.store.arrow import in_codes
 from tuner.store.columns import Columns, columns_of, stacked
 from tuner.study.margins import holds_place, nominal_margins
 from tuner.study.plant_study import PlantStudy, plant_margins
@@ -194,65 +190,6 @@ def curve_row(frequency: np.ndarray, loop: np.ndarray) -> dict[str, Any]:
     return {name: part.astype(np.float32) for name, part in parts.items()}
 
 
-# Held-out scenarios a fan is drawn from: its 5 % and 95 % lines rest on three flights each.
-FAN_SCENARIOS = 64
-
-
-class PointFan(NamedTuple):
-    """Responses of a point over many flights: time (instants,) [s]; else (instants, signals), worst: in its worst flight.
-
-    signals, units: names and units of the last axis.
-    """
-
-    time: np.ndarray
-    reference: np.ndarray
-    low: np.ndarray
-    median: np.ndarray
-    high: np.ndarray
-    worst: np.ndarray
-    signals: tuple[str, ...]
-    units: tuple[str, ...]
-
-
-def response_table(outcome: FlightOutcome) -> Columns:
-    """Fly every finalist through held-out scenarios and return the fans as one long table.
-
-    A row for each signal and instant: point, scenario, signal, unit, time [s], reference, low, median, high (5, 50, 95 %), worst,
-    and worst_flight, the index of that flight among the held-out ones. Values are float32: 31 points take 3 MB a scenario.
-    """
-    study = outcome.study
-    parts = [
-        part
-        for entry in study.scenarios
-        for part in scenario_parts(outcome, entry.spec, min(FAN_SCENARIOS, entry.held_out))
-    ]
-    table = stacked(parts)
-    return table | {name: in_codes(table[name]) for name in ("point", "scenario", "signal", "unit")}
-
-
-def scenario_parts(outcome: FlightOutcome, spec: ScenarioSpec, count: int) -> list[Columns]:
-    """Return the tables of all points in one scenario, fans over so many flights."""
-    worst = worst_flights(outcome, spec.name).tolist()
-    beyond = sorted({index for index in worst if index >= count})
-    inputs = drawn(outcome, spec, range(count))
-    others = drawn(outcome, spec, beyond) if beyond else inputs
-
-    def worst_of(row: int, flown: Responses) -> np.ndarray:
-        if worst[row] < count:
-            return flown.actual[worst[row]]
-        block, lane = divmod(beyond.index(worst[row]), LANES)
-        return flight_of(outcome, row, others.block(block)).actual[lane]
-
-    def fan_of(row: int) -> PointFan:
-        flown = flight_of(outcome, row, inputs)
-        low, median, high = flown.fans()
-        parts = (flown.reference.mean(axis=0), low, median, high, worst_of(row, flown))
-        return PointFan(flown.time, *parts, flown.signals, flown.units)
-
-    fans = zip(side_by_side(fan_of, range(len(worst))), outcome.names, worst, strict=True)
-    return [point_table(fan, name, spec.name, index) for fan, name, index in fans]
-
-
 # Held-out flights that a spectrum is averaged over, each recorded at every control instant.
 SPECTRUM_FLIGHTS = 16
 # Control instants of the longest flight that is recorded: all lanes of a block take 130 MB then.
@@ -278,37 +215,3 @@ def spectrum_table(outcome: FlightOutcome) -> Columns | None:
             if found is not None:
                 parts.append({"point": outcome.names[row], "scenario": entry.spec.name, **found._asdict()})
     return stacked(parts) if parts else None
-
-
-def worst_flights(outcome: Outcome, scenario: str) -> np.ndarray:
-    """Return for each finalist the index (rows,) of its worst flight among the held-out ones of a scenario."""
-    objectives = outcome.study.objectives
-    chosen = next((i for i, entry in enumerate(objectives) if entry.scenario in (None, scenario)), 0)
-    return np.argmax(outcome.finalists.evaluation.samples(chosen, scenario), axis=-1)
-
-
-def drawn(outcome: FlightOutcome, spec: ScenarioSpec, indices: Any) -> Any:
-    """Return held-out flights of a scenario by their indices."""
-    return outcome.study.system.sample(spec, outcome.study.seed, HELD_OUT, indices)
-
-
-def flight_of(outcome: FlightOutcome, row: int, inputs: Any) -> Responses:
-    """Return what a finalist does in drawn flights."""
-    return responses_of(outcome.study.system, outcome.problem.flyer, outcome.gains(row), inputs)
-
-
-def point_table(fan: PointFan, point: str, scenario: str, worst_flight: int) -> Columns:
-    """Return the fan of one point as a long table; worst_flight: index of the flight in which it did worst."""
-    time, *series, signals, units = fan
-    columns: dict[str, Any] = {"point": point, "scenario": scenario}
-    columns |= {"signal": each(signals, len(time)), "unit": each(units, len(time))}
-    columns |= {"time": np.tile(time, len(signals))}
-    columns |= {
-        name: values.T.ravel().astype(np.float32) for name, values in zip(PointFan._fields[1:-2], series, strict=True)
-    }
-    return {**columns, "worst_flight": np.int32(worst_flight)}
-
-
-def each(texts: tuple[str, ...], count: int) -> np.ndarray:
-    """Return each text so many times, as references to the one."""
-    return np.repeat(np.array(texts, dtype=object), count)

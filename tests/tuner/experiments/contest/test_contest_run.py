@@ -19,7 +19,7 @@ from tests.tuner.experiments.contest.conftest import run_small
 from tests.tuner.experiments.contest.contest_text import CONTEST, NAMES, changed, write
 from tests.tuner.in_process import tuner as command
 from tests.tuner.study.loading import load_contest
-from tuner.analysis.responses import fly_responses
+from tuner.analysis.responses import responses_of
 from tuner.experiments.again.resume import reopen
 from tuner.experiments.contest.fronts import volume
 from tuner.experiments.contest.run import ContestRun
@@ -293,7 +293,7 @@ def test_traces_and_air_are_those_of_flight_0(small_contest):
     entry = result.entries[2]
     system = entry.problem.system
     first = sample_scenarios(result.contest.scenarios[0].spec, system.vehicle, system.timing, 3, CONFIRMATION, range(1))
-    again = fly_responses(entry.problem.flyer, entry.row, system.nominal, first, system.timing.control_period)
+    again = responses_of(system, entry.problem.flyer, entry.row, first)
     assert x.value.tolist() == again.actual[0, :, 0].tolist()
     spec = result.contest.scenarios[0].spec
     drawn = sample_scenarios(spec, load("hummingbird").vehicle, Timing(0.004, 0.001), 3, CONFIRMATION, range(1))

@@ -1,6 +1,7 @@
 """What a run keeps of every finalist: responses, constrained quantities, margins."""
 
 import io
+from dataclasses import replace
 
 import numpy as np
 import pandas as pd
@@ -9,18 +10,24 @@ import pytest
 from objectives.margins.margins import MarginModel
 from objectives.margins.trim import Trim
 from plant.errors import InputError
+from plant.scenarios import HELD_OUT
 from tuner.analysis.responses import LEVELS, quantiles
-from tuner.experiments.tuning import tables
-from tuner.experiments.tuning.tables import (
+from tuner.experiments.tuning import fans, tables
+from tuner.experiments.tuning.fans import (
     FAN_SCENARIOS,
-    POINTS,
-    constraint_table,
+    SERIES,
+    Fans,
     drawn,
     flight_of,
-    margin_table,
     response_table,
-    scenario_parts,
+    scenario_fans,
     worst_flights,
+)
+from tuner.experiments.tuning.problem import batches, problem_of
+from tuner.experiments.tuning.tables import (
+    POINTS,
+    constraint_table,
+    margin_table,
 )
 from tuner.store.arrow import parquet_bytes
 
@@ -54,9 +61,39 @@ def test_responses_of_every_finalist_with_the_flight_in_which_it_did_worst(outco
 
 def test_a_worst_flight_is_the_same_in_the_fan_and_beyond_it(outcome):
     entry = outcome.study.scenarios[0]
-    for inside, beyond in zip(*[scenario_parts(outcome, entry.spec, n) for n in (entry.held_out, 1)], strict=True):
-        assert inside["worst_flight"] == beyond["worst_flight"]
-        np.testing.assert_array_equal(inside["worst"], beyond["worst"])
+    for inside, beyond in zip(*[scenario_fans(outcome, entry.spec, n) for n in (entry.held_out, 1)], strict=True):
+        assert inside.worst_flight == beyond.worst_flight
+        np.testing.assert_array_equal(inside.worst, beyond.worst)
+
+
+def test_fans_recorded_while_held_out_flights_are_made_are_those_flown_again(outcome, monkeypatch):
+    study, seen = outcome.study, []
+    problem = problem_of(study, 1, None)
+    recorded = Fans(study, problem)
+    recorded.record()
+    for batch in batches(study, HELD_OUT):
+        problem.results(outcome.finalist_rows, batch, 0, batch.count)
+    made = problem.flights_made
+    monkeypatch.setattr(fans, "flight_of", lambda *_: seen.append(1))
+    table = written(response_table(outcome, recorded))
+    assert not seen
+    assert made == problem.flights_made == len(outcome.names) * sum(entry.held_out for entry in study.scenarios)
+    monkeypatch.undo()
+    assert table.equals(written(response_table(outcome)))
+
+
+def test_a_worst_flight_beyond_the_recorded_ones_is_flown_by_itself(outcome):
+    study, entry = outcome.study, outcome.study.scenarios[0]
+    problem = problem_of(study, 1, None)
+    recorded = Fans(replace(study, scenarios=(replace(entry, held_out=1),)), problem)
+    recorded.record()
+    problem.results(outcome.finalist_rows, replace(batches(study, HELD_OUT)[0]), 0, 1)
+    for mine, flown in zip(
+        scenario_fans(outcome, entry.spec, 1, recorded), scenario_fans(outcome, entry.spec, 1), strict=True
+    ):
+        assert mine.worst_flight == flown.worst_flight
+        for name in SERIES:
+            np.testing.assert_array_equal(getattr(mine, name), getattr(flown, name))
 
 
 @pytest.mark.parametrize("count", [1, 2, 21, 64])

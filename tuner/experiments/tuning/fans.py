@@ -1,0 +1,158 @@
+"""Fans of responses: what every finalist does over many held-out flights, and in the one in which it did worst.
+
+The flights of a fan are the first that every finalist makes held out, so they are recorded while they are made. Where they were
+not, for they were on record or flown elsewhere or in several ranges, they are flown again, with the same bits.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from objectives.problem import Problem
+from objectives.system import FlightBatch
+from plant.backends.flyer import Recording
+from plant.backends.lanes import LANES
+from plant.scenarios import HELD_OUT, ScenarioSpec
+from plant.threads import side_by_side
+from tuner.analysis.responses import Responses, responses_from, responses_of, spacing, traced_rows
+from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
+from tuner.store.arrow import in_codes
+from tuner.store.columns import Columns, stacked
+from tuner.study.study import SearchedStudy, TuningStudy
+
+# Held-out scenarios a fan is drawn from: its 5 % and 95 % lines rest on three flights each.
+FAN_SCENARIOS = 64
+
+
+class PointFan(NamedTuple):
+    """Responses of a point over many flights: time (instants,) [s]; else (instants, signals), worst: in its worst flight.
+
+    signals, units: names and units of the last axis; worst_flight: index of that flight among the held-out ones.
+    """
+
+    time: np.ndarray
+    reference: np.ndarray
+    low: np.ndarray
+    median: np.ndarray
+    high: np.ndarray
+    worst: np.ndarray
+    signals: tuple[str, ...]
+    units: tuple[str, ...]
+    worst_flight: int
+
+
+SERIES = PointFan._fields[1:6]
+"""Names of the numbers of each instant and signal."""
+
+
+def fan_of(flown: Responses, worst: int) -> PointFan:
+    """Return the fan of some flights; worst: index of the one that is shown by itself."""
+    low, median, high = flown.fans()
+    reference, shown = flown.reference.mean(axis=0), flown.actual[worst]
+    return PointFan(flown.time, reference, low, median, high, shown, flown.signals, flown.units, worst)
+
+
+class Fans:
+    """Fans of a study's finalists, recorded while they make their held-out flights."""
+
+    def __init__(self, study: TuningStudy, problem: Problem) -> None:
+        self._study, self._problem = study, problem
+        self._known: dict[tuple[str, bytes], PointFan] = {}
+
+    def record(self) -> None:
+        """Record from now on."""
+        for entry in self._study.scenarios:
+            batch = FlightBatch(entry.spec, HELD_OUT, entry.held_out)
+            self._problem.engine.record(batch, self._recording(entry.spec, fan_flights(entry)))
+
+    def of(self, gains: np.ndarray, scenario: str) -> PointFan | None:
+        """Return the fan of a gains row (g,) in a scenario, None where it was not recorded."""
+        return self._known.get((scenario, gains.tobytes()))
+
+    def _recording(self, spec: ScenarioSpec, flights: int) -> Recording:
+        system, judge = self._problem.system, judging_objective(self._study, spec.name)
+        references = system.sample(spec, self._study.seed, HELD_OUT, range(1)).references
+
+        def take(gains: np.ndarray, trace: np.ndarray, results: np.ndarray) -> None:
+            scores, _ = self._problem.score(results[None], spec)
+            worst = int(np.argmax(scores[0, judge]))
+            self._known[spec.name, gains.tobytes()] = fan_of(responses_from(system, trace, references), worst)
+
+        return Recording(flights, traced_rows(system, system.loop.Flight), spacing(len(references)), take)
+
+
+def fan_flights(entry: Any) -> int:
+    """Return how many held-out flights the fans of a scenario are drawn from."""
+    return min(FAN_SCENARIOS, entry.held_out)
+
+
+def response_table(outcome: FlightOutcome, fans: Fans | None = None) -> Columns:
+    """Return the fans of every finalist over held-out flights as one long table; fans: those recorded, the others are flown.
+
+    A row for each signal and instant: point, scenario, signal, unit, time [s], reference, low, median, high (5, 50, 95 %), worst,
+    and worst_flight, the index of that flight among the held-out ones. Values are float32: 31 points take 3 MB a scenario.
+    """
+    table = stacked(
+        point_table(fan, name, entry.spec.name)
+        for entry in outcome.study.scenarios
+        for fan, name in zip(scenario_fans(outcome, entry.spec, fan_flights(entry), fans), outcome.names, strict=True)
+    )
+    return table | {name: in_codes(table[name]) for name in ("point", "scenario", "signal", "unit")}
+
+
+def scenario_fans(
+    outcome: FlightOutcome, spec: ScenarioSpec, count: int, recorded: Fans | None = None
+) -> list[PointFan]:
+    """Return the fans of all finalists in one scenario over so many flights."""
+    worst = worst_flights(outcome, spec.name).tolist()
+    known = [recorded.of(outcome.gains(row), spec.name) if recorded else None for row in range(len(worst))]
+    inputs = drawn(outcome, spec, range(count)) if None in known else None
+    shown = [fan.worst_flight if fan else i if i < count else 0 for fan, i in zip(known, worst, strict=True)]
+    missing = sorted({i for i, other in zip(worst, shown, strict=True) if i != other})
+    others = drawn(outcome, spec, missing or [0])
+
+    def fan_at(row: int) -> PointFan:
+        fan = known[row] or fan_of(flight_of(outcome, row, inputs), shown[row])
+        if fan.worst_flight == worst[row]:
+            return fan
+        block, lane = divmod(missing.index(worst[row]), LANES)
+        flown = flight_of(outcome, row, others.blocks(block, block + 1))
+        return fan._replace(worst=flown.actual[lane], worst_flight=worst[row])
+
+    return side_by_side(fan_at, range(len(worst)))
+
+
+def worst_flights(outcome: Outcome, scenario: str) -> np.ndarray:
+    """Return for each finalist the index (rows,) of its worst flight among the held-out ones of a scenario."""
+    judge = judging_objective(outcome.study, scenario)
+    return np.argmax(outcome.finalists.evaluation.samples(judge, scenario), axis=-1)
+
+
+def judging_objective(study: SearchedStudy, scenario: str) -> int:
+    """Return the number of the objective that tells which flight of a scenario is the worst: the first that counts there."""
+    return next((i for i, entry in enumerate(study.objectives) if entry.scenario in (None, scenario)), 0)
+
+
+def drawn(outcome: FlightOutcome, spec: ScenarioSpec, indices: Any) -> Any:
+    """Return held-out flights of a scenario by their indices."""
+    return outcome.study.system.sample(spec, outcome.study.seed, HELD_OUT, indices)
+
+
+def flight_of(outcome: FlightOutcome, row: int, inputs: Any) -> Responses:
+    """Return what a finalist does in drawn flights."""
+    return responses_of(outcome.study.system, outcome.problem.flyer, outcome.gains(row), inputs)
+
+
+def point_table(fan: PointFan, point: str, scenario: str) -> Columns:
+    """Return the fan of one point as a long table."""
+    instants, signals = len(fan.time), len(fan.signals)
+    columns: dict[str, Any] = {"point": point, "scenario": scenario}
+    columns |= {"signal": each(fan.signals, instants), "unit": each(fan.units, instants)}
+    columns |= {"time": np.tile(fan.time, signals)}
+    columns |= {name: getattr(fan, name).T.ravel().astype(np.float32) for name in SERIES}
+    return {**columns, "worst_flight": np.int32(fan.worst_flight)}
+
+
+def each(texts: tuple[str, ...], count: int) -> np.ndarray:
+    """Return each text so many times, as references to the one."""
+    return np.repeat(np.array(texts, dtype=object), count)
