@@ -27,8 +27,9 @@ Array = np.ndarray
 POOL, GLOBAL = 512, 128
 # Of these, those that stay for the choice, and of them those that have children in place of the others.
 STAY, HOPEFUL = 192, 32
-# Joint samples of the objectives over the pool, and directions in which the front is measured.
-SAMPLES, DIRECTIONS = 64, 64
+# Joint samples of the objectives over the pool, and directions in which a front of two objectives is measured and one of more: in
+# space 64 are so far apart that many a point of the front decides nothing (0.939 of the best known held out, with 256 0.964).
+SAMPLES, OF_TWO, OF_MORE = 64, 64, 256
 # Values beyond this many spreads above the smallest are as bad as any; logarithms even out what is below.
 WORST = 1e4
 # Largest number of points that a model is told: of an objective the best, of a limit the closest to it.
@@ -261,7 +262,8 @@ class Aims:
         values = np.expm1(targets)
         self._box = Box(values[front], None if np.any(values[0] > 0.99 * WORST) else values[0])
         self._front = self._box.ahead(values[front])
-        self._along = directions(DIRECTIONS, len(self._models), draw)
+        count = OF_TWO if len(self._models) <= 2 else OF_MORE
+        self._along = directions(count, len(self._models), draw)
         self._draw = draw
 
     def improvement(self, pool: Array, jointly: bool) -> Improvement:
