@@ -11,7 +11,6 @@ from dataclasses import dataclass, replace
 import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import matrix_balance
-from scipy.sparse.csgraph import connected_components
 
 from objectives.margins.closing import close_terms
 from objectives.margins.linearise import LinearLoops
@@ -168,10 +167,12 @@ def _paths_of(moves: Mask) -> Mask:
     return paths_so_far
 
 
-def _components(moves: Mask, links: Mask) -> tuple[int, NDArray[np.int32]]:
+def _components(moves: Mask, links: Mask) -> tuple[int, NDArray[np.intp]]:
     """Connected components of states, and of the signals linked to them: outputs and inputs, each once."""
     x, half = len(moves), len(links) // 2
     graph = np.zeros((x + half, x + half), dtype=bool)
     graph[:x, :x] = moves
     graph[x:, :x] = links[:half] | links[half:]
-    return connected_components(graph, directed=False)
+    # Each is told by the first of its members. (SciPy finds them too, but its graphs take 0.03 s to import.)
+    first, label = np.unique(np.argmax(_paths_of(graph | graph.T), axis=0), return_inverse=True)
+    return len(first), label

@@ -21,6 +21,11 @@ Group = tuple[list[str], np.ndarray]
 """The names that the rows of a group share, and their numbers (rows, columns)."""
 # What pyarrow raises where a column holds something else.
 OTHER_TYPE = (ValueError, TypeError, NotImplementedError)
+# Types of Arrow whose buffers hold plain numbers.
+PLAIN = {"double": np.float64, "float": np.float32, "int64": np.int64, "int32": np.int32}
+SAME_VALUES = {"string": {"string", "large_string"}, "float64": {"double"}}
+"""Type of Arrow -> names of the types whose `to_pylist` is the same."""
+CODED = {f"dictionary<values=string, indices=int{bits}, ordered=0>" for bits in (8, 16, 32)}
 FAN_KEYS = ("point", "scenario", "signal", "unit")
 FAN_NUMBERS = ("time", "reference", "low", "median", "high")
 
@@ -141,21 +146,31 @@ def read_table(file: Path, columns: Sequence[str], optional: Sequence[str] = ())
 def numbers(table: "pa.Table", names: list[str], file: Path) -> np.ndarray:
     """Return columns of a table as float64 (rows, columns); nulls are NaN."""
     try:
-        cast = [floats_of(table.column(name).cast("float64").combine_chunks()) for name in names]
+        cast = [floats_of(table.column(name)) for name in names]
     except OTHER_TYPE as error:
         raise refuse(file, f"a column holds no numbers ({error})") from None
     return np.stack(cast, axis=1) if cast else np.empty((table.num_rows, 0))
 
 
 def floats_of(column: Any) -> np.ndarray:
-    """Return an Arrow array of float64, nulls as NaN; its own `to_numpy` imports pandas, which takes 0.4 s."""
-    part, (known, data) = slice(column.offset, column.offset + len(column)), column.buffers()
-    if not len(column):
+    """Return an Arrow column as float64, nulls as NaN.
+
+    Its own `to_numpy` imports pandas, which takes 0.3 s, and its `cast`, which other types than those of runs need, functions of
+    pyarrow that take 0.03 s.
+    """
+    kind = str(column.type)
+    whole = (column if kind in PLAIN or kind == "bool" else column.cast("float64")).combine_chunks()
+    part, (known, data) = slice(whole.offset, whole.offset + len(whole)), whole.buffers()
+    if not len(whole):
         return np.empty(0)
-    values = np.frombuffer(data)[part]
-    if not column.null_count:
-        return values
-    return np.where(np.unpackbits(np.frombuffer(known, dtype=np.uint8), bitorder="little")[part], values, np.nan)
+    stored = bits_of(data) if kind == "bool" else np.frombuffer(data, PLAIN.get(kind, np.float64))
+    values = stored[part].astype(np.float64, copy=False)
+    return np.where(bits_of(known)[part], values, np.nan) if whole.null_count else values
+
+
+def bits_of(buffer: Any) -> np.ndarray:
+    """Return the bits of a buffer, 0 or 1 each."""
+    return np.unpackbits(np.frombuffer(buffer, dtype=np.uint8), bitorder="little")
 
 
 def groups(
@@ -181,15 +196,29 @@ def groups(
         yield [known[int(code[part[0]])] for code, known in codes], values[part]
 
 
+def values_of(column: Any, kind: str) -> list[Any]:
+    """Return an Arrow column as a list of values of a type of `SAME_VALUES`, nulls as None; no `cast` where none is needed."""
+    return (column if str(column.type) in SAME_VALUES[kind] else column.cast(kind)).to_pylist()
+
+
 def codes_of(column: Any, file: Path) -> tuple[np.ndarray, list[str]]:
     """Return a text column as codes (rows,) into a list of names, which are in order of appearance."""
     try:
-        encoded = column.cast("string").combine_chunks().dictionary_encode()
+        whole = column.combine_chunks()
+        # Those of runs are coded already; Arrow's own functions, which code others, take 0.03 s to import.
+        encoded = whole if str(whole.type) in CODED else whole.cast("string").dictionary_encode()
     except OTHER_TYPE as error:
         raise refuse(file, f"a column holds no text ({error})") from None
     if encoded.null_count:
         raise refuse(file, "a name is missing")
-    return np.from_dlpack(encoded.indices), encoded.dictionary.to_pylist()
+    return in_order(np.from_dlpack(encoded.indices), encoded.dictionary.to_pylist())
+
+
+def in_order(codes: np.ndarray, known: list[str]) -> tuple[np.ndarray, list[str]]:
+    """Return codes (rows,) into known names as codes into those that appear, in order of appearance."""
+    found, first, place = np.unique(codes, return_index=True, return_inverse=True)
+    order = np.argsort(first)
+    return np.argsort(order)[place], [known[code] for code in found[order]]
 
 
 def read_fans(file: Path, worst: Sequence[str] = (), by_name: bool = False) -> list[Fan]:

@@ -14,7 +14,17 @@ from tuner.documents.parts import RecommendedGains, in_shown_units, is_level, ro
 from tuner.documents.resolved import Resolved
 from tuner.documents.sensitivity import SensitivityDocument
 from tuner.documents.summary import ComparedRow, RequiredRow, Summary, VariableRow
-from tuner.documents.tables import OTHER_TYPE, Columns, Fan, PointSpectrum, numbers, read_fans, read_spectra, read_table
+from tuner.documents.tables import (
+    OTHER_TYPE,
+    Columns,
+    Fan,
+    PointSpectrum,
+    numbers,
+    read_fans,
+    read_spectra,
+    read_table,
+    values_of,
+)
 from tuner.store.document import read_text, refuse
 from tuner.store.start import Start
 from tuner.text.units import in_degrees
@@ -324,8 +334,8 @@ def read_loops(file: Path) -> list[Loop]:
         frequency, real, imag = (
             np.array(table.column(name).to_pylist(), dtype=float).reshape(table.num_rows, -1) for name in LOOP_LISTS
         )
-        point, channel, case = (table.column(name).cast("string").to_pylist() for name in LOOP_TEXTS)
-        values = [table.column(name).cast("float64").to_pylist() for name in LOOP_MARGINS]
+        point, channel, case = (values_of(table.column(name), "string") for name in LOOP_TEXTS)
+        values = [values_of(table.column(name), "float64") for name in LOOP_MARGINS]
     except OTHER_TYPE as error:
         raise refuse(file, f"a column does not hold what it should ({error})") from None
     stable = table.column("stable").to_pylist()

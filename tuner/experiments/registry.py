@@ -1,21 +1,17 @@
 """The kinds of experiments by name, and the two doors to all of them: `run` a study, `draw` a results folder again."""
 
 from dataclasses import dataclass
+from importlib import import_module
 from pathlib import Path
 from typing import Any, Unpack
 
 from plant.errors import InputError, StoreError
 from tuner.documents.opening import open_results
 from tuner.engines.cuda import LANES, check
-from tuner.experiments.compare.run import ComparisonRun
-from tuner.experiments.contest.run import ContestRun
 from tuner.experiments.experiment import DRAWN, Experiment, default_folder
-from tuner.experiments.inference.run import InferenceRun
 from tuner.experiments.options import OPTIONS, RunOptions, reused
-from tuner.experiments.trials.run import TrialRun
-from tuner.experiments.tuning.run import JudgementRun, PlantRun, TuningRun
 from tuner.search.watcher import Watcher
-from tuner.store.advice import kind_of
+from tuner.store.advice import CONTEST, INFERENCE, JUDGEMENT, PLANT, TRIALS, TUNING, kind_of
 from tuner.store.folder import Folder
 from tuner.store.inputs import compute_as_recorded, read_record
 from tuner.study.kinds import AnyStudy
@@ -23,28 +19,34 @@ from tuner.study.kinds import AnyStudy
 
 @dataclass(frozen=True)
 class ExperimentKind:
-    """A kind of experiment. run: its life; document: the file of its folder that holds what was found; noun: with its article."""
+    """A kind of experiment.
 
-    run: type[Experiment[Any, Any]]
+    name: as in run.json. module, life: where its `run` is. document: the file of its folder that holds what was found. noun: with
+    its article.
+    """
+
+    name: str
+    module: str
+    life: str
     document: str
     noun: str
 
     @property
-    def name(self) -> str:
-        """Name, as in run.json."""
-        return self.run.kind
+    def run(self) -> type[Experiment[Any, Any]]:
+        """Its life; imported when it is asked for, because a run of one kind would wait 0.1 s for all others."""
+        return getattr(import_module(f"tuner.experiments.{self.module}.run"), self.life)
 
 
 EXPERIMENTS = {
     kind.name: kind
     for kind in (
-        ExperimentKind(TuningRun, "summary.json", "a tuning run"),
-        ExperimentKind(PlantRun, "summary.json", "a tuning run of a plant"),
-        ExperimentKind(JudgementRun, "summary.json", "a judgement"),
-        ExperimentKind(ContestRun, "contest.json", "a contest"),
-        ExperimentKind(InferenceRun, "inference.json", "an inference"),
-        ExperimentKind(ComparisonRun, "comparison.json", "a comparison"),
-        ExperimentKind(TrialRun, "summary.json", "a run of trials"),
+        ExperimentKind(TUNING, "tuning", "TuningRun", "summary.json", "a tuning run"),
+        ExperimentKind(PLANT, "tuning", "PlantRun", "summary.json", "a tuning run of a plant"),
+        ExperimentKind(JUDGEMENT, "tuning", "JudgementRun", "summary.json", "a judgement"),
+        ExperimentKind(CONTEST, "contest", "ContestRun", "contest.json", "a contest"),
+        ExperimentKind(INFERENCE, "inference", "InferenceRun", "inference.json", "an inference"),
+        ExperimentKind("comparison", "compare", "ComparisonRun", "comparison.json", "a comparison"),
+        ExperimentKind(TRIALS, "trials", "TrialRun", "summary.json", "a run of trials"),
     )
 }
 """Kinds of experiments whose folders are drawn and told, by name."""

@@ -22,6 +22,10 @@ def test_every_kind_of_study_can_be_run_resumed_and_previewed():
     assert {name for name, kind in EXPERIMENTS.items() if kind.run.resumable} == {*RESUMED, TRIALS, "judgement"}
 
 
+def test_every_kind_is_known_by_the_name_that_its_run_records():
+    assert {name: kind.run.kind for name, kind in EXPERIMENTS.items()} == {name: name for name in EXPERIMENTS}
+
+
 @pytest.mark.parametrize("kind", EXPERIMENTS.values(), ids=EXPERIMENTS)
 def test_an_option_that_a_kind_does_not_take_is_refused_with_its_key(kind):
     assert kind.run.takes <= set(OPTIONS)
