@@ -27,8 +27,8 @@ INTERRUPTED = SIGNALLED + signal.SIGINT
 TERMINATED = SIGNALLED + signal.SIGTERM
 CLOSED_PIPE = 1
 """Exit code where whoever read the output has gone."""
-NEW_OBJECTS = 50_000
-"""New objects after which circles of garbage are looked for; Python's own number is 700."""
+NEW_OBJECTS = 300_000
+"""New objects after which circles of garbage are looked for, more than a short run makes; Python's own number is 700."""
 
 
 class RenamedKeyWarning(FutureWarning):
@@ -125,6 +125,9 @@ def seldom_collected() -> Iterator[None]:
     try:
         yield
     finally:
+        # What is new counts as old, else Python would look through all of it at once.
+        gc.freeze()
+        gc.unfreeze()
         gc.set_threshold(*usual)
 
 

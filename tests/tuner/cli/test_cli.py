@@ -9,10 +9,11 @@ import pytest
 from typer.main import get_group
 from typer.testing import CliRunner
 
-from tests.tuner.conftest import QUICKSTART
+from tests.tuner.conftest import QUICKSTART, SMALL
 from tuner.api.catalogue import LISTINGS
 from tuner.cli.app import GROUPS
 from tuner.cli.main import app
+from tuner.text.errors import NOTHING_FEASIBLE
 
 ROOT = Path(__file__).parents[3]
 COMMANDS = get_group(app).commands
@@ -48,6 +49,37 @@ def test_help_does_not_import_the_heavy_libraries():
     )
     done = subprocess.run([sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True)
     assert done.stdout.strip() == "[]"
+
+
+PLAIN_RUN = """
+import sys
+from types import SimpleNamespace
+from tuner import report
+from tuner.cli import main
+sys.argv = ["tuner", "run", *sys.argv[1:]]
+def told(code):
+    print("imported:", [name for name in {heavy} if name in sys.modules], file=sys.stderr)
+    sys.exit(code)
+main.leave = told
+# Another process draws, with imports of its own.
+report.start_figures = lambda folder: SimpleNamespace(begin=int, stop=int, wait=int)
+main.main()
+"""
+# What takes 20 ms of processor time or more to import, and a tuning run from its study to the printed answer does without.
+NOT_FOR_A_RUN = (
+    "pandas", "pyarrow.compute", "pyarrow.pandas_compat", "scipy.stats", "scipy.signal", "scipy.optimize", "scipy.interpolate",
+    "scipy.sparse.csgraph", "scipy.integrate", "matplotlib", "pymoo", "cvxpy", "control", "numba.cpython.heapq",
+    "tuner.experiments.contest.run", "tuner.experiments.inference.run", "tuner.experiments.trials.run", "tuner.exchange.registry",
+)  # fmt: skip
+
+
+def test_a_run_imports_nothing_heavy_that_it_does_without(tmp_path):
+    small = [f"--set={key}={value}" for key, value in SMALL.items() if key != "margin"]
+    command = [sys.executable, "-c", PLAIN_RUN.replace("{heavy}", repr(NOT_FOR_A_RUN)), str(QUICKSTART), *small]
+    done = subprocess.run([*command, "--out", str(tmp_path / "out")], cwd=ROOT, capture_output=True, text=True)
+    assert done.returncode in (0, NOTHING_FEASIBLE), done.stderr
+    assert (tmp_path / "out" / "report.html").exists()
+    assert done.stderr.splitlines()[-1] == "imported: []"
 
 
 @pytest.mark.parametrize("what", LISTINGS)
