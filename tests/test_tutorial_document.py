@@ -111,7 +111,7 @@ def test_the_commands_of_the_first_part_one_after_the_other(home, monkeypatch, c
     """As written, but for a small search and few flights; `tuner margins` and `tuner design` have tests of their own."""
     monkeypatch.chdir(home)
     # Pictures and page take most of the time of a short run, and other tests look at them.
-    monkeypatch.setattr(report, "write_report", lambda folder: None)
+    monkeypatch.setattr(report, "write_report", lambda *_: None)
     monkeypatch.setattr(report, "start_figures", lambda folder: NoDrawing())
 
     def typed(command, *more, allowed=(0,)):

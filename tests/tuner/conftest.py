@@ -31,7 +31,10 @@ SMALL = {
 class NoDrawing:
     """A stand-in for figures where a test looks at none: they take most of the time of a short run."""
 
-    def begin(self):
+    def begin(self, results):
+        pass
+
+    def go_on(self, results):
         pass
 
     def stop(self):

@@ -24,7 +24,10 @@ class DrawnHere:
     def __init__(self, folder: Path) -> None:
         self.folder = folder
 
-    def begin(self) -> None:
+    def begin(self, results: object) -> None:
+        """Do nothing."""
+
+    def go_on(self, results: object) -> None:
         """Do nothing."""
 
     def stop(self) -> None:

@@ -1,11 +1,14 @@
 """The report of a results folder: one offline HTML page, and figures for a paper.
 
-Both read nothing but the folder. What draws is imported when it is asked for: matplotlib alone takes a second.
+Both read nothing but the folder. What draws is imported when it is asked for: matplotlib alone takes half a second.
 """
 
 from pathlib import Path
+from typing import TYPE_CHECKING
 
-from tuner.report.drawing import Drawing
+if TYPE_CHECKING:
+    from tuner.documents.tuning import TuningFolder
+    from tuner.report.drawing import Drawing
 
 
 def prepare() -> None:
@@ -16,15 +19,27 @@ def prepare() -> None:
     library()
 
 
-def write_report(folder: Path) -> Path:
-    """Write report.html into a results folder and return its path; StoreError names a missing or damaged file."""
+def opened(folder: Path) -> "TuningFolder":
+    """Return a results folder, each of whose files is read once, when it is asked for; StoreError as in `write_report`."""
+    from tuner.documents.tuning import TuningFolder
+
+    return TuningFolder(folder)
+
+
+def write_report(folder: Path, results: "TuningFolder | None" = None) -> Path:
+    """Write report.html into a results folder and return its path; StoreError names a missing or damaged file.
+
+    results: the folder, where it is opened already.
+    """
     from tuner.report.tuning_page import write_page
 
-    return write_page(folder)
+    return write_page(results or opened(folder))
 
 
-def start_figures(folder: Path) -> Drawing:
-    """Make ready to write figures/ like `write_figures` and return at once; tell it to `begin`, as it says, then `wait`."""
+def start_figures(folder: Path) -> "Drawing":
+    """Make ready to write figures/ like `write_figures` and return at once; tell it to `begin` and to `go_on`, then `wait`."""
+    from tuner.report.drawing import Drawing
+
     return Drawing(folder)
 
 

@@ -8,8 +8,9 @@ import numpy as np
 from objectives.decisions import Variable
 from tuner.documents.inference_document import CellRow, InferenceDocument, UnknownRow
 from tuner.report.charts.chart import Axis, Mark, Panel, Points, Rule, row_axis, segments, span_of, value_axis
+from tuner.report.charts.files import save
 from tuner.report.charts.look import DEFAULT, FRONT, TUNED, Look
-from tuner.report.charts.paper import Figure, figure_of, save, style
+from tuner.report.charts.paper import Figure, figure_of, style
 from tuner.study.inference import LEAST_RATIO
 from tuner.text.numbers import significant
 

@@ -29,9 +29,10 @@ from tuner.report.charts.chart import (
     Words,
 )
 from tuner.report.charts.fans import TIME
+from tuner.report.charts.files import save
 from tuner.report.charts.look import RULE, Look
 from tuner.report.charts.loops import FREQUENCY, NYQUIST, loop_panels
-from tuner.report.charts.paper import Figure, figure_of, save, style
+from tuner.report.charts.paper import Figure, figure_of, style
 
 Loops = Mapping[tuple[str, ...], Curves]
 """Curves of every loop, by the names of the channels that share them."""

@@ -8,8 +8,9 @@ from tuner.analysis.sensitivity.analysis import Analysis
 from tuner.analysis.sensitivity.document import FAILURE, outputs
 from tuner.analysis.sensitivity.indices import RANK, Spans
 from tuner.report.charts.chart import Axis, Bars, Panel, row_axis
+from tuner.report.charts.files import save
 from tuner.report.charts.look import Look
-from tuner.report.charts.paper import Figure, figure_of, save, style
+from tuner.report.charts.paper import Figure, figure_of, style
 from tuner.study.study import TuningStudy
 
 # Height of a bar and its offset from the middle, in rows; height of a row and of what stands around the rows [in].

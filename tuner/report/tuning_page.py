@@ -17,9 +17,9 @@ from tuner.report.tuning_charts import margin_panels, response_panels, spectrum_
 from tuner.text.markup import Markup, element, join
 
 
-def write_page(folder: Path) -> Path:
+def write_page(results: TuningFolder) -> Path:
     """Write report.html into a results folder; StoreError where a file is missing, damaged or cannot be written."""
-    return put_page(folder, tuning_page(TuningFolder(folder)))
+    return put_page(results.folder, tuning_page(results))
 
 
 def tuning_page(results: TuningFolder) -> Page:

@@ -55,7 +55,7 @@ def test_time_left_is_that_of_what_is_still_to_be_flown(clock):
 
 
 def lines_of(path, monkeypatch):
-    monkeypatch.setattr(tuner.report, "write_report", lambda folder: None)
+    monkeypatch.setattr(tuner.report, "write_report", lambda *_: None)
     monkeypatch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
     told = io.StringIO()
     study, folder = reopen(path, None)

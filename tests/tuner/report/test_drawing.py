@@ -3,12 +3,20 @@
 import subprocess
 import sys
 import time
+from typing import Any, cast
 
 import pytest
 
 from plant.errors import StoreError
 from tests.tuner.report.fabricate import fabricate
-from tuner.report import start_figures, write_figures
+from tuner.report import opened, start_figures, write_figures
+
+
+def draw(folder):
+    drawing, results = start_figures(folder), opened(folder)
+    drawing.begin(results)
+    drawing.go_on(results)
+    drawing.wait()
 
 
 def test_the_same_files_as_in_this_process(tmp_path):
@@ -16,14 +24,38 @@ def test_the_same_files_as_in_this_process(tmp_path):
     here = {file.name: file.read_bytes() for file in write_figures(folder)}
     for file in (folder / "figures").iterdir():
         file.unlink()
-    start_figures(folder).wait()
+    draw(folder)
     assert {file.name: file.read_bytes() for file in (folder / "figures").iterdir()} == here
 
 
+def test_responses_may_come_later(tmp_path):
+    folder = fabricate(tmp_path / "made-up", objectives=2)
+    (folder / "responses.parquet").rename(tmp_path / "later")
+    drawing, results = start_figures(folder), opened(folder)
+    drawing.begin(results)
+    (tmp_path / "later").rename(folder / "responses.parquet")
+    drawing.go_on(results)
+    drawing.wait()
+    assert {file.stem for file in (folder / "figures").iterdir()} == {"front", "progress", "responses"}
+
+
 def test_what_stands_in_the_way_is_told_in_one_line(tmp_path):
-    with pytest.raises(StoreError, match="there is no such results folder") as told:
-        start_figures(tmp_path / "none").wait()
-    assert "\n" not in str(told.value) and not str(told.value).startswith("Error")
+    drawing = start_figures(tmp_path)
+    drawing._give({"front": cast(Any, "not a sheet")})
+    with pytest.raises(StoreError, match="AttributeError: 'str' object") as told:
+        drawing.wait()
+    assert "\n" not in str(told.value)
+
+
+def test_a_process_that_died_is_told_of_when_it_is_waited_for(tmp_path):
+    folder = fabricate(tmp_path / "made-up", objectives=2)
+    drawing, results = start_figures(folder), opened(folder)
+    drawing._process.kill()
+    drawing._process.wait()
+    drawing.begin(results)
+    drawing.go_on(results)
+    with pytest.raises(StoreError, match="no figures drawn"):
+        drawing.wait()
 
 
 @pytest.mark.parametrize("begun", [False, True])
@@ -31,19 +63,28 @@ def test_it_can_be_given_up_at_any_time(tmp_path, begun):
     folder = fabricate(tmp_path / "made-up", objectives=2)
     drawing = start_figures(folder)
     if begun:
-        drawing.begin()
+        drawing.begin(opened(folder))
     drawing.stop()
     assert not (folder / "figures").exists()
+
+
+@pytest.mark.parametrize(
+    "module", ["pyarrow", "pandas", "pydantic", "objectives.problem", "plant.cascade", "unittest.mock"]
+)
+def test_it_imports_nothing_that_only_reads(module):
+    """All of them take time, and the process has a core that the run could have."""
+    code = f"import sys; import tuner.report.charts.printing, tuner.report.charts.paper; sys.exit({module!r} in sys.modules)"
+    assert subprocess.run([sys.executable, "-c", code], check=False).returncode == 0
 
 
 # A run that is killed while its figures are drawn: before they are begun, and after.
 PARENT = """
 import sys, time
 from pathlib import Path
-from tuner.report import start_figures
+from tuner.report import opened, start_figures
 drawing = start_figures(Path(sys.argv[1]))
 if sys.argv[2] == "True":
-    drawing.begin()
+    drawing.begin(opened(Path(sys.argv[1])))
 print(drawing._process.pid, flush=True)
 time.sleep(60)
 """

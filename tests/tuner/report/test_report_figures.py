@@ -11,7 +11,8 @@ from tests.tuner.report.fabricate import fabricate
 from tuner.analysis.responses import SIGNALS, UNITS
 from tuner.documents.tuning import TuningFolder
 from tuner.report import write_figures
-from tuner.report.figures import fans_of, front_figure, scenario_names, write_responses
+from tuner.report.figures import front_figure, write_responses
+from tuner.report.sheets import fans_of, scenario_names
 
 
 def png_size(path):

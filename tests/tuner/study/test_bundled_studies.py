@@ -17,7 +17,7 @@ from tests.tuner.experiments.tuning.test_run import FILES
 from tuner.api.catalogue import LISTINGS
 from tuner.documents.summary import GAINS, INFEASIBLE
 from tuner.experiments.tuning.run import TuningRun
-from tuner.report.figures import scenario_names
+from tuner.report.sheets import scenario_names
 from tuner.search.watcher import Watcher
 from tuner.store.folder import Folder
 from tuner.study import load_study
@@ -115,7 +115,7 @@ def test_shortened_it_runs_to_a_complete_folder(name, tmp_path, monkeypatch):
     study = load_study(path_of(name), {"search.population": 8, "search.generations": 2, **few})
     folder = tmp_path / name
     # Figures are drawn, but not written to files as pictures: that is most of the time, and the quickstart's own test does it.
-    monkeypatch.setattr("tuner.report.figures.printed", lambda figure: {"": b""})
+    monkeypatch.setattr("tuner.report.charts.paper.printed", lambda figure: {"": b""})
     outcome = TuningRun(study, Folder.create(folder), Watcher(), threads=2).carry_out()
     # So short a search may find nothing feasible, as that of payload_and_battery does; it says so and recommends no gains.
     feasible = json.loads((folder / "summary.json").read_text())["feasible"]

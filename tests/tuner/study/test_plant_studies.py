@@ -88,7 +88,7 @@ def test_shortened_it_runs_to_a_complete_folder(name, tmp_path, monkeypatch):
         for key, count in (("search", 4), ("held_out", 8))
     }
     study = load_study(FOLDER / f"{name}.toml", {"search.population": 8, "search.generations": 4, **few})
-    monkeypatch.setattr("tuner.report.figures.printed", lambda figure: {"": b""})
+    monkeypatch.setattr("tuner.report.charts.paper.printed", lambda figure: {"": b""})
     outcome = TuningRun(study, Folder.create(tmp_path / name), Watcher(), threads=2).carry_out()
     assert json.loads((tmp_path / name / "summary.json").read_text())["feasible"]
     assert (tmp_path / name / GAINS).exists()

@@ -167,7 +167,7 @@ class TuningRun(Experiment[Any, FlightOutcome]):
             if margins is not None:
                 folder.write_table("margins.parquet", margins)
             watcher.on_writing("report")
-            report.write_report(folder.path)
+            report.write_report(folder.path, self.results)
             watcher.on_writing("figures")
             self.drawing.wait()
         folder.written(*DRAWN)
@@ -180,13 +180,14 @@ class TuningRun(Experiment[Any, FlightOutcome]):
         folder.remove(gains_name(not found.feasible))
         folder.write_json(gains_name(found.feasible), gains_document(found, summary))
         folder.write_json("summary.json", summary)
-        self.drawing.begin()
+        self.results = report.opened(folder.path)
+        self.drawing.begin(self.results)
         self.watcher.on_writing("responses")
         spectra = spectrum_table(found)
         if spectra is not None:
             folder.write_table("spectra.parquet", spectra)
         folder.write_table("responses.parquet", response_table(found, self.fans))
-        self.drawing.begin()
+        self.drawing.go_on(self.results)
         if found.study.constraints:
             folder.write_table("constraints.csv", constraint_table(found))
 

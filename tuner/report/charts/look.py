@@ -5,10 +5,12 @@ The page knows the colours as variables of its style sheet, light and dark; pape
 
 from collections.abc import Hashable, Sequence
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
-from tuner.documents.contest import ComparedFolder
 from tuner.text.markup import Markup, element, join
+
+if TYPE_CHECKING:
+    from tuner.documents.contest import ComparedFolder
 
 INKS = {
     "default": "#b4530a", "tuned": "#0b63a5", "front": "#2f7d6d", "other": "#7a4aa0", "faint": "#9aa3ab", "muted": "#2b3238",
@@ -101,7 +103,7 @@ def looks(flown: Sequence[tuple[Hashable, str]]) -> list[Look]:
 
 
 @lru_cache(maxsize=1)
-def looks_of(contest: ComparedFolder) -> dict[str, Look]:
+def looks_of(contest: "ComparedFolder") -> dict[str, Look]:
     """Return the look of each contender by name, the same in every chart, legend and table."""
     flown = [(tuple(entry.law_of.values()), entry.flown) for entry in contest.contenders]
     return dict(zip(contest.index, looks(flown), strict=True))

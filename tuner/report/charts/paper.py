@@ -3,13 +3,14 @@
 The inks stay apart for colour-blind eyes and in grey; shapes and dashes say the same.
 """
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from io import BytesIO
 from math import ceil
-from pathlib import Path
 from typing import Any
 
 import numpy as np
+from fontTools import subset
 from matplotlib import rc_context
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -21,17 +22,18 @@ from matplotlib.ticker import FixedLocator, FuncFormatter, NullLocator
 
 from tuner.report.charts.chart import FAR, Array, Axis, Band, Bars, Disc, Line, Mark, Panel, Points, Region, Rule, Words
 from tuner.report.charts.look import INKS, REFERENCE, Look
-from tuner.store.folder import put
+from tuner.report.charts.sheet import WIDTH, Sheet
 
 # Marks at the edge of an axis for what lies beyond it: to the left, right, below, above.
 EDGES = {(-1, 0): "<", (1, 0): ">", (0, -1): "v", (0, 1): "^"}
-# Text width of a two-column page [in], and resolution of the PNG [dots/in].
-WIDTH, DPI = 7.1, 200
+# Resolution of the PNG [dots/in].
+DPI = 200
 # Room that an entry of a legend takes: the mark with its gaps, a letter, and a row [in].
 LEGEND_MARK, LEGEND_LETTER, LEGEND_ROW = 0.6, 0.05, 0.16
 # Type of notes, and of the axes of small panels.
 SMALL = 6.5
 HATCHES = {"/": "////", "x": "xxx", ".": "..."}
+UNUSED_TABLES = frozenset({"GDEF", "GPOS", "GSUB", "kern", "MATH"})
 STYLE: dict[Any, Any] = {
     "font.size": 8,
     "axes.labelsize": 8,
@@ -56,6 +58,27 @@ STYLE: dict[Any, Any] = {
     # Names are text, even those with dollar signs.
     "text.parse_math": False,
 }
+
+
+@contextmanager
+def glyphs_alone() -> Iterator[None]:
+    """Embed fonts without the tables that join, replace or place glyphs: a PDF names each glyph and its place.
+
+    To thin those out takes two thirds of the time of embedding a font, and matplotlib cannot be told to leave them.
+    """
+    load = subset.load_font
+
+    def load_less(*given: Any, **named: Any) -> Any:
+        font = load(*given, **named)
+        for name in UNUSED_TABLES.intersection(font.keys()):
+            del font[name]
+        return font
+
+    subset.load_font = load_less
+    try:
+        yield
+    finally:
+        subset.load_font = load
 
 
 def style() -> Any:
@@ -125,6 +148,11 @@ def figure_of(
     if note:
         figure.supxlabel(note, fontsize=SMALL, color=INKS["ink"])
     return figure
+
+
+def drawn(sheet: Sheet) -> Figure:
+    """Return the figure of a sheet."""
+    return figure_of(**sheet._asdict())
 
 
 def draw(ax: Axes, panel: Panel) -> None:
@@ -319,9 +347,21 @@ def _show_axis(ax: Axes, name: str, axis: Axis) -> None:
         line.set_label_text(axis.title)
 
 
-def save(figure: Figure, folder: Path, name: str) -> list[Path]:
-    """Write NAME.png and NAME.pdf into a results folder, each whole or not at all; return both paths."""
-    return [put(folder, name + ending, content) for ending, content in printed(figure).items()]
+def make_ready() -> None:
+    """Print a word, so that fonts are read."""
+    with style():
+        figure = Figure(figsize=(1.0, 1.0))
+        figure.text(0.0, 0.5, "ready")
+        printed(figure)
+
+
+def files_of(sheets: Mapping[str, Sheet]) -> dict[str, bytes]:
+    """Return the files of figures by their names in a results folder."""
+    files: dict[str, bytes] = {}
+    with style():
+        for name, sheet in sheets.items():
+            files |= {f"figures/{name}{ending}": content for ending, content in printed(drawn(sheet)).items()}
+    return files
 
 
 def printed(figure: Figure) -> dict[str, bytes]:
@@ -334,5 +374,6 @@ def printed(figure: Figure) -> dict[str, bytes]:
     figure.set_dpi(DPI)
     FigureCanvasAgg(figure).print_png(png)
     figure.set_layout_engine("none")
-    FigureCanvasPdf(figure).print_pdf(pdf, metadata={"CreationDate": None})
+    with glyphs_alone():
+        FigureCanvasPdf(figure).print_pdf(pdf, metadata={"CreationDate": None})
     return {".png": png.getvalue(), ".pdf": pdf.getvalue()}

@@ -4,7 +4,9 @@ from collections.abc import Callable
 from pathlib import Path
 
 from tuner.documents.contest import ComparedFolder, open_compared
-from tuner.report.charts.paper import WIDTH, Figure, figure_of, save, style
+from tuner.report.charts.files import save
+from tuner.report.charts.paper import Figure, figure_of, style
+from tuner.report.charts.sheet import WIDTH
 from tuner.report.contest import time_figures
 from tuner.report.contest.fronts_panels import fronts_panels
 from tuner.report.contest.row_panels import difference_panels, printed_panels, value_panels

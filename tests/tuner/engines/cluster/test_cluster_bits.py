@@ -46,7 +46,7 @@ def cluster():
 @pytest.fixture(autouse=True)
 def without_pictures(monkeypatch):
     """Pictures and page take most of the time of a short run, and other tests look at them."""
-    monkeypatch.setattr(tuner.report, "write_report", lambda folder: None)
+    monkeypatch.setattr(tuner.report, "write_report", lambda *_: None)
     monkeypatch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
 
 
@@ -55,7 +55,7 @@ def alone(tmp_path_factory):
     """What the study leaves behind without a cluster."""
     folder = tmp_path_factory.mktemp("alone") / "r"
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(tuner.report, "write_report", lambda folder: None)
+        patch.setattr(tuner.report, "write_report", lambda *_: None)
         patch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
         TuningRun(small_study(search__generations=3), Folder.create(folder), Watcher(), threads=2).carry_out()
     return result_of(folder)

@@ -45,7 +45,7 @@ class Listener(Watcher):
 @pytest.fixture(autouse=True)
 def without_pictures(small_run, monkeypatch):
     """Pictures and page take most of the time of a short run, and other tests look at them."""
-    monkeypatch.setattr(tuner.report, "write_report", lambda folder: None)
+    monkeypatch.setattr(tuner.report, "write_report", lambda *_: None)
     monkeypatch.setattr(tuner.report, "start_figures", lambda folder: NoDrawing())
 
 
