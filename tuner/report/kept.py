@@ -1,0 +1,28 @@
+"""Bytes that are the same in every report and take long to make, kept beside the compiled kernels in the user's cache folder."""
+
+import os
+from collections.abc import Callable
+from contextlib import suppress
+
+from plant.backends.cache import cache_folder
+from plant.backends.sealed import DIGEST, SEAL, private_folder, sealed
+
+
+def kept(name: str, make: Callable[[], bytes]) -> bytes:
+    """Return the bytes of a name, which says all that decides them; they are made where they are not kept, or not whole."""
+    folder = private_folder(cache_folder() / "sealed")
+    if folder is None:
+        return make()
+    file = folder / name
+    with suppress(OSError):
+        whole = file.read_bytes()
+        content = whole[len(SEAL) + DIGEST :]
+        if whole == sealed(name, content):
+            return content
+    content = make()
+    # Where it cannot be kept it is made again by the next report.
+    with suppress(OSError):
+        aside = file.with_name(f"{name}.{os.getpid()}.tmp")
+        aside.write_bytes(sealed(name, content))
+        aside.replace(file)
+    return content
