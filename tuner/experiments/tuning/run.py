@@ -177,11 +177,11 @@ class TuningRun(Experiment[Any, FlightOutcome]):
         folder = self.folder
         summary = summary_document(found)
         folder.write_table("front.csv", front_table(found))
-        folder.remove(gains_name(not found.feasible))
-        folder.write_json(gains_name(found.feasible), gains_document(found, summary))
         folder.write_json("summary.json", summary)
         self.results = report.opened(folder.path)
         self.drawing.begin(self.results)
+        folder.remove(gains_name(not found.feasible))
+        folder.write_json(gains_name(found.feasible), gains_document(found, summary))
         self.watcher.on_writing("responses")
         spectra = spectrum_table(found)
         if spectra is not None:

@@ -91,10 +91,8 @@ def grid(count: int, columns: int, height: float, width: float = WIDTH) -> tuple
     rows = ceil(count / columns)
     figure = Figure(figsize=(width, height * rows), layout="constrained")
     FigureCanvasAgg(figure)
-    axes = list(figure.subplots(rows, columns, squeeze=False).flat)
-    for unused in axes[count:]:
-        unused.set_visible(False)
-    return figure, axes[:count]
+    places = figure.add_gridspec(rows, columns)
+    return figure, [figure.add_subplot(places[i // columns, i % columns]) for i in range(count)]
 
 
 def legend_above(figure: Figure, *axes: Axes) -> None:
