@@ -13,6 +13,7 @@ if TYPE_CHECKING:
 
 def prepare() -> None:
     """Import what `write_report` takes, and compress what draws on the page."""
+    from tuner.report import sheets as sheets
     from tuner.report import tuning_page as tuning_page
     from tuner.report.page import library
 

@@ -10,12 +10,14 @@ import sys
 from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
+from typing import TYPE_CHECKING
 
 from plant.errors import StoreError
-from tuner.documents.tuning import TuningFolder
 from tuner.report.charts.printing import Order, order, received
-from tuner.report.sheets import scenario_sheets, search_sheets
 from tuner.store.folder import put_together
+
+if TYPE_CHECKING:
+    from tuner.documents.tuning import TuningFolder
 
 CODE = "from tuner.report.charts.printing import main; main()"
 # Nothing here is worth a second thread of linear algebra, and to start them takes a tenth of the process's time.
@@ -36,12 +38,17 @@ class Drawing:
         # Taken away from `communicate`, which would close it before it reads.
         self._orders, self._process.stdin = self._process.stdin, None
 
-    def begin(self, results: TuningFolder) -> None:
+    def begin(self, results: "TuningFolder") -> None:
         """Draw search and front; the folder may lack responses."""
+        # Imported beside the search by then, see `report.prepare`; the process is to start at once.
+        from tuner.report.sheets import search_sheets
+
         self._give(search_sheets(results))
 
-    def go_on(self, results: TuningFolder) -> None:
+    def go_on(self, results: "TuningFolder") -> None:
         """Draw what the responses show."""
+        from tuner.report.sheets import scenario_sheets
+
         for name, sheet in scenario_sheets(results).items():
             self._give({name: sheet()})
 

@@ -1,7 +1,13 @@
 """Every mark of the vocabulary of charts is drawn in the page and on paper."""
 
+import re
+import zlib
+from io import BytesIO
+
 import numpy as np
 import pytest
+from fontTools import subset
+from fontTools.ttLib import TTFont
 
 from tuner.report.charts.chart import Axis, Band, Bars, Disc, Line, Mark, Panel, Points, Region, Rule, Words
 from tuner.report.charts.look import FRONT, TUNED
@@ -38,6 +44,23 @@ def test_a_mark_is_drawn_in_the_page_and_on_paper(kind):
         assert printed(bare)[".png"] != printed(drawn)[".png"]
     made = to_web(panel(MARKS[kind]), Arrays())
     assert made["traces"] or made["layout"].get("shapes") or made["layout"].get("annotations")
+
+
+def test_a_font_in_a_pdf_has_the_glyphs_of_the_figure_and_no_tables_that_join_or_place_them():
+    usual = subset.load_font
+    with style():
+        content = printed(figure_of([panel()], 1, 2.0))[".pdf"]
+    fonts = [
+        TTFont(BytesIO(zlib.decompressobj().decompress(content[found.end() :])))
+        for found in re.finditer(rb"/Length1 [^>]*>>\s*stream\r?\n", content)
+    ]
+    assert fonts
+    letters = {name for font in fonts for name in font.getGlyphOrder() if font["glyf"][name].numberOfContours}
+    # The axes are titled "across [m]" and "up [s]", their ends 0 and 5.
+    assert {"a", "c", "r", "o", "s", "bracketleft", "m", "u", "p", "zero", "five"} <= letters and "z" not in letters
+    assert {"GDEF", "GPOS", "GSUB", "kern", "MATH"}.isdisjoint(tag for font in fonts for tag in font.keys())  # noqa: SIM118
+    # Whoever else takes fonts apart in this process finds what was there.
+    assert subset.load_font is usual
 
 
 def test_a_region_ends_where_its_quantity_leaves_it():
