@@ -2,6 +2,7 @@
 
 import io
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 import pandas as pd
@@ -37,7 +38,7 @@ def outcome(small_run):
     return small_run[0]
 
 
-def written(table):
+def written(table) -> Any:
     """A table as pandas reads its file."""
     return pd.read_parquet(io.BytesIO(parquet_bytes(table)))
 
