@@ -111,7 +111,8 @@ def test_worst_flight_goes_by_the_first_objective_that_counts_there(outcome):
 
 
 def test_constraints_of_every_finalist_are_what_made_them_feasible(outcome):
-    table, study = pd.DataFrame(constraint_table(outcome)), outcome.study
+    table: Any = pd.DataFrame(constraint_table(outcome))
+    study = outcome.study
     assert list(table.point.unique()) == outcome.names
     limits = {entry.objective.label: entry.most for entry in study.constraints}
     assert list(table.label.unique()) == list(limits)
