@@ -53,19 +53,16 @@ def test_help_does_not_import_the_heavy_libraries():
 
 PLAIN_RUN = """
 import sys
-from types import SimpleNamespace
-from tuner import report
 from tuner.cli import main
 sys.argv = ["tuner", "run", *sys.argv[1:]]
 def told(code):
     print("imported:", [name for name in {heavy} if name in sys.modules], file=sys.stderr)
     sys.exit(code)
 main.leave = told
-# Another process draws, with imports of its own.
-report.start_figures = lambda folder: SimpleNamespace(begin=int, stop=int, wait=int)
 main.main()
 """
-# What takes 20 ms of processor time or more to import, and a tuning run from its study to the printed answer does without.
+# What takes 20 ms of processor time or more to import, and a tuning run from its study to the printed answer does without. (Its figures
+# are drawn by another process, with imports of its own.)
 NOT_FOR_A_RUN = (
     "pandas", "pyarrow.compute", "pyarrow.pandas_compat", "scipy.stats", "scipy.signal", "scipy.optimize", "scipy.interpolate",
     "scipy.sparse.csgraph", "scipy.integrate", "matplotlib", "pymoo", "cvxpy", "control", "numba.cpython.heapq",
