@@ -5,7 +5,7 @@ Figures are blank in all of `tests/tuner/` but `tests/tuner/report/`: the fixtur
 
 import os
 from collections.abc import Iterator
-from contextlib import contextmanager
+from contextlib import contextmanager, nullcontext
 from pathlib import Path
 from typing import Any
 from unittest.mock import patch
@@ -48,7 +48,12 @@ def search_path(*first: str) -> str:
 def undrawn() -> Iterator[None]:
     """Leave figures blank, here and in processes that are started here."""
     here = patch("tuner.report.start_figures", DrawnHere), patch.object(Figure, "draw", lambda *_: None)
-    with here[0], here[1], patch.dict(os.environ, PYTHONPATH=search_path(HERE)):
+    with (
+        here[0],
+        here[1],
+        patch("tuner.report.charts.printer.early", nullcontext),
+        patch.dict(os.environ, PYTHONPATH=search_path(HERE)),
+    ):
         yield
 
 

@@ -11,6 +11,7 @@ from plant.texts import toml_table
 from tuner.cli.answer import answer, progress
 from tuner.cli.app import AsJson, Folder, StudyFile, Threads, app, option_of, set_option, study_option
 from tuner.experiments.options import ResumeOptions, RunOptions, with_options
+from tuner.report.charts import printer
 from tuner.text.errors import BROKEN, NOTHING_FEASIBLE
 
 
@@ -32,9 +33,10 @@ def run(
 
     Example: tuner run quickstart --out results/first --set search.generations=20
     """
-    asked = tuner.load_study(study, changes(change))
-    with progress(as_json) as watcher:
-        found = tuner.run(asked, out, watcher=watcher, threads=threads, **options)
+    with printer.early():
+        asked = tuner.load_study(study, changes(change))
+        with progress(as_json) as watcher:
+            found = tuner.run(asked, out, watcher=watcher, threads=threads, **options)
     answer(found, as_json, 0 if found.feasible else NOTHING_FEASIBLE)
 
 
@@ -45,7 +47,7 @@ def resume(results: Folder, as_json: AsJson = False, **options: Any) -> None:
 
     Example: tuner resume results/quickstart --budget 30
     """
-    with progress(as_json) as watcher:
+    with printer.early(), progress(as_json) as watcher:
         found = tuner.resume(results, watcher=watcher, **options)
     answer(found, as_json, 0 if found.feasible else NOTHING_FEASIBLE)
 

@@ -4,24 +4,18 @@ That process touches no file. It is told what to draw and hands the figures back
 and writes. It ends when its parent does, however that dies: its standard input is a pipe that the system then closes.
 """
 
-import os
-import subprocess
-import sys
 from contextlib import suppress
 from io import BytesIO
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plant.errors import StoreError
+from tuner.report.charts.printer import taken
 from tuner.report.charts.printing import Order, order, received
 from tuner.store.folder import put_together
 
 if TYPE_CHECKING:
     from tuner.documents.tuning import TuningFolder
-
-CODE = "from tuner.report.charts.printing import main; main()"
-# Nothing here is worth a second thread of linear algebra, and to start them takes a tenth of the process's time.
-ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}
 
 
 class Drawing:
@@ -29,11 +23,7 @@ class Drawing:
 
     def __init__(self, folder: Path) -> None:
         self._folder = folder
-        # In a session of its own, Ctrl-C reaches this process alone.
-        self._process = subprocess.Popen(
-            [sys.executable, "-c", CODE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
-            cwd=Path(__file__).parents[2], env={**os.environ, **ONE_THREAD}, start_new_session=True,
-        )  # fmt: skip
+        self._process = taken()
         assert self._process.stdin is not None
         # Taken away from `communicate`, which would close it before it reads.
         self._orders, self._process.stdin = self._process.stdin, None

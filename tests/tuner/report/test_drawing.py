@@ -7,9 +7,11 @@ from typing import Any, cast
 
 import pytest
 
-from plant.errors import StoreError
+from plant.errors import InputError, StoreError
 from tests.tuner.report.fabricate import fabricate
 from tuner.report import opened, start_figures, write_figures
+from tuner.report.charts import printer
+from tuner.report.charts.printer import early
 
 
 def draw(folder):
@@ -81,6 +83,8 @@ def test_it_imports_nothing_that_only_reads(module):
 PARENT = """
 import sys, time
 from pathlib import Path
+from tuner.report.charts import printer
+from tuner.report.charts.printer import early
 from tuner.report import opened, start_figures
 drawing = start_figures(Path(sys.argv[1]))
 if sys.argv[2] == "True":
@@ -118,3 +122,20 @@ def test_it_ends_with_its_parent_and_leaves_nothing(tmp_path, begun):
         assert time.monotonic() < end
         time.sleep(0.02)
     assert sorted(folder.rglob("*")) == before
+
+
+def test_a_process_that_was_started_early_draws_and_one_that_nobody_took_ends(tmp_path):
+    folder = fabricate(tmp_path / "made-up", objectives=2)
+    with early():
+        ready = printer._EARLY[0]
+        drawing = start_figures(folder)
+        assert drawing._process is ready
+        drawing.stop()
+        with printer.taken() as other:
+            assert other is not ready
+            other.kill()
+    with pytest.raises(InputError), early():
+        ready = printer._EARLY[0]
+        raise InputError("given nothing")
+    assert ready.poll() is not None
+    assert not printer._EARLY

@@ -1,0 +1,52 @@
+"""The process that draws, as its parent sees it.
+
+A command that will draw starts it before anything else: what it imports, half a second, is then done on a core that has nothing
+else to do yet, while the parent imports what flies.
+"""
+
+import os
+import subprocess
+import sys
+from collections.abc import Iterator
+from contextlib import contextmanager
+from pathlib import Path
+
+CODE = "from tuner.report.charts.printing import main; main()"
+# Nothing here is worth a second thread of linear algebra, and to start them takes a tenth of the process's time.
+ONE_THREAD = {"OPENBLAS_NUM_THREADS": "1"}
+Process = subprocess.Popen[bytes]
+_EARLY: list[Process] = []
+
+
+def started() -> Process:
+    """Start a process that draws what it is told on standard input, see `printing`, and ends when its parent does."""
+    # In a session of its own, Ctrl-C reaches the parent alone.
+    return subprocess.Popen(
+        [sys.executable, "-c", CODE], stdin=subprocess.PIPE, stdout=subprocess.PIPE, stderr=subprocess.PIPE,
+        cwd=Path(__file__).parents[3], env={**os.environ, **ONE_THREAD}, start_new_session=True,
+    )  # fmt: skip
+
+
+def taken() -> Process:
+    """Return the process that was started early, else a new one."""
+    return _EARLY.pop() if _EARLY else started()
+
+
+@contextmanager
+def early() -> Iterator[None]:
+    """Start the process now; at the end it is ended, if nobody took it."""
+    _EARLY.append(started())
+    try:
+        yield
+    finally:
+        put_away()
+
+
+def put_away() -> None:
+    """End the process that was started early, which nobody will take."""
+    while _EARLY:
+        process = _EARLY.pop()
+        process.kill()
+        # Its end closes the pipes and waits.
+        with process:
+            pass
