@@ -8,7 +8,6 @@ Not part of the test suite (`testpaths` is tests/), for a timing is no fact abou
 from pathlib import Path
 from typing import Any
 
-import numpy as np
 import pytest
 
 from benchmarks.course import Course, draw
@@ -61,13 +60,3 @@ def test_counting_is_exact_for_a_known_expression() -> None:
     counts.clear()
     bind(cross)(vector, vector)
     assert dict(counts) == {"multiply": 6, "add": 3}
-
-
-@pytest.mark.parametrize("defines", [(), ("-DSHORTCUTS=1",)], ids=["model's algebra", "shortcuts"])
-@pytest.mark.skipif(ceiling.compiler() is None, reason="no C compiler")
-def test_c_flies_what_the_lanes_fly(course: Course, tmp_path: Path, defines: tuple[str, ...]) -> None:
-    """All 72 results of each flight within 1e-6: both are float64, and differ in the order of their sums alone."""
-    ours = lanes.prepare(course, 128, 500, 1, tmp_path)()
-    theirs = ceiling.flights(course, 128, 500, 1, tmp_path, *defines)()
-    np.testing.assert_allclose(theirs, ours, rtol=1e-6, atol=1e-9)
-    assert np.ptp(np.asarray(ours)[0, :, 0]) > 0.0

@@ -33,13 +33,13 @@ typedef struct { double w, x, y, z; } Quat;
 typedef struct { double a, b, c, d; } Four;
 typedef struct { Vec p, v; Quat q; Vec w; Four r; } Body;
 
-/* Leaves of plant.nominal.Nominal. */
+/* Leaves of plant.nominal.Nominal that this course uses, see `known` in ceiling.py. */
 typedef struct {
     double mass; Vec inertia; Four arm_x, arm_y, spin;
     double k_f, ratio, rotor_inertia, lag_up, lag_down, speed_min, speed_max;
     Vec drag1, drag2; double drag_height; Vec damping; double gravity;
     Four to_thrust, to_roll, to_pitch, to_yaw, reach;
-    double hover, low, high, lag_step, lag_missing, tangent, options[4];
+    double hover, low, high, lag_step, lag_missing, tangent, options[4], smoothing;
 } Nominal;
 typedef struct { double start, final, time, band, recovery_from, recovery_band, steady_from; } Target;
 typedef struct { double omega_o, lambda, k1, k2, delta; } Gains;
@@ -48,7 +48,7 @@ typedef struct { Vec p, v, a; double roll, pitch, yaw, yaw_rate, hold; } Referen
 
 /* Rows of a block of flights. */
 enum { P, V = P + 3, Q = V + 3, W = Q + 4, R = W + 3, SPEED = R + 4, FORCE = SPEED + 4, THRUST = FORCE + 4, Z = THRUST + 4,
-       SEEN = Z + 18, METER = SEEN + 1, TOTALS = METER + 66, STATUS = TOTALS + 4, END, ROWS };
+       SEEN = Z + 18, TWIST, METER, TOTALS = METER + 66, STATUS = TOTALS + 4, END, ROWS };
 /* Rows of plant.rigid_body.Dynamics. */
 enum { I_MASS, I_INERTIA, COUPLING = I_INERTIA + 3, ARM_X = COUPLING + 3, ARM_Y = ARM_X + 4, SPIN = ARM_Y + 4, K_F = SPIN + 4,
        RATIO, J_ROTOR, RISE, FALL, DRAG1, DRAG2 = DRAG1 + 3, HEIGHT = DRAG2 + 3, DAMPING, GRAVITY = DAMPING + 3, DYNAMICS };
@@ -215,6 +215,8 @@ INLINE void decide(double s[restrict ROWS][LANES], int l, const double noise[res
     double ty = n->inertia.y * channel(s + Z + 12, l, law[4], pitch, 0.0, 0.0, ma.y, mw.y, inverse.y * torque_felt.y, h);
     double tz = n->inertia.z * channel(s + Z + 15, l, law[5], yaw_goal, ref->yaw_rate, 0.0, yaw_now, mw.z,
                                        inverse.z * torque_felt.z, h);
+    tz = n->smoothing * tz + (1.0 - n->smoothing) * s[TWIST][l];
+    s[TWIST][l] = tz;
 
     double thrust = n->mass * up / most(direction.z, 0.5);
     Four none = {0.0, 0.0, 0.0, 0.0};
@@ -266,7 +268,7 @@ typedef struct {
 
 typedef struct { Vec v; Quat q; Vec w; Four r; } Rate;
 
-INLINE Rate motion(Vec v, Quat q, Vec w, Four r, const Frame *f, int rotors) {
+INLINE Rate motion(Vec v, Quat q, Vec w, Four r, const Frame *f) {
     Rate out;
     Quat back = {q.w, -q.x, -q.y, -q.z};
     Vec air = turned(back, axpy3(v, -1.0, f->wind));
@@ -278,8 +280,11 @@ INLINE Rate motion(Vec v, Quat q, Vec w, Four r, const Frame *f, int rotors) {
     else lift = (Four){f->k_f * r.a * r.a, f->k_f * r.b * r.b, f->k_f * r.c * r.c, f->k_f * r.d * r.d};
     double total = SHORTCUTS ? f->k_f * sum4(lift) : sum4(lift);
     Vec push = turned(q, (Vec){drag.x, drag.y, drag.z + total});
+    Four c = f->command;
+    out.r = (Four){(c.a - r.a) * (c.a > r.a ? f->rise : f->fall), (c.b - r.b) * (c.b > r.b ? f->rise : f->fall),
+                   (c.c - r.c) * (c.c > r.c ? f->rise : f->fall), (c.d - r.d) * (c.d > r.d ? f->rise : f->fall)};
     double spin = -f->rotor_inertia * dot4(f->spin, r);
-    double yaw = SHORTCUTS ? f->ratio * dot4(f->spin, lift) : f->ratio * dot4(f->spin, lift);
+    double yaw = f->ratio * dot4(f->spin, lift) + f->rotor_inertia * dot4(f->spin, out.r);
     Vec torque = {dot4(f->arm_y, lift) - w.y * spin - f->height * drag.y - f->damping.x * w.x,
                   -dot4(f->arm_x, lift) + w.x * spin + f->height * drag.x - f->damping.y * w.y, yaw - f->damping.z * w.z};
     out.v = (Vec){f->inverse_mass * push.x, f->inverse_mass * push.y, f->inverse_mass * push.z - f->gravity};
@@ -288,11 +293,6 @@ INLINE Rate motion(Vec v, Quat q, Vec w, Four r, const Frame *f, int rotors) {
     out.w = (Vec){f->inverse_inertia.x * torque.x - f->coupling.x * w.y * w.z,
                   f->inverse_inertia.y * torque.y - f->coupling.y * w.z * w.x,
                   f->inverse_inertia.z * torque.z - f->coupling.z * w.x * w.y};
-    if (rotors) {
-        Four c = f->command;
-        out.r = (Four){(c.a - r.a) * (c.a > r.a ? f->rise : f->fall), (c.b - r.b) * (c.b > r.b ? f->rise : f->fall),
-                       (c.c - r.c) * (c.c > r.c ? f->rise : f->fall), (c.d - r.d) * (c.d > r.d ? f->rise : f->fall)};
-    }
     return out;
 }
 
@@ -319,25 +319,25 @@ INLINE Quat renormalised(Quat q) {
 
 INLINE Body fly(Body b, const Frame *f, const Decay *d, double h) {
     Four error = axpy4(b.r, -1.0, f->command), r2, r3, r4;
-    Rate k1 = motion(b.v, b.q, b.w, b.r, f, !SHORTCUTS);
+    Rate k1 = motion(b.v, b.q, b.w, b.r, f);
     Vec v = axpy3(b.v, 0.5 * h, k1.v), sum_v = k1.v, sum_p = k1.v;
     Quat q = axpyq(b.q, 0.5 * h, k1.q), sum_q = k1.q;
     Vec w = axpy3(b.w, 0.5 * h, k1.w), sum_w = k1.w;
     Four sum_r = k1.r;
     r2 = SHORTCUTS ? relaxed(f->command, error, d->half1) : axpy4(b.r, 0.5 * h, k1.r);
-    Rate k = motion(v, q, w, r2, f, !SHORTCUTS);
+    Rate k = motion(v, q, w, r2, f);
     sum_p = axpy3(sum_p, 1.0, k.v);
     sum_v = axpy3(sum_v, 2.0, k.v), sum_q = axpyq(sum_q, 2.0, k.q), sum_w = axpy3(sum_w, 2.0, k.w);
     if (!SHORTCUTS) sum_r = axpy4(sum_r, 2.0, k.r);
     v = axpy3(b.v, 0.5 * h, k.v), q = axpyq(b.q, 0.5 * h, k.q), w = axpy3(b.w, 0.5 * h, k.w);
     r3 = SHORTCUTS ? relaxed(f->command, error, d->half2) : axpy4(b.r, 0.5 * h, k.r);
-    k = motion(v, q, w, r3, f, !SHORTCUTS);
+    k = motion(v, q, w, r3, f);
     sum_p = axpy3(sum_p, 1.0, k.v);
     sum_v = axpy3(sum_v, 2.0, k.v), sum_q = axpyq(sum_q, 2.0, k.q), sum_w = axpy3(sum_w, 2.0, k.w);
     if (!SHORTCUTS) sum_r = axpy4(sum_r, 2.0, k.r);
     v = axpy3(b.v, h, k.v), q = axpyq(b.q, h, k.q), w = axpy3(b.w, h, k.w);
     r4 = SHORTCUTS ? relaxed(f->command, error, d->full) : axpy4(b.r, h, k.r);
-    k = motion(v, q, w, r4, f, !SHORTCUTS);
+    k = motion(v, q, w, r4, f);
     if (!SHORTCUTS) sum_r = axpy4(sum_r, 1.0, k.r);
     double sixth = h / 6.0;
     Body out;
