@@ -2,7 +2,8 @@
 
 A block holds LANES scenarios of one candidate. Its whole state lives in one workspace (row, lane); the innermost loop runs over
 lanes and is turned into vector code by LLVM. Wind, noise and dynamics are copied into the workspace too: read from their own
-arrays they exceed the compiler's run-time alias checks and the loop stays scalar, six times slower.
+arrays they exceed the compiler's run-time alias checks and the loop stays scalar, six times slower. It lies on the stack
+(`plant.backends.workspace`).
 
 The plant's loop stands there twice: where the air of a batch is wind alone, its other nine rows are zeros that the compiler
 sees. That makes a flight 7 % faster and the compilation 1 s of 15 longer. The two loops may round differently (1e-12 after
@@ -20,9 +21,10 @@ from typing import Any
 
 import numba
 import numpy as np
+from numba.np.numpy_support import carray
 
 from plant import primitives, records
-from plant.backends import branch_free, vector_math
+from plant.backends import branch_free, vector_math, workspace
 from plant.backends.cache import load_kernel
 from plant.backends.identity import identity
 from plant.backends.rebind import Rebinder
@@ -126,7 +128,7 @@ def run(gains, nominal_row, dynamicss, starts, disturbances, noises, references,
         candidate, block = i // dynamicss.shape[0], i % dynamicss.shape[0]
         constants = prepare(load_gains(gains[candidate], 0), h)
         reference = load_reference(references[0], 0)
-        a = np.empty((TOTAL, LANES))
+        a = carray(workspace(), (TOTAL, LANES), np.float64)
         for r in range(TOTAL):
             for l in range(LANES):
                 a[r, l] = 0.0
@@ -236,6 +238,7 @@ def kernel_names(loop: ClosedLoop) -> tuple[dict[str, Any], set[Path]]:
 def kernel_of(loop: ClosedLoop) -> Kernel:
     """Return the kernel of a loop, from the cache or written there to be compiled by its first call."""
     names, sources = kernel_names(loop)
+    names |= {"carray": carray, "workspace": workspace.on_stack(layout(loop).total * LANES)}
     source = kernel_source(loop, names)
-    module, cached = load_kernel(loop.name, source, names, sources, identity(loop))
+    module, cached = load_kernel(loop.name, source, names, sources | {Path(workspace.__file__)}, identity(loop))
     return Kernel(module.run, cached)
