@@ -1,8 +1,8 @@
 """The workspace of a kernel: numbers on the stack of the thread that flies, from the beginning of a cache line on.
 
-Memory from Numba begins at a multiple of 32 bytes, a frame of the stack at one of 16, and only by chance at one of 64. Else every
-vector of 64 bytes, workspace or spilled, lies across two cache lines: flights take 2 to 5 % longer, from thread to thread. LLVM
-aligns a whole frame for a variable in it that must begin at a line.
+Memory from Numba begins at a multiple of 32 bytes, a frame of the stack at one of 16, and only by chance at one of 64. Else
+every vector of 64 bytes, workspace or spilled, lies across two cache lines: flights take some 3 % longer, from thread to
+thread. LLVM aligns a whole frame for a variable in it that must begin at a line.
 """
 
 from typing import Any
