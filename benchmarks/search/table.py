@@ -1,6 +1,7 @@
 """The race as tables: shares of the best known over flights and over processor time, and who is ahead."""
 
 from collections.abc import Iterable
+from math import inf, isinf
 from statistics import median
 from typing import Any, NamedTuple
 
@@ -145,10 +146,12 @@ def _range(shares: Iterable[float | None]) -> str:
 def _reached(own: list[Curve], part: int, form: str) -> str:
     """Return the median of the flights (part 0) or seconds (1) to enough, and how many seeds got there if not all did."""
     found = [curve.enough() for curve in own]
-    reached = [entry[part] for entry in found if entry is not None]
-    if len(reached) == len(found):
-        return format(median(reached), form)
-    return f"{len(reached)} of {len(found)} seeds"
+    middle = median(inf if entry is None else entry[part] for entry in found)
+    missed = found.count(None)
+    seeds = f"{len(found) - missed} of {len(found)} seeds" if missed else ""
+    if isinf(middle):
+        return seeds
+    return f"{middle:{form}} ({seeds})" if seeds else f"{middle:{form}}"
 
 
 def _verdicts(runs: Runs, problems: list[str]) -> str:
@@ -163,8 +166,8 @@ def _verdicts(runs: Runs, problems: list[str]) -> str:
         before = median(curve.flights[-1] for curve in found[TODAY])
         ended = median(curve.shares[-1] for curve in found[TODAY])
         lines.append(
-            f"- {problem}: {ENOUGH:.0%} of the best known after {own} (median); `{TODAY}` has {ended:.2f} after {before:,.0f}. "
-            + _ahead(found)
+            f"- {problem}: flights to {ENOUGH:.0%} of the best known (median): {own}; "
+            f"`{TODAY}` has {ended:.2f} after {before:,.0f}. " + _ahead(found)
         )
     return "\n".join([*lines, ""])
 
