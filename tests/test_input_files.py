@@ -123,7 +123,7 @@ OWN = {
     "plant/input_files.py", "plant/backends/cache.py", "plant/backends/cuda_card.py", "objectives/memory.py",
     "tuner/exchange/rotorpy/export.py", "tuner/exchange/fmi/export.py", "tuner/exchange/fmi/code.py", "tuner/report/page.py",
     "tuner/exchange/processor_cost/qemu.py", "tuner/study/processor_cost/cost.py", "tuner/exchange/processor_cost/measure.py", "tuner/store/environment.py",
-    "tuner/store/manifest.py", "tuner/exchange/texts.py", "plant/backends/sealed.py",
+    "tuner/store/manifest.py", "tuner/exchange/texts.py", "plant/backends/sealed.py", "tuner/report/kept.py",
 }  # fmt: skip
 NAMES = {"read_text", "read_bytes", "open", "ParquetFile", "read_parquet", "read_csv", "fromfile", "loadtxt"}
 # Calls of those names that open no file by its name to read it.

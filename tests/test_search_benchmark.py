@@ -154,7 +154,7 @@ def test_the_verdict_names_peers_that_are_ahead_of_the_default():
         run_of("pymoo NSGA-II", 1, [], {500: 0.3, 1000: 0.4, 3000: 0.5}),
     ]
     text = markdown(runs)
-    assert "quickstart: 95% of the best known after 1,000 (median)" in text and "has 0.80 after 11,000" in text
+    assert "quickstart: flights to 95% of the best known (median): 1,000;" in text and "has 0.80 after 11,000" in text
     assert "Ahead of it: Optuna TPE at 500 flights" in text and "pymoo NSGA-II at" not in text
     assert "Ended by their processor budget: Optuna TPE before 3,000 flights." in text
     assert "| Optuna TPE | - | 0.95 | 0.96 | (0.96) |" in text
@@ -198,3 +198,11 @@ def test_a_rerun_races_only_what_the_document_lacks(tmp_path, monkeypatch, capsy
     again, runs = asked("--contestant", "nsga2", "--seed", "1", "--again")
     assert len(again) == 1 and len(runs) == 7
     assert capsys.readouterr().out.endswith("a table\n")
+
+
+def test_a_median_says_how_many_seeds_got_there():
+    far, near = {500: 0.5, 1000: 0.96}, {500: 0.5, 1000: 0.6}
+    for values, told in (((far, far, near), "1,000 (2 of 3 seeds)"), ((far, near, near), "1 of 3 seeds")):
+        runs = [run_of(AUTO, seed, [[0.0, 0.0]], entries) for seed, entries in enumerate(values)]
+        runs += [run_of("nsga2 as d9ea7ca has it", seed, [], {11_000: 1.0}) for seed in range(3)]
+        assert f"of the best known (median): {told};" in markdown(runs)

@@ -5,8 +5,8 @@ measured in turn, several rounds, and the median is reported, because machines a
 second are those of the lanes with the plant step that a study has unless it fixes one, here one in a control period.
 
 Margins are those that the quickstart limits, of its cascade in all six channels, over every amplitude of the sliding term, for
-gains drawn from their search ranges; by processor time, summed over threads. A candidate of the quickstart costs one evaluation
-of margins and 32 flights of 8 s.
+gains drawn from their search ranges; by processor time on one thread, for two threads that share a core each count time in which
+the other one works. A candidate of the quickstart costs one evaluation of margins and 8 flights of 8 s.
 """
 
 from collections.abc import Callable
@@ -38,7 +38,7 @@ from plant.records import flatten, pack
 from plant.references.steps import Steps
 from plant.scenarios import SEARCH, ScenarioSpec, sample_scenarios
 from plant.seeds import generator
-from plant.threads import available_threads
+from plant.threads import available_threads, threads_used, use_threads
 from tuner.gains.ranges import usual_timing
 from tuner.store.environment import simd
 
@@ -49,7 +49,7 @@ NUMPY_FLIGHTS, NUMPY_DURATION = 1024, 0.2
 # The scalar kernel flies a share of the flights, enough for a second or so.
 SCALAR_SHARE = 4
 # Candidates whose margins are worked out at once, and what a candidate of the quickstart flies.
-MARGIN_BATCH, QUICKSTART_FLIGHTS, QUICKSTART_DURATION = 1000, 32, 8.0
+MARGIN_BATCH, QUICKSTART_FLIGHTS, QUICKSTART_DURATION = 1000, 8, 8.0
 # What a search that asks for a few candidates at a time has worked out at once.
 SMALL_BATCH = 32
 # Limits of the quickstart, each in the unit of its limits.
@@ -163,7 +163,7 @@ class MarginBench:
 
 
 def _busy(work: Callable[[np.ndarray], Any], gains: np.ndarray, batch: int) -> float:
-    """Return processor milliseconds a candidate of work on gains rows (n, g), so many at a time."""
+    """Return processor milliseconds a candidate of work on gains rows (n, g), so many at a time, on one thread."""
 
     def once() -> float:
         begin = process_time()
@@ -171,7 +171,12 @@ def _busy(work: Callable[[np.ndarray], Any], gains: np.ndarray, batch: int) -> f
             work(gains[i : i + batch])
         return 1e3 * (process_time() - begin) / len(gains)
 
-    return median(once() for _ in range(ROUNDS))
+    usual = threads_used()
+    use_threads(1)
+    try:
+        return median(once() for _ in range(ROUNDS))
+    finally:
+        use_threads(usual)
 
 
 def _rate(work: Any, count: int) -> float:
