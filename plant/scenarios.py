@@ -12,7 +12,6 @@ import numpy as np
 from plant.air.air import COLUMNS, WIND_COLUMNS, AirSpec, draw_air, steady_wind
 from plant.airframes.uncertainty import Uncertainty
 from plant.backends.flyer import FlightInputs, filled_lanes, to_lanes
-from plant.backends.lanes import LANES
 from plant.errors import InputError
 from plant.fittings import hears_rotors
 from plant.gyro import TURNS
@@ -189,9 +188,7 @@ def for_vehicle(
     bodies, starts = _vehicles(spec, vehicle, inputs.references, root, stream, chosen)
     noises = np.ascontiguousarray(inputs.noises[:, :, :NOISE_ROWS])
     if hears_rotors(vehicle):
-        errors = [noises[i // LANES, ..., i % LANES] for i in range(len(chosen))]
-        turns = [_turns(spec, root, stream, i) for i in chosen]
-        noises = to_lanes([_with_turns(*pair) for pair in zip(errors, turns, strict=True)])
+        noises = _with_turns(noises, spec, root, stream, chosen)
     return replace(inputs, dynamics=to_lanes(bodies), starts=to_lanes(starts), noises=noises)
 
 
@@ -232,22 +229,15 @@ def _airs(spec: ScenarioSpec, timing: Timing, root: int, stream: str, indices: l
 def _noises(
     spec: ScenarioSpec, vehicle: Vehicle, timing: Timing, root: int, stream: str, indices: list[int]
 ) -> np.ndarray:
-    """Draw the sensor errors of flights in blocks of lanes, no column where all sensors are perfect.
-
-    Where the gyro hears the rotors, how far they have turned stands behind twelve columns of errors.
-    """
-    heard = hears_rotors(vehicle)
-    rows = NOISE_ROWS if heard or not spec.sensors.silent() else 0
+    """Draw the sensor errors of flights in blocks of lanes, no column where all sensors are perfect; see `_with_turns`."""
 
     def draw(k: int, out: np.ndarray) -> None:
-        if spec.sensors.silent():
-            out[:] = 0.0
-        else:
-            draw_noise(spec.sensors, generator(root, f"{stream}/{spec.name}/sensors", indices[k]), out[:, :rows])
-        if heard:
-            out[:, rows:] = _turns(spec, root, stream, indices[k])
+        if out.size:
+            draw_noise(spec.sensors, generator(root, f"{stream}/{spec.name}/sensors", indices[k]), out)
 
-    return filled_lanes(len(indices), (spec.steps(timing), rows + TURNS * heard), draw)
+    rows = 0 if spec.sensors.silent() else NOISE_ROWS
+    noises = filled_lanes(len(indices), (spec.steps(timing), rows), draw)
+    return _with_turns(noises, spec, root, stream, indices) if hears_rotors(vehicle) else noises
 
 
 def _turns(spec: ScenarioSpec, root: int, stream: str, index: int) -> np.ndarray:
@@ -255,11 +245,12 @@ def _turns(spec: ScenarioSpec, root: int, stream: str, index: int) -> np.ndarray
     return generator(root, f"{stream}/{spec.name}/rotors", index).uniform(size=TURNS)
 
 
-def _with_turns(noise: np.ndarray, turns: np.ndarray) -> np.ndarray:
-    """Return sensor errors (steps, 0 or 12) with the turns of the rotors behind them, (steps, 16)."""
-    steps = len(noise)
-    errors = noise if noise.shape[1] else np.zeros((steps, NOISE_ROWS))
-    return np.hstack([errors, np.broadcast_to(turns, (steps, TURNS))])
+def _with_turns(noises: np.ndarray, spec: ScenarioSpec, root: int, stream: str, indices: list[int]) -> np.ndarray:
+    """Return sensor errors (blocks, steps, 0 or 12, lanes) with the turns of the rotors behind them, 16 rows in all."""
+    blocks, steps, rows, lanes = noises.shape
+    errors = noises if rows else np.zeros((blocks, steps, NOISE_ROWS, lanes))
+    turns = to_lanes([_turns(spec, root, stream, i) for i in indices])
+    return np.concatenate([errors, np.broadcast_to(turns[:, None], (blocks, steps, TURNS, lanes))], axis=2)
 
 
 def _vehicles(

@@ -85,15 +85,8 @@ class SensorSpec:
         return not any(getattr(self, field.name) for field in fields(self))
 
 
-def sample_noise(spec: SensorSpec, steps: int, generator: np.random.Generator) -> np.ndarray:
-    """Draw the sensor errors of one flight: float64 (steps, 12), columns in the leaf order of `Noise`."""
-    noise = np.empty((steps, NOISE_ROWS))
-    draw_noise(spec, generator, noise)
-    return noise
-
-
 def draw_noise(spec: SensorSpec, generator: np.random.Generator, out: np.ndarray) -> None:
-    """Draw the sensor errors of one flight into float64 (steps, 12).
+    """Draw the sensor errors of one flight into float64 (steps, 12), columns in the leaf order of `Noise`.
 
     Everything is drawn at unit size and then scaled, so switching one sensor's noise off leaves the others' bits alone.
     """

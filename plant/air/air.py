@@ -27,7 +27,7 @@ from plant.air.linear_process import sample
 from plant.air.spec import AirSpec
 from plant.air.window import gate
 
-__all__ = ["COLUMNS", "WIND_COLUMNS", "AirSpec", "draw_air", "sample_air", "steady_wind", "summary"]
+__all__ = ["COLUMNS", "WIND_COLUMNS", "AirSpec", "draw_air", "steady_wind", "summary"]
 
 Array = NDArray[np.float64]
 
@@ -51,18 +51,11 @@ class _Plan(NamedTuple):
     processes: Dryden | None
 
 
-def sample_air(spec: AirSpec, dt: float, steps: int, generator: Generator) -> Array:
-    """Return the air of one scenario, (steps, 12), at the times k dt [s]; columns as the module says.
-
-    The result is a function of the arguments alone when the generator is fresh: from `plant.seeds.generator`.
-    """
-    out = np.empty((steps, COLUMNS))
-    draw_air(spec, dt, generator, out)
-    return out
-
-
 def draw_air(spec: AirSpec, dt: float, generator: Generator, out: Array) -> None:
-    """Write the air of one scenario into (steps, 12), or (steps, 3) where it is a wind alone."""
+    """Draw the air of one scenario into (steps, 12), or (steps, 3) where it is a wind alone, at the times k dt [s].
+
+    Columns as the module says. It is a function of the arguments alone when the generator is fresh: from `plant.seeds.generator`.
+    """
     assert dt > 0.0 and len(out), "dt and steps come from a checked study"
     plan = _plan(spec, dt, len(out))
     turbulence, rates, injection = generator.spawn(3)
@@ -80,7 +73,7 @@ def draw_air(spec: AirSpec, dt: float, generator: Generator, out: Array) -> None
 
 
 def steady_wind(spec: AirSpec, generator: Generator) -> Array:
-    """Return the mean wind (3,) [m/s], world ENU, that `sample_air` would blow from the same fresh generator."""
+    """Return the mean wind (3,) [m/s], world ENU, that `draw_air` would blow from the same fresh generator."""
     if not spec.mean_wind:
         return np.zeros(3)
     angle = _wind_direction(spec, generator.spawn(1)[0])
@@ -88,7 +81,7 @@ def steady_wind(spec: AirSpec, generator: Generator) -> Array:
 
 
 def injection_normals(steps: int, generator: Generator) -> Array:
-    """Return the normals (steps, 6) that `sample_air` would draw for the injection from the same fresh generator."""
+    """Return the normals (steps, 6) that `draw_air` would draw for the injection from the same fresh generator."""
     return generator.spawn(3)[2].standard_normal((steps, 6))
 
 

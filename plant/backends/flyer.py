@@ -46,13 +46,14 @@ class Recording(NamedTuple):
     """A recorder of the first flights of each candidate, while they are made.
 
     flights: how many. rows: of the workspace, in the order in which they are wanted; every: at each so many-th instant.
-    take: told gains (n,), trace (flights, instants, rows) and results (flights, rows) of a candidate, from the threads that fly.
+    take: told gains (n,), trace (flights, instants, rows) and results (flights, rows) of a candidate and the references (K, 14)
+    that it flew, from the threads that fly.
     """
 
     flights: int
     rows: Sequence[int] | np.ndarray
     every: int
-    take: Callable[[np.ndarray, np.ndarray, np.ndarray], None]
+    take: Callable[[np.ndarray, np.ndarray, np.ndarray, np.ndarray], None]
 
 
 def to_lanes(per_scenario: Sequence[np.ndarray] | np.ndarray) -> np.ndarray:
@@ -145,7 +146,7 @@ class Flyer:
                 first = inputs.blocks(0, recorded)
                 trace = self._traced(row, nominal, first, results[:recorded], recording.rows, recording.every)
                 n = recording.flights
-                recording.take(row, trace[:n], by_scenario(results[:recorded])[:n])
+                recording.take(row, trace[:n], by_scenario(results[:recorded])[:n], inputs.references)
             if recorded < blocks:
                 self._run(row, nominal, inputs.blocks(recorded, blocks), results[recorded:], NOTHING, UNTRACED, 0)
             if on_flights_done is not None:

@@ -10,7 +10,7 @@ from plant.attitude import euler_angles
 from plant.errors import InputError
 from plant.records import pack, rows
 from plant.rigid_body import Body
-from plant.sensors import Noise, SensorSpec, measure, sample_noise
+from plant.sensors import NOISE_ROWS, Noise, SensorSpec, draw_noise, measure
 from plant.vectors import Quaternion, Rotors, Vec3
 from tests.plant.harness import Array, random_quaternion
 from tests.plant.pilot import matrix_of, vec3
@@ -21,7 +21,9 @@ SILENT = pack(Noise, [0.0] * 12)
 
 
 def draw(spec: SensorSpec, steps: int = STEPS, seed: int = 5) -> Array:
-    return sample_noise(spec, steps, np.random.default_rng(seed))
+    out = np.empty((steps, NOISE_ROWS))
+    draw_noise(spec, np.random.default_rng(seed), out)
+    return out
 
 
 def some_body(q: Quaternion) -> Body:

@@ -155,9 +155,9 @@ def fan_table(responses: Responses, point: str, scenario: str) -> Columns:
     n = len(responses.time)
     parts = [
         {
-                "point": point, "scenario": scenario, "signal": signal, "unit": unit, "time": responses.time,
-                "reference": reference[:n, i], "low": low[:, i], "median": median[:, i], "high": high[:, i],
-            }
+            "point": point, "scenario": scenario, "signal": signal, "unit": unit, "time": responses.time,
+            "reference": reference[:n, i], "low": low[:, i], "median": median[:, i], "high": high[:, i],
+        }
         for i, (signal, unit) in enumerate(zip(responses.signals, responses.units, strict=True))
     ]  # fmt: skip
     return stacked(parts)

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from plant.errors import StoreError
-from tuner.report.charts.printer import taken
+from tuner.report.charts.printer import end, taken
 from tuner.report.charts.printing import Order, order, received
 from tuner.store.folder import put_together
 
@@ -50,12 +50,9 @@ class Drawing:
 
     def stop(self) -> None:
         """Give up, whatever was begun."""
-        self._process.kill()
+        end(self._process)
         with suppress(BrokenPipeError):
             self._orders.close()
-        # Its end closes the other pipes and waits.
-        with self._process:
-            pass
 
     def wait(self) -> None:
         """Wait for the figures and write them; StoreError says why they are not there."""

@@ -1,4 +1,4 @@
-"""What the figures of a paper show: front, responses and progress of a results folder, or the responses of one controller."""
+"""Sheets of the figures for a paper: front, responses and progress of a results folder, or the responses of one controller."""
 
 import re
 from collections.abc import Callable, Sequence

@@ -7,7 +7,7 @@ import pytest
 from scipy.integrate import quad
 from scipy.signal import welch
 
-from plant.air.air import AirSpec, sample_air, summary
+from plant.air.air import COLUMNS, AirSpec, draw_air, summary
 from plant.air.gust import Gust
 from plant.air.injection import Injection
 from plant.air.intensity import scales
@@ -21,7 +21,9 @@ FULL = AirSpec(wind_direction_deg=30.0, angular_rates=True, gust=Gust(2.0, 1.0, 
 
 
 def draw(spec, index=0, steps=STEPS, dt=DT):
-    return sample_air(spec, dt, steps, generator(7, "search", index))
+    out = np.empty((steps, COLUMNS))
+    draw_air(spec, dt, generator(7, "search", index), out)
+    return out
 
 
 def turned_back(air, degrees):

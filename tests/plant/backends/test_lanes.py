@@ -59,7 +59,8 @@ def test_flights_that_are_recorded_on_the_way_are_those_that_are_not():
     flown = flyer(2).fly(many, NOMINAL, batch, None, recording)
     assert np.array_equal(flown, flyer(2).fly(many, NOMINAL, batch))
     for row, results in zip(many, flown, strict=True):
-        trace, found = seen[row.tobytes()]
+        trace, found, references = seen[row.tobytes()]
+        assert references is batch.references
         assert np.array_equal(found, results[: LANES + 2])
         assert np.array_equal(trace, flyer().trace(row, NOMINAL, inputs(range(LANES + 2)), 3, [7, 0]))
 

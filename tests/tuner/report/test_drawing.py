@@ -83,8 +83,6 @@ def test_it_imports_nothing_that_only_reads(module):
 PARENT = """
 import sys, time
 from pathlib import Path
-from tuner.report.charts import printer
-from tuner.report.charts.printer import early
 from tuner.report import opened, start_figures
 drawing = start_figures(Path(sys.argv[1]))
 if sys.argv[2] == "True":
@@ -131,9 +129,9 @@ def test_a_process_that_was_started_early_draws_and_one_that_nobody_took_ends(tm
         drawing = start_figures(folder)
         assert drawing._process is ready
         drawing.stop()
-        with printer.taken() as other:
-            assert other is not ready
-            other.kill()
+        other = printer.taken()
+        assert other is not ready
+        printer.end(other)
     with pytest.raises(InputError), early():
         ready = printer._EARLY[0]
         raise InputError("given nothing")

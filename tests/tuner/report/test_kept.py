@@ -1,4 +1,4 @@
-"""What reports keep beside the kernels: made once, healed where damaged, and not missed where nothing can be kept."""
+"""Bytes that reports keep beside the kernels: made once, healed where damaged, and not missed where nothing can be kept."""
 
 import gzip
 from base64 import b64decode

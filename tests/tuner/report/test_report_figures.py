@@ -75,7 +75,7 @@ def test_unwritable_place_is_named(tmp_path):
 
 @pytest.fixture
 def responses():
-    """What `tuner.analysis.responses.responses_of` returns, of three flights: signal i of flight f is constant at i + f."""
+    """Responses as of `tuner.analysis.responses.responses_of`, of three flights: signal i of flight f is constant at i + f."""
     actual = np.arange(10.0) + np.arange(3.0)[:, None, None] + np.zeros((3, 50, 10))
     quantiles = SimpleNamespace(
         time=np.arange(50) * 0.02,

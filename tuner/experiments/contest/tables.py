@@ -33,9 +33,9 @@ def scores_table(result: Result) -> Columns:
             seen = [n for n in range(len(origin)) if wanted in (None, origin[n])]
             parts.append(
                 {
-                        "contender": contender, "quantity": quantity.label, "scenario": origin[seen],
-                        "flight": [n - first[origin[n]] for n in seen], "value": result.flown.scores[k, i, seen],
-                    }
+                    "contender": contender, "quantity": quantity.label, "scenario": origin[seen],
+                    "flight": [n - first[origin[n]] for n in seen], "value": result.flown.scores[k, i, seen],
+                }
             )  # fmt: skip
     return stacked(parts)
 
@@ -96,9 +96,9 @@ def trace_table(flown: Responses, contender: str, scenario: str) -> Columns:
     return stacked(
         [
             {
-                    "contender": contender, "scenario": scenario, "flight": 0, "signal": signal, "unit": unit,
-                    "time": flown.time, "value": flown.actual[0, :, i], "reference": flown.reference[0, :, i],
-                }
+                "contender": contender, "scenario": scenario, "flight": 0, "signal": signal, "unit": unit,
+                "time": flown.time, "value": flown.actual[0, :, i], "reference": flown.reference[0, :, i],
+            }
             for i, (signal, unit) in enumerate(zip(flown.signals, flown.units, strict=True))
         ],
     )  # fmt: skip
@@ -138,8 +138,8 @@ def wind_table(result: Result) -> Columns | None:
                 signal, unit = names[column]
                 parts.append(
                     {
-                            "scenario": scenario.spec.name, "flight": 0, "signal": signal, "unit": unit, "time": time,
-                            "value": air[::every, column],
-                        }
+                        "scenario": scenario.spec.name, "flight": 0, "signal": signal, "unit": unit, "time": time,
+                        "value": air[::every, column],
+                    }
                 )  # fmt: skip
     return stacked(parts) if parts else None

@@ -1,5 +1,6 @@
-"""Fans of responses: what every finalist does over many held-out flights, and in the one in which it did worst.
+"""Fans of responses: every finalist over many held-out flights, and in the one in which it did worst.
 
+The worst is the one with the largest value of the first objective that counts in the scenario.
 The flights of a fan are the first that every finalist makes held out, so they are recorded while they are made. Where they were
 not, for they were on record or flown elsewhere or in several ranges, they are flown again, with the same bits.
 """
@@ -11,7 +12,6 @@ import numpy as np
 from objectives.problem import Problem
 from objectives.system import FlightBatch
 from plant.backends.flyer import Recording
-from plant.backends.lanes import LANES
 from plant.scenarios import HELD_OUT, ScenarioSpec
 from plant.threads import side_by_side
 from tuner.analysis.responses import Responses, responses_from, responses_of, spacing, traced_rows
@@ -71,14 +71,13 @@ class Fans:
 
     def _recording(self, spec: ScenarioSpec, flights: int) -> Recording:
         system, judge = self._problem.system, judging_objective(self._study, spec.name)
-        references = system.sample(spec, self._study.seed, HELD_OUT, range(1)).references
 
-        def take(gains: np.ndarray, trace: np.ndarray, results: np.ndarray) -> None:
+        def take(gains: np.ndarray, trace: np.ndarray, results: np.ndarray, references: np.ndarray) -> None:
             scores, _ = self._problem.score(results[None], spec)
             worst = int(np.argmax(scores[0, judge]))
             self._known[spec.name, gains.tobytes()] = fan_of(responses_from(system, trace, references), worst)
 
-        return Recording(flights, traced_rows(system, system.loop.Flight), spacing(len(references)), take)
+        return Recording(flights, traced_rows(system, system.loop.Flight), spacing(spec.steps(system.timing)), take)
 
 
 def fan_flights(entry: Any) -> int:
@@ -107,17 +106,14 @@ def scenario_fans(
     worst = worst_flights(outcome, spec.name).tolist()
     known = [recorded.of(outcome.gains(row), spec.name) if recorded else None for row in range(len(worst))]
     inputs = drawn(outcome, spec, range(count)) if None in known else None
-    shown = [fan.worst_flight if fan else i if i < count else 0 for fan, i in zip(known, worst, strict=True)]
-    missing = sorted({i for i, other in zip(worst, shown, strict=True) if i != other})
-    others = drawn(outcome, spec, missing or [0])
 
     def fan_at(row: int) -> PointFan:
-        fan = known[row] or fan_of(flight_of(outcome, row, inputs), shown[row])
-        if fan.worst_flight == worst[row]:
+        index = worst[row]
+        fan = known[row] or fan_of(flight_of(outcome, row, inputs), index if index < count else 0)
+        if fan.worst_flight == index:
             return fan
-        block, lane = divmod(missing.index(worst[row]), LANES)
-        flown = flight_of(outcome, row, others.blocks(block, block + 1))
-        return fan._replace(worst=flown.actual[lane], worst_flight=worst[row])
+        alone = flight_of(outcome, row, drawn(outcome, spec, [index]))
+        return fan._replace(worst=alone.actual[0], worst_flight=index)
 
     return side_by_side(fan_at, range(len(worst)))
 

@@ -1,10 +1,8 @@
-"""The tables of a results folder: generations, history, front, constraints, margins, responses, spectra.
+"""The tables of a results folder: generations, history, front, constraints, margins, spectra; responses are in `fans`.
 
 Column names are told in results/README.md. Constraints rest on the same flights and the same resamples as the front. Margins are
 those of the loop in hover in still air as it is flown, at the amplitude of its nonlinear terms at which its sensitivity peaks
-highest, on the nominal vehicle; where two channels have the same gains and the same dynamics their rows are alike. Responses are
-of every finalist in every scenario: a fan over many flights, and the flight in which the point did worst, that with the largest
-value of the first objective that counts in the scenario.
+highest, on the nominal vehicle; where two channels have the same gains and the same dynamics their rows are alike.
 """
 
 from functools import singledispatch

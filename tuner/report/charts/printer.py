@@ -39,14 +39,12 @@ def early() -> Iterator[None]:
     try:
         yield
     finally:
-        put_away()
+        while _EARLY:
+            end(_EARLY.pop())
 
 
-def put_away() -> None:
-    """End the process that was started early, which nobody will take."""
-    while _EARLY:
-        process = _EARLY.pop()
-        process.kill()
-        # Its end closes the pipes and waits.
-        with process:
-            pass
+def end(process: Process) -> None:
+    """End a process, whatever it does, wait for it and close its pipes."""
+    process.kill()
+    with process:
+        pass
