@@ -23,3 +23,9 @@ def test_c_flies_what_the_model_flies(tmp_path, defines):
     np.testing.assert_allclose(given, wanted, rtol=1e-9, atol=1e-9)
     assert np.ptp(wanted, axis=0)[0] > 0.0
     assert wanted[0, -2:].tolist() == pytest.approx([0.0, PERIODS * 0.004])
+
+
+@pytest.mark.skipif(ceiling.compiler() is None, reason="no C compiler")
+def test_loading_it_leaves_the_smallest_numbers_alone(tmp_path):
+    ceiling.build(tmp_path)
+    assert float("5e-324") > 0.0 and 0.5 * np.float64(1e-323) > 0.0
