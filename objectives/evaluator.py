@@ -16,6 +16,8 @@ from objectives.metrics import MetricAddress
 from objectives.requirements import (
     Requirement,
     Screen,
+    first_values,
+    further_values,
     hard_excess,
     known_values,
     known_violations,
@@ -161,6 +163,18 @@ class Evaluator(ABC):
         """Return by how much points (n, d) exceed each hard requirement (n, h), relative to its limit; below 0 where kept."""
         return hard_excess(self.requirements, known_values(self.screens, self.space.gains(points)))
 
+    @property
+    def excesses(self) -> tuple[Callable[[np.ndarray], np.ndarray], ...]:
+        """The parts of `excess`: functions of points (n, d), the longest last."""
+        several = any(screen.further for screen in self.screens)
+        return (self._excess, self._further_excess) if several else (self._excess,)
+
+    def _excess(self, points: np.ndarray) -> np.ndarray:
+        return hard_excess(self.requirements, first_values(self.screens, self.space.gains(points)))
+
+    def _further_excess(self, points: np.ndarray) -> np.ndarray:
+        return hard_excess(self.requirements, further_values(self.screens, self.space.gains(points)))
+
     def evaluate(
         self,
         points: np.ndarray,
@@ -187,10 +201,14 @@ class Evaluator(ABC):
         batches: tuple[FlightBatch, ...],
         on_flights_done: Callable[[int], None] | None = None,
         fly_all: bool | np.ndarray = False,
+        complete: bool = False,
     ) -> Evaluation:
-        """Evaluate gains rows (n, gains), else as `evaluate`; scores are ordered by batch, then by scenario index."""
+        """Evaluate gains rows (n, gains), else as `evaluate`; scores are ordered by batch, then by scenario index.
+
+        complete: whether requirements are judged in all conditions, see `known_values`.
+        """
         begin = self.now()
-        known = known_values(self.screens, gains)
+        known = known_values(self.screens, gains, complete)
         screened = self.now()
         flown = worth_flying(self.requirements, known) | fly_all
         scores, failed, origin = [], [], []

@@ -62,15 +62,23 @@ class Requirement:
         return self.violations(values) <= 0.0
 
 
+Analysis = Callable[[Array], Array]
+"""Function of gains rows (n, gains) that returns values (n, requirements): never NaN, infinite only where documented."""
+
+
 @dataclass(frozen=True)
 class Screen:
     """Requirements that one analysis answers together.
 
-    analyse(gains rows (n, gains)) -> values (n, requirements), never NaN, infinite only where its own documentation says so.
+    analyse: the analysis that every candidate meets. further: a longer one of the same requirements in other conditions, for
+    candidates that keep every hard one so far; the worse value counts. complete: one of all conditions, for the points that a
+    study ends with; by default the worse of the two others.
     """
 
     requirements: tuple[Requirement, ...]
-    analyse: Callable[[Array], Array]
+    analyse: Analysis
+    further: Analysis | None = None
+    complete: Analysis | None = None
 
 
 def requirements_of(screens: tuple[Screen, ...]) -> tuple[Requirement, ...]:
@@ -78,11 +86,46 @@ def requirements_of(screens: tuple[Screen, ...]) -> tuple[Requirement, ...]:
     return tuple(requirement for screen in screens for requirement in screen.requirements)
 
 
-def known_values(screens: tuple[Screen, ...], gains: Array) -> Array:
-    """Return the values (n, requirements) of all screens for gains rows (n, gains)."""
+def known_values(screens: tuple[Screen, ...], gains: Array, complete: bool = False) -> Array:
+    """Return the values (n, requirements) of all screens for gains rows (n, gains).
+
+    complete: in all conditions; otherwise a candidate that breaks a hard requirement has its value in the first conditions.
+    """
+    if complete and any(screen.complete for screen in screens):
+        return _answers(screens, gains, lambda screen: screen.complete or screen.analyse)
+    values = first_values(screens, gains)
+    requirements = requirements_of(screens)
+    rows = np.flatnonzero(worth_flying(requirements, values) | complete)
+    if len(rows) and any(screen.further for screen in screens):
+        values[rows] = worse_values(requirements, values[rows], further_values(screens, gains[rows]))
+    return values
+
+
+def first_values(screens: tuple[Screen, ...], gains: Array) -> Array:
+    """Return the values (n, requirements) of the analyses that every candidate meets."""
+    return _answers(screens, gains, lambda screen: screen.analyse)
+
+
+def further_values(screens: tuple[Screen, ...], gains: Array) -> Array:
+    """Return the values (n, requirements) of the longer analyses; of a screen without one the best value there is."""
+    return _answers(screens, gains, lambda screen: screen.further or _best_of(screen))
+
+
+def worse_values(requirements: tuple[Requirement, ...], one: Array, other: Array) -> Array:
+    """Return the worse of two values (n, requirements) of each requirement."""
+    least = np.array([entry.sense == "least" for entry in requirements])
+    return np.where(least, np.minimum(one, other), np.maximum(one, other))
+
+
+def _best_of(screen: Screen) -> Analysis:
+    best = [np.inf if entry.sense == "least" else -np.inf for entry in screen.requirements]
+    return lambda gains: np.tile(best, (len(gains), 1))
+
+
+def _answers(screens: tuple[Screen, ...], gains: Array, analysis: Callable[[Screen], Analysis]) -> Array:
     parts = [np.empty((len(gains), 0))]
     for screen in screens:
-        values = screen.analyse(gains)
+        values = analysis(screen)(gains)
         expected = (len(gains), len(screen.requirements))
         assert values.shape == expected, f"an analysis returned {values.shape} for {expected}"
         assert not np.isnan(values).any(), "an analysis returned NaN"

@@ -17,13 +17,13 @@ from objectives.margins.closing import close_terms
 from objectives.margins.describing import DEFAULT_CASES, Case, constants_of, term_gains
 from objectives.margins.frequency import POINTS, frequency_grid
 from objectives.margins.linearise import LinearLoops, Plant, Surroundings
-from objectives.margins.period import CHANNELS, PeriodMap, Term
+from objectives.margins.period import CHANNELS, Term, period_map
 from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import LoopResponse, Margins, Realisation, joined
 from objectives.margins.sheet import Sheet
 from objectives.margins.slow_position import Paced, SlowLoop, SlowPosition
 from objectives.margins.structure import Block, blocks_of, coordinates, with_images, with_terms
-from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, level_body, setting_of
+from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, setting_of
 from plant.cascade import ATTITUDE_AXES, Cascade
 from plant.errors import InputError
 from plant.fittings import fittings
@@ -135,11 +135,10 @@ class MarginModel:
         self.vehicles = (vehicle, *others)
         self.skew = skew
         fitted = fittings(vehicle, timing.control_period, nominal.harmonics)
-        self._map = PeriodMap(cascade.at_one_rate, timing, fitted)
+        self._map = period_map(cascade.at_one_rate, timing, fitted)
         self._slow = SlowPosition(cascade, timing, fitted, points) if cascade.position_every > 1 else None
         self.cases = tuple(cases) if self._map.terms else (Case(0.0),)
         self._grid = frequency_grid(timing.control_period, points)
-        self._body = level_body(self.trim, nominal)
         addresses = gain_addresses(cascade)
         self._columns = {axis: [gain.column for gain in addresses if gain.axis == axis] for axis in CHANNELS}
         self._situations = [self._situation(nominal, each) for each in self.vehicles]
@@ -274,7 +273,7 @@ class MarginModel:
     def _paced(self, setting: Surroundings, plant: Plant, gains: Array) -> Paced:
         """Return both kinds of control period of position loops that wait."""
         assert self._slow is not None
-        return self._slow.paced(gains, setting, plant, self._body, self._term_gains(gains, MIDDLE)[:, 0])
+        return self._slow.paced(gains, setting, plant, self._term_gains(gains, MIDDLE)[:, 0])
 
     def _slow_realisation(self, situation: _Situation, slow: SlowLoop, row: Array, case: Case) -> Realisation:
         """Return the state space of a position loop that waits; it is sampled at its own period."""
@@ -358,7 +357,7 @@ class MarginModel:
         return term_gains(self._map.terms, self._map.cascade, gains, self.period, tuple(cases))
 
     def _trimmed(self, setting: Surroundings, plant: Plant, gains: Array) -> TrimPoint:
-        return find_trim(self._map, gains, setting, plant, self._body, lambda: self._term_gains(gains, MIDDLE)[:, 0])
+        return find_trim(self._map, gains, setting, plant, lambda: self._term_gains(gains, MIDDLE)[:, 0])
 
 
 def _parts(gains: Array, size: int) -> list[Array]:

@@ -4,7 +4,7 @@ The controller's part is `ClosedLoop.decide` with meters that keep nothing, the 
 functions, rebound, with signals added and read by `injection`.
 """
 
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any, NamedTuple
 
 import casadi as ca
@@ -38,6 +38,7 @@ __all__ = [
     "NoMeters",
     "PeriodMap",
     "Term",
+    "period_map",
     "state_type",
     "terms_of",
 ]
@@ -162,6 +163,12 @@ class PeriodMap:
             record_of(Dynamics, constants), self.timing.plant_step,
         )  # fmt: skip
         return Derivative("fly", inputs, [inputs, disturbance, constants], column_of(end), ca.SX(0, 1))
+
+
+@lru_cache(maxsize=8)
+def period_map(cascade: Cascade, timing: Timing, fitted: Fittings) -> PeriodMap:
+    """Return the control period of a cascade; steady states and vehicles share one, for its functions take 0.1 s to derive."""
+    return PeriodMap(cascade, timing, fitted)
 
 
 def _unclipped(control: Any) -> Any:

@@ -18,7 +18,8 @@ class MarginRequirement:
 
     spread: in the worst vehicle of the spread too. amplitude: smallest amplitude of the signals of nonlinear terms, each in its
     unit, that counts; 0 for all, vanishing ones and the steepest slope included. On vanishing signals |s|^(1/2) sign s acts as an
-    infinite gain, so a loop with it has margins from some amplitude on only, and oscillates below.
+    infinite gain, so a loop with it has margins from some amplitude on only, and oscillates below. in_trims: in the trims of the
+    scenarios too, not at hover alone.
     """
 
     quantity: MarginQuantity
@@ -28,6 +29,7 @@ class MarginRequirement:
     hard: bool = True
     spread: bool = False
     amplitude: float = 0.0
+    in_trims: bool = True
 
     def values(self, margins: Any) -> Array:
         """Return the number of each candidate (n,) of a record `Margins`."""
@@ -43,14 +45,28 @@ class MarginRequirement:
             meaning += f"; nonlinear terms at amplitudes of {self.amplitude:g} and more"
         if self.spread:
             meaning += "; worst vehicle of the spread"
-        asked = self.quantity
-        return Requirement(self.label, meaning, asked.limit_unit, self.limit, asked.sense, self.hard, asked.limited)
+        quantity = self.quantity
+        return Requirement(
+            self.label, meaning, quantity.limit_unit, self.limit, quantity.sense, self.hard, quantity.limited
+        )
 
 
 def requirement_label(
-    name: str, axis: str | None = None, *, hard: bool = True, spread: bool = False, amplitude: float = 0.0
+    name: str,
+    axis: str | None = None,
+    *,
+    hard: bool = True,
+    spread: bool = False,
+    amplitude: float = 0.0,
+    in_trims: bool = True,
 ) -> str:
     """Return for instance "phase_margin(attitude, spread)"; "soft" sets a target apart from a hard limit on the same number."""
-    words = [axis, f"from {amplitude:g}" if amplitude else None, "spread" if spread else None, None if hard else "soft"]
-    said = ", ".join(word for word in words if word)
-    return f"{name}({said})" if said else name
+    words = [
+        axis,
+        f"from {amplitude:g}" if amplitude else None,
+        None if in_trims else "hover",
+        "spread" if spread else None,
+        None if hard else "soft",
+    ]
+    listed = ", ".join(word for word in words if word)
+    return f"{name}({listed})" if listed else name

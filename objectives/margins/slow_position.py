@@ -60,9 +60,9 @@ class SlowPosition:
         }
         self._demand = [names.index(f"control.acceleration.{axis}") for axis in POSITION_AXES]
 
-    def paced(self, gains: Array, setting: Surroundings, plant: Plant, body: Array, secant: Array) -> Paced:
+    def paced(self, gains: Array, setting: Surroundings, plant: Plant, secant: Array) -> Paced:
         """Return both kinds of control period in steady flight of gains rows (n, g); see `find_trim`."""
-        point = find_trim(self._resting, gains, setting, plant, body, lambda: secant)
+        point = find_trim(self._resting, gains, setting, plant, lambda: secant)
         state = np.zeros((len(gains), len(self._from_rest)))
         known = self._from_rest >= 0
         state[:, known] = point.state[:, self._from_rest[known]]

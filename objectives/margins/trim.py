@@ -6,7 +6,7 @@ velocity: the plant feels its air-relative velocity only, and laws see errors. S
 
 from collections.abc import Callable
 from dataclasses import dataclass, field, replace
-from math import atan, cos, degrees, sin, sqrt
+from math import atan, cos, degrees, sqrt
 
 import numpy as np
 from numpy.typing import NDArray
@@ -15,7 +15,6 @@ from objectives.margins.closing import close_terms
 from objectives.margins.linearise import PeriodStep, Plant, Surroundings, one_period, plant_about
 from objectives.margins.period import BODY, ROTORS, PeriodMap
 from plant.cascade import LEAST_LIFT
-from plant.closed_loop import hover_body
 from plant.disturbance import Disturbance
 from plant.errors import InputError
 from plant.nominal import Nominal
@@ -24,7 +23,7 @@ from plant.references.spec import HOLD
 from plant.references.track import Reference
 from plant.rigid_body import Dynamics, dynamics
 from plant.trim import steady_flight, within_limits
-from plant.vectors import Quaternion, Vec3
+from plant.vectors import Vec3
 from plant.vehicle import Vehicle
 
 Array = NDArray[np.float64]
@@ -105,12 +104,6 @@ def setting_of(trim: Trim, nominal: Nominal, vehicle: Vehicle) -> Surroundings:
     return Surroundings(*[np.array(flatten(row), dtype=float) for row in rows])
 
 
-def level_body(trim: Trim, nominal: Nominal) -> Array:
-    """Hover at the trim's yaw, (17,)."""
-    turned = Quaternion(cos(0.5 * trim.yaw), 0.0, 0.0, sin(0.5 * trim.yaw))
-    return np.array(flatten(hover_body(nominal)._replace(attitude=turned)))
-
-
 def balanced_plant(period: PeriodMap, trim: Trim, nominal: Nominal, setting: Surroundings) -> Plant:
     """The plant about the attitude and rotor speeds at which air, weight and rotors leave it at rest, whatever the gains.
 
@@ -143,14 +136,15 @@ class TrimPoint:
 
 
 def find_trim(
-    period: PeriodMap, gains: Array, setting: Surroundings, plant: Plant, body: Array, secant: Callable[[], Array]
-) -> TrimPoint:  # fmt: skip
-    """Find the steady flight of gains rows (n, g) of a plant in balance, starting from a body (17,) that hovers level.
+    period: PeriodMap, gains: Array, setting: Surroundings, plant: Plant, secant: Callable[[], Array]
+) -> TrimPoint:
+    """Find the trim of gains rows (n, g) of a plant in balance, from where its flights start.
 
-    secant() -> (n, terms): gains that stand for the nonlinear terms while their signals are at rest. What is found for a row does
-    not depend on the others. A row that runs away, or ends outside the limits, is not steady.
+    A flight starts in balance, with every law told what it holds, so most laws are at their fixed point at once; of others
+    Newton's method finds it. A row's result does not depend on the others. A row that runs away, or ends outside the limits, is
+    not steady. secant() -> (n, terms): gains that stand for the nonlinear terms while their signals are at rest.
     """
-    starts = np.broadcast_to(body, (len(gains), BODY))
+    starts = np.broadcast_to(plant.body, (len(gains), BODY))
     (state,) = period.at_rest(starts, gains, setting.nominal, setting.reference)
     w = np.zeros((len(gains), len(period.terms)))
     step = one_period(period, state, w, gains, setting, plant)

@@ -73,7 +73,7 @@ class Finals:
             scores=np.zeros((rows, len(self._problem.quantities), sum(counts))),
             failed=np.zeros((rows, sum(counts)), dtype=bool),
             origin=np.repeat([batch.spec.name for batch in self._batches], counts),
-            known=known_values(self._problem.screens, self._gains),
+            known=known_values(self._problem.screens, self._gains, complete=True),
             early=np.concatenate([np.arange(batch.count) < early for batch, early in parts]),
             complete=np.zeros(rows, dtype=bool),
         )

@@ -23,9 +23,9 @@ from tuner.gains import Controller
 from tuner.gains.quantities import quantity
 from tuner.search.watcher import Watcher
 from tuner.store.document import DocumentPart
-from tuner.study.margins import holds_place
 from tuner.study.plant_study import PlantStudy
 from tuner.study.study import Study
+from tuner.study.trim import holds_place
 
 if TYPE_CHECKING:
     import pandas as pd

@@ -8,7 +8,8 @@ batch (S. Daulton, M. Balandat, E. Bakshy, "Differentiable expected hypervolume 
 Bayesian optimization", NeurIPS 2020), and with one objective the expected improvement.
 """
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -52,9 +53,9 @@ class LimitModel(NamedTuple):
 class GaussianProcess:
     """Ask for a generation of points, tell what they were worth.
 
-    first: points (n, d) of the first generation; its size is the batch. seed: of all later draws. excess: by how much points
-    (n, d) exceed what is known without flying (n, h), 0 or less where they keep it; what exceeds it is not asked for, nor are the
-    objectives of such a point believed.
+    first: points (n, d) of the first generation; its size is the batch. seed: of all later draws. excesses: analyses, the
+    longest last, of by how much points (n, d) exceed what is known without flying (n, h), 0 or less where they keep it; what
+    exceeds it is not asked for, nor are the objectives of such a point believed.
     """
 
     def __init__(
@@ -63,12 +64,15 @@ class GaussianProcess:
         n_objectives: int,
         n_constraints: int,
         seed: int,
-        excess: Callable[[Array], Array] | None = None,
+        excesses: Sequence[Callable[[Array], Array]] = (),
     ) -> None:
         self._seed, self._objectives = seed, n_objectives
         self._points, self._values = np.empty((0, first.shape[1])), np.empty((0, n_objectives))
         self._violations = np.empty((0, n_constraints))
-        self._screen = KnownLimits(excess) if excess else None
+        self._screens = [
+            KnownLimits(excess, partial(self._limits, f"{'further ' * level}known"))
+            for level, excess in enumerate(excesses)
+        ]
         self._shapes: dict[str, tuple[int, Shape]] = {}
         self._sobol = Sobol(first.shape[1], generator(seed, "search/gaussian_process/pool", 0))
         self._batch, self._generation = len(first), 0
@@ -91,9 +95,10 @@ class GaussianProcess:
     def _chosen(self, draw: np.random.Generator) -> Array:
         """Return the next generation (n, d)."""
         believed = np.ones(len(self._points), dtype=bool)
-        if self._screen:
-            believed = self._screen.keeps(self._points)
-        known, broken = self._known_limits(), self._broken_limits(believed)
+        for screen in self._screens:
+            believed[believed] = screen.keeps(self._points[believed])
+        known = [limit for screen in self._screens for limit in screen.models]
+        broken = self._broken_limits(believed)
         front = feasible_front(self._values, self._violations)
         front = front[believed[front]]
         aims = Aims(self._points, self._values, believed, front, self._model, draw) if len(front) else None
@@ -108,7 +113,7 @@ class GaussianProcess:
         order = np.argsort(-gain_of(pool, jointly=False).of(np.arange(len(pool))) * chance, kind="stable")
         offspring = children(pool[order[:HOPEFUL]], POOL - STAY, draw)
         pool = self._new(np.concatenate([pool[order[:STAY]], offspring]))
-        chances = Chances(pool, chance_of(broken, pool), chance_of(known, pool), self._screen, self._known_limits)
+        chances = Chances(pool, chance_of(broken, pool), self._screens)
         return pool[picked(gain_of(pool, jointly=True), chances, self._batch)]
 
     def _pool(self, draw: np.random.Generator) -> Array:
@@ -125,12 +130,6 @@ class GaussianProcess:
         """Return the points (p, d) that were not told, each once."""
         known = {point.tobytes() for point in self._points}
         return np.array(list({point.tobytes(): point for point in pool if point.tobytes() not in known}.values()))
-
-    def _known_limits(self) -> list[LimitModel]:
-        """Return a model of each limit that is known without flying and that a point was seen to break."""
-        if not self._screen:
-            return []
-        return self._limits("known", self._screen.points, self._screen.excess)
 
     def _broken_limits(self, believed: Array) -> list[LimitModel]:
         """Return a model of each constraint that was ever broken."""
@@ -192,6 +191,7 @@ def picked(gain: Improvement | Hope, chances: "Chances", batch: int) -> Array:
             chances.possible[rows[-1]] = False
             gain.choose(rows[-1])
             fresh[:] = False
+            rows = rows if len(rows) < batch else chances.confirm(rows)
     return np.array(rows)
 
 
@@ -206,35 +206,45 @@ def chance_of(limits: list[LimitModel], pool: Array) -> Array:
 class Chances:
     """What is known and believed of the limits at the points of a pool (p, d).
 
-    of (p,): probability that a point keeps them; possible (p,): whether it may be picked; asked (p,): whether what is known of it
-    was asked. kept, guessed (p,): probabilities of keeping constraints, and limits that are known; models: of the latter.
+    of (p,): probability that a point keeps them; possible (p,): whether it may be picked; asked (p,): whether the first analysis
+    of what is known was asked. kept (p,): probability of keeping constraints.
     """
 
-    def __init__(
-        self,
-        pool: Array,
-        kept: Array,
-        guessed: Array,
-        screen: "KnownLimits | None",
-        models: Callable[[], list[LimitModel]],
-    ) -> None:
-        self._pool, self._kept, self._screen, self._models = pool, kept, screen, models
-        self.of = kept * guessed
+    def __init__(self, pool: Array, kept: Array, screens: "Sequence[KnownLimits]") -> None:
+        self._pool, self._kept, self._screens = pool, kept, screens
         self.possible = np.ones(len(pool), dtype=bool)
-        self.asked = np.full(len(pool), screen is None)
+        self.asked = np.full(len(pool), not screens)
+        self.of = kept * self._guessed(self.asked)
 
     def ask(self, order: Array, needed: int) -> None:
         """Ask what is known of the first rows (k,) in an order and learn from it; needed: number of rows still to be picked."""
-        assert self._screen, "without limits that are known nothing has to be asked"
         rows = order[~self.asked[order]][: max(ASKED * needed, LEAST_ASKED)]
         self.asked[rows] = True
-        keeps = self._screen.keeps(self._pool[rows])
+        keeps = self._screens[0].keeps(self._pool[rows])
         if keeps.sum() + len(order) - len(rows) < needed:
             # Where nothing in the pool keeps what is known, what breaks it has to do.
             return
         self.possible[rows] = keeps
-        self.of[rows], others = self._kept[rows], ~self.asked
-        self.of[others] = self._kept[others] * chance_of(self._models(), self._pool[others])
+        self.of = self._kept * self._guessed(self.asked)
+
+    def confirm(self, rows: list[int]) -> list[int]:
+        """Return those of the rows picked that keep the longer analyses too, or all where the pool has no others."""
+        for screen in self._screens[1:]:
+            keeps = screen.keeps(self._pool[rows])
+            if np.count_nonzero(self.possible) < np.count_nonzero(~keeps):
+                return rows
+            if not keeps.all():
+                rows = [row for row, kept in zip(rows, keeps, strict=True) if kept]
+                self.of = self._kept * self._guessed(self.asked)
+        return rows
+
+    def _guessed(self, asked: Array) -> Array:
+        """Return the probability (p,) of keeping what is known; of the first analysis 1 where it was asked."""
+        chance = np.ones(len(self._pool))
+        for level, screen in enumerate(self._screens):
+            rows = np.full(len(chance), True) if level else ~asked
+            chance[rows] *= chance_of(screen.models, self._pool[rows])
+        return chance
 
 
 class Aims:
@@ -281,11 +291,23 @@ class Aims:
 
 
 class KnownLimits:
-    """Limits known without flying, asked once for each point. points (n, d), excess (n, h): of those asked for so far."""
+    """Limits known without flying, asked once for each point. points (n, d), excess (n, h): of those asked for so far.
 
-    def __init__(self, ask: Callable[[Array], Array]) -> None:
-        self._ask = ask
+    ask: function of points that returns their excess. model: function of points and excess that returns a model of each limit
+    that a point was seen to break.
+    """
+
+    def __init__(self, ask: Callable[[Array], Array], model: Callable[[Array, Array], list[LimitModel]]) -> None:
+        self._ask, self._model = ask, model
         self._rows: dict[bytes, int] = {}
+        self._models: tuple[int, list[LimitModel]] = (0, [])
+
+    @property
+    def models(self) -> list[LimitModel]:
+        """Models of the limits, from all points asked for so far."""
+        if self._models[0] < len(self._rows):
+            self._models = (len(self._rows), self._model(self.points, self.excess))
+        return self._models[1]
 
     def keeps(self, points: Array) -> Array:
         """Return which points (n, d) keep what is known (n,)."""
@@ -297,6 +319,8 @@ class KnownLimits:
             self.points = np.concatenate([self.points, asked]) if self._rows else asked
             self.excess = np.concatenate([self.excess, excess]) if self._rows else excess
             self._rows |= {key: len(self._rows) + i for i, key in enumerate(new)}
+        if not len(points):
+            return np.ones(0, dtype=bool)
         return np.all(self.excess[[self._rows[point.tobytes()] for point in points]] <= 0.0, axis=1)
 
 

@@ -33,6 +33,6 @@ SEARCHES: dict[str, Callable[..., Search]] = {
 
 first: points (n, d) of the first generation, which the first `ask` returns; n is the size of every generation. What a
 search asks follows from these four and from what it was told, bit for bit, so a search is resumed by telling a fresh
-one again what was recorded. Searches that screen (`tuner.search.names`) take `excess` too: points (n, d) -> by how much
-they exceed what is known without flying (n, h), 0 or less where they keep it.
+one again what was recorded. Searches that screen (`tuner.search.names`) take `excesses` too, the longest last:
+points (n, d) -> by how much they exceed what is known without flying (n, h), 0 or less where they keep it.
 """

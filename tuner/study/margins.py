@@ -1,11 +1,12 @@
-"""The [[margin]] tables: stability margins that gains must have before they are worth a flight.
+"""The [[margin]] tables: stability margins that gains must have before they are flown.
 
-Margins are those of hover in still air, of the loop as it is flown: laws, observers, rotor lag, delay and sampling. All tables
-of a study are answered together, from one evaluation for each choice of spread and smallest amplitude that they make.
+Margins are those of the loop as it is flown: laws, observers, rotor lag, delay and sampling, at hover and in the trims of the
+study's scenarios. All tables of a study are answered together, from one evaluation for each choice of state, spread and smallest
+amplitude that they make.
 """
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
 
@@ -14,16 +15,16 @@ import numpy as np
 from objectives.margins.quantities import LIMITABLE, MarginQuantity
 from objectives.margins.requirement import MarginRequirement, requirement_label
 from objectives.problem import System
-from objectives.requirements import Array, Screen
+from objectives.requirements import Array, Screen, worse_values
 from plant.cascade import AXES, Cascade
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS
 from plant.loop import Timing
 from plant.nominal import Nominal
-from plant.references.spec import HOLD
 from plant.scenarios import ScenarioSpec, Spread
 from plant.vehicle import Vehicle
 from tuner.study.schema import MarginTable
+from tuner.study.trim import HOVER, SteadyState, holds_place, steady_states
 from tuner.text.units import after_number
 
 if TYPE_CHECKING:
@@ -45,6 +46,9 @@ BuildMargins = Callable[[bool, "tuple[Case, ...]"], LoopMargins]
 OPEN = ("x", "y")
 # Largest amplitude that margins may be asked from; the largest that is looked at anyway.
 LARGEST_AMPLITUDE = 2.0
+# Where a limit holds.
+TRIMS = "trims"
+STATES = (TRIMS, HOVER)
 
 
 def margin_requirement(table: MarginTable, timing: Timing, scenarios: tuple[ScenarioSpec, ...]) -> MarginRequirement:
@@ -58,10 +62,13 @@ def margin_requirement(table: MarginTable, timing: Timing, scenarios: tuple[Scen
             "no scenario spreads the airframe; write a [scenario.spread], or leave spread out", key="spread"
         )
     check_amplitude(table)
+    if table.at not in STATES:
+        raise UnknownNameError("steady state", table.at, STATES, key="at")
+    in_trims = table.at == TRIMS
     label = requirement_label(
-        quantity.name, table.axis, hard=table.hard, spread=table.spread, amplitude=table.amplitude
+        quantity.name, table.axis, hard=table.hard, spread=table.spread, amplitude=table.amplitude, in_trims=in_trims
     )
-    return MarginRequirement(quantity, label, axes, limit, table.hard, table.spread, table.amplitude)
+    return MarginRequirement(quantity, label, axes, limit, table.hard, table.spread, table.amplitude, in_trims)
 
 
 def margin_screen(
@@ -69,16 +76,20 @@ def margin_screen(
 ) -> Screen:
     """Return all requirements on margins as one screen; errors of its analysis name path and the key "margin"."""
     analysis = MarginAnalysis(asked, system, scenarios, path)
-    return Screen(tuple(entry.requirement for entry in asked), analysis.values)
+    requirements = tuple(entry.requirement for entry in asked)
+    if len(analysis.states) == 1:
+        return Screen(requirements, analysis.at_hover)
+    return Screen(requirements, analysis.at_hover, analysis.in_search, analysis.values)
 
 
-@lru_cache(maxsize=4)
-def nominal_margins(cascade: Cascade, nominal: Nominal, timing: Timing, vehicle: Vehicle, held: bool) -> "MarginModel":
-    """Margins of the nominal vehicle in all amplitudes, holding a place or not; a run asks for them several times."""
+@lru_cache(maxsize=16)
+def nominal_margins(
+    cascade: Cascade, nominal: Nominal, timing: Timing, vehicle: Vehicle, state: SteadyState
+) -> "MarginModel":
+    """Return the margins of the nominal vehicle in a steady state, in all amplitudes; a run asks for them several times."""
     from objectives.margins.margins import MarginModel
-    from objectives.margins.trim import Trim
 
-    return MarginModel(cascade, nominal, timing, vehicle, Trim(hold=held))
+    return MarginModel(cascade, nominal, timing, vehicle, state.trim)
 
 
 class MarginValues:
@@ -131,40 +142,78 @@ def cases_from(amplitude: float) -> "tuple[Case, ...]":
     return (Case(amplitude), *larger) if amplitude > 0.0 else DEFAULT_CASES
 
 
-class MarginAnalysis(MarginValues):
-    """Values of requirements on the margins of a quadrotor."""
+class MarginAnalysis:
+    """Values of requirements on the margins of a quadrotor, in every steady state of its scenarios.
+
+    states: hover first; those beside hover only where a requirement holds in trims.
+    """
 
     def __init__(
         self, asked: tuple[MarginRequirement, ...], system: System, scenarios: tuple[ScenarioSpec, ...], path: Path
     ) -> None:
-        super().__init__(asked, self._margins, path)
-        self._system, self._scenarios = system, scenarios
+        self._system, self._scenarios, self._asked = system, scenarios, asked
+        states = steady_states(scenarios, system)
+        self.states = states if any(entry.in_trims for entry in asked) else states[:1]
+        self._in_trims = np.array([entry.in_trims for entry in asked], dtype=bool)
+        in_trims = tuple(entry for entry in asked if entry.in_trims)
+        self._values = [
+            MarginValues(in_trims if i else asked, partial(self._margins, state), path)
+            for i, state in enumerate(self.states)
+        ]
 
-    def _margins(self, spread: bool, cases: "tuple[Case, ...]") -> "MarginModel":
+    def at_hover(self, gains: Array) -> Array:
+        """Return the values (n, requirements) of gains rows (n, gains) at hover."""
+        return self._values[0].values(gains)
+
+    def in_search(self, gains: Array) -> Array:
+        """Return the worst values (n, requirements) over the trims whose loops fall into halves."""
+        trims = range(1, len(self.states))
+        return self._worst([i for i in trims if not self.states[i].is_diagonal] or list(trims), gains)
+
+    def values(self, gains: Array) -> Array:
+        """Return the worst values (n, requirements) over all steady states."""
+        return self._worst(list(range(len(self.states))), gains)
+
+    def by_state(self, gains: Array) -> Array:
+        """Return the values (states, n, requirements); of a requirement at hover alone the best value there is elsewhere."""
+        return np.stack([self._state_values(i, gains) for i in range(len(self.states))])
+
+    def _worst(self, states: list[int], gains: Array) -> Array:
+        requirements = tuple(entry.requirement for entry in self._asked)
+        first, *others = [self._state_values(i, gains) for i in states]
+        for values in others:
+            first = worse_values(requirements, first, values)
+        return first
+
+    def _state_values(self, i: int, gains: Array) -> Array:
+        values = self._values[i].values(gains)
+        if i == 0:
+            return values
+        best = np.array([np.inf if entry.quantity.sense == "least" else -np.inf for entry in self._asked])
+        everywhere = np.tile(best, (len(gains), 1))
+        everywhere[:, self._in_trims] = values
+        return everywhere
+
+    def _margins(self, state: SteadyState, spread: bool, cases: "tuple[Case, ...]") -> "MarginModel":
         from objectives.margins.describing import DEFAULT_CASES
         from objectives.margins.margins import MarginModel, spread_corners
-        from objectives.margins.trim import Trim
 
-        system, found = self._system, dict.fromkeys([self._system.vehicle])
+        system, vehicles = self._system, dict.fromkeys([self._system.vehicle])
         for spec in self._scenarios if spread else ():
-            found |= dict.fromkeys(spread_corners(system.vehicle, spec.spread))
-            found |= dict.fromkeys(() if spec.uncertainty is None else spec.uncertainty.extremes(system.vehicle))
-        held = holds_place(self._scenarios, system.timing)
-        first, *others = found
+            corners = spread_corners(system.vehicle, spec.spread)
+            extremes = () if spec.uncertainty is None else spec.uncertainty.extremes(system.vehicle)
+            # One that cannot hold the wind has no steady flight whose loops could be judged.
+            vehicles |= dict.fromkeys(one for one in (*corners, *extremes) if state.can_hold(one, system.nominal))
+        first, *others = vehicles
         if not others and cases is DEFAULT_CASES:
-            return nominal_margins(system.cascade, system.nominal, system.timing, first, held)
+            return nominal_margins(system.cascade, system.nominal, system.timing, first, state)
         return MarginModel(
-            system.cascade, system.nominal, system.timing, first, Trim(hold=held), others=others, cases=cases
+            system.cascade, system.nominal, system.timing, first, state.trim, others=others, cases=cases
         )
 
 
 def _choice(entry: MarginRequirement) -> tuple[bool, float]:
     return entry.spread, entry.amplitude
-
-
-def holds_place(scenarios: tuple[ScenarioSpec, ...], timing: Timing) -> bool:
-    """Return whether any scenario closes the position loops of x and y; attitude mode leaves them open."""
-    return any(bool(np.any(spec.track(timing).samples[:, HOLD] > 0.5)) for spec in scenarios)
 
 
 def _spreads(spec: ScenarioSpec) -> bool:

@@ -337,6 +337,8 @@ def _margin(table: MarginTable, system: PlantSystem) -> MarginRequirement:
         raise UnknownNameError("channel", table.axis, names, key="axis")
     if table.spread:
         raise InputError("margins over a spread are those of quadrotors; leave spread out", key="spread")
+    if "at" in table.model_fields_set:
+        raise InputError("trims are those of quadrotors; a plant is judged at rest, so leave at out", key="at")
     check_amplitude(table)
     axes = () if quantity.whole else names if table.axis is None else (table.axis,)
     label = requirement_label(quantity.name, table.axis, hard=table.hard, amplitude=table.amplitude)

@@ -296,6 +296,8 @@ class MarginTable(StrictTable):
     """Largest value allowed."""
     amplitude: float = 0.0
     """Smallest amplitude of its nonlinear terms at which a loop is judged, each in its own unit; 0: small signals too."""
+    at: str = "trims"
+    """Steady states in which it holds: "trims", hover and the trims of the scenarios in their mean wind, or "hover" alone."""
     spread: bool = False
     """Judge the corners of the scenario's spread too."""
     hard: bool = True

@@ -1,21 +1,37 @@
-"""Steady flight of a study's vehicle in the mean wind of a scenario: what it takes, and a refusal where it cannot be held."""
+"""Steady states of a study's vehicle: hover, and the trims of its scenarios in their mean wind and at their reference's speed."""
 
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
+from functools import cached_property
 from math import atan, degrees, radians
+from typing import TYPE_CHECKING
 
 import numpy as np
 
 from objectives.system import System
 from plant.errors import InputError
+from plant.loop import Timing
+from plant.nominal import Nominal
 from plant.records import flatten
-from plant.references.spec import HOLD
+from plant.references.spec import HOLD, VELOCITY, YAW
 from plant.rigid_body import dynamics
 from plant.scenarios import ScenarioSpec
-from plant.trim import SteadyFlight, steady_flight, within_limits
+from plant.trim import SteadyFlight, steady_flight, trim_of, within_limits
+from plant.vectors import Vec3
+from plant.vehicle import Vehicle
+
+if TYPE_CHECKING:
+    from objectives.margins.trim import Trim
 
 # Directions [deg] that a wind without one of its own is tried in: drag differs between the body axes at most.
 DIRECTIONS = (0.0, 45.0, 90.0)
+# Of these, the one between the axes of the body, which a search leaves to its end: all six loops are coupled there, which takes
+# three times as long, and its margins lay between those of the two others to 0.1 dB and 0.7 deg (200 candidates, quickstart).
+DIAGONAL = 45.0
+# Speed [m/s] from which on air or reference count as moving.
+MOVES = 1e-3
+# Share of the tilt limit from which on a trim leaves a gust little to act with.
+NEAR_LIMIT = 0.9
 # Shares of the wind among which the largest that can be held is looked for.
 SHARES = np.linspace(0.0, 1.0, 201)
 
@@ -68,13 +84,117 @@ def check_trim(spec: ScenarioSpec, system: System) -> None:
 
 def trim_texts(specs: Sequence[ScenarioSpec], system: System) -> list[str]:
     """Return a sentence for each scenario whose flights start trimmed against a mean wind."""
-    found = [(spec.name, mean_wind_trim(spec, system)) for spec in specs]
+    trims = [(spec.name, mean_wind_trim(spec, system)) for spec in specs]
     return [
         f"Trim in {name}: mean wind {trim.wind:.3g} m/s, tilt {degrees(trim.tilt):.1f} of {degrees(trim.tilt_limit):.3g} deg, "
-        f"thrust {trim.thrust:.2f} times the weight."
-        for name, trim in found
+        f"thrust {trim.thrust:.2f} times the weight.{_tilt_left(trim)}"
+        for name, trim in trims
         if trim is not None
     ]
+
+
+def _tilt_left(trim: MeanWindTrim) -> str:
+    """Return a sentence where the trim is so close to the tilt limit that little is left for gusts."""
+    if trim.tilt < NEAR_LIMIT * trim.tilt_limit:
+        return ""
+    left = degrees(trim.tilt_limit - trim.tilt)
+    return f" Only {left:.1f} deg of tilt are left for gusts; lower the wind or raise controller.tilt_limit_deg."
+
+
+@dataclass(frozen=True)
+class SteadyState:
+    """A steady state that loops are judged in.
+
+    Args:
+        name: In words, unique among the states of a study.
+        yaw: Heading [rad].
+        velocity: Over ground [m/s], world ENU.
+        wind: Mean wind [m/s], world ENU.
+        hold: Whether the loops of x and y are closed.
+        is_diagonal: Whether the air comes from between the axes of the body.
+    """
+
+    name: str
+    yaw: float = 0.0
+    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
+    hold: bool = True
+    is_diagonal: bool = False
+
+    @cached_property
+    def trim(self) -> "Trim":
+        """The trim that margins are linearised about."""
+        from objectives.margins.trim import Trim
+
+        return Trim(self.yaw, Vec3(*self.velocity), Vec3(*self.wind), self.hold)
+
+    def flight(self, vehicle: Vehicle) -> SteadyFlight:
+        """Return the balance of a vehicle, rows of one."""
+        return trim_of(vehicle, np.subtract(self.wind, self.velocity).tolist(), self.yaw)
+
+    def can_hold(self, vehicle: Vehicle, nominal: Nominal) -> bool:
+        """Return whether a controller can hold a vehicle in this state."""
+        return bool(within_limits(self.flight(vehicle), nominal)[0])
+
+
+HOVER = "hover"
+
+
+def steady_states(specs: Sequence[ScenarioSpec], system: System) -> tuple[SteadyState, ...]:
+    """Return hover, then the trims of scenarios that hold a place: each mean wind in each direction, and against their speed.
+
+    A trim beyond what the controller can hold is left out, as no flight stays in it.
+    """
+    if not holds_place(specs, system.timing):
+        return (SteadyState(HOVER, hold=False),)
+    states = {HOVER: SteadyState(HOVER)}
+    for spec in specs:
+        for state in _trims_of(spec, system):
+            if state.name not in states and state.can_hold(system.vehicle, system.nominal):
+                states[state.name] = state
+    return tuple(states.values())
+
+
+def holds_place(specs: Sequence[ScenarioSpec], timing: Timing) -> bool:
+    """Return whether any scenario closes the position loops of x and y; attitude mode leaves them open."""
+    return any(bool(np.any(spec.track(timing).samples[:, HOLD] > 0.5)) for spec in specs)
+
+
+def _trims_of(spec: ScenarioSpec, system: System) -> Iterator[SteadyState]:
+    samples = spec.track(system.timing).samples
+    samples = samples[samples[:, HOLD] > 0.5]
+    if not len(samples):
+        return
+    wind = spec.air.wind_speed if spec.air.mean_wind else 0.0
+    given = spec.air.wind_direction_deg
+    start, speeds = samples[0], np.linalg.norm(samples[:, VELOCITY], axis=1)
+    if wind > MOVES:
+        for degree, way in _directions(spec):
+            name = f"{wind:.3g} m/s wind to {degree:g} deg"
+            yield SteadyState(name, start[YAW], wind=_vector(wind * way), is_diagonal=given is None and degree == DIAGONAL)
+    fastest = samples[np.argmax(speeds)]
+    speed = float(speeds.max())
+    if speed > MOVES:
+        velocity = fastest[VELOCITY]
+        against = -velocity / speed if given is None else _way(given)
+        name = f"{speed:.3g} m/s" + (f" against {wind:.3g} m/s wind" if wind > MOVES and given is None else "")
+        name += f" in {wind:.3g} m/s wind to {given:g} deg" if wind > MOVES and given is not None else ""
+        yield SteadyState(name, fastest[YAW], _vector(velocity), _vector(wind * against * [1.0, 1.0, 0.0]))
+
+
+def _directions(spec: ScenarioSpec) -> list[tuple[float, np.ndarray]]:
+    """Return the directions [deg] that a scenario's mean wind may blow to, as unit vectors (3,) of the world."""
+    given = spec.air.wind_direction_deg
+    return [(angle, _way(angle)) for angle in (DIRECTIONS if given is None else (given,))]
+
+
+def _way(degree: float) -> np.ndarray:
+    return np.array([np.cos(radians(degree)), np.sin(radians(degree)), 0.0])
+
+
+def _vector(values: np.ndarray) -> tuple[float, float, float]:
+    x, y, z = (float(value) for value in values)
+    return x, y, z
 
 
 def trim_entry(spec: ScenarioSpec, system: System) -> dict[str, float]:
@@ -85,8 +205,6 @@ def trim_entry(spec: ScenarioSpec, system: System) -> dict[str, float]:
 
 def _flown(spec: ScenarioSpec, system: System, shares: np.ndarray) -> SteadyFlight:
     """Return steady flight in shares of the mean wind, from every direction in turn: rows (shares x directions)."""
-    given = spec.air.wind_direction_deg
-    angles = [radians(angle) for angle in (DIRECTIONS if given is None else (given,))]
-    ways = np.array([[np.cos(angle), np.sin(angle), 0.0] for angle in angles])
+    ways = np.array([way for _, way in _directions(spec)])
     winds = (spec.air.wind_speed * shares[:, None, None] * ways).reshape(-1, 3)
     return steady_flight(np.repeat([flatten(dynamics(system.vehicle))], len(winds), axis=0), winds)

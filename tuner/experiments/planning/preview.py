@@ -84,7 +84,7 @@ def preview(study: AnyStudy) -> Preview:
 
 def plant_preview(study: PlantStudy) -> PlantPreview:
     """Return what a study of a plant would fly, with the default's values of what is known without flying."""
-    values = known_values(study.screens, study.default_row[None])[0].tolist() if study.screens else []
+    values = known_values(study.screens, study.default_row[None], complete=True)[0].tolist() if study.screens else []
     return PlantPreview(
         kind="plant",
         title=study.title,

@@ -48,7 +48,7 @@ def conclude(
     watcher.on_stage(CHECKING, (len(gains) + 2) * sum(batch.count for batch in flown))
     finals = Finals(problem, gains, flown, partial(best_row, study), study.seed, watcher.on_flights_done)
     finalists, tuned, why = judged(study, finals, survivors.seen([0, *candidates.tolist()]))
-    confirmation = problem.evaluate_gains(gains[[0, tuned]], again, watcher.on_flights_done, fly_all=True)
+    confirmation = problem.evaluate_gains(gains[[0, tuned]], again, watcher.on_flights_done, fly_all=True, complete=True)
     if broken := broken_by(finalists.evaluation.violations[tuned], confirmation.violations[1], study):
         warnings.append(f"The point shown beside the default breaks {broken}; see the table.")
     limits, known = limits_of(study.constraints, study.requirements), completely_known(found, generations)

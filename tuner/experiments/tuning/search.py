@@ -51,7 +51,7 @@ def algorithm_of(problem: Evaluator, study: SearchedStudy, first: np.ndarray) ->
     seed = int(generator(study.seed, "search/algorithm", 0).integers(2**31))
     limits = len(study.constraints) + len(study.requirements)
     name = study.search.algorithm
-    known = {"excess": problem.excess} if ALGORITHMS[name].screens and study.requirements else {}
+    known = {"excesses": problem.excesses} if ALGORITHMS[name].screens and study.requirements else {}
     return SEARCHES[name](first, len(study.objectives), limits, seed, **known)
 
 

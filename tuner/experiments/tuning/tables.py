@@ -23,9 +23,10 @@ from tuner.experiments.tuning.fans import drawn
 from tuner.experiments.tuning.outcome import FlightOutcome, Outcome
 from tuner.search.loop import Generation
 from tuner.store.columns import Columns, columns_of, stacked
-from tuner.study.margins import holds_place, nominal_margins
+from tuner.study.margins import nominal_margins
 from tuner.study.plant_study import PlantStudy, plant_margins
 from tuner.study.study import SearchedStudy, Study, TuningStudy
+from tuner.study.trim import HOVER, SteadyState, holds_place
 
 
 def generation_table(study: SearchedStudy, generations: list[Generation], record: Generation) -> Columns:
@@ -165,8 +166,9 @@ def _(study: PlantStudy) -> Any:
 @model_of.register
 def _(study: Study) -> MarginModel:
     system = study.system
-    held = holds_place(tuple(entry.spec for entry in study.scenarios), system.timing)
-    return nominal_margins(system.cascade, system.nominal, system.timing, system.vehicle, held)
+    held = holds_place([entry.spec for entry in study.scenarios], system.timing)
+    hover = SteadyState(HOVER, hold=held)
+    return nominal_margins(system.cascade, system.nominal, system.timing, system.vehicle, hover)
 
 
 def loop_row(model: Any, margins: Margins, row: int, channel: str) -> dict[str, Any]:
