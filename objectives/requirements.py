@@ -7,7 +7,7 @@ flight; a soft one is flown and counts as a broken constraint. `Problem` asks be
 from collections.abc import Callable
 from dataclasses import dataclass
 from math import isfinite
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -70,15 +70,28 @@ Analysis = Callable[[Array], Array]
 class Screen:
     """Requirements that one analysis answers together.
 
-    analyse: the analysis that every candidate meets. further: a longer one of the same requirements in other conditions, for
-    candidates that keep every hard one so far; the worse value counts. complete: one of all conditions, for the points that a
-    study ends with; by default the worse of the two others.
+    analyse: the analysis that every candidate meets. further: a longer one of the same requirements in other states, for
+    candidates that keep every hard one so far; the worse value counts. states, by_state: names of all states, and a function of
+    gains rows (n, gains) that returns the values (states, n, requirements) in each, for the points that a study ends with.
     """
 
     requirements: tuple[Requirement, ...]
     analyse: Analysis
     further: Analysis | None = None
-    complete: Analysis | None = None
+    states: tuple[str, ...] = ()
+    by_state: Analysis | None = None
+
+    def complete(self, gains: Array) -> Array:
+        """Return the values (n, requirements) of gains rows (n, gains) in the worst of all states."""
+        return self.analyse(gains) if self.by_state is None else worst_value(self.requirements, self.by_state(gains))
+
+
+class WorstState(NamedTuple):
+    """A requirement of one candidate in the worst of several states, and the values (states,) in each of them."""
+
+    name: str
+    states: tuple[str, ...]
+    values: Array
 
 
 def requirements_of(screens: tuple[Screen, ...]) -> tuple[Requirement, ...]:
@@ -89,16 +102,35 @@ def requirements_of(screens: tuple[Screen, ...]) -> tuple[Requirement, ...]:
 def known_values(screens: tuple[Screen, ...], gains: Array, complete: bool = False) -> Array:
     """Return the values (n, requirements) of all screens for gains rows (n, gains).
 
-    complete: in all conditions; otherwise a candidate that breaks a hard requirement has its value in the first conditions.
+    complete: in all states; otherwise a candidate that breaks a hard requirement has its value in the first ones.
     """
-    if complete and any(screen.complete for screen in screens):
-        return _answers(screens, gains, lambda screen: screen.complete or screen.analyse)
+    if complete:
+        return _answers(screens, gains, lambda screen: screen.complete)
     values = first_values(screens, gains)
     requirements = requirements_of(screens)
-    rows = np.flatnonzero(worth_flying(requirements, values) | complete)
+    rows = np.flatnonzero(worth_flying(requirements, values))
     if len(rows) and any(screen.further for screen in screens):
-        values[rows] = worse_values(requirements, values[rows], further_values(screens, gains[rows]))
+        both = np.stack([values[rows], further_values(screens, gains[rows])])
+        values[rows] = worst_value(requirements, both)
     return values
+
+
+def worst_states(screens: tuple[Screen, ...], row: Array) -> dict[str, WorstState]:
+    """Return by label the worst states of a gains row (gains,), of requirements that are judged in several."""
+    worst = {}
+    for screen in screens:
+        values = np.empty((0,)) if screen.by_state is None else screen.by_state(row[None])[:, 0]
+        for i, requirement in enumerate(screen.requirements if len(values) > 1 else ()):
+            column = values[:, i]
+            at = int(np.argmin(column) if requirement.sense == "least" else np.argmax(column))
+            worst[requirement.label] = WorstState(screen.states[at], screen.states, column)
+    return worst
+
+
+def worst_value(requirements: tuple[Requirement, ...], values: Array) -> Array:
+    """Return the worst over states of values (states, n, requirements)."""
+    least = np.array([entry.sense == "least" for entry in requirements], dtype=bool)
+    return np.where(least, values.min(axis=0), values.max(axis=0))
 
 
 def first_values(screens: tuple[Screen, ...], gains: Array) -> Array:
@@ -109,12 +141,6 @@ def first_values(screens: tuple[Screen, ...], gains: Array) -> Array:
 def further_values(screens: tuple[Screen, ...], gains: Array) -> Array:
     """Return the values (n, requirements) of the longer analyses; of a screen without one the best value there is."""
     return _answers(screens, gains, lambda screen: screen.further or _best_of(screen))
-
-
-def worse_values(requirements: tuple[Requirement, ...], one: Array, other: Array) -> Array:
-    """Return the worse of two values (n, requirements) of each requirement."""
-    least = np.array([entry.sense == "least" for entry in requirements])
-    return np.where(least, np.minimum(one, other), np.maximum(one, other))
 
 
 def _best_of(screen: Screen) -> Analysis:

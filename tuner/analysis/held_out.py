@@ -8,13 +8,14 @@ intervals on the values it was picked by hold its true value in 72 to 91 % and i
 those on fresh flights both in 93 to 95 %.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 from math import isfinite
 
 import numpy as np
 
 from objectives.problem import Evaluation, Evaluator, Objective
-from objectives.requirements import Requirement
+from objectives.requirements import Requirement, WorstState, known_values, worst_states
 from objectives.risk import (
     RISKS,
     PairedDifference,
@@ -28,7 +29,7 @@ from objectives.risk import (
 from plant.seeds import generator
 from tuner.analysis.final_flights import FRONT_REPLICATES, FinalFlights
 from tuner.documents.parts import Estimate, SampledValue
-from tuner.documents.summary import ComparedRow, RequiredRow
+from tuner.documents.summary import ComparedRow, ComparedState, RequiredRow
 from tuner.search.front import non_dominated
 
 # Bootstrap replicates for the Default / Tuned table.
@@ -217,23 +218,29 @@ def verdict_on(default: float, difference: SampledValue) -> str:
     return "worse" if difference.low > 0.0 else "no clear difference"
 
 
-def compare_known(problem: Evaluator, flown: Evaluation) -> list[RequiredRow]:
-    """Compare the second row of an evaluation with the first on every requirement."""
-    default, tuned = flown.requirements
+def compare_known(problem: Evaluator, gains: np.ndarray) -> list[RequiredRow]:
+    """Compare the second of two gains rows (2, gains) with the first on every requirement, in the worst of its states."""
+    default, tuned = known_values(problem.screens, gains, complete=True)
+    states = [worst_states(problem.screens, row) for row in gains]
     return [
-        required_row(requirement, float(default[i]), float(tuned[i]))
+        required_row(requirement, float(default[i]), float(tuned[i]), [of.get(requirement.label) for of in states])
         for i, requirement in enumerate(problem.requirements)
     ]
 
 
-def required_row(requirement: Requirement, default: float, tuned: float) -> RequiredRow:
-    """Return the line of a requirement in SI units: numbers without intervals, null where a value is infinite."""
+def required_row(
+    requirement: Requirement, default: float, tuned: float, states: Sequence[WorstState | None] = (None, None)
+) -> RequiredRow:
+    """Return the line of a requirement in SI units: numbers without intervals, null where a value is infinite.
+
+    states: those that default and tuned gains were judged in, None where there is one alone.
+    """
     finite = isfinite(default) and isfinite(tuned)
     first, second = (float(requirement.in_file(value)) for value in (default, tuned))
-    return RequiredRow(
+    row = RequiredRow(
         label=requirement.label,
         quantity=requirement.quantity,
-        **requirement.units(),
+        unit=requirement.unit,
         kind="requirement",
         limit=float(requirement.in_file(requirement.limit)),
         sense=requirement.sense,
@@ -243,6 +250,23 @@ def required_row(requirement: Requirement, default: float, tuned: float) -> Requ
         difference=known_value(second - first if finite else None),
         verdict="kept" if requirement.kept(np.array([tuned]))[0] else "broken",
     )
+    row = row.model_copy(update=requirement.units())
+    before, after = states
+    if before is None or after is None:
+        return row
+    each = compared_states(requirement, before, after)
+    return row.model_copy(update={"default_state": before.name, "tuned_state": after.name, "states": each})
+
+
+def compared_states(requirement: Requirement, before: WorstState, after: WorstState) -> list[ComparedState]:
+    """Return a requirement of default and tuned gains in each steady state, in SI units."""
+    columns = [requirement.in_file(one.values).tolist() for one in (before, after)]
+    return [
+        ComparedState(
+            state=name, default=first if isfinite(first) else None, tuned=second if isfinite(second) else None
+        )
+        for name, first, second in zip(before.states, *columns, strict=True)
+    ]
 
 
 def known_value(value: float | None) -> Estimate:

@@ -23,8 +23,8 @@ from plant.nominal import nominal
 from plant.vectors import Vec3
 from tuner.analysis.margins.document import (
     certificate_rows,
-    default_requirements,
     margins_document,
+    requirements_in,
     study_requirements,
 )
 from tuner.analysis.margins.readings import Loops, PlantSubject, Subject, subject_of
@@ -127,7 +127,8 @@ def margins(
 
     Args:
         gains: Gains, or a gains.json; of a plant of your own where its code has been named with `use`, or with its study.
-        study: Study whose [[margin]] tables are the limits; by default usual limits.
+        study: Study whose [[margin]] tables are the limits, at hover and in the trims of its scenarios unless a steady flight is
+            given; by default usual limits.
         yaw: Yaw in steady flight [rad].
         speed: Ground speed along the heading [m/s].
         wind: Steady wind towards east, the x axis of the world [m/s].
@@ -172,9 +173,12 @@ def margins(
 def margins_of(controller: Controller, trim: Trim, study: StudyLike | None) -> tuple[Subject, MarginsDocument, bool]:
     """Return the loops of a quadrotor's controller, their document, and whether its limits are those of a study."""
     subject = subject_of(controller, trim)
-    asked = None if study is None else study_requirements(tuning_study(study, "tuner margins --study"), controller)
-    document = margins_document(subject, default_requirements(subject) if asked is None else asked)
-    return subject, document, asked is not None
+    limits = None
+    if study is not None:
+        given = None if trim == Trim() else trim
+        limits = study_requirements(tuning_study(study, "tuner margins --study"), controller, given)
+    document = margins_document(subject, requirements_in(controller, trim) if limits is None else limits)
+    return subject, document, limits is not None
 
 
 def announce_compilation(watcher: Watcher) -> None:

@@ -38,7 +38,10 @@ class RoundedGain(DocumentPart):
 
 
 class RoundedMargin(DocumentPart):
-    """A limit on a margin before and after rounding; infinite values are null."""
+    """A limit on a margin before and after rounding; infinite values are null.
+
+    state: steady state in which it is worst after rounding, null where hover alone was looked at.
+    """
 
     label: str
     quantity: str | None
@@ -50,6 +53,7 @@ class RoundedMargin(DocumentPart):
     held: float | None
     kept_asked: bool
     kept_held: bool
+    state: str | None = None
 
 
 class RoundedMetric(DocumentPart):

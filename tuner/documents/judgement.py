@@ -9,7 +9,7 @@ class JudgedRow(DocumentPart):
     """One limit; null limit: an objective, reported alone.
 
     value: null where infinite; low, high: ends of the 95 % interval, null where there is none; flights: that it rests on, 0 for
-    what is known without flying.
+    what is known without flying; state: steady state in which a margin is worst, null where one alone was looked at.
     """
 
     label: str
@@ -24,6 +24,7 @@ class JudgedRow(DocumentPart):
     high: float | None
     flights: int
     verdict: str
+    state: str | None = None
 
 
 class JudgementDocument(Document):

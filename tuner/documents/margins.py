@@ -79,8 +79,18 @@ class MultiloopMargins(DocumentPart):
     disk_range: GuaranteedRange
 
 
+class StateValue(DocumentPart):
+    """A limited quantity in one steady state, null: infinite."""
+
+    state: str
+    value: float | None
+
+
 class LimitRow(DocumentPart):
-    """A requirement of a loop and whether it is kept; channel and quantity: what of the table it is about, null for else."""
+    """A requirement of a loop and whether it is kept; channel and quantity: what of the table it is about, null for else.
+
+    state: steady state in which the value is worst, null where one alone was looked at; states: the value in each.
+    """
 
     label: str
     channel: str | None
@@ -93,6 +103,8 @@ class LimitRow(DocumentPart):
     hard: bool
     kept: bool
     note: str | None
+    state: str | None = None
+    states: list[StateValue] = []
 
 
 class CertificateRow(DocumentPart):

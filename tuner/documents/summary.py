@@ -172,8 +172,19 @@ class ComparedRow(DocumentPart):
     automatic: str = ""
 
 
+class ComparedState(DocumentPart):
+    """A requirement in one steady state; values without intervals, null: infinite."""
+
+    state: str
+    default: float | None
+    tuned: float | None
+
+
 class RequiredRow(DocumentPart):
-    """A requirement that is known without flying; values without intervals, null: infinite."""
+    """A requirement that is known without flying; values without intervals, null: infinite.
+
+    default_state, tuned_state: steady states in which the values are worst, null where one alone was looked at; states: each.
+    """
 
     label: str
     quantity: str
@@ -187,6 +198,9 @@ class RequiredRow(DocumentPart):
     tuned: Estimate
     difference: Estimate
     verdict: str
+    default_state: str | None = None
+    tuned_state: str | None = None
+    states: list[ComparedState] = []
 
 
 class AirRow(DocumentPart):

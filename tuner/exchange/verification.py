@@ -16,9 +16,7 @@ from objectives.risk import Risk, paired_difference
 from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.seeds import generator
-from plant.vectors import Vec3
-from tuner.analysis.margins.document import default_requirements
-from tuner.analysis.margins.readings import subject_of
+from tuner.analysis.margins.document import requirements_in
 from tuner.analysis.responses import SCENARIO, system_of
 from tuner.documents.export import (
     FilteredLoop,
@@ -105,22 +103,27 @@ def _relative(asked: float, held: float) -> float:
 
 
 def margin_rows(asked: Controller, held: Controller) -> list[RoundedMargin]:
-    """Return the usual limits on every loop's margins at hover, before and after rounding; none where nothing can hover."""
+    """Return the usual limits on every loop's margins before and after rounding; none where nothing can hover.
+
+    They are judged at hover and in the steady states that the gains are for.
+    """
     before = _requirements(asked)
     after = before if held is asked else _requirements(held)
-    return [
-        RoundedMargin(
-            **one.model_dump(include={"label", "quantity", "unit", "shown_unit", "limit", "sense"}, exclude_unset=True),
-            asked=one.value, held=other.value, kept_asked=one.kept, kept_held=other.kept,
-        )
-        for one, other in zip(before, after, strict=True) if one.hard
-    ]  # fmt: skip
+    return [_rounded(one, other) for one, other in zip(before, after, strict=True) if one.hard]
+
+
+def _rounded(before: LimitRow, after: LimitRow) -> RoundedMargin:
+    same = {"label", "quantity", "unit", "shown_unit", "limit", "sense"}
+    row = RoundedMargin(
+        **before.model_dump(include=same, exclude_unset=True),
+        asked=before.value, held=after.value, kept_asked=before.kept, kept_held=after.kept,
+    )  # fmt: skip
+    return row if after.state is None else row.model_copy(update={"state": after.state})
 
 
 def _requirements(controller: Controller) -> list[LimitRow]:
-    still = Vec3(0.0, 0.0, 0.0)
     try:
-        return default_requirements(subject_of(controller, Trim(0.0, still, still, True)))
+        return requirements_in(controller, Trim())
     except InputError:
         return []
 

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 from types import MappingProxyType
 from typing import Any, NamedTuple
 
+from objectives.margins.steady_state import SteadyState
 from plant.airframes import Airframe
 from plant.cascade import Cascade, close_cascade
 from plant.laws import law
@@ -31,8 +32,8 @@ class VehicleRecord:
 
 @dataclass(frozen=True)
 class Controller:
-    """A controller ready to fly: the airframe it is for, its cascade, options, periods [s], gains in column order, and the
-    vehicle that they were imported from, if any.
+    """A controller ready to fly: the airframe it is for, its cascade, options, periods [s], gains in column order, the vehicle
+    that they were imported from, if any, and the steady states beside hover that its study judged it in.
     """
 
     airframe: Airframe
@@ -42,6 +43,7 @@ class Controller:
     plant_step: float
     gains: tuple[float, ...]
     vehicle: VehicleRecord | None = None
+    states: tuple[SteadyState, ...] = ()
 
 
 class ControllerPart(NamedTuple):

@@ -4,6 +4,7 @@ from collections.abc import Mapping
 from dataclasses import asdict
 from math import nan
 
+from objectives.margins.steady_state import SteadyState
 from plant.gains import gain_addresses
 from plant.laws.law import Law
 from plant.nominal import BATTERY_RANGES, NOTCH_RANGES
@@ -36,6 +37,7 @@ def to_document(controller: Controller, provenance: Row, ranges: Ranges = NO_RAN
         "controller": controller_block(controller),
         "gains": gains_block(controller, ranges),
         **({} if controller.vehicle is None else {"vehicle": vehicle_block(controller.vehicle)}),
+        **({"states": [state_block(state) for state in controller.states]} if controller.states else {}),
         **provenance,
     }
     return {**document, "sha256": content_hash(document)}
@@ -95,6 +97,13 @@ def vehicle_block(vehicle: VehicleRecord) -> Row:
         "parameters": [{"name": name, "value": value} for name, value in vehicle.parameters.items()],
         "kept": list(vehicle.kept),
     }
+
+
+def state_block(state: SteadyState) -> Row:
+    """Return a steady state: heading, velocity over ground and wind."""
+    vectors = {"velocity": state.velocity, "wind": state.wind}
+    rows = {name: [quantity(part, "m/s") for part in vector] for name, vector in vectors.items()}
+    return {"name": state.name, "yaw": quantity(state.yaw, "rad"), **rows}
 
 
 def gains_block(controller: Controller, ranges: Ranges) -> Row:

@@ -4,6 +4,7 @@ import sys
 from pathlib import Path
 from typing import Any, NamedTuple
 
+from objectives.margins.steady_state import SteadyState
 from plant.airframes import Airframe, load, names
 from plant.gains import gain_addresses
 from tuner.gains.airframe_block import airframe_of, numbers_block
@@ -53,6 +54,7 @@ def controller_of(read: Examined, airframe: Airframe | None = None) -> Controlle
         structure.plant_step,
         tuple(gains[gain.address] for gain in gain_addresses(structure.cascade)),
         None if vehicle is None else _record(vehicle),
+        tuple(_state(**row) for row in document.get("states", [])),
     )
 
 
@@ -61,6 +63,12 @@ class NamedValue(NamedTuple):
 
     name: str
     value: Any
+
+
+def _state(name: str, yaw: Row, velocity: list[Row], wind: list[Row]) -> SteadyState:
+    """Return a steady state that a file records."""
+    first, second = ([entry["value"] for entry in vector] for vector in (velocity, wind))
+    return SteadyState(name, yaw["value"], tuple(first), tuple(second))
 
 
 def _record(block: Row) -> VehicleRecord:

@@ -5,9 +5,11 @@ controller.position and controller.attitude. It is made once a process; `tuner s
 
 vehicle     parameter file that gains were imported from: what it says of the loops, and what of that our loops cannot carry
 study       name, title, seed, digest, point: where the gains come from; feasible: false where they break limits of that study
-objectives  what held-out flights say, row by row, all values of a row in its unit; interval: of low and high
+states      steady states beside hover that margins were judged in: heading, velocity over ground and wind in the world frame
+objectives  what held-out flights say, row by row, all values of a row in its unit; interval: of low and high; state: steady
+            state in which a margin of the tuned gains is worst
 design      of `tuner design`: which axes were designed, and why not
-margins     loop by loop, of the loop broken where `break_at` says; what no crossing limits is left out
+margins     loop by loop at hover, of the loop broken where `break_at` says; what no crossing limits is left out
 controller  code: file and digest of a law of the user's own, by loop
 cost        instructions of one step of the controller, and bytes of code, on a target
 exports     files that the gains were written to, and what the target adds or lacks (lossy)
@@ -44,10 +46,12 @@ from tuner.gains.sections import (
     texts,
 )
 
-ID = "urn:holdfast:gains:1.1"
+ID = "urn:holdfast:gains:1.2"
 LOOPS = {"position": POSITION_AXES, "attitude": ATTITUDE_AXES}
+# Steady states that loops are judged in; a study has a handful.
+MOST_STATES = 64
 # Keys that a document may lack.
-OPTIONAL = ("vehicle", "study", "objectives", "design", "margins", "cost", "exports", "sha256")
+OPTIONAL = ("vehicle", "study", "states", "objectives", "design", "margins", "cost", "exports", "sha256")
 
 
 def gains_schema() -> Row:
@@ -68,6 +72,7 @@ def _schema_of(_: tuple[Law, ...]) -> Row:
             "gains": {"type": "object"},
             "vehicle": vehicle_schema(),
             "study": study_schema(),
+            "states": {**listed(state_schema()), "maxItems": MOST_STATES},
             "objectives": listed(objectives_schema()),
             "design": listed(design_schema()),
             "margins": listed(margins_schema()),
@@ -243,9 +248,16 @@ def objectives_schema() -> Row:
             **dict.fromkeys(("default", "tuned", "difference"), estimate),
             "verdict": {"type": "string"},
             "interval": interval,
+            "state": {"type": "string"},
         },
-        optional=("interval",),
+        optional=("interval", "state"),
     )
+
+
+def state_schema() -> Row:
+    """Return the schema of one row of "states"."""
+    vector = {"type": "array", "items": measured("m/s"), "minItems": 3, "maxItems": 3}
+    return closed({**texts("name"), "yaw": measured("rad"), "velocity": vector, "wind": vector})
 
 
 def design_schema() -> Row:

@@ -35,11 +35,11 @@ def texts(*names: str) -> Row:
     return {name: {"type": "string"} for name in names}
 
 
-FORMAT, VERSION = "holdfast-gains", "1.1"
+FORMAT, VERSION = "holdfast-gains", "1.2"
 PLANT_FORMAT = "holdfast-plant-gains"
 """Format of gains of a plant of the user's own, see `tuner.gains.plant_document`."""
-# 1.1 adds "vehicle".
-VERSIONS = ("1.0", VERSION)
+# 1.1 adds "vehicle", 1.2 "states" and the worst of them in "objectives".
+VERSIONS = ("1.0", "1.1", VERSION)
 CONVENTIONS = {
     "world_frame": "ENU",
     "body_frame": "FLU",

@@ -4,11 +4,13 @@ import re
 from collections.abc import Sequence
 
 from objectives.margins.quantities import QUANTITIES
-from tuner.documents.parts import Estimate
+from tuner.documents.parts import Estimate, in_shown_units
+from tuner.documents.states import WORST_MARK, state_table
 from tuner.documents.summary import ComparedRow, RequiredRow
 from tuner.documents.tuning import DEFAULT, TuningFolder
+from tuner.report.page import wide
 from tuner.report.words import law_title, laws_of, plain_margin, plain_metric, plain_risk
-from tuner.text.markup import Markup, cells, element, join
+from tuner.text.markup import Markup, cells, element, join, table
 from tuner.text.numbers import MISSING, count, duration, estimate, fixed, significant
 from tuner.text.sentences import limit_text, listing
 from tuner.text.units import marked_up, plain
@@ -39,6 +41,23 @@ def answer_table(results: TuningFolder) -> Markup:
     ]
     bodies = [_group(title, rows, head) for title, rows in groups if rows]
     return element("table", element("thead", top), *bodies, class_="outcome stacked")
+
+
+def states_table(results: TuningFolder) -> Markup:
+    """Return limited margins of the tuned gains in each steady state; nothing where hover is the only one."""
+    view = state_table([in_shown_units(row) for row in results.summary.required])
+    if view is None:
+        return Markup("")
+    heads = [join((plain_margin(limit), _unit(unit))) for limit, unit in zip(view.limits, view.units, strict=True)]
+    rows = [[state, *map(_marked, values)] for state, values in zip(view.states, view.marked, strict=True)]
+    about = f"Margins of the {results.shown_as} gains in each steady state; the worst of each in bold."
+    return join((element("p", about), wide(table(["Steady state", *heads], rows, class_="states"))))
+
+
+def _marked(value: str) -> Markup:
+    """Return a margin, in bold where it is the worst of its column."""
+    number = value.removesuffix(WORST_MARK)
+    return element("strong" if value != number else "span", number, class_="number")
 
 
 def metric_anchor(metric: str) -> str:

@@ -3,7 +3,7 @@
 from pathlib import Path
 
 from tuner.documents.tuning import TuningFolder
-from tuner.report.answer_section import answer, answer_table
+from tuner.report.answer_section import answer, answer_table, states_table
 from tuner.report.charts.progress import gap_panels, place_panel, progress_panels
 from tuner.report.charts.web import Arrays, grid, to_web
 from tuner.report.controls import layer_switches
@@ -58,6 +58,6 @@ def _opening(results: TuningFolder) -> Markup:
         element("button", f"Copy {name}", type="button", id="copy-tuned"),
         class_="actions",
     )
-    left = element("div", wide(answer_table(results)), actions)
+    left = element("div", wide(answer_table(results)), states_table(results), actions)
     right = element("div", plane(results), layer_switches(results), axis_choices(results))
     return element("div", left, right, class_="opening", id="answer")

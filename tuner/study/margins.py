@@ -5,7 +5,7 @@ study's scenarios. All tables of a study are answered together, from one evaluat
 amplitude that they make.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterable, Sequence
 from functools import lru_cache, partial
 from pathlib import Path
 from typing import TYPE_CHECKING, Protocol
@@ -14,8 +14,9 @@ import numpy as np
 
 from objectives.margins.quantities import LIMITABLE, MarginQuantity
 from objectives.margins.requirement import MarginRequirement, requirement_label
+from objectives.margins.steady_state import HOVER, SteadyState
 from objectives.problem import System
-from objectives.requirements import Array, Screen, worse_values
+from objectives.requirements import Array, Screen, worst_value
 from plant.cascade import AXES, Cascade
 from plant.errors import InputError, UnknownNameError
 from plant.gains import GROUPS
@@ -24,12 +25,13 @@ from plant.nominal import Nominal
 from plant.scenarios import ScenarioSpec, Spread
 from plant.vehicle import Vehicle
 from tuner.study.schema import MarginTable
-from tuner.study.trim import HOVER, SteadyState, holds_place, steady_states
+from tuner.study.trim import holds_place, hover_of, steady_states
 from tuner.text.units import after_number
 
 if TYPE_CHECKING:
     from objectives.margins.describing import Case
     from objectives.margins.margins import MarginModel
+    from objectives.margins.trim import Trim
 
 
 class LoopMargins(Protocol):
@@ -79,17 +81,18 @@ def margin_screen(
     requirements = tuple(entry.requirement for entry in asked)
     if len(analysis.states) == 1:
         return Screen(requirements, analysis.at_hover)
-    return Screen(requirements, analysis.at_hover, analysis.in_search, analysis.values)
+    names = tuple(state.name for state in analysis.states)
+    return Screen(requirements, analysis.at_hover, analysis.in_search, names, analysis.by_state)
 
 
 @lru_cache(maxsize=16)
 def nominal_margins(
-    cascade: Cascade, nominal: Nominal, timing: Timing, vehicle: Vehicle, state: SteadyState
+    cascade: Cascade, nominal: Nominal, timing: Timing, vehicle: Vehicle, trim: "Trim"
 ) -> "MarginModel":
-    """Return the margins of the nominal vehicle in a steady state, in all amplitudes; a run asks for them several times."""
+    """Return the margins of the nominal vehicle in a trim, in all amplitudes; a run asks for them several times."""
     from objectives.margins.margins import MarginModel
 
-    return MarginModel(cascade, nominal, timing, vehicle, state.trim)
+    return MarginModel(cascade, nominal, timing, vehicle, trim)
 
 
 class MarginValues:
@@ -143,17 +146,22 @@ def cases_from(amplitude: float) -> "tuple[Case, ...]":
 
 
 class MarginAnalysis:
-    """Values of requirements on the margins of a quadrotor, in every steady state of its scenarios.
+    """Values of requirements on the margins of a quadrotor in several steady states.
 
-    states: hover first; those beside hover only where a requirement holds in trims.
+    states: by default those of its scenarios, hover first, and hover alone where no requirement holds in trims.
     """
 
     def __init__(
-        self, asked: tuple[MarginRequirement, ...], system: System, scenarios: tuple[ScenarioSpec, ...], path: Path
+        self,
+        asked: tuple[MarginRequirement, ...],
+        system: System,
+        scenarios: tuple[ScenarioSpec, ...],
+        path: Path,
+        states: tuple[SteadyState, ...] | None = None,
     ) -> None:
         self._system, self._scenarios, self._asked = system, scenarios, asked
-        states = steady_states(scenarios, system)
-        self.states = states if any(entry.in_trims for entry in asked) else states[:1]
+        trimmed = any(entry.in_trims for entry in asked)
+        self.states = states or (steady_states(scenarios, system) if trimmed else hover_of(scenarios, system.timing))
         self._in_trims = np.array([entry.in_trims for entry in asked], dtype=bool)
         in_trims = tuple(entry for entry in asked if entry.in_trims)
         self._values = [
@@ -166,24 +174,21 @@ class MarginAnalysis:
         return self._values[0].values(gains)
 
     def in_search(self, gains: Array) -> Array:
-        """Return the worst values (n, requirements) over the trims whose loops fall into halves."""
+        """Return the worst values (n, requirements) over the trims that a search looks at."""
         trims = range(1, len(self.states))
-        return self._worst([i for i in trims if not self.states[i].is_diagonal] or list(trims), gains)
+        return self._worst([i for i in trims if not self.states[i].is_diagonal] or trims, gains)
 
     def values(self, gains: Array) -> Array:
         """Return the worst values (n, requirements) over all steady states."""
-        return self._worst(list(range(len(self.states))), gains)
+        return self._worst(range(len(self.states)), gains)
 
     def by_state(self, gains: Array) -> Array:
         """Return the values (states, n, requirements); of a requirement at hover alone the best value there is elsewhere."""
         return np.stack([self._state_values(i, gains) for i in range(len(self.states))])
 
-    def _worst(self, states: list[int], gains: Array) -> Array:
+    def _worst(self, states: Iterable[int], gains: Array) -> Array:
         requirements = tuple(entry.requirement for entry in self._asked)
-        first, *others = [self._state_values(i, gains) for i in states]
-        for values in others:
-            first = worse_values(requirements, first, values)
-        return first
+        return worst_value(requirements, np.stack([self._state_values(i, gains) for i in states]))
 
     def _state_values(self, i: int, gains: Array) -> Array:
         values = self._values[i].values(gains)
@@ -206,10 +211,8 @@ class MarginAnalysis:
             vehicles |= dict.fromkeys(one for one in (*corners, *extremes) if state.can_hold(one, system.nominal))
         first, *others = vehicles
         if not others and cases is DEFAULT_CASES:
-            return nominal_margins(system.cascade, system.nominal, system.timing, first, state)
-        return MarginModel(
-            system.cascade, system.nominal, system.timing, first, state.trim, others=others, cases=cases
-        )
+            return nominal_margins(system.cascade, system.nominal, system.timing, first, state.trim)
+        return MarginModel(system.cascade, system.nominal, system.timing, first, state.trim, others=others, cases=cases)
 
 
 def _choice(entry: MarginRequirement) -> tuple[bool, float]:

@@ -4,12 +4,14 @@ import hashlib
 import json
 from collections.abc import Iterable
 from dataclasses import asdict, dataclass, replace
+from functools import cached_property
 from pathlib import Path
 from typing import Any, ClassVar, NamedTuple, Protocol, Self
 
 import numpy as np
 
 from objectives.decisions import DecisionSpace
+from objectives.margins.steady_state import HOVER, SteadyState
 from objectives.mission import USUAL, Mission
 from objectives.problem import Constraint, Objective, System
 from objectives.requirements import Requirement, Screen, requirements_of
@@ -24,6 +26,7 @@ from tuner.gains.document import seed_entry
 from tuner.search.names import CONVERGED, GENERATIONS
 from tuner.search.rest import Budget
 from tuner.study.schema import StrictTable, StudyTable
+from tuner.study.trim import steady_states
 from tuner.text.markup import element, table
 
 
@@ -341,8 +344,15 @@ class Study(TuningStudy):
         timing = self.system.timing
         return Controller(
             self.airframe, self.system.cascade, self.options, timing.control_period, timing.plant_step,
-            tuple(float(gain) for gain in gains), self.vehicle,
+            tuple(float(gain) for gain in gains), self.vehicle, self.trims,
         )  # fmt: skip
+
+    @cached_property
+    def trims(self) -> tuple[SteadyState, ...]:
+        """The steady states beside hover that its margins are judged in."""
+        if all(table.at == HOVER for table in self.table.margin):
+            return ()
+        return steady_states([entry.spec for entry in self.scenarios], self.system)[1:]
 
     @property
     def fixes_plant_step(self) -> bool:

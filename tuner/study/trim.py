@@ -2,26 +2,19 @@
 
 from collections.abc import Iterator, Sequence
 from dataclasses import dataclass
-from functools import cached_property
 from math import atan, degrees, radians
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from objectives.margins.steady_state import HOVER, SteadyState
 from objectives.system import System
 from plant.errors import InputError
 from plant.loop import Timing
-from plant.nominal import Nominal
 from plant.records import flatten
 from plant.references.spec import HOLD, VELOCITY, YAW
 from plant.rigid_body import dynamics
 from plant.scenarios import ScenarioSpec
-from plant.trim import SteadyFlight, steady_flight, trim_of, within_limits
-from plant.vectors import Vec3
-from plant.vehicle import Vehicle
-
-if TYPE_CHECKING:
-    from objectives.margins.trim import Trim
+from plant.trim import SteadyFlight, steady_flight, within_limits
 
 # Directions [deg] that a wind without one of its own is tried in: drag differs between the body axes at most.
 DIRECTIONS = (0.0, 45.0, 90.0)
@@ -101,58 +94,23 @@ def _tilt_left(trim: MeanWindTrim) -> str:
     return f" Only {left:.1f} deg of tilt are left for gusts; lower the wind or raise controller.tilt_limit_deg."
 
 
-@dataclass(frozen=True)
-class SteadyState:
-    """A steady state that loops are judged in.
-
-    Args:
-        name: In words, unique among the states of a study.
-        yaw: Heading [rad].
-        velocity: Over ground [m/s], world ENU.
-        wind: Mean wind [m/s], world ENU.
-        hold: Whether the loops of x and y are closed.
-        is_diagonal: Whether the air comes from between the axes of the body.
-    """
-
-    name: str
-    yaw: float = 0.0
-    velocity: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    wind: tuple[float, float, float] = (0.0, 0.0, 0.0)
-    hold: bool = True
-    is_diagonal: bool = False
-
-    @cached_property
-    def trim(self) -> "Trim":
-        """The trim that margins are linearised about."""
-        from objectives.margins.trim import Trim
-
-        return Trim(self.yaw, Vec3(*self.velocity), Vec3(*self.wind), self.hold)
-
-    def flight(self, vehicle: Vehicle) -> SteadyFlight:
-        """Return the balance of a vehicle, rows of one."""
-        return trim_of(vehicle, np.subtract(self.wind, self.velocity).tolist(), self.yaw)
-
-    def can_hold(self, vehicle: Vehicle, nominal: Nominal) -> bool:
-        """Return whether a controller can hold a vehicle in this state."""
-        return bool(within_limits(self.flight(vehicle), nominal)[0])
-
-
-HOVER = "hover"
-
-
 def steady_states(specs: Sequence[ScenarioSpec], system: System) -> tuple[SteadyState, ...]:
     """Return hover, then the trims of scenarios that hold a place: each mean wind in each direction, and against their speed.
 
     A trim beyond what the controller can hold is left out, as no flight stays in it.
     """
-    if not holds_place(specs, system.timing):
-        return (SteadyState(HOVER, hold=False),)
-    states = {HOVER: SteadyState(HOVER)}
-    for spec in specs:
+    (hover,) = hover_of(specs, system.timing)
+    states = {HOVER: hover}
+    for spec in specs if hover.hold else ():
         for state in _trims_of(spec, system):
             if state.name not in states and state.can_hold(system.vehicle, system.nominal):
                 states[state.name] = state
     return tuple(states.values())
+
+
+def hover_of(specs: Sequence[ScenarioSpec], timing: Timing) -> tuple[SteadyState]:
+    """Return hover alone, with the position loops of x and y closed where any scenario closes them."""
+    return (SteadyState(HOVER, hold=holds_place(specs, timing)),)
 
 
 def holds_place(specs: Sequence[ScenarioSpec], timing: Timing) -> bool:
@@ -171,7 +129,9 @@ def _trims_of(spec: ScenarioSpec, system: System) -> Iterator[SteadyState]:
     if wind > MOVES:
         for degree, way in _directions(spec):
             name = f"{wind:.3g} m/s wind to {degree:g} deg"
-            yield SteadyState(name, start[YAW], wind=_vector(wind * way), is_diagonal=given is None and degree == DIAGONAL)
+            yield SteadyState(
+                name, float(start[YAW]), wind=_vector(wind * way), is_diagonal=given is None and degree == DIAGONAL
+            )
     fastest = samples[np.argmax(speeds)]
     speed = float(speeds.max())
     if speed > MOVES:
@@ -179,7 +139,7 @@ def _trims_of(spec: ScenarioSpec, system: System) -> Iterator[SteadyState]:
         against = -velocity / speed if given is None else _way(given)
         name = f"{speed:.3g} m/s" + (f" against {wind:.3g} m/s wind" if wind > MOVES and given is None else "")
         name += f" in {wind:.3g} m/s wind to {given:g} deg" if wind > MOVES and given is not None else ""
-        yield SteadyState(name, fastest[YAW], _vector(velocity), _vector(wind * against * [1.0, 1.0, 0.0]))
+        yield SteadyState(name, float(fastest[YAW]), _vector(velocity), _vector(wind * against * [1.0, 1.0, 0.0]))
 
 
 def _directions(spec: ScenarioSpec) -> list[tuple[float, np.ndarray]]:

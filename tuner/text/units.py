@@ -47,6 +47,10 @@ def in_shown_units(row: dict[str, Any]) -> dict[str, Any]:
         return row
     scale = SCALES[row["shown_unit"]]
     shown = {**row, "unit": scale.unit} | {key: _scaled(row[key], scale) for key in SHOWN if key in row}
+    if "states" in row:
+        shown["states"] = [
+            entry | {key: _scaled(entry[key], scale) for key in SHOWN if key in entry} for entry in row["states"]
+        ]
     if isinstance(row.get("difference"), dict) and row["difference"]["value"] is not None:
         apart = shown["tuned"]["value"] - shown["default"]["value"]
         shown["difference"] = {**row["difference"], "value": apart}

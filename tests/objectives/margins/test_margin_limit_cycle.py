@@ -7,10 +7,11 @@ import pytest
 
 from objectives.margins.limit_cycle import limit_cycles
 from objectives.margins.period import PeriodMap
-from objectives.margins.trim import Trim, level_body, setting_of, smooth_dynamics
+from objectives.margins.trim import Trim, setting_of, smooth_dynamics
+from plant.closed_loop import hover_body
 from plant.loop import Timing
 from plant.nominal import ControlOptions, nominal
-from plant.records import paths
+from plant.records import flatten, paths
 from tests.objectives.margins.designs import (
     HUMMINGBIRD,
     TIMING,
@@ -63,7 +64,7 @@ def flown(pair, gains, options, vehicle, timing, rate, slope):
     stepper = Stepper(cascade, knowledge, timing, smooth_dynamics(vehicle), Trim())
     setting = setting_of(Trim(), knowledge, vehicle)
     (rest,) = PeriodMap(cascade, timing).at_rest(
-        level_body(Trim(), knowledge), gains[None], setting.nominal, setting.reference
+        np.array(flatten(hover_body(knowledge))), gains[None], setting.nominal, setting.reference
     )
     state, turning = rest[0].tolist(), paths(stepper.state).index("body.rate.z")
     state[turning] = rate

@@ -11,7 +11,6 @@ from objectives.margins.trim import (
     Trim,
     balanced_plant,
     find_trim,
-    level_body,
     mean_pole,
     setting_of,
     smooth_dynamics,
@@ -51,7 +50,7 @@ def linearised(pair, trim, options, gains, vehicle=HUMMINGBIRD):
     term = term_gains(period.terms, cascade, gains, H, CASES)[:, 0]
     setting = setting_of(trim, knowledge, vehicle)
     plant = balanced_plant(period, trim, knowledge, setting)
-    point = find_trim(period, gains, setting, plant, level_body(trim, knowledge), lambda: term)
+    point = find_trim(period, gains, setting, plant, lambda: term)
     stepper = Stepper(cascade, knowledge, TIMING, smooth_dynamics(vehicle), trim, period.terms, term[0])
     return period, stepper, point, close_terms(point.step.loops, term)
 

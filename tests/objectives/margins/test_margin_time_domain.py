@@ -8,11 +8,12 @@ import pytest
 from objectives.margins.describing import Case
 from objectives.margins.margins import MarginModel
 from objectives.margins.period import CHANNELS, PeriodMap
-from objectives.margins.trim import Trim, level_body, setting_of, smooth_dynamics
+from objectives.margins.trim import Trim, setting_of, smooth_dynamics
 from plant.backends import array
+from plant.closed_loop import hover_body
 from plant.loop import Timing
 from plant.nominal import ControlOptions, nominal
-from plant.records import paths
+from plant.records import flatten, paths
 from tests.objectives.margins.designs import HUMMINGBIRD, cascade_of, random_gains
 from tests.objectives.margins.stepping import Stepper
 
@@ -66,7 +67,7 @@ class Experiment:
         self.stepper = Stepper(cascade, knowledge, timing, smooth_dynamics(HUMMINGBIRD), Trim(), names=array.NAMES)
         setting = setting_of(Trim(), knowledge, HUMMINGBIRD)
         (rest,) = PeriodMap(cascade, timing).at_rest(
-            level_body(Trim(), knowledge), self.gains.T, setting.nominal, setting.reference
+            np.array(flatten(hover_body(knowledge))), self.gains.T, setting.nominal, setting.reference
         )
         self.rest = rest.T
         self.steps = round(timing.control_period / step)

@@ -61,7 +61,7 @@ def judge_gains(
 ) -> list[JudgedRow]:  # fmt: skip
     """Fly a gains row (g,), whatever it breaks without flying, and return a row for each limit and objective."""
     evaluation = problem.evaluate_gains(row[None], batches, on_flights_done, fly_all=True, complete=True)
-    return judged_rows(study, problem, evaluation)
+    return judged_rows(study, problem, row, evaluation)
 
 
 def judgement_document(

@@ -11,7 +11,7 @@ from math import isfinite
 import numpy as np
 
 from objectives.problem import Evaluation, Objective, Problem
-from objectives.requirements import Requirement
+from objectives.requirements import Requirement, WorstState, worst_states
 from objectives.risk import bootstrap_interval
 from plant.seeds import generator
 from tuner.documents.judgement import JudgedRow
@@ -25,8 +25,8 @@ REPORTED, KEPT, MISSED = "reported", "target kept", "target missed"
 HARD, SOFT = (PASS, FAIL), (KEPT, MISSED)
 
 
-def judged_rows(study: TuningStudy, problem: Problem, evaluation: Evaluation) -> list[JudgedRow]:
-    """Return constraints, requirements and objectives of an evaluation of one candidate, in this order.
+def judged_rows(study: TuningStudy, problem: Problem, gains: Array, evaluation: Evaluation) -> list[JudgedRow]:
+    """Return constraints, requirements and objectives of an evaluation of one gains row (gains,), in this order.
 
     The mission floor is no limit here: what is judged need not beat anybody.
     """
@@ -36,9 +36,11 @@ def judged_rows(study: TuningStudy, problem: Problem, evaluation: Evaluation) ->
         for i, entry in enumerate(study.constraints)
         if not entry.floor
     ]
+    states = worst_states(problem.screens, gains)
     known = [
-        known_row(entry, float(evaluation.requirements[0, i])) for i, entry in enumerate(problem.requirements)
-    ]  # fmt: skip
+        known_row(entry, float(evaluation.requirements[0, i]), states.get(entry.label))
+        for i, entry in enumerate(problem.requirements)
+    ]
     objectives = [flown_row(entry, None, evaluation, i, study.seed) for i, entry in enumerate(study.objectives)]
     return [*constraints, *known, *objectives]
 
@@ -92,11 +94,11 @@ def share_interval(hits: int, count: int) -> tuple[float, float]:
     return low, high
 
 
-def known_row(requirement: Requirement, value: float) -> JudgedRow:
+def known_row(requirement: Requirement, value: float, worst: WorstState | None = None) -> JudgedRow:
     """Return the row of a requirement that is known without flying; a soft one is a target and fails nothing."""
     kept, broken = HARD if requirement.hard else SOFT
     said = kept if requirement.kept(np.array([value]))[0] else broken
-    return JudgedRow(
+    row = JudgedRow(
         label=requirement.label,
         kind="requirement",
         quantity=requirement.quantity,
@@ -109,6 +111,7 @@ def known_row(requirement: Requirement, value: float) -> JudgedRow:
         flights=0,
         verdict=said,
     )
+    return row if worst is None else row.model_copy(update={"state": worst.name})
 
 
 def overall(rows: list[JudgedRow]) -> str:

@@ -1,7 +1,7 @@
 """Margins of one controller as a document, what `tuner margins --json` prints: values, limits of a study, certificates."""
 
 from collections.abc import Sequence
-from math import isfinite
+from math import inf, isfinite
 from typing import Any
 
 import numpy as np
@@ -11,13 +11,15 @@ from objectives.margins.limit_cycle import LimitCycle, limit_cycles
 from objectives.margins.quantities import QUANTITIES, REPORTED, MarginQuantity
 from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import Worst
+from objectives.margins.steady_state import HOVER, SteadyState
+from objectives.margins.trim import Trim
 from objectives.scales import units_of
 from plant.cascade import AXES
 from plant.errors import InputError
 from plant.loop import Timing
 from plant.nominal import nominal
 from tuner.analysis.margins.limits import LIMITS, LoopLimit
-from tuner.analysis.margins.readings import Loops, PlantSubject, Subject
+from tuner.analysis.margins.readings import Loops, PlantSubject, Subject, subject_of
 from tuner.documents.margins import (
     MARGINS_FORMAT,
     MARGINS_VERSION,
@@ -32,6 +34,7 @@ from tuner.documents.margins import (
     NotedValue,
     Reading,
     SignalAmplitude,
+    StateValue,
     TrimPart,
     Vector,
 )
@@ -134,6 +137,33 @@ def default_requirements(subject: Loops, limits: tuple[LoopLimit, ...] = LIMITS)
     return rows
 
 
+def requirements_in(controller: Controller, trim: Trim) -> list[LimitRow]:
+    """Return how loops stand to the usual limits: in a trim, or at hover and in the steady states that the gains are for.
+
+    Raises InputError where there is no steady flight.
+    """
+    vehicle = controller.airframe.vehicle
+    assumed = nominal(vehicle, controller.options, controller.control_period)
+    judged = [state for state in controller.states if trim == Trim() and state.can_hold(vehicle, assumed)]
+    states = {HOVER: trim} | {state.name: state.trim for state in judged}
+    return worst_rows({name: default_requirements(subject_of(controller, at)) for name, at in states.items()})
+
+
+def worst_rows(by_state: dict[str, list[LimitRow]]) -> list[LimitRow]:
+    """Return rows that are the same in every steady state but for their values, each in the state where it is worst."""
+    if len(by_state) == 1:
+        return next(iter(by_state.values()))
+    return [_worst_of(dict(zip(by_state, rows, strict=True))) for rows in zip(*by_state.values(), strict=True)]
+
+
+def _worst_of(rows: dict[str, LimitRow]) -> LimitRow:
+    sizes = {state: inf if row.value is None else row.value for state, row in rows.items()}
+    least = next(iter(rows.values())).sense == "least"
+    worst = min(sizes, key=sizes.__getitem__) if least else max(sizes, key=sizes.__getitem__)
+    each = [StateValue(state=state, value=row.value) for state, row in rows.items()]
+    return rows[worst].model_copy(update={"state": worst, "states": each})
+
+
 def limited_row(
     label: str, entry: MarginQuantity, value: float, limit: LoopLimit, hard: bool, channel: str | None = None
 ) -> LimitRow:  # fmt: skip
@@ -148,18 +178,19 @@ def requirement_row(
     channel: str | None = None,
 ) -> LimitRow:  # fmt: skip
     """Return one requirement in SI units; channel: the column of the table that it is about, None for several loops at once."""
-    return LimitRow(
+    row = LimitRow(
         label=label,
         channel=channel,
         quantity=quantity,
         value=_finite(value),
-        **units,
+        unit=units["unit"],
         limit=limit,
         sense=sense,
         hard=hard,
         kept=kept,
         note=None if isfinite(value) else WITHOUT_END,
     )
+    return row.model_copy(update=units)
 
 
 def _channel(subject: Loops, channel: str) -> ChannelMargins:
@@ -212,8 +243,10 @@ def _finite(value: float) -> float | None:
     return value if isfinite(value) else None
 
 
-def study_requirements(study: Study, controller: Controller) -> list[LimitRow] | None:
+def study_requirements(study: Study, controller: Controller, trim: Trim | None = None) -> list[LimitRow] | None:
     """Return how gains stand to the [[margin]] tables of a study, on the study's vehicle; None where it has none.
+
+    trim: where they are judged; by default in every steady state of the study.
 
     Raises InputError where the study is about other laws.
     """
@@ -226,9 +259,11 @@ def study_requirements(study: Study, controller: Controller) -> list[LimitRow] |
     if not study.table.margin:
         return None
     specs = tuple(entry.spec for entry in study.scenarios)
-    asked = tuple(margin_requirement(table, study.system.timing, specs) for table in study.table.margin)
-    values = MarginAnalysis(asked, study.system, specs, study.path).values(np.array([controller.gains]))[0]
-    return limited_rows(asked, values)
+    requirements = tuple(margin_requirement(table, study.system.timing, specs) for table in study.table.margin)
+    state = None if trim is None else SteadyState(HOVER, trim.yaw, trim.velocity, trim.wind, trim.hold)
+    analysis = MarginAnalysis(requirements, study.system, specs, study.path, state and (state,))
+    values = analysis.by_state(np.array([controller.gains]))[:, 0]
+    return limited_rows(requirements, values, tuple(state.name for state in analysis.states))
 
 
 def plant_requirements(study: PlantStudy, row: np.ndarray) -> list[LimitRow] | None:
@@ -236,18 +271,26 @@ def plant_requirements(study: PlantStudy, row: np.ndarray) -> list[LimitRow] | N
     asked = margins_asked(study.table.margin, study.path, study.system)
     if not asked:
         return None
-    return limited_rows(asked, margin_values(asked, study.path, study.system, study.space).values(row[None])[0])
+    return limited_rows(asked, margin_values(asked, study.path, study.system, study.space).values(row[None]))
 
 
-def limited_rows(asked: Sequence[MarginRequirement], values: np.ndarray) -> list[LimitRow]:
-    """Return how values (requirements,), in the units of limits, stand to requirements on margins."""
-    return [
-        limited_row(
-            entry.label, entry.quantity, float(entry.quantity.from_limit(value)),
-            LoopLimit(entry.quantity.name, entry.quantity.sense, entry.limit), entry.hard,
-        )
-        for entry, value in zip(asked, values, strict=True)
-    ]  # fmt: skip
+def limited_rows(
+    requirements: Sequence[MarginRequirement], values: np.ndarray, states: tuple[str, ...] = ("",)
+) -> list[LimitRow]:
+    """Return how values (states, requirements), in the units of limits, stand to requirements on margins."""
+    return [_worst_row(entry, values[:, i], states) for i, entry in enumerate(requirements)]
+
+
+def _worst_row(entry: MarginRequirement, values: np.ndarray, states: tuple[str, ...]) -> LimitRow:
+    """Return the row of a requirement with values (states,) in the worst of the states."""
+    quantity, si = entry.quantity, [float(entry.quantity.from_limit(value)) for value in values]
+    worst = int(np.argmin(values) if quantity.sense == "least" else np.argmax(values))
+    limit = LoopLimit(quantity.name, quantity.sense, entry.limit)
+    row = limited_row(entry.label, quantity, si[worst], limit, entry.hard)
+    if len(states) == 1:
+        return row
+    each = [StateValue(state=state, value=_finite(value)) for state, value in zip(states, si, strict=True)]
+    return row.model_copy(update={"state": states[worst], "states": each})
 
 
 def certificate_rows(controller: Controller) -> list[CertificateRow]:

@@ -18,7 +18,7 @@ from objectives.margins.linearise import LinearLoops
 from objectives.margins.period import CHANNELS, PeriodMap
 from objectives.margins.quantities import LOOP_QUANTITIES
 from objectives.margins.structure import Block, blocks_of, coordinates
-from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, level_body, setting_of
+from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, setting_of
 from plant.errors import InputError
 from plant.fittings import fittings
 from plant.loop import Timing
@@ -100,8 +100,7 @@ class Linear:
     def _trimmed(self, vehicle: Vehicle, rows: Array) -> TrimPoint:
         setting = setting_of(self.trim, self.nominal, vehicle)
         plant = balanced_plant(self._map, self.trim, self.nominal, setting)
-        body = level_body(self.trim, self.nominal)
-        return find_trim(self._map, rows, setting, plant, body, lambda: self._gains_of_terms(rows, MIDDLE)[:, 0])
+        return find_trim(self._map, rows, setting, plant, lambda: self._gains_of_terms(rows, MIDDLE)[:, 0])
 
     def _trimmed_or_none(self, vehicle: Vehicle) -> TrimPoint | None:
         try:

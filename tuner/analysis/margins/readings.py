@@ -13,6 +13,7 @@ from objectives.plant_system import PlantSystem
 from plant.loop import Timing
 from plant.nominal import nominal
 from tuner.gains import Controller
+from tuner.study.margins import nominal_margins
 
 Array = np.ndarray
 # Share of the gains about them within which the structure of a plant's loops is looked at.
@@ -67,7 +68,7 @@ def subject_of(controller: Controller, trim: Trim) -> Subject:
     vehicle, row = controller.airframe.vehicle, np.array(controller.gains)
     known = nominal(vehicle, controller.options, controller.control_period)
     timing = Timing(controller.control_period, controller.plant_step)
-    model = MarginModel(controller.cascade, known, timing, vehicle, trim)
+    model = nominal_margins(controller.cascade, known, timing, vehicle, trim)
     return Subject(row, model, model.evaluate(row[None]), controller, trim)
 
 

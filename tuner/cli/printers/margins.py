@@ -1,5 +1,6 @@
 """Margins of a controller, or of a default and a design, for a person."""
 
+from collections.abc import Sequence
 from math import degrees
 from typing import TYPE_CHECKING
 
@@ -11,6 +12,8 @@ from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, bound_text, unit_text
 from tuner.documents.margins import ChannelMargins, LimitRow, MarginsDocument, NotedValue, Reading
 from tuner.documents.parts import in_shown_units
+from tuner.documents.states import WORST_MARK, by_quantity, state_table
+from tuner.documents.summary import RequiredRow
 
 if TYPE_CHECKING:
     from tuner.api.designing import Design
@@ -35,6 +38,7 @@ def print_margins(margins: "Margins", console: Console) -> None:
         )  # fmt: skip
     if from_study:
         console.print(requirements_table(document.requirements))
+    print_states(console, document.requirements if from_study else by_quantity(document.requirements))
     print_limit_cycles(console, document)
     print_extents(console, document)
     print_certificates(console, document)
@@ -142,6 +146,19 @@ def requirements_table(rows: list[LimitRow]) -> TerminalTable:
         value = "inf" if row.value is None else f"{row.value:.4g}"
         table.add_row(row.label, value, bound_text(row), unit_text(row.unit), verdict)
     return table
+
+
+def print_states(console: Console, rows: Sequence[RequiredRow] | Sequence[LimitRow]) -> None:
+    """Print limited margins in each steady state, where hover is not the only one."""
+    view = state_table([in_shown_units(row) for row in rows])
+    if view is None:
+        return
+    table = TerminalTable(f"Margins by steady state ({WORST_MARK} worst)", keys=1)
+    heads = [f"{limit}{unit_text(unit, ' {}')}" for limit, unit in zip(view.limits, view.units, strict=True)]
+    table.columns_of("state", *heads, left=("state",))
+    for state, values in zip(view.states, view.marked, strict=True):
+        table.add_row(state, *values)
+    console.print(table)
 
 
 def print_limit_cycles(console: Console, document: MarginsDocument) -> None:

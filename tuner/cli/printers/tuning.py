@@ -3,10 +3,11 @@
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
+from tuner.cli.printers.margins import print_states
 from tuner.cli.tables import TerminalTable, say_files
 from tuner.cli.terminal import Console, estimate, limit_text, unit_text
 from tuner.documents.parts import in_shown_units
-from tuner.documents.summary import Summary, gains_name
+from tuner.documents.summary import RequiredRow, Summary, gains_name
 from tuner.report.words import uncertainty_words
 
 if TYPE_CHECKING:
@@ -25,6 +26,7 @@ def print_tuning(results: "TuningResults", console: Console) -> None:
     print_ending(summary.ending, console)
     console.print(gains_table(summary))
     console.print(comparison_table(summary))
+    print_states(console, [row for row in summary.table if isinstance(row, RequiredRow)])
     if results.feasible:
         console.print(f"Recommended: {summary.tuned}: {summary.pick.why}.")
     console.warn(summary.warnings)

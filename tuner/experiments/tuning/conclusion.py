@@ -48,7 +48,9 @@ def conclude(
     watcher.on_stage(CHECKING, (len(gains) + 2) * sum(batch.count for batch in flown))
     finals = Finals(problem, gains, flown, partial(best_row, study), study.seed, watcher.on_flights_done)
     finalists, tuned, why = judged(study, finals, survivors.seen([0, *candidates.tolist()]))
-    confirmation = problem.evaluate_gains(gains[[0, tuned]], again, watcher.on_flights_done, fly_all=True, complete=True)
+    confirmation = problem.evaluate_gains(
+        gains[[0, tuned]], again, watcher.on_flights_done, fly_all=True, complete=True
+    )
     if broken := broken_by(finalists.evaluation.violations[tuned], confirmation.violations[1], study):
         warnings.append(f"The point shown beside the default breaks {broken}; see the table.")
     limits, known = limits_of(study.constraints, study.requirements), completely_known(found, generations)
@@ -58,7 +60,7 @@ def conclude(
     plant_step, step_warnings = plant_step_at(study, problem, gains[[0, tuned]])
     outcome = Outcome(
         study, problem, generations, survivors, candidates, finalists, confirmation, tuned, why,
-        compare(problem, confirmation, study.seed), compare_known(problem, confirmation),
+        compare(problem, confirmation, study.seed), compare_known(problem, gains[[0, tuned]]),
         conflict, obstacles_of(problem, study, generations, found, conflict, limits), costs_of(known, limits),
         plant_step, [*said, *warnings, *step_warnings], 0.0,
     )  # fmt: skip

@@ -75,7 +75,8 @@ def objective_rows(outcome: Outcome) -> list[Row]:
 def objective_row(row: ComparedRow | RequiredRow) -> Row:
     """Return one line of the Default / Tuned table as gains.json holds it."""
     keys = {"label", "unit", "kind", "limit", "default", "tuned", "difference", "verdict"}
-    return {**row.model_dump(include=keys), "unit": code_or_note(row.unit)}
+    state = {"state": row.tuned_state} if isinstance(row, RequiredRow) and row.tuned_state else {}
+    return {**row.model_dump(include=keys), "unit": code_or_note(row.unit), **state}
 
 
 def interval(flights: int) -> Row:

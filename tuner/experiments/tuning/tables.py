@@ -26,7 +26,7 @@ from tuner.store.columns import Columns, columns_of, stacked
 from tuner.study.margins import nominal_margins
 from tuner.study.plant_study import PlantStudy, plant_margins
 from tuner.study.study import SearchedStudy, Study, TuningStudy
-from tuner.study.trim import HOVER, SteadyState, holds_place
+from tuner.study.trim import hover_of
 
 
 def generation_table(study: SearchedStudy, generations: list[Generation], record: Generation) -> Columns:
@@ -166,9 +166,8 @@ def _(study: PlantStudy) -> Any:
 @model_of.register
 def _(study: Study) -> MarginModel:
     system = study.system
-    held = holds_place([entry.spec for entry in study.scenarios], system.timing)
-    hover = SteadyState(HOVER, hold=held)
-    return nominal_margins(system.cascade, system.nominal, system.timing, system.vehicle, hover)
+    (hover,) = hover_of([entry.spec for entry in study.scenarios], system.timing)
+    return nominal_margins(system.cascade, system.nominal, system.timing, system.vehicle, hover.trim)
 
 
 def loop_row(model: Any, margins: Margins, row: int, channel: str) -> dict[str, Any]:
