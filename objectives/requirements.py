@@ -71,19 +71,17 @@ class Screen:
     """Requirements that one analysis answers together.
 
     analyse: the analysis that every candidate meets. further: a longer one of the same requirements in other states, for
-    candidates that keep every hard one so far; the worse value counts. states, by_state: names of all states, and a function of
-    gains rows (n, gains) that returns the values (states, n, requirements) in each, for the points that a study ends with.
+    candidates that keep every hard one so far; the worse value counts. complete: one of all states, for the points that a study
+    ends with. states, by_state: names of all states, and a function of gains rows (n, gains) that returns the values (states, n,
+    requirements) in each. The last three go together.
     """
 
     requirements: tuple[Requirement, ...]
     analyse: Analysis
     further: Analysis | None = None
+    complete: Analysis | None = None
     states: tuple[str, ...] = ()
     by_state: Analysis | None = None
-
-    def complete(self, gains: Array) -> Array:
-        """Return the values (n, requirements) of gains rows (n, gains) in the worst of all states."""
-        return self.analyse(gains) if self.by_state is None else worst_value(self.requirements, self.by_state(gains))
 
 
 class WorstState(NamedTuple):
@@ -105,7 +103,7 @@ def known_values(screens: tuple[Screen, ...], gains: Array, complete: bool = Fal
     complete: in all states; otherwise a candidate that breaks a hard requirement has its value in the first ones.
     """
     if complete:
-        return _answers(screens, gains, lambda screen: screen.complete)
+        return _answers(screens, gains, lambda screen: screen.complete or screen.analyse)
     values = first_values(screens, gains)
     requirements = requirements_of(screens)
     rows = np.flatnonzero(worth_flying(requirements, values))

@@ -21,7 +21,7 @@ from objectives.margins.period import CHANNELS, Term, period_map
 from objectives.margins.requirement import MarginRequirement
 from objectives.margins.results import LoopResponse, Margins, Realisation, joined
 from objectives.margins.sheet import Sheet
-from objectives.margins.slow_position import Paced, SlowLoop, SlowPosition
+from objectives.margins.slow_position import Paced, SlowBlock, SlowLoop, SlowPosition
 from objectives.margins.structure import Block, blocks_of, coordinates, with_images, with_terms
 from objectives.margins.trim import Trim, TrimPoint, balanced_plant, find_trim, setting_of
 from plant.cascade import ATTITUDE_AXES, Cascade
@@ -93,7 +93,7 @@ class _Situation:
     plant: Plant
     blocks: tuple[Block, ...]
     assemblies: tuple[Assembly, ...]
-    slow: tuple[SlowLoop, ...] = ()
+    slow: tuple[SlowBlock, ...] = ()
 
     def parts(self, channels: frozenset[int]) -> list[tuple[Block, Assembly]]:
         """Return the blocks of some channels, and those of which they may be images, with their assemblies, small ones first."""
@@ -104,14 +104,21 @@ class _Situation:
 
     def slow_in(self, block: Block) -> list[SlowLoop]:
         """Return the position loops of a block that wait."""
-        return [slow for slow in self.slow if slow.channel in block.channels]
+        return [loop for part in self.slow for loop in part.loops if loop.channel in block.channels]
+
+    def is_beside_slow(self, block: Block) -> bool:
+        """Return whether all channels of a block are in blocks with a position loop that waits."""
+        return set(block.channels) <= {channel for part in self.slow for channel in part.block.channels}
 
 
 class MarginModel:
     """Margins of a cascade on a vehicle in a trim, as the controller with this `nominal` and timing flies it.
 
-    Position loops that step less often than the attitude loops have the margins of `slow_position`, exactly; the attitude loops,
-    and the disk of all inputs at once, are read with the position loops around them taken as if they stepped as often.
+    Position loops that step less often than the attitude loops have the margins of `slow_position`, and so have the attitude
+    loops inside them, but in `limited`, where a search asks for thousands.
+
+    exact: in `limited` too, at 0.1 s a candidate; otherwise attitude loops are read there with the position loops around them
+    taken as if they stepped as often, which is off by up to 2 %.
 
     others: further vehicles, such as `spread_corners`, that the worst is taken over. cases: amplitudes of the nonlinear terms
     that it is taken over; loops without such terms ignore them. skew: sigma of the disk margins. points: of the frequency grid.
@@ -130,7 +137,9 @@ class MarginModel:
         cases: Sequence[Case] = DEFAULT_CASES,
         skew: float = 0.0,
         points: int = POINTS,
+        exact: bool = False,
     ) -> None:
+        self._exact = exact
         self.trim = trim or Trim()
         self.vehicles = (vehicle, *others)
         self.skew = skew
@@ -177,7 +186,7 @@ class MarginModel:
         Returns:
             Margins (n, channels) in SI units: factors, rad, s; see `objectives.margins.quantities`.
         """
-        return joined([self._read(part, ALL_OF_IT).summed(self.skew) for part in _parts(gains, CHUNK)])
+        return joined([self._read(part, ALL_OF_IT, exact=True).summed(self.skew) for part in _parts(gains, CHUNK)])
 
     def limited(self, gains: Array, requirements: Sequence[MarginRequirement]) -> Array:
         """Return the values (n, requirements) of limits on margins, those of `evaluate`, working out nothing else.
@@ -189,12 +198,12 @@ class MarginModel:
             [
                 np.stack([entry.values(margins) for entry in requirements], axis=1)
                 for part in _parts(gains, CHUNK if scope.asked >= {MULTILOOP} else LARGE_CHUNK)
-                for margins in [self._read(part, scope).summed(self.skew)]
+                for margins in [self._read(part, scope, self._exact).summed(self.skew)]
             ],
             axis=0,
         )
 
-    def _read(self, gains: Array, scope: Scope) -> Sheet:
+    def _read(self, gains: Array, scope: Scope, exact: bool) -> Sheet:
         sheet = Sheet(len(gains), len(self.vehicles), self.cases, self.period, scope.asked)
         if not len(gains):
             return sheet
@@ -205,6 +214,8 @@ class MarginModel:
             steady = point.steady if paced is None else point.steady & paced.steady
             for block, assembly in situation.parts(scope.channels):
                 sheet.sweep(block)
+                if exact and situation.is_beside_slow(block):
+                    continue
                 rows = steady & undecided
                 if block.image is not None:
                     original = situation.blocks[block.image]
@@ -228,6 +239,12 @@ class MarginModel:
                             stable = stable.reshape(np.count_nonzero(rows), -1).all(axis=1)
                             undecided[np.nonzero(rows)[0][~stable]] = False
                             rows &= undecided
+            for part in situation.slow if exact else ():
+                if paced is not None and steady.any() and not scope.channels.isdisjoint(part.block.channels):
+                    loops = part.lifted(paced, steady, term[steady])
+                    inputs = [j for j, channel in enumerate(part.block.channels) if channel in PLANT_INPUTS]
+                    read = part.read(loops, self.skew, inputs, scope.asked)
+                    sheet.enter(i, part.block, steady, list(range(len(self.cases))), read)
             sheet.discard(i, ~steady)
         return sheet
 
@@ -256,7 +273,7 @@ class MarginModel:
         block = next((block for block in situation.blocks if index in block.channels), None)
         if block is None:
             return Realisation(np.zeros((0, 0)), np.zeros(0), np.zeros(0), self.period)
-        if slow := next((slow for slow in situation.slow if slow.channel == index), None):
+        if slow := next(iter(slow for slow in situation.slow_in(block) if slow.channel == index), None):
             return self._slow_realisation(situation, slow, row, case)
         point = self._trimmed(situation.setting, situation.plant, row)
         loops = _closed(block, point.step.loops, self._term_gains(row, (case,)))
@@ -300,7 +317,7 @@ class MarginModel:
                 closed = _closed(block, loops.of(~same), terms[rows, cases[rows, channel]][:, None])
                 for row, a, b, c in zip(rows, closed.a, closed.b[:, :, j], closed.c[:, j], strict=True):
                     found[row, channel] = Realisation(a, b, c, self.period).response(frequency).loop
-        for slow in situation.slow:
+        for slow in [loop for part in situation.slow for loop in part.loops]:
             for row, own in enumerate(gains):
                 case = self.cases[cases[row, slow.channel]]
                 found[row, slow.channel] = self.loop(own, CHANNELS[slow.channel], case, frequency).loop
@@ -326,15 +343,15 @@ class MarginModel:
         slow = () if self._slow is None else self._slow_blocks(nominal, setting, plant)
         return _Situation(setting, plant, blocks, tuple(assemblies), slow)
 
-    def _slow_blocks(self, nominal: Nominal, setting: Surroundings, plant: Plant) -> tuple[SlowLoop, ...]:
-        """Return the position loops that wait."""
+    def _slow_blocks(self, nominal: Nominal, setting: Surroundings, plant: Plant) -> tuple[SlowBlock, ...]:
+        """Return the blocks with position loops that wait."""
         assert self._slow is not None
         gains = self._probes()
         paced = self._paced(setting, plant, gains)
         if not paced.steady.any():
             raise InputError(NOT_STEADY, key="trim")
         blocks = self._slow.blocks(paced, self._term_gains(gains[paced.steady], MIDDLE)[:, 0], nominal)
-        return tuple(loop for block in blocks for loop in self._slow.loops(block, plant))
+        return tuple(self._slow.loops(block, plant) for block in blocks)
 
     def _probes(self) -> Array:
         """Gains rows spread over the search ranges."""

@@ -1,9 +1,10 @@
-"""Margins of position loops that step every few control periods, at the rate at which they step.
+"""Margins of position loops that step every few control periods, and of the attitude loops inside them.
 
 Broken at its command, which changes once in a common period, such a loop is one of constant matrices from one common period to
 the next: those of the period in which the position loops step and of those in which they wait, one after another (`lifting`). So
-its margins are the classical ones of a loop sampled at that period, exactly, and so are the poles of all that it closes. Attitude
-loops are read elsewhere, at their own rate, with the position loops around them taken as if they stepped as often.
+its margins are the classical ones of a loop sampled at that period, exactly, and so are the poles of all that it closes. An
+attitude loop inside has one instant in each control period, and its exact margins are those of `multirate`, at some 30 ms a
+candidate; a search reads it at its own rate, with the position loops around it taken as if they stepped as often.
 """
 
 from dataclasses import dataclass, replace
@@ -15,9 +16,10 @@ from numpy.typing import NDArray
 from objectives.margins.assembly import Assembly
 from objectives.margins.block import MULTILOOP, BlockReadings, read_block
 from objectives.margins.closing import close_terms
-from objectives.margins.frequency import frequency_grid, moved, without_idle
-from objectives.margins.lifting import Rate, lifted
+from objectives.margins.frequency import LOWEST, frequency_grid, moved, without_idle
+from objectives.margins.lifting import Rate, instants_of, lifted
 from objectives.margins.linearise import LinearLoops, PeriodStep, Plant, Surroundings, one_period
+from objectives.margins.multirate import Lifting, read_lifted
 from objectives.margins.period import CHANNELS, PeriodMap
 from objectives.margins.structure import Block, blocks_of, coordinates, with_terms
 from objectives.margins.trim import find_trim
@@ -30,6 +32,8 @@ from plant.records import paths
 
 Array = NDArray[np.float64]
 Mask = NDArray[np.bool_]
+# Crossings and peaks of a lifted loop are refined, and a point of its grid takes as many eigenvalues as it has instants.
+COARSER = 3
 PLACES = tuple(CHANNELS.index(axis) for axis in POSITION_AXES)
 
 
@@ -51,7 +55,7 @@ class SlowPosition:
         self.flown = PeriodMap(cascade, timing, fitted)
         self._resting = PeriodMap(close_cascade(always_due(plain, self.every), cascade.attitude), timing, fitted)
         self.period = self.every * timing.control_period
-        self.grid = frequency_grid(self.period, points)
+        self.points, self.grid = points, frequency_grid(self.period, points)
         self._from_rest = _places(self._resting, self.flown)
         names = paths(self.flown.state)
         self._index = {
@@ -81,45 +85,77 @@ class SlowPosition:
         found = blocks_of(both, coordinates(self.flown, nominal.vehicle, paced.due.state[steady][0]))
         return tuple(block for block in found if not set(PLACES).isdisjoint(block.channels))
 
-    def loops(self, block: Block, plant: Plant) -> list["SlowLoop"]:
-        """Return the position loops of a block."""
+    def loops(self, block: Block, plant: Plant) -> "SlowBlock":
+        """Return the loops of a block."""
         decide = self.flown.decide
-        assembly = Assembly(block, plant, len(self.flown.terms), decide.where, decide.shape)
-        return [SlowLoop(self, block, channel, assembly) for channel in block.channels if channel in PLACES]
+        return SlowBlock(self, block, Assembly(block, plant, len(self.flown.terms), decide.where, decide.shape))
+
+
+@dataclass(frozen=True)
+class SlowBlock:
+    """A block with position loops of a vehicle in its trim, and the attitude loops inside them."""
+
+    slow: SlowPosition
+    block: Block
+    assembly: Assembly
+
+    @property
+    def loops(self) -> "list[SlowLoop]":
+        """The position loops of the block."""
+        return [SlowLoop(self, channel) for channel in self.block.channels if channel in PLACES]
+
+    def lifted(self, paced: Paced, rows: Mask, term: Array) -> LinearLoops:
+        """Return all loops of the block over a common period; term (n, cases, terms) of the rows: candidates, then cases."""
+        due, waiting = self.phases(paced, rows, term)
+        loops = lifted([due, *[waiting] * (self.slow.every - 1)], self._rates)
+        return replace(loops, a=moved(without_idle(loops.a, loops.b[..., loops.injected])))
+
+    def read(self, loops: LinearLoops, skew: float, plant_inputs: list[int], asked: frozenset[str]) -> BlockReadings:
+        """Read the exact margins of all loops of the block, lifted; growth counts by control period."""
+        instants = tuple(tuple(own) for own in instants_of(self._rates, self.slow.every))
+        form = Lifting(
+            self.slow.flown.timing.control_period, self.slow.every, instants, LOWEST, self.slow.points // COARSER
+        )
+        return read_lifted(loops, form, skew, plant_inputs, asked)
+
+    @property
+    def _rates(self) -> list[Rate]:
+        return [Rate(self.slow.every if channel in PLACES else 1, 0) for channel in self.block.channels]
+
+    def phases(self, paced: Paced, rows: Mask, term: Array) -> list[LinearLoops]:
+        """Return the loops of the period in which the position loops step and of one in which they wait, terms closed."""
+        return [with_terms(self.block, self.assembly(step, rows), term) for step in (paced.due, paced.waiting)]
 
 
 @dataclass(frozen=True)
 class SlowLoop:
-    """A position loop of a vehicle in its trim; its block may hold others, which stay closed."""
+    """One position loop of a block, whose other loops stay closed."""
 
-    slow: SlowPosition
-    block: Block
+    part: SlowBlock
     channel: int
-    assembly: Assembly
 
     def closed(self, paced: Paced, rows: Mask, term: Array) -> LinearLoops:
         """Return the position loop over a common period; term (n, cases, terms) of the rows: they are candidates, then cases."""
-        j = self.block.channels.index(self.channel)
-        steps = (paced.due, paced.waiting)
-        due, waiting = (_only(with_terms(self.block, self.assembly(step, rows), term), j) for step in steps)
-        loops = lifted([due, *[waiting] * (self.slow.every - 1)], [Rate(self.slow.every, 0)])
+        j, slow = self.part.block.channels.index(self.channel), self.part.slow
+        due, waiting = (_only(loops, j) for loops in self.part.phases(paced, rows, term))
+        loops = lifted([due, *[waiting] * (slow.every - 1)], [Rate(slow.every, 0)])
         return replace(loops, a=moved(without_idle(loops.a, loops.b[..., loops.injected])))
 
     def read(self, loops: LinearLoops, skew: float, asked: frozenset[str]) -> BlockReadings:
         """Read the margins of closed loops; growth counts by control period."""
-        slow = self.slow
+        slow = self.part.slow
         read = read_block(loops, slow.grid, slow.period, skew, [], asked - {MULTILOOP})
         return replace(read, modes=replace(read.modes, size=read.modes.size ** (1.0 / slow.every)))
 
     @property
     def period(self) -> float:
         """Period of the loop [s]."""
-        return self.slow.period
+        return self.part.slow.period
 
     @property
     def own(self) -> Block:
         """The position loop alone, for who enters its readings."""
-        return replace(self.block, channels=(self.channel,))
+        return replace(self.part.block, channels=(self.channel,))
 
 
 def _places(resting: PeriodMap, flown: PeriodMap) -> NDArray[np.intp]:

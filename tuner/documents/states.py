@@ -31,7 +31,7 @@ class StateTable(NamedTuple):
         ]
 
 
-def state_table(rows: Sequence[RequiredRow] | Sequence[LimitRow]) -> StateTable | None:
+def state_table(rows: Sequence[RequiredRow | LimitRow]) -> StateTable | None:
     """Return the values of limits, in shown units, in each steady state; None where hover alone was looked at.
 
     Of a comparison they are those of the tuned gains.

@@ -48,6 +48,8 @@ BuildMargins = Callable[[bool, "tuple[Case, ...]"], LoopMargins]
 OPEN = ("x", "y")
 # Largest amplitude that margins may be asked from; the largest that is looked at anyway.
 LARGEST_AMPLITUDE = 2.0
+# Share of a limit by which the margins of attitude loops inside position loops that wait are inexact in a search.
+INEXACT = 0.03
 # Where a limit holds.
 TRIMS = "trims"
 STATES = (TRIMS, HOVER)
@@ -82,17 +84,17 @@ def margin_screen(
     if len(analysis.states) == 1:
         return Screen(requirements, analysis.at_hover)
     names = tuple(state.name for state in analysis.states)
-    return Screen(requirements, analysis.at_hover, analysis.in_search, names, analysis.by_state)
+    return Screen(requirements, analysis.at_hover, analysis.in_search, analysis.values, names, analysis.by_state)
 
 
 @lru_cache(maxsize=16)
 def nominal_margins(
-    cascade: Cascade, nominal: Nominal, timing: Timing, vehicle: Vehicle, trim: "Trim"
+    cascade: Cascade, nominal: Nominal, timing: Timing, vehicle: Vehicle, trim: "Trim", exact: bool = False
 ) -> "MarginModel":
     """Return the margins of the nominal vehicle in a trim, in all amplitudes; a run asks for them several times."""
     from objectives.margins.margins import MarginModel
 
-    return MarginModel(cascade, nominal, timing, vehicle, trim)
+    return MarginModel(cascade, nominal, timing, vehicle, trim, exact=exact)
 
 
 class MarginValues:
@@ -159,15 +161,22 @@ class MarginAnalysis:
         path: Path,
         states: tuple[SteadyState, ...] | None = None,
     ) -> None:
-        self._system, self._scenarios, self._asked = system, scenarios, asked
+        self._system, self._scenarios = system, scenarios
+        self._requirements = tuple(entry.requirement for entry in asked)
         trimmed = any(entry.in_trims for entry in asked)
         self.states = states or (steady_states(scenarios, system) if trimmed else hover_of(scenarios, system.timing))
         self._in_trims = np.array([entry.in_trims for entry in asked], dtype=bool)
         in_trims = tuple(entry for entry in asked if entry.in_trims)
-        self._values = [
-            MarginValues(in_trims if i else asked, partial(self._margins, state), path)
-            for i, state in enumerate(self.states)
-        ]
+
+        def analyses(exact: bool) -> list[MarginValues]:
+            return [
+                MarginValues(in_trims if i else asked, partial(self._margins, state, exact), path)
+                for i, state in enumerate(self.states)
+            ]
+
+        self._values = analyses(exact=False)
+        # Where position loops wait, exact margins of the attitude loops take 0.1 s a candidate and state.
+        self._exact = analyses(exact=True) if system.cascade.position_every > 1 else []
 
     def at_hover(self, gains: Array) -> Array:
         """Return the values (n, requirements) of gains rows (n, gains) at hover."""
@@ -180,26 +189,34 @@ class MarginAnalysis:
 
     def values(self, gains: Array) -> Array:
         """Return the worst values (n, requirements) over all steady states."""
-        return self._worst(range(len(self.states)), gains)
+        values = self._worst(range(len(self.states)), gains)
+        near = np.flatnonzero(np.any(np.abs(self._excess(values)) < INEXACT, axis=1)) if self._exact else []
+        if len(near):
+            values[near] = worst_value(self._requirements, self.by_state(gains[near]))
+        return values
 
     def by_state(self, gains: Array) -> Array:
         """Return the values (states, n, requirements); of a requirement at hover alone the best value there is elsewhere."""
-        return np.stack([self._state_values(i, gains) for i in range(len(self.states))])
+        analyses = self._exact or self._values
+        return np.stack([self._everywhere(i, values.values(gains)) for i, values in enumerate(analyses)])
 
     def _worst(self, states: Iterable[int], gains: Array) -> Array:
-        requirements = tuple(entry.requirement for entry in self._asked)
-        return worst_value(requirements, np.stack([self._state_values(i, gains) for i in states]))
+        values = [self._everywhere(i, self._values[i].values(gains)) for i in states]
+        return worst_value(self._requirements, np.stack(values))
 
-    def _state_values(self, i: int, gains: Array) -> Array:
-        values = self._values[i].values(gains)
+    def _excess(self, values: Array) -> Array:
+        return np.stack([entry.excess(values[:, i]) for i, entry in enumerate(self._requirements)], axis=1)
+
+    def _everywhere(self, i: int, values: Array) -> Array:
+        """Return values of the requirements that hold in a state, the i-th, as those of all requirements."""
         if i == 0:
             return values
-        best = np.array([np.inf if entry.quantity.sense == "least" else -np.inf for entry in self._asked])
-        everywhere = np.tile(best, (len(gains), 1))
+        best = [np.inf if entry.sense == "least" else -np.inf for entry in self._requirements]
+        everywhere = np.tile(best, (len(values), 1))
         everywhere[:, self._in_trims] = values
         return everywhere
 
-    def _margins(self, state: SteadyState, spread: bool, cases: "tuple[Case, ...]") -> "MarginModel":
+    def _margins(self, state: SteadyState, exact: bool, spread: bool, cases: "tuple[Case, ...]") -> "MarginModel":
         from objectives.margins.describing import DEFAULT_CASES
         from objectives.margins.margins import MarginModel, spread_corners
 

@@ -148,7 +148,7 @@ def requirements_table(rows: list[LimitRow]) -> TerminalTable:
     return table
 
 
-def print_states(console: Console, rows: Sequence[RequiredRow] | Sequence[LimitRow]) -> None:
+def print_states(console: Console, rows: Sequence[RequiredRow | LimitRow]) -> None:
     """Print limited margins in each steady state, where hover is not the only one."""
     view = state_table([in_shown_units(row) for row in rows])
     if view is None:
