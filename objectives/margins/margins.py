@@ -153,9 +153,19 @@ class MarginModel:
         self._situations = [self._situation(nominal, each) for each in self.vehicles]
 
     @property
+    def timing(self) -> Timing:
+        """Control period and plant step."""
+        return self._map.timing
+
+    @property
     def period(self) -> float:
         """Control period [s]."""
-        return self._map.timing.control_period
+        return self.timing.control_period
+
+    @property
+    def flown(self) -> Cascade:
+        """The cascade with the rates that it flies at."""
+        return self.cascade if self._slow is None else self._slow.flown.cascade
 
     @property
     def cascade(self) -> Cascade:

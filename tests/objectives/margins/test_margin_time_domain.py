@@ -8,19 +8,23 @@ import pytest
 from objectives.margins.describing import Case
 from objectives.margins.margins import MarginModel
 from objectives.margins.period import CHANNELS, PeriodMap
-from objectives.margins.trim import Trim, setting_of, smooth_dynamics
+from objectives.margins.trim import setting_of, smooth_dynamics
 from plant.backends import array
-from plant.closed_loop import hover_body
 from plant.loop import Timing
 from plant.nominal import ControlOptions, nominal
-from plant.records import flatten, paths
+from plant.records import paths
+from plant.trim import trim_of
 from tests.objectives.margins.designs import HUMMINGBIRD, cascade_of, random_gains
 from tests.objectives.margins.stepping import Stepper
+from tests.tuner.conftest import QUICKSTART
+from tuner.study import load_study
+from tuner.study.trim import steady_states
 
+STUDIES = QUICKSTART.parent
 # Deviations this small keep the nonlinear terms at the gain that they have at rest, and 1e4 above rounding.
 SMALL, SIZE = (Case(0.0),), 1e-9
-# Periods after which deviations are brought back to that size.
-KEPT = 50
+# Periods after which deviations are brought back to that size: all loops step together again, those that wait among them.
+KEPT = 48
 LARGEST = {"gain_up": 30.0, "gain_down": 30.0, "delay": 0.5}
 
 
@@ -51,33 +55,29 @@ def lanes_of(margins, channels, step):
 
 
 class Experiment:
-    """Lanes flown side by side from hover with small deviations; the command of each lane's channel is scaled and delayed."""
+    """Lanes flown side by side from a trim with small deviations; the command of each lane's channel is scaled and delayed."""
 
-    def __init__(self, case, seed=1):
-        pair, options, timing, channels, duration = case
-        cascade, knowledge = cascade_of(*pair), nominal(HUMMINGBIRD, options, timing.control_period)
-        designs = random_gains(pair[0], pair[1], 2, seed, 0.4)
-        self.inner = not {"x", "y"} & set(channels)
-        step = timing.plant_step if self.inner else timing.control_period
-        model = MarginModel(cascade, knowledge, timing, HUMMINGBIRD, cases=SMALL)
-        lanes = lanes_of(model.evaluate(designs), channels, step)
+    def __init__(self, model, knowledge, vehicle, designs, lanes, duration):
+        cascade, timing = model.flown, model.timing
+        self.inner = not {CHANNELS.index(name) for name in ("x", "y")} & {lane.channel for lane in lanes}
         rows, self.channel, self.factor, self.delay, self.rests = (np.array(part) for part in zip(*lanes, strict=True))
         self.lane = np.arange(len(lanes))
         self.gains = designs[rows].T
-        self.stepper = Stepper(cascade, knowledge, timing, smooth_dynamics(HUMMINGBIRD), Trim(), names=array.NAMES)
-        setting = setting_of(Trim(), knowledge, HUMMINGBIRD)
-        (rest,) = PeriodMap(cascade, timing).at_rest(
-            np.array(flatten(hover_body(knowledge))), self.gains.T, setting.nominal, setting.reference
-        )
+        self.stepper = Stepper(cascade, knowledge, timing, smooth_dynamics(vehicle), model.trim, names=array.NAMES)
+        setting, balance = setting_of(model.trim, knowledge, vehicle), trim_of(vehicle, model.trim.air, model.trim.yaw)
+        (rest,) = PeriodMap(cascade, timing).at_rest(balance.body[0], self.gains.T, setting.nominal, setting.reference)
         self.rest = rest.T
-        self.steps = round(timing.control_period / step)
+        for _ in range(KEPT if cascade.position_every > 1 else 0):
+            self.rest, _, _ = self.stepper.step(self.rest, self.gains)
+        self.steps = timing.steps if self.inner else 1
         self.periods = round(duration / timing.control_period)
         self.history = np.zeros((self.periods * self.steps + 1, len(lanes)))
-        self.hover = np.array([0.0, 0.0, HUMMINGBIRD.gravity, 0.0, 0.0, 0.0])[self.channel]
+        _, command, _ = self.stepper.step(self.rest, self.gains)
+        self.balance = np.array(np.broadcast_arrays(*command, self.factor)[:-1])[self.channel, self.lane]
 
     def altered(self, commands, now):
         """What each lane's own command lacks of the one that is scaled and comes late."""
-        own = np.array(np.broadcast_arrays(*commands, self.factor)[:-1])[self.channel, self.lane] - self.hover
+        own = np.array(np.broadcast_arrays(*commands, self.factor)[:-1])[self.channel, self.lane] - self.balance
         self.history[now] = own
         late = np.where(now >= self.delay, self.history[np.maximum(now - self.delay, 0), self.lane], 0.0)
         return self.factor * late - own
@@ -135,10 +135,50 @@ SLOW = {
 }
 
 
+def experiment_of(case, seed=1):
+    """Return an experiment at hover with both sides of every margin of random gains."""
+    pair, options, timing, channels, duration = case
+    knowledge, designs = nominal(HUMMINGBIRD, options, timing.control_period), random_gains(*pair, 2, seed, 0.4)
+    model = MarginModel(cascade_of(*pair), knowledge, timing, HUMMINGBIRD, cases=SMALL)
+    inner = not {"x", "y"} & set(channels)
+    step = timing.plant_step if inner else timing.control_period
+    lanes = lanes_of(model.evaluate(designs), channels, step)
+    return Experiment(model, knowledge, HUMMINGBIRD, designs, lanes, duration)
+
+
 @pytest.mark.parametrize("name", [*CASES, *[pytest.param(name, marks=pytest.mark.slow) for name in SLOW]])
 def test_loops_rest_within_their_margins_and_swing_up_beyond(name):
-    experiment = Experiment((CASES | SLOW)[name])
+    experiment = experiment_of((CASES | SLOW)[name])
     growth = experiment.fly()
     assert len(growth) >= 12
     assert (growth[experiment.rests] < 0.0).all()
     assert (growth[~experiment.rests] > 0.0).all()
+
+
+# Shares of a gain margin, as a level, up to which a loop is scaled.
+INSIDE, BEYOND = 0.95, 1.05
+FLIPPED = {"quickstart": 6.0, "f450": 8.0, "autopilot_pid": 8.0, "figure_eight": 8.0, "px4": 8.0, "betaflight": 6.0}
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", FLIPPED)
+def test_in_the_trims_of_studies_loops_rest_at_0_95_of_the_gain_margin_and_swing_up_at_1_05(name):
+    """Roll and pitch of the default gains, in the study's trims, as the model flies them: laws of two firmwares among them."""
+    study = load_study(STUDIES / f"{name}.toml")
+    system, specs = study.system, [entry.spec for entry in study.scenarios]
+    trims = [state for state in steady_states(specs, system) if state.wind != (0.0, 0.0, 0.0)]
+    for state in (trims[0], trims[-1]):
+        model = MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, state.trim, cases=SMALL)
+        designs = np.array([study.default_row])
+        margins = model.evaluate(designs)
+        assert margins.stable.all()
+        channels = [CHANNELS.index(axis) for axis in ("roll", "pitch")]
+        lanes = [
+            Lane(0, channel, float(margins.gain_up.value[0, channel]) ** share, 0, share < 1.0)
+            for channel in channels
+            for share in (INSIDE, BEYOND)
+        ]
+        experiment = Experiment(model, system.nominal, system.vehicle, designs, lanes, FLIPPED[name])
+        growth = experiment.fly()
+        assert (growth[experiment.rests] < 0.0).all(), (state.name, growth)
+        assert (growth[~experiment.rests] > 0.0).all(), (state.name, growth)
