@@ -9,6 +9,7 @@ from plant.errors import InputError
 from plant.input_files import read_input_text
 from plant.texts import json_table
 from tuner.gains.sections import FORMAT, PLANT_FORMAT, VERSION, VERSIONS, Row
+from tuner.text.sentences import listing
 from tuner.text.toml_text import shown
 
 FIRST_VERSION = "0.1"
@@ -61,7 +62,7 @@ def check_identity(document: Row, path: Path) -> None:
     version = document.get("version")
     if version in (FIRST_VERSION, *VERSIONS):
         return
-    readable = f"this holdfast reads {FIRST_VERSION}, {' and '.join(VERSIONS)}"
+    readable = f"this holdfast reads {listing([FIRST_VERSION, *VERSIONS])}"
     if "version" not in document:
         raise InputError(f'this key is missing; {readable}: write "version": "{VERSION}"', file=path, key="version")
     if isinstance(version, str) and fullmatch(r"1\.[0-9]+", version):

@@ -200,6 +200,14 @@ class MarginAnalysis:
         analyses = self._exact or self._values
         return np.stack([self._everywhere(i, values.values(gains)) for i, values in enumerate(analyses)])
 
+    def worst_states(self, row: Array) -> list[str | None]:
+        """Return by requirement the steady state in which a gains row (gains,) is worst; None where there is one alone."""
+        if len(self.states) == 1:
+            return [None] * len(self._requirements)
+        values = self.by_state(row[None])[:, 0]
+        excess = np.stack([entry.excess(values[:, i]) for i, entry in enumerate(self._requirements)], axis=1)
+        return [self.states[i].name for i in np.argmax(excess, axis=0)]
+
     def _worst(self, states: Iterable[int], gains: Array) -> Array:
         values = [self._everywhere(i, self._values[i].values(gains)) for i in states]
         return worst_value(self._requirements, np.stack(values))

@@ -4,6 +4,7 @@ import json
 
 import pytest
 
+from objectives.margins.steady_state import SteadyState
 from plant.airframes import load
 from plant.errors import InputError, UnknownNameError
 from tests.tuner.gains.making import airframe, document, whole_document, written
@@ -143,11 +144,12 @@ def test_the_vehicle_that_gains_were_imported_from_is_read_and_written_again(tmp
     assert read_gains(written(tmp_path, document(), "other.json")).vehicle is None
 
 
-@pytest.mark.parametrize("version", ["1.2", "1.12"])
+@pytest.mark.parametrize("version", ["1.3", "1.12"])
 def test_a_later_minor_version_says_who_wrote_it_and_what_to_do(tmp_path, version):
     made = document() | NEWER | {"version": version}
     with pytest.raises(
-        InputError, match=rf"version {version} of the format by holdfast 3\.2\.1.*reads 0\.1, 1\.0 and 1\.1: update"
+        InputError,
+        match=rf"version {version} of the format by holdfast 3\.2\.1.*reads 0\.1, 1\.0, 1\.1 and 1\.2: update",
     ) as caught:
         read_gains(written(tmp_path, made))
     assert caught.value.key == "version"
@@ -155,12 +157,29 @@ def test_a_later_minor_version_says_who_wrote_it_and_what_to_do(tmp_path, versio
 
 @pytest.mark.parametrize("version", ["2.0", "0.2", "1", "1.0.0", 1.0, None, ["1.0"], "1.x", "٠.١"])
 def test_an_unknown_version_is_refused(tmp_path, version):
-    with pytest.raises(InputError, match="unknown version .*reads 0.1, 1.0 and 1.1"):
+    with pytest.raises(InputError, match="unknown version .*reads 0.1, 1.0, 1.1 and 1.2"):
         read_gains(written(tmp_path, document() | {"version": version}))
 
 
 def test_a_missing_version_is_refused(tmp_path):
     made = document()
     del made["version"]
-    with pytest.raises(InputError, match='write "version": "1.1"'):
+    with pytest.raises(InputError, match='write "version": "1.2"'):
         examine(written(tmp_path, made))
+
+
+def test_the_steady_states_of_a_study_are_read_and_written_again(tmp_path):
+    """Version 1.2; a file of 1.1 has none, and one with a vector of two numbers is refused by its place."""
+    wind = [{"value": value, "unit": "m/s"} for value in (6.0, -2.5, 0.0)]
+    still = [{"value": 0.0, "unit": "m/s"}] * 3
+    state = {"name": "6.5 m/s wind", "yaw": {"value": 0.4, "unit": "rad"}, "velocity": still, "wind": wind}
+    read = read_gains(
+        written(tmp_path, {key: part for key, part in document().items() if key != "sha256"} | {"states": [state]})
+    )
+    assert read.states == (SteadyState("6.5 m/s wind", 0.4, (0.0, 0.0, 0.0), (6.0, -2.5, 0.0)),)
+    assert to_document(read, {})["states"] == [state]
+    assert read_gains(written(tmp_path, document(), "other.json")).states == ()
+    short = document() | {"states": [state | {"wind": wind[:2]}]}
+    del short["sha256"]
+    with pytest.raises(InputError, match=r"states\[0\]\.wind"):
+        read_gains(written(tmp_path, short, "short.json"))

@@ -13,7 +13,7 @@ def test_a_valid_file_is_said_to_be_what_it_is(tmp_path, monkeypatch, capsys):
     file = written(tmp_path, document())
     code, out, err = tuner(monkeypatch, capsys, "validate", file)
     assert (code, err) == (0, "") and out == (
-        f"{file}: valid: holdfast-gains 1.1, ladrc / hybrid for airframe hummingbird, 24 gains, hash ok\n"
+        f"{file}: valid: holdfast-gains 1.2, ladrc / hybrid for airframe hummingbird, 24 gains, hash ok\n"
     )
 
 

@@ -211,7 +211,7 @@ def screened(generations=8, seed=1):
         asked.append(len(points))
         return half_known(points)
 
-    search, done = GaussianProcess(first, 2, 0, seed, excess), []
+    search, done = GaussianProcess(first, 2, 0, seed, [excess]), []
     for _ in range(generations):
         done.append(search.ask())
         search.tell(*bowls(2)(done[-1]))
@@ -227,7 +227,7 @@ def test_nothing_is_asked_for_that_is_known_to_break_a_limit():
 
 
 def test_where_everything_breaks_what_is_known_it_goes_on():
-    search = GaussianProcess(started(3, 8), 1, 0, 1, lambda points: np.ones((len(points), 1)))
+    search = GaussianProcess(started(3, 8), 1, 0, 1, [lambda points: np.ones((len(points), 1))])
     for _ in range(4):
         points = search.ask()
         assert len(np.unique(points, axis=0)) == 8
@@ -241,3 +241,23 @@ def test_a_pool_has_no_point_twice():
         search.tell(np.ones((8, 1)), np.zeros((8, 0)))
     pool = search._pool(generator(1, "test", 0))
     assert len(np.unique(np.concatenate([pool, points]), axis=0)) == len(pool) + 8
+
+
+def test_a_longer_analysis_is_asked_about_few_points_and_nothing_is_asked_for_that_breaks_it():
+    counts = [0, 0]
+
+    def part(level):
+        def excess(points):
+            counts[level] += len(points)
+            return half_known(points)[:, [level]]
+
+        return excess
+
+    first = np.tile([0.3, 0.5, 0.5, 0.5], (8, 1)) + 0.01 * started(4, 8)
+    search, points = GaussianProcess(first, 2, 0, 1, [part(0), part(1)]), []
+    for _ in range(8):
+        points.append(search.ask())
+        search.tell(*bowls(2)(points[-1]))
+    chosen = np.concatenate(points)
+    assert len(np.unique(chosen, axis=0)) == len(chosen) and np.all(half_known(chosen) <= 0.0)
+    assert counts[1] < 0.4 * counts[0] and counts[1] < 3 * len(chosen)

@@ -15,7 +15,7 @@ from tuner.documents.plan import AutomaticLimit
 from tuner.documents.summary import ObstacleRow
 from tuner.experiments.planning.counts import search_flights
 from tuner.experiments.tuning.conflicts import automatic_limit_texts, automatic_rows
-from tuner.experiments.tuning.diagnosis import Diagnosis, obstacle_texts
+from tuner.experiments.tuning.diagnosis import Diagnosis, Probe, obstacle_texts
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.experiments.tuning.problem import problem_of
 from tuner.search.first_generation import latin_hypercube
@@ -55,7 +55,10 @@ class TrimRow(DocumentPart):
 
 
 class DefaultRow(DocumentPart):
-    """The default at a limit that is known without flying; loop null where it is no margin of one, value null where infinite."""
+    """The default at a limit that is known without flying; loop null where it is no margin of one, value null where infinite.
+
+    state: steady state in which the value is worst, left out where there is one alone.
+    """
 
     label: str
     loop: str | None
@@ -66,6 +69,7 @@ class DefaultRow(DocumentPart):
     limit: float
     hard: bool
     kept: bool
+    state: str | None = None
 
 
 class UnreachedLimit(ObstacleRow):
@@ -126,18 +130,19 @@ def _trim_row(scenario: str, trim: MeanWindTrim) -> TrimRow:
 
 def default_rows(study: Study, diagnosis: Diagnosis) -> list[DefaultRow]:
     """Return how the default stands to each limit that is known without flying, loop by loop."""
-    values = diagnosis.values(study.default_row[None])[0].tolist()
-    rows = []
-    for probe, value in zip(diagnosis.probes, values, strict=True):
-        asked = probe.requirement
-        rows.append(
-            DefaultRow(
-                label=asked.label, loop=probe.loop, value=asked.in_file(value) if isfinite(value) else None,
-                **asked.units(), sense=asked.sense, limit=asked.in_file(asked.limit), hard=asked.hard,
-                kept=bool(asked.kept(np.array([value]))[0]),
-            )
-        )  # fmt: skip
-    return rows
+    row = study.default_row
+    rows = zip(diagnosis.probes, diagnosis.values(row[None])[0].tolist(), diagnosis.worst_states(row), strict=True)
+    return [_default_row(probe, value, state) for probe, value, state in rows]
+
+
+def _default_row(probe: Probe, value: float, state: str | None) -> DefaultRow:
+    limit = probe.requirement
+    row = DefaultRow(
+        label=limit.label, loop=probe.loop, value=limit.in_file(value) if isfinite(value) else None,
+        unit=limit.unit, sense=limit.sense, limit=limit.in_file(limit.limit), hard=limit.hard,
+        kept=bool(limit.kept(np.array([value]))[0]),
+    )  # fmt: skip
+    return row.model_copy(update=limit.units() | ({} if state is None else {"state": state}))
 
 
 def beyond_reach(study: Study, diagnosis: Diagnosis) -> list[ObstacleRow]:

@@ -100,6 +100,10 @@ class Diagnosis:
         loops = self._margins.values(gains) if self._loops else np.empty((len(gains), 0))
         return np.concatenate([np.reshape(others, (len(others), len(gains))).T, loops], axis=1)
 
+    def worst_states(self, row: Array) -> list[str | None]:
+        """Return by probe the steady state in which a gains row (gains,) is worst; None where there is one alone."""
+        return [None] * len(self._others) + (self._margins.worst_states(row) if self._loops else [])
+
     @cached_property
     def designed(self) -> Array | None:
         """Gains row (gains,) of `tuner design`, None where no axis can be designed."""

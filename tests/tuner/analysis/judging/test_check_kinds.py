@@ -3,14 +3,16 @@
 import json
 import re
 import shutil
-from math import atan, cos, degrees, hypot, radians, sin, sqrt, tan
+from math import atan, cos, degrees, hypot, pi, radians, sin, sqrt, tan
 
 import numpy as np
 import pytest
 
 from objectives.margins.margins import MarginModel
+from objectives.margins.trim import Trim
 from plant.airframes import load
 from plant.cascade import AXES
+from plant.vectors import Vec3
 from tests.tuner.conftest import QUICKSTART
 from tests.tuner.experiments.contest.contest_text import write as write_contest
 from tests.tuner.in_process import tuner
@@ -121,15 +123,18 @@ def test_the_defaults_margins_are_told_loop_by_loop_against_the_limits(checked, 
     _, figures, _ = checked(path)
     study = load_study(path)
     system = study.system
-    margins = MarginModel(system.cascade, system.nominal, system.timing, system.vehicle).evaluate(
-        study.default_row[None]
-    )
-    phase = margins.phase.value[0]
-    gain = np.minimum(margins.gain_up.value[0], margins.gain_down.value[0])
+    speed = study.scenarios[0].spec.air.wind_speed
+    trims = [Trim(), *[Trim(wind=Vec3(speed * cos(way), speed * sin(way), 0.0)) for way in (0.0, pi / 4, pi / 2)]]
+    models = [MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, trim) for trim in trims]
+    each = [model.evaluate(study.default_row[None]) for model in models]
+    phase = np.min([margins.phase.value[0] for margins in each], axis=0)
+    gain = np.min([[margins.gain_up.value[0], margins.gain_down.value[0]] for margins in each], axis=(0, 1))
+    assert np.any(phase < 0.99 * each[0].phase.value[0]), "a trim decides somewhere"
     expected = {("phase_margin(attitude)", axis): phase[AXES.index(axis)] for axis in ("roll", "pitch", "yaw")}
     expected |= {("gain_margin", axis): gain[AXES.index(axis)] for axis in AXES}
     found = {(row["label"], row["loop"]): row["value"] for row in figures["default"]}
     assert found == {key: pytest.approx(value) for key, value in expected.items()}
+    assert {row["state"] for row in figures["default"]} > {"hover"}
     assert all(row["kept"] == (row["value"] >= row["limit"]) for row in figures["default"])
     _, out = told(path)
     assert f"{degrees(phase[5]):.3g}" in next(

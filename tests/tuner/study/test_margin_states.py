@@ -1,0 +1,126 @@
+"""Where margin limits hold: at hover and in the trims of a study's scenarios, by default, with the worst state named."""
+
+from math import atan2, degrees, hypot
+
+import numpy as np
+import pytest
+
+from objectives.margins.margins import MarginModel
+from objectives.margins.trim import Trim
+from objectives.requirements import known_values, worst_states, worth_flying
+from plant.errors import InputError
+from plant.references.spec import VELOCITY
+from plant.seeds import generator
+from plant.vectors import Vec3
+from tests.tuner.conftest import QUICKSTART
+from tuner.study import load_study
+from tuner.study.trim import steady_states, trim_texts
+
+STUDIES = QUICKSTART.parent
+LIMITS = [
+    {"quantity": "phase_margin", "min": 35.0},
+    {"quantity": "gain_margin", "min": 6.0},
+    {"quantity": "ms", "max": 2.0},
+]
+
+
+def states_of(study):
+    return steady_states([entry.spec for entry in study.scenarios], study.system)
+
+
+def quickstart(**changed):
+    return load_study(QUICKSTART, {"margin": LIMITS} | changed)
+
+
+@pytest.fixture(scope="module")
+def drawn():
+    """Rows of the quickstart's search cube that keep its limits at hover, with their values there."""
+    study = quickstart()
+    points = generator(3, "tests/margin states", 0).uniform(size=(600, len(study.space.variables)))
+    gains = study.space.gains(points)
+    at_hover = study.screens[0].analyse(gains)
+    rows = worth_flying(study.requirements, at_hover)
+    assert rows.sum() >= 10
+    return study, gains[rows], at_hover[rows]
+
+
+def test_most_gains_that_keep_their_limits_at_hover_break_them_in_the_wind_that_flights_are_trimmed_in(drawn):
+    """Against `MarginModel` in each trim by itself; what is told is the worst of all states, and which."""
+    study, gains, at_hover = drawn
+    (screen,) = study.screens
+    speed = study.scenarios[0].spec.air.wind_speed
+    system, each = study.system, {"hover": at_hover}
+    for degree, way in ((0, (1.0, 0.0)), (45, (0.5**0.5, 0.5**0.5)), (90, (0.0, 1.0))):
+        trim = Trim(wind=Vec3(speed * way[0], speed * way[1], 0.0))
+        margins = MarginModel(system.cascade, system.nominal, system.timing, system.vehicle, trim).evaluate(gains)
+        gain = np.minimum(margins.gain_up.value, margins.gain_down.value).min(axis=1)
+        columns = (
+            np.degrees(margins.phase.value.min(axis=1)),
+            20.0 * np.log10(gain),
+            margins.sensitivity.value.max(axis=1),
+        )
+        each[f"{speed:.3g} m/s wind to {degree} deg"] = np.stack(columns, axis=1)
+    values = np.stack(list(each.values()))
+    worst = np.stack([values[..., 0].min(axis=0), values[..., 1].min(axis=0), values[..., 2].max(axis=0)], axis=1)
+    np.testing.assert_allclose(known_values(study.screens, gains, complete=True), worst, rtol=1e-9)
+    kept = worth_flying(study.requirements, worst)
+    assert kept.mean() < 0.6
+    assert screen.states == tuple(each)
+    for row, column in zip(gains[:4], values.swapaxes(0, 1)[:4], strict=True):
+        named = worst_states(study.screens, row)
+        at = [column[:, 0].argmin(), column[:, 1].argmin(), column[:, 2].argmax()]
+        assert [state.name for state in named.values()] == [screen.states[i] for i in at]
+
+
+def test_a_search_is_told_a_broken_limit_at_hover_without_trims_and_never_passes_what_breaks_one_in_them(drawn):
+    study, gains, _ = drawn
+    searched, complete = (known_values(study.screens, gains, complete) for complete in (False, True))
+    passing = worth_flying(study.requirements, searched)
+    # The trim between the body's axes is left to the end of a search; it decides of few.
+    assert np.mean(passing & ~worth_flying(study.requirements, complete)) <= 0.05
+    assert not np.any(~passing & worth_flying(study.requirements, complete))
+    default = study.default_row[None]
+    hover = study.screens[0].analyse(default)
+    assert np.array_equal(known_values(study.screens, default), hover)
+    assert np.all(known_values(study.screens, default, complete=True)[0, :2] <= hover[0, :2])
+
+
+def test_hover_alone_is_judged_where_that_is_asked_for(drawn):
+    _, gains, at_hover = drawn
+    alone = quickstart(margin=[{**limit, "at": "hover"} for limit in LIMITS])
+    assert np.array_equal(known_values(alone.screens, gains, complete=True), at_hover)
+    assert [entry.label for entry in alone.requirements] == ["phase_margin(hover)", "gain_margin(hover)", "ms(hover)"]
+    assert worst_states(alone.screens, gains[0]) == {}
+    mixed = quickstart(margin=[LIMITS[0], {**LIMITS[1], "at": "hover"}])
+    np.testing.assert_array_equal(known_values(mixed.screens, gains, complete=True)[:, 1], at_hover[:, 1])
+    assert np.any(known_values(mixed.screens, gains, complete=True)[:, 0] < at_hover[:, 0])
+    with pytest.raises(InputError, match=r"margin\[0\]\.at.*'trim'.*trims"):
+        quickstart(margin=[{**LIMITS[0], "at": "trim"}])
+
+
+def test_the_states_are_the_winds_that_scenarios_can_draw_and_the_speed_of_their_reference():
+    names = [state.name for state in states_of(load_study(QUICKSTART))]
+    assert names == ["hover", *[f"8.5 m/s wind to {degree} deg" for degree in (0, 45, 90)]]
+    given = states_of(quickstart(**{"scenario.0.air.wind_direction_deg": 30.0}))
+    assert [state.name for state in given] == ["hover", "8.5 m/s wind to 30 deg"]
+    assert degrees(atan2(given[1].wind[1], given[1].wind[0])) == pytest.approx(30.0)
+    calm = states_of(quickstart(**{"scenario.0.air.mean_wind": False}))
+    assert [state.name for state in calm] == ["hover"]
+    eight = load_study(STUDIES / "figure_eight.toml")
+    *_, against = states_of(eight)
+    velocity = eight.scenarios[0].spec.track(eight.system.timing).samples[:, VELOCITY]
+    fastest = velocity[np.argmax(np.linalg.norm(velocity, axis=1))]
+    np.testing.assert_allclose(against.velocity, fastest)
+    wind = eight.scenarios[0].spec.air.wind_speed
+    assert hypot(*against.wind) == pytest.approx(wind)
+    np.testing.assert_allclose(np.cross(against.wind, fastest), 0.0, atol=1e-12)
+    assert np.dot(against.wind, fastest) < 0.0
+
+
+def test_a_trim_close_to_the_tilt_limit_is_told_to_leave_little_for_gusts():
+    near = load_study(QUICKSTART, {"controller.tilt_limit_deg": 20.0})
+    (text,) = trim_texts([entry.spec for entry in near.scenarios], near.system)
+    assert "Only 0.7 deg of tilt are left for gusts" in text
+    far = load_study(QUICKSTART)
+    (text,) = trim_texts([entry.spec for entry in far.scenarios], far.system)
+    assert "left" not in text
