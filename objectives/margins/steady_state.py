@@ -46,6 +46,11 @@ class SteadyState:
 
         return Trim(self.yaw, Vec3(*self.velocity), Vec3(*self.wind), self.hold)
 
+    @property
+    def moves(self) -> bool:
+        """Whether air moves past the vehicle."""
+        return self.wind != self.velocity
+
     def flight(self, vehicle: Vehicle) -> SteadyFlight:
         """Return the balance of a vehicle, rows of one."""
         return trim_of(vehicle, np.subtract(self.wind, self.velocity).tolist(), self.yaw)

@@ -232,8 +232,9 @@ class MarginAnalysis:
         for spec in self._scenarios if spread else ():
             corners = spread_corners(system.vehicle, spec.spread)
             extremes = () if spec.uncertainty is None else spec.uncertainty.extremes(system.vehicle)
-            # One that cannot hold the wind has no steady flight whose loops could be judged.
-            vehicles |= dict.fromkeys(one for one in (*corners, *extremes) if state.can_hold(one, system.nominal))
+            # One that cannot hold the wind has no steady flight there whose loops could be judged.
+            judged = [one for one in (*corners, *extremes) if not state.moves or state.can_hold(one, system.nominal)]
+            vehicles |= dict.fromkeys(judged)
         first, *others = vehicles
         if not others and cases is DEFAULT_CASES:
             return nominal_margins(system.cascade, system.nominal, system.timing, first, state.trim)
