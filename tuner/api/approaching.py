@@ -18,7 +18,7 @@ from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.scenarios import HELD_OUT
 from plant.vectors import Vec3
-from tuner.analysis.approach import factors_between, falls_short, rows_between, steps_between
+from tuner.analysis.approach import factors_between, falls_short, rows_between, steps_between, steps_of_size
 from tuner.analysis.margins.document import margins_document
 from tuner.analysis.margins.readings import Subject, subject_of
 from tuner.api.exporting import Options, export
@@ -80,6 +80,7 @@ def approach(
     tuned: GainsLike,
     *,
     steps: int | None = None,
+    step: float | None = None,
     study: StudyLike | None = None,
     flights: int = 64,
     to: str | None = None,
@@ -94,6 +95,7 @@ def approach(
         present: What the vehicle flies now: gains, or a gains.json, as `import_gains` gives them.
         tuned: The tuned gains, of the same laws at the same control period.
         steps: How many; by default few enough that no gain changes by more than half in one, at most 8.
+        step: Largest change of a gain in a step as a share of itself, in place of steps; PX4 advises 0.2 to 0.3.
         study: Study whose first scenario the steps fly; by default one metre steps in a fresh breeze.
         flights: Flights of every step.
         to: Target that every step is exported to.
@@ -120,7 +122,10 @@ def approach(
     before, after = as_gains(present), as_gains(tuned)
     _check_alike(before.controller, after.controller)
     first, last = (np.array(each.controller.gains) for each in (before, after))
-    rows = rows_between(first, last, steps_between(first, last) if steps is None else steps)
+    if steps is not None and step is not None:
+        raise InputError("say how many steps, or how large: give --steps or --step")
+    usual = steps_between(first, last) if step is None else steps_of_size(first, last, step)
+    rows = rows_between(first, last, usual if steps is None else steps)
     between = [gains_of(replace(after.controller, gains=tuple(row.tolist())), {}) for row in rows[1:-1]]
     sortie = prepare(after.controller, study, 0, SEED)
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)

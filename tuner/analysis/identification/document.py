@@ -38,6 +38,10 @@ LEAST_COVERED, MOST_CORRELATED = 0.8, 0.25
 which what is left over is not called white.
 """
 UNITS = ("rad/s", "rad/s", "rad/s", "m/s2")
+WEIGH = (
+    "Weigh the vehicle and measure its arms: no log tells mass and arm, and where they are wrong by 5 %, inertias and thrust "
+    "come out wrong by as much, without a sign in the log."
+)
 
 
 def identification_document(
@@ -157,7 +161,7 @@ def verdict(found: Identified) -> str:
     )
     if left:
         said.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would tell.")
-    return " ".join([*said, *prediction_words(prediction_rows(found))])
+    return " ".join([*said, *prediction_words(prediction_rows(found)), WEIGH])
 
 
 def prediction_words(rows: Sequence[PredictionRow]) -> list[str]:
