@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from plant.airframes import Airframe
 from tuner.analysis.identification.fit import Fit, Problem, foreseen
-from tuner.analysis.identification.identify import GIVEN, airborne, counted_outputs, gridded_stretches, unexcited
+from tuner.analysis.identification.identify import (
+    GIVEN,
+    airborne,
+    counted_outputs,
+    gridded_stretches,
+    unexcited,
+    wider_than_prior,
+)
 from tuner.analysis.identification.parameters import Space
 from tuner.analysis.identification.prediction import windowed
 from tuner.analysis.identification.samples import OUTPUTS
@@ -59,4 +66,9 @@ def foresee(log: FlightLog, airframe: Airframe, space: Space, truth: Array) -> F
     first = foreseen(problem, truth, free)
     reasons = unexcited(first, windowed(problem, truth, held_out=False))
     free &= np.array([name not in reasons for name in space.names])
-    return Foresight(foreseen(counted_outputs(problem, reasons), truth, free), reasons)
+    fit = foreseen(counted_outputs(problem, reasons), truth, free)
+    while wider := wider_than_prior(fit, free):
+        reasons |= wider
+        free &= np.array([name not in wider for name in space.names])
+        fit = foreseen(counted_outputs(problem, reasons), truth, free)
+    return Foresight(fit, reasons)

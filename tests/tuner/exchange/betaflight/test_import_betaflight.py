@@ -10,6 +10,8 @@ from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.flying_autopilots import attitude_feedback, attitude_gains, betaflight_torque, by_address
 from tests.tuner.exchange.reading import exported, read, same_flight, write
 from tuner.exchange.betaflight.export import FILE, TARGET
+from tuner.exchange.registry import settings_of
+from tuner.exchange.target import Request
 
 DIFF = """
 # version
@@ -261,6 +263,13 @@ def test_files_with_rate_profiles_that_differ_are_read(seed, tmp_path):
         back.controller.airframe.vehicle,
     )
     assert attitude_gains(back.controller)[0] == pytest.approx(flown[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", [0, 3, 4])
+def test_files_with_rate_profiles_that_differ_are_taken_as_previous(seed, tmp_path):
+    file = write(tmp_path, _dump(seed))
+    made = TARGET.export(Request(pid("iris"), "ab" * 32, settings_of(TARGET, ()), file))
+    assert "set p_roll = 51" in made.rollback[FILE].decode()
 
 
 def test_a_gain_of_the_loops_in_two_rate_profiles_is_refused(tmp_path):
