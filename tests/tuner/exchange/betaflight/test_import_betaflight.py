@@ -265,7 +265,7 @@ def test_files_with_rate_profiles_that_differ_are_read(seed, tmp_path):
     assert attitude_gains(back.controller)[0] == pytest.approx(flown[0], rel=1e-6)
 
 
-@pytest.mark.parametrize("seed", [0, 3, 4])
+@pytest.mark.parametrize("seed", [3, 4, 8])
 def test_files_with_rate_profiles_that_differ_are_taken_as_previous(seed, tmp_path):
     file = write(tmp_path, _dump(seed))
     made = TARGET.export(Request(pid("iris"), "ab" * 32, settings_of(TARGET, ()), file))
