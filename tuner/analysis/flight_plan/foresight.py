@@ -29,7 +29,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Foresight:
-    """The fit to be expected of a flight, and name of a number -> why it would stay at its prior."""
+    """The fit to be expected of a flight, and name of a number -> why it would not be identified."""
 
     fit: Fit
     reasons: dict[str, str]
@@ -67,8 +67,4 @@ def foresee(log: FlightLog, airframe: Airframe, space: Space, truth: Array) -> F
     reasons = unexcited(first, windowed(problem, truth, held_out=False))
     free &= np.array([name not in reasons for name in space.names])
     fit = foreseen(counted_outputs(problem, reasons), truth, free)
-    while wider := wider_than_prior(fit, free):
-        reasons |= wider
-        free &= np.array([name not in wider for name in space.names])
-        fit = foreseen(counted_outputs(problem, reasons), truth, free)
-    return Foresight(fit, reasons)
+    return Foresight(fit, reasons | wider_than_prior(fit, free))

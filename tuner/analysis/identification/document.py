@@ -52,10 +52,11 @@ def identification_document(
     """Return the document; file: of the airframe that was written; before: earlier logs, whose posterior was the prior."""
     fit, uncertainty = found.fit, uncertainty_of(found)
     deviations = np.sqrt(np.diag(fit.covariance)).tolist()
+    reasons = found.wider | found.reasons
     rows = zip(found.space.parameters[: found.space.physical], fit.point.tolist(), deviations, strict=False)
     return IdentificationDocument(
         airframe=found.airframe.name, file=file, logs=[log_row(log) for log in found.logs],
-        numbers=[_number(entry, value, deviation, found.reasons.get(entry.name, "")) for entry, value, deviation in rows],
+        numbers=[_number(entry, value, deviation, reasons.get(entry.name, "")) for entry, value, deviation in rows],
         curve=_curve(found), uncertainty=list(uncertainty.names), deviations=list(uncertainty.deviations),
         correlation=[list(row) for row in uncertainty.correlation], horizon=HORIZON,
         prediction=prediction_rows(found),
@@ -159,13 +160,15 @@ def gyro_noise(logs: Sequence[FlightLog]) -> list[float]:
 def verdict(found: Identified) -> str:
     """Return in words what was identified, what was not, and what to do about it."""
     names = [entry.name for entry in found.space.parameters[: found.space.physical]]
-    told = [name for name in names if name not in found.reasons]
+    told = [name for name in names if name not in found.reasons and name not in found.wider]
     left = [name for name in names if name in found.reasons and name not in GIVEN]
     said = (
         [f"{len(told)} numbers identified: {', '.join(told)}."] if told else ["The data tell nothing of this vehicle."]
     )
     if left:
         said.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would tell.")
+    if found.wider:
+        said.append(f"No better known than before: {', '.join(found.wider)}.")
     return " ".join([*said, *prediction_words(prediction_rows(found)), WEIGH])
 
 

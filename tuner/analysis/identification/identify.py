@@ -54,6 +54,7 @@ class Identified:
 
     fit: to all of the logs. early: to what was not kept back; judging: of early on what was. problem: behind early.
     regressions: inertias about x, y, z, both ways. reasons: name of a number -> why it stays at its prior.
+    wider: name of a number -> how much wider than its prior it came out; it stays in the fit, for others hang on it.
     """
 
     airframe: Airframe
@@ -64,6 +65,7 @@ class Identified:
     judging: Judged
     regressions: tuple[TwoWays, ...]
     reasons: dict[str, str]
+    wider: dict[str, str]
 
     @property
     def windows(self) -> Windows:
@@ -104,14 +106,9 @@ def identify_vehicle(
     reasons = {**unexcited(early, seen), **impossible(early)}
     part, whole = counted_outputs(part, reasons), counted_outputs(whole, reasons)
     free &= np.array([name not in reasons for name in space.names])
-    given = np.array([name in GIVEN for name in space.names])
-    start = np.where(free | given, early.point, space.centre)
+    start = np.where(free | np.array([name in GIVEN for name in space.names]), early.point, space.centre)
     early = fitted(part, start, free, _share(told, 1))
     fit = fitted(whole, early.point, free, _share(told, 2))
-    while wider := wider_than_prior(fit, free):
-        reasons |= wider
-        free &= np.array([name not in wider for name in space.names])
-        fit = fitted(whole, np.where(free | given, fit.point, space.centre), free, _share(told, 2))
     return Identified(
         airframe,
         tuple(flights),
@@ -121,6 +118,7 @@ def identify_vehicle(
         judged(early, part),
         both_ways(space, fit.point, samples, vehicle),
         {name: why for name, why in reasons.items() if name in GIVEN or name not in told_before(space)},
+        wider_than_prior(fit, free),
     )
 
 
@@ -172,11 +170,11 @@ def unexcited(fit: Fit, seen: Windows) -> dict[str, str]:
 
 
 def wider_than_prior(fit: Fit, free: NDArray[np.bool_]) -> dict[str, str]:
-    """Return the identified numbers whose interval is wider than their prior's, with the reason: they are not identified."""
+    """Return the fitted numbers whose interval is wider than their prior's, with the reason: they are not identified."""
     space = fit.space
     ratio = np.sqrt(np.diag(fit.covariance)) / space.wide
     return {
-        name: f"its interval would be {100.0 * ratio[k]:.0f} % of the prior's"
+        name: f"its interval is {100.0 * ratio[k]:.0f} % of the prior's: no better known than before"
         for k, name in enumerate(space.names[: space.physical])
         if free[k] and ratio[k] > 1.0
     }

@@ -250,7 +250,7 @@ def test_a_number_wider_than_its_prior_is_not_identified(identified):
     wide = found.fit.covariance.copy()
     wide[k, k] = (1.3 * found.space.wide[k]) ** 2
     assert wider_than_prior(replace(found.fit, covariance=wide), free) == {
-        "lag_up": "its interval would be 130 % of the prior's"
+        "lag_up": "its interval is 130 % of the prior's: no better known than before"
     }
 
 
