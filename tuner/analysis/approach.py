@@ -9,22 +9,44 @@ from math import ceil, isfinite, log
 import numpy as np
 
 from objectives.margins.quantities import QUANTITIES
+from plant.errors import InputError
 from tuner.analysis.margins.document import limited_row
 from tuner.analysis.margins.limits import LIMITS, LoopLimit
 from tuner.analysis.margins.readings import Subject
 from tuner.documents.margins import LimitRow
 
 Array = np.ndarray
-# A gain changes by at most half in a step, unless that takes too many.
+# A gain changes by at most half in a step, unless that takes too many; most steps where the size of one is given.
 MOST_FACTOR, MOST_STEPS = 1.5, 8
+MOST_ASKED = 32
+# Least and largest share of itself by which a gain may be asked to change in a step.
+STEP_SHARES = (0.05, 1.0)
 # Relative; a margin that is the same at both ends must not fall short by rounding on the way.
 ROUNDING = 1e-9
 
 
 def steps_between(present: Array, tuned: Array) -> int:
     """Return how many steps lead from one gains row (g,) to another."""
-    factors = factors_between(present, tuned)
-    return min(max(ceil(log(float(np.max(factors, axis=0, initial=1.0))) / log(MOST_FACTOR) - ROUNDING), 1), MOST_STEPS)
+    return min(steps_of_factor(present, tuned, MOST_FACTOR), MOST_STEPS)
+
+
+def steps_of_size(present: Array, tuned: Array, share: float) -> int:
+    """Return the steps from one gains row (g,) to another in which no gain changes by more than a share of itself."""
+    low, high = STEP_SHARES
+    if not low <= share <= high:
+        raise InputError(f"given {share:g}; a step changes gains by {low:g} to {high:g} of themselves", key="--step")
+    steps = steps_of_factor(present, tuned, 1.0 + share)
+    if steps > MOST_ASKED:
+        raise InputError(
+            f"given {share:g}, which takes {steps} steps; allowed are {MOST_ASKED}: give a larger step", key="--step"
+        )
+    return steps
+
+
+def steps_of_factor(present: Array, tuned: Array, most: float) -> int:
+    """Return the steps from one gains row (g,) to another in which no gain that keeps its sign changes by more than a factor."""
+    largest = float(np.max(factors_between(present, tuned), axis=0, initial=1.0))
+    return max(ceil(log(largest) / log(most) - ROUNDING), 1)
 
 
 def factors_between(before: Array, after: Array) -> Array:

@@ -1,15 +1,16 @@
 """Monte Carlo fans: what the axes and rotors do over many scenarios, as 5 %, 50 % and 95 % at every instant."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import singledispatch
-from math import cos, radians
+from math import atan, cos, pi, radians, sin
 from typing import Any
 
 import numpy as np
 
 from objectives.plant_system import PlantSystem
 from objectives.system import System
+from plant.air.intensity import wind_at_20_feet
 from plant.air.spec import AirSpec
 from plant.attitude import euler_angles
 from plant.backends.array import rebinder
@@ -17,9 +18,11 @@ from plant.backends.flyer import FlightInputs, Flyer
 from plant.closed_loop import Limits
 from plant.loop import Timing
 from plant.nominal import nominal
-from plant.records import paths, rows, size
+from plant.records import flatten, paths, rows, size
 from plant.references.steps import Steps
+from plant.rigid_body import dynamics
 from plant.scenarios import ScenarioSpec
+from plant.trim import steady_flight, within_limits
 from plant.vectors import Quaternion
 from tuner.gains import Controller
 from tuner.store.columns import Columns, stacked
@@ -167,8 +170,26 @@ SCENARIO = ScenarioSpec(
     "steps in a fresh breeze", 10.0, Steps(x=1.0, y=-1.0, z=0.5, yaw_deg=20.0, time=0.5), AirSpec(intensity="light"),
 )  # fmt: skip
 """Default scenario of commands without a study: one metre steps and a turn of 20 deg in a fresh breeze at 10 m, for 10 s."""
+# Share of the tilt limit that holding against the mean wind may take: gusts and steps need the rest.
+TRIM_SHARE = 2.0 / 3.0
+# Shares of the fresh breeze, the strongest first.
+BREEZES = np.linspace(1.0, 0.0, 21)
 LIMITS = Limits(5.0, cos(radians(80.0)))
 """Largest position error [m] and cosine of the largest tilt."""
+
+
+def usual_scenario(system: System) -> ScenarioSpec:
+    """Return the usual steps in the strongest wind, up to a fresh breeze, that leaves the tilt limit room for gusts."""
+    air, limit = SCENARIO.air, atan(system.nominal.tilt_tangent)
+    ways = np.array([[cos(angle), sin(angle), 0.0] for angle in (0.0, 0.25 * pi, 0.5 * pi)])
+    winds = (air.wind_speed * BREEZES[:, None, None] * ways).reshape(-1, 3)
+    flight = steady_flight(np.repeat([flatten(dynamics(system.vehicle))], len(winds), axis=0), winds)
+    held = within_limits(flight, system.nominal) & (flight.tilt <= TRIM_SHARE * limit)
+    share = float(BREEZES[held.reshape(len(BREEZES), -1).all(axis=1)].max(initial=0.0))
+    if share == 1.0:
+        return SCENARIO
+    milder = replace(air, intensity=share * wind_at_20_feet(air.intensity))
+    return replace(SCENARIO, name=f"steps in a wind of {milder.wind_speed:.2g} m/s", air=milder)
 
 
 def system_of(controller: Controller, limits: Limits = LIMITS) -> System:

@@ -18,7 +18,7 @@ from plant.errors import InputError
 from plant.gains import gain_addresses
 from plant.scenarios import HELD_OUT
 from plant.vectors import Vec3
-from tuner.analysis.approach import factors_between, falls_short, rows_between, steps_between
+from tuner.analysis.approach import factors_between, falls_short, rows_between, steps_between, steps_of_size
 from tuner.analysis.margins.document import margins_document
 from tuner.analysis.margins.readings import Subject, subject_of
 from tuner.api.exporting import Options, export
@@ -37,6 +37,7 @@ if TYPE_CHECKING:
 
 METRICS = ("rms.position", "rms.attitude", "travel", "saturation")
 """Metrics that a log shows of a flight, predicted for every step."""
+FAILURE = "failure"
 SEED = 1
 # Flights of the check that an export makes of every step's rounding.
 CHECKED = 16
@@ -59,7 +60,7 @@ class Approach(Documented):
 
     @property
     def passed(self) -> bool:
-        """Whether every step is stable and no margin falls short."""
+        """Whether every step is stable, no margin falls short and no flight is lost."""
         return self.document.passed
 
     @cached_property
@@ -68,7 +69,9 @@ class Approach(Documented):
         return frame([{"share": step.share, **step.gains} for step in self.document.steps], "share")
 
     def _repr_html_(self) -> str:
-        kept = "Every step keeps its margins." if self.passed else "A margin falls short on the way."
+        kept = (
+            "Every step keeps its margins." if self.passed else "A margin falls short, or flights are lost, on the way."
+        )
         return shown(f"{len(self.gains) - 1} steps to the tuned gains", [kept], self.table)
 
 
@@ -77,6 +80,7 @@ def approach(
     tuned: GainsLike,
     *,
     steps: int | None = None,
+    step: float | None = None,
     study: StudyLike | None = None,
     flights: int = 64,
     to: str | None = None,
@@ -91,6 +95,7 @@ def approach(
         present: What the vehicle flies now: gains, or a gains.json, as `import_gains` gives them.
         tuned: The tuned gains, of the same laws at the same control period.
         steps: How many; by default few enough that no gain changes by more than half in one, at most 8.
+        step: Largest change of a gain in a step as a share of itself, in place of steps; PX4 advises 0.2 to 0.3.
         study: Study whose first scenario the steps fly; by default one metre steps in a fresh breeze.
         flights: Flights of every step.
         to: Target that every step is exported to.
@@ -117,7 +122,10 @@ def approach(
     before, after = as_gains(present), as_gains(tuned)
     _check_alike(before.controller, after.controller)
     first, last = (np.array(each.controller.gains) for each in (before, after))
-    rows = rows_between(first, last, steps_between(first, last) if steps is None else steps)
+    if steps is not None and step is not None:
+        raise InputError("say how many steps, or how large: give --steps or --step")
+    usual = steps_between(first, last) if step is None else steps_of_size(first, last, step)
+    rows = rows_between(first, last, usual if steps is None else steps)
     between = [gains_of(replace(after.controller, gains=tuple(row.tolist())), {}) for row in rows[1:-1]]
     sortie = prepare(after.controller, study, 0, SEED)
     folder = None if out is None else Folder.create(Path(out), inside="", empty=True)
@@ -132,14 +140,14 @@ def approach(
 def _document(
     before: Gains, after: Gains, sortie: Sortie, rows: np.ndarray, flights: int, watcher: Watcher
 ) -> ApproachDocument:
-    expected = _flown(sortie, rows, flights, watcher)
+    flown = _flown(sortie, rows, flights, watcher)
     subjects = _subjects(after.controller, rows)
-    found = [_step(rows, k, subjects, expected[k]) for k in range(len(rows))]
+    found = [_step(rows, k, subjects, flown[k]) for k in range(len(rows))]
     return ApproachDocument(
         format=APPROACH_FORMAT, version=APPROACH_VERSION, airframe=after.airframe,
         laws=LawNames(position=after.laws["position"], attitude=after.laws["attitude"]),
         scenario=sortie.spec.name, flights=flights, steps=found, notes=_differing(before.controller, after.controller),
-        passed=all(step.stable and not step.short for step in found),
+        passed=all(step.stable and not step.short and not step.lost for step in found),
     )  # fmt: skip
 
 
@@ -185,28 +193,39 @@ def _subjects(controller: Controller, rows: np.ndarray) -> list[Subject]:
     ]
 
 
-def _flown(sortie: Sortie, rows: np.ndarray, flights: int, watcher: Watcher) -> list[list[Expected]]:
+@dataclass(frozen=True)
+class StepFlights:
+    """What the flights of a step measure, and how many of them are lost."""
+
+    expected: list[Expected]
+    lost: int
+
+
+def _flown(sortie: Sortie, rows: np.ndarray, flights: int, watcher: Watcher) -> list[StepFlights]:
     """Return what every gains row measures in flights through the same air."""
-    objectives = tuple(Objective(parse(name), Risk("mean")) for name in METRICS)
+    objectives = tuple(Objective(parse(name), Risk("mean")) for name in (*METRICS, FAILURE))
     problem = Problem(sortie.system, DecisionSpace((), (), tuple(rows[0].tolist())), objectives, (), sortie.root)
     if not problem.flyer.cached:
         with compilation(watcher):
             problem.warm_up(rows[0], sortie.spec)
     scores = problem.evaluate_gains(rows, (FlightBatch(sortie.spec, HELD_OUT, flights),)).scores
-    low, median, high = np.quantile(scores, (0.05, 0.5, 0.95), axis=-1)
+    lost = scores[:, -1] > 0.0
     return [
-        [
-            Expected(
-                metric=objective.metric.text, unit=objective.metric.unit, median=float(median[k, i]), low=float(low[k, i]),
-                high=float(high[k, i]),
-            )
-            for i, objective in enumerate(objectives)
-        ]
-        for k in range(len(rows))
-    ]  # fmt: skip
+        StepFlights(
+            [_expected(objective, values[~gone]) for objective, values in zip(objectives[:-1], measured, strict=False)],
+            int(gone.sum()),
+        )
+        for measured, gone in zip(scores, lost, strict=True)
+    ]
 
 
-def _step(rows: np.ndarray, k: int, subjects: list[Subject], expected: list[Expected]) -> StepOfApproach:
+def _expected(objective: Objective, values: np.ndarray) -> Expected:
+    """Return the median and 90 % of the values of completed flights; nothing without any."""
+    low, median, high = (float(end) for end in np.quantile(values, (0.05, 0.5, 0.95))) if len(values) else [None] * 3
+    return Expected(metric=objective.metric.text, unit=objective.metric.unit, median=median, low=low, high=high)
+
+
+def _step(rows: np.ndarray, k: int, subjects: list[Subject], flown: StepFlights) -> StepOfApproach:
     subject = subjects[k]
     addresses = [gain.address for gain in gain_addresses(subject.controller.cascade)]
     factors = factors_between(rows[max(k - 1, 0)], rows[k])
@@ -216,7 +235,7 @@ def _step(rows: np.ndarray, k: int, subjects: list[Subject], expected: list[Expe
         share=k / (len(rows) - 1), gains=dict(zip(addresses, rows[k].tolist(), strict=True)),
         gain=addresses[most] if factors[most] > 1.0 else None, factor=float(factors[most]),
         stable=all(channel.stable for channel in channels), channels=channels,
-        short=falls_short(subject, subjects[0], subjects[-1]), expected=expected,
+        short=falls_short(subject, subjects[0], subjects[-1]), expected=flown.expected, lost=flown.lost,
     )  # fmt: skip
 
 

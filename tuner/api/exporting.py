@@ -51,7 +51,7 @@ class Exported(Documented):
 
     @property
     def passed(self) -> bool:
-        """Whether rounding breaks no limit that the gains keep."""
+        """Whether rounding breaks no limit that the gains keep, and no flight is lost."""
         return self.made.verification.passed
 
     @cached_property

@@ -15,7 +15,7 @@ from objectives.risk import Risk
 from plant.errors import InputError
 from plant.model.scenario import PlantScenario
 from plant.scenarios import HELD_OUT, ScenarioSpec
-from tuner.analysis.responses import LIMITS, SCENARIO, Responses, fan_table, responses_of, system_of
+from tuner.analysis.responses import LIMITS, Responses, fan_table, responses_of, system_of, usual_scenario
 from tuner.api.frames import Documented, figures, frame, shown
 from tuner.api.gains import Gains, GainsLike, as_gains
 from tuner.api.plant_margins import plant_study
@@ -198,7 +198,8 @@ def prepare(controller: Controller, study: StudyLike | None, scenario: int, seed
     row = np.array(controller.gains)
     laws = f"{controller.cascade.position.name} / {controller.cascade.attitude.name}"
     if study is None:
-        return Sortie(system_of(controller, LIMITS), row, SCENARIO, seed, laws)
+        system = system_of(controller, LIMITS)
+        return Sortie(system, row, usual_scenario(system), seed, laws)
     asked = tuning_study(study, "tuner fly --study")
     return Sortie(system_of(controller, asked.system.limits), row, spec_of(asked, scenario), asked.seed, laws)
 

@@ -75,6 +75,12 @@ def approach(
         int | None,
         typer.Option(help="Steps; by default so many that no gain changes by more than half in one.", min=1, max=32),
     ] = None,
+    step: Annotated[
+        float | None,
+        typer.Option(
+            help="Largest change of a gain in a step, in place of --steps: 0.25 for 25 %; PX4 advises 20 to 30 %."
+        ),
+    ] = None,
     study: Annotated[Path | None, study_option("Fly the first scenario of this study.")] = None,
     flights: Annotated[int, typer.Option(help="Flights of every step.", min=2)] = 64,
     to: Annotated[
@@ -98,7 +104,7 @@ def approach(
     """
     with progress(as_json) as watcher:
         made = tuner.approach(
-            present, tuned, steps=steps, study=study, flights=flights, to=to, options=target_options(change, firmware),
+            present, tuned, steps=steps, step=step, study=study, flights=flights, to=to, options=target_options(change, firmware),
             previous=previous, out=out, watcher=watcher,
         )  # fmt: skip
     answer(made, as_json, 0 if made.passed else BROKEN)

@@ -10,19 +10,19 @@ APPROACH_FORMAT, APPROACH_VERSION = "holdfast-approach", "0.1"
 
 
 class Expected(DocumentPart):
-    """A measurement of the flights of a step: median and the quantiles that hold 90 % of them."""
+    """A measurement of the completed flights of a step: median and the quantiles that hold 90 % of them, null for none."""
 
     metric: str
     unit: str
-    median: float
-    low: float
-    high: float
+    median: float | None
+    low: float | None
+    high: float | None
 
 
 class StepOfApproach(DocumentPart):
     """Gains on the way and what is known of them. share: 0 for what flies now, 1 for the tuned ones; gains: by address;
     factor: by which the gain that moves most has changed since the step before; gain: that gain. short: margins that are worse
-    than allowed; expected: what its flights measure.
+    than allowed; expected: what its flights measure; lost: flights lost, null in files of version 0.2.0 and before.
     """
 
     share: float
@@ -33,10 +33,13 @@ class StepOfApproach(DocumentPart):
     channels: list[ChannelMargins]
     short: list[LimitRow]
     expected: list[Expected]
+    lost: int | None = None
 
 
 class ApproachDocument(Document):
-    """Content of approach.json; passed: every step is stable, and no margin falls short; notes: what differs besides gains."""
+    """Content of approach.json; passed: every step is stable, no margin falls short and no flight is lost; notes: what differs
+    besides gains.
+    """
 
     format: Literal["holdfast-approach"]
     version: Literal["0.1"]

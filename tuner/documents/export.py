@@ -57,15 +57,18 @@ class RoundedMargin(DocumentPart):
 
 
 class RoundedMetric(DocumentPart):
-    """Mean of a metric over the same flights before and after rounding; difference: flight by flight with its 95 % interval."""
+    """Mean of a metric over the same flights before and after rounding; difference: flight by flight with its 95 % interval.
+
+    Flights that one of the two loses are left out, but of `failure`; null where every flight is lost.
+    """
 
     metric: str
     unit: str
-    asked: float
-    held: float
-    difference: float
-    low: float
-    high: float
+    asked: float | None
+    held: float | None
+    difference: float | None
+    low: float | None
+    high: float | None
 
 
 class FilteredLoop(DocumentPart):
@@ -91,7 +94,10 @@ class GyroFilterPart(DocumentPart):
 
 
 class VerificationPart(DocumentPart):
-    """Gains, margins and flights before and after rounding; broken: limits that hold before and not after it."""
+    """Gains, margins and flights before and after rounding; broken: limits that hold before and not after it.
+
+    lost_asked, lost_held: flights lost before and after rounding; null in files of version 0.2.0 and before.
+    """
 
     passed: bool
     broken: list[str]
@@ -99,6 +105,8 @@ class VerificationPart(DocumentPart):
     stream: str
     seed: int
     flights: int
+    lost_asked: int | None = None
+    lost_held: int | None = None
     gains: list[RoundedGain]
     margins: list[RoundedMargin]
     metrics: list[RoundedMetric]

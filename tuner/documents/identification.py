@@ -42,6 +42,7 @@ class PredictionRow(DocumentPart):
 
     covered: share of what was measured inside the 95 % band. correlated: share of the autocorrelations of what the noise model
     leaves over that are beyond their 95 % bound. reach: frequency [Hz] up to which more than half of the power is explained.
+    moved: RMS of what was measured there over that on windows of the fit, null in files of version 0.2.0 and before.
     """
 
     output: str
@@ -51,6 +52,7 @@ class PredictionRow(DocumentPart):
     covered: float
     correlated: float
     reach: float
+    moved: float | None = None
 
 
 class RegressionRow(DocumentPart):

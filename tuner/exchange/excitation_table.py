@@ -43,6 +43,7 @@ EXCITATIONS = ExcitationTarget(
     files,
     (
         "excitation.csv holds set points in FLU: roll right, pitch down and yaw left are positive; height counts from hover.",
+        "Begin with half the amplitude: half of every angle, rate and height.",
         "Send either yaw or its rate, and of height, climb and its acceleration what your vehicle takes.",
     ),
 )

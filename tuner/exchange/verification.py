@@ -15,9 +15,10 @@ from objectives.problem import FlightBatch, Objective, Problem
 from objectives.risk import Risk, paired_difference
 from plant.errors import InputError
 from plant.gains import gain_addresses
+from plant.scenarios import ScenarioSpec
 from plant.seeds import generator
 from tuner.analysis.margins.document import requirements_in
-from tuner.analysis.responses import SCENARIO, system_of
+from tuner.analysis.responses import system_of, usual_scenario
 from tuner.documents.export import (
     FilteredLoop,
     GyroFilterPart,
@@ -33,15 +34,16 @@ from tuner.gains import Controller
 from tuner.search.watcher import Watcher, compilation
 
 STREAM, SEED = "export", 1
+FAILURE = "failure"
 FLIGHTS = 64
-METRICS = ("itae.position", "itae.attitude", "rms.position", "travel", "saturation", "failure")
+METRICS = ("itae.position", "itae.attitude", "rms.position", "travel", "saturation", FAILURE)
 REPLICATES = 400
 
 
 @dataclass(frozen=True)
 class Verification:
     """Rows for gains, margins and flights; broken: labels of limits that hold before rounding and not after it; filter: of
-    `filter_rows`, which rounding does not hold.
+    `filter_rows`, which rounding does not hold; scenario: name of what was flown; lost: flights lost before and after rounding.
     """
 
     gains: list[RoundedGain]
@@ -49,19 +51,22 @@ class Verification:
     metrics: list[RoundedMetric]
     broken: list[str]
     flights: int
+    scenario: str
+    lost: tuple[int, int]
     gyro: GyroFilter | None = None
     filter: tuple[FilteredLoop, ...] = ()
 
     @property
     def passed(self) -> bool:
-        """Whether the target keeps what the gains keep."""
-        return not self.broken
+        """Whether the target keeps what the gains keep, and no flight is lost."""
+        return not self.broken and self.lost == (0, 0)
 
     def document(self) -> VerificationPart:
         """Return everything as a part of export.json."""
         gyro = None if self.gyro is None else GyroFilterPart(**asdict(self.gyro), rows=list(self.filter))
         return VerificationPart(
-            passed=self.passed, broken=self.broken, scenario=SCENARIO.name, stream=STREAM, seed=SEED, flights=self.flights,
+            passed=self.passed, broken=self.broken, scenario=self.scenario, stream=STREAM, seed=SEED, flights=self.flights,
+            lost_asked=self.lost[0], lost_held=self.lost[1],
             gains=self.gains, margins=self.margins, metrics=self.metrics, gyro_filter=gyro,
         )  # fmt: skip
 
@@ -72,11 +77,13 @@ def verify_export(request: Request, bundle: Bundle, flights: int, watcher: Watch
     check_same_structure(asked, held)
     same = asked.gains == held.gains and asked.airframe.vehicle == held.airframe.vehicle
     margins = margin_rows(asked, asked if same else held)
-    metrics = metric_rows(asked, asked if same else held, flights, watcher)
+    flown = fly_both(asked, asked if same else held, flights, watcher)
     broken = [row.label for row in margins if row.kept_asked and not row.kept_held]
-    broken += [row.metric for row in metrics if row.metric == "failure" and row.held > row.asked]
+    broken += [FAILURE] if flown.lost[1] > flown.lost[0] else []
     lag = () if bundle.gyro is None else tuple(filter_rows(held, bundle.gyro))
-    return Verification(gain_rows(asked, held), margins, metrics, broken, flights, bundle.gyro, lag)
+    return Verification(
+        gain_rows(asked, held), margins, flown.rows, broken, flights, flown.scenario, flown.lost, bundle.gyro, lag
+    )
 
 
 def check_same_structure(asked: Controller, held: Controller) -> None:
@@ -128,29 +135,46 @@ def _requirements(controller: Controller) -> list[LimitRow]:
         return []
 
 
-def metric_rows(asked: Controller, held: Controller, flights: int, watcher: Watcher) -> list[RoundedMetric]:
-    """Return mean metrics over the same flights before and after rounding, with the difference flight by flight and its 95 %
-    bootstrap interval.
-    """
+@dataclass(frozen=True)
+class FlownPair:
+    """Mean metrics of the same flights before and after rounding; scenario: its name; lost: flights lost before and after."""
+
+    rows: list[RoundedMetric]
+    scenario: str
+    lost: tuple[int, int]
+
+
+def fly_both(asked: Controller, held: Controller, flights: int, watcher: Watcher) -> FlownPair:
+    """Fly both in the same air; metrics are means over the flights that neither loses, none where every flight is lost."""
     first, second = _problem(asked), _problem(held)
+    spec = usual_scenario(first.system)
     if not first.flyer.cached:
         with compilation(watcher):
-            first.warm_up(np.array(asked.gains), SCENARIO)
+            first.warm_up(np.array(asked.gains), spec)
     watcher.on_stage("Flying before and after rounding", flights * (1 if held is asked else 2))
-    before = _fly(first, asked, flights, watcher)
-    after = before if held is asked else _fly(second, held, flights, watcher)
+    before = _fly(first, asked, spec, flights, watcher)
+    after = before if held is asked else _fly(second, held, spec, flights, watcher)
+    lost = [scores[METRICS.index(FAILURE)] > 0.0 for scores in (before, after)]
+    completed = ~(lost[0] | lost[1])
     rows = []
     for i, name in enumerate(METRICS):
-        low, high = 0.0, 0.0
-        if held is not asked:
-            drawn = generator(SEED, "bootstrap/export", i)
-            low, high = _interval(after[i], before[i], drawn)
-        row = RoundedMetric(
-            metric=name, unit=parse(name).unit, asked=float(before[i].mean(axis=0)), held=float(after[i].mean(axis=0)),
-            difference=float((after[i] - before[i]).mean(axis=0)), low=low, high=high,
-        )  # fmt: skip
-        rows.append(row)
-    return rows
+        among = np.ones(flights, dtype=bool) if name == FAILURE else completed
+        rows.append(_row(i, name, before[i, among], after[i, among], held is not asked))
+    return FlownPair(rows, spec.name, (int(lost[0].sum()), int(lost[1].sum())))
+
+
+def _row(i: int, name: str, before: np.ndarray, after: np.ndarray, rounded: bool) -> RoundedMetric:
+    if len(before) == 0:
+        return RoundedMetric(
+            metric=name, unit=parse(name).unit, asked=None, held=None, difference=None, low=None, high=None
+        )
+    low, high = 0.0, 0.0
+    if rounded:
+        low, high = _interval(after, before, generator(SEED, "bootstrap/export", i))
+    return RoundedMetric(
+        metric=name, unit=parse(name).unit, asked=float(before.mean(axis=0)), held=float(after.mean(axis=0)),
+        difference=float((after - before).mean(axis=0)), low=low, high=high,
+    )  # fmt: skip
 
 
 def _interval(after: np.ndarray, before: np.ndarray, drawn: np.random.Generator) -> tuple[float, float]:
@@ -164,7 +188,7 @@ def _problem(controller: Controller) -> Problem:
     return Problem(system, DecisionSpace((), (), controller.gains), objectives, (), SEED, None)
 
 
-def _fly(problem: Problem, controller: Controller, flights: int, watcher: Watcher) -> np.ndarray:
+def _fly(problem: Problem, controller: Controller, spec: ScenarioSpec, flights: int, watcher: Watcher) -> np.ndarray:
     """Return the metrics (metrics, flights) of a controller on the export's flights."""
-    batches = (FlightBatch(SCENARIO, STREAM, flights),)
+    batches = (FlightBatch(spec, STREAM, flights),)
     return problem.evaluate_gains(np.array([controller.gains]), batches, watcher.on_flights_done).scores[0]

@@ -1,11 +1,16 @@
-"""PX4: angle P around a rate PID, D on the measured angular acceleration, gyro and D low-passes and a notch.
+"""PX4: angle P around a rate PID, D on the derivative of the filtered rate, gyro and D low-passes and a notch.
 
-    w_sp = angle_p (r - y) + r',    w = LP(N(y')),    a = LP_d(N(y')')
+    w_sp = angle_p (r - y) + r',    w = LP(N(y')),    a = LP_d(w')
     tau = p (w_sp - w) + I - d a + ff w_sp,    I' = i (w_sp - w) max(0, 1 - ((w_sp - w)/400 deg/s)^2),  |I| <= i_limit
 
 tau is PX4's normalised torque, `authority` the angular acceleration that a unit of it gives the vehicle, so that p, i, d and ff
 are MC_*RATE_P, _I, _D and _FF. I is in force one period after it is formed; it does not grow further where the allocation
-saturates. In level flight the weight of yaw (MC_YAW_WEIGHT) cancels, see the source. PX4 1.16:
+saturates. In level flight the weight of yaw (MC_YAW_WEIGHT) cancels, see the source.
+
+LP is a Butterworth low-pass of second order, LP_d one of first order (AlphaFilter; the description of IMU_DGYRO_CUTOFF still says
+second), and the rate that is differentiated is the filtered one (pull request PX4/PX4-Autopilot#15018, 2020). PX4 filters and
+differentiates at the gyro's own rate, often 8 kHz, and hands the last sample to the loop; here everything steps with the loop.
+PX4 1.16:
 src/lib/rate_control/rate_control.cpp, src/modules/mc_att_control/AttitudeControl, src/modules/sensors/vehicle_angular_velocity.
 """
 
@@ -16,7 +21,16 @@ from plant.airframes.actuation import actuation
 from plant.airframes.scales import accelerations, px4_factors
 from plant.laws.autopilots.windup import bounded, outward_stopped
 from plant.laws.channel import Applied, Channel, Measured, Setpoint
-from plant.laws.filters import Delays, Section, low_pass, notch, settled_section, step_section
+from plant.laws.filters import (
+    Delays,
+    Section,
+    low_pass,
+    notch,
+    settled_section,
+    stage_share,
+    step_section,
+    step_stage,
+)
 from plant.laws.law import GainInfo, Law, Span
 from plant.primitives import maximum
 from plant.vehicle import Vehicle
@@ -45,7 +59,7 @@ class Gains(NamedTuple):
 
 
 class Constants(NamedTuple):
-    """The gains, with filters as sampled sections."""
+    """The gains, with filters as sampled sections; derivative: share of a new sample."""
 
     angle_p: float
     p: float
@@ -54,18 +68,18 @@ class Constants(NamedTuple):
     ff: float
     i_limit: float
     gyro: Section
-    derivative: Section
+    derivative: float
     notch: Section
     authority: float
 
 
 class Memory(NamedTuple):
-    """integral [1]; previous: last notched rate [y/s]; what the filters keep."""
+    """integral [1]; previous: last filtered rate [y/s]; acceleration: filtered [y/s2]; state of the other filters."""
 
     integral: float
     previous: float
     gyro: Delays
-    derivative: Delays
+    acceleration: float
     notch: Delays
 
 
@@ -79,7 +93,7 @@ def prepare(gains: Gains, h: float) -> Constants:
         gains.ff,
         gains.i_limit,
         low_pass(gains.gyro_cutoff, h),
-        low_pass(gains.d_cutoff, h),
+        stage_share(gains.d_cutoff, h),
         notch(gains.notch, gains.notch_width, h),
         gains.authority,
     )
@@ -92,7 +106,7 @@ def start(constants: Constants, measured: Measured, held: float) -> Memory:
         held / constants.authority,
         rate,
         settled_section(rate, constants.gyro),
-        Delays(0.0, 0.0),
+        0.0,
         settled_section(rate, constants.notch),
     )
 
@@ -119,17 +133,15 @@ def step(
 ) -> tuple[float, Memory]:
     """One control period; the integral takes effect one period after it is formed."""
     notched, kept_notch = step_section(memory.notch, measured.rate, constants.notch)
-    acceleration, kept_derivative = step_section(
-        memory.derivative, (notched - memory.previous) / h, constants.derivative
-    )
     rate, kept_gyro = step_section(memory.gyro, notched, constants.gyro)
+    acceleration = step_stage(memory.acceleration, (rate - memory.previous) / h, constants.derivative)
     asked = constants.angle_p * (setpoint.value - measured.value) + setpoint.rate
     error = asked - rate
     output = constants.p * error + memory.integral - constants.d * acceleration + constants.ff * asked
     integrated = attenuated(outward_stopped(error, channel.b0 * applied.excess, constants.authority), constants)
     integral = limited(memory.integral + h * constants.i * integrated, constants)
     command = constants.authority * output / channel.b0
-    return command, Memory(integral, notched, kept_gyro, kept_derivative, kept_notch)
+    return command, Memory(integral, rate, kept_gyro, acceleration, kept_notch)
 
 
 def on_airframe(vehicle: Vehicle) -> Mapping[str, Mapping[str, float]]:
@@ -179,7 +191,7 @@ LAW = Law(
         ),
         GainInfo(
             "d_cutoff", "IMU_DGYRO_CUTOFF", "Hz", Span(30.0, 10.0, 100.0), Span(5.0, 0.0, 20.0), "linear", SOURCE,
-            "cut-off of the second-order low-pass on the angular acceleration, 0 for none", cutoff=True,
+            "cut-off of the first-order low-pass on the angular acceleration, 0 for none", cutoff=True,
         ),
         GainInfo(
             "notch", "IMU_GYRO_NF0_FRQ", "Hz", Span(0.0, 0.0, 120.0), Span(0.0, 0.0, 40.0), "linear", SOURCE,
@@ -194,8 +206,8 @@ LAW = Law(
             "angular acceleration that a unit of normalised torque gives", exclusive=True, airframe=True,
         ),
     ),
-    sampling="filters: bilinear, cut-off exact; D: backward difference; integral: forward Euler, in force one period after it "
-    "is formed",
+    sampling="filters of the gyro: bilinear, cut-off exact; D: backward difference of the filtered rate, first-order low-pass by "
+    "backward Euler; integral: forward Euler, in force one period after it is formed",
     promises=frozenset({"rejects"}),
     limits=(attenuated, limited),
     shared=dict.fromkeys(("gyro_cutoff", "d_cutoff", "notch", "notch_width"), ("roll", "pitch", "yaw")),

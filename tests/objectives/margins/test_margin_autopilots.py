@@ -42,8 +42,8 @@ def px4(gains: dict[str, float], w: Array, h: float) -> tuple[Complex, Complex]:
     notch = filtered(signal.iirnotch(gains["notch"], gains["notch"] / gains["notch_width"], fs=1.0 / h), w, h)
     on_error = gains["p"] + h * gains["i"] / (z - 1.0)
     on_asked = on_error + gains["ff"]
-    damping = gains["d"] * low_pass(gains["d_cutoff"], w, h) * notch * (1.0 - 1.0 / z) / h
-    on_rate = on_error * low_pass(gains["gyro_cutoff"], w, h) * notch + damping
+    gyro = low_pass(gains["gyro_cutoff"], w, h) * notch
+    on_rate = gyro * (on_error + gains["d"] * stage(gains["d_cutoff"], w, h) * (1.0 - 1.0 / z) / h)
     return gains["authority"] * on_asked * gains["angle_p"], gains["authority"] * on_rate
 
 

@@ -8,7 +8,7 @@ import pytest
 import tuner
 from plant.errors import InputError
 from tests.tuner.in_process import tuner as typed
-from tuner.analysis.approach import MOST_FACTOR, MOST_STEPS, factors_between, rows_between, steps_between
+from tuner.analysis.approach import MOST_FACTOR, MOST_STEPS, factors_between, rows_between, steps_between, steps_of_size
 from tuner.api.gains import Gains, gains_of
 
 
@@ -32,6 +32,29 @@ def test_as_many_steps_as_keep_every_change_small(ratio):
         for a, b in zip(*(rows_between(present, tuned, steps)[i:] for i in (0, 1)), strict=False)
     ]
     assert factors == pytest.approx([ratio ** (1 / steps)] * steps)
+
+
+@pytest.mark.parametrize("share", [0.2, 0.25, 0.3])
+def test_steps_of_a_size_change_no_gain_by_more(share):
+    present, tuned = np.array([2.0, 5.0, 0.5]), np.array([7.0, 2.0, 0.5])
+    steps = steps_of_size(present, tuned, share)
+    rows = rows_between(present, tuned, steps)
+    worst = max(factors_between(a, b).max() for a, b in zip(rows[:-1], rows[1:], strict=True))
+    assert worst <= 1.0 + share + 1e-9
+    fewer = rows_between(present, tuned, steps - 1)
+    assert max(factors_between(a, b).max() for a, b in zip(fewer[:-1], fewer[1:], strict=True)) > 1.0 + share
+
+
+def test_a_step_that_is_none_or_takes_too_many_is_refused(present):
+    after = scaled(present, omega_c=1.2)
+    for step, words in ((0.01, "0.05 to 1"), (5.0, "0.05 to 1")):
+        with pytest.raises(InputError, match=words):
+            tuner.approach(present, after, step=step)
+    with pytest.raises(InputError, match="give a larger step"):
+        steps_of_size(np.array([1.0]), np.array([100.0]), 0.05)
+    with pytest.raises(InputError, match="--steps or --step"):
+        tuner.approach(present, after, step=0.25, steps=3)
+    assert len(tuner.approach(present, after, step=0.1, flights=2).gains) == 3
 
 
 def scaled(gains: Gains, **factors: float) -> Gains:

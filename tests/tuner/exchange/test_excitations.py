@@ -35,6 +35,11 @@ def test_every_target_writes_its_files_and_says_how_to_fly_them(name):
     files = target.files(flight_for(target), CRAFT)
     assert files and all(content.endswith(b"\n") and content.isascii() for content in files.values())
     assert target.notes and all(note.endswith(".") for note in target.notes)
+    # A table of numbers has no room for words.
+    texts = [content.decode() for file, content in files.items() if not file.endswith(".csv")] or [
+        " ".join(target.notes)
+    ]
+    assert all("egin with half the amplitude" in text for text in texts)
 
 
 def test_ardupilot_gets_a_file_for_each_axis_in_its_units(tmp_path):

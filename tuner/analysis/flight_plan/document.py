@@ -6,7 +6,7 @@ import numpy as np
 
 from tuner.analysis.flight_plan.excitation import UNITS, Excitation, begins, length_of
 from tuner.analysis.flight_plan.flying import FLIGHTS
-from tuner.analysis.flight_plan.planning import Experiment, half_widths
+from tuner.analysis.flight_plan.planning import NEARLY, Experiment, half_widths, is_told
 from tuner.documents.flight_plan import FlightPlanDocument, PlannedExcitation, PlannedNumber, PlannedPeak
 from tuner.documents.parts import LawNames
 from tuner.text.numbers import per_cent
@@ -80,13 +80,31 @@ def peaks_of(made: Experiment) -> list[PlannedPeak]:
     ]
 
 
+def width_text(row: PlannedNumber, width: float) -> str:
+    """Return a number with its foreseen width and the one that is asked for."""
+    if row.relative:
+        return f"{row.name} ({per_cent(row.foreseen)} foreseen, {per_cent(width)} asked)"
+    return f"{row.name} ({row.foreseen / width:.2g} times)"
+
+
 def verdict(rows: Sequence[PlannedNumber]) -> str:
     """Return in words what the flight is to tell, what it misses, and what a simulated one told."""
     asked = [(row, row.asked) for row in rows if row.asked is not None]
-    missed = [row.name for row, width in asked if row.foreseen > width]
+    missed = [(row, width) for row, width in asked if row.foreseen > width]
     said = [f"The flight is to tell {counted(len(asked) - len(missed), 'number')} as narrowly as asked."]
-    if missed:
-        said.append(f"A little wider than asked: {listing(missed)}.")
+    untold = [row for row, _ in missed if not is_told(row.foreseen, row.before)]
+    near = [row.name for row, width in missed if row not in untold and row.foreseen <= NEARLY * width]
+    if near:
+        said.append(f"A little wider than asked: {listing(near)}.")
+    wide = [width_text(row, width) for row, width in missed if row not in untold and row.name not in near]
+    if wide:
+        said.append(f"Wider than asked: {listing(wide)}.")
+    if untold:
+        names = listing([row.name for row in untold])
+        said.append(
+            f"It tells nothing of {names}: their intervals stay as wide as before. Allow more (--tilt, --rate), measure them on "
+            "a test stand, or ask for the others alone (--numbers)."
+        )
     ratio = float(np.median([row.obtained / row.foreseen for row, _ in asked]))
     said.append(
         f"Identified from a simulated log of it, intervals were {per_cent(ratio)} as wide as foreseen in the median."

@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from plant.airframes import Airframe
 from tuner.analysis.identification.fit import Fit, Problem, foreseen
-from tuner.analysis.identification.identify import GIVEN, airborne, counted_outputs, gridded_stretches, unexcited
+from tuner.analysis.identification.identify import (
+    GIVEN,
+    airborne,
+    counted_outputs,
+    gridded_stretches,
+    unexcited,
+    wider_than_prior,
+)
 from tuner.analysis.identification.parameters import Space
 from tuner.analysis.identification.prediction import windowed
 from tuner.analysis.identification.samples import OUTPUTS
@@ -22,7 +29,7 @@ Array = NDArray[np.float64]
 
 @dataclass(frozen=True, eq=False)
 class Foresight:
-    """The fit to be expected of a flight, and name of a number -> why it would stay at its prior."""
+    """The fit to be expected of a flight, and name of a number -> why it would not be identified."""
 
     fit: Fit
     reasons: dict[str, str]
@@ -59,4 +66,5 @@ def foresee(log: FlightLog, airframe: Airframe, space: Space, truth: Array) -> F
     first = foreseen(problem, truth, free)
     reasons = unexcited(first, windowed(problem, truth, held_out=False))
     free &= np.array([name not in reasons for name in space.names])
-    return Foresight(foreseen(counted_outputs(problem, reasons), truth, free), reasons)
+    fit = foreseen(counted_outputs(problem, reasons), truth, free)
+    return Foresight(fit, reasons | wider_than_prior(fit, free))

@@ -45,6 +45,8 @@ STILL = 0.5
 """Share of a limit that air and noise alone may take."""
 NEARLY = 1.25
 """Room that is left to the narrowest interval where nobody asks for a number that stays wider than the others may."""
+TELLING = 0.9
+"""Half-width after a flight over that before it, above which the flight tells nothing."""
 FORGIVEN = 0.8
 """Share of an interval that is left by what is weighed and measured beyond which a longer flight is no advice."""
 
@@ -109,10 +111,29 @@ def plan_experiment(
     wish = wish_of(task, question, trials)
     mix = best_mix(trials, space, wish, ability)
     excitations, checked, foresight = _settled(task, question, wish, mix.excitations(lengths_for(mix, wish, ability)))
+    check_told(question, space, wish, foresight)
     told("Identifying the vehicle from a simulated log of it.")
     log = craft.alone.flown(excitations, f"{STREAM}/proof", 1).log(0, "simulated flight")
     proof = identify_vehicle([log], airframe, mass=question.mass, arm=question.arm)
     return Experiment(task, question, excitations, wish, checked, foresight, proof)
+
+
+def is_told(after: float, before: float) -> bool:
+    """Return whether a flight narrows an interval: half-widths after and before it."""
+    return after < TELLING * before
+
+
+def check_told(question: Question, space: Space, wish: Wish, foresight: Foresight) -> None:
+    """Refuse a plan that tells nothing of a number that is named, or of none at all; raises InputError naming them."""
+    after, before = (half_widths(space, deviations) for deviations in (foresight.deviations, space.deviations))
+    untold = [space.names[k] for k in wish.places if not is_told(float(after[k]), float(before[k]))]
+    if not untold or (len(untold) < len(wish.places) and not question.numbers):
+        return
+    raise InputError(
+        f"no flight within these limits tells of {', '.join(untold)}: intervals would be as wide after it as before; allow more "
+        "(--tilt, --rate), give gains that follow faster (--gains), or measure them on a test stand",
+        key="--numbers" if question.numbers else "--within",
+    )
 
 
 def as_known(craft: Craft, space: Space) -> Craft:

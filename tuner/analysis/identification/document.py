@@ -13,7 +13,7 @@ from tuner.analysis.identification.checks import Finding
 from tuner.analysis.identification.identify import GIVEN, Identified
 from tuner.analysis.identification.onward import uncertainty_of
 from tuner.analysis.identification.parameters import NODES, Known, Parameter, space_of
-from tuner.analysis.identification.prediction import HORIZON
+from tuner.analysis.identification.prediction import HORIZON, cut
 from tuner.analysis.identification.samples import OUTPUTS
 from tuner.documents.identification import (
     IdentificationDocument,
@@ -33,11 +33,17 @@ QUANTILE = 1.96
 """Of a 95 % interval, in standard deviations."""
 POOR = 0.5
 """Share of an output's variance below which its prediction on windows kept from the fit is called poor."""
+QUIET = 0.3
+"""RMS of an output on windows kept from the fit, over that on windows of the fit, below which they say nothing of it."""
 LEAST_COVERED, MOST_CORRELATED = 0.8, 0.25
 """Share of what is measured below which the 95 % band is called too narrow; share of autocorrelations beyond their bound above
 which what is left over is not called white.
 """
 UNITS = ("rad/s", "rad/s", "rad/s", "m/s2")
+WEIGH = (
+    "Weigh the vehicle and measure its arms: no log tells mass and arm, and where they are wrong by 5 %, inertias and thrust "
+    "come out wrong by as much, without a sign in the log."
+)
 
 
 def identification_document(
@@ -46,10 +52,11 @@ def identification_document(
     """Return the document; file: of the airframe that was written; before: earlier logs, whose posterior was the prior."""
     fit, uncertainty = found.fit, uncertainty_of(found)
     deviations = np.sqrt(np.diag(fit.covariance)).tolist()
+    reasons = found.wider | found.reasons
     rows = zip(found.space.parameters[: found.space.physical], fit.point.tolist(), deviations, strict=False)
     return IdentificationDocument(
         airframe=found.airframe.name, file=file, logs=[log_row(log) for log in found.logs],
-        numbers=[_number(entry, value, deviation, found.reasons.get(entry.name, "")) for entry, value, deviation in rows],
+        numbers=[_number(entry, value, deviation, reasons.get(entry.name, "")) for entry, value, deviation in rows],
         curve=_curve(found), uncertainty=list(uncertainty.names), deviations=list(uncertainty.deviations),
         correlation=[list(row) for row in uncertainty.correlation], horizon=HORIZON,
         prediction=prediction_rows(found),
@@ -108,9 +115,11 @@ def _is_covariance(matrix: Array) -> bool:
 def prediction_rows(found: Identified) -> list[PredictionRow]:
     """Return how each output that the fit uses is predicted where it did not look."""
     judging, windows = found.judging, found.windows
+    fitted_on = cut(found.problem, [part.measured for part in found.problem.samples], 1.0)
+    moved = np.sqrt(np.mean(windows.measured**2, axis=(0, 1)) / np.mean(fitted_on**2, axis=(0, 1)))
     columns = zip(
         OUTPUTS, windows.explained.tolist(), windows.errors.tolist(), UNITS, judging.covered.tolist(),
-        judging.correlated.tolist(), judging.reach.tolist(), found.problem.outputs, strict=True,
+        judging.correlated.tolist(), judging.reach.tolist(), moved.tolist(), found.problem.outputs, strict=True,
     )  # fmt: skip
     return [
         PredictionRow(
@@ -121,8 +130,9 @@ def prediction_rows(found: Identified) -> list[PredictionRow]:
             covered=covered,
             correlated=correlated,
             reach=reach,
+            moved=share,
         )
-        for name, explained, error, unit, covered, correlated, reach, used in columns
+        for name, explained, error, unit, covered, correlated, reach, share, used in columns
         if used
     ]
 
@@ -150,33 +160,44 @@ def gyro_noise(logs: Sequence[FlightLog]) -> list[float]:
 def verdict(found: Identified) -> str:
     """Return in words what was identified, what was not, and what to do about it."""
     names = [entry.name for entry in found.space.parameters[: found.space.physical]]
-    told = [name for name in names if name not in found.reasons]
+    told = [name for name in names if name not in found.reasons and name not in found.wider]
     left = [name for name in names if name in found.reasons and name not in GIVEN]
     said = (
         [f"{len(told)} numbers identified: {', '.join(told)}."] if told else ["The data tell nothing of this vehicle."]
     )
     if left:
         said.append(f"Left at the prior: {', '.join(left)}; a flight that excites them would tell.")
-    return " ".join([*said, *prediction_words(prediction_rows(found))])
+    if found.wider:
+        said.append(f"No better known than before: {', '.join(found.wider)}.")
+    return " ".join([*said, *prediction_words(prediction_rows(found)), WEIGH])
 
 
 def prediction_words(rows: Sequence[PredictionRow]) -> list[str]:
     """Return in sentences how far the predictions may be believed."""
     if not rows:
         return []
-    poor = [row.output for row in rows if row.explained < POOR]
-    said = [
+    quiet = [row.output for row in rows if row.moved is not None and row.moved < QUIET]
+    poor = [row.output for row in rows if row.explained < POOR and row.output not in quiet]
+    told = [row for row in rows if row.output not in quiet]
+    said = (
+        [f"Windows kept from the fit hold hardly any {listing(quiet)}: they say nothing of its prediction."]
+        if quiet
+        else []
+    )
+    if not told:
+        return said
+    said += [
         f"On windows kept from the fit, {listing(poor)} is predicted poorly: mind these numbers, and fly once more with more "
         "excitation."
         if poor
-        else f"On windows kept from the fit the model explains {per_cent(min(row.explained for row in rows))} or more of what it "
+        else f"On windows kept from the fit the model explains {per_cent(min(row.explained for row in told))} or more of what it "
         "uses."
     ]
-    narrow = [row for row in rows if row.covered < LEAST_COVERED]
+    narrow = [row for row in told if row.covered < LEAST_COVERED]
     if narrow:
         held = listing([f"{per_cent(row.covered)} of {row.output}" for row in narrow])
         said.append(f"Its 95 % band holds only {held} there: parts of the flight are rougher than those of the fit.")
-    coloured = [row.output for row in rows if row.correlated > MOST_CORRELATED]
+    coloured = [row.output for row in told if row.correlated > MOST_CORRELATED]
     said.append(
         f"What it leaves over of {listing(coloured)} is not white: the vehicle does something there that the model lacks."
         if coloured

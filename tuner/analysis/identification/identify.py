@@ -17,6 +17,7 @@ from tuner.analysis.identification.prediction import Windows, fit_masks, windowe
 from tuner.analysis.identification.regression import TwoWays, both_ways, start_of
 from tuner.analysis.identification.samples import OUTPUTS, Samples, gridded
 from tuner.logs.flight_log import FlightLog
+from tuner.text.sentences import counted, listing
 
 Array = NDArray[np.float64]
 Told = Callable[[int, int], None]
@@ -53,6 +54,7 @@ class Identified:
 
     fit: to all of the logs. early: to what was not kept back; judging: of early on what was. problem: behind early.
     regressions: inertias about x, y, z, both ways. reasons: name of a number -> why it stays at its prior.
+    wider: name of a number -> how much wider than its prior it came out; it stays in the fit, for others hang on it.
     """
 
     airframe: Airframe
@@ -63,6 +65,7 @@ class Identified:
     judging: Judged
     regressions: tuple[TwoWays, ...]
     reasons: dict[str, str]
+    wider: dict[str, str]
 
     @property
     def windows(self) -> Windows:
@@ -115,6 +118,7 @@ def identify_vehicle(
         judged(early, part),
         both_ways(space, fit.point, samples, vehicle),
         {name: why for name, why in reasons.items() if name in GIVEN or name not in told_before(space)},
+        wider_than_prior(fit, free),
     )
 
 
@@ -165,6 +169,17 @@ def unexcited(fit: Fit, seen: Windows) -> dict[str, str]:
         reasons[names[worst]] = f"its interval shrinks to {100.0 * ratio[worst]:.0f} % of the prior's only"
 
 
+def wider_than_prior(fit: Fit, free: NDArray[np.bool_]) -> dict[str, str]:
+    """Return the fitted numbers whose interval is wider than their prior's, with the reason: they are not identified."""
+    space = fit.space
+    ratio = np.sqrt(np.diag(fit.covariance)) / space.wide
+    return {
+        name: f"its interval is {100.0 * ratio[k]:.0f} % of the prior's: no better known than before"
+        for k, name in enumerate(space.names[: space.physical])
+        if free[k] and ratio[k] > 1.0
+    }
+
+
 def impossible(fit: Fit) -> dict[str, str]:
     """Return the numbers of yaw with the reason where no vehicle can have them: something else than the rotors turns this one."""
     numbers = fit.space.numbers(fit.point)
@@ -179,7 +194,10 @@ def impossible(fit: Fit) -> dict[str, str]:
 
 
 def airborne(log: FlightLog, airframe: Airframe) -> FlightLog:
-    """Return the longest part of a log with all rotors in flight; InputError where there is none."""
+    """Return the longest flight of a log, in which all rotors carry; says which one where there are others.
+
+    Raises InputError where there is none, or none that is long enough.
+    """
     vehicle = airframe.vehicle
     hover = np.sqrt(vehicle.mass * vehicle.gravity / (4.0 * vehicle.thrust_coefficient)) / vehicle.speed_max
     width = max(ceil(SMOOTHED * log.rate), 1)
@@ -194,13 +212,32 @@ def airborne(log: FlightLog, airframe: Airframe) -> FlightLog:
     # What was cut out of a flight begins and ends in the air.
     first = log.time[begin] + (SETTLED if begin > width else 0.0)
     last = log.time[end] - (SETTLED if end < len(log.time) - 1 - width else 0.0)
+    lengths = [float(log.time[b] - log.time[a]) for a, b in parts]
     if last - first < LEAST_FLIGHT:
-        raise InputError(
+        raise InputError(_no_flight(lengths), file=log.name)
+    flight = log.between(first, last)
+    if len(parts) == 1:
+        return flight
+    texts = listing([f"{length:.1f}" for length in lengths])
+    note = (
+        f"holds {len(parts)} flights, of {texts} s; the longest is used, from {first:.1f} to {last:.1f} s, for a log counts "
+        f"as one flight: give others as {log.name}@BEGIN:END"
+    )
+    return replace(flight, said=(*flight.said, note))
+
+
+def _no_flight(lengths: Sequence[float]) -> str:
+    """Return the reason why flights of these lengths [s] are of no use."""
+    if not lengths:
+        return (
             f"holds no flight of {LEAST_FLIGHT:g} s: commands stay below {100.0 * AIRBORNE:.0f} % of the airframe's hover; "
-            "fly longer, or check the airframe and the scale of the commands",
-            file=log.name,
+            "fly longer, or check the airframe and the scale of the commands"
         )
-    return log.between(first, last)
+    return (
+        f"holds no flight that is long enough: {counted(len(lengths), 'flight')}, of "
+        f"{listing([f'{length:.1f}' for length in lengths])} s, of which {SETTLED:g} s at take-off and at landing are left out, "
+        f"and {LEAST_FLIGHT:g} s must be left; fly {LEAST_FLIGHT + 2.0 * SETTLED + SMOOTHED:g} s or longer"
+    )
 
 
 def _share(told: Told | None, stage: int) -> Told | None:

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 from objectives.margins.quantities import QUANTITIES
 from tuner.cli.tables import TerminalTable
 from tuner.cli.terminal import Console
-from tuner.documents.approach import StepOfApproach
+from tuner.documents.approach import Expected, StepOfApproach
 from tuner.documents.margins import ChannelMargins, LimitRow
 
 if TYPE_CHECKING:
@@ -19,6 +19,11 @@ MARGINS = ("phase_margin", "gain_up", "ms")
 def print_approach(made: "Approach", console: Console) -> None:
     """Print the steps, what their flights measure, what falls short, and how to go about it."""
     document = made.document
+    for k, step in enumerate(document.steps):
+        if step.lost:
+            console.print(
+                f"Step {k}: {step.lost} of {document.flights} flights lost in {document.scenario}; do not fly it."
+            )
     console.print(steps_table(document.steps))
     console.print(expected_table(document.steps, f"{document.scenario}, {document.flights} flights"))
     for k, step in enumerate(document.steps):
@@ -73,13 +78,18 @@ def ring_of(step: StepOfApproach) -> str:
 
 
 def expected_table(steps: list[StepOfApproach], where: str) -> TerminalTable:
-    """Return what the flights of each step measure: median, and the range of 90 % of them."""
+    """Return what the flights of each step that are not lost measure: median, and the range of 90 % of them."""
     table = TerminalTable(f"What to expect: {where}, median and 90 % of them", keys=1)
     table.columns_of("step", *[f"{each.metric} [{each.unit}]".replace(" [1]", "") for each in steps[0].expected])
     for k, step in enumerate(steps):
-        cells = [f"{each.median:.3g} [{each.low:.3g}, {each.high:.3g}]" for each in step.expected]
+        cells = [range_of(each) for each in step.expected]
         table.add_row(str(k), *cells)
     return table
+
+
+def range_of(row: Expected) -> str:
+    """Return the median of a measurement with the range of 90 %."""
+    return "-" if row.median is None else f"{row.median:.3g} [{row.low:.3g}, {row.high:.3g}]"
 
 
 def said_of(row: LimitRow) -> str:

@@ -34,6 +34,9 @@ def print_export(made: "Exported", _: Console) -> None:
     def say(text: str) -> None:
         console.print(text, soft_wrap=not console.is_terminal)
 
+    verification = document.verification
+    for sentence in lost_flights(verification):
+        say(sentence)
     say(f"{document.target_version}: {laws} for {made.made.airframe}")
     if document.experimental:
         say(f"Experimental: {document.experimental}")
@@ -41,7 +44,6 @@ def print_export(made: "Exported", _: Console) -> None:
         console.print(parameters_table(document.parameters))
         if any(option in document.settings for option in VEHICLE_OPTIONS):
             say(said_of_before(document))
-    verification = document.verification
     console.print(changes_table(verification))
     say(said_of_margins(verification))
     for sentence in said_of_filter(verification):
@@ -109,8 +111,19 @@ def changes_table(verification: VerificationPart) -> TerminalTable:
     for row in map(in_shown_units, changed_margins(verification)):
         table.add_row(row.label, row.unit, bound_text(row), _shown(row.asked), _shown(row.held))
     for row in verification.metrics:
-        table.add_row(f"mean({row.metric})", row.unit, "", _shown(row.asked), _shown(row.held))
+        table.add_row(
+            f"mean({row.metric})", row.unit, "", *("-" if x is None else _shown(x) for x in (row.asked, row.held))
+        )
     return table
+
+
+def lost_flights(verification: VerificationPart) -> list[str]:
+    """Return a sentence on flights that are lost, nothing where none is."""
+    asked, held = verification.lost_asked or 0, verification.lost_held or 0
+    if not asked and not held:
+        return []
+    count = str(asked) if asked == held else f"{asked} as tuned and {held} as the target holds it"
+    return [f"{count} of {verification.flights} flights lost in {verification.scenario}: do not fly these gains."]
 
 
 def changed_margins(verification: VerificationPart) -> list[RoundedMargin]:

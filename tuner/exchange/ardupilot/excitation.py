@@ -42,7 +42,10 @@ def files(excitations: Sequence[Excitation], craft: Craft) -> Mapping[str, bytes
         f"{k}_{entry.axis}.param": write_param(
             parameters(entry, craft),
             "comma",
-            (f"{entry.axis}: load it, hover, switch to SYSTEMID, and back when it is over",),
+            (
+                f"{entry.axis}: load it, hover, switch to SYSTEMID, and back when it is over",
+                f"begin with half the amplitude: SID_MAGNITUDE {0.5 * parameters(entry, craft)['SID_MAGNITUDE']:g}",
+            ),
         )
         for k, entry in enumerate(excitations, start=1)
     }

@@ -26,7 +26,6 @@ from tuner.exchange.autopilot.assembly import (
     LOOPS,
     POSITION_FILTER,
     absent_note,
-    control_period,
     curve,
     unused_note,
     version_note,
@@ -34,8 +33,17 @@ from tuner.exchange.autopilot.assembly import (
 from tuner.exchange.autopilot.cascade import ParameterFile, cascade_for, imported
 from tuner.exchange.autopilot.parameters import defaults, stated
 from tuner.exchange.target import FIRMWARE, ImportedController, Importer, Option
+from tuner.gains.ranges import LONGEST, SHORTEST
 
 VERSION = Option(FIRMWARE, "version of ArduPilot Copter that the file is of: names and units differ", FIRMWARES)
+LOOP_RATE, USUAL_RATE = "SCHED_LOOP_RATE", 400.0
+# Control period that stands for the file's loop rate.
+PERIOD, OF_FILE = "control_period", "0"
+LOOP_PERIOD = Option(
+    PERIOD,
+    f"period of our controller, s; 0: that of {LOOP_RATE} in the file, 0.0025 where it is not there",
+    default=OF_FILE,
+)
 # Versions that a firmware's names and units hold for.
 READ_AS = {"4.6": ("4.5", "4.6"), "4.7": ("4.7", "4.8")}
 
@@ -50,6 +58,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
     modern = modernised(plain, file)
     check_age(modern, dialect, file)
     given, target = modern.values, _target(dialect, modern)
+    asked, settings = settings, _timed(settings, given, file)
     cascade = cascade_for(dialect, settings)
     ardupilot = ArduPilot(dialect.flying(cascade), airframe.vehicle, actuation(airframe.vehicle, curve(settings)))
     values = ardupilot.completed(given)
@@ -65,6 +74,7 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         *_old_notes(modern),
         *absent_note(given, defaults(dialect.table), dialect.name),
         f"The PI on the vertical acceleration has K = {accel:.3g}; our z gains have the same poles without it.",
+        *_rate_note(asked, given),
     )
     later_notes = (
         *unused_note(values, feed, "Feed-forward is left out"),
@@ -76,8 +86,33 @@ def read(file: Path, airframe: Airframe, settings: Mapping[str, str]) -> Importe
         ),
     )
     known = [name for name in given if name in dialect.table or name.startswith(AROUND)]
-    described = ParameterFile(file, given, target, known, notes, later_notes)
+    told = asked[PERIOD] == OF_FILE and LOOP_RATE in given
+    described = ParameterFile(file, given, target, known, notes, later_notes, tells_period=told)
     return imported(ardupilot, described, airframe, cascade, settings, values)
+
+
+def _timed(settings: Mapping[str, str], given: Mapping[str, float], file: Path) -> Mapping[str, str]:
+    """Return the settings with the control period of the file's loop rate, where no period is set."""
+    if settings[PERIOD] != OF_FILE:
+        return settings
+    rate = given.get(LOOP_RATE, USUAL_RATE)
+    if not 1.0 / LONGEST <= rate <= 1.0 / SHORTEST:
+        raise InputError(
+            f"given {rate:g} Hz; loops of {1.0 / LONGEST:g} to {1.0 / SHORTEST:g} Hz can be read",
+            file=file,
+            key=LOOP_RATE,
+        )
+    return {**settings, PERIOD: f"{1.0 / rate:.9g}"}
+
+
+def _rate_note(asked: Mapping[str, str], given: Mapping[str, float]) -> tuple[str, ...]:
+    """Return a sentence on the loop rate of the file."""
+    if LOOP_RATE not in given:
+        return ()
+    rate = f"{LOOP_RATE} = {given[LOOP_RATE]:g} Hz"
+    if asked[PERIOD] == OF_FILE:
+        return (f"The control period is that of {rate}.",)
+    return (f"The control period is {asked[PERIOD]} s as set, and {rate} of the file is not.",)
 
 
 def check_version(version: str | None, dialect: Dialect, file: Path) -> None:
@@ -130,6 +165,6 @@ def _named(dialect: Dialect, rate_term: str, *roles: str) -> tuple[str, ...]:
 IMPORTER = Importer(
     name="ardupilot",
     title="ArduPilot Copter 4.6 or 4.7, parameter file",
-    options=(VERSION, control_period("0.0025"), LOOPS, CURVE, ATTITUDE_FILTER, POSITION_FILTER, DERIVATIVE),
+    options=(VERSION, LOOP_PERIOD, LOOPS, CURVE, ATTITUDE_FILTER, POSITION_FILTER, DERIVATIVE),
     read=read,
 )

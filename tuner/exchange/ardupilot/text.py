@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from plant.errors import InputError
+from tuner.exchange.autopilot.frames import check_ardupilot_frame
 from tuner.exchange.autopilot.parameters import (
     as_bytes,
     check_stack,
@@ -58,6 +59,7 @@ def read_param(file: Path) -> dict[str, float]:
         enter(values, parts[1], single(read_number(parts[2], parts[1], file)), file)
     if not values:
         raise InputError(f"holds no parameter; give {WHAT}", file=file)
+    check_ardupilot_frame(values, file)
     return values
 
 

@@ -69,12 +69,13 @@ def filters(settings: Mapping[str, str]) -> dict[str, float]:
     return {axis: attitude if axis in ATTITUDE_AXES else position for axis in AXES}
 
 
-def assumed_note(settings: Mapping[str, str]) -> str:
-    """Return the sentence about what no parameter file tells."""
+def assumed_note(settings: Mapping[str, str], tells_period: bool = False) -> str:
+    """Return the sentence about what a parameter file does not tell; tells_period: it has our control period."""
+    period = "" if tells_period else f"our control period (taken as {settings['control_period']} s) and "
     return (
-        f"The file does not tell our control period (taken as {settings['control_period']} s) and our derivative filters "
+        f"The file does not tell {period}our derivative filters "
         f"({settings[ATTITUDE_FILTER.name]} s in the attitude, {settings[POSITION_FILTER.name]} s in the position loops): "
-        "give --set control_period, attitude_filter, position_filter."
+        f"give --set {'' if tells_period else 'control_period, '}attitude_filter, position_filter."
     )
 
 

@@ -293,6 +293,7 @@ class ParameterFile:
 
     values: as given, by the names that the autopilot has for them. target: what a record calls the autopilot. known: parameters
     that act in the loops. notes, later_notes: what the autopilot has to say of the file, before and after the added inertia.
+    tells_period: whether the control period is the file's.
     """
 
     path: Path
@@ -301,6 +302,7 @@ class ParameterFile:
     known: Collection[str]
     notes: tuple[str, ...]
     later_notes: tuple[str, ...]
+    tells_period: bool = False
 
 
 def cascade_for(version: ParameterSet, settings: Mapping[str, str]) -> Cascade:
@@ -336,7 +338,7 @@ def imported(
         *read.later_notes,
         *tilt_note(tilt, tilt_name),
         *kept_notes(record, untouched),
-        *((assumed_note(settings),) if "x" in autopilot.version.names else ()),
+        *((assumed_note(settings, read.tells_period),) if "x" in autopilot.version.names else ()),
     )
     found = with_authorities(by_default(airframe, cascade, tilt, settings), autopilot.units(values))
     gains = {**autopilot.to_gains(values, filters(settings), counted), **autopilot.own_gains(values, found)}

@@ -17,6 +17,10 @@ from tuner.exchange.excitation_target import ExcitationTarget
 AXES = ("roll", "pitch", "yaw")
 FLAT = 30
 """Both frequencies of the filter [Hz]."""
+HEAD = (
+    "# paste into the CLI, in the PID profile that flies",
+    "# begin with half the amplitude: half of every chirp_amplitude_",
+)
 LEAST = 1.0
 """Below it the firmware shrinks the amplitude with the frequency [Hz]."""
 
@@ -38,7 +42,7 @@ def settings(excitations: Sequence[Excitation]) -> dict[str, int]:
 def files(excitations: Sequence[Excitation], craft: Craft) -> Mapping[str, bytes]:  # noqa: ARG001
     """Return the lines to paste into the command line."""
     lines = [f"set {name} = {value}" for name, value in settings(excitations).items()]
-    return {"chirp.txt": as_bytes(["# paste into the CLI, in the PID profile that flies", *lines, "save"])}
+    return {"chirp.txt": as_bytes([*HEAD, *lines, "save"])}
 
 
 EXCITATIONS = ExcitationTarget(

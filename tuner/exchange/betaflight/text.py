@@ -5,17 +5,18 @@ then refuses to save; `batch end` before `save` would clear the error, and half 
 """
 
 import re
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 
 from plant.errors import InputError, shortened
 from tuner.exchange.autopilot.parameters import as_bytes, read_lines
-from tuner.exchange.betaflight.map import RELEASES, Release
+from tuner.exchange.betaflight.map import RELEASES, TABLE, Release
 from tuner.exchange.target import number
 
 WHAT = "what Betaflight's command line prints for 'diff all' or 'dump all'"
 SETTING = re.compile(r"set\s+([a-z0-9_]+)\s*=\s*(\S.*?)\s*")
 PROFILE = re.compile(r"profile\s+([0-9])")
+OTHER_PROFILE = re.compile(r"(rate|battery_)profile\b.*")
 VERSION = re.compile(r"#\s*(\w+) / .*?\s(\d+\.\d+)(?:\.\d+\S*)?\s.*")
 MIXER = re.compile(r"mixer\s+(\w+)")
 PROFILES = 4
@@ -44,25 +45,38 @@ def write_cli(values: Mapping[str, str], profile: int, comments: Sequence[str], 
 def read_cli(file: Path, profile: int) -> dict[str, str]:
     """Return the settings that hold in a PID profile; raises InputError naming file and setting.
 
-    Settings before the first `profile` hold in every profile; those of a profile hold until the next one.
+    Settings before the first `profile` hold in every profile; those of a profile hold until the next one. Rate and battery
+    profiles have settings of their own, none of which acts in the loops: where two of them differ, both are left out.
     """
     values: dict[str, str] = {}
+    others: dict[str, dict[str, str]] = {}
     inside: int | None = None
+    other: dict[str, str] | None = None
     there = False
     for line in read_lines(file, WHAT):
         text = line.strip()
         if found := PROFILE.fullmatch(text):
-            inside = int(found[1])
+            inside, other = int(found[1]), None
             there = there or inside == profile
-        elif text.startswith("rateprofile"):
-            inside = None
+        elif OTHER_PROFILE.fullmatch(text):
+            inside, other = None, others.setdefault(text, {})
         elif (found := SETTING.fullmatch(text)) and inside in (None, profile):
-            _enter(values, found[1], found[2], file)
+            _enter(values if other is None else other, found[1], found[2], file)
         elif text.startswith("###"):
             raise InputError(f"holds the error '{shortened(text)}' of the firmware; give {WHAT}", file=file)
+    for name, value in _agreed(others):
+        _enter(values, name, value, file)
     if not values and not there:
         raise InputError(f"holds no setting of profile {profile}; give {WHAT}", file=file)
     return values
+
+
+def _agreed(others: Mapping[str, Mapping[str, str]]) -> Iterator[tuple[str, str]]:
+    """Yield settings in which rate and battery profiles agree, and each value of a setting of our loops."""
+    pairs = [pair for settings in others.values() for pair in settings.items()]
+    for name, value in pairs:
+        if name in TABLE or all(value == another for same, another in pairs if same == name):
+            yield name, value
 
 
 def read_release(file: Path) -> Release | None:

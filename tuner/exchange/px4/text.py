@@ -9,6 +9,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 
 from plant.errors import InputError
+from tuner.exchange.autopilot.frames import check_px4_frame
 from tuner.exchange.autopilot.parameters import (
     as_bytes,
     check_stack,
@@ -62,4 +63,5 @@ def read_params(file: Path) -> dict[str, float]:
         raise InputError(message, file=file)
     if not values:
         raise InputError(f"holds no parameter; give {WHAT}", file=file)
+    check_px4_frame(values, file)
     return values

@@ -19,8 +19,8 @@ from tests.tuner.analysis.identification.known_flights import (
     truth_of,
 )
 from tuner.analysis.identification.checks import check_flight
-from tuner.analysis.identification.document import gyro_noise, identification_document, known_from
-from tuner.analysis.identification.identify import GIVEN, OF_OUTPUT, airborne, identify_vehicle
+from tuner.analysis.identification.document import gyro_noise, identification_document, known_from, verdict
+from tuner.analysis.identification.identify import GIVEN, OF_OUTPUT, airborne, identify_vehicle, wider_than_prior
 from tuner.analysis.identification.onward import identified_text, identified_values, uncertainty_of
 from tuner.analysis.identification.parameters import Known
 from tuner.documents.identification import IdentificationDocument
@@ -209,6 +209,53 @@ def test_a_log_without_flight_is_refused(flights):
     log = replace(flights[0].log, command=0.1 * flights[0].log.command)
     with pytest.raises(InputError, match="holds no flight of 4 s"):
         airborne(log, AIRFRAME)
+
+
+def hopped(log, lengths):
+    """The log flown for so many seconds at a time [s], with 3 s on the ground before, between and after."""
+    time, up, clock = [], [], 0.0
+    for length in [0.0, *lengths]:
+        for airborne_now, span in ((True, length), (False, 3.0)):
+            count = round(span / log.period)
+            time += [clock + k * log.period for k in range(count)]
+            up += [airborne_now] * count
+            clock += count * log.period
+    rows = np.arange(len(time)) % len(log.time)
+    command = np.where(np.array(up)[:, None], log.command[rows], 0.05)
+    return replace(log, time=np.array(time), gyro=log.gyro[rows], acceleration=log.acceleration[rows], command=command)
+
+
+def test_the_flight_of_a_log_that_is_used_is_named_and_so_are_the_others(flights):
+    log = airborne(hopped(flights[0].log, (7.0, 12.0)), AIRFRAME)
+    (said,) = [text for text in log.said if "flights" in text]
+    assert "2 flights" in said and "the longest is used" in said and "@BEGIN:END" in said
+    assert f"from {log.time[0]:.1f} to {log.time[-1]:.1f} s" in said and 7.0 < log.duration < 9.0
+    assert any("the longest is used" in finding.text for finding in check_flight(log, AIRFRAME))
+    assert not airborne(flights[0].log, AIRFRAME).said
+
+
+def test_flights_that_are_too_short_are_refused_with_their_lengths(flights):
+    with pytest.raises(
+        InputError, match=r"two flights, of \d\.\d and \d\.\d s, of which 2 s at take-off and at landing"
+    ) as refused:
+        airborne(hopped(flights[0].log, (6.5, 5.0)), AIRFRAME)
+    assert "below 50 %" not in str(refused.value)
+
+
+def test_a_number_wider_than_its_prior_is_not_identified(identified):
+    found = identified[0]
+    free = np.array([name not in found.reasons for name in found.space.names])
+    assert wider_than_prior(found.fit, free) == {}
+    k = found.space.names.index("lag_up")
+    wide = found.fit.covariance.copy()
+    wide[k, k] = (1.3 * found.space.wide[k]) ** 2
+    assert wider_than_prior(replace(found.fit, covariance=wide), free) == {
+        "lag_up": "its interval is 130 % of the prior's: no better known than before"
+    }
+
+
+def test_the_verdict_asks_to_weigh_the_vehicle(identified):
+    assert "Weigh the vehicle" in verdict(identified[0])
 
 
 FAULTS = {

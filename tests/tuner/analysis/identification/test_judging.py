@@ -60,6 +60,17 @@ def test_the_verdict_names_a_band_that_is_too_narrow_and_what_is_not_white(ident
     assert "white behind the noise model" in prediction_words(rows)[-1]
 
 
+def test_an_output_that_hardly_moves_on_the_windows_kept_is_not_called_poor(identified):
+    found = identified[0]
+    rows = identification_document(found, [], None).prediction
+    assert all(0.5 < row.moved < 2.0 for row in rows)
+    still = rows[0].model_copy(update={"explained": 0.1, "moved": 0.05})
+    words = " ".join(prediction_words([still, *rows[1:]]))
+    assert "hold hardly any roll" in words and "predicted poorly" not in words
+    moving = rows[0].model_copy(update={"explained": 0.1})
+    assert "roll is predicted poorly" in " ".join(prediction_words([moving, *rows[1:]]))
+
+
 def test_the_page_shows_what_is_told_and_what_is_not_and_no_markup_of_a_file_name(identified):
     found = identified[0]
     logs = (replace(found.logs[0], name="<script>alert(1)</script>"),)

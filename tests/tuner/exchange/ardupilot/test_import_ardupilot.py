@@ -164,3 +164,23 @@ def test_the_columns_of_qgroundcontrol_are_read(tmp_path):
     )
     found = read("ardupilot", file, "firmware=4.6", airframe="iris").controller.vehicle
     assert found is not None and found.parameters == {"ATC_RAT_RLL_P": pytest.approx(0.2), "FRAME_CLASS": 1.0}
+
+
+@pytest.mark.parametrize(
+    ("rate", "settings", "period", "words"),
+    [
+        (None, (), 0.0025, "our control period (taken as 0.0025 s)"),
+        (800, (), 0.00125, "The control period is that of SCHED_LOOP_RATE = 800 Hz."),
+        (800, ("control_period=0.0025",), 0.0025, "SCHED_LOOP_RATE = 800 Hz of the file is not"),
+    ],
+)
+def test_the_loop_rate_of_the_file_is_the_control_period(rate, settings, period, words, tmp_path):
+    text = "ATC_RAT_RLL_P,0.12\n" + ("" if rate is None else f"SCHED_LOOP_RATE,{rate}\n")
+    back = read("ardupilot", write(tmp_path, text), "firmware=4.6", *settings, airframe="f450")
+    assert back.controller.control_period == pytest.approx(period)
+    assert words in " ".join(back.notes)
+
+
+def test_a_loop_rate_that_is_none_is_refused(tmp_path):
+    with pytest.raises(InputError, match="SCHED_LOOP_RATE"):
+        read("ardupilot", write(tmp_path, "ATC_RAT_RLL_P,0.12\nSCHED_LOOP_RATE,0\n"), "firmware=4.6", airframe="f450")

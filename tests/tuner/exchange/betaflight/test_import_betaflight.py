@@ -10,6 +10,8 @@ from tests.tuner.exchange.controllers import pid
 from tests.tuner.exchange.flying_autopilots import attitude_feedback, attitude_gains, betaflight_torque, by_address
 from tests.tuner.exchange.reading import exported, read, same_flight, write
 from tuner.exchange.betaflight.export import FILE, TARGET
+from tuner.exchange.registry import settings_of
+from tuner.exchange.target import Request
 
 DIFF = """
 # version
@@ -201,3 +203,76 @@ def test_derivative_counted_as_inertia(tmp_path):
 def test_what_is_no_such_file_is_refused(content, words, tmp_path):
     with pytest.raises(InputError, match=f"vehicle.txt: {words}"):
         read("betaflight", write(tmp_path, content))
+
+
+def _dump(seed: int) -> str:
+    """Return a file in the shape of public dumps, its two rate profiles different; by seed: release, line ends, kind of file."""
+    rng = np.random.default_rng([44, seed])
+    release = ("4.3.2", "4.4.3", "4.5.1", "2025.12.1", "2026.6.2")[seed % 5]
+    old = release.startswith("4.")
+    rates = (
+        "roll_rc_rate",
+        "pitch_rc_rate",
+        "yaw_rc_rate",
+        "roll_expo",
+        "pitch_expo",
+        "yaw_expo",
+        "roll_srate",
+        "thr_mid",
+    )
+    count = 6 if old else 4
+    lines = [
+        ("# diff all", "# dump all")[seed % 2],
+        "# version",
+        f"# Betaflight / STM32F7X2 (S7X2) {release} Jan  5 2026 / 19:08:42 (a4b6db1e7) MSP API: 1.46",
+        *(("batch start", "defaults nosave") if seed % 3 else ()),
+        "mixer QUADX",
+        "# master",
+        "set dshot_bidir = ON",
+        "profile 0",
+        "# profile 0",
+        "set p_roll = 51",
+        "set i_roll = 88",
+        "profile 1",
+        "set p_roll = 60",
+        "# restore original profile selection",
+        "profile 0",
+    ]
+    for number in range(count):
+        lines += [f"rateprofile {number}", f"# rateprofile {number}", f"set rateprofile_name = R{number}"]
+        lines += [f"set {name} = {rng.integers(1, 200)}" for name in rates[: int(rng.integers(2, 9))]]
+        lines += [f"set rates_type = {('ACTUAL', 'BETAFLIGHT')[number % 2]}"]
+    lines += ["# restore original rateprofile selection", f"rateprofile {int(rng.integers(0, count))}"]
+    if release.startswith("2026"):
+        lines += [
+            "battery_profile 0",
+            "set vbat_max_cell_voltage = 430",
+            "battery_profile 1",
+            "set vbat_max_cell_voltage = 435",
+        ]
+    return ("\n", "\r\n")[seed % 4 == 3].join([*lines, "# save configuration", "save", ""])
+
+
+@pytest.mark.parametrize("seed", range(20))
+def test_files_with_rate_profiles_that_differ_are_read(seed, tmp_path):
+    file = write(tmp_path, _dump(seed))
+    back = read("betaflight", file, airframe="iris")
+    values = {"p_roll": 51, "i_roll": 88, "p_pitch": 47, "i_pitch": 84, "p_yaw": 45, "i_yaw": 80, "angle_p_gain": 50}
+    flown, _ = attitude_feedback(
+        lambda a, r, i: betaflight_torque(values, back.controller.airframe.vehicle, 1.0, a, r, i, 2.0),
+        back.controller.airframe.vehicle,
+    )
+    assert attitude_gains(back.controller)[0] == pytest.approx(flown[0], rel=1e-6)
+
+
+@pytest.mark.parametrize("seed", [3, 4, 8])
+def test_files_with_rate_profiles_that_differ_are_taken_as_previous(seed, tmp_path):
+    file = write(tmp_path, _dump(seed))
+    made = TARGET.export(Request(pid("iris"), "ab" * 32, settings_of(TARGET, ()), file))
+    assert "set p_roll = 51" in made.rollback[FILE].decode()
+
+
+def test_a_gain_of_the_loops_in_two_rate_profiles_is_refused(tmp_path):
+    text = "profile 0\nset p_roll = 50\nrateprofile 0\nset p_pitch = 10\nrateprofile 1\nset p_pitch = 20\n"
+    with pytest.raises(InputError, match="given twice, as 10 and as 20"):
+        read("betaflight", write(tmp_path, text), airframe="iris")
