@@ -88,7 +88,7 @@ def signals_section() -> str:
         )
         for row in json.loads(output_of("list", "signals", "--json"))
     ]
-    head = "### [scenario.reference.NAME], [scenario.disturbance.NAME]\n\nA signal, by its `kind`, with the keys of that kind.\n\n"
+    head = "### [scenario.reference.NAME], [scenario.disturbance.NAME]\n\nA signal by its `kind`, with the keys of that kind.\n\n"
     return head + markdown_table(("kind", "of", "keys with their defaults", "meaning"), rows)
 
 

@@ -6,6 +6,7 @@ of the model and no twin that can drift.
 """
 
 import builtins
+import dis
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from types import CellType, FunctionType
@@ -18,6 +19,12 @@ Wrap = Callable[[FunctionType], Any]
 PRIMITIVES = {name: getattr(primitives, name) for name in primitives.__all__}
 # Their meaning on scalars differs from that on arrays or symbols, so a model function must not use them.
 FORBIDDEN = frozenset({"abs", "min", "max", "sum", "round", "float", "int", "bool", "len", "print"})
+
+
+def global_names(function: FunctionType) -> list[str]:
+    """Return the names that a function looks up outside; attributes of records, which may have the same names, are none."""
+    found = [entry.argval for entry in dis.get_instructions(function) if entry.opname in ("LOAD_GLOBAL", "LOAD_NAME")]
+    return list(dict.fromkeys(found))
 
 
 class Rebinder:
@@ -52,7 +59,7 @@ class Rebinder:
         self.sources.add(Path(code.co_filename))
         world = function.__globals__
         names: dict[str, Any] = {"__name__": world["__name__"], "__builtins__": builtins}
-        for name in code.co_names:
+        for name in global_names(function):
             if name in world:
                 names[name] = self._translate(name, world[name])
             elif name in FORBIDDEN:
