@@ -82,3 +82,12 @@ def test_a_new_study_is_told_as_json_too(tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     code, said, _ = called("new", "mine", "--json")
     assert code == 0 and json.loads(said) == {"written": ["mine.toml"]}
+
+
+def test_a_study_goes_where_out_says(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for out, path in (("there", "there/mine.toml"), ("here/own.toml", "here/own.toml")):
+        code, said, _ = called("new", "mine", "--out", out)
+        assert code == 0 and path in said and (tmp_path / path).exists()
+    code, _, err = called("new", "mine", "--out", "there")
+    assert code == USER_ERROR and "exists already" in err
