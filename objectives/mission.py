@@ -89,6 +89,14 @@ class MissionLimit(NamedTuple):
         return Constraint(self.objective, self.most, floor=self.key)
 
 
+def is_of_mission(constraint: Constraint) -> bool:
+    """Return whether a limit is automatic, or one of the study's own on a quantity that would have an automatic one."""
+    own = constraint.objective
+    return bool(constraint.floor) or (
+        own.metric.metric.name == "rms" and own.risk == MEDIAN and own.scenario is not None
+    )
+
+
 def unwritten(
     limits: Iterable[MissionLimit], constraints: Iterable[Constraint], mission: Mission
 ) -> list[MissionLimit]:

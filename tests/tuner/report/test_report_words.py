@@ -64,10 +64,9 @@ def test_a_wider_range_is_advised_only_where_the_end_can_be_moved():
     ],
 )
 def test_a_change_is_told_in_per_cent_where_that_tells_something(default, difference, said):
-    parts = {name: Estimate(value, value, value) for name, value in (("default", default), ("tuned", 1.0))}
     row = ComparedRow(
         label="mean(rms.pan)", metric="rms.pan", definition="", risk="", unit="rad", kind="objective", verdict="worse",
-        difference=Estimate(*difference), **parts,
+        difference=Estimate(*difference), default=Estimate(default, default, default), tuned=Estimate(1.0, 1.0, 1.0),
     )  # fmt: skip
     assert change_in_units(row) == said and said[0].startswith(change(row)[0])
 

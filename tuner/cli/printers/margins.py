@@ -252,10 +252,12 @@ def both_margins(margins: dict[str, MarginsDocument]) -> TerminalTable:
     table.columns_of("", "", *[channel.channel for channel in default.channels], left=("",))
     marks = {name: marks_of(document.requirements) for name, document in margins.items()}
     for name in REPORTED:
+        values = [c.quantities[name].value for document in (default, design) for c in document.channels]
+        unit, per_unit = time_unit(name, values)
         for who, document in (("default", default), ("design", design)):
             cells = [
-                mark(reading(c.quantities[name], name), marks[who].get((c.channel, name)))
+                mark(reading(c.quantities[name], name, per_unit), marks[who].get((c.channel, name)))
                 for c in document.channels
             ]  # fmt: skip
-            table.add_row(heading(name) if who == "default" else "", who, *cells)
+            table.add_row(heading(name, unit) if who == "default" else "", who, *cells)
     return table

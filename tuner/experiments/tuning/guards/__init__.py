@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from objectives.mission import is_of_mission
 from objectives.plant_mission import unjudged
 from tuner.analysis.held_out import differences_to
 from tuner.experiments.tuning.bounds import on_bounds
@@ -68,7 +69,7 @@ def _on_bounds(outcome: Outcome) -> list[str]:
 
 def _idle(outcome: Outcome) -> list[str]:
     study = outcome.study
-    columns = [i for i, entry in enumerate(study.constraints) if entry.floor]
+    columns = [i for i, entry in enumerate(study.constraints) if is_of_mission(entry)]
     broken = outcome.archive.violations > 0.0
     others = np.delete(broken, columns, axis=1).any(axis=1)
     idle = np.sum(broken[:, columns].any(axis=1) & ~others & outcome.archive.flown, axis=0)
