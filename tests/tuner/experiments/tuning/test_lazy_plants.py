@@ -12,6 +12,7 @@ from objectives.risk import Risk
 from plant.errors import InputError, UnknownNameError
 from tests.tuner.experiments.tuning.lazy_plants import STUDIES
 from tests.tuner.in_process import called
+from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.guards import warnings_before_run
 from tuner.study.kinds import load_any
 from tuner.study.plant_study import PlantStudy
@@ -77,6 +78,8 @@ def test_a_channel_at_rest_that_nothing_judges_is_held_by_the_default(tmp_path):
     }
     assert limits["quantile50(rms.tilt)@wind"].most == 0.5 * 3.0
     assert limits["quantile50(rms.pan)@slew"].most == pytest.approx(0.7 * 0.5)
+    said = automatic_limit_texts([limits["quantile50(rms.tilt)@slew"]])
+    assert "(automatic: 1.1 times the default's, mission.off)" in said[0]
     (default,) = median_errors(study, "tilt", "slew", [study.default_row])
     assert limits["quantile50(rms.tilt)@slew"].most == pytest.approx(REGULATED * default[-1], rel=0.1)
 
