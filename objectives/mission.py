@@ -97,7 +97,7 @@ def is_of_mission(constraint: Constraint) -> bool:
     )
 
 
-def unwritten(
+def remaining_limits(
     limits: Iterable[MissionLimit], constraints: Iterable[Constraint], mission: Mission
 ) -> list[MissionLimit]:
     """Return the limits that `mission.off` leaves and the study does not write itself."""
@@ -116,7 +116,7 @@ def with_mission_floor(
 ) -> tuple[Constraint, ...]:
     """Return the constraints of a study of a quadrotor and the floor; a limit of its own on the same quantity stands."""
     asked = [limit for spec in specs for limit in _limits(spec, limits, timing, mission)]
-    return (*constraints, *[each.constraint for each in unwritten(asked, constraints, mission)])
+    return (*constraints, *[each.constraint for each in remaining_limits(asked, constraints, mission)])
 
 
 def _limits(spec: ScenarioSpec, limits: Limits, timing: Timing, mission: Mission) -> list[MissionLimit]:

@@ -15,7 +15,7 @@ import numpy as np
 
 from objectives.decisions import DecisionSpace
 from objectives.metrics import parse
-from objectives.mission import FOLLOWED_KEY, HELD_KEY, OFF_KEY, Mission, MissionLimit, unwritten
+from objectives.mission import FOLLOWED_KEY, HELD_KEY, OFF_KEY, Mission, MissionLimit, remaining_limits
 from objectives.problem import Constraint, FlightBatch, Objective, Problem
 from plant.errors import InputError
 from plant.model.plan import Channel
@@ -62,7 +62,7 @@ def with_plant_floor(
     """
     judged = [*objectives, *[constraint.objective for constraint in constraints]]
     asked = [limit for batch in flights for limit in _limits(cast(PlantScenario, batch.spec), system, judged, mission)]
-    asked = unwritten(asked, constraints, mission)
+    asked = remaining_limits(asked, constraints, mission)
     for limit in asked:
         _check_limit(system.plan.channel(limit.metric.axes[0]), limit)
     return (*constraints, *[each.constraint for each in _with_default(asked, flights, system, space, root)])
@@ -123,6 +123,8 @@ def _with_default(
     ]
 
 
-def unjudged(channels: Iterable[str], scenarios: Sequence[str], judged: Sequence[Objective]) -> list[tuple[str, str]]:
+def unjudged_places(
+    channels: Iterable[str], scenarios: Sequence[str], judged: Sequence[Objective]
+) -> list[tuple[str, str]]:
     """Return the pairs of channel and scenario that no objective and no limit is about."""
     return [(channel, name) for channel in channels for name in scenarios if not is_judged(channel, name, judged)]

@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from objectives.mission import is_of_mission
-from objectives.plant_mission import unjudged
+from objectives.plant_mission import unjudged_places
 from tuner.analysis.held_out import differences_to
 from tuner.experiments.tuning.bounds import on_bounds
 from tuner.experiments.tuning.guards import after
@@ -106,7 +106,7 @@ def _unjudged(study: PlantStudy) -> list[str]:
     names = [entry.spec.name for entry in study.scenarios]
     channels = [channel.name for channel in study.system.plan.outer]
     held = {(entry.objective.metric.axes[0], entry.objective.scenario) for entry in study.automatic_limits}
-    places = unjudged(channels, names, judged)
+    places = unjudged_places(channels, names, judged)
     # A place that has no limit although none is switched off is one where nothing moves the channel.
     free = [(channel, name) for channel, name in places if not study.mission.asks(f"rms.{channel}", name)]
     return unjudged_channels([place for place in places if place in held], free)
