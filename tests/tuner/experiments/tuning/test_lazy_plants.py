@@ -14,7 +14,7 @@ from tests.tuner.experiments.tuning.lazy_plants import STUDIES
 from tests.tuner.in_process import called
 from tuner.experiments.tuning.conflicts import automatic_limit_texts
 from tuner.experiments.tuning.guards import warnings_before_run
-from tuner.study.kinds import load_any
+from tuner.study.kinds import load_gains_study
 from tuner.study.plant_study import PlantStudy
 
 MEDIAN = Risk("quantile", 0.5)
@@ -37,7 +37,7 @@ def test_what_does_nothing_wins_the_objectives_and_is_not_recommended(lazy, tmp_
     path = lazy.written(tmp_path)
     code, out, err = called("run", path, "--out", tmp_path / "r")
     assert code == 0, err
-    study = load_any(path)
+    study = load_gains_study(path, "a test")
     assert isinstance(study, PlantStudy)
     gains = json.loads((tmp_path / "r/gains.json").read_text(encoding="utf-8"))["gains"]
     tuned = [gains[gain.address]["value"] for gain in study.system.gains]
@@ -66,7 +66,7 @@ def test_what_does_nothing_wins_the_objectives_and_is_not_recommended(lazy, tmp_
 
 
 def test_a_channel_at_rest_that_nothing_judges_is_held_by_the_default(tmp_path):
-    study = load_any(STUDIES[0].written(tmp_path))
+    study = load_gains_study(STUDIES[0].written(tmp_path), "a test")
     assert isinstance(study, PlantStudy)
     limits = {entry.objective.label: entry for entry in study.automatic_limits}
     # Pan rests in the wind, and nothing moves it there.
@@ -86,7 +86,7 @@ def test_a_channel_at_rest_that_nothing_judges_is_held_by_the_default(tmp_path):
 
 def limits_of(path, added=""):
     path.write_text(path.read_text(encoding="utf-8") + added, encoding="utf-8")
-    return {entry.objective.label: entry.most for entry in load_any(path).automatic_limits}
+    return {entry.objective.label: entry.most for entry in load_gains_study(path, "a test").automatic_limits}
 
 
 def motor(tmp_path):
@@ -96,18 +96,18 @@ def motor(tmp_path):
 def test_the_table_of_quadrotors_moves_the_limits_of_plants(tmp_path):
     label = "quantile50(rms.angle)@turn"
     path = motor(tmp_path)
-    usual, digest = limits_of(path), load_any(path).digest()
+    usual, digest = limits_of(path), load_gains_study(path, "a test").digest()
     # A step of 1 rad from the first instant on.
     assert usual == {label: pytest.approx(0.7)}
     assert limits_of(path, "[mission]\nfollowed = 0.35\n") == {label: pytest.approx(0.35)}
-    assert load_any(path).digest() != digest
+    assert load_gains_study(path, "a test").digest() != digest
 
 
 @pytest.mark.parametrize("off", ["rms.angle", "rms.angle@turn"])
 def test_a_limit_that_is_switched_off_is_gone_and_named(tmp_path, off):
     path = motor(tmp_path)
     assert limits_of(path, f'[mission]\noff = ["{off}"]\n') == {}
-    (said,) = [text for text in warnings_before_run(load_any(path)) if "No objective" in text]
+    (said,) = [text for text in warnings_before_run(load_gains_study(path, "a test")) if "No objective" in text]
     assert 'judges angle in scenario "turn": mission.off leaves it without any limit' in said
 
 
@@ -125,4 +125,4 @@ def test_a_channel_without_a_limit_is_refused_where_it_would_have_an_automatic_o
     path = motor(tmp_path)
     path.write_text(path.read_text(encoding="utf-8").replace("limit = 10.0\n", ""), encoding="utf-8")
     with pytest.raises(InputError, match=r"channel.angle.limit: an automatic limit judges 'rms.angle'"):
-        load_any(path)
+        load_gains_study(path, "a test")
