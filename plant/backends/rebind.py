@@ -59,10 +59,11 @@ class Rebinder:
         self.sources.add(Path(code.co_filename))
         world = function.__globals__
         names: dict[str, Any] = {"__name__": world["__name__"], "__builtins__": builtins}
-        for name in global_names(function):
+        for name in code.co_names:
             if name in world:
                 names[name] = self._translate(name, world[name])
-            elif name in FORBIDDEN:
+            # A field of a record may bear the name; reading the code takes 0.4 ms, so it is read for such names alone.
+            elif name in FORBIDDEN and name in global_names(function):
                 raise TypeError(f"model function {function.__qualname__} uses the builtin '{name}'")
         closure = tuple(
             CellType(self._translate(name, cell.cell_contents))
